@@ -174,18 +174,8 @@ Result<v1::Job> FarmConnection::get_job(std::uint64_t id) {
   return job;
 }
 
-Result<Listed<v1::Job>> FarmConnection::list_jobs(std::size_t limit) {
-  return list_jobs(v1::ListJobsRequest(), limit);
-}
-
-Result<Listed<v1::Job>> FarmConnection::list_unfinished_jobs() {
-  v1::ListJobsRequest request;
-  request.set_unfinished(true);
-  return list_jobs(std::move(request), std::numeric_limits<std::size_t>::max());
-}
-
-Result<Listed<v1::Job>> FarmConnection::list_jobs(v1::ListJobsRequest request, std::size_t limit) {
-  Listed<v1::Job> all;
+Result<ListedJobs> FarmConnection::list_jobs(v1::ListJobsRequest request, std::size_t limit) {
+  ListedJobs all;
   request.set_page_size(kPageSize);
   while (all.items.size() < limit) {
     v1::ListJobsResponse response;
@@ -196,6 +186,7 @@ Result<Listed<v1::Job>> FarmConnection::list_jobs(v1::ListJobsRequest request, s
       }
     }
     all.notices.assign(response.notices().begin(), response.notices().end());
+    all.total = std::max(all.total, response.total());
     if (response.next_page_token().empty()) {
       break;
     }

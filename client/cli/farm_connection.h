@@ -26,6 +26,10 @@ struct Listed {
   std::vector<std::string> notices;  ///< what everybody should know of the farm
 };
 
+struct ListedJobs : Listed<v1::Job> {
+  std::uint64_t total = 0;  ///< how many there are of them, also beyond the limit
+};
+
 struct ListedWorkers : Listed<v1::Worker> {
   std::uint32_t wanted = 0;  ///< how many the farm could use now
 };
@@ -51,10 +55,8 @@ class FarmConnection {
   /// Sent again if the connection breaks: the request id makes that harmless.
   Result<v1::Job> submit(const v1::SubmitJobRequest& request);
   Result<v1::Job> get_job(std::uint64_t id);
-  /// Newest first, at most `limit`.
-  Result<Listed<v1::Job>> list_jobs(std::size_t limit);
-  /// All that have not ended, newest first.
-  Result<Listed<v1::Job>> list_unfinished_jobs();
+  /// Those that the request asks for, newest first, at most `limit`.
+  Result<ListedJobs> list_jobs(v1::ListJobsRequest request, std::size_t limit);
   Result<v1::Job> cancel_job(std::uint64_t id);
   Result<v1::Job> pause_job(std::uint64_t id);
   Result<v1::Job> resume_job(std::uint64_t id);
@@ -90,7 +92,6 @@ class FarmConnection {
 
  private:
   /// Of all pages that `request` asks for.
-  Result<Listed<v1::Job>> list_jobs(v1::ListJobsRequest request, std::size_t limit);
 
   struct State;
   std::string address_;

@@ -364,6 +364,10 @@ std::vector<JobStatus> Coordinator::jobs(Time now, const JobFilter& filter) cons
   return parts_->view.jobs(now, filter);
 }
 
+std::size_t Coordinator::count_jobs(const JobFilter& filter) const {
+  return parts_->view.count_jobs(filter);
+}
+
 std::vector<WorkerStatus> Coordinator::workers(Time now, const WorkerFilter& filter) const {
   return parts_->view.workers(now, filter);
 }

@@ -29,7 +29,7 @@ struct JobFilter {
   JobId before{std::numeric_limits<std::uint64_t>::max()};     ///< older ones only
   std::size_t most = std::numeric_limits<std::size_t>::max();  ///< the newest so many
   bool unfinished = false;                                     ///< only those that have not ended
-  std::function<bool(const std::string& owner)> admits = {};   ///< null: all
+  std::function<bool(const JobRecord&)> admits = {};           ///< null: all
 };
 
 /// Choice of the workers in a list.
@@ -131,6 +131,7 @@ class Coordinator {
   // ---- what can be seen ----
   Result<JobStatus> status(JobId job, Time now) const;
   std::vector<JobStatus> jobs(Time now, const JobFilter& filter = {}) const;  ///< newest first
+  std::size_t count_jobs(const JobFilter& filter) const;
   FarmCounts counts() const;
   const FarmTotals& totals() const;
   FarmSnapshot snapshot() const;

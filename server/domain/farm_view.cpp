@@ -57,16 +57,30 @@ JobStatus FarmView::status(const Job& job, Time now) const {
   return status;
 }
 
+namespace {
+
+bool fits(const Job& job, const JobFilter& filter) {
+  return (!filter.unfinished || job.active()) && (!filter.admits || filter.admits(job.record));
+}
+
+}  // namespace
+
 std::vector<JobStatus> FarmView::jobs(Time now, const JobFilter& filter) const {
   std::vector<JobStatus> found;
   const auto& all = jobs_.all();
   for (auto at = all.lower_bound(filter.before); at != all.begin() && found.size() < filter.most;) {
     const Job& job = *(--at)->second;
-    if ((!filter.unfinished || job.active()) && (!filter.admits || filter.admits(job.record.spec.owner))) {
+    if (fits(job, filter)) {
       found.push_back(status(job, now));
     }
   }
   return found;
+}
+
+std::size_t FarmView::count_jobs(const JobFilter& filter) const {
+  const auto& all = jobs_.all();
+  return static_cast<std::size_t>(std::count_if(all.begin(), all.lower_bound(filter.before),
+                                                [&](const auto& entry) { return fits(*entry.second, filter); }));
 }
 
 WorkerStatus FarmView::status(const Worker& worker, Time now) const {

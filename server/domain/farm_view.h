@@ -25,6 +25,7 @@ class FarmView {
 
   JobStatus status(const Job& job, Time now) const;
   std::vector<JobStatus> jobs(Time now, const JobFilter& filter) const;
+  std::size_t count_jobs(const JobFilter& filter) const;
   std::vector<WorkerStatus> workers(Time now, const WorkerFilter& filter) const;
   FarmCounts counts() const;
   FarmSnapshot snapshot() const;

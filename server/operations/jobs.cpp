@@ -1,4 +1,6 @@
 // Lists of jobs, and what becomes of them.
+#include <set>
+
 #include "common/wire/farm_messages.h"
 #include "server/operations/handlers.h"
 #include "server/operations/pages.h"
@@ -19,15 +21,35 @@ Status changed_job(const Asked& asked, const Status& change, v1::Job* reply) {
 
 }  // namespace
 
+namespace {
+
+/// Jobs that the caller may see, and asks for.
+Result<JobFilter> filter_of(const Asked& asked, const v1::ListJobsRequest& request) {
+  std::set<JobState> states;
+  for (const int wire : request.states()) {
+    LM_ASSIGN_OR_RETURN(const JobState state, from_wire(static_cast<v1::JobState>(wire)));
+    states.insert(state);
+  }
+  return JobFilter{.unfinished = request.unfinished(),
+                   .admits = [&caller = asked.call.caller, &request, states = std::move(states)](const JobRecord& job) {
+                     return may_see_job(caller, job.spec.owner) && (states.empty() || states.contains(job.state)) &&
+                            (request.owner().empty() || request.owner() == job.spec.owner) &&
+                            job.spec.name.find(request.name()) != std::string::npos;
+                   }};
+}
+
+}  // namespace
+
 Status list_jobs(Asked& asked, const v1::ListJobsRequest& request, v1::ListJobsResponse* reply) {
   LM_ASSIGN_OR_RETURN(const int size, page_size_of(request.page_size()));
   LM_ASSIGN_OR_RETURN(const std::uint64_t before, id_in(request.page_token()));
-  JobFilter filter{.most = static_cast<std::size_t>(size) + 1,
-                   .unfinished = request.unfinished(),
-                   .admits = [&](const std::string& owner) { return may_see_job(asked.call.caller, owner); }};
+  LM_ASSIGN_OR_RETURN(JobFilter filter, filter_of(asked, request));
   if (before > 0) {
     filter.before = JobId{before};
+  } else {
+    reply->set_total(asked.turn.farm.count_jobs(filter));
   }
+  filter.most = static_cast<std::size_t>(size) + 1;
   const std::vector<std::string>& notices = asked.runtime.options().notices;
   reply->mutable_notices()->Add(notices.begin(), notices.end());
   for (const JobStatus& job : asked.turn.farm.jobs(asked.turn.now, filter)) {

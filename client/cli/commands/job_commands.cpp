@@ -10,20 +10,18 @@
 #include "client/cli/table.h"
 #include "client/cli/units.h"
 #include "common/film/sample_range.h"
+#include "common/wire/farm_messages.h"
 
 namespace lightmill::cli {
 namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kDefaultJobs = 20;
-
 struct JobOptions {
   std::vector<std::uint64_t> jobs;
   std::uint64_t samples = 0;
   std::string error;
   std::int32_t priority = 0;
-  std::size_t limit = kDefaultJobs;
   bool cancel = false;
 };
 
@@ -66,8 +64,37 @@ std::vector<std::string> waits_of(std::span<const v1::Job> jobs) {
   return lines;
 }
 
-Status list_jobs(FarmConnection& connection, const Console& console, std::size_t limit) {
-  LM_ASSIGN_OR_RETURN(const Listed<v1::Job> listed, connection.list_jobs(limit));
+constexpr std::array<JobState, 6> kStates{JobState::queued, JobState::running, JobState::paused,
+                                          JobState::done,   JobState::failed,  JobState::cancelled};
+
+Result<JobState> parse_state(std::string_view text) {
+  std::vector<std::string> names;
+  for (const JobState state : kStates) {
+    names.push_back(state_name(to_wire(state)));
+    if (text == names.back()) {
+      return state;
+    }
+  }
+  return invalid_argument("a state is one of {}, got '{}'", fmt::join(names, ", "), text);
+}
+
+struct ListOptions {
+  std::vector<std::string> states;
+  std::string owner, name;
+  std::size_t limit = 20;
+  bool all = false;
+};
+
+Status list_jobs(FarmConnection& connection, const Console& console, const ListOptions& options) {
+  v1::ListJobsRequest request;
+  for (const std::string& state : options.states) {
+    LM_ASSIGN_OR_RETURN(const JobState parsed, parse_state(state));
+    request.add_states(to_wire(parsed));
+  }
+  request.set_owner(options.owner);
+  request.set_name(options.name);
+  const std::size_t limit = options.all ? std::numeric_limits<std::size_t>::max() : options.limit;
+  LM_ASSIGN_OR_RETURN(const ListedJobs listed, connection.list_jobs(std::move(request), limit));
   const std::vector<v1::Job>& jobs = listed.items;
   json objects = json::array();
   std::vector<std::vector<std::string>> rows{
@@ -77,11 +104,15 @@ Status list_jobs(FarmConnection& connection, const Console& console, std::size_t
     rows.push_back(table_row(job));
   }
   console.notices(listed.notices);
-  console.object(json{{"jobs", objects}, {"notices", listed.notices}});
+  console.object(json{{"jobs", objects}, {"total", listed.total}, {"notices", listed.notices}});
+  const bool chosen = !options.states.empty() || !options.owner.empty() || !options.name.empty();
   if (jobs.empty()) {
-    console.result("no jobs yet: `lightmill submit SCENE` queues one");
+    console.result(chosen ? "no job is like that" : "no jobs yet: `lightmill submit SCENE` queues one");
   } else {
     print_table(console, rows, {1, color_of_state});
+    if (jobs.size() < listed.total) {
+      console.notice(fmt::format("{} of {} jobs: --all lists the others, too", jobs.size(), listed.total));
+    }
     console.notices(waits_of(jobs));
   }
   return ok_status();
@@ -167,14 +198,23 @@ void add_job_commands(CLI::App& app, Context& context) {
       "A ! after the method: its picture lacks some of the scene's light; `lightmill show JOB` says what. Mixed: "
       "workers\n"
       "of every fingerprint class may render it (--allow-mixed).");
-  jobs->add_option("--limit", options->limit, "how many at most")
-      ->check(whole_number(1, 100'000))
-      ->capture_default_str();
+  const auto list = std::make_shared<ListOptions>();
+  jobs->add_option("--state", list->states, "only jobs in this state: queued, running, paused, done, failed, cancelled")
+      ->type_name("S,...")
+      ->delimiter(',')
+      ->check(readable(parse_state));
+  jobs->add_option("--owner", list->owner, "only jobs of this owner")->type_name("NAME");
+  jobs->add_option("--name", list->name, "only jobs whose name contains this")->type_name("TEXT");
+  CLI::Option* const limit = jobs->add_option("--limit", list->limit, "how many at most")
+                                 ->type_name("N")
+                                 ->check(whole_number(1, 100'000))
+                                 ->capture_default_str();
+  jobs->add_flag("--all", list->all, "all of them")->excludes(limit);
   add_common_options(*jobs, context);
-  jobs->callback([&context, options] {
-    context.run = [&context, options](const Console& console) {
+  jobs->callback([&context, list] {
+    context.run = [&context, list](const Console& console) {
       return with_farm(console, context.common,
-                       [&](FarmConnection& connection) { return list_jobs(connection, console, options->limit); });
+                       [&](FarmConnection& connection) { return list_jobs(connection, console, *list); });
     };
   });
 

@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <limits>
+
 #include "client/cli/context.h"
 #include "client/cli/farm_choice.h"
 #include "client/cli/job_json.h"
@@ -39,7 +41,9 @@ Result<double> parse_interval(std::string_view text) {
 }
 
 Result<FarmLook> look_at(FarmConnection& connection) {
-  LM_ASSIGN_OR_RETURN(Listed<v1::Job> jobs, connection.list_unfinished_jobs());
+  v1::ListJobsRequest unfinished;
+  unfinished.set_unfinished(true);
+  LM_ASSIGN_OR_RETURN(ListedJobs jobs, connection.list_jobs(unfinished, std::numeric_limits<std::size_t>::max()));
   LM_ASSIGN_OR_RETURN(ListedWorkers workers, connection.list_workers());
   return FarmLook{connection.address(), std::move(jobs.items),      std::move(workers.items),
                   workers.wanted,       std::move(workers.notices), ""};

@@ -66,7 +66,7 @@ Jobs::Jobs(std::string address, Films quiet, std::uint64_t seed)
     : address_(std::move(address)), quiet_(std::move(quiet)), farm_(address_), random_(seed) {}
 
 void Jobs::step() {
-  const auto listed = farm_.list_jobs(kMostListed);
+  const auto listed = farm_.list_jobs({}, kMostListed);
   if (!listed.ok()) {
     return;  // the coordinator is away
   }

@@ -226,6 +226,35 @@ TEST_F(FarmCliTest, SeveralJobsAreChangedAtOnceAlsoAfterOneThatCannotBe) {
   EXPECT_EQ(on_farm({"jobs"})["jobs"].size(), 1u);
 }
 
+TEST_F(FarmCliTest, JobsAreListedByStateOwnerAndName) {
+  const std::string box = scene("cornell-bench-blocks.json");  // no worker: the jobs wait
+  const auto numbers = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> ids;
+    for (const nlohmann::json& job : on_farm(with({"jobs"}, options))["jobs"]) {
+      ids.push_back(std::to_string(job.value("id", 0)));
+    }
+    return ids;
+  };
+  const std::string first = submit({box, "--owner", "ada", "--name", "kitchen, day"});
+  const std::string second = submit({box, "--owner", "ada", "--name", "kitchen, night"});
+  const std::string third = submit({box, "--owner", "bob", "--name", "garden"});
+  on_farm({"cancel", second});
+  on_farm({"pause", third});
+  EXPECT_EQ(numbers({"--owner", "ada"}), (std::vector{second, first}));
+  EXPECT_EQ(numbers({"--name", "kitchen"}), (std::vector{second, first}));
+  EXPECT_EQ(numbers({"--state", "queued,paused"}), (std::vector{third, first}));
+  EXPECT_EQ(numbers({"--state", "queued", "--state", "cancelled", "--owner", "ada", "--name", "day"}),
+            (std::vector{first}));
+  EXPECT_TRUE(numbers({"--owner", "ad"}).empty());
+  const nlohmann::json newest = on_farm({"jobs", "--limit", "2"});
+  EXPECT_EQ(newest["jobs"].size(), 2u);
+  EXPECT_EQ(newest["total"], 3);
+  EXPECT_EQ(numbers({"--all"}).size(), 3u);
+  EXPECT_NE(lightmill({"jobs", "--limit", "2", "--server", server()}).err.find("2 of 3 jobs"), std::string::npos);
+  on_farm({"jobs", "--state", "asleep"}, 2);
+  on_farm({"jobs", "--all", "--limit", "3"}, 2);
+}
+
 TEST_F(FarmCliTest, ACancelledJobIsExitCode1ForItsWatcher) {
   const std::string id = submit({scene("cornell-bench-blocks.json")});
   on_farm({"cancel", id});

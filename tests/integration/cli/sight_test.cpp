@@ -270,7 +270,7 @@ TEST_F(SilentFarmTest, CallsOfALookThatIsBrokenOffEndAsCancelled) {
   cli::FarmConnection connection(server());
   ASSERT_TRUE(connection.probe(std::chrono::seconds(60)).ok());
   server_->send(SIGSTOP);
-  const std::vector<std::function<Status()>> calls{[&] { return connection.list_unfinished_jobs().status(); },
+  const std::vector<std::function<Status()>> calls{[&] { return connection.list_jobs({}, 20).status(); },
                                                    [&] { return connection.list_workers().status(); }};
   for (const std::function<Status()>& call : calls) {
     Status ended;

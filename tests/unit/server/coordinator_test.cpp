@@ -475,7 +475,7 @@ TEST_F(CoordinatorTest, ListsTheNewestJobsOfAFilter) {
     }
     return ids;
   };
-  const auto of_a = [](const std::string& owner) { return owner == "a"; };
+  const auto of_a = [](const JobRecord& job) { return job.spec.owner == "a"; };
   EXPECT_EQ(listed({}), chosen({4, 3, 2, 1, 0}));
   EXPECT_EQ(listed({.most = 2}), chosen({4, 3}));
   EXPECT_EQ(listed({.before = submitted[3], .most = 2}), chosen({2, 1}));
@@ -487,6 +487,8 @@ TEST_F(CoordinatorTest, ListsTheNewestJobsOfAFilter) {
   ASSERT_TRUE(coordinator->pause(submitted[3], now, effects).ok());
   EXPECT_EQ(listed({.most = 2, .unfinished = true}), chosen({3, 2}));
   EXPECT_EQ(listed({.unfinished = true, .admits = of_a}), chosen({2, 0}));
+  EXPECT_EQ(coordinator->count_jobs({}), 5u);
+  EXPECT_EQ(coordinator->count_jobs({.most = 1, .unfinished = true, .admits = of_a}), 2u) << "all pages";
 }
 
 }  // namespace
