@@ -15,7 +15,7 @@
 #include <sstream>
 
 #include "common/base/memory_end.h"
-#include "server/api/farm_loop.h"
+#include "server/runtime/farm_loop.h"
 #include "server/store/sqlite/sqlite_store.h"
 #include "tests/simulation/failing_store.h"
 #include "tests/simulation/fake_renderer.h"
@@ -73,9 +73,8 @@ class RunningFarm {
  public:
   RunningFarm(Store& store, StoredState state, int told)
       : told_(told), coordinator_(limits(), std::move(state), system_clock().now()) {
-    loop_.emplace(coordinator_, actions_, store, system_clock(),
-                  FarmLoop::Handlers{[this](Outgoing message) { take(std::move(message)); }, [](SessionId) {},
-                                     [this](const Status&) { end(); }});
+    loop_.emplace(coordinator_, actions_, store, system_clock(), [this](const Status&) { end(); });
+    loop_->set_handlers({.send = [this](Outgoing message) { take(std::move(message)); }});
   }
 
   int run(const std::map<JobId, StoredJob>& jobs) {
