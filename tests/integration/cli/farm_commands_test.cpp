@@ -230,7 +230,8 @@ TEST_F(FarmCliTest, JobsAreListedByStateOwnerAndName) {
   const std::string box = scene("cornell-bench-blocks.json");  // no worker: the jobs wait
   const auto numbers = [&](const std::vector<std::string>& options) {
     std::vector<std::string> ids;
-    for (const nlohmann::json& job : on_farm(with({"jobs"}, options))["jobs"]) {
+    const nlohmann::json listed = on_farm(with({"jobs"}, options));
+    for (const nlohmann::json& job : listed["jobs"]) {
       ids.push_back(std::to_string(job.value("id", 0)));
     }
     return ids;
