@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,9 @@
 #include "common/farm/job.h"
 
 namespace lightmill::simulation {
+
+/// What one machine does to a farm on purpose.
+enum class Attack { wrong_sums, some_wrong_sums, two_names, claims, ungranted, garbage, idle, spite };
 
 /// What happens to the farm while chaos lasts.
 struct Chaos {
@@ -34,6 +38,7 @@ struct Chaos {
   bool inspections = true;  ///< clients have scene files read
   bool deposes = true;      ///< the coordinator stands still, another takes over, and the first goes on
   bool films = true;        ///< films of ended jobs leave memory soon, and clients look at films
+  std::optional<Attack> attack = std::nullopt;  ///< instead of the liars that are drawn
   static Chaos none() {
     return {false, false, false, false, false, false, false, false, false, false, false,
             false, false, false, false, false, false, false, false, false, false};

@@ -13,6 +13,7 @@
 #include <set>
 #include <thread>
 
+#include "tests/simulation/attacks.h"
 #include "tests/simulation/damages.h"
 #include "tests/simulation/farm_simulation.h"
 
@@ -24,7 +25,7 @@ using Clock = std::chrono::steady_clock;
 volatile std::sig_atomic_t interrupted = 0;
 
 struct Options {
-  std::uint64_t seeds = 1'000'000, first = 1, seed = 0, damages = 0;
+  std::uint64_t seeds = 1'000'000, first = 1, seed = 0, damages = 0, attacks = 0;
   std::string hashes;  ///< the file that gets them; empty: none
   std::string notes;   ///< the file that says how far this program has come; empty: none
   unsigned threads = std::max(1u, std::thread::hardware_concurrency());
@@ -127,6 +128,12 @@ int run_damages(const Options& options) {
   }
   fmt::print("{}{} of {} damages went wrong\n", table.text(), failures, options.damages);
   return failures > 0 ? 1 : 0;
+}
+
+int run_attacks(const Options& options) {
+  const AttackTable table = try_attacks(options.attacks);
+  fmt::print("{}", table.text());
+  return std::ranges::all_of(table.rows, [](const auto& row) { return row.unnoticed == 0; }) ? 0 : 1;
 }
 
 int run_all(Options options) {
@@ -239,8 +246,13 @@ int main(int argc, char** argv) {
       ->excludes("--first");
   app.add_option("--damages", options.damages,
                  "instead, damage the files of so many killed farms, and print what came of it");
+  app.add_option("--attacks", options.attacks,
+                 "instead, try each attack of one machine on so many farms, and print what came of it");
   app.add_option("--hashes", options.hashes,
                  "write a hash of all effects of each schedule to this file; with --seed, print the effects instead");
   CLI11_PARSE(app, argc, argv);
-  return options.damages != 0 ? run_damages(options) : options.seed != 0 ? replay(options) : run_all(options);
+  return options.attacks != 0   ? run_attacks(options)
+         : options.damages != 0 ? run_damages(options)
+         : options.seed != 0    ? replay(options)
+                                : run_all(options);
 }

@@ -11,26 +11,31 @@ namespace lightmill::simulation {
 void WorkerSide::make() {
   std::size_t count = 1 + world_.random.below(4);
   const double kind = world_.chaos.liars ? world_.random.uniform() : 1;
-  have_liars_ = kind < 0.3;
-  const bool garbage = !have_liars_ && kind < 0.4;
-  const bool idle = world_.chaos.idle && !have_liars_ && !garbage && kind < 0.48;
-  const std::size_t liars = have_liars_ ? 1 + world_.random.below(2) : garbage || idle ? 1 : 0;
+  const std::optional<Attack> attack = world_.chaos.attack;
+  const bool garbage = attack ? attack == Attack::garbage : kind >= 0.3 && kind < 0.4;
+  const bool idle = attack ? attack == Attack::idle : world_.chaos.idle && kind >= 0.4 && kind < 0.48;
+  have_liars_ = attack ? !garbage && !idle : kind < 0.3;
+  std::size_t liars = have_liars_ ? 1 + world_.random.below(2) : garbage || idle ? 1 : 0;
+  liars = attack ? 1 + (attack == Attack::two_names ? 1 : 0) : liars;
   if (have_liars_) {
     count = liars + 2 + world_.random.below(2);
   } else if (garbage || idle) {
     count = std::max<std::size_t>(count, 2);
   }
-  have_certificates_ = world_.random.chance(0.5);
+  have_certificates_ = world_.random.chance(0.5) || attack == Attack::claims || attack == Attack::two_names;
   for (std::size_t i = 0; i < count; ++i) {
     SimulatedWorker worker;
     worker.name = fmt::format("worker-{}", i);
     worker.identity = i < liars ? kIdentityOfLies : fmt::format("identity-{}", i);
     worker.machine = worker.identity;
-    worker.lies = i >= liars                  ? Lies::never
-                  : garbage                   ? Lies::garbage
-                  : idle                      ? Lies::idle
-                  : world_.random.chance(0.5) ? Lies::always
-                                              : Lies::sometimes;
+    worker.lies = i >= liars                            ? Lies::never
+                  : garbage                             ? Lies::garbage
+                  : idle                                ? Lies::idle
+                  : attack == Attack::some_wrong_sums   ? Lies::sometimes
+                  : attack == Attack::ungranted         ? Lies::in_requests
+                  : attack == Attack::spite             ? Lies::in_requests
+                  : attack || world_.random.chance(0.5) ? Lies::always
+                                                        : Lies::sometimes;
     worker.fingerprint = liars == 0 && world_.random.chance(0.15) ? "class-b" : kUsualClass;
     worker.threads = 1 + static_cast<std::uint32_t>(world_.random.below(3));
     worker.slowness = world_.random.chance(0.2) ? world_.random.between(2, 6) : world_.random.between(0.7, 1.5);

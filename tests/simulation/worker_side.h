@@ -38,8 +38,9 @@ std::uint64_t pixel_samples(const JobDescription& job, const NodeKey& key);
 inline constexpr const char* kBroken = "the scene does not compile";
 inline constexpr const char* kSpite = "out of spite";
 
-/// What a worker does wrong on purpose. `idle`: it is heard, takes work and delivers nothing.
-enum class Lies { never, always, sometimes, garbage, idle };
+/// What a worker does wrong on purpose. `idle`: it is heard, takes work and delivers nothing. `in_requests`: its sums
+/// are right, and it refuses work or sends what it was not granted.
+enum class Lies { never, always, sometimes, garbage, idle, in_requests };
 
 struct SimulatedWorker {
   std::string name;

@@ -1,0 +1,62 @@
+#include "tests/simulation/attacks.h"
+
+#include <fmt/format.h>
+
+#include "tests/simulation/farm_simulation.h"
+
+namespace lightmill::simulation {
+namespace {
+
+struct Kind {
+  Attack attack;
+  const char* name;
+  const char* fault;  ///< that World counts when it is carried out; null: wrong sums were sent
+};
+
+constexpr Kind kKinds[] = {
+    {Attack::wrong_sums, "wrong pictures, always", nullptr},
+    {Attack::some_wrong_sums, "wrong pictures, sometimes", nullptr},
+    {Attack::two_names, "two workers with one certificate lie alike", nullptr},
+    {Attack::claims, "claims others' machines; comes back under new names", nullptr},
+    {Attack::ungranted, "results without a lease", "results that were not granted"},
+    {Attack::garbage, "messages of garbage", "messages of garbage"},
+    {Attack::idle, "holds leases and delivers nothing", "tiles that are never delivered"},
+    {Attack::spite, "refuses what it could render", "refusals out of spite"},
+};
+
+}  // namespace
+
+AttackTable try_attacks(std::uint64_t farms) {
+  AttackTable table;
+  for (const Kind& kind : kKinds) {
+    AttackTable::Row row;
+    row.attack = kind.name;
+    for (std::uint64_t seed = 1; seed <= farms; ++seed) {
+      Chaos chaos;
+      chaos.attack = kind.attack;
+      const Report report = FarmSimulation(seed, chaos, PlantedBugs{}).run();
+      ++row.farms;
+      row.attacked += kind.fault == nullptr ? report.lied : report.faults.contains(kind.fault);
+      row.convicted += report.convicted > 0;
+      row.unverified += report.unverified > 0;
+      if (!report.failure.empty() && row.unnoticed++ == 0) {
+        row.failure = fmt::format("seed {}: {}", seed, report.failure);
+      }
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+std::string AttackTable::text() const {
+  std::string text = fmt::format("{:55} {:>8} {:>9} {:>10} {:>11} {:>10}\n", "attack", "farms", "attacked", "convicted",
+                                 "unverified", "unnoticed");
+  for (const Row& row : rows) {
+    text += fmt::format("{:55} {:>8} {:>9} {:>10} {:>11} {:>10}\n", row.attack, row.farms, row.attacked, row.convicted,
+                        row.unverified, row.unnoticed);
+    text += row.failure.empty() ? "" : "  " + row.failure + "\n";
+  }
+  return text;
+}
+
+}  // namespace lightmill::simulation
