@@ -239,11 +239,12 @@ class SignalTarget {
 
 /// Works until the worker has left. RESOURCE_EXHAUSTED if memory or threads end where no job is to blame.
 Status work(const Options& options, StateFolder* state, SignalTarget& target) {
-  LM_RETURN_IF_ERROR(check_threads(options.threads + kOtherThreads));
   spdlog::info("worker {} starts: it renders a test picture, whose bits tell its fingerprint class", options.name);
   const WorkerOptions worker = worker_options(options, state);
   spdlog::info("worker {}: {}, fingerprint class {}", options.name, counted(options.threads, "thread"),
                worker.session.fingerprint_class);
+  // Just before they start, as gRPC waits for ever where one of its own cannot.
+  LM_RETURN_IF_ERROR(check_threads(options.threads + kOtherThreads));
   WorkerLoop loop(worker, system_clock());
   const std::unique_ptr<SignalTarget, void (*)(SignalTarget*)> until_end(&target,
                                                                          [](SignalTarget* end) { end->set(nullptr); });
