@@ -197,13 +197,24 @@ TEST(WebSubmit, LargeBodiesOfOneCallerAndOfAllHaveALimit) {
     request.send(body);
     return request.read().result_int();
   };
+  // On a busy machine those that are held may be given up before all are there: then one more is held.
+  const auto is_full = [&](const std::string& caller, const std::function<std::string()>& other) {
+    return eventually([&] {
+      const bool full = answer(large, caller) == 503;
+      if (!full) {
+        hold(other(), 1);
+      }
+      return full;
+    });
+  };
   hold("127.0.0.1", 6);  // of 128 MiB
-  EXPECT_TRUE(eventually([&] { return answer(large) == 503; }));
+  EXPECT_TRUE(is_full("127.0.0.1", [] { return "127.0.0.1"; }));
   EXPECT_EQ(answer("{}"), 400u) << "small ones are taken";
   EXPECT_EQ(answer(large, "127.0.0.2"), 400u) << "it is taken: it is no job";
   hold("127.0.0.2", 6);
   hold("127.0.0.3", 1);  // of 256 MiB together
-  EXPECT_TRUE(eventually([&] { return answer(large, "127.0.0.3") == 503; }));
+  int others = 3;
+  EXPECT_TRUE(is_full("127.0.0.3", [&] { return fmt::format("127.0.0.{}", ++others); }));
   RawRequest slow(web, "/api/v1/jobs/1/cancel", "application/json", "Content-Length: 2\r\n");
   slow.send("{");
   EXPECT_TRUE(eventually([&] { return slow.is_read(); }));
