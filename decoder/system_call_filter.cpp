@@ -43,8 +43,8 @@ bool add_rules(scmp_filter_ctx context) {
         all && ::seccomp_rule_add(context, SCMP_ACT_ALLOW, call, 1, SCMP_A2_64(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0)) == 0;
   }
   // Its own limit of memory, up to the one that it cannot raise.
-  return all && ::seccomp_rule_add(context, SCMP_ACT_ALLOW, SCMP_SYS(prlimit64), 2, SCMP_A0_64(SCMP_CMP_EQ, 0),
-                                   SCMP_A1_64(SCMP_CMP_EQ, RLIMIT_AS)) == 0;
+  return all && ::seccomp_rule_add(context, SCMP_ACT_ALLOW, SCMP_SYS(prlimit64), 2, SCMP_A0_64(SCMP_CMP_EQ, 0, 0),
+                                   SCMP_A1_64(SCMP_CMP_EQ, RLIMIT_AS, 0)) == 0;
 }
 
 /// The filter as the kernel takes it.
