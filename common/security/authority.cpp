@@ -30,8 +30,8 @@ Status check_common_name(std::string_view name) {
   return ok_status();
 }
 
-/// A DNS name, perhaps with * as its first label. One whose last label is a number is none (RFC 3696, section 2), but
-/// an IPv4 address that is mistyped.
+/// A DNS name, perhaps with * as its first label. If the last label is a number, it is not a DNS name but a mistyped
+/// IPv4 address (RFC 3696, section 2).
 bool is_dns_name(std::string_view host) {
   const auto good = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.' ||
@@ -39,7 +39,7 @@ bool is_dns_name(std::string_view host) {
   };
   std::string_view rest = host.starts_with("*.") ? host.substr(2) : host;
   const std::string_view stem = rest.substr(0, rest.size() - (rest.ends_with('.') ? 1 : 0));
-  const std::string_view last = stem.substr(stem.rfind('.') + 1);  // of one label all of it
+  const std::string_view last = stem.substr(stem.rfind('.') + 1);  // the whole stem if it has one label
   const bool number = std::ranges::all_of(last, [](char c) { return c >= '0' && c <= '9'; });
   return !rest.empty() && !number && rest.size() <= 253 && std::ranges::all_of(rest, good) && rest.front() != '.' &&
          rest.find("..") == std::string_view::npos;
@@ -63,7 +63,7 @@ Status put_serial(X509* certificate) {
   return done ? ok_status() : failed("draw a serial number");
 }
 
-/// `value` as in OpenSSL's configuration files; never what somebody typed.
+/// `value` has the form of OpenSSL's configuration files. It must not contain user input.
 Status put_extension(X509* certificate, X509* issuer, int kind, const char* value) {
   X509V3_CTX context;
   X509V3_set_ctx(&context, issuer, certificate, nullptr, nullptr, 0);
@@ -118,7 +118,7 @@ Status put_alternative_names(X509* certificate, const CertificateSubject& subjec
              : failed("put names into a certificate");
 }
 
-/// With all that all certificates have.
+/// A certificate with the parts that all certificates have.
 Result<Certificate> blank(std::string_view name, const Validity& validity, EVP_PKEY* key) {
   Certificate certificate(X509_new());
   if (certificate == nullptr || X509_set_version(certificate.get(), X509_VERSION_3) != 1 ||

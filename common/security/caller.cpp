@@ -32,7 +32,7 @@ Result<std::string> read_token(const std::string& file, const char* option) {
   return id.ok() ? Result<std::string>(std::move(text)) : with_context(id.status(), where);
 }
 
-/// Who has set variables has not typed the options that an error tells of.
+/// Users who set environment variables did not type the options that an error names.
 std::string with_variables(const CallerFiles& files) {
   std::string set;
   for (const auto& [variable, file] :

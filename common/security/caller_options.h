@@ -1,4 +1,4 @@
-// Command line options by which a worker or a person shows a farm who it is.
+// Command line options for the credentials of a worker or a person.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,11 +8,11 @@
 
 namespace lightmill {
 
-/// --tls-ca, --tls-cert, --tls-key and --token-file, each also by a variable of the environment.
+/// --tls-ca, --tls-cert, --tls-key and --token-file, each with an environment variable.
 inline void add_caller_options(CLI::App& app, CallerFiles& files) {
   const auto add = [&app](const char* option, std::string& file, const char* text, const char* variable) {
-    // CLI11 tells variables to the options of all commands that did not get one: only those that are run are to hear of
-    // them, and not in place of what stands on the command line.
+    // CLI11 applies environment variables to the options of all commands. Only commands that run may use them, and
+    // values on the command line have priority.
     app.add_option_function<std::string>(
            option,
            [&app, &file, variable](const std::string& given) {

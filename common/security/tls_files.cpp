@@ -31,7 +31,7 @@ Result<std::string> read_authority(const std::string& file, std::int64_t now_uni
   if (!all.front().authority) {
     return failed_precondition("the certificate of '{}' is no authority's", all.front().name);
   }
-  if (all.size() == 1) {  // of many, some may have ended
+  if (all.size() == 1) {  // if there are several, some may be expired
     LM_RETURN_IF_ERROR(check_time(all.front(), now_unix_s));
   }
   return pem;
