@@ -50,7 +50,7 @@ void to_wire_kind(const HoldoutMaterial&, const Textures&, v1::Material* out) {
 
 // ---- messages → values ----
 
-/// Leaves `out` as it is where the colour is not given.
+/// Leaves `out` unchanged if the colour is not given.
 Status optional_color(const std::string& path, bool given, const v1::Color& color, const TextureNames& textures,
                       TexturedColor& out) {
   if (given) {

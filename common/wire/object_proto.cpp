@@ -10,10 +10,10 @@
 namespace lightmill {
 namespace {
 
-/// Three rows of three.
+/// The linear part of a transform: three rows of three.
 using Linear = std::array<std::array<double, 3>, 3>;
 
-/// About a unit axis, counter-clockwise seen against it: Rodrigues' formula.
+/// A rotation about a unit axis, counter-clockwise when the axis points to the viewer. Rodrigues' formula.
 Linear rotation(const Point3d& axis, double degrees) {
   const double angle = degrees * std::numbers::pi / 180;
   const double c = std::cos(angle), s = std::sin(angle), d = 1 - c;

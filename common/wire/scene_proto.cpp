@@ -120,7 +120,7 @@ Status draft_objects(const v1::Scene& scene, SceneDraft& draft) {
   return ok_status();
 }
 
-/// The assets that a packed document names.
+/// Reads the assets that a packed document names.
 Status assets_from_wire(const v1::Scene& scene, Scene& out) {
   for (int i = 0; i < scene.textures_size(); ++i) {
     LM_ASSIGN_OR_RETURN(out.textures[static_cast<std::size_t>(i)].asset,
