@@ -50,7 +50,7 @@ Status check_principled(const std::string& path, const PrincipledMaterial& m) {
   return check_ior(path + ".ior", m.ior);
 }
 
-/// 0 of materials that have none.
+/// 0 for materials without roughness.
 double roughness_of(const Material& material) {
   return std::visit(
       [](const auto& m) {

@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-/// What is without end cannot share a flux.
+/// An infinite plane cannot share a flux.
 Status check_planes(const Scene& scene) {
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const Object& object = scene.objects[i];
@@ -24,8 +24,8 @@ Status check_planes(const Scene& scene) {
   return ok_status();
 }
 
-/// Holdouts compare light with shadows to light without; the latter is known only of lights that are sampled, and by a
-/// formula only of those that are Lambertian.
+/// Holdouts compare light with and without shadows. Light without shadows is known only for lights that are sampled.
+/// Its formula holds only for Lambertian ones.
 Status check_holdouts(const Scene& scene) {
   const auto holdout = std::ranges::find_if(scene.objects, [&](const Object& object) {
     return std::holds_alternative<HoldoutMaterial>(scene.materials[object.material].kind);
