@@ -26,7 +26,7 @@ class FilesOnDisk final : public SceneFiles {
   }
 };
 
-/// "a/../b//c" and "b/c" are one name. Nothing on the disk is looked at.
+/// "a/../b//c" and "b/c" are one name. Does not look at the disk.
 std::string normal_form(const fs::path& path) {
   return path.lexically_normal().generic_string();
 }

@@ -49,7 +49,7 @@ Transform local_transform(const JsonNode& node) {
   return out;
 }
 
-/// The roots of the scene to show: indices of nodes, as they are written.
+/// The roots of the scene: indices of nodes, as written.
 std::vector<JsonNode> roots(const GltfData& data) {
   const JsonNode root = data.root();
   std::vector<JsonNode> out;
