@@ -78,10 +78,12 @@ enum class KaMeaning { automatic, emission, ambient };
 /// - 3: mirror with Ks (white if absent or black)
 /// - 4: glass with Ni (1.5 if absent)
 /// - 5 to 9: as the most similar of these, with a notice
+/// - 10: holdout
 /// - 11: metal with Ks or Kd at normal incidence, with a roughness from Ns
 /// - 12: glass that absorbs 1/Kd − 1
+/// - 13, 14: glass, or a medium without a surface, that absorbs 1/Kd − 1 and scatters Ks, with a notice
 /// - others: diffuse, with a notice
-/// With Pr or Pm: principled, whatever illum is, except for glass.
+/// With Pr or Pm: principled, whatever illum is. It transmits if illum means glass (4).
 ///
 /// Maps multiply their colour, which is white if absent. They become textures whose `file` is a path and whose asset is
 /// not set. Colours above 1 are cut, with a notice. What is assumed of Ka is a notice. A part that is left out of
