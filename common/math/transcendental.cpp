@@ -56,7 +56,7 @@ SinCos8 sin_cos_turns(F8 u) {
 F8 atan2(F8 y, F8 x) {
   const F8 ax = abs(x), ay = abs(y);
   const F8 large = max(ax, ay), small = min(ax, ay);
-  // atan of a ratio in [0, 1], about 1 where it is above tan(π/8); the polynomial is Cephes' atanf.
+  // atan of a ratio in [0, 1], reduced about 1 if it is above tan(π/8). The polynomial is that of Cephes' atanf.
   const F8 ratio = select(large > F8(0.0f), small / large, F8(0.0f));
   const M8 upper = ratio > F8(0.41421356f);
   const F8 t = select(upper, (small - large) / (small + large), ratio);

@@ -174,8 +174,8 @@ class SceneCompiler {
     return found->second;
   }
 
-  /// Fast rays miss the edge between two triangles about once in 10^7. Scenes need the slower, exact rays for this
-  /// reason, and if coordinates are much larger than the geometry.
+  /// Fast rays miss the edge between two triangles about once in 10^7, which shows with many triangles. They are also
+  /// inexact if coordinates are much larger than the geometry. Such scenes need the slower, exact rays.
   bool needs_robust_rays() const {
     double smallest = frame_.extent();
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
