@@ -83,7 +83,7 @@ extern "C" void on_abort(int signal) {
 }  // namespace
 
 Status out_of_memory(std::string_view what) {
-  return resource_exhausted("{} takes more memory than {}: run it where there is more", what, allowed_text());
+  return resource_exhausted("{} needs more memory than {}: run it on a machine with more memory", what, allowed_text());
 }
 
 void end_when_memory_ends(std::string_view program, int exit_code, bool openjd) {
