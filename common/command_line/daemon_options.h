@@ -26,7 +26,7 @@ inline void add_log_options(CLI::App& app, LogOptions& options) {
   app.add_option("--log-level", options.level, "trace, debug, info, warn, error or off")
       ->type_name("LEVEL")
       ->capture_default_str();
-  app.add_option("--log-format", options.format, "text, or json (one object a line)")
+  app.add_option("--log-format", options.format, "text, or json (one object per line)")
       ->type_name("FORMAT")
       ->capture_default_str();
 }

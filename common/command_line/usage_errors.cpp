@@ -40,15 +40,15 @@ std::string unknown_word(const CLI::App& app, std::string_view left_over) {
   const CommandDoc command = command_of(app);
   if (!word.starts_with('-')) {
     if (command.commands.empty()) {
-      return fmt::format("'{}' is one word too many", word);
+      return fmt::format("unexpected argument '{}'", word);
     }
     std::vector<std::string> names;
     for (const CommandDoc& below : command.commands) {
       names.push_back(below.name());
     }
     const std::string near = did_you_mean(word, names);
-    return fmt::format("there is no command '{}'{}", word,
-                       near.empty() ? fmt::format("; there are {}", fmt::join(names, ", ")) : near);
+    return fmt::format("unknown command '{}'{}", word,
+                       near.empty() ? fmt::format(". Commands: {}", fmt::join(names, ", ")) : near);
   }
   std::vector<std::string> names;
   for (const OptionDoc& option : command.options) {
