@@ -25,7 +25,7 @@ Status failed(std::string_view what) {
 Status check_common_name(std::string_view name) {
   LM_RETURN_IF_ERROR(check_name("name", name));
   if (name.empty() || name.size() > kMaxCommonNameBytes) {
-    return invalid_argument("name: a certificate's has 1 to {} bytes, got {}", kMaxCommonNameBytes, name.size());
+    return invalid_argument("name: must have 1 to {} bytes, got {}", kMaxCommonNameBytes, name.size());
   }
   return ok_status();
 }
@@ -98,7 +98,7 @@ Status add_host(GENERAL_NAMES* names, const std::string& host) {
     return add_name(names, GEN_IPADD, address);
   }
   if (!is_dns_name(host)) {
-    return invalid_argument("'{}' is neither a host's name nor an IP address (the port does not belong to it)", host);
+    return invalid_argument("'{}' is neither a host name nor an IP address (give it without a port)", host);
   }
   return add_name(names, GEN_DNS, as_byte_view(host));
 }
@@ -161,7 +161,7 @@ Result<Key> new_key() {
 Status check_subject(const CertificateSubject& subject) {
   LM_RETURN_IF_ERROR(check_common_name(subject.name));
   if (subject.hosts.empty() == subject.roles.empty()) {
-    return invalid_argument("a certificate has the hosts of a coordinator, or roles");
+    return invalid_argument("a certificate needs either the hosts of a coordinator, or roles");
   }
   return ok_status();
 }
@@ -189,10 +189,10 @@ Result<KeyAndCertificate> issue_certificate(const KeyAndCertificate& authority, 
   LM_ASSIGN_OR_RETURN(const Key authority_key, openssl::key_in(authority.key));
   X509* const issuer = issuers.front().get();
   if (!facts.front().authority || X509_check_private_key(issuer, authority_key.get()) != 1) {
-    return invalid_argument("the authority's key and certificate do not belong together");
+    return invalid_argument("the authority's key and certificate do not match");
   }
   if (facts.front().until_unix_s <= validity.from_unix_s) {
-    return invalid_argument("the authority '{}' has ended ({}): make a new one", facts.front().name,
+    return invalid_argument("the authority '{}' expired {}: make a new one", facts.front().name,
                             date_text(facts.front().until_unix_s));
   }
   const Validity within{validity.from_unix_s, std::min(validity.until_unix_s, facts.front().until_unix_s)};

@@ -27,12 +27,12 @@ inline void add_caller_options(CLI::App& app, CallerFiles& files) {
         ->group("Access");
   };
   add(kAuthorityOption, files.tls.authority,
-      "the authority that has signed the coordinator's certificate: the connection is encrypted, and made to no other",
+      "the authority of the coordinator's certificate; encrypts the connection, and refuses other coordinators",
       kAuthorityVariable);
-  add(kCertificateOption, files.tls.certificate, "the certificate that says who asks", kCertificateVariable);
+  add(kCertificateOption, files.tls.certificate, "the certificate that authenticates the caller", kCertificateVariable);
   add(kKeyOption, files.tls.key, "its private key (default: in the certificate's file)", kKeyVariable);
   add(kTokenFileOption, files.token_file,
-      "a token that says who asks, in place of a certificate (default: what LIGHTMILL_TOKEN says)", kTokenFileVariable);
+      "a file with a token, instead of a certificate (default: the token in LIGHTMILL_TOKEN)", kTokenFileVariable);
 }
 
 }  // namespace lightmill

@@ -124,10 +124,9 @@ std::string verdict(long code, const HostPort& to, const CertificateFacts& facts
           "its certificate is for {}, not for {}: use one of those names, or make a certificate that names this one",
           fmt::join(facts.hosts, ", "), to.host);
     case X509_V_ERR_CERT_HAS_EXPIRED:
-      return fmt::format("its certificate ended {}: renew it there", date_text(facts.until_unix_s));
+      return fmt::format("its certificate expired {}: renew it there", date_text(facts.until_unix_s));
     case X509_V_ERR_CERT_NOT_YET_VALID:
-      return fmt::format("its certificate holds from {} on: is this machine's clock right?",
-                         date_text(facts.from_unix_s));
+      return fmt::format("its certificate is valid from {}: check this machine's clock", date_text(facts.from_unix_s));
     case X509_V_ERR_DEPTH_ZERO_SELF_SIGNED_CERT:
     case X509_V_ERR_SELF_SIGNED_CERT_IN_CHAIN:
     case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT:
@@ -148,8 +147,8 @@ std::optional<std::string> refusal(const TlsTexts& texts) {
     return std::nullopt;
   }
   return fmt::format(
-      "it hangs up on the certificate of {}, which '{}' has signed: is that the farm's authority, and is the "
-      "certificate for callers?",
+      "it refuses the certificate of {}, signed by '{}': check that this is the farm's authority, and that the "
+      "certificate is for callers",
       kCertificateOption, facts->front().issuer);
 }
 
@@ -210,13 +209,13 @@ std::optional<std::string> connection_problem(const std::string& address, const 
   ERR_clear_error();
   const bool speaks_tls = SSL_connect(connection.get()) == 1;
   if (!texts.given()) {
-    return speaks_tls ? std::optional(fmt::format("it takes encrypted connections alone: give {} (and {})",
+    return speaks_tls ? std::optional(fmt::format("it accepts only encrypted connections: give {} (and {})",
                                                   kAuthorityOption, kCertificateOption))
                       : std::nullopt;
   }
   if (!speaks_tls) {
     if (ERR_GET_REASON(ERR_peek_last_error()) == SSL_R_WRONG_VERSION_NUMBER) {
-      return fmt::format("it does not take encrypted connections: leave out {} (and {}), or give the coordinator {}",
+      return fmt::format("it does not accept encrypted connections: leave out {} (and {}), or give the coordinator {}",
                          kAuthorityOption, kAuthorityVariable, kCertificateOption);
     }
     // Without an alert, the coordinator may be slow, overloaded or ending.
