@@ -99,7 +99,7 @@ class DocumentLoader {
       }
       if (profile->tilted) {
         loaded_.notices.push_back(fmt::format(
-            "{}: the factors for tilted mounting (TILT) of {} are left out: the lamp shines as it was measured",
+            "{}: the factors for tilted mounting (TILT) of {} are left out: the light has its measured intensity",
             place_of(field), path.string()));
       }
       ies->asset = add_bytes(*std::move(text), loaded_);
@@ -155,7 +155,7 @@ Status name_fetcher(const Status& status, const fs::path& folder, const SceneFil
   if (status.code() != StatusCode::kNotFound || !files.is_file(script)) {
     return status;
   }
-  return not_found("{}; {} fetches the models that are not kept there", message_of(status), script.string());
+  return not_found("{}; run {} to fetch the models", message_of(status), script.string());
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ Status load_libraries(ObjWithMaterials& file, const SceneFiles& files, std::vect
         const auto [known, added] = file.by_name.try_emplace(material.name, file.materials.size());
         if (!added) {
           if (const MtlMaterial& first = file.materials[known->second]; !same_definition(first, material)) {
-            append_notices({fmt::format("left out: {}:{}: material \"{}\", which {}:{} defines otherwise",
+            append_notices({fmt::format("left out: {}:{}: material \"{}\", which {}:{} defines differently",
                                         material.file, material.line, material.name, first.file, first.line)},
                            notices);
           }

@@ -34,7 +34,7 @@ bool ka_emits(const std::vector<MtlMaterial>& materials, KaMeaning meaning, std:
     return meaning == KaMeaning::emission;
   }
   if (meaning == KaMeaning::ambient) {
-    notices.emplace_back("Ka was read as ambient light and left out, as was asked for");
+    notices.emplace_back("Ka was read as ambient light and left out, as requested");
     return false;
   }
   if (std::any_of(materials.begin(), materials.end(), lit_ke)) {

@@ -145,13 +145,13 @@ std::string view_notice(const LoadedScene& loaded, Boxes& boxes) {
     }
   }
   const Point3d &eye = scene.camera.eye, &to = scene.camera.look_at;
-  const std::string camera = fmt::format("the camera, at ({:g}, {:g}, {:g}) and looking at ({:g}, {:g}, {:g})", eye[0],
+  const std::string camera = fmt::format("the camera at ({:g}, {:g}, {:g}), looking at ({:g}, {:g}, {:g}),", eye[0],
                                          eye[1], eye[2], to[0], to[1], to[2]);
   if (view.nothing()) {
-    return fmt::format("nothing of the scene is in view of {}; --camera gives another", camera);
+    return fmt::format("{} sees nothing of the scene: choose another with --camera", camera);
   }
-  return fmt::format("all of the scene is within {:.0f}x{:.0f} pixels, seen by {}; --camera gives another",
-                     std::ceil(view.width() * scene.film.width), std::ceil(view.height() * scene.film.height), camera);
+  return fmt::format("{} sees all of the scene within {:.0f}x{:.0f} pixels: choose another with --camera", camera,
+                     std::ceil(view.width() * scene.film.width), std::ceil(view.height() * scene.film.height));
 }
 
 /// The size of a material's largest shape. Flat shapes count together.
@@ -209,9 +209,8 @@ void say_dense_media(const LoadedScene& loaded, std::uint32_t max_bounces, Boxes
       ++named;
       notices.push_back(fmt::format(
           "the medium \"{}\" scatters so densely (optical thickness {}) that some of its light, perhaps a few "
-          "per cent, is lost where paths end after {} bounces; --max-bounces says where",
-          loaded.scene.materials[i].name, std::isinf(depth) ? "without end" : fmt::format("{:.3g}", depth),
-          max_bounces));
+          "per cent, is lost, because paths end after {} bounces (--max-bounces)",
+          loaded.scene.materials[i].name, std::isinf(depth) ? "infinite" : fmt::format("{:.3g}", depth), max_bounces));
     }
   }
 }
@@ -233,8 +232,8 @@ void say_huge_spheres(const LoadedScene& loaded, std::vector<std::string>& notic
     const double distance = std::max(looks, std::abs(glm::distance(map(to_vec(sphere->center)), eye) - radius));
     if (radius > kMost * distance) {
       notices.push_back(
-          fmt::format("the sphere \"{}\" is so large (radius {:g}) that near the camera its surface is only known to "
-                      "about {:.1g}; a plane in its place is exact",
+          fmt::format("the sphere \"{}\" is so large (radius {:g}) that near the camera its surface is only exact to "
+                      "about {:.1g}: use a plane instead",
                       object.name, radius, std::ldexp(radius, -22)));
       return;
     }

@@ -177,7 +177,7 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
     const std::string path = frame.path.empty() ? name : frame.path + "." + name;
     const pb::FieldDescriptor* field = type.FindFieldByName(name);
     if (field == nullptr) {
-      return fail(path, "unknown field; the fields are {}", field_names(type));
+      return fail(path, "unknown field. Known fields: {}", field_names(type));
     }
     if (std::find(frame.seen.begin(), frame.seen.end(), field) != frame.seen.end()) {
       return fail(path, "the field is given twice");

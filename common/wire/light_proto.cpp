@@ -46,8 +46,7 @@ std::string names_of_possible_units(const UnitScales& scales) {
 /// The strength as an RGB value. `path` names the strength.
 Result<RgbColor> strength_from_wire(const std::string& path, const v1::Strength& strength, const UnitScales& scales) {
   if (strength.quantity_case() == v1::Strength::QUANTITY_NOT_SET) {
-    return invalid_argument("{}: an amount must be given in one of the units {}", path,
-                            names_of_possible_units(scales));
+    return invalid_argument("{}: must be given in one of the units {}", path, names_of_possible_units(scales));
   }
   const LightUnit& unit = unit_of(strength);
   const double scale = scales.of(unit.quantity);
@@ -79,7 +78,7 @@ Result<RgbColor> light_strength(const std::string& path, const std::string& fiel
     return !given && fallback != nullptr ? *fallback : color_from_wire(path + field, given, color);
   }
   if (given) {
-    return invalid_argument("{}.strength: takes the place of {}, only one can be given", path, field.substr(1));
+    return invalid_argument("{}.strength: give either strength or {}", path, field.substr(1));
   }
   return strength_from_wire(path + ".strength", light.strength(), scales);
 }
@@ -139,7 +138,7 @@ Result<CosinePowerLight> cosine_power_light(const std::string& path, const v1::L
 Result<IesLight> ies_light(const std::string& path, const v1::Light& light) {
   const v1::Light::Ies& wire = light.ies();
   if (light.has_strength()) {
-    return invalid_argument("{}.strength: an IES file has its own; ies.scale changes it", path);
+    return invalid_argument("{}.strength: an IES file has its own strength: change it with ies.scale", path);
   }
   IesLight out;
   LM_ASSIGN_OR_RETURN(out.position, point_from_wire(path + ".ies.position", wire.has_position(), wire.position()));

@@ -28,7 +28,7 @@ Result<Transform> matrix_from_wire(const std::string& path, const v1::Transform&
     return invalid_argument("{}.matrix: 16 numbers are expected, got {}", path, transform.matrix_size());
   }
   if (transform.has_scale() || transform.has_rotate() || transform.has_translate()) {
-    return invalid_argument("{}: a matrix stands for all; scale, rotate and translate must be absent beside it", path);
+    return invalid_argument("{}: give either matrix, or scale, rotate and translate", path);
   }
   Transform out;
   for (int i = 0; i < 12; ++i) {

@@ -112,7 +112,7 @@ Status draft_objects(const v1::Scene& scene, SceneDraft& draft) {
     if (!by_face) {
       LM_ASSIGN_OR_RETURN(out.material, material_index(path, object.material(), draft.scene.materials, index));
     } else if (index.empty()) {
-      return invalid_argument("{}: the faces' materials are to be found in materials, but there are none", path);
+      return invalid_argument("{}: the faces need materials, but the document has none", path);
     }
     draft.scene.objects.push_back(std::move(out));
     draft.material_by_face.push_back(by_face);

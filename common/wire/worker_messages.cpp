@@ -426,7 +426,7 @@ Result<WorkerMessage> from_wire(const v1::WorkRequest& request) {
     case v1::WorkRequest::MESSAGE_NOT_SET:
       break;
   }
-  return invalid_argument("a worker's message of no known kind");
+  return invalid_argument("unknown kind of worker message");
 }
 
 void to_wire(const CoordinatorMessage& message, v1::WorkResponse* out) {
@@ -466,7 +466,7 @@ Result<CoordinatorMessage> from_wire(const v1::WorkResponse& response) {
     case v1::WorkResponse::MESSAGE_NOT_SET:
       break;
   }
-  return invalid_argument("a coordinator's message of no known kind");
+  return invalid_argument("unknown kind of coordinator message");
 }
 
 }  // namespace lightmill

@@ -71,9 +71,8 @@ Status LightBuilder::check_areas() const {
     if (material.emission_unit == EmissionUnit::flux && !is_black(material.emission) &&
         !area_.contains(object.material)) {
       return invalid_argument(
-          "materials[{}] \"{}\": a power needs a surface to radiate it, of an area that is neither without end nor "
-          "zero "
-          "in single precision; there is none",
+          "materials[{}] \"{}\": a power needs a surface whose area is finite and above zero in single "
+          "precision, but there is none",
           object.material, printable(material.name));
     }
   }

@@ -39,8 +39,8 @@ Status check_powers(const Scene& scene, const SceneAssets& assets) {
   for (const auto& [index, any] : radiates) {
     if (!any) {
       return invalid_argument(
-          "materials[{}]: \"{}\" states a power (emission_flux, or emission_strength in watt or lumen), which needs a "
-          "surface to radiate it, and those that it is used for have no area",
+          "materials[{}]: \"{}\" states a power (emission_flux, or emission_strength in watt or lumen), but "
+          "its surfaces have no area",
           index, printable(scene.materials[index].name));
     }
   }

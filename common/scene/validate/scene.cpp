@@ -17,7 +17,7 @@ Status check_planes(const Scene& scene) {
         material.emission != TexturedColor{}) {
       return invalid_argument(
           "objects[{}].plane: its material \"{}\" states a flux (materials[{}].emission_flux, or a strength in watt or "
-          "lumen), which a plane without end cannot have; state radiance or watts per square metre",
+          "lumen), which an infinite plane cannot have: give radiance or watts per square metre",
           i, printable(material.name), object.material);
     }
   }
@@ -41,12 +41,12 @@ Status check_holdouts(const Scene& scene) {
     }
     const auto refused = [&](std::string_view field, std::string_view what) {
       return invalid_argument(
-          "materials[{}]{}: \"{}\", of objects[{}], emits {}, which has no place in a scene with a holdout "
+          "materials[{}]{}: \"{}\", of objects[{}], emits {}, which is not possible in a scene with a holdout "
           "(objects[{}])",
           object.material, field, printable(material.name), i, what, holdout - scene.objects.begin());
     };
     if (material.emission.texture != kNoTexture) {
-      return refused(".emission", "by a texture");
+      return refused(".emission", "with a texture");
     }
     if (material.emission_exponent != 0) {
       return refused(".emission_exponent", "with an exponent");

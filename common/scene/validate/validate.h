@@ -35,7 +35,7 @@ bool spans_space(const Transform& t);
 /// Each component in [0, 1].
 Status check_reflectance(const std::string& path, const RgbColor& color);
 
-/// `unknown material "whit"; the materials are red, green, white`: the error for a name that is not in `materials`.
+/// `unknown material "whit". Known materials: red, green, white`: the error for a name that is not in `materials`.
 std::string describe_unknown_material(std::string_view name, const std::vector<Material>& materials);
 
 }  // namespace lightmill

@@ -91,7 +91,7 @@ class GltfScene {
     const JsonNode required = data_.root()["extensionsRequired"], used = data_.root()["extensionsUsed"];
     for (std::size_t i = 0; i < required.size(); ++i) {
       if (const std::string name = required.at(i).text(); !is_known(name)) {
-        required.at(i).fail(fmt::format("{} is not supported, and the file cannot be read without", name));
+        required.at(i).fail(fmt::format("the file requires {}, which is not supported", name));
       }
     }
     for (std::size_t i = 0; i < used.size(); ++i) {
@@ -120,7 +120,7 @@ class GltfScene {
       loaded_.cameras.push_back(*std::move(camera));
     }
     if (placed.node["skin"].present()) {
-      notices_.left_out("skins (meshes stand as they were modelled)");
+      notices_.left_out("skins (meshes keep their modelled pose)");
     }
   }
 
@@ -183,13 +183,13 @@ class GltfScene {
       names += fmt::format(" and {} more", flat_.size() - kShown);
     }
     if (!flat_.empty()) {
-      notices_.left_out("objects that are scaled to nothing: " + names);
+      notices_.left_out("objects with a scale of 0: " + names);
     }
   }
 
   void choose_camera() {
     if (loaded_.cameras.empty()) {
-      notices_.once("the file has no camera: all of it is seen from the front, from above and from the right");
+      notices_.once("the file has no camera: one was added that sees all of it from the front, above and right");
       loaded_.scene.camera = camera_for(box_);
       return;
     }
@@ -200,7 +200,7 @@ class GltfScene {
     const auto& materials = loaded_.scene.materials;
     if (loaded_.scene.lights.empty() && std::none_of(materials.begin(), materials.end(),
                                                      [](const Material& m) { return m.emission.rgb != RgbColor{}; })) {
-      notices_.once("nothing in the file emits light: it stands in an even white sky");
+      notices_.once("nothing in the file emits light: an even white sky was added");
       loaded_.scene.lights.push_back({"sky", EnvironmentLight{}});
     }
   }

@@ -132,7 +132,7 @@ Result<std::unique_ptr<GltfData>> GltfData::open(std::string bytes, const std::s
     asset["version"].fail(fmt::format("glTF 2.0 is expected, got \"{}\"", version));
   }
   if (const JsonNode least = asset["minVersion"]; least.present() && least.text() != "2.0") {
-    least.fail(fmt::format("what 2.0 has is read, and the file asks for \"{}\"", least.text()));
+    least.fail(fmt::format("only glTF 2.0 is supported, the file needs \"{}\"", least.text()));
   }
   data->load_buffers();
   LM_RETURN_IF_ERROR(data->status());

@@ -17,7 +17,7 @@ std::string name_of(const PlacedNode& placed, const JsonNode& thing) {
 Point3d forward(const PlacedNode& placed) {
   const Point3d axis = placed.axis(2, -1);
   if (!(std::hypot(axis[0], axis[1], axis[2]) > 1e-30)) {
-    placed.node.fail("a light or a camera stands here, but the scale of z is 0");
+    placed.node.fail("the node has a light or a camera, but its z scale is 0");
   }
   return axis;
 }

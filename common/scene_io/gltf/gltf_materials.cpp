@@ -118,7 +118,7 @@ void GltfMaterials::set_gloss(const JsonNode& extensions, PrincipledMaterial& ou
   const double factor = specular["specularFactor"].number(1, 0, 1);
   const auto color = specular["specularColorFactor"].numbers<3>({1, 1, 1}, 0, 1e6);
   if (color[0] != color[1] || color[1] != color[2]) {
-    notices_.once("coloured highlights of plastic are rendered in white, as bright on the mean");
+    notices_.once("coloured highlights of plastic are rendered in white, with the same mean");
   }
   const double mean = (color[0] + color[1] + color[2]) / 3;
   out.specular = std::min(factor * mean / 2, 1.0);
@@ -166,7 +166,7 @@ std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSp
     return kNoTexture;
   }
   if (const JsonNode extensions = from["extensions"]; !from["source"].present() && !extensions.keys().empty()) {
-    std::string_view extension = "extensions that are not known";
+    std::string_view extension = "unknown extensions";
     for (const char* name : {"KHR_texture_basisu", "EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds"}) {
       extension = extensions[name].present() ? name : extension;
     }
@@ -198,7 +198,7 @@ std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSp
   const JsonNode set_of = transform["texCoord"].present() ? transform["texCoord"] : info["texCoord"];
   const std::uint64_t set = set_of.whole(0, 0, 1000);
   if (texture_set_.value_or(set) != set) {
-    notices_.left_out("textures that lie by other coordinates than the first one of their material");
+    notices_.left_out("textures with other texture coordinates than the first texture of their material");
     return kNoTexture;
   }
   const std::optional<Sha256> asset = image(data_.element("images", from["source"]), out.file);

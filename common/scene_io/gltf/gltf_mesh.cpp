@@ -133,7 +133,7 @@ void say_attributes_left_out(const JsonNode& primitive, std::optional<std::uint6
     if (name.starts_with("COLOR_")) {
       notices.left_out("vertex colours");
     } else if (name.starts_with("JOINTS_") || name.starts_with("WEIGHTS_")) {
-      notices.left_out("skins (meshes stand as they were modelled)");
+      notices.left_out("skins (meshes keep their modelled pose)");
     } else if (name.starts_with("_")) {
       notices.left_out(fmt::format("vertex attribute {}", name));
     }
@@ -170,7 +170,7 @@ std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primiti
     corners = data.indices(primitive["indices"]);
     for (const std::uint32_t corner : corners) {
       if (corner >= vertices.count && data.status().ok()) {
-        primitive["indices"].fail(fmt::format("vertex {} is named, there are {}", corner, vertices.count));
+        primitive["indices"].fail(fmt::format("vertex {} is out of range, there are {}", corner, vertices.count));
       }
     }
     if (!data.status().ok()) {

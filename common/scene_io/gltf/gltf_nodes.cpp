@@ -109,7 +109,7 @@ std::vector<PlacedNode> placed_nodes(const GltfData& data) {
       return;
     }
     if (!seen.insert(node.path()).second) {
-      node.fail("the node stands in the scene twice");
+      node.fail("the node is in the scene twice");
       return;
     }
     out.push_back({node, compose(parent, local_transform(node))});
