@@ -10,10 +10,10 @@ namespace lightmill {
 /// GGX's alpha (roughness squared) below which a rough surface still casts caustics.
 inline constexpr double kCasterAlpha = 0.1;
 
-/// Whether the material is a caster, C, and not a receiver, D, in the classes of light paths by their start (light → C⁺
-/// → D …). Casters are mirrors, dielectrics and metals with alpha below kCasterAlpha. So are principled materials
-/// without a diffuse part, if every lobe is as narrow. Roughness maps multiply the roughness by at most 1, so they make
-/// no caster a receiver. A metallic map leaves a diffuse part.
+/// Whether the material is a caster (C) or a receiver (D). Light paths are classified by their start: light → C⁺ → D …
+/// Casters are mirrors, dielectrics and metals with alpha below kCasterAlpha. So are principled materials without a
+/// diffuse part, if every lobe is as narrow. Roughness maps multiply the roughness by at most 1, so they make no caster
+/// a receiver. A metallic map leaves a diffuse part.
 bool is_caster(const Material& material);
 
 /// One of the lobes of a caster.

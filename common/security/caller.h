@@ -35,9 +35,10 @@ struct CallerTexts {
 };
 
 /// Reads and checks the files that are given. Errors name option, file and environment variable, and say what to do.
-/// Errors: those of read_tls_files, a certificate without the farm's authority, an invalid token, a token that
-/// everybody on this machine can read, and a token that would go unencrypted over the network to one of `servers`
-/// (HOST:PORT).
+/// Errors are those of read_tls_files, and:
+/// - a certificate without the farm's authority
+/// - a token that is invalid, or that everybody on this machine can read
+/// - a token that would go unencrypted over the network to one of `servers` (HOST:PORT)
 Result<CallerTexts> read_caller(const CallerFiles& files, std::span<const std::string> servers,
                                 std::int64_t now_unix_s);
 

@@ -30,9 +30,10 @@ inline constexpr const char* kAuthorityOption = "--tls-ca";
 inline constexpr const char* kCertificateOption = "--tls-cert";
 inline constexpr const char* kKeyOption = "--tls-key";
 
-/// Reads the files that are given. Errors name option and file, and say what to do. Errors: a key without its
-/// certificate, a key that does not match it, a key that everybody on this machine can read, a certificate that is
-/// expired or not yet valid, and an authority file without an authority.
+/// Reads the files that are given. Errors name option and file, and say what to do:
+/// - a key without its certificate, or of another one, or that everybody on this machine can read
+/// - a certificate that is expired or not yet valid
+/// - an authority's file without an authority
 Result<TlsTexts> read_tls_files(const TlsFiles& files, std::int64_t now_unix_s);
 
 /// FAILED_PRECONDITION if everybody on this machine can read the file that holds `what`.

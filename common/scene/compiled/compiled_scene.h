@@ -1,5 +1,5 @@
-// A scene that is ready to be rendered: recentred (and rescaled if it is very large or small), indexed, with only the
-// features that it has. Immutable and thread-safe.
+// A scene that is ready to be rendered: recentred, indexed, and rescaled if it is very large or small. It has only the
+// features of the scene. Immutable and thread-safe.
 #pragma once
 
 #include <cstdint>

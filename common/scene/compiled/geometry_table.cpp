@@ -128,8 +128,8 @@ Surface8 GeometryTable::surface(const Ray8& rays, const Hit8& hits) const {
     }
   }
   s.geometric_normal = normalize(normal);
-  // The error of a hit's coordinate grows with three things: the coordinate, the ray's distance to the hit, and the
-  // distance from the ray to the triangle's corners.
+  // The error of a hit's coordinate grows with the coordinate and with the ray's distance to the hit. It also grows
+  // with the distance from the ray to the triangle's corners.
   V8 magnitude = abs(s.point) + abs(rays.direction) * hits.distance + extent;
   if (const M8 spheres = has_spheres_ ? is_shape(kSphere, hits.geometry, lanes) : M8(); spheres.any()) {
     put_back_onto_spheres(hits, spheres, s, magnitude);

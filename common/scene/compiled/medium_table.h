@@ -78,9 +78,9 @@ class MediumTable {
   std::vector<std::uint32_t> plain_;  ///< 1 for dielectrics: their boundaries only change the index
 };
 
-/// Whether paths must know which media they are in. That is so if a medium absorbs or scatters, has a priority or the
-/// index of the outside, or if shapes that transmit light may overlap. Else each boundary is between its medium and the
-/// outside, and always counts.
+/// Whether paths must know which media they are in. A medium that absorbs, scatters, has a priority or the index of the
+/// outside requires it. So do shapes that transmit light and may overlap. Else each boundary is between its medium and
+/// the outside, and always counts.
 bool needs_media(const Scene& scene, const std::vector<Bounds>& object_bounds);
 
 }  // namespace lightmill

@@ -29,8 +29,8 @@ class MeterSurfaces {
                 const std::vector<Bounds>& bounds, const WorldFrame& frame)
       : scene_(scene), meshes_(meshes), maps_(maps), bounds_(bounds), frame_(frame) {}
 
-  /// The magnitudes that enter the coordinates of hits near a meter on a surface: those of the meter, and of the
-  /// surfaces that pass through it within rounding. Zero for a meter on no surface. Its estimates begin at its place.
+  /// The magnitudes in the coordinates of hits near a meter on a surface. They are those of the meter, and of surfaces
+  /// that pass through it within rounding. Zero for a meter on no surface. Its estimates begin at its place.
   Vec3d magnitude(const MeterSpot& spot) const;
 
  private:
