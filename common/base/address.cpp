@@ -36,8 +36,7 @@ Result<HostPort> parse_host_port(std::string_view text) {
   if (bracketed) {
     host = host.substr(1, host.size() - 2);
   } else if (host.find(':') != std::string_view::npos) {
-    return invalid_argument("'{}' has several colons: an IPv6 address stands in brackets, for example [::1]:7350",
-                            text);
+    return invalid_argument("'{}' has several colons: put an IPv6 address in brackets, for example [::1]:7350", text);
   }
   if (!is_host(host)) {
     return invalid_argument("'{}' must be HOST:PORT, for example 127.0.0.1:7350", text);

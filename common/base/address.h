@@ -14,11 +14,11 @@ struct HostPort {
   std::uint16_t port = 0;
 };
 
-/// Whether a HostPort's host is this machine as only its own programs reach it: 127.0.0.0/8, ::1 or localhost.
+/// Whether `host` is this machine's loopback address: 127.0.0.0/8, ::1 or localhost.
 bool is_loopback(const std::string& host);
 
-/// Reads `farm.example:7350`, `127.0.0.1:7350` or `[::1]:7350`. INVALID_ARGUMENT says what is wrong with it; whether
-/// port 0 makes sense is the caller's to say.
+/// Reads `farm.example:7350`, `127.0.0.1:7350` or `[::1]:7350`. INVALID_ARGUMENT says what is wrong. Port 0 is
+/// accepted: the caller decides whether it makes sense.
 Result<HostPort> parse_host_port(std::string_view text);
 
 }  // namespace lightmill

@@ -1,4 +1,4 @@
-// Assertions that stay on in release builds: for what only a bug can cause.
+// Assertions for what only a bug can cause. They stay on in release builds.
 #pragma once
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// Time as an argument: pure parts are told the time; programs inject a Clock.
+// Time points, and the clock that programs inject. Pure code gets the time as an argument.
 #pragma once
 
 #include <chrono>
@@ -8,7 +8,7 @@ namespace lightmill {
 
 using Duration = std::chrono::nanoseconds;
 
-/// A moment of some steady clock; only differences mean anything.
+/// A time point of a steady clock. Only differences have a meaning.
 using Time = std::chrono::time_point<struct LightmillTimeline, Duration>;
 
 inline double to_seconds(Duration d) {
@@ -18,12 +18,12 @@ inline Duration from_seconds(double seconds) {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
 }
 
-/// Where a program gets the time from. Thread-safe.
+/// The time source of a program. Thread-safe.
 class Clock {
  public:
   virtual ~Clock() = default;
   virtual Time now() const = 0;                        ///< Monotonic.
-  virtual std::int64_t unix_milliseconds() const = 0;  ///< Wall clock, for people to read; may jump.
+  virtual std::int64_t unix_milliseconds() const = 0;  ///< Wall clock, for people to read. It may jump.
 };
 
 /// The machine's clocks.

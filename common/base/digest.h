@@ -1,4 +1,4 @@
-// Digests: SHA-256 names assets and jobs; XXH3-128 finds damage in results and logs.
+// Digests. SHA-256 names assets and jobs. XXH3-128 finds damage in results and stored rows.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@ struct Sha256 {
   static Result<Sha256> from_hex(std::string_view text);
 };
 
-/// SHA-256 of what has been appended, in order.
+/// SHA-256 of the appended bytes, in order.
 class Sha256Hasher {
  public:
   Sha256Hasher();
@@ -50,7 +50,7 @@ inline Sha256 sha256(std::string_view text) {
   return sha256(as_byte_view(text));
 }
 
-/// HMAC with SHA-256 (RFC 2104): nobody without the key can make it.
+/// HMAC with SHA-256 (RFC 2104). Only a holder of the key can make it.
 Sha256 hmac_sha256(const Sha256& key, ByteView bytes);
 
 /// An XXH3-128, shown as 32 hex digits (high word first, XXHash's canonical form).
@@ -63,7 +63,7 @@ struct Hash128 {
   static Result<Hash128> from_hex(std::string_view text);
 };
 
-/// XXH3-128 of what has been appended, in order.
+/// XXH3-128 of the appended bytes, in order.
 class Xxh3Hasher {
  public:
   Xxh3Hasher();

@@ -32,7 +32,7 @@ Status errno_error(std::string_view what, const fs::path& path) {
   const int code = errno;
   const StatusCode status = code == ENOENT ? StatusCode::kNotFound
                             : code == ENOSPC || code == EDQUOT
-                                ? StatusCode::kAborted  // a farm's limits are something else
+                                ? StatusCode::kAborted  // RESOURCE_EXHAUSTED means a limit of the farm
                             : code == EACCES || code == EPERM ? StatusCode::kPermissionDenied
                                                               : StatusCode::kFailedPrecondition;
   return make_error(status, "{} {}: {}", what, path.string(), std::strerror(code));
@@ -58,7 +58,7 @@ Status write_all(int fd, ByteView bytes, const fs::path& path) {
 
 enum class Existing { replaced, kept };
 
-/// Puts the file of a temporary name in place.
+/// Gives the temporary file its final name.
 Status give_name(const fs::path& temporary, const fs::path& path, Existing existing) {
   if (existing == Existing::replaced) {
     return ::rename(temporary.c_str(), path.c_str()) == 0 ? ok_status() : errno_error("cannot write", path);
@@ -71,7 +71,7 @@ Status give_name(const fs::path& temporary, const fs::path& path, Existing exist
 }
 
 Status write_temporary(const fs::path& temporary, const fs::path& path, ByteView bytes, mode_t mode) {
-  ::unlink(temporary.c_str());  // of a process of the same number, long ago
+  ::unlink(temporary.c_str());  // left by an earlier process with the same number
   const Descriptor fd(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
   if (fd.get() < 0) {
     return errno_error("cannot write", path);

@@ -1,4 +1,4 @@
-// Files that are never half written, reading whole ones, and where the program lies.
+// Whole files: reading them, writing them atomically. Also the program's folder.
 #pragma once
 
 #include <filesystem>
@@ -9,21 +9,22 @@
 
 namespace lightmill {
 
-/// The whole file; errors name the path. Fails on files over `limit_bytes`.
+/// The whole file. Errors name the path. RESOURCE_EXHAUSTED if it is larger than `limit_bytes`.
 Result<std::string> read_file(const std::filesystem::path& path, std::uint64_t limit_bytes = std::uint64_t{4} << 30);
 
-/// Whether write_file_atomically could begin: creates and removes its temporary file. `path` itself is not touched.
+/// Whether write_file_atomically can create its temporary file. It creates and removes one, and does not touch `path`.
 /// Errors of both name `path`.
 Status check_can_write(const std::filesystem::path& path);
 
-/// As write_file_atomically, for what nobody else may read (mode 0600). ALREADY_EXISTS, and nothing is touched, if
-/// there is such a file already, unless `replace`.
+/// Like write_file_atomically, for a file that only its owner can read (mode 0600). ALREADY_EXISTS if the file exists
+/// and `replace` is false. The file is not touched then.
 Status write_secret_file(const std::filesystem::path& path, ByteView bytes, bool replace);
 
-/// Writes to a temporary name beside `path`, flushes to disk and renames: readers see the old file or the new one.
+/// Writes a temporary file beside `path`, flushes it to disk and renames it. Readers see the old file or the new one.
 Status write_file_atomically(const std::filesystem::path& path, ByteView bytes);
 
-/// Makes the name of this file last through a power failure, where its file system can do that.
+/// Flushes the folder's entry of this file to disk, so that the name survives a power failure. Not every file system
+/// can do that.
 void sync_folder_of(const std::filesystem::path& path);
 
 /// The folder of the running program.

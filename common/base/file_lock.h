@@ -8,12 +8,13 @@
 
 namespace lightmill {
 
-/// Held while it lives; it falls with the process, however that ends. The file has the number of its holder's process,
-/// and stays.
+/// Holds the lock until it is destroyed or the process ends, in whatever way. The file contains the number of the
+/// holder's process. It is never deleted.
 class FileLock {
  public:
-  /// Makes the file if need be. FAILED_PRECONDITION if another holds it: `in_use`, and the number of its process;
-  /// PERMISSION_DENIED or UNAVAILABLE, naming the file, if it cannot be written or its file system has no locks.
+  /// Creates the file if needed. FAILED_PRECONDITION if another process holds the lock: `in_use`, and the number of
+  /// that process. PERMISSION_DENIED or UNAVAILABLE, with the file's name, if it cannot be written or its file system
+  /// has no locks.
   static Result<FileLock> acquire(const std::filesystem::path& path, std::string_view in_use);
   FileLock() = default;  ///< holds nothing
   ~FileLock();

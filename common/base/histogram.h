@@ -1,4 +1,4 @@
-// How often values were how large: what a metric of that kind is made of.
+// A histogram of values, for metrics.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,7 @@ namespace lightmill {
 
 class Histogram {
  public:
-  /// `bounds`: upper ends of the buckets, ascending, in the values' unit; what is larger than the last has one of its
-  /// own.
+  /// `bounds`: upper ends of the buckets, ascending, in the values' unit. Larger values have a bucket of their own.
   explicit Histogram(std::span<const double> bounds)
       : bounds_(bounds.begin(), bounds.end()), counts_(bounds.size() + 1) {}
 
@@ -20,7 +19,7 @@ class Histogram {
     sum_ += value;
   }
   const std::vector<double>& bounds() const { return bounds_; }
-  const std::vector<std::uint64_t>& counts() const { return counts_; }  ///< of each bucket alone
+  const std::vector<std::uint64_t>& counts() const { return counts_; }  ///< per bucket, not cumulative
   double sum() const { return sum_; }
 
  private:

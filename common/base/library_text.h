@@ -1,4 +1,4 @@
-// What a library says of its failure, as the end of a message of ours.
+// A library's error text, made fit for the end of one of our messages.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace lightmill {
 
-/// `text` on one line, its lines joined by "; ", without blanks at its ends; printable, and cut.
+/// `text` on one line: its lines are trimmed and joined by "; ". The result is printable, and cut.
 std::string library_text(std::string_view text);
 
 }  // namespace lightmill

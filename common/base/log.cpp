@@ -32,7 +32,7 @@ class JsonEscapedMessage final : public spdlog::custom_flag_formatter {
 thread_local Hash128 current_trace;
 thread_local std::uint64_t current_span = 0;
 
-/// What LogTrace has set, with what stands between it and the rest of the line.
+/// The fields that LogTrace set, with their separators from the rest of the line.
 class TraceFields final : public spdlog::custom_flag_formatter {
  public:
   explicit TraceFields(bool json) : json_(json) {}

@@ -1,4 +1,4 @@
-// Logging by spdlog: one line per event that matters, to standard error, as text or as JSON lines.
+// Logging with spdlog: one line per event, to standard error, as text or as JSON lines.
 #pragma once
 
 #include <spdlog/spdlog.h>
@@ -10,19 +10,19 @@
 #include "common/base/digest.h"
 #include "common/base/status.h"
 
-// spdlog formats in place, which costs every file that logs more than two seconds to compile. log.cpp has the code.
+// spdlog formats inline, which costs each file that logs more than two seconds to compile. log.cpp has the code
+// instead.
 extern template void fmt::detail::vformat_to<char>(buffer<char>&, string_view, basic_format_args<buffer_context<char>>,
                                                    locale_ref);
 
 namespace lightmill {
 
-/// Sets up the process's logger. `level` is trace, debug, info, warn, error or off; `format` is text or json; `program`
-/// stands in every line. Call once, before threads start.
+/// Sets up the process's logger. `level` is trace, debug, info, warn, error or off. `format` is text or json. Each line
+/// names `program`. Call once, before threads start.
 Status start_logging(std::string_view program, std::string_view level, std::string_view format);
 
-/// As long as it lives, its thread's lines end with trace_id=…, and with span_id=… if `span` is not 0 (in JSON they are
-/// fields of these names), as logs in OpenTelemetry's terms do: 32 and 16 hexadecimal digits. A trace of zeros is none.
-/// Not nested.
+/// Adds trace_id=…, and span_id=… if `span` is not 0, to the log lines of its thread while it lives. In JSON they are
+/// fields. They have 32 and 16 hexadecimal digits, as in OpenTelemetry. A trace of zeros adds nothing. Not nested.
 class LogTrace {
  public:
   explicit LogTrace(const Hash128& trace, std::uint64_t span = 0);

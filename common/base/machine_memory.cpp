@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
-/// The number behind the name in a file with a line for each.
+/// The number after `name` in a file that has one name and number per line.
 std::uint64_t number_of(const fs::path& path, std::string_view name) {
   std::ifstream file(path);
   for (std::string line; std::getline(file, line);) {
@@ -33,15 +33,15 @@ std::uint64_t kib_of(const fs::path& path, std::string_view name) {
   return kib == kUnlimited ? kUnlimited : kib << 10;
 }
 
-/// The first number of a file; "max", as unlimited groups say, is none.
+/// The first number of a file. "max", as in unlimited groups, is none.
 std::uint64_t number_in(const fs::path& path) {
   std::ifstream file(path);
   std::uint64_t number = 0;
   return file >> number ? number : kUnlimited;
 }
 
-/// The least limit of the group and of all that it lies in. Seen from within a container the group's own path may not
-/// exist, and the limit stands at the top.
+/// The least limit of the group and all its parents. Inside a container the group's own path may not exist. Then the
+/// limit is at the top.
 std::uint64_t group_bytes(const fs::path& top, const fs::path& group, const char* file) {
   std::uint64_t least = number_in(top / file);
   fs::path folder = top;
@@ -95,7 +95,7 @@ void stay_within_group_memory() {
 }
 
 double share_of_memory_gib(double share, double most, const fs::path& root) {
-  constexpr double kLeast = 0.001;  // that the options take
+  constexpr double kLeast = 0.001;  // the least value that the options accept
   const std::uint64_t bytes = usable_memory(root);
   return bytes == 0 ? most : std::clamp(share * static_cast<double>(bytes) / (1 << 30), kLeast, most);
 }

@@ -1,4 +1,4 @@
-// How much memory this process may come to use.
+// The memory that this process can use.
 #pragma once
 
 #include <cstdint>
@@ -6,17 +6,19 @@
 
 namespace lightmill {
 
-/// Bytes of the machine, or what the control groups that this process is in, or its own limits (ulimit -v, ulimit -d),
-/// allow, where that is less. `root` is where /proc and /sys lie. What cannot be read limits nothing; 0 if nothing can.
+/// The least of the machine's memory, the limits of the process's control groups, and its own limits (ulimit -v, ulimit
+/// -d), in bytes. `root` is the parent of /proc and /sys. A limit that cannot be read counts as none. 0 if there is
+/// none.
 std::uint64_t usable_memory(const std::filesystem::path& root = "/");
 
-/// Sets this process's limit of data such that it finds no more memory (std::bad_alloc) shortly before its control
-/// group has none left: the kernel kills without a word. Nothing happens without such a group. To be called once the
-/// process's threads run, as their stacks count. Memory that others in the group use, and files in memory, are not
-/// foreseen.
+/// Limits this process's data, so that allocations fail (std::bad_alloc) shortly before its control group is full.
+/// Otherwise the kernel kills the process without a message. Does nothing without such a group. Call it once the
+/// process's threads run, because their stacks count. Memory of other processes in the group, and files in memory, are
+/// not considered.
 void stay_within_group_memory();
 
-/// A default for an option in GiB: this share of the usable memory, at most `most`; `most` where nothing limits it.
+/// The default of an option in GiB: this share of the usable memory, at most `most`. `most` if nothing limits the
+/// memory.
 double share_of_memory_gib(double share, double most, const std::filesystem::path& root = "/");
 
 }  // namespace lightmill

@@ -17,7 +17,7 @@
 namespace lightmill {
 namespace {
 
-/// An abort with less address space left than this is one for want of it: libraries ask for as much at once.
+/// An abort with less address space left than this counts as out of memory. Libraries ask for as much at once.
 constexpr rlim_t kNearlyAll = rlim_t{128} << 20;
 
 /// Prepared while there is memory.
@@ -45,7 +45,7 @@ std::string allowed_text() {
   ::_exit(last_code);
 }
 
-/// Whether the exception that nothing handles is for want of memory. Threads need some for their stacks.
+/// Whether the uncaught exception means out of memory. Threads need memory for their stacks.
 bool wants_memory() {
   try {
     if (const std::exception_ptr thrown = std::current_exception()) {
@@ -60,7 +60,7 @@ bool wants_memory() {
   return false;
 }
 
-/// Of the address space; 0 if that cannot be read. Allocates nothing.
+/// Bytes of address space in use. 0 if they cannot be read. Allocates nothing.
 rlim_t used_address_space() {
   std::array<char, 64> text{};
   const int file = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
@@ -83,7 +83,7 @@ extern "C" void on_abort(int signal) {
 }  // namespace
 
 Status out_of_memory(std::string_view what) {
-  return resource_exhausted("{} takes more memory than {}: run it where there is more", what, allowed_text());
+  return resource_exhausted("{} needs more memory than {}: run it on a machine with more memory", what, allowed_text());
 }
 
 void end_when_memory_ends(std::string_view program, int exit_code, bool openjd) {

@@ -1,4 +1,4 @@
-// What a program says when its memory ends.
+// The last message of a program that runs out of memory.
 #pragma once
 
 #include <string_view>
@@ -7,12 +7,12 @@
 
 namespace lightmill {
 
-/// RESOURCE_EXHAUSTED: what takes too much, how much this process may have, and what to do.
+/// RESOURCE_EXHAUSTED: what needs too much, how much this process may have, and what to do.
 Status out_of_memory(std::string_view what);
 
-/// From now on the program ends with a message and this code, in whatever thread, where it would abort for want of
-/// memory or of a thread: by an exception, or in a library that calls abort. Other aborts stay as they are. The first
-/// thing in main. `openjd`: the farm manager is told, too.
+/// From now on, a program that runs out of memory or threads ends with a message and this code. This covers uncaught
+/// exceptions in any thread, and libraries that call abort. Other aborts stay as they are. Call it first in main.
+/// `openjd` sends the reason to the farm manager, too.
 void end_when_memory_ends(std::string_view program, int exit_code, bool openjd = false);
 
 }  // namespace lightmill

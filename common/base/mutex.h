@@ -1,4 +1,4 @@
-// A std::mutex that says what it guards: clang's thread-safety analysis checks the annotations.
+// A std::mutex with annotations, which clang's thread-safety analysis checks.
 #pragma once
 
 #include <condition_variable>
@@ -36,7 +36,8 @@ class LM_THREAD_ANNOTATION(scoped_lockable) MutexLock {
   Mutex& mutex_;
 };
 
-/// A condition variable for Mutex. Loop over the condition by hand: predicates hide from the analysis.
+/// A condition variable for Mutex. Write the loop over the condition by hand: the analysis does not look into
+/// predicates.
 class CondVar {
  public:
   void wait(Mutex& mutex) LM_REQUIRES(mutex) { condition_.wait(mutex); }

@@ -1,4 +1,4 @@
-// Visiting a variant with one lambda an alternative: std::visit(Overloaded{[](A) {}, [](B) {}}, value).
+// A visitor of variants with one lambda per alternative: std::visit(Overloaded{[](A) {}, [](B) {}}, value).
 #pragma once
 
 namespace lightmill {

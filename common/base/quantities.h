@@ -1,4 +1,4 @@
-// Numbers of things and bytes, for people.
+// Counts and byte sizes as text for people.
 #pragma once
 
 #include <cstdint>

@@ -6,7 +6,7 @@
 namespace lightmill {
 namespace {
 
-/// Ends the waiting thread; nobody else sends it.
+/// Ends the waiting thread. Only this class sends it.
 constexpr int kQuit = SIGUSR2;
 
 sigset_t watched_signals() {

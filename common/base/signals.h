@@ -6,11 +6,11 @@
 
 namespace lightmill {
 
-/// Takes SIGINT and SIGTERM away from the process's threads and reports them. Make it first in main, before any thread:
-/// a thread started earlier could still be hit. SIGPIPE is ignored from then on.
+/// Blocks SIGINT and SIGTERM in the process's threads, and reports them. Create it first in main: a thread that started
+/// earlier could still receive them. Also ignores SIGPIPE.
 class StopSignals {
  public:
-  /// `handler(count)` is called from a thread of its own for the first, second, … signal.
+  /// Calls `handler(count)` from a thread of its own for the first, second, … signal.
   explicit StopSignals(std::function<void(int count)> handler);
   ~StopSignals();
   StopSignals(const StopSignals&) = delete;

@@ -1,7 +1,7 @@
-// Errors as values: `Status` and `Result<T>`, whose codes are gRPC's.
+// Errors as values: `Status` and `Result<T>`, with gRPC's codes.
 //
-// What the outside can cause returns one of these and names the offending value and where it stands. What only a bug
-// can cause is a LM_CHECK (check.h).
+// What the outside can cause is returned as one of these. The message names the offending value and its place. What
+// only a bug can cause is an LM_CHECK (check.h).
 #pragma once
 
 #include <absl/status/status.h>

@@ -5,7 +5,7 @@
 namespace lightmill {
 namespace {
 
-/// One character of UTF-8, or one byte that is none.
+/// One UTF-8 character, or one invalid byte.
 struct Character {
   char32_t code = 0;
   std::size_t bytes = 1;
@@ -87,7 +87,7 @@ std::string cut_text(std::string text, std::size_t most_bytes) {
   }
   std::size_t end = most_bytes;
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) {
-    --end;  // within a character
+    --end;  // inside a character
   }
   text.resize(end);
   return text + "…";

@@ -9,8 +9,8 @@
 namespace lightmill {
 namespace {
 
-/// The C library's tables for Unicode, whatever locale the user has. In one without them (a system that lacks C.UTF-8)
-/// each character counts as one column.
+/// The C library's tables for Unicode, whatever locale the user has. Without them (a system that lacks C.UTF-8) each
+/// character counts as one column.
 class UnicodeTables {
  public:
   UnicodeTables() {
@@ -34,7 +34,7 @@ bool continues_character(char byte) {
   return (static_cast<unsigned char>(byte) & 0xc0) == 0x80;
 }
 
-/// Of `text`, which is not empty.
+/// The first cell of `text`, which is not empty.
 Cell first_cell(std::string_view text) {
   Cell first;
   while (first.bytes < text.size() && continues_character(text[first.bytes])) {
@@ -44,7 +44,7 @@ Cell first_cell(std::string_view text) {
   std::mbstate_t state{};
   if (first.bytes > 1 && ::mbrtowc(&code, text.data(), first.bytes, &state) == first.bytes) {
     const int columns = ::wcwidth(code);
-    first.columns = columns < 0 ? 1 : columns;  // newer than the tables
+    first.columns = columns < 0 ? 1 : columns;  // a character newer than the tables
   }
   return first;
 }
@@ -78,7 +78,7 @@ std::string cut_to_columns(std::string_view text, int columns) {
     }
     end += next.bytes;
   }
-  constexpr std::string_view kJoiner = "\u200d";  // would join what comes after the text
+  constexpr std::string_view kJoiner = "\u200d";  // at the end it would join what comes after the text
   while (end < text.size() && text.substr(0, end).ends_with(kJoiner)) {
     end -= kJoiner.size();
   }
@@ -87,7 +87,7 @@ std::string cut_to_columns(std::string_view text, int columns) {
 
 std::vector<std::string> wrap_to_columns(std::string_view text, int columns) {
   std::vector<std::string> lines(1);
-  int used = 0;  // of the last line
+  int used = 0;  // columns of the last line
   while (!text.empty()) {
     const std::size_t spaces = std::min(text.find_first_not_of(' '), text.size());
     std::string_view word = text.substr(spaces, text.find(' ', spaces) - spaces);

@@ -1,4 +1,4 @@
-// How wide text is in a terminal.
+// The width of text in a terminal.
 #pragma once
 
 #include <string>
@@ -7,17 +7,17 @@
 
 namespace lightmill {
 
-/// Columns of the terminal that this descriptor writes to; 0 if it is none.
+/// Columns of the terminal behind this descriptor. 0 if it is not a terminal.
 int terminal_columns(int descriptor);
 
-/// Columns of UTF-8 text: two for a wide character (CJK, emoji), none for one that combines with others.
+/// Columns of UTF-8 text: two for a wide character (CJK, emoji), none for a combining one.
 int columns_of(std::string_view text);
 
 /// As many of the first characters as fit into `columns`.
 std::string cut_to_columns(std::string_view text, int columns);
 
-/// Lines of at most so many columns, which has to be 2 or more. They end between words, or within one that is longer.
-/// At least one line.
+/// Lines of at most `columns` columns, which must be 2 or more. A line ends between words, or inside a word that is
+/// longer than a line. At least one line.
 std::vector<std::string> wrap_to_columns(std::string_view text, int columns);
 
 }  // namespace lightmill

@@ -5,8 +5,8 @@
 namespace lightmill {
 namespace {
 
-/// How the script works: it goes through the words before the cursor, follows commands and skips values, then asks
-/// the table, one case for each command, what may stand there.
+/// The script follows the words before the cursor: it enters commands and skips values. Then it looks up what may
+/// follow in a table with one case per command.
 constexpr std::string_view kBody = R"(
 _{0}() {{
   local word path={0} pending='' i
@@ -55,7 +55,7 @@ _{0}() {{
 complete -F _{0} {0}
 )";
 
-/// The line of the table: what may stand after the command's words.
+/// The command's line of the table: what may follow its words.
 std::string table_case(const CommandDoc& command) {
   std::vector<std::string> commands, options, valued, files, folders, choices;
   for (const CommandDoc& below : command.commands) {
@@ -63,7 +63,7 @@ std::string table_case(const CommandDoc& command) {
   }
   for (const OptionDoc& option : command.options) {
     options.insert(options.end(), option.names.begin(), option.names.end());
-    if (option.value.empty() || option.value_optional) {  // what follows may as well be anything else
+    if (option.value.empty() || option.value_optional) {  // no value needs to follow
       continue;
     }
     valued.insert(valued.end(), option.names.begin(), option.names.end());

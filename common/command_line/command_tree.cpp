@@ -25,7 +25,7 @@ OptionDoc option_doc(const CLI::Option& option) {
   doc.value = most > 0 ? option.get_type_name() : "";
   doc.text = option.get_description();
   doc.value_optional = most > 0 && option.get_expected_min() == 0;
-  // Of an optional value that is what stands for one that is left out, not for an option that is.
+  // For an optional value, the default string is the value used without one, not the default of the option.
   doc.default_value = doc.value_optional ? "" : option.get_default_str();
   doc.variable = option.get_envname();
   doc.group = option.get_group();
@@ -34,14 +34,14 @@ OptionDoc option_doc(const CLI::Option& option) {
   return doc;
 }
 
-/// An option of the same names comes only once.
+/// Appends the option unless there is one with the same names.
 void append_option(const OptionDoc& option, std::vector<OptionDoc>& options) {
   if (std::ranges::find(options, option.names, &OptionDoc::names) == options.end()) {
     options.push_back(option);
   }
 }
 
-/// Those of a command, with its groups of options, which the parser keeps as commands without a name.
+/// Appends a command's options and those of its option groups. The parser stores groups as commands without a name.
 void append_options(const CLI::App& app, CommandDoc& doc) {
   for (const CLI::Option* option : app.get_options()) {
     if (!option->get_group().empty()) {

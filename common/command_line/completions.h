@@ -1,4 +1,4 @@
-// Scripts by which shells complete a program's commands, options and values.
+// Shell scripts that complete a program's commands, options and values.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace lightmill {
 
-/// To be sourced, or put beside the others as the program's name.
+/// To be sourced, or installed beside the others under the program's name.
 std::string bash_completion(const CommandDoc& program);
-/// To be put into a folder of zsh's $fpath as _NAME.
+/// To be installed as _NAME in a folder of zsh's $fpath.
 std::string zsh_completion(const CommandDoc& program);
-/// To be put beside the others as NAME.fish.
+/// To be installed beside the others as NAME.fish.
 std::string fish_completion(const CommandDoc& program);
 
 }  // namespace lightmill

@@ -26,17 +26,17 @@ inline void add_log_options(CLI::App& app, LogOptions& options) {
   app.add_option("--log-level", options.level, "trace, debug, info, warn, error or off")
       ->type_name("LEVEL")
       ->capture_default_str();
-  app.add_option("--log-format", options.format, "text, or json (one object a line)")
+  app.add_option("--log-format", options.format, "text, or json (one object per line)")
       ->type_name("FORMAT")
       ->capture_default_str();
 }
 
-/// A bounded number (nan is none), in the group "Limits".
+/// A number within bounds, in the group "Limits". NaN is refused.
 template <class T>
 CLI::Option* add_limit(CLI::App& app, const std::string& name, T& value, const char* unit,
                        std::pair<std::type_identity_t<T>, std::type_identity_t<T>> range, const std::string& text) {
   CLI::Option* option = app.add_option(name, value, text)->type_name(unit)->capture_default_str()->group("Limits");
-  // Not CLI::Range, which takes nan.
+  // Not CLI::Range, which accepts NaN.
   return option->check([range](const std::string& given) -> std::string {
     T number{};
     return CLI::detail::lexical_cast(given, number) && number >= range.first && number <= range.second
@@ -45,8 +45,8 @@ CLI::Option* add_limit(CLI::App& app, const std::string& name, T& value, const c
   });
 }
 
-/// Reads the command line, then asks `check` what else is wrong with it. An exit code, or nothing when the program
-/// should run; errors have its name, and `failed`, if there is one, is told them too.
+/// Reads the command line, then calls `check`. Returns an exit code, or nothing if the program should run. Errors begin
+/// with the program's name. `failed`, if set, gets them too.
 inline std::optional<int> parse_options(CLI::App& app, int argc, char** argv, const std::function<Status()>& check,
                                         const std::function<void(const std::string&)>& failed = {}) {
   use_help_pages(app);

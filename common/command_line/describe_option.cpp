@@ -48,7 +48,7 @@ void add_describe_option(CLI::App& app, const std::string& version) {
          "--describe",
          [&app, version](const std::string& kind) {
            std::string text = description_of(app, kind, version);
-           text.pop_back();  // whoever prints it adds a line's end
+           text.pop_back();  // the printer adds a line end
            throw CLI::CallForVersion(text, 0);
          },
          "")

@@ -1,4 +1,4 @@
-// How a program tells about itself to the build, which makes completions and man pages of it.
+// A hidden option that describes the program, for the build's completions and manual pages.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -6,8 +6,8 @@
 
 namespace lightmill {
 
-/// Adds the hidden option --describe bash|zsh|fish|man, which prints that and ends the program as --version does. The
-/// date of a man page is the environment's SOURCE_DATE_EPOCH, or left out.
+/// Adds the hidden option --describe bash|zsh|fish|man. It prints the description and ends the program, as --version
+/// does. A manual page has the date of $SOURCE_DATE_EPOCH, or none.
 void add_describe_option(CLI::App& app, const std::string& version);
 
 }  // namespace lightmill

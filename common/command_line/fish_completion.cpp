@@ -58,9 +58,9 @@ std::string path_function(const CommandDoc& program) {
   return fmt::format(fmt::runtime(kPathFunction), program.name(), follow, fmt::join(valued, " "));
 }
 
-/// What may follow as a value: the flags of `complete`.
+/// The flags of `complete` for the option's value.
 std::string value_flags(const OptionDoc& option) {
-  if (option.value.empty() || option.value_optional) {  // what follows may as well be anything else
+  if (option.value.empty() || option.value_optional) {  // no value needs to follow
     return "";
   }
   const ValueChoice choice = choice_of(option.value);

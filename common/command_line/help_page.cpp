@@ -14,7 +14,7 @@ namespace {
 constexpr int kMostColumns = 100;
 constexpr int kLeastColumns = 40;
 
-/// Lines that are set in, as examples are, stay as they are. Others are wrapped in paragraphs.
+/// Wraps paragraphs. Indented lines, such as examples, stay as they are.
 void add_text(std::string_view text, int columns, std::string& page) {
   std::string paragraph;
   const auto end_paragraph = [&] {
@@ -42,7 +42,7 @@ struct Entry {
   std::string name, text;
 };
 
-/// Names in a column, and what they mean beside it; below a name that is too long.
+/// Names in a column, and their meaning beside it. The meaning of a long name is below it.
 void add_entries(const std::vector<Entry>& entries, int columns, std::string& page) {
   int widest = 0;
   const int most = std::min(28, columns / 3);
@@ -93,7 +93,7 @@ Entry position_of(const OptionDoc& position) {
   return {position.names.front() + (position.repeats ? "..." : ""), position.text};
 }
 
-/// In the order of their first entries.
+/// Groups in the order of their first entries.
 template <class Doc, class EntryOf>
 void add_groups(const std::vector<Doc>& docs, const EntryOf& entry_of_doc, int columns, std::string& page) {
   std::vector<std::pair<std::string, std::vector<Entry>>> groups;

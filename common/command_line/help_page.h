@@ -1,4 +1,4 @@
-// What --help prints.
+// The page that --help prints.
 #pragma once
 
 #include <string>
@@ -7,13 +7,13 @@
 
 namespace lightmill {
 
-/// Wrapped to so many columns.
+/// Wrapped to `columns` columns.
 std::string help_page(const CommandDoc& command, int columns);
 
-/// In the width of standard output's terminal, or in 100 columns.
+/// Wrapped to the width of standard output's terminal, else to 100 columns.
 std::string help_page_for_terminal(const CLI::App& app);
 
-/// Has `app` and all its commands print that for --help.
+/// Makes `app` and all its commands print this page for --help.
 void use_help_pages(CLI::App& app);
 
 }  // namespace lightmill

@@ -7,11 +7,11 @@
 namespace lightmill {
 namespace {
 
-/// An option of that many commands is told once for all of them.
+/// An option that this many commands have is described once for all of them.
 constexpr std::size_t kShared = 3;
 constexpr const char* kHelpFlag = "--help";
 
-/// Text as troff prints it letter by letter; what stands between backticks is bold.
+/// Text that troff prints letter by letter. Text between backticks is bold.
 std::string escaped(std::string_view text) {
   std::string out;
   bool bold = false;
@@ -51,7 +51,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return CLI::detail::split(text, '\n');
 }
 
-/// Paragraphs are filled; lines that are set in by two spaces stay lines.
+/// Fills paragraphs. Lines indented by two spaces stay lines.
 std::string paragraphs(const std::string& text) {
   std::string out;
   bool filled = true, begun = false;  // begun: the paragraph has a line
@@ -73,7 +73,7 @@ std::string paragraphs(const std::string& text) {
   return out + (filled ? "" : ".fi\n");
 }
 
-/// A section begins with a paragraph anyway.
+/// Drops a first .PP, because a section begins with a paragraph anyway.
 std::string section(const std::string& title, const std::string& text) {
   constexpr std::string_view kParagraph = ".PP\n";
   return fmt::format(".SH {}\n{}", title, text.substr(text.starts_with(kParagraph) ? kParagraph.size() : 0));
@@ -132,7 +132,7 @@ std::string option_groups(const std::vector<OptionDoc>& options) {
   return out;
 }
 
-/// Options that several commands have in the same words.
+/// Options that several commands have with the same text.
 std::vector<OptionDoc> shared_options(const std::vector<const CommandDoc*>& commands) {
   std::vector<std::pair<OptionDoc, std::size_t>> counts;
   for (const CommandDoc* command : commands) {
@@ -166,7 +166,7 @@ std::string command_section(const CommandDoc& command, const CommandDoc& program
   std::vector<std::string> also;
   for (const OptionDoc& option : command.options) {
     if (std::ranges::find(program.options, option) != program.options.end() && option.names.back() != kHelpFlag) {
-      continue;  // told there
+      continue;  // described there
     }
     if (std::ranges::find(shared, option) != shared.end()) {
       also.push_back(fmt::format("\\fB{}\\fR", escaped(option.names.back())));
@@ -194,7 +194,7 @@ std::string environment(const std::vector<const CommandDoc*>& commands) {
   return out.empty() ? "" : ".SH ENVIRONMENT\n" + out;
 }
 
-/// The first words of a description, up to the first stop.
+/// The description up to its first stop.
 std::string summary(const std::string& about) {
   return about.substr(0, about.find_first_of(".:\n"));
 }

@@ -7,7 +7,7 @@
 
 namespace lightmill {
 
-/// For section 1, in the man macros. `date` ("2026-11-23") and `version` stand in the page's footer.
+/// For section 1, in man macros. The footer shows `date` ("2026-11-23") and `version`.
 std::string man_page(const CommandDoc& program, const std::string& version, const std::string& date);
 
 }  // namespace lightmill

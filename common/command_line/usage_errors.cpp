@@ -10,7 +10,7 @@
 namespace lightmill {
 namespace {
 
-/// Letters to insert, to take out, to replace, or to swap with their neighbour until `a` is `b` (optimal string
+/// The number of letters to insert, remove, replace or swap with their neighbour to turn `a` into `b` (optimal string
 /// alignment).
 std::size_t distance_of(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before, last(b.size() + 1), row(b.size() + 1);
@@ -34,21 +34,21 @@ const CLI::App& command_read(const CLI::App& app) {
   return below.empty() ? app : command_read(*below.front());
 }
 
-/// Of the first word that was left over.
+/// The error for the first word that was left over.
 std::string unknown_word(const CLI::App& app, std::string_view left_over) {
   const std::string word(left_over.substr(0, left_over.find('=')));
   const CommandDoc command = command_of(app);
   if (!word.starts_with('-')) {
     if (command.commands.empty()) {
-      return fmt::format("'{}' is one word too many", word);
+      return fmt::format("unexpected argument '{}'", word);
     }
     std::vector<std::string> names;
     for (const CommandDoc& below : command.commands) {
       names.push_back(below.name());
     }
     const std::string near = did_you_mean(word, names);
-    return fmt::format("there is no command '{}'{}", word,
-                       near.empty() ? fmt::format("; there are {}", fmt::join(names, ", ")) : near);
+    return fmt::format("unknown command '{}'{}", word,
+                       near.empty() ? fmt::format(". Commands: {}", fmt::join(names, ", ")) : near);
   }
   std::vector<std::string> names;
   for (const OptionDoc& option : command.options) {
@@ -79,7 +79,7 @@ std::string usage_error_text(const CLI::App& app, const CLI::ParseError& error) 
   if (!left_over.empty() && (lacks_command || dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)) {
     return unknown_word(read, left_over.front());
   }
-  // CLI11's words for an option that was given twice are about counts.
+  // CLI11's text for an option that is given twice is about counts.
   const std::size_t twice = text.find(": At Most 1 required");
   return twice == std::string::npos ? text : text.substr(0, twice) + " is given more than once";
 }

@@ -5,7 +5,7 @@
 namespace lightmill {
 namespace {
 
-/// Text within single quotes; `special` gets a backslash, as _arguments and _describe want it.
+/// Text within single quotes. `special` characters get a backslash, as _arguments and _describe require.
 std::string quoted(const std::string& text, std::string_view special) {
   std::string out;
   for (const char letter : text) {
@@ -93,7 +93,7 @@ std::string zsh_completion(const CommandDoc& program) {
   for (const CommandDoc* command : all_commands(program)) {
     script += function_text(*command);
   }
-  // Found in $fpath this file is the function's body the first time it is called; sourced, it has to make itself known.
+  // As a file of $fpath, this is the function's body at the first call. When sourced, it must register itself.
   return script + fmt::format("if [[ $funcstack[1] == _{0} ]]; then\n  _{0} \"$@\"\nelse\n  compdef _{0} {0}\nfi\n",
                               program.name());
 }

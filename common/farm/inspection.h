@@ -1,4 +1,4 @@
-// Scene files that a worker is asked to read, and what it finds: as plain values.
+// Inspection: a worker reads scene files and reports what they hold. Plain values.
 #pragma once
 
 #include <string>
@@ -9,15 +9,15 @@
 
 namespace lightmill {
 
-using InspectionId = StrongId<struct InspectionTag>;  ///< Unique in the life of a farm.
+using InspectionId = StrongId<struct InspectionTag>;  ///< Unique during the life of a farm.
 
 struct InspectionRequest {
   struct File {
-    std::string path;  ///< as the files name each other: relative, with '/'
-    Sha256 digest;     ///< of an asset that the farm has
+    std::string path;  ///< relative, with '/', as the files name each other
+    Sha256 digest;     ///< an asset of the farm
   };
   std::vector<File> files;
-  std::vector<std::string> scene;  ///< of these, the scene itself
+  std::vector<std::string> scene;  ///< which of the files are the scene itself
   std::string camera;              ///< empty: the scene's
 };
 
@@ -27,15 +27,15 @@ struct Inspection {
   };
   struct Verdict {
     std::string method;
-    bool admitted = false;  ///< it finds all of the light
+    bool admitted = false;  ///< it finds all light
     std::string reason;
   };
   std::string scene;           ///< packed, ready for RenderSettings
-  std::vector<Sha256> assets;  ///< that it names, sorted, each once; the farm has them
+  std::vector<Sha256> assets;  ///< assets that it names, sorted, each once; the farm has them
   std::vector<std::string> notices;
   std::vector<Fact> facts;
   std::vector<Verdict> methods;
-  std::vector<std::string> chosen;  ///< what auto takes, or chooses among
+  std::vector<std::string> chosen;  ///< the method that `auto` takes, or its candidates
   std::vector<std::string> cameras;
 };
 

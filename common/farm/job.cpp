@@ -7,7 +7,7 @@
 namespace lightmill {
 namespace {
 
-/// Appends length-prefixed fields, so that no two different settings give the same bytes.
+/// Appends length-prefixed fields, so that different settings give different bytes.
 class FieldHasher {
  public:
   void text(std::string_view value) {

@@ -16,7 +16,7 @@ Status check_method(std::string_view text, const RenderSettings& settings) {
     return with_context(method.status(), "settings.method");
   }
   if (method->name == kAutoMethod) {
-    return invalid_argument("settings.method: there is nothing to choose from for {}", text);
+    return invalid_argument("settings.method: {} has no candidate methods", text);
   }
   if (const Status status = check_max_bounces(method->name, settings.max_bounces); !status.ok()) {
     return with_context(status, "settings.max_bounces");
@@ -64,7 +64,7 @@ Status check_goal(const Goal& goal, const PixelRect& crop) {
   }
   LM_RETURN_IF_ERROR(check_goal(goal));
   if (goal.error > 0 && crop.width == 1 && crop.height == 1) {
-    return invalid_argument("goal.error: the error of a single pixel cannot be told; give samples or seconds");
+    return invalid_argument("goal.error: a single pixel has no error estimate: give samples or seconds");
   }
   return ok_status();
 }

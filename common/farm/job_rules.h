@@ -1,4 +1,4 @@
-// All rules of what a job may ask for. Whoever takes a job in, or reads one back, asks here.
+// All rules for job specifications. Code that accepts a job, or reads a stored one, calls these.
 #pragma once
 
 #include <span>
@@ -9,28 +9,28 @@
 
 namespace lightmill {
 
-// Every check gives INVALID_ARGUMENT. Those of one number say what it must be, and their caller names it; the others
-// name the field.
+// Every check returns INVALID_ARGUMENT. Checks of a single number say what it must be, and the caller names it. The
+// others name the field.
 
 Status check_goal_seconds(double seconds);
 Status check_goal_error(double error);
 
-/// What a frame may have at most, so that no tile has more than kMaxSamples.
+/// The most samples per pixel of a frame, so that no tile has more than kMaxSamples.
 std::uint64_t most_samples(const Goal& goal);
-/// Each limit by itself.
+/// Checks each limit by itself.
 Status check_goal(const Goal& goal);
-/// Also whether a job on `crop` can end by it.
+/// Also checks whether a job on `crop` can end by the goal.
 Status check_goal(const Goal& goal, const PixelRect& crop);
 Status check_verify_share(double share);
 
-/// Whether the crop lies within a film of a size that is possible.
+/// Checks the film's size, and that the crop is inside.
 Status check_crop(int width, int height, const PixelRect& crop);
-/// Of the settings, and how many meters they have: only then is there a grid_of.
+/// Checks the film's size, the crop and the number of meters. grid_of needs valid ones.
 Status check_grid(const RenderSettings& settings);
-/// The same, and its layers.
+/// Like check_grid, and checks the layers.
 Status check_film(const RenderSettings& settings);
 
-/// Whether workers can render this, by each of `candidates` if there are any.
+/// Checks whether workers can render this, by each of `candidates` if there are any.
 Status check_spec(const JobSpec& spec, std::span<const std::string> candidates = {});
 
 }  // namespace lightmill

@@ -1,6 +1,6 @@
-// What a worker and the coordinator say to each other on their one stream, as plain values.
+// Messages between worker and coordinator on their one stream, as plain values.
 //
-// Every message may be repeated or lost; none does harm twice. common/wire converts them to lightmill.v1.
+// Every message may be repeated or lost without harm. common/wire converts them to lightmill.v1.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ struct Unit {
   friend bool operator==(const Unit&, const Unit&) = default;
 };
 
-/// Names one node of one job.
+/// The key of one node of one job.
 struct NodeKey {
   JobId job;
   TileId tile;
@@ -40,25 +40,26 @@ struct HeldLease {
   LeaseId lease;
   std::uint64_t epoch = 0;
   Sha256 render_digest;      ///< of the job as the worker knows it: job 1 of another farm is another job
-  Unit unit;                 ///< with the tiles that are still to be rendered or acknowledged
-  std::vector<Sha256> tags;  ///< of each tile of the unit, as granted
+  Unit unit;                 ///< with the tiles that are not yet rendered or acknowledged
+  std::vector<Sha256> tags;  ///< one per tile of the unit, as granted
 };
 
 // ---- worker → coordinator ----
 
 /// The first message on every stream, also after a reconnect.
 struct WorkerHello {
-  std::string name;  ///< unique on the farm; a second one of the same name replaces the first
+  std::string name;  ///< unique on the farm; a second worker of this name replaces the first
   std::string host;
   std::uint32_t pid = 0;
   std::uint32_t threads = 1;
   std::string fingerprint_class;
   std::string renderer_version;
-  std::vector<HeldLease> held;  ///< leases of an earlier session, of any epoch, that are still being worked on
+  std::vector<HeldLease> held;  ///< leases of an earlier session, of any epoch, that the worker still works on
   bool draining = false;
-  std::string machine = {};  ///< the same for all processes on one machine, whatever containers they are in
-  bool inspects = false;     ///< it knows what an InspectGrant is
-  /// The name of its certificate or token. The coordinator finds it out; it is not sent. Empty: nothing was asked for.
+  std::string machine = {};  ///< the same for all processes on one machine, also in containers
+  bool inspects = false;     ///< it understands InspectGrant
+  /// The name of its certificate or token. The coordinator sets it. It is not sent. Empty: no authentication was
+  /// required.
   std::string identity = {};
 };
 
@@ -66,18 +67,18 @@ struct WorkerHello {
 struct TileAtWork {
   LeaseId lease;
   TileId tile;
-  double cpu_seconds = 0;  ///< of its thread, so far
+  double cpu_seconds = 0;  ///< of its thread so far
   friend bool operator==(const TileAtWork&, const TileAtWork&) = default;
 };
 
-/// Sent every heartbeat interval: it renews all the worker's leases that it lists. Those that the coordinator does not
-/// know are answered with a LeaseCancel.
+/// Sent every heartbeat interval. It renews the worker's leases that it lists. The coordinator answers unknown ones
+/// with a LeaseCancel.
 struct WorkerHeartbeat {
   std::vector<LeaseId> leases;
-  /// The longest that a result has waited: one that was acknowledged since the heartbeat before, until it was; one that
-  /// still waits to be, until now. None if there are neither.
+  /// The longest wait of a result for its acknowledgement. It covers results acknowledged since the previous heartbeat,
+  /// and results that still wait. None if there are neither.
   std::optional<Duration> longest_wait = std::nullopt;
-  std::vector<TileAtWork> at_work = {};  ///< those that have taken a second of CPU time or more
+  std::vector<TileAtWork> at_work = {};  ///< tiles that took a second of CPU time or more
 };
 
 struct WorkerResult {
@@ -85,42 +86,42 @@ struct WorkerResult {
   NodeKey key;
   Node node;
   Hash128 hash;          ///< hash_of(node), computed by the worker
-  Sha256 render_digest;  ///< a result is a fact about (render digest, tile, range): others' are not wanted
-  double seconds = 0;    ///< thread time that it took
-  Hash128 trace = {};    ///< as its lease's
-  Sha256 tag = {};       ///< of its tile in the grant
+  Sha256 render_digest;  ///< a result belongs to a render digest, tile and range; others are refused
+  double seconds = 0;    ///< thread time
+  Hash128 trace = {};    ///< of its lease
+  Sha256 tag = {};       ///< tag of its tile in the grant
 };
 
-/// The worker gives the tiles of a lease back for which it has sent no result (it drains, or does not know the job).
-/// Results of the lease that it has rendered come before.
+/// The worker returns the tiles of a lease for which it has sent no result, because it drains or does not know the job.
+/// It sends the results that it has rendered first.
 struct WorkerReturn {
   LeaseId lease;
 };
 
-/// The worker cannot render this job: nobody can (the scene does not compile, an asset is damaged), or it alone cannot,
-/// by limits of its own.
+/// The worker cannot render this job. Either no worker can (the scene does not compile, an asset is damaged), or its
+/// own limits are too small.
 struct WorkerRefusal {
   JobId job;
   std::string reason;
-  bool own_limits = false;  ///< others may render it
+  bool own_limits = false;  ///< other workers may render it
 };
 
-/// What a pilot has found. Its thread seconds are part of the job's.
+/// The result of a pilot. Its thread seconds are part of the job's.
 struct PilotReport {
   LeaseId lease;
   std::uint32_t choice = 0;          ///< index in the grant's methods
   std::vector<std::string> reasons;  ///< for people
   double seconds = 0;
-  Allocation allocation{};  ///< where it was asked for, and gains something
+  Allocation allocation{};  ///< if it was asked for and is worthwhile
 };
 
-/// What an inspection has found; an error says what is wrong with the files, or why they could not be read.
+/// The result of an inspection. An error says what is wrong with the files, or why they could not be read.
 struct InspectReport {
   InspectionId inspection;
   Result<std::shared_ptr<const Inspection>> found;
 };
 
-/// The worker takes no more leases; it leaves when its last one is done.
+/// The worker takes no more leases. It leaves after its last one.
 struct WorkerDraining {};
 
 using WorkerMessage = std::variant<WorkerHello, WorkerHeartbeat, WorkerResult, WorkerReturn, WorkerRefusal,
@@ -131,11 +132,11 @@ using WorkerMessage = std::variant<WorkerHello, WorkerHeartbeat, WorkerResult, W
 struct Welcome {
   std::uint64_t epoch = 0;
   Duration heartbeat_interval{};
-  Duration lease_duration{};  ///< a lease not renewed for so long is lost
-  Hash128 farm{};             ///< names the farm: grants of another one are worth nothing here
+  Duration lease_duration{};  ///< a lease that is not renewed for this long is lost
+  Hash128 farm{};             ///< id of the farm: grants of another farm are not valid here
 };
 
-/// Describes a job. Sent before each lease of a job of which the worker holds no other lease of this session.
+/// Describes a job. Sent before a lease of a job of which the worker holds no other lease in this session.
 struct JobDescription {
   JobId job;
   Sha256 render_digest;
@@ -146,48 +147,48 @@ struct LeaseGrant {
   LeaseId lease;
   Unit unit;
   Hash128 trace = {};  ///< trace_id of the job, for logs
-  /// For each tile of the unit: proves to every coordinator of the farm, at any time, that these samples were granted
+  /// One per tile of the unit. It proves to every coordinator of the farm, at any time, that these samples were granted
   /// to this worker (server/domain/grants.h).
   std::vector<Sha256> tags = {};
 };
 
-/// A unit of its own kind: find out which of these methods is the cheapest for the job, and where its samples go. It is
-/// bound to the stream: where that breaks, the pilot is granted again, and comes to the same.
+/// A request for a pilot: find out which of these methods is cheapest for the job, and where its samples go. It ends
+/// with the stream. Then the pilot is granted again, and has the same result.
 struct PilotGrant {
   LeaseId lease;
   JobId job;
   RenderSettings settings;           ///< whose method is still `auto`
-  std::vector<std::string> methods;  ///< the simplest first; one only if samples are to be allocated
-  bool allocate = false;             ///< samples go by noise
+  std::vector<std::string> methods;  ///< simplest first; only one if the pilot just allocates samples
+  bool allocate = false;             ///< noisy tiles get more samples
 };
 
-/// Read these scene files and say what they hold. One at a time; bound to the stream, as a pilot is, and dropped by a
-/// worker that leaves: another one gets it.
+/// A request to read these scene files and report what they hold. One at a time. It ends with the stream, or when the
+/// worker leaves. Then another worker gets it.
 struct InspectGrant {
   InspectionId inspection;
   std::shared_ptr<const InspectionRequest> request;
 };
 
-/// These nodes are committed (or not wanted): the worker may forget them.
+/// These nodes are committed, or not wanted. The worker may drop them.
 struct ResultAck {
   std::vector<NodeKey> keys;
 };
 
-/// Stop working on these leases; answer with nothing.
+/// The worker stops working on these leases. It does not answer.
 struct LeaseCancel {
   std::vector<LeaseId> leases;
 };
 
-/// Take no more leases, finish what is there, leave.
+/// The worker takes no more leases, finishes its work and leaves.
 struct DrainRequest {};
 
-/// Another worker of this name has taken over, or the hello was not acceptable: leave.
+/// The worker has to leave: another worker of this name replaced it, or its hello was refused.
 struct Dismissal {
   std::string reason;
-  bool for_now = false;  ///< there is no room: ask again later. It is told by the end of the stream, not by a message.
+  bool for_now = false;  ///< no room now: try again later. The end of the stream tells this, not a message.
 };
 
-/// Something that the worker's people are to know: a line for its log.
+/// A line for the worker's log.
 struct Notice {
   std::string text;
 };

@@ -1,4 +1,4 @@
-// Rays and hits, eight at a time.
+// Eight rays, and their hits.
 #pragma once
 
 #include "common/math/vec.h"

@@ -1,4 +1,4 @@
-// Columns of tables that are looked up by eight lanes.
+// Columns of tables in which eight lanes look up values.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,8 @@
 
 namespace lightmill {
 
-/// A growing array of floats or of 32-bit integers. Up to eight values are in a register when they are looked up: to
-/// permute them takes a fraction of a gather's time.
+/// A growing array of floats or of 32-bit integers. Up to eight values are looked up in a register. A permutation takes
+/// a fraction of a gather's time.
 template <class T>
 class Column {
  public:
@@ -20,7 +20,7 @@ class Column {
   }
   std::size_t size() const { return size_; }
   T operator[](std::size_t row) const { return values_[row]; }
-  /// The values of these rows in the lanes of the mask, 0 elsewhere.
+  /// The values of these rows in the lanes of the mask, 0 in the others.
   Lanes at(U8 row, M8 lanes) const {
     return size_ <= 8 ? masked(lanes, permute(Lanes::load(values_.data()), row)) : gather(values_.data(), row, lanes);
   }
@@ -30,7 +30,7 @@ class Column {
   std::size_t size_ = 0;
 };
 
-/// The same of vectors.
+/// A column of vectors.
 class VectorColumn {
  public:
   void push_back(const Vec3& v) {

@@ -1,4 +1,5 @@
-// Exponentials and logarithms in eight lanes, with fixed bits. Polynomials and reductions of Cephes (Moshier 1989).
+// Exponentials and logarithms in eight lanes, with fixed bits. Polynomials and range reductions of Cephes (Moshier
+// 1989).
 #pragma once
 
 #include "common/math/simd.h"
@@ -33,17 +34,17 @@ inline ExpParts8 exp_parts(F8 x) {
 
 }  // namespace detail
 
-inline constexpr float kSmallestExpArgument = -87.3f;  ///< below, e^x is taken as 0
-inline constexpr float kLargestExpArgument = 88.3f;    ///< above, e^x is that of this
+inline constexpr float kSmallestExpArgument = -87.3f;  ///< below, e^x counts as 0
+inline constexpr float kLargestExpArgument = 88.3f;    ///< above, e^x is the value here
 
-/// e^x; relative error below 2e-7. 0 below kSmallestExpArgument (also for −∞), e^88.3 above kLargestExpArgument.
+/// e^x. Relative error below 2e-7. 0 below kSmallestExpArgument (also for −∞), e^88.3 above kLargestExpArgument.
 inline F8 exp(F8 x) {
   const F8 clamped = min(max(x, F8(kSmallestExpArgument)), F8(kLargestExpArgument));
   const detail::ExpParts8 parts = detail::exp_parts(clamped);
   return masked(x >= F8(kSmallestExpArgument), parts.scale + parts.scale * parts.fraction_minus_one);
 }
 
-/// e^x − 1 without cancellation; relative error below 4e-7. −1 far below 0, and as `exp` above.
+/// e^x − 1 without cancellation. Relative error below 4e-7. −1 far below 0, and limited above as `exp`.
 inline F8 expm1(F8 x) {
   const F8 clamped = min(max(x, F8(kSmallestExpArgument)), F8(kLargestExpArgument));
   const detail::ExpParts8 parts = detail::exp_parts(clamped);
@@ -51,8 +52,8 @@ inline F8 expm1(F8 x) {
                 parts.fraction_minus_one);
 }
 
-/// The natural logarithm of positive normal numbers; error below 2e-7 of |ln x|. What is
-/// smaller, zero and negative numbers included, counts as 2^-126 (ln = −87.34).
+/// The natural logarithm of positive normal numbers. Error below 2e-7 of |ln x|. Smaller numbers, zero and negative
+/// ones included, count as 2^-126 (ln = −87.34).
 inline F8 log(F8 x) {
   const U8 bits = float_bits(max(x, F8(0x1p-126f)));
   // x = m · 2^e with m in [√½, √2).
@@ -73,7 +74,7 @@ inline F8 log(F8 x) {
   return (m + tail) + e * F8(0.693359375f);
 }
 
-/// ln(1 + y) for y > −1 without cancellation; relative error below 4e-7. Kahan's correction of ln(1 ⊕ y) for the
+/// ln(1 + y) for y > −1 without cancellation. Relative error below 4e-7. Uses Kahan's correction of ln(1 ⊕ y) for the
 /// rounding of the sum (Higham 2002, "Accuracy and Stability of Numerical Algorithms", 1.14.1).
 inline F8 log1p(F8 y) {
   const F8 w = F8(1.0f) + y;
@@ -82,13 +83,13 @@ inline F8 log1p(F8 y) {
   return select(rounded == F8(0.0f), y, corrected);
 }
 
-/// x^y for x >= 0 and y >= 0; relative error below 3e-7 · (1 + |ln of the result|). 0^0 is 1.
+/// x^y for x >= 0 and y >= 0. Relative error below 3e-7 · (1 + |ln of the result|). 0^0 is 1.
 inline F8 pow(F8 x, F8 y) {
   return select(y == F8(0.0f), F8(1.0f), masked(x > F8(0.0f), exp(y * log(x))));
 }
 
-/// x^y for x in [0, 1] given as 1 − x, and y >= 0: exact to some 1e-7 · (1 + |y ln x|), also where x is so near to 1
-/// that it could not be told from it. 0^0 is 1.
+/// x^y for x in [0, 1], given as 1 − x, and y >= 0. The error is about 1e-7 · (1 + |y ln x|), also for x that single
+/// precision cannot tell from 1. 0^0 is 1.
 inline F8 pow_one_minus(F8 one_minus_x, F8 y) {
   return select(y == F8(0.0f), F8(1.0f), exp(y * log1p(-one_minus_x)));
 }

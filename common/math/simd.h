@@ -1,6 +1,6 @@
-// Eight lanes of float, integer and mask, on AVX2: thin values whose operations are all exactly rounded or exact.
+// Eight lanes of floats, integers and masks on AVX2. All operations are exact or exactly rounded.
 //
-// No approximate reciprocals and no fused multiply-add: their bits differ between processors and compilers.
+// There are no approximate reciprocals and no fused multiply-add. Their bits differ between processors and compilers.
 #pragma once
 
 #include <immintrin.h>
@@ -10,7 +10,7 @@
 
 namespace lightmill {
 
-/// A mask of 8 lanes: all ones or all zeros in each.
+/// A mask of 8 lanes. Each has all bits set, or none.
 struct M8 {
   __m256 v;
   M8() : v(_mm256_setzero_ps()) {}
@@ -38,7 +38,7 @@ inline M8 and_not(M8 a, M8 b) {
   return M8(_mm256_andnot_ps(b.v, a.v));
 }
 
-/// 8 unsigned 32-bit integers; arithmetic wraps.
+/// 8 unsigned 32-bit integers. Arithmetic wraps.
 struct U8 {
   __m256i v;
   U8() : v(_mm256_setzero_si256()) {}
@@ -75,7 +75,7 @@ inline U8 operator<<(U8 a, int n) {
 inline M8 operator==(U8 a, U8 b) {
   return M8(_mm256_cmpeq_epi32(a.v, b.v));
 }
-/// As signed integers.
+/// Compares as signed integers.
 inline M8 signed_less(U8 a, U8 b) {
   return M8(_mm256_cmpgt_epi32(b.v, a.v));
 }
@@ -128,7 +128,7 @@ inline M8 operator>=(F8 a, F8 b) {
 inline M8 operator==(F8 a, F8 b) {
   return M8(_mm256_cmp_ps(a.v, b.v, _CMP_EQ_OQ));
 }
-/// b where either is NaN.
+/// b if either is NaN.
 inline F8 min(F8 a, F8 b) {
   return F8(_mm256_min_ps(a.v, b.v));
 }
@@ -152,7 +152,7 @@ inline F8 select(M8 mask, F8 yes, F8 no) {
 inline M8 select(M8 mask, M8 yes, M8 no) {
   return M8(_mm256_blendv_ps(no.v, yes.v, mask.v));
 }
-/// a where the mask is set, else +0.
+/// a in the lanes of the mask, +0 in the others.
 inline F8 masked(M8 mask, F8 a) {
   return F8(_mm256_and_ps(mask.v, a.v));
 }
@@ -175,7 +175,7 @@ inline U8 truncate(F8 a) {
   return U8(_mm256_cvttps_epi32(a.v));
 }
 
-/// base[index] in the lanes of the mask, 0 elsewhere.
+/// base[index] in the lanes of the mask, 0 in the others.
 inline F8 gather(const float* base, U8 index, M8 mask) {
   return F8(_mm256_mask_i32gather_ps(_mm256_setzero_ps(), base, index.v, mask.v, 4));
 }
@@ -190,7 +190,7 @@ inline M8 first_lanes(int n) {
 }
 
 namespace detail {
-/// kCompressOrder[mask] moves the set lanes to the front, in order.
+/// order[mask] moves the set lanes to the front, in order.
 struct CompressTable {
   alignas(32) std::uint32_t order[256][8];
   constexpr CompressTable() : order{} {
@@ -207,7 +207,7 @@ struct CompressTable {
 inline constexpr CompressTable kCompress{};
 }  // namespace detail
 
-/// The permutation that moves the lanes of a mask to the front.
+/// The permutation that moves the set lanes of a mask to the front, in order.
 inline U8 compress_order(int mask_bits) {
   return U8::load(detail::kCompress.order[mask_bits]);
 }

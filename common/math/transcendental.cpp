@@ -9,7 +9,7 @@ struct SinCos {
   double sin, cos;
 };
 
-/// Taylor series on |x| <= π/4; the remainder of degree 19 is below 1e-19.
+/// Taylor series for |x| <= π/4. The remainder of degree 19 is below 1e-19.
 SinCos sin_cos_reduced(double x) {
   const double x2 = x * x;
   double s = 0, c = 0;
@@ -56,7 +56,7 @@ SinCos8 sin_cos_turns(F8 u) {
 F8 atan2(F8 y, F8 x) {
   const F8 ax = abs(x), ay = abs(y);
   const F8 large = max(ax, ay), small = min(ax, ay);
-  // atan of a ratio in [0, 1], about 1 where it is above tan(π/8); the polynomial is Cephes' atanf.
+  // atan of a ratio in [0, 1], reduced about 1 if it is above tan(π/8). The polynomial is that of Cephes' atanf.
   const F8 ratio = select(large > F8(0.0f), small / large, F8(0.0f));
   const M8 upper = ratio > F8(0.41421356f);
   const F8 t = select(upper, (small - large) / (small + large), ratio);
@@ -86,7 +86,7 @@ double atan2_fixed(double y, double x) {
   if (!(length > 0)) {
     return 0;
   }
-  // A first guess in single precision; its error's sine is exact to the third power of 1e-6.
+  // A first guess in single precision. With its error near 1e-6, the sine of the error is exact to the third power.
   alignas(32) float lanes[8];
   atan2(F8(static_cast<float>(y / length)), F8(static_cast<float>(x / length))).store(lanes);
   const SinCos guess = sin_cos_fixed(lanes[0]);
@@ -109,7 +109,7 @@ double exp_fixed(double x) {
 }
 
 double cube_root_fixed(double x) {
-  // x = m · 8^k with m in [1, 8); Newton's method from above, where it only falls.
+  // x = m · 8^k with m in [1, 8). Newton's method starts above the root, where it only falls.
   const int exponent = std::ilogb(x);
   const int k = exponent >= 0 ? exponent / 3 : -((2 - exponent) / 3);
   const double m = std::ldexp(x, -3 * k);

@@ -1,5 +1,4 @@
-// The only place for transcendental functions that samples depend on: their bits come from here, never from the C
-// library.
+// Transcendental functions with fixed bits. Code that decides samples uses only these, never the C library's.
 #pragma once
 
 #include "common/math/simd.h"
@@ -14,7 +13,7 @@ struct SinCos8 {
   F8 sin, cos;
 };
 
-/// Sine and cosine for |x| <= π/4 + 1e-6; absolute error below 1.2e-7. Taylor polynomials (degree 9 and 8).
+/// Sine and cosine for |x| <= π/4 + 1e-6. Absolute error below 1.2e-7. Taylor polynomials (degree 9 and 8).
 inline SinCos8 sin_cos_quarter(F8 x) {
   const F8 x2 = x * x;
   F8 s = F8(2.7557319e-6f);
@@ -33,16 +32,16 @@ inline SinCos8 sin_cos_quarter(F8 x) {
 /// Sine and cosine of 2π·u for u in [0, 1].
 SinCos8 sin_cos_turns(F8 u);
 
-/// The angle of (x, y) in [−π, π]; relative error below 3e-7. 0 where both are 0.
+/// The angle of (x, y) in [−π, π]. Relative error below 3e-7. 0 if both are 0.
 F8 atan2(F8 y, F8 x);
 
-// Doubles, for what is computed once a scene: relative error below 1e-14 on the ranges named.
+// Doubles, for values that are computed once per scene. Relative error below 1e-14 in these ranges:
 double sin_fixed(double x);              ///< |x| <= 1e4
 double cos_fixed(double x);              ///< |x| <= 1e4
-double one_minus_cos_fixed(double x);    ///< to the last bits also where x is small; |x| <= 1e4
+double one_minus_cos_fixed(double x);    ///< |x| <= 1e4; accurate also for small x
 double tan_fixed(double x);              ///< |x| < π/2
-double atan2_fixed(double y, double x);  ///< to 1e-14; 0 of two zeros
+double atan2_fixed(double y, double x);  ///< error below 1e-14; 0 if both are 0
 double exp_fixed(double x);              ///< |x| <= 700
-double cube_root_fixed(double x);        ///< of positive normal numbers
+double cube_root_fixed(double x);        ///< positive normal x
 
 }  // namespace lightmill

@@ -1,4 +1,4 @@
-// Vectors: one of glm for single values, one of eight lanes for the renderer.
+// Vectors: glm's for single values, and vectors of eight lanes for the renderer.
 #pragma once
 
 #include <glm/geometric.hpp>
@@ -57,13 +57,13 @@ inline V8 select(M8 mask, const V8& yes, const V8& no) {
 inline V8 masked(M8 mask, const V8& a) {
   return {masked(mask, a.x), masked(mask, a.y), masked(mask, a.z)};
 }
-/// base[3·index + 0, 1, 2] in the lanes of the mask, 0 elsewhere.
+/// base[3·index + 0, 1, 2] in the lanes of the mask, 0 in the others.
 inline V8 gather3(const float* base, U8 index, M8 mask) {
   const U8 first = index + index + index;
   return {gather(base, first, mask), gather(base + 1, first, mask), gather(base + 2, first, mask)};
 }
 
-/// Rows of four floats, of which the first three are wanted: the same as gather3, several times as fast.
+/// Like gather3, for rows of four floats of which the first three are used. Several times as fast.
 inline V8 gather_rows_of_four(const float* base, U8 row, M8 mask) {
   alignas(32) std::uint32_t rows[8];
   masked(mask, row).store(rows);

@@ -1,4 +1,4 @@
-// Which materials send light on as mirrors and lenses do, so that it gathers in caustics.
+// Casters: materials that reflect or refract light as mirrors and lenses do, and so cause caustics.
 #pragma once
 
 #include <vector>
@@ -7,26 +7,31 @@
 
 namespace lightmill {
 
-/// GGX's α (roughness squared) below which a rough surface still casts caustics.
+/// GGX's alpha (roughness squared) below which a rough surface still casts caustics.
 inline constexpr double kCasterAlpha = 0.1;
 
-/// Whether the material as a whole is a caster, C, and not a receiver, D, where light paths are told apart by how they
-/// start (light → C⁺ → D …): a mirror, a dielectric or metal with α below kCasterAlpha, or a principled material
-/// without a diffuse part of which every lobe is so narrow. Roughness maps multiply the roughness by at most 1 and make
-/// no caster a receiver; a metallic map leaves a diffuse part.
+/// Whether the material is a caster (C) or a receiver (D). Light paths are classified by their start: light → C⁺ → D …
+/// Casters are mirrors, dielectrics and metals with alpha below kCasterAlpha. So are principled materials without a
+/// diffuse part, if every lobe is as narrow. Roughness maps multiply the roughness by at most 1, so they make no caster
+/// a receiver. A metallic map leaves a diffuse part.
 bool is_caster(const Material& material);
 
-/// One of the lobes by which a caster sends light on.
+/// One of the lobes of a caster.
 struct CasterLobe {
-  double share = 1;  ///< about how much of the light
-  double alpha = 0;  ///< GGX's α of a metal that spreads light as wide when hit at right angles; 0: not at all
+  double share = 1;  ///< approximate share of the light
+  double alpha = 0;  ///< GGX's alpha of a metal with the same spread at normal incidence; 0: no spread
 };
-/// Of a caster; their shares are 1 together. It is taken for a ball, and what matters is the mean brightness that it
-/// shows, weighted with itself. A metal that is hit at θ spreads light over cos θ times the solid angle (Walter et al.
-/// 2007, equation 14): of rays that go on to what lies beside and below the ball, cos θ < 0.7, the mean of 1/cos θ is
-/// 2.86. Of these a coat reflects 13 % (Schlick). Glass turns light by |n − 1| of what its normal tilts where metals
-/// turn it by twice that, and spreads it wider where light leaves it slantwise: twice as wide comes near to what was
-/// measured on balls. Where a map says how rough it is, it is taken to be smooth.
+/// The lobes of a caster. Their shares have the sum 1. The estimates are for a ball, and for its mean brightness
+/// weighted with itself.
+///
+/// Metal: light that hits at θ spreads over cos θ times the solid angle (Walter et al. 2007, equation 14). For rays
+/// that continue beside and below the ball, cos θ < 0.7, the mean of 1/cos θ is 2.86. A coat reflects 13 % of these
+/// (Schlick).
+///
+/// Glass: it turns light by |n − 1| times the tilt of its normal, and metal by twice the tilt. It spreads light wider
+/// at slanted exits. Twice as wide is close to measurements on balls.
+///
+/// A material with a roughness map counts as smooth.
 std::vector<CasterLobe> caster_lobes(const Material& material);
 
 }  // namespace lightmill

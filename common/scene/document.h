@@ -1,7 +1,7 @@
-// The scene document as plain values: what is to be seen, naming its assets by content.
+// The scene document as plain values. It names its assets by content.
 //
-// Mirrors lightmill.v1.Scene (proto/lightmill/v1/scene.proto, the schema); common/wire converts. Lengths are in scene
-// units (metres where it matters), angles in degrees, y up is customary but not required.
+// It mirrors lightmill.v1.Scene (proto/lightmill/v1/scene.proto, the schema). common/wire converts. Lengths are in
+// scene units (metres if it matters), angles in degrees. y up is customary but not required.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@
 
 namespace lightmill {
 
-inline constexpr std::size_t kMaxSceneEntries = 1'000'000;  ///< textures, materials, objects and lights, of each
-inline constexpr std::size_t kMaxMedia = 65'535;            ///< materials that light passes into
+inline constexpr std::size_t kMaxSceneEntries = 1'000'000;  ///< of textures, materials, objects or lights
+inline constexpr std::size_t kMaxMedia = 65'535;            ///< materials that transmit light
 
 struct Scene {
   std::string name;
@@ -33,9 +33,9 @@ struct Scene {
 /// The names of the scene's light groups, sorted, each once.
 std::vector<std::string> light_groups_of(const Scene& scene);
 
-/// Whether any shape holds a medium that scatters.
+/// Whether any medium scatters.
 bool has_scattering_media(const Scene& scene);
-/// Of all materials' interiors; what they scatter stays.
+/// Removes the absorption of all media. Scattering stays.
 void remove_absorption(Scene& scene);
 
 /// The assets that the scene names, sorted, each once.

@@ -21,7 +21,7 @@ struct Header {
 static_assert(sizeof(Header) == 16);
 constexpr std::uint32_t kHasNormals = 1, kHasTextureCoordinates = 2;
 
-/// In 64-bit arithmetic on 32-bit counts: no overflow.
+/// 64-bit arithmetic on 32-bit counts cannot overflow.
 std::uint64_t encoded_size(const Header& header) {
   const std::uint64_t per_position =
       24 + ((header.flags & kHasNormals) != 0 ? 12 : 0) + ((header.flags & kHasTextureCoordinates) != 0 ? 8 : 0);
@@ -137,7 +137,7 @@ Result<Mesh> decode_mesh(ByteView bytes) {
   if (header.magic != Header{}.magic || header.flags > (kHasNormals | kHasTextureCoordinates)) {
     return invalid_argument("mesh: the bytes do not begin as an LMM1 mesh");
   }
-  // Nothing is allocated before the sizes agree.
+  // Checks the sizes before any memory is allocated.
   if (bytes.size() != encoded_size(header)) {
     return invalid_argument("mesh: {} positions and {} triangles take {} bytes, got {}", header.positions,
                             header.triangles, encoded_size(header) - sizeof header, bytes.size() - sizeof header);

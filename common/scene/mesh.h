@@ -11,14 +11,15 @@
 
 namespace lightmill {
 
-inline constexpr float kMaxTextureCoordinate = 1e9f;  ///< of u and v: their whole parts fit into 31 bits
+inline constexpr float kMaxTextureCoordinate = 1e9f;  ///< of u and v: their integer parts fit into 31 bits
 
-/// An indexed triangle mesh. Counter-clockwise seen from outside: the geometric normal is (p1−p0)×(p2−p0).
+/// An indexed triangle mesh. Triangles are counter-clockwise seen from outside: the geometric normal is
+/// (p1−p0)×(p2−p0).
 struct Mesh {
   std::vector<std::array<double, 3>> positions;
   std::vector<std::array<float, 3>> normals;  ///< empty (flat), or one unit vector per position
-  /// Empty, or one (u, v) per position. u grows to the right of a texture's image and v upwards: (0, 0) is the image's
-  /// lower left corner, (1, 1) its upper right one, as in OBJ files (glTF counts v downwards).
+  /// Empty, or one (u, v) per position. u grows to the right of the image and v upwards, as in OBJ files: (0, 0) is the
+  /// lower left corner of the image, (1, 1) the upper right one. glTF counts v downwards.
   std::vector<std::array<float, 2>> texture_coordinates;
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
@@ -27,13 +28,17 @@ struct Mesh {
 /// allowed. Errors name the entry, as in "triangles[7]: …".
 Status validate(const Mesh& mesh);
 
-/// The asset bytes of a mesh, little-endian: the characters "LMM1", then three uint32 (flags: 1 if there are normals,
-/// plus 2 if there are texture coordinates; the number of positions; the number of triangles), then positions (3
-/// float64 each), normals (3 float32 each, if any), texture coordinates (2 float32 each, if any) and triangles (3
-/// uint32 each), and nothing after them. Meshes of equal bits give equal bytes. The mesh must be valid.
+/// The asset bytes of a mesh, little-endian, in this order, with nothing after them:
+/// - the characters "LMM1"
+/// - three uint32: flags (1 for normals, plus 2 for texture coordinates), number of positions, number of triangles
+/// - positions (3 float64 each)
+/// - normals (3 float32 each), if any
+/// - texture coordinates (2 float32 each), if any
+/// - triangles (3 uint32 each)
+/// Meshes of equal bits give equal bytes. The mesh must be valid.
 std::string encode_mesh(const Mesh& mesh);
 
-/// The inverse; validates, so hostile bytes give an error and never a crash.
+/// The inverse. It validates, so hostile bytes give an error and never a crash.
 Result<Mesh> decode_mesh(ByteView bytes);
 
 }  // namespace lightmill

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kNormal95 = 1.959963984540054;
 
-/// Area of a flux meter in square scene units; 1 for meters whose quantity does not depend on one.
+/// Area of a flux meter in square scene units. 1 for other meters.
 double scale_of(const Meter& meter) {
   if (!std::holds_alternative<FluxMeter>(meter.kind)) {
     return 1;

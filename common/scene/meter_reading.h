@@ -1,4 +1,4 @@
-// What a virtual meter reads, with its error.
+// The reading of a virtual meter, with its error.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,13 @@
 
 namespace lightmill {
 
-/// A meter's reading in radiometric and photometric units (common/lights/photometry.h states what RGB values stand
-/// for). value ± half_width holds the expectation with 95 % confidence.
+/// A meter's reading in radiometric and photometric units (common/lights/photometry.h defines the meaning of RGB
+/// values). The interval value ± half_width contains the expectation with 95 % confidence.
 struct MeterReading {
   double value = 0, half_width = 0;               ///< in radiometric_unit
   double photometric = 0, photometric_width = 0;  ///< in photometric_unit
   Vec3d rgb{0};                                   ///< in radiometric_unit
-  std::uint64_t samples = 0;                      ///< per pixel of the meter's tile; 0: nothing is known yet
+  std::uint64_t samples = 0;                      ///< per pixel of the meter's tile; 0: no reading yet
 };
 
 /// "irradiance", "radiance" or "flux"; "W/m²", "W/(m² sr)" or "W"; "lx", "cd/m²" or "lm".
@@ -24,9 +24,9 @@ std::string_view quantity_of(const Meter& meter);
 std::string_view radiometric_unit(const Meter& meter);
 std::string_view photometric_unit(const Meter& meter);
 
-/// From the sums of the meter's tile over `samples` samples of each of its pixels: `sums[(half * channels + channel) *
-/// pixels + pixel]`, R, G, B first. Its pixels are independent estimates of one expectation, so their spread tells the
-/// error of their mean; a flux is that mean times the patch's area.
+/// The reading from the sums of the meter's tile, over `samples` samples of each pixel: `sums[(half * channels +
+/// channel) * pixels + pixel]`, R, G, B first. The pixels are independent estimates of one expectation, so their spread
+/// gives the error of their mean. A flux is the mean times the patch's area.
 MeterReading read_meter(const Meter& meter, std::span<const float> sums, std::size_t channels, std::uint64_t samples);
 
 }  // namespace lightmill

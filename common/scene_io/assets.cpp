@@ -44,7 +44,7 @@ void append_notices(const std::vector<std::string>& from, std::vector<std::strin
       return;
     }
     if (std::find(to.begin(), to.end(), notice) == to.end()) {
-      to.push_back(to.size() < kMostNotices ? notice : "there is more to say of these files, which is left out");
+      to.push_back(to.size() < kMostNotices ? notice : "more notices on these files are left out");
     }
   }
 }

@@ -10,8 +10,8 @@ namespace lightmill {
 namespace fs = std::filesystem;
 namespace {
 
-/// Replaces the meshes of a draft by assets: one object stays one object if it names its material, else becomes one per
-/// material of its file.
+/// Replaces the meshes of a draft by assets. An object that names its material stays one object. Others become one
+/// object per material of their file.
 class DocumentLoader {
  public:
   DocumentLoader(const fs::path& path, SceneFile file, const SceneFiles& files)
@@ -87,7 +87,7 @@ class DocumentLoader {
     return ok_status();
   }
 
-  /// Keeps the file that a light names.
+  /// Adds the file that a light names.
   Status add_light_file(std::size_t index, Light& light) {
     if (auto* ies = std::get_if<IesLight>(&light.kind)) {
       const std::string field = fmt::format("lights[{}].ies.file", index);
@@ -99,7 +99,7 @@ class DocumentLoader {
       }
       if (profile->tilted) {
         loaded_.notices.push_back(fmt::format(
-            "{}: the factors for tilted mounting (TILT) of {} are left out: the lamp shines as it was measured",
+            "{}: the factors for tilted mounting (TILT) of {} are left out: the light has its measured intensity",
             place_of(field), path.string()));
       }
       ies->asset = add_bytes(*std::move(text), loaded_);
@@ -145,16 +145,17 @@ class DocumentLoader {
   LoadedScene loaded_;
   std::map<std::string, std::uint32_t> materials_;  ///< by name
   std::map<std::string, ObjFile> files_;
-  std::map<std::pair<const ObjPart*, std::size_t>, Sha256> meshes_;  ///< by the first part and their number
+  std::map<std::pair<const ObjPart*, std::size_t>, Sha256> meshes_;  ///< by first part and number of parts
 };
 
-/// A missing file of a folder with a script that fetches what is not kept there, as `scenes` has one: names the script.
+/// Adds the name of the folder's script to the error of a missing file, if there is one. The script fetches files that
+/// are not in the repository, as in `scenes`.
 Status name_fetcher(const Status& status, const fs::path& folder, const SceneFiles& files) {
   const fs::path script = folder / "get-models";
   if (status.code() != StatusCode::kNotFound || !files.is_file(script)) {
     return status;
   }
-  return not_found("{}; {} fetches the models that are not kept there", message_of(status), script.string());
+  return not_found("{}; run {} to fetch the models", message_of(status), script.string());
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ struct ObjWithMaterials {
   std::map<std::string, std::size_t> by_name;  ///< index in `materials`
 };
 
-/// The files that a mtllib names: one, or, if there is none of that name, several with blanks between them.
+/// The files of a mtllib: one, or, if that does not exist, several with blanks between them.
 std::vector<fs::path> library_files(const fs::path& folder, std::string_view written, const SceneFiles& files) {
   if (files.exists(folder / written)) {
     return {folder / written};
@@ -47,7 +47,7 @@ bool same_definition(const MtlMaterial& a, const MtlMaterial& b) {
          (a.maps.empty() || fs::path(a.file).parent_path() == fs::path(b.file).parent_path());
 }
 
-/// Of several materials of one name in the libraries of a file the first counts.
+/// Loads the libraries of a file. The first of several materials with one name counts.
 Status load_libraries(ObjWithMaterials& file, const SceneFiles& files, std::vector<std::string>& notices) {
   for (const ObjLibrary& library : file.obj.libraries) {
     for (const fs::path& path : library_files(file.path.parent_path(), library.file, files)) {
@@ -60,7 +60,7 @@ Status load_libraries(ObjWithMaterials& file, const SceneFiles& files, std::vect
         const auto [known, added] = file.by_name.try_emplace(material.name, file.materials.size());
         if (!added) {
           if (const MtlMaterial& first = file.materials[known->second]; !same_definition(first, material)) {
-            append_notices({fmt::format("left out: {}:{}: material \"{}\", which {}:{} defines otherwise",
+            append_notices({fmt::format("left out: {}:{}: material \"{}\", which {}:{} defines differently",
                                         material.file, material.line, material.name, first.file, first.line)},
                            notices);
           }
@@ -73,8 +73,8 @@ Status load_libraries(ObjWithMaterials& file, const SceneFiles& files, std::vect
   return ok_status();
 }
 
-/// The materials of all files as one list. Equal ones are shared; different ones of one name take their file's name as
-/// well.
+/// The materials of all files as one list. Equal materials are shared. Different ones with one name get their file's
+/// name as well.
 class MaterialList {
  public:
   /// Index of a file's material in the list.
@@ -98,7 +98,7 @@ class MaterialList {
   std::map<std::string, std::size_t> index_;
 };
 
-/// The material of a part, which is added to the list.
+/// The material of a part. It is added to the list.
 Result<std::uint32_t> part_material(const ObjWithMaterials& file, const ObjPart& part, MaterialList& list,
                                     std::vector<std::string>& notices) {
   if (part.line == 0) {
@@ -119,7 +119,7 @@ Result<std::uint32_t> part_material(const ObjWithMaterials& file, const ObjPart&
   return invalid_argument("{}:{}: {}", file.path.string(), part.line, describe_unknown_material(part.material, known));
 }
 
-/// Files from elsewhere may have their folders divided by backslashes.
+/// Paths in a file may have backslashes between folders.
 std::string existing_path(std::string path, const SceneFiles& files) {
   if (!files.exists(path)) {
     std::replace(path.begin(), path.end(), '\\', '/');
@@ -131,7 +131,7 @@ std::string place_of(const MtlMaterial& material, const MtlMap& map) {
   return fmt::format("{}:{}: {} of material \"{}\"", material.file, map.line, map.keyword, material.name);
 }
 
-/// Leaves out maps whose file is not there, with a notice: downloaded models often come without their images.
+/// Leaves out maps whose file does not exist, with a notice. Downloaded models often come without their images.
 void leave_out_missing_maps(std::vector<MtlMaterial>& materials, const SceneFiles& files,
                             std::vector<std::string>& notices) {
   for (MtlMaterial& material : materials) {
@@ -146,7 +146,7 @@ void leave_out_missing_maps(std::vector<MtlMaterial>& materials, const SceneFile
   }
 }
 
-/// Where a texture was asked for first.
+/// The place that first names a texture.
 std::string place_of(const TextureImage& texture, const std::vector<MtlMaterial>& materials) {
   for (const MtlMaterial& material : materials) {
     for (const MtlMap& map : material.maps) {

@@ -1,4 +1,4 @@
-// The loaders of the kinds of scene files; load_scene chooses.
+// One loader for each kind of scene file. load_scene chooses between them.
 #pragma once
 
 #include "common/scene_io/load.h"
@@ -7,13 +7,13 @@ namespace lightmill {
 
 inline constexpr std::uint64_t kMaxDocumentBytes = std::uint64_t{64} << 20;
 
-/// A scene document with the meshes and other files that it names.
+/// Loads a scene document with the meshes and other files that it names.
 Result<LoadedScene> load_document(const std::filesystem::path& path, const SceneFiles& files);
 
-/// OBJ files with their materials, in the course's Cornell view.
+/// Loads OBJ files with their materials, in the course's Cornell view.
 Result<LoadedScene> load_objs(std::span<const std::filesystem::path> paths, KaMeaning ka, const SceneFiles& files);
 
-/// A glTF file and the files that it names (gltf/gltf.h).
+/// Loads a glTF file and the files that it names (gltf/gltf.h).
 Result<LoadedScene> load_gltf(const std::filesystem::path& path, bool light_the_dark, const SceneFiles& files);
 
 }  // namespace lightmill

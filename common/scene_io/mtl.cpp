@@ -23,7 +23,7 @@ Result<RgbColor> read_color(const StatementReader& lines, std::string_view keywo
     }
     values[count++] = static_cast<float>(*value);
   }
-  if (count == 1) {  // one number is short for a grey
+  if (count == 1) {  // one number is a grey
     return RgbColor{values[0], values[0], values[0]};
   }
   if (count != 3) {
@@ -45,12 +45,12 @@ constexpr std::array<NumberStatement, 6> kNumbers{{{"Ns", &MtlMaterial::exponent
                                                    {"Pc", &MtlMaterial::coat, 0, 1},
                                                    {"Pcr", &MtlMaterial::coat_roughness, 0, 1}}};
 
-/// Programs write numbers that mean nothing, as `Ni 0`; those are left out.
+/// Numbers out of range are left out, because programs write meaningless ones, as `Ni 0`.
 Status read_number(const StatementReader& lines, const Statement& statement, const NumberStatement& kind,
                    MtlMaterial& material) {
   std::string_view rest = statement.rest;
   std::string_view word = take_word(rest);
-  if (word == "-halo") {  // d -halo 0.5: thinner where seen head on
+  if (word == "-halo") {  // d -halo 0.5: more transparent when seen at a right angle
     word = take_word(rest);
   }
   const std::optional<double> value = parse_number(word);
@@ -116,14 +116,14 @@ Status read_property(const StatementReader& lines, const Statement& statement, M
     material.lines.insert_or_assign("illum", statement.line);
   } else if (is_map(keyword)) {
     return read_map(lines, statement, material);
-  } else {  // sharpness, sheen, what programs add of their own
+  } else {  // sharpness, sheen, additions of programs
     material.unused.push_back({std::string(keyword), statement.line});
   }
   return ok_status();
 }
 
-/// Of what the last statement left out, from unused[first] on, keeps what was not said of the material before. Each
-/// takes little memory, and so do they together, whatever the file says.
+/// Of the last statement's unsupported parts, from unused[first] on, keeps those that are new for the material. This
+/// limits the memory, whatever the file says.
 void keep_new_unused(MtlMaterial& material, std::size_t first, std::set<std::string, std::less<>>& said) {
   std::vector<MtlUnused>& unused = material.unused;
   const std::vector<MtlUnused> added(unused.begin() + static_cast<std::ptrdiff_t>(first), unused.end());
@@ -151,7 +151,7 @@ int MtlMaterial::line_of(std::string_view keyword) const {
 Result<std::vector<MtlMaterial>> read_mtl(std::string_view text, const std::string& file_name) {
   StatementReader lines(text, file_name);
   std::vector<MtlMaterial> materials;
-  std::set<std::string, std::less<>> said;  ///< what is unused of the last material
+  std::set<std::string, std::less<>> said;  ///< unsupported parts of the last material
   while (const std::optional<Statement> statement = lines.next()) {
     if (statement->keyword == "newmtl") {
       if (statement->rest.empty()) {

@@ -3,7 +3,7 @@
 namespace lightmill {
 namespace {
 
-/// The format's spelling of a keyword, whose case programs take lightly.
+/// The format's spelling of a keyword. Programs differ in upper and lower case.
 std::string spelling(std::string_view keyword) {
   const auto equal = [&](std::string_view other) {
     return std::equal(keyword.begin(), keyword.end(), other.begin(), other.end(),
@@ -23,7 +23,7 @@ bool is_rendered(std::string_view keyword) {
          keyword == "map_Pm";
 }
 
-/// The first one to `most` numbers of the text, which are taken from it.
+/// Takes up to `most` numbers from the begin of the text.
 std::vector<double> take_numbers(std::string_view& text, std::size_t most) {
   std::vector<double> out;
   while (out.size() < most) {
@@ -48,7 +48,7 @@ class MapReader {
   }
 
   Status read() {
-    // A file's name may begin with a minus too; what is no option is the name.
+    // A file name may begin with a minus, too. What is not an option is the name.
     for (std::string_view after = rest_;; after = rest_) {
       option_ = take_word(after);
       const std::string_view before = rest_;
@@ -77,7 +77,7 @@ class MapReader {
   }
 
  private:
-  /// Whether the word was an option; its arguments are taken then.
+  /// Whether the word is an option. If so, takes its arguments.
   Result<bool> read_option() {
     if (option_ == "-s" || option_ == "-o" || option_ == "-t") {
       return read_pair();
@@ -91,7 +91,7 @@ class MapReader {
       }
       map_.channel = channel[0] == 'z' ? 'l' : channel[0];
     } else if (option_ == "-blendu" || option_ == "-blendv" || option_ == "-cc") {
-      LM_RETURN_IF_ERROR(take_switch().status());  // how a texture is filtered or corrected
+      LM_RETURN_IF_ERROR(take_switch().status());  // filtering or correction of a texture
     } else if (option_ == "-mm" || option_ == "-boost" || option_ == "-bm" || option_ == "-texres") {
       const std::size_t wanted = option_ == "-mm" ? 2 : 1;
       const std::vector<double> values = take_numbers(rest_, wanted);
@@ -110,7 +110,7 @@ class MapReader {
     return true;
   }
 
-  /// One to three numbers: u, v and w; what is missing has the default.
+  /// One to three numbers: u, v and w. Missing ones have the default.
   Result<bool> read_pair() {
     const std::vector<double> values = take_numbers(rest_, 3);
     if (values.empty()) {

@@ -26,7 +26,7 @@ std::string_view illum_name(int illum) {
   }
 }
 
-/// Whether Ka means emission, and a notice of what was assumed where it could be doubted.
+/// Whether Ka means emission. Adds a notice of what was assumed in doubtful cases.
 bool ka_emits(const std::vector<MtlMaterial>& materials, KaMeaning meaning, std::vector<std::string>& notices) {
   const auto lit_ka = [](const MtlMaterial& m) { return is_lit(m.ka); };
   const auto lit_ke = [](const MtlMaterial& m) { return is_lit(m.ke); };
@@ -34,7 +34,7 @@ bool ka_emits(const std::vector<MtlMaterial>& materials, KaMeaning meaning, std:
     return meaning == KaMeaning::emission;
   }
   if (meaning == KaMeaning::ambient) {
-    notices.emplace_back("Ka was read as ambient light and left out, as was asked for");
+    notices.emplace_back("Ka was read as ambient light and left out, as requested");
     return false;
   }
   if (std::any_of(materials.begin(), materials.end(), lit_ke)) {
@@ -55,7 +55,7 @@ bool ka_emits(const std::vector<MtlMaterial>& materials, KaMeaning meaning, std:
   return true;
 }
 
-/// Maps materials one after the other; textures join the scene's.
+/// Converts materials one after the other. Textures are added to the scene's.
 class Mapper {
  public:
   Mapper(Scene& scene, bool ka_is_emission, std::vector<std::string>& notices)
@@ -73,7 +73,7 @@ class Mapper {
     return out;
   }
 
-  /// After the last material.
+  /// Call after the last material.
   void finish_notices() {
     for (const auto& [what, left_out] : left_out_) {
       if (left_out.others > 0) {
@@ -132,7 +132,7 @@ class Mapper {
     }
   }
 
-  /// The codes say that the inside scatters; which keyword says how much, nothing does.
+  /// These values of illum say that the inside scatters. No keyword says how much.
   void scattering(int illum, Material& out) {
     out.kind = DielectricMaterial{illum == 13 ? from_->ior.value_or(1.5) : 1};
     out.interior.absorption = absorption_of_color(cut_to_one("Kd", from_->kd.value_or(RgbColor{1, 1, 1})));
@@ -144,7 +144,7 @@ class Mapper {
         illum == 13 ? "glass" : "a medium without a surface"));
   }
 
-  /// The model among those that are rendered: 5 to 9 are much like 2, 3 and 4.
+  /// The supported model that is most similar: 5 to 9 are much like 2, 3 and 4.
   int known_illum() {
     const int illum = from_->illum.value_or(1);
     constexpr std::array<int, 5> kAlike{3, 4, 4, 2, 4};
@@ -165,7 +165,7 @@ class Mapper {
     RgbColor &d = kind.diffuse.rgb, &s = kind.specular.rgb;
     const float most = std::max({d.r + s.r, d.g + s.g, d.b + s.b});
     if (most > 1) {
-      // A hair below, as the sums are rounded.
+      // Slightly less than 1, because the sums are rounded.
       const float scale = (1 - 1e-6f) / most;
       d = {d.r * scale, d.g * scale, d.b * scale};
       s = {s.r * scale, s.g * scale, s.b * scale};
@@ -180,7 +180,7 @@ class Mapper {
   PrincipledMaterial principled(const Material& out, bool transmits) {
     PrincipledMaterial kind;
     kind.base_color = diffuse_color(out);
-    // A map without a number is the number.
+    // A map without a number counts with factor 1.
     kind.metallic = from_->metallic.value_or(from_->map("map_Pm") != nullptr ? 1 : 0);
     kind.roughness = from_->roughness.value_or(from_->map("map_Pr") != nullptr ? 1 : kind.roughness);
     kind.transmission = transmits ? 1 : 0;
@@ -190,8 +190,8 @@ class Mapper {
     return kind;
   }
 
-  /// Ks, else Kd, else white is what it reflects at normal incidence; Ns is a Phong exponent s, which is like GGX of α²
-  /// = 2 / (s + 2) (Walter and others 2007); smooth without.
+  /// A metal that reflects Ks, else Kd, else white at normal incidence. Ns is a Phong exponent s, similar to GGX with
+  /// alpha² = 2 / (s + 2) (Walter et al. 2007). Smooth without Ns.
   PrincipledMaterial metal() {
     PrincipledMaterial kind;
     const bool specular = is_lit(from_->ks);
@@ -202,7 +202,7 @@ class Mapper {
     return kind;
   }
 
-  /// Kd with its map: white under a map, else grey, if absent; on a lamp black.
+  /// Kd with its map. If Kd is absent: black on an emitter, else white under a map, else grey.
   TexturedColor diffuse_color(const Material& out) {
     const std::uint32_t map = texture("map_Kd");
     const float fallback = out.two_sided_emission ? 0 : map == kNoTexture ? 0.5f : 1.0f;
@@ -219,7 +219,7 @@ class Mapper {
     return {std::min(color.r, 1.0f), std::min(color.g, 1.0f), std::min(color.b, 1.0f)};
   }
 
-  /// A scalar map: data, not colours.
+  /// A scalar map, which is data and not a colour.
   ScalarMap scalar_map(std::string_view keyword) {
     const MtlMap* map = from_->map(keyword);
     if (map == nullptr) {
@@ -234,7 +234,7 @@ class Mapper {
     return {texture(keyword, TextureImage::ColorSpace::linear), channel};
   }
 
-  /// The texture of a map; kNoTexture if the material has none.
+  /// The texture of a map. kNoTexture if the material has none.
   std::uint32_t texture(std::string_view keyword,
                         TextureImage::ColorSpace color_space = TextureImage::ColorSpace::automatic) {
     const MtlMap* map = from_->map(keyword);
@@ -271,7 +271,7 @@ class Mapper {
     }
   }
 
-  /// One notice for all materials, at the place of the first.
+  /// Adds to the one notice for all materials, at the place of the first.
   void leave_out(const std::string& what, int line, std::string_view more = "") {
     const auto [found, added] = left_out_.try_emplace(what, LeftOut{notices_.size(), "", std::string(more), 0});
     if (!added) {
@@ -285,22 +285,22 @@ class Mapper {
     }
   }
 
-  static constexpr std::size_t kMaxLeftOut = 100;  ///< kinds that are named
+  static constexpr std::size_t kMaxLeftOut = 100;  ///< parts that are named
   struct LeftOut {
     std::size_t notice;  ///< its index
-    std::string first;   ///< where it begins
-    std::string more;    ///< and ends
+    std::string first;   ///< begin of its text
+    std::string more;    ///< end of its text
     std::size_t others;  ///< materials after the first
   };
 
   Scene& scene_;
   const bool ka_is_emission_;
   std::vector<std::string>& notices_;
-  std::map<std::string, LeftOut> left_out_;  ///< by what it is
-  std::size_t beyond_ = 0;                   ///< left out of a material beside these
+  std::map<std::string, LeftOut> left_out_;  ///< by part
+  std::size_t beyond_ = 0;                   ///< left out beyond these
   const MtlMaterial* from_ = nullptr;
   std::vector<std::string> used_;  ///< maps of this material that are rendered
-  /// Textures by what tells them apart.
+  /// Textures by their distinguishing properties.
   std::map<std::tuple<std::string, TextureImage::Wrap, std::array<double, 2>, std::array<double, 2>,
                       TextureImage::ColorSpace>,
            std::size_t>

@@ -69,7 +69,7 @@ class ObjReader {
     }
     std::array<double, 3> position;
     LM_RETURN_IF_ERROR(read_numbers("v", rest, kMaxCoordinate, position));
-    // A weight, or a colour and a weight, may follow: they are read and passed over.
+    // A weight, or a colour and a weight, may follow. They are skipped.
     for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
       if (!parse_number(word)) {
         return lines_.error("v: a number is expected, got \"{}\"", word);
@@ -95,7 +95,7 @@ class ObjReader {
     return ok_status();
   }
 
-  /// u, and v and w where they are given; w is passed over.
+  /// u, then v and w if given. w is skipped.
   Status read_texture_coordinate(std::string_view rest) {
     if (file_.texture_coordinates.size() >= kNoIndex) {
       return lines_.error("vt: more than {} texture coordinates", kNoIndex);
@@ -111,7 +111,7 @@ class ObjReader {
     return ok_status();
   }
 
-  /// As many finite numbers as `out` holds, none beyond `limit`.
+  /// Reads as many finite numbers as `out` holds, none beyond `limit`.
   template <std::size_t count>
   Status read_numbers(std::string_view keyword, std::string_view& rest, double limit, std::array<double, count>& out) {
     for (std::size_t i = 0; i < count; ++i) {
@@ -146,7 +146,7 @@ class ObjReader {
     return ok_status();
   }
 
-  /// Keeps the run of faces so far, if it is in a smoothing group, and begins another.
+  /// Stores the run of faces so far if it is in a smoothing group, and begins another.
   void end_smooth_run() {
     const std::size_t count = file_.parts.empty() ? 0 : file_.parts[part_].triangles.size();
     if (smooth_run_.group != 0 && count > smooth_run_.begin) {
@@ -239,7 +239,7 @@ class ObjReader {
     return ok_status();
   }
 
-  /// Statements of the format that say something we do not render; others are mistakes.
+  /// Skips statements of the format that are not supported. Others are errors.
   Status pass_over(std::string_view keyword) {
     for (const std::string_view known :
          {"l",        "p",    "vp",     "cstype", "deg",        "bmat",      "step",  "curv", "curv2", "surf",
@@ -262,11 +262,11 @@ class ObjReader {
 
   StatementReader lines_;
   ObjFile file_;
-  std::size_t part_ = 0;  ///< index of the part that faces join
+  std::size_t part_ = 0;  ///< index of the part to which faces are added
   std::unordered_map<std::string, std::size_t> part_of_;
-  SmoothRun smooth_run_{};              ///< the faces since the last s or usemtl: where they begin, and their group
-  std::vector<SmoothRun> smooth_runs_;  ///< those before it that are in a group
-  // Of the face being read:
+  SmoothRun smooth_run_{};              ///< the faces since the last s or usemtl: their begin and group
+  std::vector<SmoothRun> smooth_runs_;  ///< earlier runs in a group
+  // The current face:
   std::vector<ObjCorner> corners_;
   std::vector<std::array<double, 3>> outline_;
   std::vector<std::array<std::uint32_t, 3>> pieces_;

@@ -1,4 +1,4 @@
-// Wavefront OBJ: polygon meshes whose faces name materials.
+// Reader of Wavefront OBJ: polygon meshes whose faces name materials.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ using ObjTriangle = std::array<ObjCorner, 3>;
 
 /// The triangles of one material, in the order of the file.
 struct ObjPart {
-  std::string material;  ///< as usemtl names it; empty before the first usemtl
+  std::string material;  ///< name in usemtl; empty before the first usemtl
   int line = 0;          ///< of the first such usemtl; 0 before the first
   std::vector<ObjTriangle> triangles;
 };
@@ -40,22 +40,25 @@ struct ObjLibrary {
 struct ObjFile {
   std::vector<std::array<double, 3>> positions;
   std::vector<std::array<float, 2>> texture_coordinates;
-  /// Unit; (0, 0, 0) for one that was given so and means none. Those of smoothing groups follow those of the file.
+  /// Unit vectors. (0, 0, 0) if the file has that, which means none. Normals of smoothing groups follow those of the
+  /// file.
   std::vector<std::array<float, 3>> normals;
-  std::vector<ObjPart> parts;  ///< only those with triangles, in the order of their first usemtl
+  std::vector<ObjPart> parts;  ///< parts with triangles, in the order of their first usemtl
   std::vector<ObjLibrary> libraries;
   std::vector<std::string> notices;  ///< what was assumed or left out, each kind once
 };
 
-/// Reads an OBJ file: v, vt (u and v), vn, f (v, v/t, v//n, v/t/n, also counted backwards by negative numbers; polygons
-/// are triangulated, concave ones too), s (corners without a normal in a smoothing group get the mean of the normals
-/// that the group's faces have there, weighted by their angles), usemtl, mtllib; o and g only name things and are
-/// passed over. Errors read "box.obj:12: what is wrong, what is expected". A file without faces is an error.
+/// Reads an OBJ file:
+/// - v, vt (u and v), vn
+/// - f (v, v/t, v//n, v/t/n; negative numbers count from the end). Polygons are triangulated, also concave ones.
+/// - s: corners without a normal get the mean of the normals of the group's faces there, weighted by their angles
+/// - usemtl, mtllib. o and g are skipped, because they only name things.
+/// Errors read "box.obj:12: what is wrong, what is expected". A file without faces is an error.
 Result<ObjFile> read_obj(std::string_view text, const std::string& file_name);
 
-/// One mesh of some parts of a file, with a vertex for each combination of position, texture coordinate and normal in
-/// the order of first use. It is flat if no corner has a normal, else smooth, with the faces' own normals at corners
-/// without. It has texture coordinates if any corner has, and (0, 0) at corners without.
+/// One mesh of some parts of a file. It has one vertex for each combination of position, texture coordinate and normal,
+/// in the order of first use. It is flat if no corner has a normal. Else it is smooth, and corners without a normal
+/// have that of their face. If any corner has texture coordinates, corners without have (0, 0).
 Mesh make_mesh(const ObjFile& file, std::span<const ObjPart* const> parts);
 
 }  // namespace lightmill

@@ -4,13 +4,13 @@
 namespace lightmill {
 namespace {
 
-/// Which optional parts a mesh has.
+/// The optional parts of a mesh.
 struct Kinds {
   bool normals = false, texture = false;
 };
 
-/// Collects the vertices of a mesh, one for each combination that its corners have, in the order of first use: a hash
-/// table with open addressing, never more than half full.
+/// Collects the vertices of a mesh, one for each combination at its corners, in the order of first use. It is a hash
+/// table with open addressing, at most half full.
 class VertexTable {
  public:
   VertexTable(const ObjFile& file, Kinds kinds, std::size_t triangles, Mesh& mesh)
@@ -34,7 +34,7 @@ class VertexTable {
   }
 
  private:
-  /// The cell that holds the vertex of this corner, or an empty one for it.
+  /// The cell with the vertex of this corner, or an empty cell for it.
   std::uint32_t& find(const ObjCorner& corner) {
     std::uint64_t hash = corner.position * 0x9e3779b97f4a7c15u;
     hash = (hash ^ (hash >> 32) ^ corner.normal) * 0xbf58476d1ce4e5b9u;

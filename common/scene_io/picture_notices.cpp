@@ -16,7 +16,7 @@
 namespace lightmill {
 namespace {
 
-constexpr double kDot = 1.0 / 20;  ///< of the film's width and height: what fits into that is one
+constexpr double kDot = 1.0 / 20;  ///< share of the film's width and height that counts as a dot
 
 bool emits(const Light& light) {
   return std::visit(Overloaded{[](const PointLight& l) { return !is_black(l.intensity); },
@@ -33,7 +33,7 @@ Vec3d corner_of(const Bounds& box, int i) {
           (i & 4) != 0 ? box.high.z : box.low.z};
 }
 
-/// In the shape's own coordinates; of a plane, nothing.
+/// The bounds in the shape's own coordinates. Empty for a plane.
 Bounds box_of(const Object& object, const LoadedScene& loaded) {
   Bounds box;
   if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
@@ -53,7 +53,7 @@ Bounds box_of(const Object& object, const LoadedScene& loaded) {
   return box;
 }
 
-/// Boxes of objects, in their own coordinates; those of meshes are found once.
+/// Bounds of objects, in their own coordinates. Those of meshes are computed once.
 class Boxes {
  public:
   explicit Boxes(const LoadedScene& loaded) : loaded_(loaded) {}
@@ -75,14 +75,14 @@ class Boxes {
   Bounds other_;
 };
 
-/// What a camera sees of boxes: where on the film, whose edges are at ±1, they may be.
+/// The part of the film, whose edges are at ±1, in which a camera may see boxes.
 class View {
  public:
   View(const Camera& camera, const FilmSettings& film) : eye_(to_vec(camera.eye)) {
     forward_ = glm::normalize(near_one(to_vec(camera.look_at) - eye_));
     right_ = glm::normalize(near_one(glm::cross(forward_, glm::normalize(near_one(to_vec(camera.up))))));
     up_ = glm::cross(right_, forward_);
-    // Rays start beyond the film's edges by as much as the pixel filter reaches.
+    // Rays start up to the pixel filter's radius beyond the film's edges.
     const double pixel = std::tan(camera.vertical_fov_degrees * std::numbers::pi / 360) * 2 / film.height;
     half_height_ = pixel * (0.5 * film.height + film.filter.radius_pixels);
     half_width_ = pixel * (0.5 * film.width + film.filter.radius_pixels);
@@ -102,7 +102,7 @@ class View {
     if (in_front == 0) {
       return;
     }
-    if (in_front < 8) {  // it reaches past the camera: anywhere
+    if (in_front < 8) {  // it reaches behind the camera, so it may be anywhere
       low = Vec3d(-1);
       high = Vec3d(1);
     }
@@ -128,7 +128,7 @@ class View {
   Vec3d low_{1}, high_{-1};
 };
 
-/// Empty where there is nothing to say.
+/// The notice on the view. Empty if there is none.
 std::string view_notice(const LoadedScene& loaded, Boxes& boxes) {
   const Scene& scene = loaded.scene;
   const auto is_plane = [](const Object& object) { return std::holds_alternative<PlaneShape>(object.shape); };
@@ -145,16 +145,16 @@ std::string view_notice(const LoadedScene& loaded, Boxes& boxes) {
     }
   }
   const Point3d &eye = scene.camera.eye, &to = scene.camera.look_at;
-  const std::string camera = fmt::format("the camera, at ({:g}, {:g}, {:g}) and looking at ({:g}, {:g}, {:g})", eye[0],
+  const std::string camera = fmt::format("the camera at ({:g}, {:g}, {:g}), looking at ({:g}, {:g}, {:g}),", eye[0],
                                          eye[1], eye[2], to[0], to[1], to[2]);
   if (view.nothing()) {
-    return fmt::format("nothing of the scene is in view of {}; --camera gives another", camera);
+    return fmt::format("{} sees nothing of the scene: choose another with --camera", camera);
   }
-  return fmt::format("all of the scene is within {:.0f}x{:.0f} pixels, seen by {}; --camera gives another",
-                     std::ceil(view.width() * scene.film.width), std::ceil(view.height() * scene.film.height), camera);
+  return fmt::format("{} sees all of the scene within {:.0f}x{:.0f} pixels: choose another with --camera", camera,
+                     std::ceil(view.width() * scene.film.width), std::ceil(view.height() * scene.film.height));
 }
 
-/// Of all shapes of a material: the most that one of them, or, where they are flat, all together measure across.
+/// The size of a material's largest shape. Flat shapes count together.
 double thickness(const LoadedScene& loaded, std::uint32_t material, Boxes& boxes) {
   double most = 0;
   Bounds faces;
@@ -183,12 +183,12 @@ double thickness(const LoadedScene& loaded, std::uint32_t material, Boxes& boxes
   return std::max({most, std::min({size.x, size.y, size.z}), 0.0});
 }
 
-/// Light leaves a medium of optical thickness τ after some τ² scatterings, unless it is absorbed before. That few of
-/// its paths are longer than a limit of n is what a share of 1/√n of what the medium shows says: a few per cent.
+/// Light leaves a medium of optical thickness τ after about τ² scatterings, unless it is absorbed before. Of the light
+/// that such a medium shows, a share of about 1/√n has paths longer than the limit n. That is a few per cent.
 void say_dense_media(const LoadedScene& loaded, std::uint32_t max_bounces, Boxes& boxes,
                      std::vector<std::string>& notices) {
   constexpr double kDense = 100;      // optical thickness
-  constexpr double kMostLost = 1e-2;  // of what would be scattered on at the limit, where absorption has taken the rest
+  constexpr double kMostLost = 1e-2;  // share that would scatter on at the limit, after absorption
   constexpr std::size_t kMaxNamed = 10;
   std::size_t named = 0;
   for (std::size_t i = 0; i < loaded.scene.materials.size() && named < kMaxNamed; ++i) {
@@ -209,18 +209,17 @@ void say_dense_media(const LoadedScene& loaded, std::uint32_t max_bounces, Boxes
       ++named;
       notices.push_back(fmt::format(
           "the medium \"{}\" scatters so densely (optical thickness {}) that some of its light, perhaps a few "
-          "per cent, is lost where paths end after {} bounces; --max-bounces says where",
-          loaded.scene.materials[i].name, std::isinf(depth) ? "without end" : fmt::format("{:.3g}", depth),
-          max_bounces));
+          "per cent, is lost, because paths end after {} bounces (--max-bounces)",
+          loaded.scene.materials[i].name, std::isinf(depth) ? "infinite" : fmt::format("{:.3g}", depth), max_bounces));
     }
   }
 }
 
-/// Single precision knows where a sphere's surface is to some 2^-22 of its radius. Next to the camera that shows: gaps
-/// under what stands on it, a ragged edge, the wrong shade.
+/// Single precision places a sphere's surface to about 2^-22 of its radius. Near the camera that shows: gaps under
+/// objects on the sphere, a ragged edge, the wrong shade.
 void say_huge_spheres(const LoadedScene& loaded, std::vector<std::string>& notices) {
   constexpr double kMost =
-      1e4;  // radii in distances: of the eye from the surface, or from where it looks if that is more
+      1e4;  // radius over distance: from the camera to the surface or to look_at, whichever is larger
   const Vec3d eye = to_vec(loaded.scene.camera.eye);
   const double looks = glm::distance(eye, to_vec(loaded.scene.camera.look_at));
   for (const Object& object : loaded.scene.objects) {
@@ -233,8 +232,8 @@ void say_huge_spheres(const LoadedScene& loaded, std::vector<std::string>& notic
     const double distance = std::max(looks, std::abs(glm::distance(map(to_vec(sphere->center)), eye) - radius));
     if (radius > kMost * distance) {
       notices.push_back(
-          fmt::format("the sphere \"{}\" is so large (radius {:g}) that near the camera its surface is only known to "
-                      "about {:.1g}; a plane in its place is exact",
+          fmt::format("the sphere \"{}\" is so large (radius {:g}) that near the camera its surface is only exact to "
+                      "about {:.1g}: use a plane instead",
                       object.name, radius, std::ldexp(radius, -22)));
       return;
     }

@@ -7,7 +7,7 @@
 namespace lightmill {
 namespace {
 
-/// Tests of one polygon's corners against its candidate ears; an outline that wants more is not worth the wait.
+/// Limit of tests of one polygon's corners against its candidate ears. Outlines that need more would take too long.
 constexpr std::uint64_t kMaxTests = 50'000'000;
 
 struct Point2 {
@@ -15,13 +15,13 @@ struct Point2 {
   friend bool operator==(const Point2&, const Point2&) = default;
 };
 
-/// Twice the signed area of a triangle; positive if it is counter-clockwise.
+/// Twice the signed area of a triangle. Positive if it is counter-clockwise.
 double doubled_area(const Point2& a, const Point2& b, const Point2& c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-/// The corners without the axis that the polygon faces most, so that the outline is counter-clockwise. Newell's normal:
-/// its components are the doubled areas of the outline's shadows (Sutherland, Sproull and Schumacker 1974).
+/// The corners without the axis that the polygon faces most, so that the outline is counter-clockwise. The components
+/// of Newell's normal are the doubled areas of the outline's projections (Sutherland, Sproull and Schumacker 1974).
 std::vector<Point2> project(std::span<const std::array<double, 3>> corners) {
   std::array<double, 3> normal{};
   const auto& origin = corners[0];
@@ -58,7 +58,7 @@ bool fan_covers(const std::vector<Point2>& points) {
   return true;
 }
 
-/// Cuts ears off an outline, which is kept as a ring of the corners that are left.
+/// Cuts ears off an outline, which is a ring of the remaining corners.
 class EarCutter {
  public:
   EarCutter(const std::vector<Point2>& points, std::vector<std::array<std::uint32_t, 3>>& triangles)
@@ -86,7 +86,7 @@ class EarCutter {
       } else if (++tried < left_) {
         at = next_[at];
       } else if (const std::optional<std::uint32_t> flat = find_flat(at)) {
-        remove(*flat);  // no ear is left but corners that lie on an edge, or spikes: nothing is lost with them
+        remove(*flat);  // the only ears left are corners on an edge, or spikes: they cover nothing
         at = previous_[*flat];
         tried = 0;
       } else {

@@ -12,7 +12,8 @@ class FilesOnDisk final : public SceneFiles {
   Result<std::string> read(const fs::path& path, std::uint64_t limit_bytes) const override {
     std::error_code error;
     if (const fs::file_status what = fs::status(path, error); fs::exists(what) && !fs::is_regular_file(what)) {
-      return invalid_argument("cannot read {}: it is no regular file", path.string());  // a pipe or a device has no end
+      return invalid_argument("cannot read {}: it is not a regular file",
+                              path.string());  // a pipe or a device has no end
     }
     return read_file(path, limit_bytes);
   }
@@ -26,7 +27,7 @@ class FilesOnDisk final : public SceneFiles {
   }
 };
 
-/// "a/../b//c" and "b/c" are one name. Nothing on the disk is looked at.
+/// "a/../b//c" and "b/c" are one name. Does not look at the disk.
 std::string normal_form(const fs::path& path) {
   return path.lexically_normal().generic_string();
 }
@@ -43,7 +44,7 @@ Status HandedFiles::add(const std::string& path, const Sha256& digest) {
   if (path.empty() || path.size() > kMostPathBytes || path.find('\0') != std::string::npos ||
       fs::path(path).is_absolute() || name == "." || name.ends_with('/') || name == ".." || name.starts_with("../")) {
     return invalid_argument(
-        "the path '{}' of a file must be relative, of 1 to {} bytes, and lead to no folder above its own",
+        "the path '{}' of a file must be relative, have 1 to {} bytes, and not lead above its folder",
         printable(path.substr(0, 200)), kMostPathBytes);
   }
   if (!files_.try_emplace(name, digest).second) {
@@ -60,8 +61,7 @@ Result<std::string> HandedFiles::read(const fs::path& path, std::uint64_t limit_
   const auto found = files_.find(normal_form(path));
   if (found == files_.end()) {
     return not_found(
-        "{}: is not among the files that were handed over; add it, by the path that the scene names it by, seen from "
-        "where the others lie",
+        "{}: is not among the uploaded files: add it with the path that the scene uses, relative to the other files",
         path.string());
   }
   Result<std::string> bytes = fetch_(found->second);

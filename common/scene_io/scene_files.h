@@ -1,4 +1,4 @@
-// Where the files of a scene are read from: the disk, or a set that somebody has handed over.
+// The source of a scene's files: the disk, or a given set.
 #pragma once
 
 #include <cstdint>
@@ -12,40 +12,40 @@
 
 namespace lightmill {
 
-/// Every file that a scene names is read through this, so what it does not have cannot be read.
+/// Every file of a scene is read through this, so other files cannot be read.
 class SceneFiles {
  public:
   virtual ~SceneFiles() = default;
-  /// The whole file; errors name the path. Fails on files over `limit_bytes`.
+  /// The whole file. Errors name the path. Fails if it is larger than `limit_bytes`.
   virtual Result<std::string> read(const std::filesystem::path& path, std::uint64_t limit_bytes) const = 0;
   virtual bool exists(const std::filesystem::path& path) const = 0;
-  /// It is no folder or device.
+  /// Whether it is a regular file, not a folder or device.
   virtual bool is_file(const std::filesystem::path& path) const = 0;
 };
 
-/// All that this process may read.
+/// All files that this process may read.
 const SceneFiles& files_on_disk();
 
-/// Files that were handed over by name, and nothing else: no folder, link or absolute path leads to another one.
+/// A set of files with names. No folder, link or absolute path leads to another file.
 class HandedFiles final : public SceneFiles {
  public:
-  /// Gets the bytes of the file with this digest; may take long.
+  /// Gets the bytes of the file with this digest. It may take long.
   using Fetch = std::function<Result<std::string>(const Sha256& digest)>;
   static constexpr std::size_t kMostPathBytes = 4096;
 
   explicit HandedFiles(Fetch fetch) : fetch_(std::move(fetch)) {}
 
-  /// INVALID_ARGUMENT unless the path is relative, leads nowhere above its root, and is the first of its name.
+  /// INVALID_ARGUMENT unless the path is relative, stays below its root, and is new.
   Status add(const std::string& path, const Sha256& digest);
 
-  /// NOT_FOUND says that the file is not among those that came along; else the errors of the fetch.
+  /// NOT_FOUND if the file is not in the set. Else the errors of the fetch.
   Result<std::string> read(const std::filesystem::path& path, std::uint64_t limit_bytes) const override;
   bool exists(const std::filesystem::path& path) const override { return is_file(path); }
   bool is_file(const std::filesystem::path& path) const override;
 
  private:
   Fetch fetch_;
-  std::map<std::string, Sha256> files_;  ///< by their paths in normal form
+  std::map<std::string, Sha256> files_;  ///< by path in normal form
 };
 
 }  // namespace lightmill

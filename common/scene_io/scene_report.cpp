@@ -66,8 +66,7 @@ std::vector<std::string> plan_notices(const SceneFacts& facts) {
     return {};
   }
   return {
-      "no surface takes anything of some colour: if they close a room, light in it goes on for ever, and paths end "
-      "only at --max-bounces"};
+      "no surface absorbs some colour: in a closed room its light never fades, and paths end only at --max-bounces"};
 }
 
 }  // namespace

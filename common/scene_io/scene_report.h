@@ -1,4 +1,4 @@
-// What people should know of a scene before it is rendered: what is in it, and what that means for methods.
+// A report on a scene before it is rendered: its contents, and what they mean for methods.
 #pragma once
 
 #include <map>
@@ -18,13 +18,13 @@ struct SceneReport {
   SceneFacts facts;
 };
 
-/// Adds what is to be noticed to the scene's notices. Fails if a mesh is damaged.
+/// Also adds notices to the scene. Fails if a mesh is damaged.
 Result<SceneReport> report_on(LoadedScene& loaded);
 
-/// Rows of a table: what, and what of it.
+/// Rows of a table: a name, and its value.
 using ReportRows = std::vector<std::vector<std::string>>;
 ReportRows scene_rows(const LoadedScene& loaded, const SceneReport& report);
-/// What of the planner's facts is worth a row.
+/// Rows for the planner's facts that matter.
 ReportRows fact_rows(const SceneFacts& facts);
 
 }  // namespace lightmill

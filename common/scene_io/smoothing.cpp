@@ -51,7 +51,7 @@ class GroupNormals {
     }
     Slot& slot = used_[index];
     if (slot.normal == kNoIndex) {
-      // A hundred-millionth of a turn is what is left of faces back to back.
+      // Faces back to back leave a sum of about 1e-8.
       const double length = length_of(slot.sum);
       if (!(length > 1e-8)) {
         return;

@@ -20,7 +20,7 @@ std::string_view trim(std::string_view text) {
   return text;
 }
 
-/// The length of the well-formed UTF-8 sequence that the text begins with (Unicode 15, table 3-7); 0 if there is none.
+/// The length of the well-formed UTF-8 sequence at the begin of the text (Unicode 15, table 3-7). 0 if there is none.
 std::size_t utf8_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<std::uint8_t>(text[i]) : 0u; };
   const auto within = [&](std::size_t i, unsigned low, unsigned high) { return byte(i) >= low && byte(i) <= high; };
@@ -103,7 +103,7 @@ std::optional<double> parse_number(std::string_view word) {
   double value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error == std::errc::result_out_of_range && end == word.data() + word.size()) {
-    // Too small is as good as zero; too large is no number that we can use.
+    // Too small numbers count as zero. Too large ones are refused.
     const std::size_t exponent = word.find_first_of("eE");
     return exponent != std::string_view::npos && word.substr(exponent + 1).starts_with('-') ? std::optional(0.0)
                                                                                             : std::nullopt;

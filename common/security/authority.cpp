@@ -25,13 +25,13 @@ Status failed(std::string_view what) {
 Status check_common_name(std::string_view name) {
   LM_RETURN_IF_ERROR(check_name("name", name));
   if (name.empty() || name.size() > kMaxCommonNameBytes) {
-    return invalid_argument("name: a certificate's has 1 to {} bytes, got {}", kMaxCommonNameBytes, name.size());
+    return invalid_argument("name: must have 1 to {} bytes, got {}", kMaxCommonNameBytes, name.size());
   }
   return ok_status();
 }
 
-/// A DNS name, perhaps with * as its first label. One whose last label is a number is none (RFC 3696, section 2), but
-/// an IPv4 address that is mistyped.
+/// A DNS name, perhaps with * as its first label. If the last label is a number, it is not a DNS name but a mistyped
+/// IPv4 address (RFC 3696, section 2).
 bool is_dns_name(std::string_view host) {
   const auto good = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.' ||
@@ -39,7 +39,7 @@ bool is_dns_name(std::string_view host) {
   };
   std::string_view rest = host.starts_with("*.") ? host.substr(2) : host;
   const std::string_view stem = rest.substr(0, rest.size() - (rest.ends_with('.') ? 1 : 0));
-  const std::string_view last = stem.substr(stem.rfind('.') + 1);  // of one label all of it
+  const std::string_view last = stem.substr(stem.rfind('.') + 1);  // the whole stem if it has one label
   const bool number = std::ranges::all_of(last, [](char c) { return c >= '0' && c <= '9'; });
   return !rest.empty() && !number && rest.size() <= 253 && std::ranges::all_of(rest, good) && rest.front() != '.' &&
          rest.find("..") == std::string_view::npos;
@@ -63,7 +63,7 @@ Status put_serial(X509* certificate) {
   return done ? ok_status() : failed("draw a serial number");
 }
 
-/// `value` as in OpenSSL's configuration files; never what somebody typed.
+/// `value` has the form of OpenSSL's configuration files. It must not contain user input.
 Status put_extension(X509* certificate, X509* issuer, int kind, const char* value) {
   X509V3_CTX context;
   X509V3_set_ctx(&context, issuer, certificate, nullptr, nullptr, 0);
@@ -98,7 +98,7 @@ Status add_host(GENERAL_NAMES* names, const std::string& host) {
     return add_name(names, GEN_IPADD, address);
   }
   if (!is_dns_name(host)) {
-    return invalid_argument("'{}' is neither a host's name nor an IP address (the port does not belong to it)", host);
+    return invalid_argument("'{}' is neither a host name nor an IP address (give it without a port)", host);
   }
   return add_name(names, GEN_DNS, as_byte_view(host));
 }
@@ -118,7 +118,7 @@ Status put_alternative_names(X509* certificate, const CertificateSubject& subjec
              : failed("put names into a certificate");
 }
 
-/// With all that all certificates have.
+/// A certificate with the parts that all certificates have.
 Result<Certificate> blank(std::string_view name, const Validity& validity, EVP_PKEY* key) {
   Certificate certificate(X509_new());
   if (certificate == nullptr || X509_set_version(certificate.get(), X509_VERSION_3) != 1 ||
@@ -161,7 +161,7 @@ Result<Key> new_key() {
 Status check_subject(const CertificateSubject& subject) {
   LM_RETURN_IF_ERROR(check_common_name(subject.name));
   if (subject.hosts.empty() == subject.roles.empty()) {
-    return invalid_argument("a certificate has the hosts of a coordinator, or roles");
+    return invalid_argument("a certificate needs either the hosts of a coordinator, or roles");
   }
   return ok_status();
 }
@@ -189,10 +189,10 @@ Result<KeyAndCertificate> issue_certificate(const KeyAndCertificate& authority, 
   LM_ASSIGN_OR_RETURN(const Key authority_key, openssl::key_in(authority.key));
   X509* const issuer = issuers.front().get();
   if (!facts.front().authority || X509_check_private_key(issuer, authority_key.get()) != 1) {
-    return invalid_argument("the authority's key and certificate do not belong together");
+    return invalid_argument("the authority's key and certificate do not match");
   }
   if (facts.front().until_unix_s <= validity.from_unix_s) {
-    return invalid_argument("the authority '{}' has ended ({}): make a new one", facts.front().name,
+    return invalid_argument("the authority '{}' expired {}: make a new one", facts.front().name,
                             date_text(facts.front().until_unix_s));
   }
   const Validity within{validity.from_unix_s, std::min(validity.until_unix_s, facts.front().until_unix_s)};

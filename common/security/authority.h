@@ -1,6 +1,6 @@
-// A private certificate authority: makes itself, and certificates for servers, workers and people.
+// A private certificate authority: creates itself, and certificates for servers, workers and people.
 //
-// Keys are ECDSA on P-256, serial numbers random. What it signs says for what it may be used, so that a worker cannot
+// Keys are ECDSA on P-256. Serial numbers are random. Certificates state their permitted use, so that a worker cannot
 // pose as the coordinator.
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace lightmill {
 
-/// X.509 allows no longer ones.
+/// The longest common name of X.509.
 inline constexpr std::size_t kMaxCommonNameBytes = 64;
 
 struct Validity {
@@ -26,18 +26,18 @@ struct KeyAndCertificate {
   std::string key, certificate;
 };
 
-/// Signs itself. INVALID_ARGUMENT for a name that check_name refuses, an empty or too long one.
+/// A self-signed authority. INVALID_ARGUMENT if check_name refuses the name, or it is empty or too long.
 Result<KeyAndCertificate> make_authority(std::string_view name, const Validity& validity);
 
-/// Whose certificate it is to be: a coordinator's with hosts, or a worker's or person's with roles.
+/// The subject of a certificate: a coordinator with hosts, or a worker or person with roles.
 struct CertificateSubject {
   std::string name;
-  std::vector<std::string> hosts;  ///< DNS names and IP addresses at which the coordinator is reached
+  std::vector<std::string> hosts;  ///< DNS names and IP addresses of the coordinator
   Roles roles;
 };
 
-/// INVALID_ARGUMENT for names as above, hosts that are none, hosts together with roles or neither, and where the
-/// authority's key and certificate do not belong together or it has ended before.
+/// INVALID_ARGUMENT for names as above, invalid hosts, and hosts together with roles, or neither. Also if the
+/// authority's key and certificate do not match, or its validity ends earlier.
 Result<KeyAndCertificate> issue_certificate(const KeyAndCertificate& authority, const CertificateSubject& subject,
                                             const Validity& validity);
 

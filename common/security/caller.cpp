@@ -32,7 +32,7 @@ Result<std::string> read_token(const std::string& file, const char* option) {
   return id.ok() ? Result<std::string>(std::move(text)) : with_context(id.status(), where);
 }
 
-/// Who has set variables has not typed the options that an error tells of.
+/// Users who set environment variables did not type the options that an error names.
 std::string with_variables(const CallerFiles& files) {
   std::string set;
   for (const auto& [variable, file] :
@@ -47,8 +47,7 @@ std::string with_variables(const CallerFiles& files) {
 
 Result<CallerTexts> read(const CallerFiles& files, std::span<const std::string> servers, std::int64_t now_unix_s) {
   if (!files.tls.certificate.empty() && files.tls.authority.empty()) {
-    return invalid_argument("{} is given without {}, the authority of the farm that it is for", kCertificateOption,
-                            kAuthorityOption);
+    return invalid_argument("{} is given without {}, the authority of its farm", kCertificateOption, kAuthorityOption);
   }
   CallerTexts caller;
   LM_ASSIGN_OR_RETURN(caller.tls, read_tls_files(files.tls, now_unix_s));
@@ -56,9 +55,8 @@ Result<CallerTexts> read(const CallerFiles& files, std::span<const std::string> 
   for (const std::string& server : servers) {
     const Result<HostPort> address = parse_host_port(server);
     if (!caller.token.empty() && !caller.tls.given() && address.ok() && !is_loopback(address->host)) {
-      return failed_precondition(
-          "the token would go to {} for everybody on the way to read: give {}, so that the connection is encrypted",
-          server, kAuthorityOption);
+      return failed_precondition("the token would go to {} unencrypted: give {}, which encrypts the connection", server,
+                                 kAuthorityOption);
     }
   }
   return caller;

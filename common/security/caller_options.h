@@ -1,4 +1,4 @@
-// Command line options by which a worker or a person shows a farm who it is.
+// Command line options for the credentials of a worker or a person.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,11 +8,11 @@
 
 namespace lightmill {
 
-/// --tls-ca, --tls-cert, --tls-key and --token-file, each also by a variable of the environment.
+/// --tls-ca, --tls-cert, --tls-key and --token-file, each with an environment variable.
 inline void add_caller_options(CLI::App& app, CallerFiles& files) {
   const auto add = [&app](const char* option, std::string& file, const char* text, const char* variable) {
-    // CLI11 tells variables to the options of all commands that did not get one: only those that are run are to hear of
-    // them, and not in place of what stands on the command line.
+    // CLI11 applies environment variables to the options of all commands. Only commands that run may use them, and
+    // values on the command line have priority.
     app.add_option_function<std::string>(
            option,
            [&app, &file, variable](const std::string& given) {
@@ -27,12 +27,12 @@ inline void add_caller_options(CLI::App& app, CallerFiles& files) {
         ->group("Access");
   };
   add(kAuthorityOption, files.tls.authority,
-      "the authority that has signed the coordinator's certificate: the connection is encrypted, and made to no other",
+      "the authority of the coordinator's certificate; encrypts the connection, and refuses other coordinators",
       kAuthorityVariable);
-  add(kCertificateOption, files.tls.certificate, "the certificate that says who asks", kCertificateVariable);
+  add(kCertificateOption, files.tls.certificate, "the certificate that authenticates the caller", kCertificateVariable);
   add(kKeyOption, files.tls.key, "its private key (default: in the certificate's file)", kKeyVariable);
   add(kTokenFileOption, files.token_file,
-      "a token that says who asks, in place of a certificate (default: what LIGHTMILL_TOKEN says)", kTokenFileVariable);
+      "a file with a token, instead of a certificate (default: the token in LIGHTMILL_TOKEN)", kTokenFileVariable);
 }
 
 }  // namespace lightmill

@@ -21,7 +21,7 @@ std::string text_of(const ASN1_STRING* string) {
   return text;
 }
 
-/// The last one, which is the most specific.
+/// The last common name, which is the most specific.
 std::string common_name(const X509_NAME* name) {
   int index = -1, last = -1;
   while ((index = X509_NAME_get_index_by_NID(name, NID_commonName, index)) >= 0) {

@@ -1,4 +1,4 @@
-// What a certificate says: whose it is, which roles it gives, how long it holds.
+// The contents of a certificate: name, roles and validity.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +13,16 @@
 namespace lightmill {
 
 struct CertificateFacts {
-  std::string name;                ///< its subject's common name
-  std::string issuer;              ///< its issuer's common name
+  std::string name;                ///< common name of the subject
+  std::string issuer;              ///< common name of the issuer
   std::vector<std::string> hosts;  ///< DNS names and IP addresses
-  Roles roles;                     ///< by its URIs (role_uri)
+  Roles roles;                     ///< from its URIs (role_uri)
   bool authority = false;          ///< may sign others
   std::int64_t from_unix_s = 0, until_unix_s = 0;
-  Sha256 fingerprint;  ///< of its DER form, as `openssl x509 -fingerprint -sha256` shows it
+  Sha256 fingerprint;  ///< of the DER form, as `openssl x509 -fingerprint -sha256` shows it
 };
 
-/// The facts of each certificate of a PEM text, the first one's owner first. INVALID_ARGUMENT if there is none.
+/// The facts of each certificate in a PEM text, in its order. INVALID_ARGUMENT if there is none.
 Result<std::vector<CertificateFacts>> read_certificates(std::string_view pem);
 
 /// "2027-03-01 12:00 UTC".

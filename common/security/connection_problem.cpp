@@ -23,7 +23,7 @@ namespace {
 constexpr int kConnectPatienceMs = 2'000;
 constexpr timeval kPatience{2, 0};
 
-/// Waits for a socket that is connecting, and gives what follows our patience; 0, or the errno.
+/// Waits for a socket to connect. Then sets its time limits. 0, or the errno.
 int wait_until_connected(int socket) {
   pollfd ready{socket, POLLOUT, 0};
   int error = 0;
@@ -77,7 +77,7 @@ class Socket {
   int fd_ = -1;
 };
 
-/// A context that believes and shows what `texts` say, as far as they can be read.
+/// A context with the authorities and the certificate of `texts`, as far as they can be read.
 openssl::Context context_of(const TlsTexts& texts) {
   openssl::Context context(SSL_CTX_new(TLS_client_method()));
   if (const auto authorities = openssl::certificates_in(texts.authority); authorities.ok()) {
@@ -100,7 +100,7 @@ openssl::Context context_of(const TlsTexts& texts) {
   return context;
 }
 
-/// Whom the certificate that was shown belongs to, and its facts.
+/// The facts of the certificate that the other end showed.
 std::optional<CertificateFacts> shown_by(SSL* connection) {
   const openssl::Certificate certificate(SSL_get1_peer_certificate(connection));
   if (certificate == nullptr) {
@@ -124,10 +124,9 @@ std::string verdict(long code, const HostPort& to, const CertificateFacts& facts
           "its certificate is for {}, not for {}: use one of those names, or make a certificate that names this one",
           fmt::join(facts.hosts, ", "), to.host);
     case X509_V_ERR_CERT_HAS_EXPIRED:
-      return fmt::format("its certificate ended {}: renew it there", date_text(facts.until_unix_s));
+      return fmt::format("its certificate expired {}: renew it there", date_text(facts.until_unix_s));
     case X509_V_ERR_CERT_NOT_YET_VALID:
-      return fmt::format("its certificate holds from {} on: is this machine's clock right?",
-                         date_text(facts.from_unix_s));
+      return fmt::format("its certificate is valid from {}: check this machine's clock", date_text(facts.from_unix_s));
     case X509_V_ERR_DEPTH_ZERO_SELF_SIGNED_CERT:
     case X509_V_ERR_SELF_SIGNED_CERT_IN_CHAIN:
     case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT:
@@ -141,15 +140,15 @@ std::string verdict(long code, const HostPort& to, const CertificateFacts& facts
   }
 }
 
-/// Of a coordinator that hangs up once it has seen our certificate: it does not say why.
+/// The reason if a coordinator closes the connection once it has seen our certificate. It does not say why.
 std::optional<std::string> refusal(const TlsTexts& texts) {
   const auto facts = read_certificates(texts.certificate);
   if (!facts.ok()) {
     return std::nullopt;
   }
   return fmt::format(
-      "it hangs up on the certificate of {}, which '{}' has signed: is that the farm's authority, and is the "
-      "certificate for callers?",
+      "it refuses the certificate of {}, signed by '{}': check that this is the farm's authority, and that the "
+      "certificate is for callers",
       kCertificateOption, facts->front().issuer);
 }
 
@@ -164,7 +163,7 @@ void expect_host(SSL* connection, const std::string& host) {
   }
 }
 
-/// The preface and empty settings, which everybody begins HTTP/2 with (RFC 9113, 3.4).
+/// The preface and empty settings, with which each HTTP/2 connection begins (RFC 9113, 3.4).
 constexpr std::string_view kHttp2Begins("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\4\0\0\0\0\0", 33);
 
 }  // namespace
@@ -210,26 +209,27 @@ std::optional<std::string> connection_problem(const std::string& address, const 
   ERR_clear_error();
   const bool speaks_tls = SSL_connect(connection.get()) == 1;
   if (!texts.given()) {
-    return speaks_tls ? std::optional(fmt::format("it takes encrypted connections alone: give {} (and {})",
+    return speaks_tls ? std::optional(fmt::format("it accepts only encrypted connections: give {} (and {})",
                                                   kAuthorityOption, kCertificateOption))
                       : std::nullopt;
   }
   if (!speaks_tls) {
     if (ERR_GET_REASON(ERR_peek_last_error()) == SSL_R_WRONG_VERSION_NUMBER) {
-      return fmt::format("it does not take encrypted connections: leave out {} (and {}), or give the coordinator {}",
+      return fmt::format("it does not accept encrypted connections: leave out {} (and {}), or give the coordinator {}",
                          kAuthorityOption, kAuthorityVariable, kCertificateOption);
     }
-    // Without an alert it may be slow, overloaded, or just going away.
+    // Without an alert, the coordinator may be slow, overloaded or ending.
     return ERR_GET_REASON(ERR_peek_last_error()) > SSL_AD_REASON_OFFSET ? refusal(texts) : std::nullopt;
   }
   const std::optional<CertificateFacts> facts = shown_by(connection.get());
   if (const long code = SSL_get_verify_result(connection.get()); code != X509_V_OK && facts) {
     return verdict(code, *to, *facts);
   }
-  // With TLS 1.3 the other side looks at our certificate later; if it likes it, HTTP/2 says something first.
+  // With TLS 1.3 the other side checks our certificate after the handshake. If it accepts it, HTTP/2 sends something
+  // first.
   char first = 0;
   const int got = SSL_read(connection.get(), &first, 1);
-  const bool silent = got <= 0 && SSL_get_error(connection.get(), got) == SSL_ERROR_WANT_READ;  // for our patience
+  const bool silent = got <= 0 && SSL_get_error(connection.get(), got) == SSL_ERROR_WANT_READ;  // within our time limit
   return got > 0 || silent ? std::nullopt : refusal(texts);
 }
 

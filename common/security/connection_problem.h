@@ -1,4 +1,4 @@
-// Why a farm cannot be reached, in words: gRPC says of most handshakes only that they failed.
+// The reason of a failed connection to a farm, in words. gRPC says of most handshakes only that they failed.
 #pragma once
 
 #include <optional>
@@ -9,12 +9,12 @@
 
 namespace lightmill {
 
-/// Connects to HOST:PORT as a caller with `texts` does (without TLS if none are given), says what is wrong and what to
-/// do. Nothing if nothing listens there, or nothing seems wrong. Waits some seconds at most.
+/// Connects to HOST:PORT with the credentials of `texts` (without TLS if there are none), and says what is wrong and
+/// what to do. Nothing if nothing listens there, or no problem is found. Waits some seconds at most.
 std::optional<std::string> connection_problem(const std::string& address, const TlsTexts& texts);
 
-/// Whether the coordinator at the other end of a socket, which may still be connecting, begins to speak HTTP/2 with
-/// somebody who shows nothing. UNAVAILABLE. Waits some seconds at most; the socket blocks then.
+/// Whether the coordinator at the other end of a socket answers a client without credentials over HTTP/2. The socket
+/// may still be connecting. UNAVAILABLE if not. Waits some seconds at most. Afterwards the socket is blocking.
 Status check_answers(int socket, bool encrypted);
 
 }  // namespace lightmill

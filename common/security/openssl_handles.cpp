@@ -10,7 +10,7 @@ Bio reader_of(std::string_view text) {
   return Bio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
 }
 
-/// In place of asking on the terminal.
+/// Instead of asking on the terminal.
 int no_password(char*, int, int, void*) {
   return -1;
 }

@@ -1,4 +1,4 @@
-// OpenSSL's objects with owners, and its errors in words. For this folder alone.
+// Owners of OpenSSL's objects, and its errors as text. For this folder only.
 #pragma once
 
 #include <openssl/bio.h>
@@ -33,13 +33,12 @@ using Number = std::unique_ptr<BIGNUM, Freed<BN_free>>;
 using Context = std::unique_ptr<SSL_CTX, Freed<SSL_CTX_free>>;
 using Connection = std::unique_ptr<SSL, Freed<SSL_free>>;
 
-/// What OpenSSL's queue of errors says last, emptied; "no reason given" if it is empty.
+/// The last error of OpenSSL's queue, which is emptied. "no reason given" if it was empty.
 std::string last_error();
 
-/// The certificates of a PEM text, other things in it passed over. INVALID_ARGUMENT if there is none, or one is
-/// damaged.
+/// The certificates of a PEM text. Other parts are skipped. INVALID_ARGUMENT if there is none, or one is damaged.
 Result<std::vector<Certificate>> certificates_in(std::string_view pem);
-/// Its private key. INVALID_ARGUMENT if there is none, it is damaged or has a password.
+/// The private key of a PEM text. INVALID_ARGUMENT if there is none, it is damaged or has a password.
 Result<Key> key_in(std::string_view pem);
 
 }  // namespace lightmill::openssl

@@ -53,7 +53,7 @@ Result<Roles> parse_roles(std::string_view text) {
     name = name.substr(0, name.find_last_not_of(' ') + 1);
     const std::optional<Role> role = role_named(name);
     if (!role) {
-      return invalid_argument("there is no role '{}'; there are {}", name, names_of(Roles::all()));
+      return invalid_argument("unknown role '{}'. Known roles: {}", name, names_of(Roles::all()));
     }
     roles.add(*role);
     at = end + 1;

@@ -1,4 +1,4 @@
-// What somebody may do on a farm: a set of roles, which a certificate or a token carries.
+// Roles: what a certificate or a token allows on a farm.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace lightmill {
 
-/// What each may call stands in server/access/rights.
+/// server/access/rights lists what each role may call.
 enum class Role : std::uint8_t { view, submit, operate, worker, admin, enrol };
 
 inline constexpr std::array kRoles{Role::view, Role::submit, Role::operate, Role::worker, Role::admin, Role::enrol};
@@ -39,15 +39,15 @@ class Roles {
 };
 
 std::string_view name_of(Role role);
-/// "view, submit": in the order of the enumeration.
+/// "view, submit", in the order of the enumeration.
 std::string names_of(Roles roles);
 
-/// Reads names with commas between them, at least one. INVALID_ARGUMENT names the one that is none.
+/// Reads at least one name, separated by commas. INVALID_ARGUMENT names an unknown one.
 Result<Roles> parse_roles(std::string_view text);
 
-/// How a certificate names a role, among its subject's alternative names: lightmill://role/submit.
+/// The URI of a role among a certificate's alternative names: lightmill://role/submit.
 std::string role_uri(Role role);
-/// Adds what the URI names; others are left alone, and false.
+/// Adds the role that the URI names. False, and no change, if it names none.
 bool add_role_of_uri(std::string_view uri, Roles& roles);
 
 }  // namespace lightmill

@@ -16,10 +16,11 @@ std::string place(const char* option, const std::string& file) {
 
 Status check_time(const CertificateFacts& facts, std::int64_t now_unix_s) {
   if (now_unix_s >= facts.until_unix_s) {
-    return failed_precondition("the certificate of '{}' ended {}: renew it", facts.name, date_text(facts.until_unix_s));
+    return failed_precondition("the certificate of '{}' expired {}: renew it", facts.name,
+                               date_text(facts.until_unix_s));
   }
   if (now_unix_s < facts.from_unix_s) {
-    return failed_precondition("the certificate of '{}' holds from {} on: is this machine's clock right?", facts.name,
+    return failed_precondition("the certificate of '{}' is valid from {}: check this machine's clock", facts.name,
                                date_text(facts.from_unix_s));
   }
   return ok_status();
@@ -29,9 +30,9 @@ Result<std::string> read_authority(const std::string& file, std::int64_t now_uni
   LM_ASSIGN_OR_RETURN(std::string pem, read_file(file, kMaxFileBytes));
   LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> all, read_certificates(pem));
   if (!all.front().authority) {
-    return failed_precondition("the certificate of '{}' is no authority's", all.front().name);
+    return failed_precondition("the certificate of '{}' is not of an authority", all.front().name);
   }
-  if (all.size() == 1) {  // of many, some may have ended
+  if (all.size() == 1) {  // if there are several, some may be expired
     LM_RETURN_IF_ERROR(check_time(all.front(), now_unix_s));
   }
   return pem;
@@ -50,7 +51,7 @@ Result<std::string> read_key(const std::string& file, const std::string& certifi
   LM_ASSIGN_OR_RETURN(const openssl::Key key, openssl::key_in(pem));
   LM_ASSIGN_OR_RETURN(const std::vector<openssl::Certificate> all, openssl::certificates_in(certificate_pem));
   if (X509_check_private_key(all.front().get(), key.get()) != 1) {
-    return failed_precondition("the private key in it is not that of the certificate");
+    return failed_precondition("the private key in it does not match the certificate");
   }
   return pem;
 }
@@ -91,8 +92,7 @@ Status check_names_hosts(const TlsTexts& texts) {
   LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> all, read_certificates(texts.certificate));
   return all.front().hosts.empty()
              ? invalid_argument(
-                   "the certificate of '{}' names no host, so nobody can tell that it is this one's: `lightmill certs "
-                   "server` makes one that does",
+                   "the certificate of '{}' names no host, so clients cannot check it: make one with `lightmill certs server`",
                    all.front().name)
              : ok_status();
 }

@@ -46,9 +46,9 @@ Result<std::string> token_id(std::string_view text) {
   const bool fits = text.size() == kStart.size() + kIdDigits + 1 + kSecretDigits && text.starts_with(kStart) &&
                     text[kStart.size() + kIdDigits] == '_' && is_token_id(text.substr(kStart.size(), kIdDigits)) &&
                     is_hex(text.substr(kStart.size() + kIdDigits + 1));
-  return fits
-             ? Result<std::string>(std::string(text.substr(kStart.size(), kIdDigits)))
-             : invalid_argument("that is no token: `lightmill tokens create` prints one, which begins with {}", kStart);
+  return fits ? Result<std::string>(std::string(text.substr(kStart.size(), kIdDigits)))
+              : invalid_argument("that is not a token: `lightmill tokens create` prints one, which begins with {}",
+                                 kStart);
 }
 
 bool is_token_id(std::string_view id) {

@@ -1,4 +1,4 @@
-// Floats and digests as the bytes that stand in messages.
+// Floats and digests as bytes of messages.
 #pragma once
 
 #include <span>
@@ -11,10 +11,10 @@
 
 namespace lightmill {
 
-/// Float32, little-endian, one after the other.
+/// Float32 values, little-endian.
 std::string float_bytes(std::span<const float> values);
 
-/// The inverse; fails unless the length is a multiple of 4.
+/// The inverse. Fails unless the length is a multiple of 4.
 Result<std::vector<float>> floats_from_bytes(std::string_view bytes);
 
 /// The 32 bytes of a SHA-256.

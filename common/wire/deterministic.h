@@ -1,4 +1,4 @@
-// Serialising so that equal messages give equal bytes, for digests.
+// Deterministic serialisation: equal messages give equal bytes, for digests.
 #pragma once
 
 #include <google/protobuf/io/coded_stream.h>
@@ -25,7 +25,7 @@ inline std::string deterministic_bytes(const google::protobuf::MessageLite& mess
   return bytes;
 }
 
-/// Whether `bytes` are a message of this type; it is filled with them.
+/// Whether `bytes` are a message of this type. If so, fills `message`.
 inline bool parse_bytes(std::string_view bytes, google::protobuf::MessageLite* message) {
   return bytes.size() <= static_cast<std::size_t>(std::numeric_limits<int>::max()) &&
          message->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));

@@ -1,7 +1,7 @@
-// Jobs, units, nodes and the worker's stream: plain values ↔ lightmill.v1 messages.
+// Conversion of jobs, units, nodes and the worker's stream between plain values and lightmill.v1.
 //
-// to_wire fills a message that must be empty; from_wire checks every size, count and range against limits.h and names
-// the field that is wrong, so what it returns can be used without further care for memory. Both are free of state.
+// to_wire fills a message that must be empty. from_wire checks every size, count and range against limits.h, and names
+// the wrong field. So its results are safe to use. Both are stateless.
 #pragma once
 
 #include <string>
@@ -47,7 +47,7 @@ v1::GoalLimit to_wire(GoalLimit limit);
 void to_wire(const MethodNotes& notes, v1::MethodNotes* out);
 void to_wire(const JobCounters& counters, v1::JobCounters* out);
 void to_wire(const ErrorPoint& point, v1::ErrorPoint* out);
-void to_wire(const JobSpec& spec, v1::JobSpec* out);  ///< without the request id, which is SubmitJobRequest's
+void to_wire(const JobSpec& spec, v1::JobSpec* out);  ///< without the request id, which is in SubmitJobRequest
 void to_wire(const JobStatus& status, v1::Job* out);
 void to_wire(const SampleRange& range, v1::SampleRange* out);
 void to_wire(const NodeKey& key, v1::NodeKey* out);
@@ -73,9 +73,9 @@ void to_wire(const JobSpec& spec, v1::SubmitJobRequest* out);
 /// Fails without a request id.
 Result<JobSpec> from_wire(const v1::SubmitJobRequest& request);
 
-/// Without the document that people read: fill_scene.
+/// Without the document for people, which fill_scene adds.
 void to_wire(const Inspection& inspection, v1::InspectSceneResponse* out);
-/// Parses the packed scene beside it.
+/// Parses the packed scene into the field beside it.
 Status fill_scene(v1::InspectSceneResponse* out);
 Result<Inspection> from_wire(const v1::InspectSceneResponse& response);
 void to_wire(const InspectionRequest& request, v1::InspectSceneRequest* out);

@@ -70,7 +70,7 @@ Receipt receipt_of(const v1::FilmHeader& header, std::int64_t now_unix_ms) {
   return receipt;
 }
 
-/// What its objects and materials are called, for the id layer.
+/// The names of the objects and materials, for the id layer.
 PictureIds ids_in(const Scene& scene) {
   std::vector<std::string> objects, materials;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
@@ -81,7 +81,7 @@ PictureIds ids_in(const Scene& scene) {
   return {std::move(objects), std::move(materials)};
 }
 
-/// Where the camera of the scene was, in the attributes that OpenEXR has for it.
+/// Adds the scene's camera as OpenEXR's standard attributes.
 Status add_camera_attributes(const std::string& packed_scene, FilmPicture& picture) {
   v1::Scene scene;
   const Result<Camera> camera = scene.ParseFromString(packed_scene)

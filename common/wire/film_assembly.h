@@ -1,4 +1,4 @@
-// A film's messages, as GetFilm sends them, put together to the picture with its receipt.
+// Assembly of a film from the messages of GetFilm: the picture with its receipt.
 #pragma once
 
 #include <vector>
@@ -12,7 +12,7 @@
 
 namespace lightmill {
 
-/// A film and the job that it belongs to.
+/// A film and its job.
 struct AssembledFilm {
   v1::Job job;
   FilmPicture picture;
@@ -22,13 +22,14 @@ struct AssembledFilm {
 /// The film hash (common/film/film_hash.h) of a picture's halves and counts, as assembled or as read from its file.
 Hash128 film_hash_of(const FilmPicture& picture);
 
-/// Takes the header, then every tile, then gives the film. Not thread-safe. What cannot be a film is DATA_LOSS.
+/// Takes the header, then every tile, then gives the film. Not thread-safe. DATA_LOSS for messages that cannot be a
+/// film.
 class FilmAssembly {
  public:
-  /// `now_unix_ms` dates the picture of a job that has not ended.
+  /// `now_unix_ms` is the picture's date if the job has not ended.
   static Result<FilmAssembly> begin(const v1::FilmHeader& header, std::int64_t now_unix_ms);
   Status add(const v1::FilmTile& tile);
-  /// Once; an error if no tile came.
+  /// Call once. An error if no tile came.
   Result<AssembledFilm> finish();
 
  private:

@@ -14,7 +14,7 @@ namespace {
 
 namespace pb = google::protobuf;
 
-/// Walks over the text for nlohmann's parser and lets the reader see how far it has come.
+/// An iterator for nlohmann's parser that shows the reader how far it has come.
 class CountingIterator {
  public:
   using iterator_category = std::forward_iterator_tag;
@@ -41,13 +41,13 @@ class CountingIterator {
   const char** reached_;
 };
 
-/// Whether a message may also be written as the list of its numbers.
+/// Whether a message may also be written as a list of its numbers.
 bool is_number_tuple(const pb::Descriptor& type) {
   return type.full_name() == "lightmill.v1.Vec3" || type.full_name() == "lightmill.v1.Vec2" ||
          type.full_name() == "lightmill.v1.Color.Rgb";
 }
 
-/// "a, b, c": the names of something, for "the … are a, b, c".
+/// Names with commas between them: "a, b, c".
 template <class Count, class Name>
 std::string list_names(Count count, const Name& name) {
   std::string text;
@@ -67,7 +67,7 @@ std::string field_names(const pb::Descriptor& type) {
   return list_names(type.field_count(), [&](int i) { return type.field(i)->name(); });
 }
 
-/// What a field's value must look like.
+/// What is expected of a field's value, for errors.
 std::string expected_of(const pb::FieldDescriptor& field) {
   switch (field.cpp_type()) {
     case pb::FieldDescriptor::CPPTYPE_BOOL:
@@ -92,7 +92,7 @@ std::string expected_of(const pb::FieldDescriptor& field) {
   }
 }
 
-/// The parser's events, checked against the descriptors and written into the message. Stops at the first error.
+/// Checks the parser's events against the descriptors and writes them into the message. Stops at the first error.
 class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
  public:
   JsonReader(std::string_view text, pb::Message& message, SourceMap& source)
@@ -177,7 +177,7 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
     const std::string path = frame.path.empty() ? name : frame.path + "." + name;
     const pb::FieldDescriptor* field = type.FindFieldByName(name);
     if (field == nullptr) {
-      return fail(path, "unknown field; the fields are {}", field_names(type));
+      return fail(path, "unknown field. Known fields: {}", field_names(type));
     }
     if (std::find(frame.seen.begin(), frame.seen.end(), field) != frame.seen.end()) {
       return fail(path, "the field is given twice");
@@ -254,10 +254,10 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
     const pb::FieldDescriptor* field;  ///< the field whose value comes next
     std::string path;
     std::vector<const pb::FieldDescriptor*> seen;
-    int index;  ///< of the next element
+    int index;  ///< index of the next element
   };
 
-  /// Finds where the token that the parser has just read begins: after the one before and what separates them.
+  /// Finds the begin of the token that the parser has just read. It follows the previous token and its separators.
   void next_token() {
     const char* const end = text_.data() + text_.size();
     const char* at = previous_;
@@ -268,7 +268,7 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
     previous_ = std::max(reached_, at);
   }
 
-  /// The message, field and path that the value belongs to.
+  /// Finds the message, field and path of the next value.
   bool take_target() {
     if (frames_.empty()) {
       return fail("", "an object is expected");
@@ -285,7 +285,7 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
       field_ = type.field(frame.index);
       path_ += fmt::format("[{}]", frame.index++);
     } else if (frame.kind == Frame::Kind::list) {
-      if (static_cast<std::size_t>(frame.index) >= kMaxSceneEntries) {  // told before all of them take memory
+      if (static_cast<std::size_t>(frame.index) >= kMaxSceneEntries) {  // checked before they take memory
         return fail_at(source_.place(frame.path), frame.path, "at most {} are possible, got more", kMaxSceneEntries);
       }
       field_ = frame.field;
@@ -298,7 +298,7 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
     return true;
   }
 
-  /// As take_target, for a value that is no list.
+  /// Like take_target, for a value that is not a list.
   bool take_scalar(std::string_view got) {
     if (!take_target()) {
       return false;
@@ -355,7 +355,7 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
 
   bool wrong_type(std::string_view got) { return fail(path_, "{}, got {}", expected_of(*field_), got); }
 
-  /// The field whose value is being read, as far as is known.
+  /// The path of the field that is being read, as far as it is known.
   std::string current_path() const {
     if (frames_.empty()) {
       return "";
@@ -380,9 +380,9 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
   }
 
   std::string_view text_;
-  const char* reached_;    ///< how far the parser has read: past the token, and past one more character after numbers
-  const char* previous_;   ///< the end of the token before
-  std::size_t token_ = 0;  ///< where the token begins
+  const char* reached_;    ///< how far the parser has read: past the token, and one more character after numbers
+  const char* previous_;   ///< end of the previous token
+  std::size_t token_ = 0;  ///< begin of the token
   pb::Message& root_;
   SourceMap& source_;
   std::vector<Frame> frames_;

@@ -1,4 +1,4 @@
-// Fills a protobuf message from JSON text, field by field, by its descriptor. For scene_json alone.
+// A reader that fills a protobuf message from JSON text by its descriptor. For scene_json only.
 #pragma once
 
 #include <google/protobuf/message.h>
@@ -10,7 +10,7 @@
 
 namespace lightmill {
 
-/// Reads `text` into `message` and notes in `source` where each field stands. Errors have their place already.
+/// Reads `text` into `message`. Notes the place of each field in `source`. Errors already have their place.
 Status read_json(std::string_view text, google::protobuf::Message& message, SourceMap& source);
 
 }  // namespace lightmill

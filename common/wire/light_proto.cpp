@@ -23,7 +23,8 @@ double amount_of(const v1::Strength& strength) {
   return strength.GetReflection()->GetDouble(strength, field);
 }
 
-/// What one unit of each quantity is, in the unit that the light is kept in; 0 where the light has no such strength.
+/// The value of one unit of each quantity, in the unit in which the light is stored. 0 if the light has no such
+/// strength.
 struct UnitScales {
   double flux = 0, intensity = 0, irradiance = 0, radiance = 0;
   double of(LightQuantity quantity) const {
@@ -42,11 +43,10 @@ std::string names_of_possible_units(const UnitScales& scales) {
   return names;
 }
 
-/// The strength as an RGB value; `path` names the strength.
+/// The strength as an RGB value. `path` names the strength.
 Result<RgbColor> strength_from_wire(const std::string& path, const v1::Strength& strength, const UnitScales& scales) {
   if (strength.quantity_case() == v1::Strength::QUANTITY_NOT_SET) {
-    return invalid_argument("{}: an amount must be given in one of the units {}", path,
-                            names_of_possible_units(scales));
+    return invalid_argument("{}: must be given in one of the units {}", path, names_of_possible_units(scales));
   }
   const LightUnit& unit = unit_of(strength);
   const double scale = scales.of(unit.quantity);
@@ -71,14 +71,14 @@ Result<RgbColor> strength_from_wire(const std::string& path, const v1::Strength&
   return RgbColor{static_cast<float>(out.x), static_cast<float>(out.y), static_cast<float>(out.z)};
 }
 
-/// The strength of a light: as its colour `field`, or as `light.strength`, or else `fallback` where there is one.
+/// The strength of a light: its colour `field`, else `light.strength`, else `fallback` if there is one.
 Result<RgbColor> light_strength(const std::string& path, const std::string& field, const v1::Light& light, bool given,
                                 const v1::Color& color, const UnitScales& scales, const RgbColor* fallback = nullptr) {
   if (!light.has_strength()) {
     return !given && fallback != nullptr ? *fallback : color_from_wire(path + field, given, color);
   }
   if (given) {
-    return invalid_argument("{}.strength: takes the place of {}, only one can be given", path, field.substr(1));
+    return invalid_argument("{}.strength: give either strength or {}", path, field.substr(1));
   }
   return strength_from_wire(path + ".strength", light.strength(), scales);
 }
@@ -111,7 +111,7 @@ Result<SpotLight> spot_light(const std::string& path, const v1::Light& light) {
   LM_ASSIGN_OR_RETURN(out.direction, point_from_wire(path + ".spot.direction", wire.has_direction(), wire.direction()));
   out.cutoff_degrees = wire.has_cutoff_degrees() ? wire.cutoff_degrees() : out.cutoff_degrees;
   out.blend = wire.blend();
-  // What is out of range here is reported once all is read (validate).
+  // Values out of range are reported later, by validate.
   const double outer = std::clamp(out.cutoff_degrees, kLeastCutoffDegrees, 180.0) * kPiDouble / 180;
   const double inner = outer * (1 - std::clamp(out.blend, 0.0, 1.0));
   const double solid_angle = spot_solid_angle(one_minus_cos_fixed(inner), one_minus_cos_fixed(outer));
@@ -138,7 +138,7 @@ Result<CosinePowerLight> cosine_power_light(const std::string& path, const v1::L
 Result<IesLight> ies_light(const std::string& path, const v1::Light& light) {
   const v1::Light::Ies& wire = light.ies();
   if (light.has_strength()) {
-    return invalid_argument("{}.strength: an IES file has its own; ies.scale changes it", path);
+    return invalid_argument("{}.strength: an IES file has its own strength: change it with ies.scale", path);
   }
   IesLight out;
   LM_ASSIGN_OR_RETURN(out.position, point_from_wire(path + ".ies.position", wire.has_position(), wire.position()));

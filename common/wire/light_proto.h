@@ -1,5 +1,5 @@
-// Lights and the emission of materials: messages ↔ values. Strengths given in units become W/sr, W/m² or W/(m² sr)
-// here. Errors begin with the path of the field.
+// Conversion of lights and of materials' emission between messages and values. Strengths with units become W/sr, W/m²
+// or W/(m² sr) here. Errors begin with the path of the field.
 #pragma once
 
 #include <string>
@@ -15,12 +15,12 @@ class Material;
 namespace lightmill {
 
 void to_wire_light(const Light& light, v1::Light* out);
-/// Without the assets that it names.
+/// Without the light's asset.
 Result<Light> light_from_wire(const std::string& path, const v1::Light& light);
-/// The asset that a packed document names, if this kind of light has one.
+/// The asset of a light in a packed document, if this kind has one.
 Status light_asset_from_wire(const std::string& path, const v1::Light& light, Light& out);
 
-/// All fields of a material that say what it emits.
+/// All fields of a material that describe its emission.
 void to_wire_emission(const Material& material, const std::vector<TextureImage>& textures, v1::Material* out);
 Status emission_from_wire(const std::string& path, const v1::Material& material, const TextureNames& textures,
                           Material& out);

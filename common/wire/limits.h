@@ -1,4 +1,4 @@
-// Bounds on what one message may hold: what goes beyond is refused before anything is allocated for it.
+// Limits of messages. Larger ones are refused before memory is allocated for them.
 #pragma once
 
 #include <cstddef>
@@ -9,11 +9,11 @@
 namespace lightmill {
 
 inline constexpr std::size_t kMaxSceneBytes = std::size_t{16} << 20;  ///< of a packed scene document
-inline constexpr std::size_t kMaxAssets = 10'000;                     ///< that one scene names
+inline constexpr std::size_t kMaxAssets = 10'000;                     ///< of one scene
 inline constexpr std::size_t kMaxLayers = 64;                         ///< of one film
 inline constexpr std::size_t kMaxChannels = 64;                       ///< of all layers of one film together
-inline constexpr std::size_t kMaxNodeValues = 2 * kMaxChannels;       ///< a pixel, whatever the layers are
-inline constexpr std::size_t kMaxUnitTiles = std::size_t{1} << 20;    ///< a film of 65536² has so many
+inline constexpr std::size_t kMaxNodeValues = 2 * kMaxChannels;       ///< per pixel, whatever the layers are
+inline constexpr std::size_t kMaxUnitTiles = std::size_t{1} << 20;    ///< tiles of a film of 65536² pixels
 inline constexpr std::size_t kMaxListedLeases = 10'000;               ///< in one hello, heartbeat or cancel
 inline constexpr std::size_t kMaxListedNodes = 100'000;               ///< in one acknowledgement
 inline constexpr std::size_t kMaxWireNameBytes = 1024;                ///< of names, hosts and versions

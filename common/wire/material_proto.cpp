@@ -50,7 +50,7 @@ void to_wire_kind(const HoldoutMaterial&, const Textures&, v1::Material* out) {
 
 // ---- messages → values ----
 
-/// Leaves `out` as it is where the colour is not given.
+/// Leaves `out` unchanged if the colour is not given.
 Status optional_color(const std::string& path, bool given, const v1::Color& color, const TextureNames& textures,
                       TexturedColor& out) {
   if (given) {
@@ -83,7 +83,7 @@ Result<ConductorMaterial> conductor_from_wire(const std::string& path, const v1:
     return out;
   }
   if (conductor.has_eta() || conductor.has_k()) {
-    return invalid_argument("{}.metal: eta and k are those of the metal, they may not be given too", path);
+    return invalid_argument("{}.metal: give either metal, or eta and k", path);
   }
   const std::optional<Metal> metal = find_metal(conductor.metal());
   if (!metal) {
@@ -91,7 +91,7 @@ Result<ConductorMaterial> conductor_from_wire(const std::string& path, const v1:
     for (const Metal& known : metals()) {
       names += (names.empty() ? "" : ", ") + std::string(known.name);
     }
-    return invalid_argument("{}.metal: unknown metal \"{}\"; the metals are {}", path, conductor.metal(), names);
+    return invalid_argument("{}.metal: unknown metal \"{}\". Known metals: {}", path, conductor.metal(), names);
   }
   out.eta = {metal->eta[0], metal->eta[1], metal->eta[2]};
   out.k = {metal->k[0], metal->k[1], metal->k[2]};

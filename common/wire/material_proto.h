@@ -1,4 +1,4 @@
-// Materials of scene documents: messages ↔ values.
+// Conversion of a scene's materials between messages and values.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ namespace lightmill {
 
 void to_wire_material(const Material& material, const std::vector<TextureImage>& textures, v1::Material* out);
 
-/// `path` names the material in errors, as in "materials[3]". Ranges are left to validation.
+/// `path` names the material in errors, as in "materials[3]". Ranges are checked by validate.
 Result<Material> material_from_wire(const std::string& path, const v1::Material& material,
                                     const TextureNames& textures);
 

@@ -1,4 +1,4 @@
-// What a film's virtual meters read, as JSON.
+// The readings of a film's virtual meters, as JSON.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -15,7 +15,7 @@ struct NamedReading {
 };
 
 /// [{"name", "quantity", "value", "half_width", "unit", "photometric", "photometric_half_width", "photometric_unit",
-/// "rgb", "samples"}]; numbers are null while nothing is known. Half widths state 95 % confidence.
+/// "rgb", "samples"}]. Numbers are null if there are no samples. Half widths have 95 % confidence.
 nlohmann::json to_json(const std::vector<NamedReading>& readings);
 
 }  // namespace lightmill

@@ -1,4 +1,4 @@
-// Virtual meters: lightmill.v1.Meter ↔ values. Errors begin with the path of the field.
+// Conversion of virtual meters between lightmill.v1.Meter and values. Errors begin with the path of the field.
 #pragma once
 
 #include <string>

@@ -10,10 +10,10 @@
 namespace lightmill {
 namespace {
 
-/// Three rows of three.
+/// The linear part of a transform: three rows of three.
 using Linear = std::array<std::array<double, 3>, 3>;
 
-/// About a unit axis, counter-clockwise seen against it: Rodrigues' formula.
+/// A rotation about a unit axis, counter-clockwise when the axis points to the viewer. Rodrigues' formula.
 Linear rotation(const Point3d& axis, double degrees) {
   const double angle = degrees * std::numbers::pi / 180;
   const double c = std::cos(angle), s = std::sin(angle), d = 1 - c;
@@ -28,7 +28,7 @@ Result<Transform> matrix_from_wire(const std::string& path, const v1::Transform&
     return invalid_argument("{}.matrix: 16 numbers are expected, got {}", path, transform.matrix_size());
   }
   if (transform.has_scale() || transform.has_rotate() || transform.has_translate()) {
-    return invalid_argument("{}: a matrix stands for all; scale, rotate and translate must be absent beside it", path);
+    return invalid_argument("{}: give either matrix, or scale, rotate and translate", path);
   }
   Transform out;
   for (int i = 0; i < 12; ++i) {

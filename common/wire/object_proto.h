@@ -1,4 +1,4 @@
-// Objects of scene documents: messages ↔ values. Errors begin with the path of the field.
+// Conversion of a scene's objects between messages and values. Errors begin with the path of the field.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Roles ↔ lightmill.v1.Role.
+// Conversion between Roles and lightmill.v1.Role.
 #pragma once
 
 #include <google/protobuf/repeated_field.h>
@@ -9,7 +9,7 @@
 namespace lightmill {
 
 void to_wire(Roles roles, google::protobuf::RepeatedField<int>* out);
-/// INVALID_ARGUMENT for one that there is not.
+/// INVALID_ARGUMENT for an unknown role.
 Result<Roles> roles_from_wire(const google::protobuf::RepeatedField<int>& roles);
 
 }  // namespace lightmill

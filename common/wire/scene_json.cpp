@@ -54,7 +54,7 @@ Result<Camera> read_camera_json(std::string_view text, const std::string& file_n
   LM_RETURN_IF_ERROR(read_json(text, message, source));
   Result<Camera> camera = from_wire(message);
   if (!camera.ok()) {
-    // The file is the camera itself: its fields' paths do not begin with "camera".
+    // The file is the camera itself, so its paths do not begin with "camera".
     constexpr std::string_view kPrefix = "camera.";
     const std::string text_of_error = message_of(camera.status());
     const bool prefixed = text_of_error.starts_with(kPrefix);
@@ -72,7 +72,7 @@ std::string write_camera_json(const Camera& camera) {
   google::protobuf::util::JsonPrintOptions options;
   options.add_whitespace = true;
   options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;  // coordinates that are 0
+  options.always_print_primitive_fields = true;  // prints coordinates that are 0
   std::string text;
   const auto status = google::protobuf::util::MessageToJsonString(message.camera(), &text, options);
   LM_CHECK(status.ok(), "{}", status.ToString());

@@ -1,9 +1,10 @@
-// Scene documents as files: the JSON form of lightmill.v1.Scene, read with the place of every mistake.
+// Scene files: the JSON form of lightmill.v1.Scene. Every error has its place.
 //
-// Errors read "scenes/box.json:12:7: objects[3].material: unknown material …": file, line, column (of the offending
-// value; in bytes, from 1), path of the field, what is wrong and what is expected. Beside what proto's JSON form says,
-// Vec2, Vec3 and Color.Rgb may be lists of their numbers; duplicate and unknown fields, null, NaN and infinities are
-// errors.
+// Errors read "scenes/box.json:12:7: objects[3].material: unknown material …". They have file, line, column (of the
+// wrong value, in bytes, from 1), path of the field, what is wrong and what is expected.
+//
+// In addition to proto's JSON form, Vec2, Vec3 and Color.Rgb may be lists of their numbers. Duplicate and unknown
+// fields, null, NaN and infinities are errors.
 #pragma once
 
 #include <map>
@@ -15,14 +16,14 @@
 
 namespace lightmill {
 
-/// Where the fields of a document stand in its file.
+/// The places of a document's fields in its file.
 class SourceMap {
  public:
   SourceMap() = default;
   SourceMap(std::string file_name, std::string_view text) : file_name_(std::move(file_name)), text_(text) {}
 
   void add(std::string field_path, std::size_t offset) { offsets_.emplace(std::move(field_path), offset); }
-  /// "file:line:column" of a field, or of the innermost field around it that stands in the file.
+  /// "file:line:column" of a field, or of the innermost field around it that is in the file.
   std::string place(std::string_view field_path) const;
   std::string place_of_offset(std::size_t offset) const;
   /// Puts the place before an error that begins with a field's path.
@@ -36,16 +37,16 @@ class SourceMap {
 
 struct SceneFile {
   SceneDraft draft;
-  SourceMap source;  ///< for errors that are found later, such as a missing mesh
+  SourceMap source;  ///< for later errors, such as a missing mesh
 };
 
-/// Reads a scene document. `file_name` is for messages only.
+/// Reads a scene document. `file_name` is only for messages.
 Result<SceneFile> read_scene_json(std::string_view text, const std::string& file_name);
 
-/// Reads a file that holds the JSON form of a lightmill.v1.Camera alone.
+/// Reads a file with the JSON form of a lightmill.v1.Camera.
 Result<Camera> read_camera_json(std::string_view text, const std::string& file_name);
 
-/// A file that read_camera_json reads back as the same camera, to the last bit.
+/// The text of a file that read_camera_json reads back as the same camera, to the last bit.
 std::string write_camera_json(const Camera& camera);
 
 }  // namespace lightmill

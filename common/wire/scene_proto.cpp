@@ -112,7 +112,7 @@ Status draft_objects(const v1::Scene& scene, SceneDraft& draft) {
     if (!by_face) {
       LM_ASSIGN_OR_RETURN(out.material, material_index(path, object.material(), draft.scene.materials, index));
     } else if (index.empty()) {
-      return invalid_argument("{}: the faces' materials are to be found in materials, but there are none", path);
+      return invalid_argument("{}: the faces need materials, but the document has none", path);
     }
     draft.scene.objects.push_back(std::move(out));
     draft.material_by_face.push_back(by_face);
@@ -120,7 +120,7 @@ Status draft_objects(const v1::Scene& scene, SceneDraft& draft) {
   return ok_status();
 }
 
-/// The assets that a packed document names.
+/// Reads the assets that a packed document names.
 Status assets_from_wire(const v1::Scene& scene, Scene& out) {
   for (int i = 0; i < scene.textures_size(); ++i) {
     LM_ASSIGN_OR_RETURN(out.textures[static_cast<std::size_t>(i)].asset,

@@ -1,4 +1,5 @@
-// The scene document: plain values ↔ lightmill.v1.Scene, and its packed form, whose bytes enter the render digest.
+// Conversion of the scene document between plain values and lightmill.v1.Scene, and its packed form. The packed bytes
+// enter the render digest.
 #pragma once
 
 #include <string>
@@ -15,29 +16,28 @@ class Scene;
 
 namespace lightmill {
 
-/// Fills an empty message with the scene; every default is written out. Angles are in degrees, cameras by their field
-/// of view.
+/// Fills an empty message with the scene, with every default. Angles are in degrees. Cameras have their field of view.
 void to_wire(const Scene& scene, v1::Scene* out);
 
-/// A scene as a document file holds it, before its assets are read.
+/// A scene from a document file, before its assets are read.
 struct SceneDraft {
   Scene scene;  ///< meshes have no asset yet
-  /// One per object: a mesh that names no material, so that its faces choose theirs. Its `material` is 0 until then.
+  /// One per object: whether it is a mesh without a material, whose faces name theirs. Its `material` is 0 until then.
   std::vector<bool> material_by_face;
 };
 
-/// The scene of a document file: materials by name, defaults as scene.proto says, no assets. Everything that can be
-/// said about it without its files is checked (see validate); errors begin with the path of the field.
+/// The scene of a document file: materials by name, defaults as in scene.proto, no assets. Checks everything that needs
+/// no files (see validate). Errors begin with the path of the field.
 Result<SceneDraft> draft_from_wire(const v1::Scene& scene);
 Result<Camera> from_wire(const v1::Camera& camera);
 
-/// The scene of a packed document: like a draft, but each mesh has its asset and each object its material.
+/// The scene of a packed document. Unlike in a draft, each mesh has its asset and each object its material.
 Result<Scene> from_wire(const v1::Scene& scene);
 
-/// The packed form: equal scenes give equal bytes, on every machine. The scene must be valid.
+/// The packed form. Equal scenes give equal bytes on every machine. The scene must be valid.
 std::string pack_scene(const Scene& scene);
 
-/// The inverse. Never trusts the bytes: everything is checked.
+/// The inverse. It checks everything.
 Result<Scene> unpack_scene(std::string_view bytes);
 
 }  // namespace lightmill

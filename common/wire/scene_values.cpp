@@ -28,7 +28,7 @@ Result<RgbColor> color_from_wire(const std::string& path, bool given, const v1::
     return invalid_argument("{}: must be given", path);
   }
   if (!color.texture().empty()) {
-    return invalid_argument("{}.texture: only reflectances and emission can vary by a texture; give rgb alone", path);
+    return invalid_argument("{}.texture: only reflectances and emission can have a texture: give only rgb", path);
   }
   if (color.kind_case() != v1::Color::kRgb) {
     return invalid_argument("{}: a colour is expected, as in {{\"rgb\": [0.5, 0.5, 0.5]}}", path);

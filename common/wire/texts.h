@@ -1,4 +1,4 @@
-// Sentences on the wire, and lists of them. Private to common/wire.
+// Sentences in messages, and lists of them. Private to common/wire.
 #pragma once
 
 #include <string>
@@ -11,13 +11,13 @@
 
 namespace lightmill {
 
-/// What is sent in place of a sentence that may quote files of any bytes: a message with such a string would be refused
-/// whole, and its stream end.
+/// A sentence made fit for a message: it may quote files with any bytes. Protobuf refuses a whole message with an
+/// invalid string, and the stream would end.
 inline std::string sentence(std::string_view text) {
   return cut_text(printable(text, true), kMaxReasonBytes - std::string_view("…").size());
 }
 
-/// A repeated field of strings: at most kMaxMethodNotes of at most kMaxReasonBytes each.
+/// Reads a repeated field of strings: at most kMaxMethodNotes, of at most kMaxReasonBytes each.
 template <class Repeated>
 Result<std::vector<std::string>> texts_from_wire(std::string_view field, const Repeated& texts) {
   if (static_cast<std::size_t>(texts.size()) > kMaxMethodNotes) {

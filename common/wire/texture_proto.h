@@ -1,4 +1,4 @@
-// Textures of scene documents, and the colours that name them: messages ↔ values. Errors begin with the path of the
+// Conversion of textures, and of colours that name them, between messages and values. Errors begin with the path of the
 // field.
 #pragma once
 
@@ -15,16 +15,16 @@ class Texture;
 
 namespace lightmill {
 
-/// Indices of the textures by name.
+/// Indices of textures by name.
 using TextureNames = std::map<std::string, std::uint32_t, std::less<>>;
 TextureNames texture_names(const std::vector<TextureImage>& textures);
 
 void to_wire_texture(const TextureImage& texture, v1::Texture* out);
-/// Without the asset that it names.
+/// Without the texture's asset.
 Result<TextureImage> texture_from_wire(const std::string& path, const v1::Texture& texture);
 
 void to_wire_textured(const TexturedColor& color, const std::vector<TextureImage>& textures, v1::Color* out);
-/// `given`: whether the document has the field; it must.
+/// `given`: whether the document has the field. It must.
 Result<TexturedColor> textured_from_wire(const std::string& path, bool given, const v1::Color& color,
                                          const TextureNames& textures);
 

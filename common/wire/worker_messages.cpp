@@ -35,8 +35,8 @@ Result<Duration> duration_from_wire(std::string_view field, const google::protob
   return std::chrono::seconds(duration.seconds()) + std::chrono::nanoseconds(duration.nanos());
 }
 
-/// Floats that are neither infinite nor NaN have an exponent that is not all ones. A loop without branches: it runs
-/// over every node that the coordinator receives.
+/// A finite float has an exponent that is not all ones. The loop has no branches, because it runs over every node that
+/// the coordinator receives.
 bool all_finite(std::span<const float> values) {
   std::uint32_t bad = 0;
   for (const float value : values) {
@@ -45,7 +45,7 @@ bool all_finite(std::span<const float> values) {
   return bad == 0;
 }
 
-/// The values as a worker sends them.
+/// The values of a node as a worker sends them.
 Result<std::vector<float>> node_values(const std::string& bytes) {
   constexpr std::size_t kLimit = kMaxNodeValues * kTileSize * kTileSize * sizeof(float);
   LM_RETURN_IF_ERROR(check_length("values", bytes, kLimit));
@@ -67,7 +67,7 @@ Result<std::vector<LeaseId>> lease_list(const T& leases) {
   return out;
 }
 
-/// Of a unit that is granted or held.
+/// The tags of a unit that is granted or held.
 void to_wire(const std::vector<Sha256>& tags, google::protobuf::RepeatedPtrField<std::string>* out) {
   for (const Sha256& tag : tags) {
     *out->Add() = digest_bytes(tag);
@@ -87,7 +87,7 @@ Result<std::vector<Sha256>> tags_from_wire(const google::protobuf::RepeatedPtrFi
   return out;
 }
 
-/// One kind of message as any.
+/// A message of one kind as a variant of all.
 template <class Message, class One>
 Result<Message> as_message(Result<One> one) {
   return one.ok() ? Result<Message>(*std::move(one)) : Result<Message>(one.status());
@@ -198,7 +198,7 @@ Result<WorkerMessage> hello_from_wire(const v1::WorkerHello& hello) {
   return WorkerMessage(std::move(out));
 }
 
-/// None of a program that does not know of traces.
+/// Zero if the other program does not send traces.
 Result<Hash128> trace_from_wire(std::string_view bytes) {
   if (bytes.empty()) {
     return Hash128{};
@@ -426,7 +426,7 @@ Result<WorkerMessage> from_wire(const v1::WorkRequest& request) {
     case v1::WorkRequest::MESSAGE_NOT_SET:
       break;
   }
-  return invalid_argument("a worker's message of no known kind");
+  return invalid_argument("unknown kind of worker message");
 }
 
 void to_wire(const CoordinatorMessage& message, v1::WorkResponse* out) {
@@ -466,7 +466,7 @@ Result<CoordinatorMessage> from_wire(const v1::WorkResponse& response) {
     case v1::WorkResponse::MESSAGE_NOT_SET:
       break;
   }
-  return invalid_argument("a coordinator's message of no known kind");
+  return invalid_argument("unknown kind of coordinator message");
 }
 
 }  // namespace lightmill

@@ -204,8 +204,8 @@ TEST(Holdout, RefusesWhatItCannotCompare) {
   EXPECT_TRUE(validate(scene).ok());
   scene.materials[1].emission_exponent = 2;
   EXPECT_EQ(message_of(validate(scene)),
-            "materials[1].emission_exponent: \"black\", of objects[1], emits with an exponent, which has no place in a "
-            "scene with a holdout (objects[0])");
+            "materials[1].emission_exponent: \"black\", of objects[1], emits with an exponent, which is not possible "
+            "in a scene with a holdout (objects[0])");
   scene.materials[0].emission = {1, 1, 1};
   EXPECT_EQ(message_of(validate(scene)), "materials[0].emission: a holdout cannot emit light");
 }

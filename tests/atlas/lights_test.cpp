@@ -67,9 +67,8 @@ TEST(Shrinking, PowerWithoutAreaIsRefused) {
                    {{"floor.obj", plane(20, 0, true)}, {"lamp.obj", obj}});
   };
   const std::string expected =
-      "materials[1] \"lamp\": a power needs a surface to radiate it, of an area that is neither without end nor zero "
-      "in "
-      "single precision; there is none";
+      "materials[1] \"lamp\": a power needs a surface whose area is finite and above zero in single precision, but "
+      "there is none";
   const std::string square = polygon({{2, 2, 0}, {2 + 1e-9, 2, 0}, {2 + 1e-9, 2, 1e-9}, {2, 2, 1e-9}});
   EXPECT_NE(why(also(mesh("lamp", "lamp.obj")), "v 0 1 0\nv 1 1 0\nf 1 2 2\n").find("have no area"), std::string::npos);
   EXPECT_EQ(why(also(mesh("lamp", "lamp.obj")), square), expected);

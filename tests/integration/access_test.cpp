@@ -218,7 +218,7 @@ TEST(Access, AWorkerWithACertificateRendersAndOneWithoutIsToldWhy) {
   };
   const std::string ca = secure.path("ca.pem");
   const auto plain = worker("plain", {});
-  EXPECT_TRUE(says("plain", "it takes encrypted connections alone: give --tls-ca")) << farm.log("plain");
+  EXPECT_TRUE(says("plain", "it accepts only encrypted connections: give --tls-ca")) << farm.log("plain");
   const auto nameless = worker("nameless", {"--tls-ca", ca});
   EXPECT_TRUE(says("nameless", "this farm asks who calls")) << farm.log("nameless");
   const auto viewer = worker("viewer", {"--tls-ca", ca, "--tls-cert", file("v.pem", secure.person("v", {Role::view}))});
@@ -230,7 +230,7 @@ TEST(Access, AWorkerWithACertificateRendersAndOneWithoutIsToldWhy) {
   const auto stranger =
       worker("stranger", {"--tls-ca", ca, "--tls-cert",
                           file("s.pem", issue_certificate(other, {"s", {}, {Role::worker}}, today()).value())});
-  EXPECT_TRUE(says("stranger", "it hangs up on the certificate of --tls-cert, which 'Other farm' has signed"))
+  EXPECT_TRUE(says("stranger", "it refuses the certificate of --tls-cert, signed by 'Other farm'"))
       << farm.log("stranger");
 
   const auto good = worker("good", {"--tls-ca", ca, "--tls-cert", file("w.pem", secure.person("w", {Role::worker}))});

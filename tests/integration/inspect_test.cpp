@@ -110,8 +110,7 @@ TEST(Inspect, NamesWhatIsWrongAsItWasNamed) {
   grpc::Status status = dropped.inspect();
   EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_NE(status.error_message().find("ünïcode dir/box.json:3"), std::string::npos) << status.error_message();
-  EXPECT_NE(status.error_message().find("/etc/hostname: is not among the files that were handed over"),
-            std::string::npos)
+  EXPECT_NE(status.error_message().find("/etc/hostname: is not among the uploaded files"), std::string::npos)
       << status.error_message();
 
   Dropped broken(farm.client());

@@ -635,7 +635,7 @@ TEST(Web, SceneFilesAreReadByAWorker) {
   request.set_camera("nobody's");
   const Response refused = farm.post(path, json_of(request));
   EXPECT_EQ(refused.result_int(), 400u);
-  EXPECT_NE(refused.body().find("nobody's: is not among the files"), std::string::npos) << refused.body();
+  EXPECT_NE(refused.body().find("nobody's: is not among the uploaded files"), std::string::npos) << refused.body();
 }
 
 }  // namespace

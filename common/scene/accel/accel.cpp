@@ -12,7 +12,7 @@
 namespace lightmill {
 namespace {
 
-/// Released at the end.
+/// A deleter for Embree's handles.
 template <auto release>
 struct Release {
   template <class T>
@@ -23,13 +23,14 @@ struct Release {
 using OwnScene = std::unique_ptr<std::remove_pointer_t<RTCScene>, Release<rtcReleaseScene>>;
 using OwnGeometry = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, Release<rtcReleaseGeometry>>;
 
-/// What Embree could not make: for want of memory, or of a thread.
+/// Throws if Embree could not create the object, for lack of memory or threads.
 template <class T>
 T* made(T* handle) {
   return handle != nullptr ? handle : throw std::bad_alloc();
 }
 
-/// If that is what the error means. Embree calls what other libraries throw unknown: a thread that cannot start.
+/// Throws if the error means a lack of memory or threads. Embree calls other libraries' exceptions unknown: a thread
+/// that cannot start.
 void throw_if_exhausted(RTCError error) {
   if (error == RTC_ERROR_OUT_OF_MEMORY) {
     throw std::bad_alloc();
@@ -40,7 +41,7 @@ void throw_if_exhausted(RTCError error) {
 }
 
 RTCDevice new_device() {
-  // There are no subdivision surfaces, for which it would reserve 128 MiB.
+  // There are no subdivision surfaces. Embree would reserve 128 MiB for them.
   const RTCDevice device = rtcNewDevice("isa=avx2,threads=1,user_threads=1,tessellation_cache_size=0");
   if (device == nullptr) {
     const RTCError error = rtcGetDeviceError(nullptr);
@@ -51,7 +52,8 @@ RTCDevice new_device() {
   return device;
 }
 
-/// One for all, as each new one has TBB start threads anew. It is never released. Its errors are those of the thread.
+/// One device for all scenes, because TBB starts new threads for each device. It is never released. Its errors are per
+/// thread.
 RTCDevice device() {
   static const RTCDevice the_device = new_device();
   return the_device;
@@ -77,7 +79,7 @@ struct Accel::State {
     Vec3 point, normal;
   };
   std::unique_ptr<BruteForce> brute_force;  ///< instead of the scene
-  std::vector<Plane> planes;                ///< Embree has none: they are tried after it
+  std::vector<Plane> planes;                ///< Embree has no planes: they are tested after it
 
   OwnScene new_scene() const {
     OwnScene result(made(rtcNewScene(device())));
@@ -111,7 +113,7 @@ struct Accel::State {
     return geometry;
   }
 
-  /// Distance to a plane along each ray; infinite where the ray goes away from it or along it.
+  /// Distance to a plane along each ray. Infinite if the ray is parallel to the plane or leads away from it.
   static F8 plane_distance(const Plane& plane, const Ray8& rays) {
     const V8 normal = broadcast(plane.normal);
     const F8 t = dot(normal, broadcast(plane.point) - rays.origin) / dot(normal, rays.direction);
@@ -137,7 +139,7 @@ struct Accel::State {
     U8(RTC_INVALID_GEOMETRY_ID).store(query.hit.instID[0]);
     rtcIntersect8(valid, scene.get(), &context, &query);
 
-    // A hit of an instance is known by the instance's number, which takes the place of the prototype's.
+    // A hit of an instance has the instance's number instead of the prototype's.
     const U8 instance = U8::load(query.hit.instID[0]);
     const U8 none(RTC_INVALID_GEOMETRY_ID);
     const U8 shape = U8::load(query.hit.geomID);
@@ -165,13 +167,13 @@ struct Accel::State {
     U8(0xffffffffu).store(query.mask);
     U8(0u).store(query.flags);
     rtcOccluded8(valid, scene.get(), &context, &query);
-    return lanes & (F8::load(query.tfar) < F8(0.0f));  // Embree sets it to −∞ where something was hit
+    return lanes & (F8::load(query.tfar) < F8(0.0f));  // Embree sets it to −∞ on a hit
   }
 };
 
 Accel::Accel(Kind kind)
     : state_(std::make_unique<State>(kind == Kind::robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE)) {
-  rtcGetDeviceError(device());  // that of a scene before is of no interest
+  rtcGetDeviceError(device());  // clears the error of an earlier scene
   if (kind == Kind::brute_force) {
     state_->brute_force = std::make_unique<BruteForce>();
   }

@@ -8,8 +8,8 @@
 namespace lightmill {
 namespace {
 
-// Embree's intersectors round once for a product and a sum. Whether a ray within rounding of an edge passes left or
-// right of it hangs on that, so it is done alike here.
+// Embree's intersectors round a product and a sum once. This decides on which side of an edge a very close ray passes,
+// so it is done the same way here.
 
 F8 product_plus(F8 a, F8 b, F8 c) {
   return F8(_mm256_fmadd_ps(a.v, b.v, c.v));
@@ -76,7 +76,7 @@ Ray8 BruteForce::to_mesh(const Mesh& mesh, const Ray8& rays) {
   return {map(rays.origin - broadcast(mesh.origin)), map(rays.direction), rays.max_distance};
 }
 
-/// Möller and Trumbore 1997, operation by operation as Embree's intersector of fast rays does it, so that both agree.
+/// Möller and Trumbore 1997, with the operations of Embree's intersector of fast rays, so that both agree.
 M8 BruteForce::try_triangle(const Triangle& triangle, const Ray8& rays, M8 lanes, Hit8& hit) {
   const V8 edge1 = broadcast(triangle.edge1), edge2 = broadcast(triangle.edge2);
   const V8 normal = broadcast(triangle.normal);
@@ -101,7 +101,7 @@ M8 BruteForce::try_triangle(const Triangle& triangle, const Ray8& rays, M8 lanes
   return found;
 }
 
-/// The nearer of the two points in front of the origin.
+/// The nearer of the points in front of the origin.
 M8 BruteForce::try_sphere(const Sphere& sphere, const Ray8& rays, M8 lanes, Hit8& hit) {
   const V8 center = broadcast(sphere.center);
   const F8 length2 = length_squared(rays.direction);

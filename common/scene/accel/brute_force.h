@@ -1,4 +1,5 @@
-// Rays against every triangle and sphere in turn, without a hierarchy: what the hierarchy is measured and checked by.
+// Ray intersection with every triangle and sphere in turn, without a hierarchy. It checks the hierarchy, and is its
+// baseline for speed.
 #pragma once
 
 #include <array>
@@ -11,20 +12,20 @@
 
 namespace lightmill {
 
-/// Built by its adds, then immutable. Planes are the caller's.
+/// Built by its adds, then immutable. Planes are handled by the caller.
 class BruteForce {
  public:
   using Positions = std::span<const std::array<float, 3>>;
   using Triangles = std::span<const std::array<std::uint32_t, 3>>;
 
   void add_mesh(std::uint32_t geometry, Positions positions, Triangles triangles);
-  /// Gives the number of the mesh for add_instance.
+  /// Returns the number of the mesh for add_instance.
   std::uint32_t add_prototype(Positions positions, Triangles triangles);
   void add_instance(std::uint32_t geometry, std::uint32_t prototype,
                     const std::array<std::array<float, 4>, 3>& to_scene);
   void add_sphere(std::uint32_t geometry, const Vec3& center, float radius);
 
-  /// As Accel's: the nearest hit, the first of several at one distance.
+  /// As in Accel: the nearest hit, the first of several at one distance.
   Hit8 intersect(M8 lanes, const Ray8& rays) const;
   M8 occluded(M8 lanes, const Ray8& rays) const;
 
@@ -36,7 +37,7 @@ class BruteForce {
   struct Mesh {
     std::uint32_t geometry;
     std::shared_ptr<const TriangleList> triangles;
-    bool mapped;  ///< rays are brought to the mesh's coordinates by
+    bool mapped;  ///< rays are mapped to the mesh's coordinates by
     std::array<Vec3, 3> inverse_columns;
     Vec3 origin;
   };

@@ -43,7 +43,7 @@ FilterTable filter_table(const PixelFilter& filter) {
     case FilterKind::gaussian:
       return FilterTable(radius, [=](double x) { return exp_fixed(-4.5 * (x / radius) * (x / radius)); });
     case FilterKind::blackman_harris:
-      // Harris 1978, the four-term window of −92 dB, centred.
+      // Harris 1978, four-term window of −92 dB, centred.
       return FilterTable(radius, [=](double x) {
         const double t = kPiDouble * (x / radius + 1.0);
         return 0.35875 - 0.48829 * cos_fixed(t) + 0.14128 * cos_fixed(2 * t) - 0.01168 * cos_fixed(3 * t);
@@ -54,7 +54,7 @@ FilterTable filter_table(const PixelFilter& filter) {
 
 }  // namespace
 
-/// Builds a CompiledScene step by step; owns what is only needed meanwhile.
+/// Builds a CompiledScene step by step. Owns what is needed only during that time.
 class SceneCompiler {
  public:
   explicit SceneCompiler(const Scene& scene) : scene_(scene), out_(new CompiledScene()) {}
@@ -165,7 +165,7 @@ class SceneCompiler {
     }
   }
 
-  /// In the mesh's own coordinates; found once.
+  /// The mesh's bounds in its own coordinates. Each is computed once.
   const Bounds& box_of(const Mesh& mesh) {
     const auto [found, added] = boxes_.try_emplace(&mesh);
     if (added) {
@@ -174,8 +174,8 @@ class SceneCompiler {
     return found->second;
   }
 
-  /// Fast rays may slip through the edge of two triangles once in some 10^7; that and coordinates much larger than the
-  /// geometry they describe call for the slower, exact ones.
+  /// Fast rays miss the edge between two triangles about once in 10^7, which shows with many triangles. They are also
+  /// inexact if coordinates are much larger than the geometry. Such scenes need the slower, exact rays.
   bool needs_robust_rays() const {
     double smallest = frame_.extent();
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
@@ -200,8 +200,8 @@ class SceneCompiler {
     }
   }
 
-  /// Whether next-event estimation draws points of it. What glows without end, and spheres that glow by a texture, are
-  /// found by scattered rays alone.
+  /// Whether next-event estimation samples the object. Emissive planes, and spheres with an emission texture, are found
+  /// only by scattered rays.
   bool is_sampled(const Object& object) const {
     const TexturedColor& emission = scene_.materials[object.material].emission;
     return !is_black(emission) && !std::holds_alternative<PlaneShape>(object.shape) &&
@@ -241,12 +241,12 @@ class SceneCompiler {
     light_builder_.add_mesh(object.material, positions, mesh, is_sampled(object));
   }
 
-  /// A mesh in coordinates of its own, recentred and with an extent near 1, and what it is known by.
+  /// A mesh in coordinates of its own, recentred and with an extent near 1, and its rows.
   struct Prototype {
     std::uint32_t number = 0;
     GeometryTable::MeshRows rows;
     Vec3d center{0};
-    double scale = 1;  ///< from its asset's units to its own
+    double scale = 1;  ///< from units of its asset to its own
   };
 
   const Prototype& prototype(std::size_t i) {

@@ -16,8 +16,8 @@ std::uint32_t first_lane(U8 x) {
 Media8 CompiledScene::media_at(const Vec3& point, const Vec3& direction) const {
   const M8 lane = first_lanes(1);
   Ray8 ray{broadcast(point), broadcast(direction), F8(std::numeric_limits<float>::infinity())};
-  std::map<std::uint32_t, int> balance;     // of a medium: times entered less times left
-  std::vector<std::uint32_t> around_point;  // the innermost first
+  std::map<std::uint32_t, int> balance;     // by medium: entries minus exits
+  std::vector<std::uint32_t> around_point;  // innermost first
   constexpr int kMaxSurfaces = 100'000;
   for (int i = 0; i < kMaxSurfaces && Accel::traceable(ray).bits() & 1; ++i) {
     const Hit8 hit = accel_->intersect(lane, ray, false);

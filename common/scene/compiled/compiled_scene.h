@@ -1,5 +1,5 @@
-// A scene ready to be rendered: recentred (and rescaled where it is very large or small), indexed, with only the
-// features that are there. Immutable and thread-safe.
+// A scene that is ready to be rendered: recentred, indexed, and rescaled if it is very large or small. It has only the
+// features of the scene. Immutable and thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -26,34 +26,34 @@
 
 namespace lightmill {
 
-/// The camera's basis: a primary ray through film position (x, y) in pixels has direction
-/// forward + right · ((x − width/2)) + down · ((y − height/2)).
+/// The camera's basis. The camera ray through film position (x, y) in pixels has the direction forward + right · (x −
+/// width/2) + down · (y − height/2).
 struct CameraBasis {
   Vec3 eye;      ///< in the recentred frame
   Vec3 forward;  ///< unit
   Vec3 right;    ///< one pixel to the right on the plane at distance 1
   Vec3 down;     ///< one pixel down
-  // Of a thin lens.
-  Vec3 lens_x{0}, lens_y{0};  ///< from its centre to its rim; zero for a pinhole
-  float focus = 1;            ///< distance along `forward` of what is sharp
+  // Thin lens:
+  Vec3 lens_x{0}, lens_y{0};  ///< from its centre to its edge; zero for a pinhole
+  float focus = 1;            ///< distance in focus, along `forward`
   bool has_lens = false;
 };
 
-/// What the scene has; methods skip what it lacks.
+/// Features of the scene. Methods skip what is missing.
 struct SceneFeatures {
   bool emissive_surfaces = false;
-  bool lights = false;       ///< anything that next-event estimation can sample
-  bool environment = false;  ///< light where rays leave the scene
+  bool lights = false;       ///< lights that next-event estimation can sample
+  bool environment = false;  ///< rays that leave the scene find light
   bool media = false;        ///< paths must know which media they are in
   bool holdouts = false;
 };
 
-/// What light must be followed towards to find all caustics, in the frame that is rendered in.
+/// The places that photons must reach to find all caustics, in the frame.
 struct CausticPlaces {
-  std::vector<BoundingSphere> casters;         ///< around each object whose material is a caster
-  std::vector<std::vector<CasterLobe>> lobes;  ///< of each of these
-  std::vector<BoundlessPlane> planes;          ///< all of the scene
-  BoundingSphere scene;                        ///< around all bounded shapes, the eye and the meters
+  std::vector<BoundingSphere> casters;         ///< around each object with a caster material
+  std::vector<std::vector<CasterLobe>> lobes;  ///< of each caster
+  std::vector<BoundlessPlane> planes;          ///< all planes of the scene
+  BoundingSphere scene;                        ///< around all bounded shapes, the camera position and the meters
 };
 
 /// Indices of the nine floats of a triangle stay below 2^31, as eight-lane gathers need.
@@ -61,7 +61,7 @@ inline constexpr std::uint64_t kMaxSceneTriangles = 200'000'000;
 
 class CompiledScene {
  public:
-  /// Gives the encoded bytes of an asset.
+  /// Returns the encoded bytes of an asset.
   using AssetSource = std::function<Result<std::string>(const Sha256&)>;
 
   /// Decodes an image file (common/image/read, which few programs link): its bytes and its name.
@@ -69,16 +69,16 @@ class CompiledScene {
 
   struct Options {
     bool brute_force = false;                          ///< trace rays without a hierarchy
-    std::uint64_t max_triangles = kMaxSceneTriangles;  ///< that are held, at most this; instances of a mesh count once
-    /// Of decoded images that textures and the environment name, all together; of the latter the most that is held
-    /// while it is prepared.
+    std::uint64_t max_triangles = kMaxSceneTriangles;  ///< limit of triangles held; instances of a mesh count once
+    /// Limit of all decoded images of textures and the environment together. The environment counts with the most
+    /// memory that its preparation takes.
     std::uint64_t max_texture_bytes = std::uint64_t{8} << 30;
-    /// Of all IES profiles, with their symmetries; below 2^31.
+    /// Limit of the values of all IES profiles, with their symmetries. Below 2^31.
     std::size_t max_ies_values = std::size_t{1} << 26;
   };
 
-  /// Compiles a valid document. Fails when an asset is missing or damaged; errors name the object.
-  /// A scene with images needs a decoder.
+  /// Compiles a valid document. Fails if an asset is missing or damaged. Errors name the object. A scene with images
+  /// needs a decoder.
   static Result<std::shared_ptr<const CompiledScene>> compile(const Scene& scene, const AssetSource& assets,
                                                               const ImageDecoder& images, const Options& options);
   static Result<std::shared_ptr<const CompiledScene>> compile(const Scene& scene, const AssetSource& assets,
@@ -88,40 +88,41 @@ class CompiledScene {
 
   const Accel& accel() const { return *accel_; }
   const LightTable& lights() const { return lights_; }
-  /// The emissive objects that next-event estimation knows, as points.
+  /// The emissive objects that next-event estimation samples, as points.
   const HardLights& hard_lights() const { return hard_lights_; }
   const MaterialTable& materials() const { return materials_; }
   const MediumTable& media() const { return media_; }
-  /// Those that the camera is in.
+  /// The media around the camera.
   const Media8& camera_media() const { return camera_media_; }
-  /// Those that a point of the frame is in: a ray from it out of the scene leaves what it has not entered before.
+  /// The media around a point of the frame. A ray from the point out of the scene leaves media that it has not entered
+  /// before: these.
   Media8 media_at(const Vec3& point, const Vec3& direction) const;
   const CameraBasis& camera() const { return camera_; }
   const WorldFrame& frame() const { return frame_; }
   const CausticPlaces& caustic_places() const { return caustic_places_; }
   const MeterTable& meters() const { return meters_; }
-  /// light_groups_of the document: groups are numbered from 1 in this order, 0 is none.
+  /// light_groups_of the document. Groups have the numbers from 1 in this order. 0 is none.
   const std::vector<std::string>& light_groups() const { return light_groups_; }
-  /// What holdouts would get without shadows, at points with these unit normals.
+  /// The irradiance of holdouts without shadows, at points with these unit normals.
   V8 unoccluded_irradiance(const V8& p, const V8& n, M8 lanes) const { return unoccluded_.at(lights_, p, n, lanes); }
   std::uint32_t environment_group() const { return environment_group_; }
   const FilterTable& filter() const { return *filter_; }
   const SceneFeatures& features() const { return features_; }
   int film_width() const { return film_width_; }
   int film_height() const { return film_height_; }
-  /// Rough size in memory.
+  /// Approximate size in memory.
   std::uint64_t bytes() const { return bytes_; }
 
-  /// Completes hits: unit normals, a point on the surface, the material. Ray directions are unit vectors.
+  /// Surfaces at the hits: unit normals, a point on the surface, the material. Ray directions must be unit vectors.
   Surface8 surface(const Ray8& rays, const Hit8& hits) const { return geometry_.surface(rays, hits); }
 
-  /// Which of the lights that next-event estimation samples an emissive hit is.
+  /// The sampled light of each emissive hit.
   EmitterTable::Lights8 emitter(const Hit8& hits, M8 lanes) const {
     return emitters_.lookup(hits.geometry, hits.primitive, lanes);
   }
 
-  /// With which density per solid angle next-event estimation from `from` would have found this hit of an emissive
-  /// surface; 0 where it draws no such points.
+  /// The density per solid angle with which next-event estimation from `from` samples the point of this emissive hit. 0
+  /// if it does not sample this surface.
   F8 light_pdf_solid_angle(const V8& from, const Hit8& hits, F8 cos_light, M8 lanes) const {
     const EmitterTable::Lights8 found = emitters_.lookup(hits.geometry, hits.primitive, lanes);
     return masked(found.sampled, lights_.pdf_solid_angle(from, found.light, hits.distance, cos_light, found.sampled));

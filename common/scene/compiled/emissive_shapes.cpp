@@ -1,4 +1,4 @@
-// LightBuilder's side of shapes: spheres, triangles and parallelograms that emit.
+// Shapes of LightBuilder: spheres, triangles and parallelograms that emit.
 #include <cmath>
 
 #include "common/scene/compiled/light_builder.h"
@@ -7,8 +7,8 @@
 namespace lightmill {
 namespace {
 
-/// The same for outlines with the same corners in the same sense, or in either: beginning with the smallest. Three
-/// corners end with the first one again.
+/// A key that is equal for outlines with the same corners in the same direction, or in either direction. It begins with
+/// the smallest corner. Three corners end with the first one again.
 std::array<float, 12> canonical(std::vector<Vec3> outline, bool either_sense) {
   const auto less = [](const Vec3& a, const Vec3& b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); };
   std::rotate(outline.begin(), std::min_element(outline.begin(), outline.end(), less), outline.end());
@@ -23,7 +23,7 @@ std::array<float, 12> canonical(std::vector<Vec3> outline, bool either_sense) {
   return out;
 }
 
-/// How a texture lies on a facet whose corner, and ends of both edges, are these corners of the mesh.
+/// The texture of a facet. `corners` are the facet's corner and the ends of both edges, as corners of the mesh.
 FacetTexture facet_texture(const Material& material, const Mesh& mesh, const std::array<std::uint32_t, 3>& corners) {
   FacetTexture out{material.emission.texture};
   if (out.number != kNoTexture && !mesh.texture_coordinates.empty()) {
@@ -37,7 +37,7 @@ FacetTexture facet_texture(const Material& material, const Mesh& mesh, const std
   return out;
 }
 
-/// Whether this corner of the mesh has the coordinates of a parallelogram's corner at the end of both edges.
+/// Whether this corner of the mesh has the texture coordinates of a parallelogram's fourth corner.
 bool fits_parallelogram(const FacetTexture& texture, const Mesh& mesh, std::uint32_t corner) {
   if (texture.number == kNoTexture || mesh.texture_coordinates.empty()) {
     return true;
@@ -60,7 +60,7 @@ void LightBuilder::add_other() {
 
 void LightBuilder::add_sphere(std::uint32_t material, const Vec3& center, float radius, bool inward, bool sampled) {
   Geometry& geometry = geometries_.emplace_back();
-  // One whose area is no number in single precision cannot be hit.
+  // A sphere whose area underflows in single precision cannot be hit.
   if (!sampled || radius * radius < std::numeric_limits<float>::min()) {
     return;
   }
@@ -77,7 +77,7 @@ void LightBuilder::add_sphere(std::uint32_t material, const Vec3& center, float 
   }
 }
 
-/// Whether it is the first one there, and therefore the light of this number.
+/// Whether the shape is the first in its place, and so is the light of this number.
 bool LightBuilder::stand_at(Place& place, std::size_t number, std::uint32_t material, double area) {
   const bool first = place.materials.empty();
   if (first) {
@@ -116,7 +116,7 @@ void LightBuilder::add_mesh(std::uint32_t material, const std::vector<std::array
     }
     facet.texture = facet_texture(m, mesh, t);
     std::vector<Vec3> outline{facet.corner, corner(t[1]), corner(t[2])};
-    // Two triangles in a row that are the halves (0, 1, 2) and (0, 2, 3) of a parallelogram.
+    // Two consecutive triangles that are the halves (0, 1, 2) and (0, 2, 3) of a parallelogram.
     if (i + 1 < triangles.size() && triangles[i + 1][0] == t[0] && triangles[i + 1][1] == t[2]) {
       const Vec3 edge3 = corner(triangles[i + 1][2]) - facet.corner;
       const FacetTexture whole = facet_texture(m, mesh, {t[0], t[1], triangles[i + 1][2]});
@@ -129,7 +129,7 @@ void LightBuilder::add_mesh(std::uint32_t material, const std::vector<std::array
         ++i;
       }
     }
-    // A facet without area cannot be hit: its primitives may name the next one, or none.
+    // A facet without area cannot be hit, so its primitives may name the next facet, or none.
     auto number = static_cast<std::uint32_t>(facets_.size());
     if (glm::length(glm::cross(facet.edge1, facet.edge2)) > 0) {
       const double area = (facet.parallelogram ? 1 : 0.5) *

@@ -1,4 +1,4 @@
-// Which light of the light table is what a ray has hit: one number a primitive of every emissive geometry.
+// A table that finds the light of a hit: one number per primitive of every emissive geometry.
 #pragma once
 
 #include <cstdint>
@@ -8,17 +8,17 @@
 
 namespace lightmill {
 
-/// One row a geometry, in the order of Accel's indices.
+/// One row per geometry, in the order of Accel's indices.
 class EmitterTable {
  public:
-  /// A geometry whose primitives are these lights; empty where it is no light, or not one that is sampled.
+  /// Adds a geometry whose primitives are these lights. Empty if it is not a light, or is not sampled.
   void add_geometry(const std::vector<std::uint32_t>& lights) {
     first_.push_back(lights.empty() ? kNone : static_cast<std::uint32_t>(light_.size()));
     light_.insert(light_.end(), lights.begin(), lights.end());
   }
   struct Lights8 {
     M8 sampled;
-    U8 light;  ///< its number, where sampled
+    U8 light;  ///< number of the light, if sampled
   };
   Lights8 lookup(U8 geometry, U8 primitive, M8 lanes) const {
     const U8 first = gather(first_.data(), geometry, lanes);

@@ -128,8 +128,8 @@ Surface8 GeometryTable::surface(const Ray8& rays, const Hit8& hits) const {
     }
   }
   s.geometric_normal = normalize(normal);
-  // What a coordinate of the hit may be off by grows with itself, with the ray's way to it and with the way from the
-  // ray to the triangle's corners.
+  // The error of a hit's coordinate grows with the coordinate and with the ray's distance to the hit. It also grows
+  // with the distance from the ray to the triangle's corners.
   V8 magnitude = abs(s.point) + abs(rays.direction) * hits.distance + extent;
   if (const M8 spheres = has_spheres_ ? is_shape(kSphere, hits.geometry, lanes) : M8(); spheres.any()) {
     put_back_onto_spheres(hits, spheres, s, magnitude);
@@ -149,7 +149,7 @@ Surface8 GeometryTable::surface(const Ray8& rays, const Hit8& hits) const {
   return s;
 }
 
-/// What the ray's length has cost in accuracy is gone then.
+/// This removes the error that the ray's length causes.
 void GeometryTable::put_back_onto_spheres(const Hit8& hits, M8 lanes, Surface8& s, V8& magnitude) const {
   const V8 center = center_.at(hits.geometry, lanes);
   const F8 radius = radius_.at(hits.geometry, lanes);
@@ -190,7 +190,7 @@ void GeometryTable::interpolate_normals(const Ray8& rays, const Hit8& hits, M8 i
   const M8 usable = smooth & (length2 > F8(1e-12f));
   n = n * (F8(1.0f) / sqrt(length2));
   n = select(dot(n, s.geometric_normal) < F8(0.0f), -n, n);
-  // Where the ray comes from behind the interpolated normal there is no frame to shade in: the flat one serves.
+  // If the ray comes from behind the interpolated normal, there is no frame to shade in. The flat normal is used.
   const F8 cosine = dot(rays.direction, n);
   const M8 consistent = ~((cosine < F8(0.0f)) & ~s.front) & ~((cosine >= F8(0.0f)) & s.front);
   s.shading_normal = select(usable & consistent, n, s.shading_normal);

@@ -1,4 +1,4 @@
-// What is known of each shape beyond what the ray hierarchy holds: enough to complete a hit to a surface.
+// The data of each shape that the ray hierarchy does not have: enough to turn a hit into a surface.
 #pragma once
 
 #include <array>
@@ -13,21 +13,21 @@
 
 namespace lightmill {
 
-/// What is known of the surface at eight hits.
+/// The surface at eight hits.
 struct Surface8 {
   V8 point;
   V8 geometric_normal;  ///< unit, as the shape is oriented (outward)
   V8 shading_normal;    ///< unit, on the same side as the geometric one
-  M8 front;             ///< the ray came from the side that the geometric normal points to
-  F8 offset;            ///< how far to move off the surface before tracing on
+  M8 front;             ///< the ray came from the side of the geometric normal
+  F8 offset;            ///< distance to move off the surface before tracing on
   U8 material;          ///< index of the material
-  F8 u, v;              ///< texture coordinates where the material has textures, else 0
+  F8 u, v;              ///< texture coordinates if the material has textures, else 0
 };
 
-/// One row a geometry, in the order of Accel's indices. Built by its adds, then immutable.
+/// One row per geometry, in the order of Accel's indices. Built by its adds, then immutable.
 class GeometryTable {
  public:
-  /// Where a mesh's rows begin.
+  /// The first rows of a mesh.
   struct MeshRows {
     std::uint32_t extents = 0;      ///< first triangle in triangle_extent_
     std::uint32_t corners = 0;      ///< first triangle in corners_
@@ -36,18 +36,18 @@ class GeometryTable {
   };
 
   void add_sphere(std::uint32_t material, const Vec3& center, float radius, bool normal_inward);
-  /// A texture coordinate is a distance along a tangent times `coordinate_scale`; without `textured` nobody asks for
-  /// it.
+  /// Texture coordinates are distances along the tangents times `coordinate_scale`. They are not needed without
+  /// `textured`.
   void add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale, bool textured);
   void add_mesh(std::uint32_t material, const MeshRows& mesh);
-  /// A mesh under an affine map: `linear` maps its coordinates' differences to the frame's, `normal` its normals.
+  /// A mesh under an affine map: `linear` maps differences of its coordinates to the frame, `normal` its normals.
   void add_instance(std::uint32_t material, const MeshRows& mesh, const glm::mat3& linear, const glm::mat3& normal);
 
-  /// What meshes and instances of them refer to. `positions` are the mesh's, in the coordinates that rays are traced
-  /// in.
+  /// Adds the rows for meshes and their instances. `positions` are the mesh's, in the coordinates in which rays are
+  /// traced.
   MeshRows add_rows(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions, bool textured);
 
-  /// Completes hits: unit normals, a point on the surface, the material. Ray directions are unit vectors.
+  /// Surfaces at the hits: unit normals, a point on the surface, the material. Ray directions must be unit vectors.
   Surface8 surface(const Ray8& rays, const Hit8& hits) const;
 
   std::uint64_t bytes() const;
@@ -64,7 +64,7 @@ class GeometryTable {
   void put_back_onto_planes(const Hit8& hits, M8 lanes, Surface8& s) const;
   void interpolate_normals(const Ray8& rays, const Hit8& hits, M8 instances, Surface8& s) const;
   void find_texture_coordinates(const Hit8& hits, Surface8& s) const;
-  /// The three indices of each hit triangle's corners in an array that begins at `first`.
+  /// The three indices of the hit triangles' corners in an array that begins at `first`.
   std::array<U8, 3> corners(const Hit8& hits, U8 first, M8 lanes) const;
 
   bool has_spheres_ = false;
@@ -73,17 +73,17 @@ class GeometryTable {
   bool has_normals_ = false;
   bool has_coordinates_ = false;
 
-  // One entry a geometry.
+  // One entry per geometry.
   Column<std::uint32_t> shape_;
   Column<std::uint32_t> material_;
-  Column<std::uint32_t> inward_;  ///< spheres whose normal points to the centre
+  Column<std::uint32_t> inward_;  ///< spheres with a normal towards the centre
   Column<std::uint32_t> extents_, first_corner_, first_normal_, first_coordinate_;  ///< MeshRows
-  VectorColumn center_;                                                             ///< of a sphere, or a plane's point
-  Column<float> radius_;                       ///< of a sphere, or a plane's coordinate scale
+  VectorColumn center_;                                                             ///< of a sphere; a plane's point
+  Column<float> radius_;                       ///< of a sphere; a plane's coordinate scale
   std::vector<float> linear_, normal_matrix_;  ///< of instances, 9 each, by columns
 
-  std::vector<float> triangle_extent_;      ///< sizes along x, y and z and a 0, 4 a triangle
-  std::vector<std::uint32_t> corners_;      ///< 3 vertices a triangle, of meshes with normals or coordinates
+  std::vector<float> triangle_extent_;      ///< 4 per triangle: sizes along x, y and z, and a 0
+  std::vector<std::uint32_t> corners_;      ///< 3 vertices per triangle, of meshes with normals or coordinates
   std::vector<float> vertex_normals_;       ///< 3 each
   std::vector<float> texture_coordinates_;  ///< 2 each
 };

@@ -20,8 +20,8 @@ double degrees_to_radians(double degrees) {
   return degrees * kPiDouble / 180;
 }
 
-/// The most that is held of an image on its way to an EnvironmentRadiance: its texels with the radiance, then the
-/// radiance with the weights of its pixels and with their sums.
+/// The peak memory of an image that becomes an EnvironmentRadiance. First it is the texels with the radiance, then the
+/// radiance with the weights of its pixels and their sums.
 std::uint64_t peak_bytes(const Texels& texels) {
   const auto width = static_cast<std::uint64_t>(texels.width), height = static_cast<std::uint64_t>(texels.height);
   const std::uint64_t radiance = 3 * sizeof(float) * width * height;
@@ -64,16 +64,15 @@ void LightBuilder::note_group(LightKind kind, const std::string& group) {
   groups_[kind].push_back(number_of_group(group_names_, group));
 }
 
-/// A power that nothing can radiate would be lost without a word.
+/// Reports a power that no surface can radiate. It would be lost silently.
 Status LightBuilder::check_areas() const {
   for (const Object& object : scene_.objects) {
     const Material& material = scene_.materials[object.material];
     if (material.emission_unit == EmissionUnit::flux && !is_black(material.emission) &&
         !area_.contains(object.material)) {
       return invalid_argument(
-          "materials[{}] \"{}\": a power needs a surface to radiate it, of an area that is neither without end nor "
-          "zero "
-          "in single precision; there is none",
+          "materials[{}] \"{}\": a power needs a surface whose area is finite and above zero in single "
+          "precision, but there is none",
           object.material, printable(material.name));
     }
   }
@@ -98,7 +97,7 @@ Status LightBuilder::add_lights(const CompiledScene::AssetSource& assets, const 
   return ok_status();
 }
 
-/// Lights that need no asset. Black ones are left out.
+/// Adds a light that needs no asset. Black lights are left out.
 void LightBuilder::add_light(const Light& light) {
   std::visit(Overloaded{
                  [&](const PointLight& point) {
@@ -212,13 +211,13 @@ std::vector<Vec3> LightBuilder::radiance_of_materials() const {
                      ? Vec3d(0)
                      : radiance / (exitance_per_radiance(material.emission_exponent) * area->second * sides);
     }
-    constexpr double kLimit = 1e36;  // a sample that sees this is out of range anyway (SampleSums), but finite
+    constexpr double kLimit = 1e36;  // samples with this value are out of range anyway (SampleSums), but finite
     out.emplace_back(glm::min(radiance, Vec3d(kLimit)));
   }
   return out;
 }
 
-/// Of the shapes as they are in the end, with their radiance.
+/// Hard lights of the final shapes, with their radiance.
 HardLights LightBuilder::hard_lights() const {
   HardLights out;
   for (std::uint32_t i = 0; i < geometries_.size(); ++i) {
@@ -238,7 +237,7 @@ HardLights LightBuilder::hard_lights() const {
 LightBuilder::Tables LightBuilder::finish(const TextureSet& textures) {
   Tables out;
   out.radiance = radiance_of_materials();
-  std::vector<std::uint32_t> group_of;  // of each material's emission
+  std::vector<std::uint32_t> group_of;  // light group of each material's emission
   for (const Material& material : scene_.materials) {
     group_of.push_back(number_of_group(group_names_, material.light_group));
   }
@@ -262,7 +261,7 @@ LightBuilder::Tables LightBuilder::finish(const TextureSet& textures) {
   for (const auto& [kind, numbers] : groups_) {
     groups.insert(groups.end(), numbers.begin(), numbers.end());
   }
-  if (lights_.environment.exists()) {  // the last light, if it is one that is sampled
+  if (lights_.environment.exists()) {  // the last light, if it is sampled
     out.environment_group = groups.back();
     groups.resize(lights_.size());
   }

@@ -1,4 +1,4 @@
-// Builds the light table of a scene: from its lights, and from the shapes whose materials emit.
+// The builder of a scene's light table, from its lights and its emissive shapes.
 #pragma once
 
 #include <array>
@@ -18,21 +18,22 @@
 
 namespace lightmill {
 
-/// Takes geometries in the order of Accel's indices, then the scene's lights, then gives the tables.
+/// Takes geometries in the order of Accel's indices, then the scene's lights. Then it returns the tables.
 class LightBuilder {
  public:
   LightBuilder(const Scene& scene, const WorldFrame& frame)
       : scene_(scene), frame_(frame), group_names_(light_groups_of(scene)) {}
 
-  // One call a geometry. What is not `sampled` is only counted: it does not emit, or rays are to find it by themselves.
+  // One call per geometry. Geometries that are not `sampled` are only counted: they do not emit, or only rays find
+  // them.
   void add_sphere(std::uint32_t material, const Vec3& center, float radius, bool inward, bool sampled);
-  /// Positions are the mesh's in the frame.
+  /// `positions` are the mesh's, in the frame.
   void add_mesh(std::uint32_t material, const std::vector<std::array<float, 3>>& positions, const Mesh& mesh,
                 bool sampled);
   void add_other();
 
-  /// The scene's lights; errors name them. After the geometries: fails too where a power has no surface.
-  /// `max_ies_values` is of all profiles.
+  /// Adds the scene's lights, after the geometries. Errors name them. Also fails if a power has no surface.
+  /// `max_ies_values` is for all profiles together.
   Status add_lights(const CompiledScene::AssetSource& assets, const CompiledScene::ImageDecoder& images,
                     ImageBudget& budget, std::size_t max_ies_values);
 
@@ -41,16 +42,16 @@ class LightBuilder {
     HardLights hard_lights;
     EmitterTable emitters;
     std::uint32_t environment_group = 0;
-    std::vector<Vec3> radiance;  ///< of each material, along the normal; zero where it does not emit
+    std::vector<Vec3> radiance;  ///< of each material, along the normal; zero if it does not emit
   };
   /// `textures` are the scene's.
   Tables finish(const TextureSet& textures);
 
  private:
-  /// Of each geometry: the facet or sphere of each primitive; none where it is not sampled.
+  /// The facets or the sphere of a geometry's primitives. None if it is not sampled.
   struct Geometry {
     bool sphere = false;
-    bool repeated = false;  ///< a sphere that is another one's light
+    bool repeated = false;  ///< a sphere in the place of an earlier one
     std::vector<std::uint32_t> primitives;
     std::size_t first_facet = 0, end_facet = 0;
   };
@@ -73,10 +74,10 @@ class LightBuilder {
   std::vector<std::string> group_names_;
   std::map<LightKind, std::vector<std::uint32_t>> groups_;  ///< of the lights of each kind, in their order
   std::map<Sha256, std::size_t> profiles_;
-  std::map<std::uint32_t, double> area_;  ///< by material: of all that emits, in scene units
+  std::map<std::uint32_t, double> area_;  ///< by material: area of all emissive surfaces, in scene units
 
-  // Emissive shapes without their radiance, which may depend on the area of all. Of what is there twice, in one place,
-  // the first one is a light: what a ray sees there is no brighter.
+  // Emissive shapes without their radiance, which may depend on the total area. If several are in one place, the first
+  // is the light: rays see no more brightness there.
   struct Facet {
     std::uint32_t material;
     EmissiveFacet shape;
@@ -88,8 +89,8 @@ class LightBuilder {
   std::vector<Facet> facets_;
   std::vector<Sphere> spheres_;
   struct Place {
-    std::uint32_t number = 0;              ///< of the facet or sphere that is there
-    std::vector<std::uint32_t> materials;  ///< of all that are there
+    std::uint32_t number = 0;              ///< of the facet or sphere in this place
+    std::vector<std::uint32_t> materials;  ///< of all shapes in this place
   };
   bool stand_at(Place& place, std::size_t number, std::uint32_t material, double area);
   std::map<std::array<float, 12>, Place> facet_places_;  ///< by corners

@@ -9,7 +9,7 @@
 namespace lightmill {
 namespace {
 
-/// Of GGX, from roughness as the document has it.
+/// GGX's alpha, from the document's roughness.
 float alpha_of(double roughness) {
   return static_cast<float>(roughness * roughness);
 }
@@ -26,7 +26,7 @@ static_assert(kNoTexture == TextureSet::kNone);
 MaterialTable::MaterialTable(const Scene& scene, TextureSet textures, const std::vector<Vec3>& radiance)
     : textures_(std::move(textures)) {
   const std::vector<std::string> groups = light_groups_of(scene);
-  std::array<std::uint32_t, std::variant_size_v<decltype(Material::kind)>> rows{};  // of each kind until here
+  std::array<std::uint32_t, std::variant_size_v<decltype(Material::kind)>> rows{};  // of each kind so far
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
     const Material& material = scene.materials[i];
     add(material, radiance[i]);

@@ -1,4 +1,4 @@
-// The materials of a scene as the renderer looks them up: structures of arrays, one row a material.
+// The materials of a scene for the renderer: structures of arrays, one row per material.
 #pragma once
 
 #include <algorithm>
@@ -33,30 +33,30 @@ enum class MaterialKind : std::uint32_t {
 class MaterialTable {
  public:
   MaterialTable() = default;
-  /// `radiance`: emitted along the normal, one a material, to be multiplied by its texture.
+  /// `radiance`: one per material, emitted along the normal. It is multiplied by its texture.
   MaterialTable(const Scene& scene, TextureSet textures, const std::vector<Vec3>& radiance);
 
-  /// The kinds that objects of the scene have, ascending.
+  /// The kinds of the objects' materials, ascending.
   const std::vector<MaterialKind>& kinds() const { return kinds_; }
-  /// The one kind there is, if there is but one.
+  /// The only kind, if there is just one.
   std::optional<MaterialKind> only_kind() const { return only_kind_; }
 
   bool uses(MaterialKind kind) const { return std::ranges::find(kinds_, kind) != kinds_.end(); }
 
-  /// Casters of caustics: see is_caster of a material.
+  /// Casters: see is_caster.
   M8 casters(U8 material, M8 lanes) const { return lanes & (caster_.at(material, lanes) == U8(1u)); }
 
   M8 is_kind(U8 material, MaterialKind kind, M8 lanes) const {
     return lanes & (kind_.at(material, lanes) == U8(static_cast<std::uint32_t>(kind)));
   }
-  /// The whole of what a diffuse surface or a mirror reflects; of others the colour that they are known by.
+  /// The reflectance of diffuse surfaces and mirrors. For other kinds, their base colour.
   V8 reflectance(const Surface8& surface, M8 lanes) const { return at(reflectance_, surface, lanes); }
-  /// How much of light each channel scatters, as far as one colour can say it; 1 for clear glass.
+  /// The approximate share of light that each channel scatters. 1 for clear glass.
   V8 albedo(const Surface8& surface, M8 lanes) const {
     const V8 color = reflectance(surface, lanes);
     return has_specular_ ? color + at(specular_, surface, lanes) : color;
   }
-  /// Of what is behind the outward normal; 1 of kinds that have none.
+  /// Index of refraction inside. 1 for kinds without one.
   F8 ior(const Surface8& surface, M8 lanes) const { return ior_.at(surface.material, lanes); }
   F8 dielectric_alpha(const Surface8& surface, M8 lanes) const {
     return mapped_alpha(dielectric_.alpha.at(row_of(surface, lanes), lanes), surface, lanes);
@@ -95,7 +95,7 @@ class MaterialTable {
                                   : along_normal;
   }
   const TextureSet& textures() const { return textures_; }
-  /// 1 + the index in light_groups_of(scene); 0: none.
+  /// 1 + the index in light_groups_of(scene). 0: none.
   U8 light_group(const Surface8& surface, M8 lanes) const { return light_group_.at(surface.material, lanes); }
   /// Which hits see emitted light, given the side that was hit.
   M8 emits(const Surface8& surface, M8 lanes) const {
@@ -104,28 +104,28 @@ class MaterialTable {
   }
 
  private:
-  /// One colour slot of all materials.
+  /// One colour of all materials.
   struct ColorColumn {
     VectorColumn rgb;
     Column<std::uint32_t> texture;  ///< or TextureSet::kNone
     bool textured = false;
     void add(const TexturedColor& color);
   };
-  /// Texels below 0 or above `most` count as these.
+  /// Texels are clamped to [0, `most`].
   V8 at(const ColorColumn& column, const Surface8& surface, M8 lanes, float most = 1) const {
     const V8 rgb = column.rgb.at(surface.material, lanes);
     return column.textured ? rgb * texture_at(column, surface, lanes, most) : rgb;
   }
   V8 texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes, float most) const;
 
-  /// One mapped number of all materials.
+  /// One number with a map, of all materials.
   struct MapColumn {
     Column<std::uint32_t> texture;  ///< or TextureSet::kNone
     Column<std::uint32_t> channel;
     bool mapped = false;
     void add(const ScalarMap& map);
   };
-  /// In [0, 1]; 1 where there is no texture.
+  /// In [0, 1]. 1 without a texture.
   F8 map_at(const MapColumn& column, const Surface8& surface, M8 lanes) const;
   F8 mapped_alpha(F8 alpha, const Surface8& surface, M8 lanes) const {
     if (!roughness_map_.mapped) {
@@ -140,7 +140,7 @@ class MaterialTable {
   TextureSet textures_;
   std::vector<MaterialKind> kinds_;
   std::optional<MaterialKind> only_kind_;
-  // One entry a material.
+  // One entry per material.
   Column<std::uint32_t> kind_;
   Column<std::uint32_t> row_;     ///< of the material in its kind's columns
   Column<std::uint32_t> caster_;  ///< 0 or 1
@@ -150,8 +150,8 @@ class MaterialTable {
   bool has_specular_ = false;
   Column<float> ior_, emission_exponent_;
   Column<std::uint32_t> light_group_;
-  bool has_emission_profiles_ = false;  ///< an exponent that is not 0
-  // What a kind has beside colours and an index: one row a material of the kind (row_).
+  bool has_emission_profiles_ = false;  ///< an exponent is not 0
+  // Fields of a kind other than colours and an index. One row per material of the kind (row_).
   struct {
     Column<float> alpha;
   } dielectric_;

@@ -82,13 +82,13 @@ Media8 MediumTable::entered(const Media8& media, U8 medium) {
 
 Media8 MediumTable::left(const Media8& media, U8 medium) {
   const Slots8 slots(media);
-  // Of several, the one entered last is left.
+  // If it was entered several times, the last entry is removed.
   M8 found, here[kMaxDepth];
   for (int i = kMaxDepth - 1; i >= 0; --i) {
     here[i] = and_not(slots.s[i] == medium, found);
     found = found | here[i];
   }
-  // What was entered after it moves down.
+  // Later entries move down.
   Slots8 rest(media);
   M8 passed;
   for (int i = 0; i < kMaxDepth; ++i) {
@@ -101,7 +101,7 @@ Media8 MediumTable::left(const Media8& media, U8 medium) {
 Crossing8 MediumTable::cross(const Media8& media, U8 medium, M8 from_outside) const {
   const M8 all(true);
   const Media8 without = select(from_outside, media, left(media, medium));
-  // A boundary may be left that was never entered: open shapes.
+  // With open shapes a path can leave a medium that it never entered.
   const M8 unknown = and_not((without.low == media.low) & (without.high == media.high), from_outside);
   const Media8 with = select(from_outside | unknown, entered(media, medium), media);
   const U8 outer = current(without);
@@ -125,7 +125,7 @@ bool needs_media(const Scene& scene, const std::vector<Bounds>& object_bounds) {
     if (material.interior != Medium{} || material.priority != 0 || ior_of(material) == 1) {
       return true;
     }
-    // Several may be faces of one shape, so that their own bounds say nothing.
+    // Several objects may be faces of one shape. Then their own bounds do not help.
     if (!std::holds_alternative<SphereShape>(object.shape) && !faces.insert(object.material).second) {
       return true;
     }
@@ -135,7 +135,7 @@ bool needs_media(const Scene& scene, const std::vector<Bounds>& object_bounds) {
   if (has_plane) {
     return boundaries.size() > 1;
   }
-  // Where there are too many pairs to look at, some will overlap.
+  // With too many pairs to compare, some will overlap.
   constexpr std::size_t kMaxCompared = 1000;
   if (boundaries.size() > kMaxCompared) {
     return true;

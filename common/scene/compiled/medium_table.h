@@ -1,7 +1,8 @@
-// What fills closed shapes: the media of a scene, and which of them a path is in.
+// The media of a scene, which fill closed shapes, and the media that a path is in.
 //
-// Shapes may be nested, touch or overlap: where several are, the medium of the highest priority is there, of equals the
-// one that was entered last. Schmidt and Budge 2002, "Simple Nested Dielectrics in Ray Traced Images".
+// Shapes may be nested, touch or overlap. Where several are, the medium with the highest priority counts. With equal
+// priorities it is the one that was entered last. Schmidt and Budge 2002, "Simple Nested Dielectrics in Ray Traced
+// Images".
 #pragma once
 
 #include <cstdint>
@@ -14,8 +15,8 @@
 
 namespace lightmill {
 
-/// The media that eight paths are in: up to four of 16 bits each, those entered first in the low bits; 0 is none. All
-/// bits are set of a path that has entered more: where it is, is not known any more.
+/// The media that eight paths are in: up to four of 16 bits each. Those entered first are in the low bits. 0 is none.
+/// All bits are set if a path has entered more. Then its media are unknown.
 struct Media8 {
   U8 low, high;
 };
@@ -23,46 +24,46 @@ inline Media8 select(M8 mask, const Media8& yes, const Media8& no) {
   return {select(mask, yes.low, no.low), select(mask, yes.high, no.high)};
 }
 
-/// What crossing a surface means.
+/// The effect of crossing a surface.
 struct Crossing8 {
   F8 eta;         ///< index of refraction beyond the surface over that on the ray's side
-  Media8 beyond;  ///< the media there
-  M8 real;        ///< light notices: there is a change of medium, and of index unless it is more than a dielectric
+  Media8 beyond;  ///< the media beyond the surface
+  M8 real;        ///< the medium changes, and so does the index unless it is more than a dielectric
 };
 
-/// One medium for each material that light passes into, from 1; 0 is the empty space outside of all.
+/// One medium, from number 1, for each material that transmits light. 0 is the empty space outside.
 class MediumTable {
  public:
-  static constexpr int kMaxDepth = 4;  ///< that are kept of a path
+  static constexpr int kMaxDepth = 4;  ///< media kept per path
 
   MediumTable() = default;
-  /// `length_scale`: of the frame to render in over scene units.
+  /// `length_scale`: of the frame over scene units.
   MediumTable(const Scene& scene, double length_scale);
 
-  /// Of a material, 0 if it has none.
+  /// The medium of a material. 0 if it has none.
   U8 of_material(U8 material, M8 lanes) const { return gather(of_material_.data(), material, lanes); }
 
-  /// The one of the media that is where they all are.
+  /// The one of the media that counts.
   U8 current(const Media8& media) const;
-  /// Of a ray that meets the boundary of `medium` (not 0) from outside or from inside.
+  /// The crossing of a ray that meets the boundary of `medium` (not 0) from outside or inside.
   Crossing8 cross(const Media8& media, U8 medium, M8 from_outside) const;
 
-  /// Absorption and scattering together.
+  /// Absorption plus scattering, per length.
   V8 extinction(U8 medium) const { return gather3(extinction_.data(), medium, M8(true)); }
-  /// Whether any medium scatters; what it scatters per length, and the mean cosine of that.
+  /// Whether any medium scatters. Then follow a medium's scattering per length, and its mean cosine.
   bool scatters() const { return scatters_; }
   V8 scattering(U8 medium) const { return gather3(scattering_.data(), medium, M8(true)); }
   F8 anisotropy(U8 medium) const { return gather(anisotropy_.data(), medium, M8(true)); }
 
-  /// Bouguer's law along a way; lengths may be infinite.
+  /// Bouguer's law along a path. Lengths may be infinite.
   static V8 transmittance(const V8& extinction, F8 length) {
-    // 0 · ∞ is 0 here.
+    // 0 · ∞ must be 0 here.
     const auto along = [&](F8 s) { return exp(-masked(s > F8(0.0f), s * length)); };
     return {along(extinction.x), along(extinction.y), along(extinction.z)};
   }
   V8 transmittance(U8 medium, F8 length) const { return transmittance(extinction(medium), length); }
 
-  /// Which paths are in more media than are kept. That stays so, whatever they cross; no medium is known to be there.
+  /// Which paths are in more media than are kept. They stay so whatever they cross, and count as outside of all.
   static M8 overfull(const Media8& media) { return media.high == U8(0xffffffffu); }
 
   static Media8 entered(const Media8& media, U8 medium);
@@ -70,16 +71,16 @@ class MediumTable {
 
  private:
   std::vector<std::uint32_t> of_material_;
-  // One entry a medium (3 for colours); the first is the outside.
+  // One entry per medium (3 for colours). The first is the outside.
   std::vector<std::uint32_t> priority_;  ///< as signed integers
   std::vector<float> ior_, extinction_, scattering_, anisotropy_;
   bool scatters_ = false;
-  std::vector<std::uint32_t> plain_;  ///< 1: of a dielectric, whose boundary is nothing but a change of index
+  std::vector<std::uint32_t> plain_;  ///< 1 for dielectrics: their boundaries only change the index
 };
 
-/// Whether paths must know which media they are in: where something absorbs, has a priority or the index of the
-/// outside, or shapes that light passes into may overlap. Else each boundary is one between its medium and the outside,
-/// and light notices it.
+/// Whether paths must know which media they are in. A medium that absorbs, scatters, has a priority or the index of the
+/// outside requires it. So do shapes that transmit light and may overlap. Else each boundary is between its medium and
+/// the outside, and always counts.
 bool needs_media(const Scene& scene, const std::vector<Bounds>& object_bounds);
 
 }  // namespace lightmill

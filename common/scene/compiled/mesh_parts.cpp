@@ -10,7 +10,7 @@ namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// The same number for all positions in one place.
+/// Gives all positions in one place the same number.
 std::vector<std::uint32_t> number_places(const std::vector<std::array<float, 3>>& positions) {
   std::map<std::array<float, 3>, std::uint32_t> numbers;
   std::vector<std::uint32_t> out;
@@ -27,7 +27,7 @@ struct Edge {
   bool forward;  ///< the triangle goes from low to high
 };
 
-/// Of all that have three distinct corners and are there for the first time, in whichever sense.
+/// The edges of all triangles with three distinct corners. Repeated triangles, in either orientation, are skipped.
 std::vector<Edge> edges_of(const std::vector<Triangle>& triangles, const std::vector<std::uint32_t>& place) {
   std::set<Triangle> seen;
   std::vector<Edge> edges;
@@ -48,7 +48,7 @@ std::vector<Edge> edges_of(const std::vector<Triangle>& triangles, const std::ve
   return edges;
 }
 
-/// Sets of triangles that grow together; each knows whether it is wound as its set's root is (a union-find with
+/// Growing sets of triangles. Each triangle knows whether it has the orientation of its set's root (a union-find with
 /// parity).
 class Sets {
  public:
@@ -66,7 +66,7 @@ class Sets {
       against = against != against_[top];
       top = parent_[top];
     }
-    for (bool rest = against; parent_[i] != i;) {  // point all on the way to the root
+    for (bool rest = against; parent_[i] != i;) {  // path compression
       const bool own = against_[i];
       against_[i] = rest;
       rest = rest != own;
@@ -74,7 +74,7 @@ class Sets {
     }
     return {top, against};
   }
-  /// False where they were joined before, the other way round. Roots are the smallest of their sets.
+  /// False if they are already joined with the opposite orientation. Roots are the smallest of their sets.
   bool join(std::uint32_t a, std::uint32_t b, bool against) {
     const Root x = root(a), y = root(b);
     const bool between = (x.against != y.against) != against;
@@ -89,7 +89,7 @@ class Sets {
 
  private:
   std::vector<std::uint32_t> parent_;
-  std::vector<bool> against_;  ///< wound against the parent
+  std::vector<bool> against_;  ///< opposite orientation to the parent
 };
 
 }  // namespace
@@ -103,7 +103,7 @@ MeshParts find_parts(const std::vector<std::array<float, 3>>& positions, const s
     const auto last =
         std::find_if(first, edges.end(), [&](const Edge& e) { return e.low != first->low || e.high != first->high; });
     const bool pair = last - first == 2;
-    // Neighbours that are wound alike walk their edge in opposite directions.
+    // Neighbours with the same orientation walk their edge in opposite directions.
     if (!pair || !sets.join(first->triangle, first[1].triangle, first->forward == first[1].forward)) {
       std::for_each(first, last, [&](const Edge& e) { open.push_back(e.triangle); });
     }
@@ -111,7 +111,7 @@ MeshParts find_parts(const std::vector<std::array<float, 3>>& positions, const s
     first = last;
   }
   MeshParts out;
-  std::vector<std::uint32_t> number(triangles.size());  // of each root's part
+  std::vector<std::uint32_t> number(triangles.size());  // part of each root
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     const Sets::Root root = sets.root(i);
     if (root.number == i) {

@@ -1,4 +1,4 @@
-// Which triangles of a mesh hang together, and which way round.
+// The connected parts of a mesh, and the orientation of their triangles.
 #pragma once
 
 #include <array>
@@ -7,12 +7,12 @@
 
 namespace lightmill {
 
-/// Triangles hang together where two of them, and no third, share an edge; corners in one place are one. What has no
-/// two distinct edges, or is there already, belongs to a part but changes nothing.
+/// Two triangles are connected if they, and no third, share an edge. Corners in one place count as one. Triangles
+/// without two distinct edges, and repeated triangles, belong to a part but change nothing.
 struct MeshParts {
-  std::vector<std::uint32_t> of_triangle;  ///< the number of its part
-  std::vector<bool> flipped;               ///< of each triangle: wound against the first one of its part
-  std::vector<bool> closed;                ///< of each part: no edge is free, and it has two sides
+  std::vector<std::uint32_t> of_triangle;  ///< number of its part
+  std::vector<bool> flipped;               ///< of each triangle: opposite orientation to the first one of its part
+  std::vector<bool> closed;                ///< of each part: no free edge, and it has two sides
 };
 
 MeshParts find_parts(const std::vector<std::array<float, 3>>& positions,

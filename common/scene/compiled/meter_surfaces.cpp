@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-/// Half of how far surface_offset moves off what is as large: who is within that of a surface is on it, and is moved
+/// Half of the relative distance of surface_offset. A meter within it of a surface is on the surface, and is moved
 /// clear of it.
 constexpr double kReach = 0x1p-20;
 
@@ -16,7 +16,7 @@ double reach(const Vec3d& normal, const Vec3d& magnitude) {
   return kReach * glm::dot(glm::abs(normal), magnitude);
 }
 
-/// Whether the spot is, somewhere, within reach of the plane through `point`.
+/// Whether any point of the spot is within reach of the plane through `point`.
 bool touches_plane(const MeterSpot& spot, const Vec3d& point, const Vec3d& normal, const Vec3d& magnitude) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const Vec3d& corner : spot.corners()) {
@@ -114,7 +114,7 @@ Vec3d MeterSurfaces::on_mesh(std::size_t object, const MeterSpot& spot) const {
       corner[static_cast<std::size_t>(i)] = to_frame(object, Vec3d(p[0], p[1], p[2]));
       triangle.add(corner[static_cast<std::size_t>(i)]);
     }
-    // Rays are brought to an instance's own coordinates, by a map that is as exact as the whole is large.
+    // Rays are mapped to an instance's own coordinates. The precision of the map depends on the size of the whole mesh.
     const Vec3d magnitude = spot.sizes() + triangle.size() + (meshes_.instanced[object] ? whole : Vec3d(0));
     if (!touches_box(spot, triangle, magnitude)) {
       continue;

@@ -1,4 +1,4 @@
-// Which surfaces of a scene pass through a meter's place, and how exact these are.
+// A search for the surfaces that pass through a meter's place, and for their precision.
 #pragma once
 
 #include <vector>
@@ -15,23 +15,22 @@ struct MeterSpot {
   Vec3d corner{0}, edge1{0}, edge2{0};
 
   std::array<Vec3d, 4> corners() const { return {corner, corner + edge1, corner + edge2, corner + edge1 + edge2}; }
-  /// The point of it that is nearest to p.
+  /// The point of the spot that is nearest to p.
   Vec3d nearest(const Vec3d& p) const;
-  /// What its coordinates are made of.
+  /// The sum of the magnitudes in its coordinates.
   Vec3d sizes() const { return glm::abs(corner) + glm::abs(edge1) + glm::abs(edge2); }
 };
 
-/// Looks through a scene's objects; refers to what it is made of.
+/// Searches a scene's objects. It keeps references to its arguments.
 class MeterSurfaces {
  public:
-  /// `maps` and `bounds` (in scene units): one an object.
+  /// `maps` and `bounds` (in scene units): one per object.
   MeterSurfaces(const Scene& scene, const ObjectMeshes& meshes, const std::vector<Affine>& maps,
                 const std::vector<Bounds>& bounds, const WorldFrame& frame)
       : scene_(scene), meshes_(meshes), maps_(maps), bounds_(bounds), frame_(frame) {}
 
-  /// The sizes that enter the coordinates of hits near a meter that is on a surface: its own, and those of the
-  /// surfaces that pass through it as far as rounding lets one say. Zero for a meter on none: its estimates begin
-  /// where it is.
+  /// The magnitudes in the coordinates of hits near a meter on a surface. They are those of the meter, and of surfaces
+  /// that pass through it within rounding. Zero for a meter on no surface. Its estimates begin at its place.
   Vec3d magnitude(const MeterSpot& spot) const;
 
  private:

@@ -9,7 +9,7 @@
 namespace lightmill {
 namespace {
 
-/// Of a vector of any length but zero.
+/// The unit vector of a vector of any length except zero.
 Vec3d unit(const Vec3d& v) {
   const Vec3d near_one = v / std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   return glm::normalize(near_one);

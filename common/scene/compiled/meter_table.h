@@ -1,4 +1,4 @@
-// The virtual meters of a scene in the frame that it is rendered in.
+// The virtual meters of a scene, in the frame.
 #pragma once
 
 #include <vector>
@@ -12,16 +12,16 @@ namespace lightmill {
 
 class MeterSurfaces;
 
-/// Where a meter's estimates begin.
+/// The place where a meter's estimates begin.
 struct MeterPlace {
-  bool looks = false;  ///< a ray into `direction`; else a surface that receives light on the side of `direction`
+  bool looks = false;  ///< a ray along `direction`; else a surface that receives light on the side of `direction`
   Vec3 corner{0};      ///< the point, or a parallelogram's corner
   Vec3 edge1{0}, edge2{0};
   Vec3 direction{0};  ///< unit
-  Vec3 magnitude{0};  ///< of a meter on a surface, the sizes that entered it: see surface_offset; zero in the open
-  Media8 media = {};  ///< that it is in
+  Vec3 magnitude{0};  ///< of a meter on a surface, see surface_offset; else zero
+  Media8 media = {};  ///< the media around it
 
-  /// Its middle, moved as far along `direction` as its estimates begin.
+  /// Its middle, moved along `direction` to where its estimates begin.
   Vec3 middle() const {
     const float offset = looks ? 0.0f : 0x1p-19f * glm::dot(glm::abs(direction), magnitude);
     return corner + (edge1 + edge2) * 0.5f + direction * offset;

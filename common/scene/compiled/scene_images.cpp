@@ -7,7 +7,7 @@
 namespace lightmill {
 namespace {
 
-/// Textures that colours name.
+/// The textures that colours name.
 std::set<std::uint32_t> textures_of_colors(const Scene& scene) {
   std::set<std::uint32_t> used;
   for (const Material& material : scene.materials) {
@@ -32,13 +32,13 @@ TextureSettings settings_of(const TextureImage& image, const Texels& texels, boo
   return settings;
 }
 
-/// Textures that name one image, and how they see it.
+/// Shares one image between all textures that name it.
 class SharedImages {
  public:
   SharedImages(const CompiledScene::AssetSource& assets, const CompiledScene::ImageDecoder& images, ImageBudget& budget)
       : assets_(assets), images_(images), budget_(budget) {}
 
-  /// `color`: whether a colour names it; what only numbers do is data.
+  /// `color`: whether a colour names the texture. A texture for numbers only has data.
   Result<Texture> texture(const TextureImage& image, bool color, const std::string& where) {
     std::shared_ptr<const Texels>& read = read_[image.asset];
     if (read == nullptr) {

@@ -1,4 +1,4 @@
-// The decoded images of a scene: their memory, and its textures.
+// The decoded images of a scene: their memory limit, and its textures.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +9,12 @@
 
 namespace lightmill {
 
-/// The memory that all decoded images of a scene may take together.
+/// The memory limit of all decoded images of a scene together.
 class ImageBudget {
  public:
   explicit ImageBudget(std::uint64_t max_bytes) : max_bytes_(max_bytes) {}
 
-  /// Counts an image; fails where all together exceed the limit, and names `where`.
+  /// Counts an image. Fails if all together exceed the limit, and names `where`.
   Status take(std::uint64_t bytes, const std::string& where) {
     bytes_ += bytes;
     return bytes_ <= max_bytes_
@@ -28,8 +28,8 @@ class ImageBudget {
   std::uint64_t bytes_ = 0;
 };
 
-/// In the order of Scene::textures; textures of one asset share its pixels. Fails where an asset is missing or damaged,
-/// or the budget does not suffice; errors name the texture.
+/// The textures in the order of Scene::textures. Textures with one asset share its pixels. Fails if an asset is missing
+/// or damaged, or the budget is too small. Errors name the texture.
 Result<TextureSet> load_textures(const Scene& scene, const CompiledScene::AssetSource& assets,
                                  const CompiledScene::ImageDecoder& images, ImageBudget& budget);
 

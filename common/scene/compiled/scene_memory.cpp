@@ -10,17 +10,17 @@
 namespace lightmill {
 namespace {
 
-// Bytes at the highest point of compiling, by what there is of it; measured by scene_memory_bench.
-constexpr std::uint64_t kOfTriangle = 200;         ///< Embree's hierarchy as it is built, and tables
-constexpr std::uint64_t kOfPosition = 28;          ///< as single-precision numbers, twice
+// Bytes at the peak of compiling, per item. Measured by scene_memory_bench.
+constexpr std::uint64_t kOfTriangle = 200;         ///< Embree's hierarchy while it is built, and tables
+constexpr std::uint64_t kOfPosition = 28;          ///< in single precision, twice
 constexpr std::uint64_t kOfNormal = 24;            ///< as tables grow
 constexpr std::uint64_t kOfCoordinate = 16;        ///< the same
 constexpr std::uint64_t kOfGlowingTriangle = 650;  ///< of the lights' table
 constexpr std::uint64_t kOfObject = 1100;
-constexpr std::uint64_t kOfSkyPixel = 28;     ///< light_builder.cpp, which holds the most
-constexpr std::uint64_t kOfScene = 16 << 20;  ///< what programs load with their first scene
+constexpr std::uint64_t kOfSkyPixel = 28;     ///< light_builder.cpp has the peak
+constexpr std::uint64_t kOfScene = 16 << 20;  ///< loaded with a program's first scene
 
-/// What the first bytes of a mesh's asset say (mesh.h).
+/// The header of a mesh's asset (mesh.h).
 struct MeshHeader {
   std::uint64_t file_bytes = 0, positions = 0, triangles = 0;
   bool normals = false, coordinates = false;
@@ -34,14 +34,14 @@ MeshHeader header_of(ByteView bytes) {
     header.file_bytes = bytes.size();
     header.normals = (numbers[0] & 1) != 0;
     header.coordinates = (numbers[0] & 2) != 0;
-    // A header that speaks of more than there is describes nothing that can be decoded.
+    // If a header claims more than the file has, it cannot be decoded.
     header.positions = std::min<std::uint64_t>(numbers[1], bytes.size() / 24);
     header.triangles = std::min<std::uint64_t>(numbers[2], bytes.size() / 12);
   }
   return header;
 }
 
-/// What an object takes that holds such a mesh, the decoded mesh apart.
+/// The memory of an object with such a mesh, without the decoded mesh.
 std::uint64_t bytes_of(const MeshHeader& mesh, bool moved, bool glows) {
   std::uint64_t bytes = mesh.triangles * kOfTriangle + mesh.positions * kOfPosition;
   bytes += mesh.normals ? mesh.positions * kOfNormal : 0;
@@ -51,7 +51,7 @@ std::uint64_t bytes_of(const MeshHeader& mesh, bool moved, bool glows) {
   return bytes;
 }
 
-/// Sums up, and remembers what takes the most.
+/// Adds up memory, and remembers the largest part.
 class Sum {
  public:
   void add(std::uint64_t bytes, const std::string& name) {
@@ -123,14 +123,14 @@ class Estimator {
     return ok_status();
   }
 
-  /// `later`: bytes that each pixel takes once it is decoded, if that is more than decoding takes.
+  /// `later`: bytes per pixel after decoding, if that is more than decoding takes.
   Status add_image(const Sha256& asset, const std::string& file, const char* what, std::uint64_t later) {
     if (!images_.insert(asset).second) {
       return ok_status();
     }
     LM_ASSIGN_OR_RETURN(const std::string bytes, assets_(asset));
     if (const Result<ImageSize> size = sizes_(as_byte_view(bytes), file); size.ok()) {
-      // The decoder's values beside the pixels, or beside encoded ones their linear form.
+      // The decoder's values together with the pixels, or encoded pixels together with their linear form.
       sum_.add(size->pixels * std::max<std::uint64_t>(2 * size->bytes_per_pixel, later),
                fmt::format("the {} \"{}\"", what, file));
     }

@@ -1,5 +1,5 @@
-// How much memory a scene will take while it is compiled and rendered, told from its document and the headers of its
-// assets, before anything is decoded.
+// An estimate of the memory that a scene needs to compile and render. It needs only the document and the headers of the
+// assets, not the decoded data.
 #pragma once
 
 #include <cstdint>
@@ -16,15 +16,14 @@ namespace lightmill {
 using ImageSizer = std::function<Result<ImageSize>(ByteView bytes, const std::string& name)>;
 
 struct SceneMemory {
-  std::uint64_t bytes = 0;      ///< at the highest point, the assets' files apart
-  std::uint64_t triangles = 0;  ///< that are held: instances of a mesh count once
-  std::string largest;          ///< what takes the most of it, by name
+  std::uint64_t bytes = 0;      ///< at the peak, without the assets' files
+  std::uint64_t triangles = 0;  ///< held; instances of a mesh count once
+  std::string largest;          ///< name of the largest part
   std::uint64_t largest_bytes = 0;
 };
 
-/// From 1.05 to 1.65 times what scenes with large meshes and images were seen to take (docs/evidence/speed.md). Errors
-/// of the asset source are passed on. Meshes and images that cannot be read count nothing: compiling says what is
-/// wrong.
+/// 1.05 to 1.65 times the measured memory of scenes with large meshes and images (docs/evidence/speed.md). Passes on
+/// errors of the asset source. Meshes and images that cannot be read count as 0: compiling reports them.
 Result<SceneMemory> estimate_memory(const Scene& scene, const CompiledScene::AssetSource& assets,
                                     const ImageSizer& sizes);
 

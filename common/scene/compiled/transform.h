@@ -12,7 +12,7 @@
 
 namespace lightmill {
 
-/// v times the power of two that brings its largest component near 1, so that no square of it under- or overflows.
+/// v times the power of two that brings its largest component near 1. Squares then neither underflow nor overflow.
 inline Vec3d near_one(const Vec3d& v) {
   const int exponent = std::ilogb(std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}));
   return {std::scalbn(v.x, -exponent), std::scalbn(v.y, -exponent), std::scalbn(v.z, -exponent)};
@@ -33,13 +33,13 @@ struct Affine {
   Vec3d operator()(const Vec3d& p) const { return identity ? p : linear * p + translation; }
   double determinant() const { return glm::determinant(linear); }
   bool mirrors() const { return determinant() < 0; }
-  /// Scale of lengths, for a similarity: the length of a column. Nothing that is not correctly rounded enters.
+  /// Scale of lengths of a similarity: the length of a column. Uses only correctly rounded operations.
   double similarity_scale() const {
     const Vec3d& x = linear[0];
     const int exponent = std::ilogb(std::max({std::abs(x.x), std::abs(x.y), std::abs(x.z)}));
     return std::scalbn(glm::length(near_one(x)), exponent);
   }
-  /// Maps normals (not to unit length), keeping them on the outer side of what is mirrored.
+  /// Maps normals, not to unit length. They stay on the outer side if the map mirrors.
   glm::dmat3 normal_matrix() const { return glm::transpose(glm::inverse(linear)); }
 };
 

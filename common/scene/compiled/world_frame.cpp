@@ -19,7 +19,7 @@ WorldFrame::WorldFrame(const Bounds& bounds) {
 }
 
 Vec3 WorldFrame::scaled_intensity(const Vec3& intensity) const {
-  constexpr double kLimit = 1e36;  // a sample that sees this is out of range anyway (SampleSums), but finite
+  constexpr double kLimit = 1e36;  // samples with this value are out of range anyway (SampleSums), but finite
   return Vec3(glm::min(Vec3d(intensity) * scale_ * scale_, Vec3d(kLimit)));
 }
 

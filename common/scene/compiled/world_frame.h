@@ -1,4 +1,4 @@
-// The frame that a scene is rendered in: recentred, and rescaled where it is very large or small.
+// The frame in which a scene is rendered: recentred, and rescaled if it is very large or small.
 #pragma once
 
 #include <limits>
@@ -18,9 +18,9 @@ struct Bounds {
   Vec3d size() const { return high - low; }
 };
 
-/// The frame's origin is the centre of all that is there, so that floats are spent on differences alone. Scenes that
-/// are very large or small are scaled by a power of two (which changes no bit of what is computed), so that squares
-/// of areas neither under- nor overflow.
+/// The frame's origin is the centre of the scene, so that floats hold only differences. Very large or small scenes are
+/// scaled by a power of two, so that squares of areas neither underflow nor overflow. This scale changes no bit of the
+/// results.
 class WorldFrame {
  public:
   WorldFrame() = default;
@@ -31,7 +31,7 @@ class WorldFrame {
   double scale() const { return scale_; }
   /// Diagonal of the bounds, in scene units.
   double extent() const { return extent_; }
-  /// Intensity is power per solid angle: distances scaled by s ask for s² times as much.
+  /// Intensity is power per solid angle. If distances are scaled by s, it is scaled by s².
   Vec3 scaled_intensity(const Vec3& intensity) const;
 
  private:

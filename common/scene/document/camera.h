@@ -11,9 +11,9 @@ struct Camera {
   Point3d eye{0, 0, 0};
   Point3d look_at{0, 0, -1};
   Point3d up{0, 1, 0};
-  double vertical_fov_degrees = 40;  ///< of the full film height; in (0, 180)
+  double vertical_fov_degrees = 40;  ///< over the full height of the film; in (0, 180)
   double lens_radius = 0;            ///< of a thin lens, scene units; 0: a pinhole
-  double focus_distance = 0;         ///< along the view, scene units; 0: that of look_at
+  double focus_distance = 0;         ///< along the view, scene units; 0: the distance of look_at
 };
 
 enum class FilterKind { box, tent, gaussian, blackman_harris };

@@ -1,4 +1,4 @@
-// Lights of a scene document that are no surfaces. Directions need not be unit vectors.
+// Lights of a scene document that are not surfaces. Directions need not be unit vectors.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 namespace lightmill {
 
 inline constexpr double kLeastCutoffDegrees = 1e-3;  ///< of a spot: half its opening
-inline constexpr double kMaxCosineExponent = 1e4;    ///< of cosⁿ: beyond, single precision knows no cosine so exact
+inline constexpr double kMaxCosineExponent = 1e4;    ///< n of cosⁿ; single precision has no cosine for larger ones
 
 /// Radiates equally in all directions.
 struct PointLight {
@@ -19,38 +19,38 @@ struct PointLight {
 };
 /// Parallel light from infinitely far away.
 struct DirectionalLight {
-  Point3d direction{0, -1, 0};  ///< in which the light travels
+  Point3d direction{0, -1, 0};  ///< direction of travel
   RgbColor irradiance;          ///< W/m² on a surface that faces it
 };
-/// A cone of light from a point: full within cutoff · (1 − blend), then falling off smoothly to zero at the cutoff.
+/// A cone of light from a point: full within cutoff · (1 − blend), then falling smoothly to zero at the cutoff.
 struct SpotLight {
   Point3d position{0, 0, 0};
   Point3d direction{0, -1, 0};
   RgbColor intensity;          ///< W/sr along the direction
   double cutoff_degrees = 45;  ///< half the cone's opening, in [kLeastCutoffDegrees, 180]
-  double blend = 0;            ///< share of the cone's opening that is falling off, in [0, 1]
+  double blend = 0;            ///< share of the cone's opening with falloff, in [0, 1]
 };
-/// A point whose intensity falls off with cosⁿ of the angle to its direction, and is zero behind.
+/// A point light whose intensity falls off with cosⁿ of the angle to its direction, and is zero behind it.
 struct CosinePowerLight {
   Point3d position{0, 0, 0};
   Point3d direction{0, -1, 0};
   RgbColor intensity;   ///< W/sr along the direction
   double exponent = 1;  ///< n, in [0, 10000]
 };
-/// A point whose intensity is measured: an LM-63 profile (common/lights/ies_profile.h).
+/// A point light with a measured intensity: an LM-63 profile (common/lights/ies_profile.h).
 struct IesLight {
   Point3d position{0, 0, 0};
-  Point3d direction{0, -1, 0};  ///< where vertical angle 0 of the profile points
-  Point3d up{1, 0, 0};          ///< towards horizontal angle 0; only its part across the direction counts
-  RgbColor color{1, 1, 1};      ///< only its channels' ratio counts
-  double scale = 1;             ///< times the profile's candelas
+  Point3d direction{0, -1, 0};  ///< direction of the profile's vertical angle 0
+  Point3d up{1, 0, 0};          ///< towards horizontal angle 0; only the part across `direction` counts
+  RgbColor color{1, 1, 1};      ///< only the ratio of its channels counts
+  double scale = 1;             ///< factor of the profile's candelas
   std::string file;             ///< as the document named it; for messages only
   Sha256 asset;                 ///< of the profile's file
 };
-/// Light from infinitely far away on all sides: of one colour, or an image of equal longitudes and latitudes whose top
-/// is at +y, whose centre at +x and whose right half begins towards +z.
+/// Light from infinitely far away on all sides: one colour, or an image in equal longitudes and latitudes. The top of
+/// the image is at +y, its centre at +x, and its right half begins towards +z.
 struct EnvironmentLight {
-  RgbColor radiance{1, 1, 1};   ///< W/(m² sr); times the image's values, where there is one
+  RgbColor radiance{1, 1, 1};   ///< W/(m² sr); multiplies the image, if there is one
   double rotation_degrees = 0;  ///< of the image about +y; positive turns +x towards −z
   std::string file;             ///< as the document named it; for messages only; empty without an image
   Sha256 asset;                 ///< of the image's file

@@ -1,4 +1,4 @@
-// Materials of a scene document, the textures that they name, and the media that fill closed shapes.
+// Materials of a scene document, their textures, and the media in closed shapes.
 #pragma once
 
 #include <cstdint>
@@ -13,26 +13,26 @@ namespace lightmill {
 
 inline constexpr double kMaxIor = 10;              ///< of a dielectric
 inline constexpr double kMaxComplexIndex = 1000;   ///< of a metal's n and k
-inline constexpr double kMaxPhongExponent = 1e6;   ///< beyond, single precision knows no direction so exact
+inline constexpr double kMaxPhongExponent = 1e6;   ///< single precision has no direction for larger ones
 inline constexpr double kMaxMeanCosine = 0.99;     ///< of a phase function
-inline constexpr double kMaxAbsorption = 0x1p100;  ///< per scene unit: lets nothing through
+inline constexpr double kMaxAbsorption = 0x1p100;  ///< per scene unit; opaque
 
-/// An image laid over surfaces by their texture coordinates (common/materials/texture.h).
+/// An image on surfaces, placed by their texture coordinates (common/materials/texture.h).
 struct TextureImage {
   std::string name;
   std::string file;  ///< as the document named it; for messages
-  Sha256 asset;      ///< of the file's bytes
+  Sha256 asset;      ///< of the file
   enum class Filter { nearest, bilinear } filter = Filter::bilinear;
   enum class Wrap { repeat, clamp } wrap = Wrap::repeat;
-  /// Whether colours are sRGB-encoded: as the file's format says (integers are, floats are not), or as told.
+  /// Whether colours are sRGB-encoded. `automatic` follows the file's format: integers are, floats are not.
   enum class ColorSpace { automatic, srgb, linear } color_space = ColorSpace::automatic;
-  std::array<double, 2> scale{1, 1};   ///< of the texture coordinates, before
+  std::array<double, 2> scale{1, 1};   ///< of the texture coordinates, applied before
   std::array<double, 2> offset{0, 0};  ///< is added
 };
 
 inline constexpr std::uint32_t kNoTexture = 0xffffffff;
 
-/// A colour that may vary over a surface: a factor, times a texture where there is one.
+/// A colour that may vary over a surface: a factor, times a texture if there is one.
 struct TexturedColor {
   RgbColor rgb;
   std::uint32_t texture = kNoTexture;  ///< index into Scene::textures
@@ -62,21 +62,21 @@ struct MirrorMaterial {
 };
 /// A dielectric: Fresnel reflection and refraction, total internal reflection.
 struct DielectricMaterial {
-  double ior = 1.5;      ///< of what is behind the outward normal, in (0, 10]; 1 means nothing is there
-  double roughness = 0;  ///< GGX's √α, in [0, 1]; 0 is smooth
+  double ior = 1.5;      ///< of the inside, in (0, 10]; 1: no refraction
+  double roughness = 0;  ///< √alpha of GGX, in [0, 1]; 0 is smooth
 };
-/// Phong's model, energy conserved: a diffuse part and a lobe about the mirror direction.
+/// Phong's model with energy conservation: a diffuse part and a lobe about the mirror direction.
 struct PhongMaterial {
   TexturedColor diffuse;   ///< albedo, each in [0, 1]
   TexturedColor specular;  ///< albedo at normal incidence; diffuse + specular <= 1 in each channel
   double exponent = 10;    ///< in [0, 1e6]
 };
-/// A metal by its complex index of refraction.
+/// A metal, given by its complex index of refraction.
 struct ConductorMaterial {
   RgbColor eta{0, 0, 0}, k{1, 1, 1};  ///< n and k per channel, each in [0, 1000], not both 0
-  double roughness = 0;               ///< GGX's √α, in [0, 1]; 0 is smooth
+  double roughness = 0;               ///< √alpha of GGX, in [0, 1]; 0 is smooth
 };
-/// Layers as in common/materials/principled.h.
+/// The layers are in common/materials/principled.h.
 struct PrincipledMaterial {
   TexturedColor base_color{0.8f, 0.8f, 0.8f};                              ///< each in [0, 1]
   double metallic = 0, roughness = 0.5, specular = 0.5, transmission = 0;  ///< each in [0, 1]
@@ -84,21 +84,21 @@ struct PrincipledMaterial {
   double coat = 0, coat_roughness = 0.03;                                  ///< each in [0, 1]
 };
 
-/// Shows the environment behind it, darkened by the shadows that the scene casts on it.
+/// A surface that shows the environment behind it, darkened by the scene's shadows.
 struct HoldoutMaterial {};
 
-/// What fills a closed shape of glass.
+/// The medium in a closed shape.
 struct Medium {
   RgbColor absorption;       ///< σ per scene unit, each in [0, kMaxAbsorption]: Bouguer's law exp(−σ · length)
-  RgbColor scattering = {};  ///< per scene unit, beside the absorption; each in [0, kMaxAbsorption]
+  RgbColor scattering = {};  ///< per scene unit, in addition to absorption; each in [0, kMaxAbsorption]
   double anisotropy = 0;     ///< mean cosine of scattering (Henyey-Greenstein), in ±kMaxMeanCosine
   friend bool operator==(const Medium&, const Medium&) = default;
 };
 
-/// What `Material::emission` states.
+/// The unit of `Material::emission`.
 enum class EmissionUnit {
   radiance,  ///< along the normal, W/(m² sr)
-  flux,      ///< W that all surfaces of the material radiate together
+  flux,      ///< W, radiated by all surfaces of the material together
 };
 
 struct Material {
@@ -106,24 +106,24 @@ struct Material {
   std::variant<DiffuseMaterial, MirrorMaterial, DielectricMaterial, PhongMaterial, ConductorMaterial,
                PrincipledMaterial, HoldoutMaterial>
       kind;
-  TexturedColor emission;           ///< zero where the material does not emit
-  bool two_sided_emission = false;  ///< else only on the side that the geometric normal points to
+  TexturedColor emission;           ///< zero if the material does not emit
+  bool two_sided_emission = false;  ///< if false, only on the side of the geometric normal
   Medium interior = {};             ///< of dielectrics and principled materials that transmit
-  std::int32_t priority = 0;        ///< where such materials overlap, the medium of the highest priority is there
+  std::int32_t priority = 0;        ///< where such materials overlap, the medium with the highest priority counts
   EmissionUnit emission_unit = EmissionUnit::radiance;
   double emission_exponent = 0;  ///< n: radiance falls off with cosⁿ of the angle to the normal; in [0, 10000]
-  ScalarMap roughness_map = {};  ///< of materials with a roughness above 0, which it multiplies
-  ScalarMap metallic_map = {};   ///< of principled materials, likewise
+  ScalarMap roughness_map = {};  ///< multiplies the roughness, of materials with one above 0
+  ScalarMap metallic_map = {};   ///< multiplies `metallic` of principled materials
   std::string light_group = {};  ///< of the emission; empty: none
 };
 
-/// Its colours that a texture may vary: its kind's, and its emission.
+/// The material's colours that may have a texture: those of its kind, and its emission.
 std::vector<const TexturedColor*> colors_of(const Material& material);
 
-/// Whether light passes into what is behind the surface: a dielectric, or a principled material that transmits.
+/// Whether light passes into the shape: a dielectric, or a principled material that transmits.
 bool is_boundary(const Material& material);
 
-/// σ = 1/ρ − 1 of each component in [0, 1]; kMaxAbsorption where that is more.
+/// σ = 1/ρ − 1 of each component in [0, 1], at most kMaxAbsorption.
 RgbColor absorption_of_color(const RgbColor& color);
 
 }  // namespace lightmill

@@ -23,7 +23,7 @@ struct PatchMeter {
 };
 struct RadianceMeter {
   Point3d point{0, 0, 0};
-  Point3d direction{0, 0, -1};  ///< where it looks
+  Point3d direction{0, 0, -1};  ///< viewing direction
 };
 struct FluxMeter {
   Patch patch;
@@ -33,7 +33,7 @@ struct Meter {
   std::variant<IrradianceMeter, PatchMeter, RadianceMeter, FluxMeter> kind;
 };
 
-/// The patch of a patch or flux meter; null for others.
+/// The patch of a patch meter or flux meter. Null for other meters.
 inline const Patch* patch_of(const Meter& meter) {
   if (const auto* mean = std::get_if<PatchMeter>(&meter.kind)) {
     return &mean->patch;

@@ -1,4 +1,4 @@
-// Objects of a scene document: a shape, its material, and where it stands.
+// Objects of a scene document: shape, material and place.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace lightmill {
 
-/// An indexed triangle mesh kept as an asset (common/scene/mesh.h).
+/// An indexed triangle mesh, stored as an asset (common/scene/mesh.h).
 struct MeshShape {
   std::string file;  ///< as the document named it; for messages only
   Sha256 asset;      ///< of the encoded mesh
@@ -22,7 +22,7 @@ struct SphereShape {
   bool normal_inward = false;  ///< the geometric normal points to the centre (an enclosing, inward-emitting sphere)
 };
 
-/// Without end; texture coordinates are distances from `point` along its tangents (common/math/vec.h, Frame8).
+/// An infinite plane. Texture coordinates are distances from `point` along its tangents (common/math/vec.h, Frame8).
 struct PlaneShape {
   Point3d point{0, 0, 0};
   Point3d normal{0, 1, 0};  ///< need not be a unit vector
@@ -40,7 +40,7 @@ struct Object {
   std::string name;
   std::uint32_t material = 0;  ///< index into Scene::materials
   std::variant<MeshShape, SphereShape, PlaneShape, TriangleShape> shape;
-  /// Invertible; of a sphere a similarity. Objects that share a mesh share its memory.
+  /// Invertible. For a sphere, a similarity. Objects that share a mesh share its memory.
   Transform transform = kIdentityTransform;
 };
 

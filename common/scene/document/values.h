@@ -1,4 +1,4 @@
-// Points and colours of the scene document. Lengths are in scene units (metres where it matters), angles in degrees.
+// Points and colours of the scene document. Lengths are in scene units (metres if it matters), angles in degrees.
 #pragma once
 
 #include <array>
@@ -7,9 +7,9 @@ namespace lightmill {
 
 using Point3d = std::array<double, 3>;  ///< x, y, z
 
-inline constexpr double kMaxCoordinate = 1e12;  ///< of any point, in scene units: single precision must hold squares
+inline constexpr double kMaxCoordinate = 1e12;  ///< of any point, scene units: squares must fit into single precision
 
-/// Linear RGB with Rec. 709 primaries. Another kind (a spectrum) could join as an alternative in the schema.
+/// Linear RGB with Rec. 709 primaries. The schema has room for other kinds, such as a spectrum.
 struct RgbColor {
   float r = 0, g = 0, b = 0;
   friend bool operator==(const RgbColor&, const RgbColor&) = default;

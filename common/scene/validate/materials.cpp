@@ -50,7 +50,7 @@ Status check_principled(const std::string& path, const PrincipledMaterial& m) {
   return check_ior(path + ".ior", m.ior);
 }
 
-/// 0 of materials that have none.
+/// 0 for materials without roughness.
 double roughness_of(const Material& material) {
   return std::visit(
       [](const auto& m) {
@@ -130,18 +130,18 @@ Status check_material(const std::string& path, const Material& material) {
   LM_RETURN_IF_ERROR(check_kind(path, material));
   LM_RETURN_IF_ERROR(check_range(path + ".emission_exponent", material.emission_exponent, 0, kMaxCosineExponent));
   if (material.emission_unit == EmissionUnit::flux && material.emission.texture != kNoTexture) {
-    return invalid_argument("{}.emission_flux: cannot vary by a texture", path);
+    return invalid_argument("{}.emission_flux: cannot have a texture", path);
   }
   LM_RETURN_IF_ERROR(check_group(path + ".light_group", material.light_group));
   return check_power(path + ".emission", material.emission.rgb);
 }
 
 std::string describe_unknown_material(std::string_view name, const std::vector<Material>& materials) {
-  std::string text = fmt::format("unknown material \"{}\"; ", name);
+  std::string text = fmt::format("unknown material \"{}\". ", name);
   if (materials.empty()) {
-    return text + "there are none";
+    return text + "There are no materials";
   }
-  text += "the materials are ";
+  text += "Known materials: ";
   constexpr std::size_t kShown = 20;
   for (std::size_t i = 0; i < std::min(materials.size(), kShown); ++i) {
     text += (i > 0 ? ", " : "") + materials[i].name;

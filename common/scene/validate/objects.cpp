@@ -5,7 +5,7 @@
 namespace lightmill {
 namespace {
 
-/// Columns of the linear part must span space, and of a sphere be orthogonal and of one length.
+/// The columns of the linear part must span space. For a sphere they must be orthogonal and equally long.
 Status check_transform(const std::string& path, const Object& object) {
   const Transform& t = object.transform;
   for (const auto& row : t) {
@@ -36,7 +36,7 @@ Status check_transform(const std::string& path, const Object& object) {
 }  // namespace
 
 bool spans_space(const Transform& t) {
-  constexpr double kShortest = 1e-30;  // volumes below its cube would leave the range of numbers
+  constexpr double kShortest = 1e-30;  // smaller volumes would underflow
   std::array<Point3d, 3> axes{};
   for (std::size_t i = 0; i < 3; ++i) {
     const double length = std::hypot(t[0][i], t[1][i], t[2][i]);

@@ -12,7 +12,7 @@ namespace lightmill {
 
 /// Finite and within kMaxCoordinate.
 Status check_point(std::string_view path, const Point3d& point);
-/// Like a point, and not zero.
+/// Checked like a point, and not zero.
 Status check_direction(std::string_view path, const Point3d& direction);
 /// In [low, high].
 Status check_range(const std::string& path, double value, double low, double high);
@@ -20,18 +20,18 @@ Status check_range(const std::string& path, double value, double low, double hig
 Status check_components(const std::string& path, const RgbColor& color, double limit);
 /// Each component in [0, 1e20].
 Status check_power(const std::string& path, const RgbColor& color);
-/// To about 1e-6; so is a vector of length zero.
+/// With a tolerance of about 1e-6. A vector of length zero is parallel to all.
 bool are_parallel(const Point3d& a, const Point3d& b);
-/// Not among `names`, which it joins. `what` bears the name.
+/// Fails if `name` is among `names`, else adds it. `what` is the kind of thing that has the name.
 Status check_new_name(std::set<std::string_view>& names, const std::string& path, const std::string& name,
                       std::string_view what);
-/// Of a light group: empty, or a name.
+/// A light group: empty, or a valid name.
 Status check_group(const std::string& path, const std::string& group);
 
 Status check_film(const FilmSettings& film);
 Status check_texture(const std::string& path, const TextureImage& texture);
 Status check_material(const std::string& path, const Material& material);
-/// `materials`: how many the scene has.
+/// `materials`: number of the scene's materials.
 Status check_object(const std::string& path, const Object& object, std::size_t materials);
 Status check_lights(const std::vector<Light>& lights);
 Status check_meters(const std::vector<Meter>& meters);

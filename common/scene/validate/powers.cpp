@@ -11,7 +11,7 @@ bool has_area(const Point3d& a, const Point3d& b, const Point3d& c) {
   return u[1] * v[2] != u[2] * v[1] || u[2] * v[0] != u[0] * v[2] || u[0] * v[1] != u[1] * v[0];
 }
 
-/// In the shape's own coordinates: a transform, which is invertible, leaves no area none.
+/// In the shape's own coordinates, because an invertible transform keeps an area above zero.
 Result<bool> has_area(const Object& object, const SceneAssets& assets) {
   if (const auto* triangle = std::get_if<TriangleShape>(&object.shape)) {
     return has_area(triangle->a, triangle->b, triangle->c);
@@ -28,7 +28,7 @@ Result<bool> has_area(const Object& object, const SceneAssets& assets) {
 }  // namespace
 
 Status check_powers(const Scene& scene, const SceneAssets& assets) {
-  std::map<std::uint32_t, bool> radiates;  ///< by material with a power: whether a surface of it has an area
+  std::map<std::uint32_t, bool> radiates;  ///< by material with a power: whether one of its surfaces has an area
   for (const Object& object : scene.objects) {
     const Material& material = scene.materials[object.material];
     if (material.emission_unit == EmissionUnit::flux && material.emission != TexturedColor{} &&
@@ -39,8 +39,8 @@ Status check_powers(const Scene& scene, const SceneAssets& assets) {
   for (const auto& [index, any] : radiates) {
     if (!any) {
       return invalid_argument(
-          "materials[{}]: \"{}\" states a power (emission_flux, or emission_strength in watt or lumen), which needs a "
-          "surface to radiate it, and those that it is used for have no area",
+          "materials[{}]: \"{}\" states a power (emission_flux, or emission_strength in watt or lumen), but "
+          "its surfaces have no area",
           index, printable(scene.materials[index].name));
     }
   }

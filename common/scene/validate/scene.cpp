@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-/// What is without end cannot share a flux.
+/// An infinite plane cannot share a flux.
 Status check_planes(const Scene& scene) {
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const Object& object = scene.objects[i];
@@ -17,15 +17,15 @@ Status check_planes(const Scene& scene) {
         material.emission != TexturedColor{}) {
       return invalid_argument(
           "objects[{}].plane: its material \"{}\" states a flux (materials[{}].emission_flux, or a strength in watt or "
-          "lumen), which a plane without end cannot have; state radiance or watts per square metre",
+          "lumen), which an infinite plane cannot have: give radiance or watts per square metre",
           i, printable(material.name), object.material);
     }
   }
   return ok_status();
 }
 
-/// Holdouts compare light with shadows to light without; the latter is known only of lights that are sampled, and by a
-/// formula only of those that are Lambertian.
+/// Holdouts compare light with and without shadows. Light without shadows is known only for lights that are sampled.
+/// Its formula holds only for Lambertian ones.
 Status check_holdouts(const Scene& scene) {
   const auto holdout = std::ranges::find_if(scene.objects, [&](const Object& object) {
     return std::holds_alternative<HoldoutMaterial>(scene.materials[object.material].kind);
@@ -41,12 +41,12 @@ Status check_holdouts(const Scene& scene) {
     }
     const auto refused = [&](std::string_view field, std::string_view what) {
       return invalid_argument(
-          "materials[{}]{}: \"{}\", of objects[{}], emits {}, which has no place in a scene with a holdout "
+          "materials[{}]{}: \"{}\", of objects[{}], emits {}, which is not possible in a scene with a holdout "
           "(objects[{}])",
           object.material, field, printable(material.name), i, what, holdout - scene.objects.begin());
     };
     if (material.emission.texture != kNoTexture) {
-      return refused(".emission", "by a texture");
+      return refused(".emission", "with a texture");
     }
     if (material.emission_exponent != 0) {
       return refused(".emission_exponent", "with an exponent");

@@ -17,7 +17,7 @@ constexpr std::array<std::string_view, 10> kKnownExtensions{
     "KHR_materials_unlit",  "KHR_materials_volume",    "KHR_texture_transform",
     "KHR_mesh_quantization"};
 
-constexpr std::size_t kMaxNamed = 100;  ///< extensions that a file uses without listing them
+constexpr std::size_t kMaxNamed = 100;  ///< unlisted extensions of a file that are named
 
 bool is_known(std::string_view extension) {
   return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), extension) != kKnownExtensions.end();
@@ -38,7 +38,7 @@ struct PointBox {
   }
 };
 
-/// Looks at a box from the front, the right and above, so that its bounding sphere fills the view.
+/// A camera that sees a box from the front, the right and above. The box's bounding sphere fills the view.
 Camera camera_for(const PointBox& box) {
   constexpr double kFovDegrees = 40, kSineOfHalf = 0.3420201433256687;
   const Point3d center{(box.low[0] + box.high[0]) / 2, (box.low[1] + box.high[1]) / 2, (box.low[2] + box.high[2]) / 2};
@@ -91,7 +91,7 @@ class GltfScene {
     const JsonNode required = data_.root()["extensionsRequired"], used = data_.root()["extensionsUsed"];
     for (std::size_t i = 0; i < required.size(); ++i) {
       if (const std::string name = required.at(i).text(); !is_known(name)) {
-        required.at(i).fail(fmt::format("{} is not supported, and the file cannot be read without", name));
+        required.at(i).fail(fmt::format("the file requires {}, which is not supported", name));
       }
     }
     for (std::size_t i = 0; i < used.size(); ++i) {
@@ -99,7 +99,7 @@ class GltfScene {
         notices_.left_out(fmt::format("extension {}", name));
       }
     }
-    // Those that stand in the file without being listed.
+    // Extensions in the file that are not listed.
     std::size_t named = 0;
     for (const std::string& name : data_.extensions()) {
       if (!is_known(name) && named < kMaxNamed) {
@@ -120,7 +120,7 @@ class GltfScene {
       loaded_.cameras.push_back(*std::move(camera));
     }
     if (placed.node["skin"].present()) {
-      notices_.left_out("skins (meshes stand as they were modelled)");
+      notices_.left_out("skins (meshes keep their modelled pose)");
     }
   }
 
@@ -143,7 +143,7 @@ class GltfScene {
     }
   }
 
-  /// The primitives of a mesh as assets; read once for all that stand in the scene.
+  /// The primitives of a mesh as assets. They are read once for all instances.
   const std::vector<Part>& parts_of(const JsonNode& mesh) {
     const auto [found, added] = meshes_.try_emplace(mesh.path());
     if (!added) {
@@ -183,13 +183,13 @@ class GltfScene {
       names += fmt::format(" and {} more", flat_.size() - kShown);
     }
     if (!flat_.empty()) {
-      notices_.left_out("objects that are scaled to nothing: " + names);
+      notices_.left_out("objects with a scale of 0: " + names);
     }
   }
 
   void choose_camera() {
     if (loaded_.cameras.empty()) {
-      notices_.once("the file has no camera: all of it is seen from the front, from above and from the right");
+      notices_.once("the file has no camera: one was added that sees all of it from the front, above and right");
       loaded_.scene.camera = camera_for(box_);
       return;
     }
@@ -200,7 +200,7 @@ class GltfScene {
     const auto& materials = loaded_.scene.materials;
     if (loaded_.scene.lights.empty() && std::none_of(materials.begin(), materials.end(),
                                                      [](const Material& m) { return m.emission.rgb != RgbColor{}; })) {
-      notices_.once("nothing in the file emits light: it stands in an even white sky");
+      notices_.once("nothing in the file emits light: an even white sky was added");
       loaded_.scene.lights.push_back({"sky", EnvironmentLight{}});
     }
   }
@@ -211,7 +211,7 @@ class GltfScene {
   Notices notices_;
   GltfMaterials materials_;
   std::map<std::string, std::vector<Part>> meshes_;
-  std::vector<std::string> flat_;  ///< nodes that are scaled to nothing; it hides what stands there
+  std::vector<std::string> flat_;  ///< nodes with scale 0; this hides everything in them
   PointBox box_;
 };
 

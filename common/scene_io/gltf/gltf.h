@@ -1,4 +1,4 @@
-// glTF 2.0 scenes, as text (.gltf) and binary (.glb).
+// Reader of glTF 2.0 scenes, as text (.gltf) and binary (.glb).
 #pragma once
 
 #include "common/scene_io/gltf/gltf_data.h"
@@ -7,9 +7,9 @@
 namespace lightmill {
 
 /// Reads a glTF file: the nodes of its scene with their meshes (instances share theirs), materials (gltf_materials.h),
-/// embedded and other images, punctual lights, and perspective cameras, of which the first is the scene's. A file
-/// without a camera gets one that sees all of it, and, if `light_the_dark`, one in which nothing emits light an even
-/// white sky; notices say so, and what was left out. Errors read "model.gltf: accessors[3].count: …".
+/// images inside and outside the file, punctual lights and perspective cameras. The first camera is the scene's.
+/// Without a camera, the scene gets one that sees all of it. If nothing emits light and `light_the_dark` is set, it
+/// gets an even white sky. Notices report both, and what was left out. Errors read "model.gltf: accessors[3].count: …".
 Result<LoadedScene> read_gltf(std::string bytes, const std::string& file_name, bool light_the_dark, FileSource files);
 
 }  // namespace lightmill

@@ -1,4 +1,4 @@
-// Of GltfData: buffer views and accessors.
+// Buffer views and accessors of GltfData.
 #include <cmath>
 
 #include "common/base/check.h"
@@ -7,8 +7,7 @@
 namespace lightmill {
 namespace {
 
-/// An accessor may have no data of its own: it is zeros then, which cost no byte of the file. All of them together may
-/// have so many elements.
+/// The most elements of all accessors without data together. Such accessors are zeros, which cost no byte of the file.
 constexpr std::uint64_t kMaxMadeOfNothing = 4'000'000;
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 31;
 
@@ -73,14 +72,14 @@ std::string_view type_name(std::size_t components) {
 
 }  // namespace
 
-/// Elements in a buffer.
+/// Elements of an accessor in a buffer.
 struct GltfData::Accessor {
   std::string_view bytes;  ///< from the first element; empty if there is no data
   std::size_t stride = 0;  ///< bytes from element to element
   std::size_t count = 0;
   std::uint64_t type = 0;  ///< of the components
   bool normalized = false;
-  // What replaces elements:
+  // Sparse values:
   std::vector<std::uint32_t> replaced;
   std::string_view replacements;  ///< tightly packed
 };
@@ -103,8 +102,8 @@ std::string_view GltfData::view(const JsonNode& index) const {
   return bytes.substr(offset, length);
 }
 
-/// Finds `count` elements in a buffer view; `at` says where in it they begin. A stride of 0 means that the view says
-/// it, or that they are tightly packed.
+/// Finds `count` elements in a buffer view. `at` has their offset in it. With a stride of 0 the view's stride counts,
+/// else they are tightly packed.
 bool GltfData::find_elements(const JsonNode& at, const JsonNode& view_index, std::size_t count,
                              std::size_t element_bytes, std::size_t stride, Accessor& out) const {
   const std::string_view bytes = view(view_index);
@@ -195,7 +194,7 @@ std::vector<std::array<double, n>> GltfData::vectors(const JsonNode& index,
   return read<n>(accessor(index, n), &which);
 }
 
-/// The elements `which`, else all.
+/// Reads the elements `which`, or all if it is null.
 template <std::size_t n>
 std::vector<std::array<double, n>> GltfData::read(const Accessor& from,
                                                   const std::span<const std::uint32_t>* which) const {

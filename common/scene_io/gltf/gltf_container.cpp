@@ -1,4 +1,4 @@
-// Of GltfData: the container, its buffers and uris.
+// The container of GltfData, with its buffers and uris.
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -58,7 +58,7 @@ Result<Chunks> read_glb(std::string_view bytes) {
   return chunks;
 }
 
-/// Base64 (RFC 4648), with or without padding; nothing if it is none.
+/// Decodes base64 (RFC 4648), with or without padding. Nothing if it is invalid.
 std::optional<std::string> decode_base64(std::string_view text) {
   while (text.ends_with('=')) {
     text.remove_suffix(1);
@@ -97,7 +97,7 @@ int hex_digit(char c) {
                                 : -1;
 }
 
-/// A relative reference with its %20 and the like decoded (RFC 3986).
+/// Decodes %20 and the like in a relative reference (RFC 3986).
 std::string decode_percent(std::string_view uri) {
   std::string out;
   for (std::size_t i = 0; i < uri.size(); ++i) {
@@ -132,7 +132,7 @@ Result<std::unique_ptr<GltfData>> GltfData::open(std::string bytes, const std::s
     asset["version"].fail(fmt::format("glTF 2.0 is expected, got \"{}\"", version));
   }
   if (const JsonNode least = asset["minVersion"]; least.present() && least.text() != "2.0") {
-    least.fail(fmt::format("what 2.0 has is read, and the file asks for \"{}\"", least.text()));
+    least.fail(fmt::format("only glTF 2.0 is supported, the file needs \"{}\"", least.text()));
   }
   data->load_buffers();
   LM_RETURN_IF_ERROR(data->status());
@@ -176,7 +176,7 @@ Status GltfData::parse() {
   try {
     *json_ = nlohmann::json::parse(text);
   } catch (const nlohmann::json::exception& error) {
-    // It reads "[json.exception.parse_error.101] parse error at line 1, column 1: …".
+    // The text is "[json.exception.parse_error.101] parse error at line 1, column 1: …".
     std::string_view what = error.what();
     what.remove_prefix(what.find("] ") == what.npos ? 0 : what.find("] ") + 2);
     constexpr std::string_view kPlaced = "parse error";
@@ -211,7 +211,7 @@ JsonNode GltfData::element(std::string_view what, const JsonNode& index) const {
 
 void GltfData::load_buffers() {
   const JsonNode list = root()["buffers"];
-  owned_.reserve(list.size());  // views of its strings are kept
+  owned_.reserve(list.size());  // views of its strings are stored
   for (std::size_t i = 0; i < list.size() && status().ok(); ++i) {
     const JsonNode buffer = list.at(i);
     const std::uint64_t length = buffer["byteLength"].whole(0, 1, std::uint64_t{1} << 40);

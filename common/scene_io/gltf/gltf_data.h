@@ -1,4 +1,4 @@
-// A glTF file's JSON and binary data: what is said, and the numbers that accessors name.
+// A glTF file's JSON, its binary data, and the numbers of its accessors.
 #pragma once
 
 #include <functional>
@@ -11,40 +11,40 @@
 
 namespace lightmill {
 
-/// Reads a file that a glTF file names, relative to it; an error says why not.
+/// Reads a file that a glTF file names by a relative path. An error says why it failed.
 using FileSource = std::function<Result<std::string>(const std::string& relative_path)>;
 
-/// An opened glTF 2.0 file: JSON, or GLB with its binary chunk. Buffers and images are those within the file, base64 of
-/// data URIs, or other files.
+/// An opened glTF 2.0 file: JSON, or GLB with its binary chunk. Buffers and images are in the file, in base64 data
+/// URIs, or in other files.
 class GltfData {
  public:
-  /// `file_name` is for messages, which read "model.gltf: accessors[3].count: what is expected, what is there".
+  /// `file_name` is for messages: "model.gltf: accessors[3].count: what is expected, what is there".
   static Result<std::unique_ptr<GltfData>> open(std::string bytes, const std::string& file_name, FileSource files);
   ~GltfData();
 
   JsonNode root() const;
-  /// The names of all extensions that stand anywhere in the file, sorted. Extras are not looked into, nor textures,
-  /// whose extensions only bring other images.
+  /// The names of all extensions in the file, sorted. Extras are skipped. So are textures, whose extensions only add
+  /// other images.
   std::vector<std::string> extensions() const;
-  /// The first mistake so far, with the file's name.
+  /// The first error so far, with the file's name.
   Status status() const;
-  /// The element of the root's list `what` that this index names; not present if the index is missing or wrong.
+  /// The element of the root's list `what` with this index. Not present if the index is missing or wrong.
   JsonNode element(std::string_view what, const JsonNode& index) const;
 
-  /// The elements of the accessor that `index` names, as vectors of `n` numbers (n = 1: SCALAR): integers that are
-  /// normalized come as [0, 1] or [−1, 1], all others as they are. Sparse values are put in. Empty after a mistake.
+  /// The elements of the accessor `index`, as vectors of `n` numbers (n = 1: SCALAR). Normalized integers become [0, 1]
+  /// or [−1, 1]. Sparse values are applied. Empty after an error.
   template <std::size_t n>
   std::vector<std::array<double, n>> vectors(const JsonNode& index) const;
-  /// The same of the elements `which`, whose numbers ascend and are below the accessor's count.
+  /// Only the elements `which`, which must ascend and be below the accessor's count.
   template <std::size_t n>
   std::vector<std::array<double, n>> vectors(const JsonNode& index, std::span<const std::uint32_t> which) const;
-  /// How many elements the accessor that `index` names has. 0 after a mistake.
+  /// The number of elements of the accessor `index`. 0 after an error.
   std::size_t count(const JsonNode& index) const;
-  /// The elements of a SCALAR accessor of unsigned integers. Empty after a mistake.
+  /// The elements of a SCALAR accessor of unsigned integers. Empty after an error.
   std::vector<std::uint32_t> indices(const JsonNode& index) const;
-  /// The bytes of a buffer view. Empty after a mistake.
+  /// The bytes of a buffer view. Empty after an error.
   std::string_view view(const JsonNode& index) const;
-  /// The bytes that a uri names. Empty after a mistake.
+  /// The bytes that a uri names. Empty after an error.
   std::string uri_bytes(const JsonNode& uri) const;
 
  private:
@@ -64,10 +64,10 @@ class GltfData {
   std::unique_ptr<nlohmann::json> json_;
   std::string_view binary_chunk_;
   bool has_binary_chunk_ = false;
-  std::vector<std::string> owned_;         ///< buffers from elsewhere
-  std::vector<std::string_view> buffers_;  ///< each as long as its byteLength
+  std::vector<std::string> owned_;         ///< buffers outside the file
+  std::vector<std::string_view> buffers_;  ///< each with its byteLength
   mutable FirstError errors_;
-  mutable std::uint64_t made_of_nothing_ = 0;  ///< elements of accessors without data, so far
+  mutable std::uint64_t made_of_nothing_ = 0;  ///< elements of accessors without data so far
 };
 
 }  // namespace lightmill

@@ -7,10 +7,10 @@
 
 namespace lightmill {
 
-/// The light of a node (KHR_lights_punctual), if it has one. Candelas and lux become W/sr and W/m² by 683 lm/W.
+/// The light of a node (KHR_lights_punctual), if it has one. 683 lm/W converts candelas and lux to W/sr and W/m².
 std::optional<Light> read_light(const GltfData& data, const PlacedNode& placed, Notices& notices);
 
-/// The camera of a node, if it has a perspective one.
+/// The camera of a node, if it has a perspective camera.
 std::optional<NamedCamera> read_camera(const GltfData& data, const PlacedNode& placed, Notices& notices);
 
 }  // namespace lightmill

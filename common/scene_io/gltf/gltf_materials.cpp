@@ -12,7 +12,7 @@ RgbColor to_rgb(const std::array<double, 3>& c, double scale = 1) {
   return {static_cast<float>(c[0] * scale), static_cast<float>(c[1] * scale), static_cast<float>(c[2] * scale)};
 }
 
-/// What an image's first bytes say that it is, as a file's ending; nothing if they are of neither kind that glTF has.
+/// The file ending for an image, from its first bytes. Nothing if it is not of a kind that glTF allows.
 std::optional<std::string_view> ending_of(std::string_view bytes) {
   if (bytes.starts_with("\x89PNG")) {
     return ".png";
@@ -97,7 +97,7 @@ PrincipledMaterial GltfMaterials::principled(const JsonNode& from, Medium& inter
   out.transmission = extensions["KHR_materials_transmission"]["transmissionFactor"].number(0, 0, 1);
   set_gloss(extensions, out);
   if (out.transmission == 0 || (out.metallic == 1 && !base["metallicRoughnessTexture"].present())) {
-    return out;  // nothing gets in
+    return out;  // no light gets in
   }
   const JsonNode volume = extensions["KHR_materials_volume"];
   const double thickness = volume["thicknessFactor"].number(0, 0, JsonNode::kAnything);
@@ -111,14 +111,14 @@ PrincipledMaterial GltfMaterials::principled(const JsonNode& from, Medium& inter
   return out;
 }
 
-/// A factor and a colour multiply what the index of refraction says; programs say a grey by the colour too. An index of
-/// 0 reflects all light (KHR_materials_ior), but for what these leave of it.
+/// A factor and a colour multiply the reflectance of the index of refraction. Some programs write a grey as the colour.
+/// An index of 0 reflects all light (KHR_materials_ior), times these two.
 void GltfMaterials::set_gloss(const JsonNode& extensions, PrincipledMaterial& out) {
   const JsonNode specular = extensions["KHR_materials_specular"];
   const double factor = specular["specularFactor"].number(1, 0, 1);
   const auto color = specular["specularColorFactor"].numbers<3>({1, 1, 1}, 0, 1e6);
   if (color[0] != color[1] || color[1] != color[2]) {
-    notices_.once("coloured highlights of plastic are rendered in white, as bright on the mean");
+    notices_.once("coloured highlights of plastic are rendered in white, with the same mean");
   }
   const double mean = (color[0] + color[1] + color[2]) / 3;
   out.specular = std::min(factor * mean / 2, 1.0);
@@ -131,7 +131,7 @@ void GltfMaterials::set_gloss(const JsonNode& extensions, PrincipledMaterial& ou
     out.ior = 1.5;
     return;
   }
-  // The index of this reflectance at normal incidence; what the largest one lacks is made up for by `specular`.
+  // The index with this reflectance at normal incidence. `specular` adds what the largest index lacks.
   const double root = std::min(std::sqrt(std::min(mean, 1.0)), (kMaxIor - 1) / (kMaxIor + 1));
   out.ior = std::min((1 + root) / (1 - root), kMaxIor);
   out.specular = root > 0 ? factor * std::min(mean, 1.0) / (2 * root * root) : 0;
@@ -166,7 +166,7 @@ std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSp
     return kNoTexture;
   }
   if (const JsonNode extensions = from["extensions"]; !from["source"].present() && !extensions.keys().empty()) {
-    std::string_view extension = "extensions that are not known";
+    std::string_view extension = "unknown extensions";
     for (const char* name : {"KHR_texture_basisu", "EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds"}) {
       extension = extensions[name].present() ? name : extension;
     }
@@ -191,14 +191,14 @@ std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSp
   const auto scale = transform["scale"].numbers<2>({1, 1}, -1e6, 1e6);
   const auto offset = transform["offset"].numbers<2>({0, 0}, -1e6, 1e6);
   out.scale = scale;
-  out.offset = {offset[0], 1 - scale[1] - offset[1]};  // as our v is 1 − theirs
+  out.offset = {offset[0], 1 - scale[1] - offset[1]};  // our v is 1 − glTF's v
   if (transform["rotation"].number(0) != 0) {
     notices_.left_out("rotations of textures");
   }
   const JsonNode set_of = transform["texCoord"].present() ? transform["texCoord"] : info["texCoord"];
   const std::uint64_t set = set_of.whole(0, 0, 1000);
   if (texture_set_.value_or(set) != set) {
-    notices_.left_out("textures that lie by other coordinates than the first one of their material");
+    notices_.left_out("textures with other texture coordinates than the first texture of their material");
     return kNoTexture;
   }
   const std::optional<Sha256> asset = image(data_.element("images", from["source"]), out.file);

@@ -11,20 +11,20 @@
 
 namespace lightmill {
 
-/// Maps a file's materials, each once, as it is asked for: metallic-roughness with transmission, volume, ior,
-/// clearcoat, specular and emissive strength becomes a principled material; unlit ones emit their colour. Emission 1 is
-/// a radiance of 1 W/(m² sr), as programs that write glTF mean it. What is not rendered is a notice.
+/// Converts a file's materials, each once, on demand. Metallic-roughness with transmission, volume, ior, clearcoat,
+/// specular and emissive strength becomes a principled material. Unlit materials emit their colour. Emission 1 is a
+/// radiance of 1 W/(m² sr), as programs that write glTF mean it. Unsupported parts give notices.
 class GltfMaterials {
  public:
-  /// Materials, textures and images go to `loaded`; `file_name` is for errors of images that show later.
+  /// Materials, textures and images go to `loaded`. `file_name` is for later errors of images.
   GltfMaterials(const GltfData& data, const std::string& file_name, LoadedScene& loaded, Notices& notices)
       : data_(data), file_name_(file_name), loaded_(loaded), notices_(notices) {}
 
   struct Used {
     std::uint32_t material = 0;                ///< index into the scene's materials
-    std::optional<std::uint64_t> texture_set;  ///< of texture coordinates; nothing if it has no texture
+    std::optional<std::uint64_t> texture_set;  ///< of texture coordinates; nothing without a texture
   };
-  /// The material that `index` names; the default one if it is missing.
+  /// The material `index`. The default material if it is missing.
   Used use(const JsonNode& index);
 
  private:
@@ -32,7 +32,7 @@ class GltfMaterials {
   PrincipledMaterial principled(const JsonNode& from, Medium& interior);
   void set_gloss(const JsonNode& extensions, PrincipledMaterial& out);
   void say_left_out(const JsonNode& from);
-  /// The texture that a textureInfo names, decoded as said; kNoTexture if there is none.
+  /// The texture of a textureInfo, decoded in this colour space. kNoTexture if there is none.
   std::uint32_t texture(const JsonNode& info, TextureImage::ColorSpace color_space);
   std::optional<Sha256> image(const JsonNode& image, std::string& file);
   std::string unique_name(std::string name, std::string_view fallback);
@@ -41,12 +41,12 @@ class GltfMaterials {
   const std::string& file_name_;
   LoadedScene& loaded_;
   Notices& notices_;
-  std::map<std::string, Used> used_;               ///< by the index as it is written
-  std::map<std::string, std::uint32_t> textures_;  ///< by all that makes them what they are
+  std::map<std::string, Used> used_;               ///< by index, as written
+  std::map<std::string, std::uint32_t> textures_;  ///< by all their properties
   std::map<std::string, std::pair<Sha256, std::string>> images_;
   std::set<std::string, std::less<>> names_;
-  std::map<std::string, int> numbers_;        ///< the last that was put behind a name
-  std::optional<std::uint64_t> texture_set_;  ///< of the material that is being mapped
+  std::map<std::string, int> numbers_;        ///< the last number that was appended to a name
+  std::optional<std::uint64_t> texture_set_;  ///< of the current material
 };
 
 }  // namespace lightmill

@@ -29,7 +29,7 @@ std::vector<std::array<std::uint32_t, 3>> triangles_of(std::uint64_t mode, const
   return out;
 }
 
-/// The unit normal of a vertex that has a normal of no length: of the first triangle at it that has a direction.
+/// The unit normal of a vertex whose own normal has no length: that of its first triangle with an area.
 std::array<float, 3> normal_at(const Mesh& mesh, std::uint32_t vertex) {
   for (const auto& t : mesh.triangles) {
     if (t[0] != vertex && t[1] != vertex && t[2] != vertex) {
@@ -46,21 +46,21 @@ std::array<float, 3> normal_at(const Mesh& mesh, std::uint32_t vertex) {
   return {0, 0, 1};
 }
 
-/// The vertices of a primitive: those of its accessors that its triangles have as corners. Primitives often share
-/// accessors, each using a few of their elements.
+/// The vertices of a primitive: the accessors' elements that its triangles use. Primitives often share accessors and
+/// use few of their elements each.
 struct Vertices {
   std::size_t count = 0;            ///< of elements in each accessor
   std::vector<std::uint32_t> used;  ///< which of them, ascending
 };
 
-/// The vertices that corners name, ascending; the corners then name their places in this list.
+/// The vertices that the corners use, ascending. Replaces the corners by indices into this list.
 std::vector<std::uint32_t> compact(std::vector<std::uint32_t>& corners) {
   std::vector<std::uint32_t> used;
   if (corners.empty()) {
     return used;
   }
   const auto [low, high] = std::ranges::minmax(corners);
-  if ((high - low) / 16 > corners.size()) {  // far apart: a table would be large
+  if ((high - low) / 16 > corners.size()) {  // a table would be large
     used = corners;
     std::ranges::sort(used);
     used.erase(std::unique(used.begin(), used.end()), used.end());
@@ -85,7 +85,7 @@ std::vector<std::uint32_t> compact(std::vector<std::uint32_t>& corners) {
   return used;
 }
 
-/// Whether an attribute has an element for each vertex; fails if not.
+/// Whether an attribute has an element for each vertex. Reports an error if not.
 bool fits(const GltfData& data, const JsonNode& attribute, std::string_view what, const Vertices& vertices) {
   const std::size_t count = data.count(attribute);
   if (data.status().ok() && count != vertices.count) {
@@ -96,7 +96,7 @@ bool fits(const GltfData& data, const JsonNode& attribute, std::string_view what
 
 void read_normals(const GltfData& data, const JsonNode& attribute, const Vertices& vertices, Mesh& mesh,
                   Notices& notices) {
-  constexpr int kMaxReplaced = 1000;  // each is searched for
+  constexpr int kMaxReplaced = 1000;  // each takes a search
   const auto normals = fits(data, attribute, "normals", vertices) ? data.vectors<3>(attribute, vertices.used)
                                                                   : std::vector<std::array<double, 3>>();
   if (!data.status().ok()) {
@@ -133,7 +133,7 @@ void say_attributes_left_out(const JsonNode& primitive, std::optional<std::uint6
     if (name.starts_with("COLOR_")) {
       notices.left_out("vertex colours");
     } else if (name.starts_with("JOINTS_") || name.starts_with("WEIGHTS_")) {
-      notices.left_out("skins (meshes stand as they were modelled)");
+      notices.left_out("skins (meshes keep their modelled pose)");
     } else if (name.starts_with("_")) {
       notices.left_out(fmt::format("vertex attribute {}", name));
     }
@@ -170,7 +170,7 @@ std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primiti
     corners = data.indices(primitive["indices"]);
     for (const std::uint32_t corner : corners) {
       if (corner >= vertices.count && data.status().ok()) {
-        primitive["indices"].fail(fmt::format("vertex {} is named, there are {}", corner, vertices.count));
+        primitive["indices"].fail(fmt::format("vertex {} is out of range, there are {}", corner, vertices.count));
       }
     }
     if (!data.status().ok()) {

@@ -1,4 +1,4 @@
-// Triangles of a glTF mesh.
+// Reader of a glTF mesh's triangles.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace lightmill {
 
-/// What was left out or assumed, each thing once.
+/// A list of what was left out or assumed, each thing once.
 class Notices {
  public:
   explicit Notices(std::vector<std::string>& list) : list_(list) {}
@@ -21,9 +21,9 @@ class Notices {
   std::vector<std::string>& list_;
 };
 
-/// The triangles of meshes[…].primitives[…], with the texture coordinates of this set if there is one. Nothing if it
-/// has none (points, lines), which is a notice, or after a mistake. Texture coordinates are turned over: v grows
-/// upwards (mesh.h), not downwards as in glTF.
+/// The triangles of meshes[…].primitives[…], with the texture coordinates of this set if there is one. Nothing after an
+/// error, or without triangles (points, lines), which gives a notice. v is flipped: it grows upwards (mesh.h), but
+/// downwards in glTF.
 std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primitive,
                                    std::optional<std::uint64_t> texture_set, Notices& notices);
 

@@ -49,7 +49,7 @@ Transform local_transform(const JsonNode& node) {
   return out;
 }
 
-/// The roots of the scene to show: indices of nodes, as they are written.
+/// The roots of the scene: indices of nodes, as written.
 std::vector<JsonNode> roots(const GltfData& data) {
   const JsonNode root = data.root();
   std::vector<JsonNode> out;
@@ -109,7 +109,7 @@ std::vector<PlacedNode> placed_nodes(const GltfData& data) {
       return;
     }
     if (!seen.insert(node.path()).second) {
-      node.fail("the node stands in the scene twice");
+      node.fail("the node is in the scene twice");
       return;
     }
     out.push_back({node, compose(parent, local_transform(node))});

@@ -1,4 +1,4 @@
-// What stands where in a glTF scene.
+// The nodes of a glTF scene and their places.
 #pragma once
 
 #include <vector>
@@ -8,20 +8,20 @@
 
 namespace lightmill {
 
-/// A node of the scene and where it stands.
+/// A node of the scene and its place.
 struct PlacedNode {
   JsonNode node;
   Transform to_scene;
 
   Point3d origin() const { return {to_scene[0][3], to_scene[1][3], to_scene[2][3]}; }
-  /// The node's own axis (0: x, 1: y, 2: z), times `sign`; its length is the node's scale.
+  /// The node's own axis (0: x, 1: y, 2: z), times `sign`. Its length is the node's scale.
   Point3d axis(std::size_t which, double sign = 1) const {
     return {sign * to_scene[0][which], sign * to_scene[1][which], sign * to_scene[2][which]};
   }
 };
 
-/// The nodes of the file's scene (of all its trees, if it names none), parents before children. A node that stands in
-/// the scene twice is a mistake. Empty after a mistake.
+/// The nodes of the file's scene, parents before children. All trees if the file names no scene. A node that is in the
+/// scene twice is an error. Empty after an error.
 std::vector<PlacedNode> placed_nodes(const GltfData& data);
 
 /// a after b.

@@ -50,7 +50,7 @@ double JsonNode::number(double fallback, double low, double high) const {
   }
   const double value = value_->is_number() ? value_->get<double>() : std::numeric_limits<double>::quiet_NaN();
   if (high != kAnything && value > high && value <= high * (1 + 1e-4)) {
-    return high;  // rounded on the way through single precision
+    return high;  // rounded by single precision
   }
   if (!(value >= low && value <= high)) {  // NaN too
     const std::string range = low == -kAnything && high == kAnything ? ""

@@ -1,4 +1,4 @@
-// A place in a JSON file: a value, or that there is none, with its path for messages.
+// A place in a JSON file, with its path for messages. It has a value, or none.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace lightmill {
 
-/// The first mistake found in a file. Readers go on with a default after a mistake and ask once in a while.
+/// The first error of a file. After an error, readers continue with a default and check now and then.
 class FirstError {
  public:
   void add(Status status) {
@@ -27,9 +27,9 @@ class FirstError {
   Status first_;
 };
 
-/// A cheap view; the document and the FirstError must outlive it. Every getter returns a value within its stated
-/// bounds, whatever the file holds: the default if the value is missing, and that or the nearest bound after noting a
-/// mistake such as "meshes[0].primitives[2].mode: a whole number from 0 to 6 is expected, got "x"".
+/// A cheap view. The document and the FirstError must outlive it. Getters always return a value within their bounds:
+/// the default if the value is missing. A wrong value is noted as an error, and gives the default or the nearest bound:
+/// "meshes[0].primitives[2].mode: a whole number from 0 to 6 is expected, got "x"".
 class JsonNode {
  public:
   static constexpr double kAnything = std::numeric_limits<double>::max();
@@ -41,22 +41,22 @@ class JsonNode {
   const std::string& path() const { return path_; }
   void fail(std::string_view what) const { errors_->add(invalid_argument("{}: {}", path_, what)); }
 
-  /// A member of an object; not present if there is none.
+  /// A member of an object. Not present if there is none.
   JsonNode operator[](std::string_view key) const;
   /// An element of an array. `index` must be less than size().
   JsonNode at(std::size_t index) const;
-  /// Of an array; 0 if it is missing.
+  /// The size of an array. 0 if it is missing.
   std::size_t size() const;
-  /// The names of an object's members; none if it is missing.
+  /// The names of an object's members. None if it is missing.
   std::vector<std::string> keys() const;
 
   double number(double fallback, double low = -kAnything, double high = kAnything) const;
   std::uint64_t whole(std::uint64_t fallback, std::uint64_t low, std::uint64_t high) const;
   bool boolean(bool fallback) const;
   std::string text(std::string_view fallback = "") const;
-  /// An index below `count` into the file's list `what`; nothing if it is missing or wrong.
+  /// An index below `count` into the file's list `what`. Nothing if it is missing or wrong.
   std::optional<std::size_t> index(std::string_view what, std::size_t count) const;
-  /// So many numbers, each within the bounds.
+  /// `n` numbers, each within the bounds.
   template <std::size_t n>
   std::array<double, n> numbers(const std::array<double, n>& fallback, double low = -kAnything,
                                 double high = kAnything) const {
@@ -70,7 +70,7 @@ class JsonNode {
   }
 
  private:
-  /// Whether it is an array of so many elements; notes a mistake if not.
+  /// Whether it is an array of this size. Notes an error if not.
   bool has_size(std::size_t size) const;
   std::string shown() const;
 

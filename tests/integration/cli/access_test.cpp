@@ -116,7 +116,7 @@ TEST_F(SecureCliTest, PeopleUseTheFarmByTheirRoles) {
 TEST_F(SecureCliTest, WhatDoesNotFitIsSaid) {
   start_server("127.0.0.1:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
   const std::string here = "127.0.0.1:" + port();
-  EXPECT_TRUE(says(failure({"jobs", "--server", here}), "it takes encrypted connections alone"));
+  EXPECT_TRUE(says(failure({"jobs", "--server", here}), "it accepts only encrypted connections"));
   json({"certs", "init", file("other"), "--name", "Other farm"});
   EXPECT_TRUE(says(failure({"jobs", "--server", here, "--tls-ca", file("other/ca.pem")}),
                    "signed by 'Lightmill farm', which is not the authority of --tls-ca"));
@@ -124,7 +124,7 @@ TEST_F(SecureCliTest, WhatDoesNotFitIsSaid) {
                    "its certificate is for 127.0.0.1, not for localhost"));
   json({"certs", "person", file("other"), "ada"});
   EXPECT_TRUE(says(failure({"jobs", "--server", here, "--tls-ca", pem("ca"), "--tls-cert", file("other/ada.pem")}),
-                   "it hangs up on the certificate of --tls-cert, which 'Other farm' has signed"));
+                   "it refuses the certificate of --tls-cert, signed by 'Other farm'"));
   EXPECT_TRUE(says(failure({"jobs", "--server", here, "--tls-cert", pem("ada")}), "without --tls-ca"));
   EXPECT_TRUE(says(failure({"jobs", "--server", here, "--tls-ca", file("none.pem")}), "--tls-ca " + file("none.pem")));
 }
@@ -151,7 +151,7 @@ TEST_F(SecureCliTest, AnOpenFarmIsMadeOnlyWhenAskedForAndSaysSo) {
   std::ifstream log(file("server.log"));
   EXPECT_TRUE(says(std::string(std::istreambuf_iterator<char>(log), {}), "this farm runs with --insecure"));
   EXPECT_TRUE(says(failure({"jobs", "--server", "127.0.0.1:" + port(), "--tls-ca", pem("ca")}),
-                   "it does not take encrypted connections"));
+                   "it does not accept encrypted connections"));
 }
 
 TEST_F(SecureCliTest, TokensComeAndGo) {
@@ -183,7 +183,7 @@ TEST_F(SecureCliTest, TokensComeAndGo) {
   EXPECT_EQ(json(by_token({"submit", scene("cornell-bench-blocks.json"), "--spp", "1"}))["owner"], "carl");
   EXPECT_EQ(json(as("", {"jobs", "--token-file", file("dora")}))["jobs"].size(), 1u);
   EXPECT_TRUE(says(failure({"jobs", "--server", "farm.invalid:7350", "--token-file", file("carl")}),
-                   "for everybody on the way to read"));
+                   "unencrypted: give --tls-ca"));
   json(as("root", {"tokens", "revoke", made.value("id", "")}));
   EXPECT_TRUE(says(failure(by_token({"jobs"})), "is unknown here: it was revoked"));
   EXPECT_TRUE(says(failure(as("root", {"tokens", "revoke", made.value("id", "")})), "there is no token"));

@@ -444,7 +444,7 @@ TEST_F(CliTest, ALongLineThatTakesTooMuchMemoryIsAnErrorWithItsFile) {
   const std::string polygon = write("face.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf " + repeated("1 2 3 ") + "\n");
   const CommandResult face = check(polygon);
   EXPECT_EQ(face.exit_code, 2);
-  EXPECT_EQ(face.err.find("lightmill: " + polygon + ": reading it takes more memory"), 0u) << face.err;
+  EXPECT_EQ(face.err.find("lightmill: " + polygon + ": reading it needs more memory"), 0u) << face.err;
 }
 
 TEST_F(CliTest, ProgramsThatMayNotHaveTheMemoryThatTheyWantSaySoAndEnd) {
@@ -475,8 +475,8 @@ TEST_F(CliTest, ProgramsThatMayNotHaveTheMemoryThatTheyWantSaySoAndEnd) {
       ++refused;
       EXPECT_EQ(*code, 1) << kib << ": " << said();
       const std::string words = fmt::format(
-          "{}: it takes more memory than the {} MiB that this process may have (ulimit -v): run it where "
-          "there is more\n",
+          "{}: it needs more memory than the {} MiB that this process may have (ulimit -v): run it on a "
+          "machine with more memory\n",
           name, kib / 1024);
       // A worker may also find the end where it knows what it was about.
       const bool knows =

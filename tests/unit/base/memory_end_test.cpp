@@ -33,13 +33,13 @@ void end_in_a_thread(const Work& work) {
 
 TEST(MemoryEnd, AnAllocationThatFailsInAnyThreadEndsTheProgramWithAMessage) {
   EXPECT_EXIT(end_in_a_thread([] { throw std::bad_alloc(); }), ::testing::ExitedWithCode(7),
-              "^program: it takes more memory than this process may have .*: run it where there is more\n$");
+              "^program: it needs more memory than this process may have .*: run it on a machine with more memory\n$");
 }
 
 TEST(MemoryEnd, AThreadThatCannotStartIsOneOfTooLittleMemory) {
   EXPECT_EXIT(
       end_in_a_thread([] { throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again)); }),
-      ::testing::ExitedWithCode(7), "^program: it takes more memory");
+      ::testing::ExitedWithCode(7), "^program: it needs more memory");
 }
 
 TEST(MemoryEnd, OtherExceptionsAbortAsBefore) {
@@ -57,7 +57,7 @@ TEST(MemoryEnd, AnAbortIsForMemoryWhereNearlyAllAddressesAreTaken) {
     std::abort();
   };
   EXPECT_EXIT(abort_with(rlim_t{64} << 20), ::testing::ExitedWithCode(7),
-              "^program: it takes more memory than the 64 MiB that this process may have \\(ulimit -v\\)");
+              "^program: it needs more memory than the 64 MiB that this process may have \\(ulimit -v\\)");
   EXPECT_EXIT(abort_with(rlim_t{1} << 40), ::testing::KilledBySignal(SIGABRT), "^$");
   EXPECT_EXIT(abort_with(RLIM_INFINITY), ::testing::KilledBySignal(SIGABRT), "^$");
 }
@@ -65,7 +65,7 @@ TEST(MemoryEnd, AnAbortIsForMemoryWhereNearlyAllAddressesAreTaken) {
 TEST(MemoryEnd, AnErrorSaysWhatTookItAndWhatToDo) {
   const Status status = out_of_memory("a.json: reading it");
   EXPECT_EQ(status.code(), StatusCode::kResourceExhausted);
-  EXPECT_EQ(message_of(status).find("a.json: reading it takes more memory than "), 0u) << status;
+  EXPECT_EQ(message_of(status).find("a.json: reading it needs more memory than "), 0u) << status;
 }
 
 }  // namespace

@@ -94,14 +94,14 @@ TEST(HelpPage, FitsItsWidth) {
 }
 
 TEST(UsageErrors, NameTheNearestWord) {
-  EXPECT_EQ(Mill().error_of({"girnd", "wheat"}), "there is no command 'girnd'; did you mean 'grind'?");
-  EXPECT_EQ(Mill().error_of({"dance"}), "there is no command 'dance'; there are grind, grow, halt");
+  EXPECT_EQ(Mill().error_of({"girnd", "wheat"}), "unknown command 'girnd'; did you mean 'grind'?");
+  EXPECT_EQ(Mill().error_of({"dance"}), "unknown command 'dance'. Commands: grind, grow, halt");
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "--sise", "3"}),
             "`mill grind` has no option --sise; did you mean '--size'?");
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "--sise=3"}),
             "`mill grind` has no option --sise; did you mean '--size'?");
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "--beautifully"}), "`mill grind` has no option --beautifully");
-  EXPECT_EQ(Mill().error_of({"grind", "wheat", "rye"}), "'rye' is one word too many");
+  EXPECT_EQ(Mill().error_of({"grind", "wheat", "rye"}), "unexpected argument 'rye'");
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "--size", "a", "--size", "b"}), "--size is given more than once");
   EXPECT_EQ(did_you_mean("abc", {"xyz", "abd", "abcd"}), "; did you mean 'abd'?");
 }

@@ -154,7 +154,7 @@ TEST(Document, PlanesCannotEmitAFlux) {
   EXPECT_EQ(
       with(EmissionUnit::flux, {0, 0, 5}, PlaneShape{}),
       "objects[0].plane: its material \"mirror\" states a flux (materials[1].emission_flux, or a strength in watt "
-      "or lumen), which a plane without end cannot have; state radiance or watts per square metre");
+      "or lumen), which an infinite plane cannot have: give radiance or watts per square metre");
   EXPECT_EQ(with(EmissionUnit::radiance, {0, 0, 5}, PlaneShape{}), "no error");
   EXPECT_EQ(with(EmissionUnit::flux, {0, 0, 0}, PlaneShape{}), "no error");
   EXPECT_EQ(with(EmissionUnit::flux, {0, 0, 5}, SphereShape{}), "no error");

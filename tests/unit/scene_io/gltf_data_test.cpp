@@ -85,7 +85,7 @@ TEST(Gltf, ContainersThatAreWrongAreNamed) {
       "parsing value - unexpected '}'; expected '[', '{', or a literal");
   EXPECT_EQ(open_error(R"({"asset":{"version":"1.0"}})"), "a.gltf: asset.version: glTF 2.0 is expected, got \"1.0\"");
   EXPECT_EQ(open_error(R"({"asset":{"version":"2.1","minVersion":"2.1"}})"),
-            "a.gltf: asset.minVersion: what 2.0 has is read, and the file asks for \"2.1\"");
+            "a.gltf: asset.minVersion: only glTF 2.0 is supported, the file needs \"2.1\"");
   EXPECT_EQ(open_error("{}"), "a.gltf: asset.version: glTF 2.0 is expected, got \"\"");
   EXPECT_EQ(open_error(gltf(R"("buffers":[{"byteLength":4}])")),
             "a.gltf: buffers[0].uri: must be given, as the file has no binary chunk for it");
@@ -232,7 +232,7 @@ TEST(Gltf, WhatIsLeftOutOfMeshesIsSaidOnce) {
                         error, notices)
                   .has_value());
   EXPECT_EQ(notices, (std::vector<std::string>{"left out: points and lines", "left out: vertex colours",
-                                               "left out: skins (meshes stand as they were modelled)",
+                                               "left out: skins (meshes keep their modelled pose)",
                                                "left out: vertex attribute _ID", "left out: morph targets"}));
 }
 
@@ -252,7 +252,7 @@ TEST(Gltf, MeshMistakesAreNamed) {
   EXPECT_EQ(bad_primitive(b, R"({"attributes":{"POSITION":0},"mode":7})"),
             at + ".mode: a whole number from 0 to 6 is expected, got 7");
   EXPECT_EQ(bad_primitive(b, fmt::format(R"({{"attributes":{{"POSITION":{}}},"indices":{}}})", square, wild)),
-            at + ".indices: vertex 5 is named, there are 5");
+            at + ".indices: vertex 5 is out of range, there are 5");
   EXPECT_EQ(bad_primitive(b, fmt::format(R"({{"attributes":{{"POSITION":{}}},"indices":{}}})", square, two)),
             at + ": 2 corners make no triangles");
   EXPECT_EQ(bad_primitive(b, fmt::format(R"({{"attributes":{{"POSITION":{}}},"indices":0}})", square)),

@@ -36,7 +36,7 @@ TEST(GltfScene, MetallicRoughnessIsPrincipled) {
   EXPECT_EQ(gold.emission.rgb, (RgbColor{4, 0, 0}));
   EXPECT_TRUE(gold.two_sided_emission);
   EXPECT_EQ(notices, std::vector<std::string>{
-                         "the file has no camera: all of it is seen from the front, from above and from the right"});
+                         "the file has no camera: one was added that sees all of it from the front, above and right"});
   const Material matt =
       material(R"("extensions":{"KHR_materials_specular":{"specularColorFactor":[0,0,0]}})", &notices);
   EXPECT_EQ(std::get<PrincipledMaterial>(matt.kind).specular, 0);
@@ -44,7 +44,7 @@ TEST(GltfScene, MetallicRoughnessIsPrincipled) {
   const Material tinted =
       material(R"("extensions":{"KHR_materials_specular":{"specularColorFactor":[2,1,0]}})", &notices);
   EXPECT_EQ(std::get<PrincipledMaterial>(tinted.kind).specular, 0.5);
-  EXPECT_EQ(notices[0], "coloured highlights of plastic are rendered in white, as bright on the mean");
+  EXPECT_EQ(notices[0], "coloured highlights of plastic are rendered in white, with the same mean");
   // What the format says of a material that says nothing.
   const Material plain = material("");
   const auto& d = std::get<PrincipledMaterial>(plain.kind);
@@ -106,7 +106,7 @@ TEST(GltfScene, TexturesThatAnExtensionAloneBringsAreLeftOut) {
   of(R"({"extensions":{"KHR_texture_basisu":{"source":0}}})", notices);
   EXPECT_EQ(notices[0], "left out: textures whose only image is of KHR_texture_basisu");
   of(R"({"extensions":{"NOBODY_texture":{}}})", notices);
-  EXPECT_EQ(notices[0], "left out: textures whose only image is of extensions that are not known");
+  EXPECT_EQ(notices[0], "left out: textures whose only image is of unknown extensions");
   // Where there is an image for those who do not know the extension, it is taken.
   EXPECT_EQ(of(R"({"source":0,"extensions":{"EXT_texture_webp":{"source":7}}})", notices).texture, 0u);
   EXPECT_EQ(notices.size(), 1u);  // of the camera

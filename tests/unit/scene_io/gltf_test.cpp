@@ -49,7 +49,7 @@ TEST(GltfScene, NodesStandWhereTheirParentsPutThem) {
 TEST(GltfScene, NodeMistakesAreNamed) {
   EXPECT_EQ(error(R"("nodes":[{"mesh":0,"children":[1]},{"children":[0]}])"), "a.gltf: the scene has no triangles");
   EXPECT_EQ(error(R"("scenes":[{"nodes":[0]}],"nodes":[{"mesh":0,"children":[1]},{"children":[0]}])"),
-            "a.gltf: nodes[0]: the node stands in the scene twice");
+            "a.gltf: nodes[0]: the node is in the scene twice");
   EXPECT_EQ(error(R"("nodes":[{"mesh":1}])"), "a.gltf: nodes[0].mesh: an index into the 1 meshes is expected, got 1");
   EXPECT_EQ(error(R"("nodes":[{"mesh":0,"rotation":[0,0,0,0]}])"),
             "a.gltf: nodes[0].rotation: a unit quaternion is expected");
@@ -60,8 +60,7 @@ TEST(GltfScene, NodeMistakesAreNamed) {
   EXPECT_EQ(error(R"("scene":3,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}])"),
             "a.gltf: scene: an index into the 1 scenes is expected, got 3");
   EXPECT_EQ(error(R"("extensionsRequired":["KHR_draco_mesh_compression"],"nodes":[{"mesh":0}])"),
-            "a.gltf: extensionsRequired[0]: KHR_draco_mesh_compression is not supported, and the file cannot be read "
-            "without");
+            "a.gltf: extensionsRequired[0]: the file requires KHR_draco_mesh_compression, which is not supported");
 }
 
 TEST(GltfScene, LightsHaveRadiometricUnits) {
@@ -142,7 +141,7 @@ TEST(GltfScene, TheDarkIsLitAndSaid) {
   const LoadedScene lit = good(text);
   ASSERT_EQ(lit.scene.lights.size(), 1u);
   EXPECT_TRUE(std::holds_alternative<EnvironmentLight>(lit.scene.lights[0].kind));
-  EXPECT_EQ(lit.notices.back(), "nothing in the file emits light: it stands in an even white sky");
+  EXPECT_EQ(lit.notices.back(), "nothing in the file emits light: an even white sky was added");
   const Result<LoadedScene> dark = read(text, false);
   ASSERT_TRUE(dark.ok()) << dark.status();
   EXPECT_TRUE(dark->scene.lights.empty());
@@ -154,15 +153,15 @@ TEST(GltfScene, WhatIsLeftOutIsSaidOnce) {
 "materials":[{"normalTexture":{"index":0},"alphaMode":"BLEND"},{"normalTexture":{"index":0},"occlusionTexture":{"index":0}}],
 "nodes":[{"mesh":0,"scale":[0,1,1]},{"mesh":0,"skin":0},{"mesh":0,"name":"flat","scale":[1,1e-40,1]}])",
       R"(,"material":0},{"attributes":{"POSITION":0},"material":1)"));
-  EXPECT_EQ(loaded.notices,
-            (std::vector<std::string>{
-                "left out: extension KHR_materials_sheen", "left out: normal maps",
-                "left out: alpha: what is transparent by it is rendered opaque",
-                "left out: occlusion maps (light is followed instead)",
-                "left out: skins (meshes stand as they were modelled)",
-                "left out: objects that are scaled to nothing: nodes[0], nodes[2] \"flat\"", "left out: animations",
-                "the file has no camera: all of it is seen from the front, from above and from the right",
-                "nothing in the file emits light: it stands in an even white sky"}));
+  EXPECT_EQ(
+      loaded.notices,
+      (std::vector<std::string>{
+          "left out: extension KHR_materials_sheen", "left out: normal maps",
+          "left out: alpha: what is transparent by it is rendered opaque",
+          "left out: occlusion maps (light is followed instead)", "left out: skins (meshes keep their modelled pose)",
+          "left out: objects with a scale of 0: nodes[0], nodes[2] \"flat\"", "left out: animations",
+          "the file has no camera: one was added that sees all of it from the front, above and right",
+          "nothing in the file emits light: an even white sky was added"}));
   ASSERT_EQ(loaded.scene.objects.size(), 2u);
   EXPECT_EQ(loaded.scene.objects[0].name, "tri/materials[0]");
 }
@@ -176,9 +175,9 @@ TEST(GltfScene, ExtensionsThatAreUsedAndNotListedAreSaidToo) {
   EXPECT_EQ(loaded.notices,
             (std::vector<std::string>{"left out: extension EXT_scenery", "left out: extension EXT_inner",
                                       "left out: extension KHR_materials_sheen",
-                                      "the file has no camera: all of it is seen from the front, from above and from "
-                                      "the right",
-                                      "nothing in the file emits light: it stands in an even white sky"}));
+                                      "the file has no camera: one was added that sees all of it from the front, "
+                                      "above and right",
+                                      "nothing in the file emits light: an even white sky was added"}));
 }
 
 TEST(GltfScene, ObjectsMayBeThinAndLong) {

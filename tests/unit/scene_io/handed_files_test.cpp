@@ -39,7 +39,7 @@ class HandedScene : public Load {
   HandedFiles files_{[this](const Sha256& digest) -> Result<std::string> { return bytes_.at(digest); }};
 };
 
-constexpr const char* kNotThere = "is not among the files that were handed over";
+constexpr const char* kNotThere = "is not among the uploaded files";
 
 TEST_F(HandedScene, IsTheSameAsFromTheDisk) {
   const std::string text = document(R"([{"mesh": {"file": "assets/t.obj"}}])");

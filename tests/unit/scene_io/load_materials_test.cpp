@@ -131,8 +131,8 @@ TEST_F(Load, OfMaterialsOfOneNameTheFirstCounts) {
     notices.push_back(without_folder(notice));
   }
   EXPECT_EQ(notices,
-            (std::vector<std::string>{"left out: a.mtl:5: material \"red\", which a.mtl:1 defines otherwise",
-                                      "left out: b.mtl:1: material \"red\", which a.mtl:1 defines otherwise"}));
+            (std::vector<std::string>{"left out: a.mtl:5: material \"red\", which a.mtl:1 defines differently",
+                                      "left out: b.mtl:1: material \"red\", which a.mtl:1 defines differently"}));
 }
 
 }  // namespace

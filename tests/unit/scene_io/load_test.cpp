@@ -87,7 +87,7 @@ TEST_F(Load, BadFilesAreNamed) {
       "scene.json:3:31: objects[0].mesh.file: assets/a.obj:2: f: index 2 is out of range, there are 1 vertices so far");
   write("assets/a.obj", "v 0 0 0\nusemtl blue\nf 1 1 1\n");
   EXPECT_EQ(error({json}),
-            "scene.json:3:31: objects[0].mesh.file: assets/a.obj:2: unknown material \"blue\"; the materials are red, "
+            "scene.json:3:31: objects[0].mesh.file: assets/a.obj:2: unknown material \"blue\". Known materials: red, "
             "green");
   write("assets/a.obj", "v 0 0 0\nf 1 1 1\n");
   EXPECT_EQ(error({json}),
@@ -101,7 +101,7 @@ TEST_F(Load, MissingFilesNameTheScriptThatFetchesThem) {
       "scene.json:3:31: objects[0].mesh.file: cannot open assets/a.obj: No such file or directory";
   EXPECT_EQ(error({json}), missing);
   write("get-models", "");
-  EXPECT_EQ(error({json}), missing + "; get-models fetches the models that are not kept there");
+  EXPECT_EQ(error({json}), missing + "; run get-models to fetch the models");
   write("assets/a.obj", "v 0 0 0\n");
   EXPECT_EQ(error({json}).find("get-models"), std::string::npos);
 }
@@ -118,7 +118,7 @@ TEST_F(Load, PowersNeedAnArea) {
   };
   const std::string none =
       "scene.json:3:1: materials[1]: \"lamp\" states a power (emission_flux, or emission_strength in watt or lumen), "
-      "which needs a surface to radiate it, and those that it is used for have no area";
+      "but its surfaces have no area";
   write("assets/line.obj", "v 0 0 0\nv 1 2 3\nv 2 4 6\nf 1 2 3\nf 1 2 2\n");
   write("assets/face.obj", "v 0 0 0\nv 1 2 3\nv 2 4 7\nf 1 2 2\nf 1 2 3\n");
   EXPECT_EQ(of(R"("mesh": {"file": "assets/line.obj"})"), none);
@@ -142,7 +142,7 @@ TEST_F(Load, HoldoutsMistakesArePlaced) {
 "objects": [{"material": "lamp", "sphere": {"center": [0, 0, 0], "radius": 1}}, {"mesh": {"file": "assets/a.obj"}}]})");
   EXPECT_EQ(error({json}),
             "scene.json:3:85: materials[1].emission_exponent: \"lamp\", of objects[0], emits with an exponent, which "
-            "has no place in a scene with a holdout (objects[1])");
+            "is not possible in a scene with a holdout (objects[1])");
 }
 
 TEST_F(Load, ADocumentsImagesAreNotedWithTheirPlaces) {
@@ -187,7 +187,7 @@ TEST_F(Load, FactorsForTiltedLampsAreSaidToBeLeftOut) {
   ASSERT_EQ(loaded->notices.size(), 1u);
   EXPECT_EQ(without_folder(loaded->notices[0]),
             "scene.json:5:9: lights[0].ies.file: the factors for tilted mounting (TILT) of lamp.ies are left out: the "
-            "lamp shines as it was measured");
+            "light has its measured intensity");
 }
 
 TEST_F(Load, AByteOrderMarkIsPassedOver) {
@@ -204,7 +204,7 @@ TEST_F(Load, ObjMistakesAreNamed) {
             "a.obj:1: mtllib: cannot open none.mtl: No such file or directory");
   write("a.mtl", "newmtl white\n");
   EXPECT_EQ(error({write("a.obj", "mtllib a.mtl\nv 0 0 0\nusemtl whit\nf 1 1 1")}),
-            "a.obj:3: unknown material \"whit\"; the materials are white");
+            "a.obj:3: unknown material \"whit\". Known materials: white");
   const Result<LoadedScene> plain = load({write("a.obj", "v 0 0 0\nf 1 1 1")});
   ASSERT_TRUE(plain.ok()) << plain.status();
   ASSERT_EQ(plain->notices.size(), 1u);

@@ -107,7 +107,7 @@ TEST(Mtl, KaEmitsOnlyWhereItCanMeanNothingElse) {
 
   notices.clear();
   EXPECT_EQ(materials_of(lamp_only, KaMeaning::ambient, notices)[1].emission, RgbColor{});
-  EXPECT_EQ(notices, std::vector<std::string>{"Ka was read as ambient light and left out, as was asked for"});
+  EXPECT_EQ(notices, std::vector<std::string>{"Ka was read as ambient light and left out, as requested"});
   notices.clear();
   materials_of("newmtl white\nKd 1 1 1\nKa 0 0 0\n", KaMeaning::ambient, notices);
   EXPECT_TRUE(notices.empty());

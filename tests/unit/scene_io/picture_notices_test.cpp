@@ -43,7 +43,7 @@ std::string view_of(const LoadedScene& loaded) {
   return notices.empty() ? "" : notices[0];
 }
 const std::string kNothing =
-    "nothing of the scene is in view of the camera, at (0, 0, 5) and looking at (0, 0, 0); --camera gives another";
+    "the camera at (0, 0, 5), looking at (0, 0, 0), sees nothing of the scene: choose another with --camera";
 
 TEST(PictureNotices, WhatIsOutOfViewIsSaid) {
   EXPECT_EQ(view_of(seen({ball({0, 0, 0}, 1)})), "");
@@ -86,7 +86,7 @@ TEST(PictureNotices, FogThatIsDenserThanPathsAreLongIsSaid) {
   EXPECT_EQ(
       dense(1, white, 1000),
       "the medium \"fog\" scatters so densely (optical thickness 2e+03) that some of its light, perhaps a few per "
-      "cent, is lost where paths end after 1000 bounces; --max-bounces says where");
+      "cent, is lost, because paths end after 1000 bounces (--max-bounces)");
   EXPECT_EQ(dense(1, white, 0), "");          // of a method without paths
   EXPECT_EQ(dense(1, white, 4'000'000), "");  // long enough: as many as the square of the thickness
   Medium thinner;
@@ -104,8 +104,8 @@ TEST(PictureNotices, SpheresThatAreTooLargeForWhatIsNearAreSaid) {
   // The eye is 5 above the surface.
   EXPECT_EQ(view_of(seen({ball({0, 0, -4e4}, 4e4)})), "");
   const std::string said =
-      "the sphere \"ball\" is so large (radius 60000) that near the camera its surface is only known to about 0.01; a "
-      "plane in its place is exact";
+      "the sphere \"ball\" is so large (radius 60000) that near the camera its surface is only exact to about 0.01: "
+      "use a plane instead";
   EXPECT_EQ(view_of(seen({ball({0, 0, -6e4}, 6e4)})), said);
   EXPECT_EQ(view_of(seen({ball({0, 0, 4}, 1)})), "");    // the eye is on it
   EXPECT_EQ(view_of(seen({ball({0, 0, 0}, 6e4)})), "");  // a sky around all: its surface is far
@@ -118,8 +118,8 @@ TEST(PictureNotices, ADotIsSaid) {
   // Ten wide at the origin's distance: a ball of radius 0.1 there, its nearest side at 4.9, takes 200 · 0.2 / 9.8.
   EXPECT_EQ(
       view_of(seen({ball({0, 0, 0}, 0.1)})),
-      "all of the scene is within 5x5 pixels, seen by the camera, at (0, 0, 5) and looking at (0, 0, 0); --camera "
-      "gives another");
+      "the camera at (0, 0, 5), looking at (0, 0, 0), sees all of the scene within 5x5 pixels: choose another with "
+      "--camera");
   EXPECT_EQ(view_of(seen({ball({0, 0, 0}, 0.1), ball({3, 0, 0}, 0.1)})), "");
   EXPECT_EQ(view_of(seen({ball({0, 0, 0}, 0.5)})), "");
 }

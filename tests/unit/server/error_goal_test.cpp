@@ -365,7 +365,7 @@ TEST_F(ErrorGoalTest, RefusesWhatCannotBeToldAndNamesIt) {
   EXPECT_EQ(error_of(error_spec(NAN)), "goal.error: must be finite and at least 1e-12, got nan");
   JobSpec pixel = spec("r1", 4, {0, 0, 1, 1});
   pixel.goal.error = 0.1;
-  EXPECT_EQ(error_of(pixel), "goal.error: the error of a single pixel cannot be told; give samples or seconds");
+  EXPECT_EQ(error_of(pixel), "goal.error: a single pixel has no error estimate: give samples or seconds");
 }
 
 }  // namespace

@@ -436,8 +436,8 @@ TEST(FarmMessages, BadResultsAreNamed) {
 }
 
 TEST(FarmMessages, OtherBadMessagesAreNamed) {
-  EXPECT_EQ(error_of(from_wire(v1::WorkRequest())), "a worker's message of no known kind");
-  EXPECT_EQ(error_of(from_wire(v1::WorkResponse())), "a coordinator's message of no known kind");
+  EXPECT_EQ(error_of(from_wire(v1::WorkRequest())), "unknown kind of worker message");
+  EXPECT_EQ(error_of(from_wire(v1::WorkResponse())), "unknown kind of coordinator message");
   v1::WorkRequest hello;
   to_wire(WorkerMessage(WorkerHello{}), &hello);
   EXPECT_EQ(error_of(from_wire(hello)), "hello.name: must not be empty");

@@ -91,7 +91,7 @@ TEST(LightJson, MistakesInUnitsAreNamed) {
   EXPECT_EQ(light_error(point(R"("strength": {"lux": 3})")),
             "lights[0].strength.lux: one of the units watt, watt_per_steradian, lumen, candela is expected here");
   EXPECT_EQ(light_error(point(R"("strength": {})")),
-            "lights[0].strength: an amount must be given in one of the units watt, watt_per_steradian, "
+            "lights[0].strength: must be given in one of the units watt, watt_per_steradian, "
             "lumen, candela");
   EXPECT_EQ(light_error(point(R"("strength": {"lumen": -3})")),
             "lights[0].strength.lumen: must be in [0, 1e+20], got -3");
@@ -99,9 +99,9 @@ TEST(LightJson, MistakesInUnitsAreNamed) {
             "lights[0].strength.color: components must not be negative nor all zero, got (0, 0, 0)");
   EXPECT_EQ(light_error(light_document(R"({"point": {"position": [0, 0, 0], "intensity": {"rgb": [1, 1, 1]}},
                                   "strength": {"lumen": 3}})")),
-            "lights[0].strength: takes the place of point.intensity, only one can be given");
+            "lights[0].strength: give either strength or point.intensity");
   EXPECT_EQ(light_error(light_document(R"({"ies": {"position": [0, 0, 0], "file": "a"}, "strength": {"lumen": 3}})")),
-            "lights[0].strength: an IES file has its own; ies.scale changes it");
+            "lights[0].strength: an IES file has its own strength: change it with ies.scale");
   EXPECT_EQ(light_error(light_document("", R"(, "emission_strength": {"candela": 1})")),
             "materials[0].emission_strength.candela: one of the units watt, watt_per_square_metre, "
             "watt_per_square_metre_steradian, lumen, lux, candela_per_square_metre is expected here");

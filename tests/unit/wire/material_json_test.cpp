@@ -56,10 +56,10 @@ TEST(MaterialJson, ConductorsAreReadByNumbersOrByName) {
   EXPECT_EQ(material_error(R"("conductor": {"eta": {"rgb": [1, 1, 1]}})"),
             "m.json:2:42: materials[0].conductor.k: must be given");
   EXPECT_EQ(material_error(R"("conductor": {"metal": "tin"})"),
-            "m.json:2:52: materials[0].conductor.metal: unknown metal \"tin\"; the metals are aluminium, chromium, "
+            "m.json:2:52: materials[0].conductor.metal: unknown metal \"tin\". Known metals: aluminium, chromium, "
             "copper, gold, iron, nickel, platinum, silver");
   EXPECT_EQ(material_error(R"("conductor": {"metal": "gold", "k": {"rgb": [1, 1, 1]}})"),
-            "m.json:2:52: materials[0].conductor.metal: eta and k are those of the metal, they may not be given too");
+            "m.json:2:52: materials[0].conductor.metal: give either metal, or eta and k");
   EXPECT_EQ(material_error(R"("conductor": {"eta": {"rgb": [1, 0, 1]}, "k": {"rgb": [1, 0, 1]}})"),
             "m.json:2:42: materials[0].conductor: eta and k may not both be 0 in a channel");
 }
@@ -145,8 +145,8 @@ TEST(MaterialJson, MapsNameTexturesAndChannels) {
             "materials[0].metallic_map: only a principled material has one");
   for (const char* more : {"", R"(, "rgb": [1, 1, 1])"}) {
     EXPECT_EQ(refusal(R"("dielectric": {}, "interior": {"color": {"texture": "t")" + std::string(more) + "}}"),
-              "materials[0].interior.color.texture: only reflectances and emission can vary by a texture; give rgb "
-              "alone");
+              "materials[0].interior.color.texture: only reflectances and emission can have a texture: give only "
+              "rgb");
   }
 }
 

@@ -145,7 +145,7 @@ TEST(SceneJson, DefaultsAreThoseOfTheSchema) {
 
 TEST(SceneJson, UnknownAndDuplicateFieldsAreNamed) {
   EXPECT_EQ(scene_error(document(kCamera, R"({"width": 8, "depth": 4})", kMaterials, kObjects)),
-            "box.json:3:22: film.depth: unknown field; the fields are width, height, filter");
+            "box.json:3:22: film.depth: unknown field. Known fields: width, height, filter");
   EXPECT_EQ(scene_error(document(kCamera, R"({"width": 8, "width": 9})", kMaterials, kObjects)),
             "box.json:3:22: film.width: the field is given twice");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, kObjects, ",\n\"camera\": {}")),
@@ -227,12 +227,12 @@ TEST(SceneJson, AbsurdSizesAreNamed) {
 TEST(SceneJson, UnknownMaterialsAreNamed) {
   EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials,
                                  R"([{"material": "rad", "sphere": {"center": [0, 0, 0], "radius": 1}}])")),
-            "box.json:5:26: objects[0].material: unknown material \"rad\"; the materials are red");
+            "box.json:5:26: objects[0].material: unknown material \"rad\". Known materials: red");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, "[]", kObjects)),
-            "box.json:5:26: objects[0].material: unknown material \"red\"; there are none");
+            "box.json:5:26: objects[0].material: unknown material \"red\". There are no materials");
   EXPECT_EQ(
       scene_error(document(kCamera, kFilm, R"([{"name": "a", "mirror": {}}, {"name": "a", "mirror": {}}])", kObjects)),
-      "box.json:5:26: objects[0].material: unknown material \"red\"; the materials are a, a");
+      "box.json:5:26: objects[0].material: unknown material \"red\". Known materials: a, a");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": "red", "mirror": {}}, {"name": "red", "mirror": {}}])",
                                  kObjects)),
             "box.json:4:55: materials[1].name: \"red\" names an earlier material already");
@@ -292,7 +292,7 @@ TEST(SceneJson, CamerasCanStandAlone) {
   "look_at": [0, 0, 0], "camera_constant": 1})"),
             "c.json:2:14: look_at: must differ from camera.eye, both are (0, 0, 0)");
   EXPECT_EQ(error("{\"foo\": 1}"),
-            "c.json:1:2: foo: unknown field; the fields are eye, look_at, up, vertical_fov_degrees, camera_constant, "
+            "c.json:1:2: foo: unknown field. Known fields: eye, look_at, up, vertical_fov_degrees, camera_constant, "
             "lens_radius, focus_distance");
   EXPECT_EQ(error(R"({"eye": [0, 0, 0], "look_at": [0, 0, 1], "camera_constant": -1})"),
             "c.json:1:61: camera_constant: must be in [0.001, 1000000], got -1");
