@@ -12,9 +12,9 @@ namespace {
 
 struct Entry {
   std::string_view name;
-  std::string_view parameters;  ///< that it takes, for people
-  std::string_view summary;     ///< what it shows
-  bool lit;                     ///< by the scene's lights
+  std::string_view parameters;  ///< as help texts show them
+  std::string_view summary;     ///< what it computes
+  bool lit;                     ///< uses the scene's lights
   bool bounces;                 ///< follows light from surface to surface
 };
 constexpr std::array kMethods{
@@ -52,7 +52,7 @@ Result<double> parse_number(std::string_view key, std::string_view text, double 
   return value;
 }
 
-/// Whether "a, b=X, c" lists the parameter.
+/// Whether a list such as "a, b=X, c" has the parameter.
 bool takes(const Entry& entry, std::string_view key) {
   for (std::size_t at = 0; at < entry.parameters.size();) {
     const std::size_t end = std::min(entry.parameters.find(", ", at), entry.parameters.size());
@@ -65,7 +65,7 @@ bool takes(const Entry& entry, std::string_view key) {
   return false;
 }
 
-/// What parameters without a value set.
+/// The field of a parameter without a value, or null.
 bool* word_of(std::string_view key, MethodSpec& spec) {
   return key == "brute-force"     ? &spec.brute_force
          : key == "flat"          ? &spec.flat
@@ -139,7 +139,7 @@ bool method_gathers(std::string_view name) {
 }
 
 std::uint32_t shared_samples(const MethodSpec& method) {
-  // Of a photon, deposits and all that finds them: what rooms full of glass and mirrors leave.
+  // Stored photons with their search structures, per emitted photon, in rooms full of glass and mirrors.
   constexpr std::uint64_t kBytesPerPhoton = 512, kMostSamples = 32, kDefaultPhotonsAtMost = 65536;
   if (!follows_photons(method.name)) {
     return 0;
