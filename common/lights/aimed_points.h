@@ -1,4 +1,4 @@
-// Point lights with a direction: the common part of spot, cosine-power and similar lights.
+// Point lights with a direction: the common part of spot and cosine-power lights.
 #pragma once
 
 #include "common/lights/light_sample.h"
