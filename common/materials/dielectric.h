@@ -25,7 +25,7 @@ inline Fresnel8 fresnel(F8 cos_i, F8 eta) {
 namespace lightmill {
 
 struct Dielectric8 {
-  F8 eta;  ///< the index of refraction beyond the surface over that on wo's side
+  F8 eta;  ///< index of refraction behind the surface over that on wo's side
 
   /// Chooses reflection with the Fresnel reflectance by `u`, else refraction. The weight is that of radiance: 1 for
   /// reflection, 1/eta² for refraction (radiance is compressed in denser media).

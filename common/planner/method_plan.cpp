@@ -11,7 +11,7 @@ std::string_view name_of(std::string_view method) {
   return method.substr(0, method.find(':'));
 }
 
-/// "the point light 'bulb'", or the first of several with their number; `others` is what all are called, with an s.
+/// "the point light 'bulb'", or the first of several with their number. `others`: the plural of the noun.
 std::string first_of(const NamedThings& things, std::string_view others) {
   if (things.count == 2) {
     return fmt::format("{} (and 1 more {})", things.names.front(), others.substr(0, others.size() - 1));
@@ -20,11 +20,11 @@ std::string first_of(const NamedThings& things, std::string_view others) {
                            : fmt::format("{} (and {} more {})", things.names.front(), things.count - 1, others);
 }
 
-/// Light that only paths that start at a lamp find: lamps without extent are met by none from the camera, small ones by
-/// hardly any, and surfaces that scatter narrowly let through none of the light that is sampled.
+/// Caustics that only paths from a light find. Camera paths never hit lights without extent, and rarely small ones.
+/// Light sampling finds nothing through surfaces that scatter narrowly.
 struct UnseenCaustics {
-  bool by_casters = false;  ///< that `caustic` follows light through
-  bool by_layers = false;   ///< on surfaces that it takes for receivers
+  bool by_casters = false;  ///< casters, through which `caustic` follows light
+  bool by_layers = false;   ///< layers of surfaces that `caustic` treats as receivers
   explicit UnseenCaustics(const SceneFacts& facts) {
     const bool lamps = facts.receivers && !(facts.delta_lights.empty() && facts.small_lamps.empty());
     by_casters = lamps && !facts.smooth_casters.empty();
@@ -32,16 +32,15 @@ struct UnseenCaustics {
   }
 };
 
-/// Photons are not followed through media that scatter.
+/// Photons do not scatter in media.
 bool photons_render(const SceneFacts& facts) {
   return !facts.scattering;
 }
 
-/// Of so small a share of all photons, passes without number bring none.
+/// With so small a share of all photons, even many passes give none.
 constexpr double kFewPhotons = 1e-8;
 
-/// `ppm`: photons start at what next-event estimation samples, and light from infinitely far only around what is
-/// bounded.
+/// `ppm`: photons start at sampled lights. Photons of distant light cover only bounded shapes.
 Verdict admit_ppm(const SceneFacts& facts) {
   if (!photons_render(facts)) {
     return {"ppm", false, "it renders no scattering media"};
@@ -56,7 +55,7 @@ Verdict admit_ppm(const SceneFacts& facts) {
             "a plane without end is dark where it lies far off: photons from suns and skies go only to "
             "the surroundings of what is bounded"};
   }
-  constexpr double kGatherArea = 3 * 3;  // by default, in pixels
+  constexpr double kGatherArea = 3 * 3;  // default radius, in pixels
   if (facts.pixel_share < kFewPhotons / kGatherArea) {
     return {"ppm", false,
             fmt::format("so little of the scene is in the picture that a pixel gathers one photon of {:.0e}",
@@ -65,7 +64,7 @@ Verdict admit_ppm(const SceneFacts& facts) {
   return {"ppm", true, "it is there to check the others: noise and blur are large"};
 }
 
-/// Of lamps that no method samples; empty where each is met by enough paths.
+/// Reason about lights that no method samples. Empty if enough paths hit each of them.
 std::string hidden_reason(const SceneFacts& facts) {
   if (facts.hidden_lamps.empty() || !facts.receivers) {
     return "";
@@ -76,8 +75,7 @@ std::string hidden_reason(const SceneFacts& facts) {
       first_of(facts.hidden_lamps, "lamps"));
 }
 
-/// What photons of light from infinitely far leave out where it goes by way of these planes; empty where that is
-/// nothing.
+/// Reason about distant light that photons miss by way of these planes. Empty if there is none.
 std::string boundless_reason(const SceneFacts& facts, const NamedThings& planes) {
   if (facts.distant_lights.empty() || planes.empty() || !facts.receivers) {
     return "";
@@ -102,7 +100,7 @@ Verdict admit_vcm(const SceneFacts& facts) {
   return {"vcm", true, caustics ? "" : "nothing casts caustics: path finds the light with less work"};
 }
 
-/// Of the lights that paths from the camera do not meet.
+/// Names the lights that camera paths do not hit.
 std::string unmet_light(const SceneFacts& facts) {
   return facts.delta_lights.empty() ? first_of(facts.small_lamps, "lamps") : first_of(facts.delta_lights, "lights");
 }
@@ -131,7 +129,7 @@ Verdict admit_caustic(const SceneFacts& facts) {
   return {"caustic", true, facts.casters.empty() ? "nothing casts caustics: it is path with more work" : ""};
 }
 
-/// Who finds what paths from the camera do not.
+/// The method that finds what camera paths miss.
 std::string_view finder_of_caustics(const SceneFacts& facts) {
   return admit_caustic(facts).admitted ? "caustic"
          : admit_vcm(facts).admitted   ? "vcm"
@@ -156,7 +154,7 @@ Verdict admit_path(const SceneFacts& facts) {
                   finder_of_caustics(facts))};
 }
 
-/// `raycast` and `whitted`, which leave light out by design.
+/// `raycast` and `whitted`, which omit light by design.
 Verdict admit_simple(const SceneFacts& facts, std::string_view method) {
   std::string reason = method == "raycast" ? "it shows no light that goes from surface to surface"
                                            : "of light that goes from surface to surface it follows only what mirrors "
@@ -167,11 +165,11 @@ Verdict admit_simple(const SceneFacts& facts, std::string_view method) {
   return {std::string(method), false, std::move(reason)};
 }
 
-/// What `auto` takes, the simplest first; `vcm` only where these miss light, for it needs several times the work of the
-/// better one.
+/// Candidates of `auto`, simplest first. `vcm` is taken only if these miss light, because it needs several times the
+/// work of the better one.
 constexpr std::array<std::string_view, 2> kCandidates{"path", "caustic"};
 
-/// Light enough for `caustic` to leave `path` for it, though neither finds all.
+/// Whether `caustic` finds more light than `path`, though neither finds all.
 bool caustic_finds_more(const SceneFacts& facts) {
   return photons_render(facts) && UnseenCaustics(facts).by_casters;
 }
