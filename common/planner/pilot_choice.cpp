@@ -37,11 +37,11 @@ std::string compare(const std::string& simplest, const PilotMeasure& its, const 
   const std::array ratios{its.inefficiency(0) / others.inefficiency(0), its.inefficiency(1) / others.inefficiency(1)};
   // States that a gain by one batch, or a small one, does not decide.
   const bool some = std::ranges::max(ratios) > 1, clear = std::ranges::min(ratios) > kClearGain;
-  return fmt::format("to the same error {} needs {:.2g} or {:.2g} times the work of {}, by two pilots{}", simplest,
-                     ratios[0], ratios[1], other,
-                     some && !clear ? fmt::format("; a clear gain is more than {} by both, and {} is the simpler one",
-                                                  kClearGain, simplest)
-                                    : "");
+  return fmt::format(
+      "for equal error {} needs {:.2g} and {:.2g} times the work of {} in two pilots{}", simplest, ratios[0], ratios[1],
+      other,
+      some && !clear ? fmt::format("; a clear gain is more than {} in both, and {} is simpler", kClearGain, simplest)
+                     : "");
 }
 
 bool misses_light(const PilotMeasure& one, const PilotMeasure& other) {
@@ -67,9 +67,9 @@ PilotChoice choose(std::span<const std::string> methods, std::span<const PilotMe
       continue;
     }
     const auto percent = [&](std::size_t batch) { return 100 * (1 - measures[i].light[batch] / richer->light[batch]); };
-    result.reasons.push_back(
-        fmt::format("of the light that {} found, {} missed {:.2g} or {:.2g} %, by two pilots: it meets it too rarely",
-                    methods[static_cast<std::size_t>(richer - measures.begin())], methods[i], percent(0), percent(1)));
+    result.reasons.push_back(fmt::format(
+        "{} missed {:.2g} % and {:.2g} % of the light that {} found, in two pilots: its paths hit it too rarely",
+        methods[i], percent(0), percent(1), methods[static_cast<std::size_t>(richer - measures.begin())]));
   }
   // The method with the most light on a batch misses nothing, so there is at least one.
   const std::size_t simplest = complete.front();

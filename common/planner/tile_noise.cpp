@@ -131,12 +131,12 @@ Result<Gain> find_allocation(const std::shared_ptr<const CompiledScene>& scene, 
 
 std::string describe(const Gain& gain) {
   if (gain.allocation.even()) {
-    return "samples go out evenly: by a pilot, little would be gained by giving noisy tiles more";
+    return "all tiles get the same number of samples: a pilot found little gain from more samples for noisy tiles";
   }
   const auto [least, most] = std::ranges::minmax(gain.allocation.shifts());
   return fmt::format(
-      "tiles get {:g} to {:g} times the mean of samples, by their noise: by a pilot, {:.3g} times less work "
-      "to the same error",
+      "tiles get {:g} to {:g} times the mean number of samples, by their noise: a pilot predicts {:.3g} times less "
+      "work for equal error",
       std::ldexp(1.0, least), std::ldexp(1.0, most), gain.gain);
 }
 
