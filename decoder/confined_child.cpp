@@ -115,8 +115,8 @@ Status confine(const Confinement& confinement, const ChildLimits& limits, int fi
     reply = work();
   } catch (const std::bad_alloc&) {
     reply =
-        error_reply(resource_exhausted("decoding it takes more than the {} of memory that it may have; save it "
-                                       "in another format or smaller",
+        error_reply(resource_exhausted("decoding it needs more memory than its limit of {}; save it in another "
+                                       "format or smaller",
                                        human_bytes(limits.most_memory_bytes)));
   } catch (const std::exception& error) {
     reply = error_reply(invalid_argument("the image cannot be decoded: {}; save it again", error.what()));
@@ -159,7 +159,7 @@ Status why_no_reply(Came came, int status, const ChildLimits& limits) {
     return resource_exhausted("its decoder was killed, perhaps because the machine has no memory left; {}", kAdvice);
   }
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXFSZ) {
-    return resource_exhausted("its decoder writes more than the {} that it may; {}", human_bytes(limits.file_bytes),
+    return resource_exhausted("its decoder writes more than its limit of {}; {}", human_bytes(limits.file_bytes),
                               kAdvice);
   }
   return WIFSIGNALED(status)
@@ -190,7 +190,7 @@ DecodeReply run_confined(const Confinement& confinement, const ChildLimits& limi
   if (address_space_at_start == 0) {
     ::close(answers[0]);
     ::close(answers[1]);
-    return error_reply(failed_precondition("images are not decoded: their decoder cannot read /proc/self/statm"));
+    return error_reply(failed_precondition("cannot decode images: the decoder cannot read /proc/self/statm"));
   }
   const pid_t parent = ::getpid();
   const pid_t child = ::fork();
@@ -215,7 +215,7 @@ DecodeReply run_confined(const Confinement& confinement, const ChildLimits& limi
   }
   if (reply.code == kForbiddenCall) {
     return error_reply(invalid_argument(
-        "its decoder was ended: it tried the system call {}, which decoding does not take; save the image again",
+        "its decoder was stopped: it tried the system call {}, which decoding does not need; save the image again",
         system_call_name(reply.width)));
   }
   return reply;

@@ -91,7 +91,7 @@ int run(int argc, char** argv) {
   int type = 0;
   socklen_t size = sizeof(type);
   if (::getsockopt(kAsker, SOL_SOCKET, SO_TYPE, &type, &size) != 0 || type != SOCK_SEQPACKET) {
-    std::cerr << "lightmill-image-decoder: it is started by lightmill and lightmill-worker, for images of scenes\n";
+    std::cerr << "lightmill-image-decoder: lightmill and lightmill-worker start this program to decode images\n";
     return 2;
   }
   prepare_readers();

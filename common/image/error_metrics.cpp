@@ -22,7 +22,7 @@ Status check_finite(const RgbImage& image, std::string_view what) {
 
 Status check_comparable(const RgbImage& picture, const RgbImage& reference) {
   if (picture.width != reference.width || picture.height != reference.height) {
-    return invalid_argument("the pictures must have one size, got {}x{} and {}x{}", picture.width, picture.height,
+    return invalid_argument("the pictures must have the same size, got {}x{} and {}x{}", picture.width, picture.height,
                             reference.width, reference.height);
   }
   LM_RETURN_IF_ERROR(check_finite(picture, "picture"));

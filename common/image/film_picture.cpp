@@ -147,7 +147,7 @@ Status take_counts(const Image& image, const std::string& name, std::vector<std:
 
 Status take_layer(const Image& image, const std::string& name, FilmPicture& picture) {
   if (name.empty() || !(name[0] >= 'a' && name[0] <= 'z')) {
-    return invalid_argument("the file has a layer of the unknown name \"{}\"", printable(name));
+    return invalid_argument("the file has an unknown layer \"{}\"", printable(name));
   }
   PictureLayer layer = make_picture_layer(name, 0);
   for (const std::string& channel : layer.channels) {

@@ -92,7 +92,7 @@ Status status_of(const DecodeReply& reply) {
 Status check_reply(const DecodeReply& reply) {
   LM_RETURN_IF_ERROR(status_of(reply));
   const bool sound = reply.width > 0 && reply.height > 0 && (reply.bytes_per_pixel == 4 || reply.bytes_per_pixel == 16);
-  return sound ? ok_status() : invalid_argument("the image is damaged: its decoder gives no sound answer");
+  return sound ? ok_status() : invalid_argument("the image is damaged: its decoder sent an invalid reply");
 }
 
 std::uint64_t pixels_of(const DecodeReply& reply) {
@@ -135,8 +135,8 @@ Status DecoderProcess::start() {
   if (error != 0) {
     pid_ = 0;
     ::close(ends[0]);
-    return failed_precondition("images cannot be decoded, {} cannot be started: {}; it belongs beside the program",
-                               program, std::strerror(error));
+    return failed_precondition("cannot decode images: cannot start {}: {}; install it beside this program", program,
+                               std::strerror(error));
   }
   socket_ = ends[0];
   return ok_status();
@@ -210,9 +210,8 @@ Result<DecodeReply> DecoderProcess::ask(ByteView bytes, std::int64_t max_pixels,
       break;
     }
   }
-  return failed_precondition(
-      "it is not decoded: {} was started twice and ended ({}); start it by hand to see what it lacks",
-      options_.program.string(), end);
+  return failed_precondition("cannot decode it: {} was started twice and ended ({}); run it by hand to see why",
+                             options_.program.string(), end);
 }
 
 Result<Texels> DecoderProcess::take_pixels(const DecodeReply& reply, std::int64_t max_pixels, int room) {

@@ -32,7 +32,7 @@ OpenedImage::OpenedImage(ByteView bytes) : source_(const_cast<std::byte*>(bytes.
 Result<std::unique_ptr<OpenedImage>> OpenedImage::open(ByteView bytes) {
   const std::string format = image_format(bytes);
   if (format.empty()) {
-    return invalid_argument("not a readable image: its first bytes are of none of the formats {}", kImageFormats);
+    return invalid_argument("not a readable image: its first bytes match none of the formats {}", kImageFormats);
   }
   if (is_exr(bytes)) {
     LM_RETURN_IF_ERROR(exr_header_end(bytes).status());
