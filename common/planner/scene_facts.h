@@ -50,8 +50,8 @@ struct SceneFacts {
   NamedThings hidden_lamps;
   bool planes = false;  ///< infinite planes
   /// Approximate share of photons spread over the scene that land in one pixel: (pixel angle · distance)² / (2 ·
-  /// radius)². The sphere is around all objects with a known position. The distance is measured from the scene's centre
-  /// at least.
+  /// radius)². The radius is that of the sphere around all objects with a known position. The distance is from the
+  /// camera to the sphere's centre, and at least the radius.
   double pixel_share = 1;
 
   bool absorption = false;     ///< in a medium

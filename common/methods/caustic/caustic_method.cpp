@@ -38,7 +38,8 @@ class CausticEstimator : public photons::GatherEstimator {
 
   template <class Tracer, class Bsdf>
   void scatter(Tracer& tracer, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
-    // Photons: gathered at the first receiver behind casters. finish_sample splats those that the camera sees directly.
+    // Photons: gathered at the first receiver that the camera sees over casters. finish_sample splats those that it
+    // sees directly.
     if (vertex.bounce > 0 || tracer.meter() != nullptr) {
       gather(tracer, vertex, bsdf, wo, lanes);
     }

@@ -100,7 +100,7 @@ class PathEstimator : public tracer::EstimatorBase {
  protected:
   explicit PathEstimator(const CompiledScene& scene) : scene_(scene) {}
 
-  // No sampled light can replace a camera ray or a delta BSDF, so their weight is 1.
+  // Sampled lights do not find what camera rays and delta BSDFs find, so these have weight 1.
   static F8 bsdf_sampling_weight(const Path& in, F8 light_pdf_solid_angle) {
     return select(in.pdf_solid_angle > F8(0.0f), power_heuristic(in.pdf_solid_angle, light_pdf_solid_angle), F8(1.0f));
   }
