@@ -25,9 +25,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kAnswerDescriptor = 5;
 constexpr int kFirstFreeDescriptor = 6;
-constexpr int kAbove = 10;  ///< beyond the numbers that descriptors are moved to
+constexpr int kAbove = 10;  ///< above the numbers to which descriptors are moved
 
-/// Of address space, when the child began.
+/// Bytes of address space when the child started.
 std::uint64_t address_space_at_start = 0;
 
 std::uint64_t address_space() {
@@ -41,7 +41,7 @@ std::uint64_t address_space() {
   ::_exit(written == static_cast<ssize_t>(sizeof(reply)) ? 0 : 1);
 }
 
-/// Tells the number of a system call that is not allowed, as an answer that only the parent makes a text of.
+/// Reply code for a forbidden system call. The reply has the call's number, and only the parent makes a text of it.
 constexpr std::int32_t kForbiddenCall = -1;
 void forbidden_call(int, siginfo_t* info, void*) {
   static DecodeReply reply;
@@ -50,20 +50,20 @@ void forbidden_call(int, siginfo_t* info, void*) {
   answer(reply);
 }
 
-/// A limit that cannot be set is left out: the rest of the sandbox holds.
+/// A limit that cannot be set is omitted, because the rest of the sandbox holds.
 void limit(__rlimit_resource resource, std::uint64_t soft, std::uint64_t hard) {
   const rlimit value{soft, hard};
   ::setrlimit(resource, &value);
 }
 
-/// Leaves the child no descriptors but its own.
+/// Closes all descriptors but the child's own.
 bool keep_descriptors(int file, int room, int answers) {
   std::array<int, 3> kept{file, room, answers};
   for (int& descriptor : kept) {
     descriptor = ::fcntl(descriptor, F_DUPFD, kAbove);
   }
   const int null = ::open("/dev/null", O_RDWR | O_CLOEXEC);
-  const int last_standard = kSanitized ? STDOUT_FILENO : STDERR_FILENO;  // what sanitizers find is to be seen
+  const int last_standard = kSanitized ? STDOUT_FILENO : STDERR_FILENO;  // so that reports of sanitizers are visible
   bool moved = null >= 0;
   for (int standard = STDIN_FILENO; standard <= last_standard; ++standard) {
     moved = moved && ::dup2(null, standard) >= 0;
@@ -81,7 +81,7 @@ Status confine(const Confinement& confinement, const ChildLimits& limits, int fi
   if (!keep_descriptors(file, room, answers)) {
     return resource_exhausted("no descriptors for the sandbox: {}", std::strerror(errno));
   }
-  if (!kSanitized) {  // whose shadow memory is larger than any limit
+  if (!kSanitized) {  // the shadow memory of sanitizers exceeds any limit
     const std::uint64_t most = address_space_at_start + limits.most_memory_bytes;
     limit(RLIMIT_AS, std::min(address_space_at_start + limits.memory_bytes, most), most);
   }
@@ -115,8 +115,8 @@ Status confine(const Confinement& confinement, const ChildLimits& limits, int fi
     reply = work();
   } catch (const std::bad_alloc&) {
     reply =
-        error_reply(resource_exhausted("decoding it takes more than the {} of memory that it may have; save it "
-                                       "in another format or smaller",
+        error_reply(resource_exhausted("decoding it needs more memory than its limit of {}; save it in another "
+                                       "format or smaller",
                                        human_bytes(limits.most_memory_bytes)));
   } catch (const std::exception& error) {
     reply = error_reply(invalid_argument("the image cannot be decoded: {}; save it again", error.what()));
@@ -124,7 +124,7 @@ Status confine(const Confinement& confinement, const ChildLimits& limits, int fi
   answer(reply);
 }
 
-/// Whether the whole reply came in time.
+/// Whether the whole reply arrived in time.
 enum class Came { yes, ended, late, unwanted };
 Came read_reply(int answers, int asker, Clock::time_point until, DecodeReply& reply) {
   std::size_t got = 0;
@@ -159,7 +159,7 @@ Status why_no_reply(Came came, int status, const ChildLimits& limits) {
     return resource_exhausted("its decoder was killed, perhaps because the machine has no memory left; {}", kAdvice);
   }
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXFSZ) {
-    return resource_exhausted("its decoder writes more than the {} that it may; {}", human_bytes(limits.file_bytes),
+    return resource_exhausted("its decoder writes more than its limit of {}; {}", human_bytes(limits.file_bytes),
                               kAdvice);
   }
   return WIFSIGNALED(status)
@@ -184,13 +184,13 @@ DecodeReply run_confined(const Confinement& confinement, const ChildLimits& limi
   if (::pipe2(answers.data(), O_CLOEXEC) != 0) {
     return error_reply(resource_exhausted("no pipe for its decoder: {}", std::strerror(errno)));
   }
-  while (::waitpid(-1, nullptr, WNOHANG) > 0) {  // those before have replied, and are gone or about to be
+  while (::waitpid(-1, nullptr, WNOHANG) > 0) {  // earlier children have replied, and have ended or will soon
   }
   address_space_at_start = address_space();
   if (address_space_at_start == 0) {
     ::close(answers[0]);
     ::close(answers[1]);
-    return error_reply(failed_precondition("images are not decoded: their decoder cannot read /proc/self/statm"));
+    return error_reply(failed_precondition("cannot decode images: the decoder cannot read /proc/self/statm"));
   }
   const pid_t parent = ::getpid();
   const pid_t child = ::fork();
@@ -206,7 +206,7 @@ DecodeReply run_confined(const Confinement& confinement, const ChildLimits& limi
   DecodeReply reply;
   const Came came = read_reply(answers[0], confinement.asker, Clock::now() + limits.time, reply);
   ::close(answers[0]);
-  ::kill(child, SIGKILL);  // of one that has ended, nothing changes; one that has only closed its pipe would run on
+  ::kill(child, SIGKILL);  // no effect on an ended child; a child that only closed its pipe would run on
   if (came != Came::yes) {
     int status = 0;
     while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
@@ -215,7 +215,7 @@ DecodeReply run_confined(const Confinement& confinement, const ChildLimits& limi
   }
   if (reply.code == kForbiddenCall) {
     return error_reply(invalid_argument(
-        "its decoder was ended: it tried the system call {}, which decoding does not take; save the image again",
+        "its decoder was stopped: it tried the system call {}, which decoding does not need; save the image again",
         system_call_name(reply.width)));
   }
   return reply;

@@ -12,13 +12,13 @@
 namespace lightmill {
 namespace {
 
-/// For reading the header, and beside pixels.
+/// For the header, and in addition to pixels.
 constexpr std::uint64_t kBaseMemory = std::uint64_t{512} << 20;
-/// Of one pixel while it is decoded: as Texels has it, and as much again for what readers hold.
+/// Per pixel while it is decoded: its bytes in Texels, and as much again for readers.
 constexpr std::uint64_t kMemoryOfPixel = 32;
 constexpr std::uint64_t kMostBytesOfPixel = 16;
 
-/// A file in memory.
+/// Maps a file into memory.
 Result<std::byte*> mapped(int file, std::uint64_t size, int protection) {
   void* const start = ::mmap(nullptr, size, protection, MAP_SHARED | MAP_POPULATE, file, 0);
   return start == MAP_FAILED ? Result<std::byte*>(resource_exhausted("no memory for {} bytes of the image: {}", size,
@@ -52,7 +52,7 @@ Result<DecodeReply> try_decode(const DecodeRequest& request, int file, int room)
   }
   LM_ASSIGN_OR_RETURN(std::byte* const pixels, mapped(room, size, PROT_READ | PROT_WRITE));
   const Status read = image->read(pixels);
-  ::munmap(pixels, size);  // nobody may write any more when the reply comes
+  ::munmap(pixels, size);  // the caller seals the file, so no mapping may be left
   LM_RETURN_IF_ERROR(read);
   return reply;
 }

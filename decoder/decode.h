@@ -1,15 +1,14 @@
-// Decoding as a decoder's child does it.
+// Decoding of an image in the decoder's child.
 #pragma once
 
 #include "decoder/confined_child.h"
 
 namespace lightmill {
 
-/// What a child may take for such a request.
+/// Limits of the child for this request.
 ChildLimits limits_for(const DecodeRequest& request);
 
-/// Reads the image whose bytes are in `file`, and writes its pixels to the empty file `room` unless only its size is
-/// asked for.
+/// Reads the image in `file`, and writes its pixels to the empty file `room`, unless the request is only for the size.
 DecodeReply decode(const DecodeRequest& request, int file, int room);
 
 }  // namespace lightmill

@@ -1,7 +1,7 @@
 // lightmill-image-decoder: decodes images for the program that starts it, each in a sandboxed child.
 //
-// It loads the libraries once. For each request (common/image/decoder/decoder_protocol.h) it forks a child, which
-// reads one image, and ends. Nothing from an image reaches this process but the child's reply, which it passes on.
+// The libraries are loaded once. For each request (common/image/decoder/decoder_protocol.h) it forks a child, which
+// reads one image and ends. From an image, only the child's reply reaches this process, which passes it on.
 #include <grp.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -24,27 +24,27 @@ namespace {
 constexpr int kAsker = STDIN_FILENO;
 constexpr uid_t kNobody = 65'534;
 
-/// Once, for all children. The libraries' own threads would not be there after a fork.
+/// Prepares the libraries once, for all children. Their own threads would not survive a fork.
 void prepare_readers() {
   OIIO::attribute("threads", 1);
   OIIO::attribute("exr_threads", -1);
   OIIO::attribute("try_all_readers", 0);
-  OIIO::get_string_attribute("format_list");  // makes the table of readers
+  OIIO::get_string_attribute("format_list");  // creates the table of readers
 }
 
-/// Where memory is short, the kernel ends this process and its children before the program that asks.
+/// If memory runs short, the kernel kills this process and its children before the program that uses it.
 void be_first_to_go() {
   std::ofstream("/proc/self/oom_score_adj") << "1000";
 }
 
-/// Root's rights are given up for nobody's. A root without the right to do so has few others to lose.
+/// Changes from root to nobody. A root that may not do this has few other rights.
 void become_nobody() {
   if (::geteuid() == 0 && ::setgroups(0, nullptr) == 0 && ::setresgid(kNobody, kNobody, kNobody) == 0) {
     [[maybe_unused]] const int refused = ::setresuid(kNobody, kNobody, kNobody);
   }
 }
 
-/// False once the asker is gone. A message without two descriptors is of no program of ours.
+/// False when the caller is gone. A message without two descriptors is not from a program of ours.
 bool receive(DecodeRequest& request, std::array<int, 2>& descriptors) {
   iovec part{&request, sizeof(request)};
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(descriptors))> control{};
@@ -91,7 +91,7 @@ int run(int argc, char** argv) {
   int type = 0;
   socklen_t size = sizeof(type);
   if (::getsockopt(kAsker, SOL_SOCKET, SO_TYPE, &type, &size) != 0 || type != SOCK_SEQPACKET) {
-    std::cerr << "lightmill-image-decoder: it is started by lightmill and lightmill-worker, for images of scenes\n";
+    std::cerr << "lightmill-image-decoder: lightmill and lightmill-worker start this program to decode images\n";
     return 2;
   }
   prepare_readers();

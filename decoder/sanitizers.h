@@ -1,4 +1,4 @@
-// Whether this is a build with sanitizers, whose runtimes need more of the machine.
+// Whether this build has sanitizers, whose runtimes need more memory and system calls.
 #pragma once
 
 namespace lightmill {

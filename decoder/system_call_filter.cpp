@@ -17,8 +17,8 @@
 namespace lightmill {
 namespace {
 
-/// Those that reach nothing but the process' memory, its open descriptors, the clock and how much memory there is
-/// (qsort asks).
+/// Calls that reach only the process' memory, its open descriptors, the clock and the amount of memory (qsort asks for
+/// it).
 constexpr std::array kAllowed{
     SCMP_SYS(read),          SCMP_SYS(pread64),        SCMP_SYS(write),        SCMP_SYS(lseek),  SCMP_SYS(fstat),
     SCMP_SYS(ftruncate),     SCMP_SYS(close),          SCMP_SYS(brk),          SCMP_SYS(munmap), SCMP_SYS(mremap),
@@ -26,7 +26,7 @@ constexpr std::array kAllowed{
     SCMP_SYS(clock_gettime), SCMP_SYS(rt_sigprocmask), SCMP_SYS(rt_sigreturn), SCMP_SYS(exit),   SCMP_SYS(exit_group),
     SCMP_SYS(sysinfo),
 };
-/// What the runtimes of sanitizers need besides. They try by a pipe whether memory can be read.
+/// Further calls of the runtimes of sanitizers. They use a pipe to test whether memory can be read.
 constexpr std::array kAllowedToSanitizers{
     SCMP_SYS(sigaltstack), SCMP_SYS(sched_yield), SCMP_SYS(nanosleep), SCMP_SYS(clock_nanosleep),
     SCMP_SYS(getrlimit),   SCMP_SYS(pipe),        SCMP_SYS(pipe2)};
@@ -37,17 +37,17 @@ bool add_rules(scmp_filter_ctx context) {
   if (kSanitized) {
     all = all && std::ranges::all_of(kAllowedToSanitizers, allow);
   }
-  // Memory, but none that can be run.
+  // Memory that is not executable.
   for (const int call : {SCMP_SYS(mmap), SCMP_SYS(mprotect)}) {
     all =
         all && ::seccomp_rule_add(context, SCMP_ACT_ALLOW, call, 1, SCMP_A2_64(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0)) == 0;
   }
-  // Its own limit of memory, up to the one that it cannot raise.
+  // Its own memory limit, up to the hard limit.
   return all && ::seccomp_rule_add(context, SCMP_ACT_ALLOW, SCMP_SYS(prlimit64), 2, SCMP_A0_64(SCMP_CMP_EQ, 0, 0),
                                    SCMP_A1_64(SCMP_CMP_EQ, RLIMIT_AS, 0)) == 0;
 }
 
-/// The filter as the kernel takes it.
+/// The filter in the kernel's form.
 std::vector<sock_filter> steps_of(scmp_filter_ctx context) {
   const int file = ::memfd_create("filter", MFD_CLOEXEC);
   struct stat facts {};
@@ -70,8 +70,8 @@ std::vector<sock_filter> steps_of(scmp_filter_ctx context) {
 Result<SystemCallFilter> SystemCallFilter::make() {
   const std::unique_ptr<void, void (*)(scmp_filter_ctx)> context(::seccomp_init(SCMP_ACT_TRAP), ::seccomp_release);
   SystemCallFilter filter;
-  // A system call of another architecture ends the only thread: libseccomp's default. To end the process is the same
-  // here, but libseccomp takes that only where it may ask the kernel by the system call seccomp (see install).
+  // A system call of another architecture kills the only thread, which is libseccomp's default. Killing the process
+  // would be the same, but for this libseccomp needs the system call seccomp (see install).
   if (context != nullptr && add_rules(context.get())) {
     filter.steps_ = steps_of(context.get());
   }
@@ -83,7 +83,7 @@ Result<SystemCallFilter> SystemCallFilter::make() {
 
 Status SystemCallFilter::install() const {
   const sock_fprog program{static_cast<unsigned short>(steps_.size()), const_cast<sock_filter*>(steps_.data())};
-  // Not the system call seccomp, which the filters of systemd's units leave out.
+  // Not by the system call seccomp, which the filters of systemd units exclude.
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 ||
       ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program, 0, 0) != 0) {
     return failed_precondition("the kernel refuses the sandbox (seccomp): {}", std::strerror(errno));

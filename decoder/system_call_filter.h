@@ -1,4 +1,4 @@
-// The system calls that are left to a process that decodes an image (seccomp).
+// Filter of system calls (seccomp) for a process that decodes an image.
 #pragma once
 
 #include <linux/filter.h>
@@ -10,19 +10,20 @@
 
 namespace lightmill {
 
-/// Allows what computing in memory and using descriptors that are open takes. All else raises SIGSYS: opening files,
-/// sockets, programs, other processes. Made once, installed in each child.
+/// Allows computation in memory, and use of open descriptors. Everything else raises SIGSYS: opening files, sockets,
+/// programs, other processes. Made once, installed in each child.
 class SystemCallFilter {
  public:
   static Result<SystemCallFilter> make();
-  /// For this thread, for good. It cannot gain privileges any more either. FAILED_PRECONDITION if the kernel refuses.
+  /// Installs it for this thread, irrevocably. The thread cannot gain privileges any more. FAILED_PRECONDITION if the
+  /// kernel refuses.
   Status install() const;
 
  private:
   std::vector<sock_filter> steps_;
 };
 
-/// "openat".
+/// Name of a system call, such as "openat".
 std::string system_call_name(int number);
 
 }  // namespace lightmill

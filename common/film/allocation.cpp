@@ -9,21 +9,21 @@
 namespace lightmill {
 namespace {
 
-/// What a tile's error becomes by its shift. More samples bring at least what random ones would. Fewer may cost more
-/// than that: errors of points that fill space evenly fall faster than 1/n, up to n^-2 where the picture is smooth.
+/// Factor of a tile's error by its shift. More samples are counted like random ones. Fewer samples are counted as
+/// worse: errors of low-discrepancy points fall faster than 1/n, up to n^-2 where the picture is smooth.
 double error_factor(int shift) {
   return std::ldexp(1.0, shift >= 0 ? -shift : -2 * shift);
 }
 
-/// Twice the samples for a tile: what that takes off the frame's error for what it costs.
+/// One doubling of a tile's samples. `worth`: reduction of the frame's error over the added cost.
 struct Step {
   std::size_t tile;
   int from;  ///< shift
   double worth;
 };
 
-/// Of all tiles, from the least shift up to `most`, the best first. Each step of a tile is worth less than the one
-/// before it; where nothing is worth anything, or all the same, those with least come first.
+/// Steps of all tiles, from the least shift up to `most`, best first. Each step of a tile is worth less than the one
+/// before. Among equals, tiles with the least shift come first.
 std::vector<Step> steps_of(std::span<const TileNoise> tiles, int most) {
   constexpr double kLeastCost = 1e-300;  // a tile may cost nothing
   std::vector<Step> steps;
@@ -37,11 +37,11 @@ std::vector<Step> steps_of(std::span<const TileNoise> tiles, int most) {
   return steps;
 }
 
-/// All tiles start with the least, and the steps that are worth most are taken, as long as there are samples left: at
-/// most one on average, and less only where no further step fits.
+/// All tiles start with the least shift. The best steps are taken while samples are left, which are one per pixel on
+/// average. Fewer are used only if no further step fits.
 std::vector<std::int8_t> one_on_average(std::span<const TileNoise> tiles, int most) {
   std::vector<std::int8_t> shifts(tiles.size(), Allocation::kLeastShift);
-  double left = 0;  // of pixel samples, exact: whole multiples of 2^kLeastShift
+  double left = 0;  // in pixel samples; exact, as multiples of 2^kLeastShift
   for (const TileNoise& tile : tiles) {
     left += tile.pixels - std::ldexp(tile.pixels, Allocation::kLeastShift);
   }
@@ -55,7 +55,7 @@ std::vector<std::int8_t> one_on_average(std::span<const TileNoise> tiles, int mo
   return shifts;
 }
 
-/// relMSE × cost; the shared cost is that of the tile that has most.
+/// relMSE × cost. The tile with the most samples decides the shared cost.
 double inefficiency(std::span<const TileNoise> tiles, std::span<const std::int8_t> shifts, double shared_cost) {
   double error = 0, cost = 0;
   int most = Allocation::kLeastShift;

@@ -1,7 +1,7 @@
-// How the frame's samples are shared out between its tiles: two-stage adaptive sampling.
+// Adaptive sampling in two stages: how the frame's samples are divided among its tiles.
 //
-// A pilot, whose samples enter no film, says where the noise is (planner/tile_noise.h). What each tile gets then is
-// fixed before its first sample: no tile's own samples decide how many it has, which would be biased.
+// A pilot measures where the noise is (planner/tile_noise.h). Its samples enter no film. Each tile's share is fixed
+// before its first sample. A tile's own samples never decide how many it has, because that would be biased.
 #pragma once
 
 #include <cstdint>
@@ -13,33 +13,33 @@
 
 namespace lightmill {
 
-/// Where the frame is to have n samples per pixel on average, a tile has n·2^shift. Tiles without one, and all of the
-/// default, have n.
+/// A frame with n samples per pixel on average has n·2^shift in a tile. Tiles without a shift have n, and so do all
+/// tiles of a default Allocation.
 class Allocation {
  public:
   static constexpr int kLeastShift = -2, kMostShift = 2;
 
   Allocation() = default;
-  /// One shift a tile; INVALID_ARGUMENT if one is out of range.
+  /// One shift per tile. INVALID_ARGUMENT if one is out of range.
   static Result<Allocation> of(std::vector<std::int8_t> shifts);
 
   bool even() const { return shifts_.empty(); }
   std::span<const std::int8_t> shifts() const { return shifts_; }
   int shift(TileId tile) const { return tile.value < shifts_.size() ? shifts_[tile.value] : 0; }
-  int least_shift() const { return least_shift_; }  ///< of all tiles, and at most 0
+  int least_shift() const { return least_shift_; }  ///< over all tiles, and at most 0
 
-  /// Samples per pixel that a tile has where the frame has `frame`: rounded up.
+  /// Samples per pixel of a tile when the frame has `frame`, rounded up.
   std::uint64_t of_tile(TileId tile, std::uint64_t frame) const {
     const int s = shift(tile);
     return s >= 0 ? frame << s : (frame + (std::uint64_t{1} << -s) - 1) >> -s;
   }
-  /// The most samples of the frame of which a tile with so many has its part.
+  /// The largest frame count whose share a tile with `count` samples has.
   std::uint64_t of_frame(TileId tile, std::uint64_t count) const {
     const int s = shift(tile);
     return s >= 0 ? count >> s : count << -s;
   }
 
-  /// The least samples of the frame of which a tile's part is as many.
+  /// The smallest frame count at which a tile's share is `count`.
   std::uint64_t frame_for(TileId tile, std::uint64_t count) const {
     const int s = shift(tile);
     return s >= 0 ? (count + (std::uint64_t{1} << s) - 1) >> s : count == 0 ? 0 : ((count - 1) << -s) + 1;
@@ -52,22 +52,24 @@ class Allocation {
   int least_shift_ = 0;
 };
 
-/// What is known of a tile beforehand.
+/// What the pilot measured of a tile.
 struct TileNoise {
   double pixels = 0;
-  double variance = 0;  ///< relative, of one sample: mean over pixels and channels of var/(r² + 0.01)
+  double variance = 0;  ///< relative variance of one sample: mean over pixels and channels of var/(r² + 0.01)
   double cost = 0;      ///< of one sample of one pixel, in any unit
 };
 
-/// What an allocation does to a frame of as many samples on average.
+/// An allocation, and its gain for a frame with the same mean sample count.
 struct Gain {
   Allocation allocation;
-  double gain = 1;  ///< by how much relMSE × cost is less than if all tiles had the same
+  double gain = 1;  ///< relMSE × cost of equal shares, over that of this allocation
 };
 
-/// About the least relMSE × cost for a frame of n samples on average: never more, and less only where what is left is
-/// too little for any tile's next step. `shared_cost`: of what a sample costs but once, for all tiles that have it
-/// (photons). A tile's error is taken to be half with twice the samples, and four times with half of them. Even, where
+/// Minimizes relMSE × cost, approximately, for a frame with n samples on average. It never takes more than n. It takes
+/// less only if the rest is too small for the next step of any tile. `shared_cost`: cost per sample that all tiles
+/// share (photons).
+///
+/// The model of a tile's error: half with twice the samples, four times with half of them. Returns equal shares where
 /// nothing is gained.
 Gain allocate(std::span<const TileNoise> tiles, double shared_cost);
 

@@ -9,22 +9,22 @@
 namespace lightmill {
 namespace {
 
-constexpr int kBlockSide = 8;  ///< Pixels; wider than what neighbouring pixels share.
-/// Share of the estimate by which it may be off for want of the limit r itself: within this on the scenes of
-/// tests/bench/coverage_bench. Large frames, whose noise averages out, would else be told too narrow an interval.
+constexpr int kBlockSide = 8;  ///< pixels; wider than the correlation between pixels
+/// Relative uncertainty of the estimate because the limit r is unknown. It holds on the scenes of
+/// tests/bench/coverage_bench. Without it, the interval of large frames, whose noise averages out, would be too narrow.
 constexpr double kDoubt = 0.1;
 
-// What a pixel's own error is divided by needs its limit r. Its mean does not serve: a rare bright sample would be
-// compared with itself, and errors told far too small. So r is what is usual around the pixel, the lower median of its
-// neighbours' means, but between the means of its own halves, of which a bright sample raises one alone: where
-// neighbours are no guide (textures, edges) that leaves little to choose. Beside something much brighter a pixel may
-// show a part of it, which few of its samples meet: there the mean is better.
+// A pixel's error is divided by its limit r. The pixel's mean is a bad estimate of r: a rare bright sample would be
+// compared with itself, and the error far too small. So r is the lower median of the neighbours' means, clamped to the
+// means of the pixel's own halves. A bright sample raises only one half. At textures and edges, where neighbours
+// mislead, the clamp leaves little choice. Next to something much brighter, a pixel may show a part of it that few
+// samples hit. There the mean is better.
 constexpr float kEdge = 4;  ///< times as bright, in both halves
 
-// What gathers at half the radius differ by, squared, times this is the square of their bias. Within a smooth patch of
-// light the bias goes with r², and the factor is (4/3)². Bias stands where caustics have edges, though. Across a
-// straight one, u radii off, a disc has the bias b(u) = ±(acos u − u √(1 − u²))/π, and ∫b(u)² du is 4.33 ∫(b(u) −
-// b(2u))² du.
+// The squared difference between gathers with full and half radius, times this factor, is the square of their bias. In
+// a smooth patch the bias grows with the squared radius, and the factor is (4/3)². But bias is largest at the edges of
+// caustics. At u radii from a straight edge a disc has the bias b(u) = ±(acos u − u √(1 − u²))/π, and ∫b(u)² du is 4.33
+// ∫(b(u) − b(2u))² du.
 constexpr double kBiasFactor = 4.33;
 
 struct Block {
@@ -32,8 +32,8 @@ struct Block {
   double pixels = 0;
 };
 
-/// Adds to the tile's estimate of the variance of the total of all blocks, each pixel's term having a common variance
-/// within a neighbourhood: for neighbours with n₁ and n₂ pixels, E[(x₁/n₁ − x₂/n₂)²] = σ²(1/n₁ + 1/n₂).
+/// Adds to the estimate of the variance of the sum over all blocks. Pixels of a neighbourhood have one variance σ². For
+/// neighbours with n₁ and n₂ pixels, E[(x₁/n₁ − x₂/n₂)²] = σ²(1/n₁ + 1/n₂).
 void add_variance(std::span<const Block> blocks, TileError& tile) {
   for (std::size_t i = 0; i < blocks.size(); i += 2) {
     const std::size_t other = i + 1 < blocks.size() ? i + 1 : i - 1;
@@ -47,16 +47,16 @@ void add_variance(std::span<const Block> blocks, TileError& tile) {
   }
 }
 
-/// The 97.5 % quantile of Student's t distribution, by the expansion of Cornish and Fisher: within 0.1 % from 5 degrees
-/// of freedom on, 2 % at 3.
+/// 97.5 % quantile of Student's t distribution, by the Cornish-Fisher expansion. Its error is within 0.1 % from 5
+/// degrees of freedom on, and 2 % at 3.
 double student_quantile(double freedom) {
   constexpr double z = 1.959963984540054, z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
   return z + (z3 + z) / (4 * freedom) + (5 * z5 + 16 * z3 + 3 * z) / (96 * freedom * freedom) +
          (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * freedom * freedom * freedom);
 }
 
-/// A plane of values with a border of one pixel around, which repeats the outermost ones. Eight values can be read from
-/// any of them on.
+/// A plane of values with a border of one pixel, which repeats the outermost values. Eight values can be read from any
+/// position.
 class BorderedPlane {
  public:
   BorderedPlane(int width, int height)
@@ -88,8 +88,8 @@ void order(F8& low, F8& high) {
   low = least;
 }
 
-/// Of the eight values around each of eight pixels, the fourth smallest: by Batcher's merge sort, of which the compiler
-/// keeps what counts.
+/// The fourth smallest of the eight neighbours, for eight pixels, by Batcher's merge sort. The compiler drops the
+/// unused exchanges.
 F8 lower_median_around(const float* p, int stride) {
   F8 v[8] = {F8::load(p - stride - 1), F8::load(p - stride),     F8::load(p - stride + 1), F8::load(p - 1),
              F8::load(p + 1),          F8::load(p + stride - 1), F8::load(p + stride),     F8::load(p + stride + 1)};
@@ -106,7 +106,7 @@ F8 greatest_around(const float* p, int stride) {
   return max(max(of_three(p - stride), of_three(p + stride)), max(F8::load(p - 1), F8::load(p + 1)));
 }
 
-/// One channel of a tile: means of the halves, and what there is around a pixel.
+/// One channel of a tile: the means of its halves, and the limits r.
 class ChannelMeans {
  public:
   ChannelMeans(int width, int height)
@@ -136,20 +136,21 @@ class ChannelMeans {
     both_.fill_border();
   }
 
-  /// Adds ((a − b)² · weight + bias) / (r² + 0.01) of a row's pixels to `terms`; `bias`: its square by pixel, or null.
+  /// Adds ((a − b)² · weight + bias) / (r² + 0.01) of a row's pixels to `terms`. `bias`: squared bias by pixel, or
+  /// null.
   void add_terms(int y, double weight, const double* bias, double* terms) {
     const float* const low = low_.row(y);
     const float* const high = high_.row(y);
     find_limits(low, high, both_.row(y));
     for (int x = 0; x < width_; ++x) {
       const double limit = limits_[static_cast<std::size_t>(x)];
-      const double difference = static_cast<double>(high[x]) - low[x];  // squares of radiances outgrow a float
+      const double difference = static_cast<double>(high[x]) - low[x];  // squares of radiances overflow a float
       terms[x] += (difference * difference * weight + (bias == nullptr ? 0 : bias[x])) / (limit * limit + kRelMseFloor);
     }
   }
 
  private:
-  /// r of a row's pixels, eight at a time.
+  /// Sets r of a row's pixels, eight at a time.
   void find_limits(const float* low, const float* high, const float* both) {
     for (int x = 0; x < width_; x += 8) {
       const F8 least = F8::load(low + x), greatest = F8::load(high + x);
@@ -179,7 +180,7 @@ TileError estimate_tile_error(std::span<const float> sums, int width, int height
   const double na = static_cast<double>(counts.a);
   const double nb = static_cast<double>(counts.b);
   const double weight = na * nb / ((na + nb) * (na + nb));
-  std::vector<double> terms(pixels, 0.0);  // of each pixel, over its channels; squares of radiances outgrow a float
+  std::vector<double> terms(pixels, 0.0);  // by pixel, over its channels; squares of radiances overflow a float
   ChannelMeans means(width, height);
   std::vector<double> bias_squares(bias.empty() ? 0 : pixels);
   for (std::uint32_t channel = 0; channel < channels; ++channel) {
@@ -193,7 +194,8 @@ TileError estimate_tile_error(std::span<const float> sums, int width, int height
       means.add_terms(y, weight, bias.empty() ? nullptr : &bias_squares[row], &terms[row]);
     }
   }
-  // Blocks are visited to and fro, so that successive ones touch. Tiles too small for two blocks compare pixels.
+  // Blocks are visited in alternating direction, so that successive ones touch. Tiles too small for two blocks compare
+  // pixels.
   const int side = width > kBlockSide || height > kBlockSide ? kBlockSide : 1;
   std::vector<Block> blocks;
   for (int top = 0; top < height; top += side) {
@@ -214,8 +216,8 @@ TileError estimate_tile_error(std::span<const float> sums, int width, int height
       std::reverse(blocks.begin() + static_cast<std::ptrdiff_t>(row_begin), blocks.end());
     }
   }
-  // A single pixel has nothing beside it. Its term's square stands for the variance: too much by the square of the
-  // mean, which no frame of many pixels notices.
+  // A single pixel has no neighbour, so the square of its term stands for the variance. It is too large by the square
+  // of the mean. In frames of many pixels this does not matter.
   if (blocks.size() > 1) {
     add_variance(blocks, error);
   } else {
@@ -241,7 +243,7 @@ FrameError ErrorEstimator::update(const Film& film, std::uint32_t max_tiles) {
   if (current_ && film_version_ == film.version()) {
     return frame_;
   }
-  if (film.min_samples() < 2) {  // a tile has nothing in one of its halves
+  if (film.min_samples() < 2) {  // a tile has an empty half
     return FrameError{};
   }
   const std::uint32_t tile_count = film.grid().picture_tiles();
@@ -272,12 +274,12 @@ FrameError ErrorEstimator::update(const Film& film, std::uint32_t max_tiles) {
   frame_ = FrameError{};
   const bool single_pixel = tile_count == 1 && film.grid().tile_rect(TileId{0}).pixel_count() == 1;
   if (total.known && !single_pixel) {
-    // The picture's own error is as far from its expectation as the estimate: (a + b)/2 − r has the fourth moment of
-    // (a − b)/2, and of normal noise the two are independent. Hence twice the variance, which is too much for noise
-    // with heavy tails: there both are large together.
+    // The picture's own error deviates from its expectation as much as the estimate does. (a + b)/2 − r has the fourth
+    // moment of (a − b)/2. For normal noise the two are independent, so the variance is doubled. For noise with heavy
+    // tails this is too much, because both are large together.
     //
-    // The variance is itself estimated, from pairs of blocks: each gives one degree of freedom, of which those where
-    // the noise is count alone (Satterthwaite 1946). E[v²] = 3σ⁴ for one degree, hence the factor.
+    // The variance itself is estimated from pairs of blocks. Each gives one degree of freedom, of which only those with
+    // noise count (Satterthwaite 1946). The factor 3 is from E[v²] = 3σ⁴ for one degree.
     const double freedom =
         total.variance_squares > 0 ? 3 * total.variance * total.variance / total.variance_squares : 1;
     const double noise = student_quantile(std::max(freedom, 2.0)) * std::sqrt(2 * total.variance);

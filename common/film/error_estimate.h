@@ -1,12 +1,15 @@
-// The error of a film, estimated from its two halves.
+// Error of a film, estimated from its two halves.
 //
-// The frame's error is relMSE = mean((x − r)²/(r² + 0.01)) over pixels and channels of the picture x, r being its
-// limit. With a and b the means of the halves, (a−b)²/4 estimates (x − r)² where both have as many samples (generally
-// (a−b)²·nA·nB/(nA+nB)²). Where the film has a layer `bias`, of gathers at one radius less those at half of it, the
-// product of its two halves estimates the square of that without bias, and so, times a factor, that of the gathers' own
-// bias, which (x − r)² has too. r² is estimated from the pixel and those beside it, so that neither rare bright samples
-// nor the edges of bright things deceive (see error_estimate.cpp); tests/bench/coverage_bench measures how well that
-// holds.
+// The frame's error is relMSE = mean((x − r)²/(r² + 0.01)) over pixels and channels of the picture x with limit r. a
+// and b are the means of the halves. (a−b)²/4 estimates (x − r)² if both halves have the same number of samples. In
+// general, (a−b)²·nA·nB/(nA+nB)² does.
+//
+// The layer `bias` is the difference of gathers with one radius and with half of it. The product of its two halves
+// estimates the square of this difference without bias. A factor converts it to the square of the gathers' own bias,
+// which is a part of (x − r)².
+//
+// r² is estimated from the pixel and its neighbours, so that neither rare bright samples nor edges of bright things
+// mislead (see error_estimate.cpp). tests/bench/coverage_bench measures how well this holds.
 #pragma once
 
 #include <cstdint>
@@ -18,36 +21,36 @@
 
 namespace lightmill {
 
-/// The frame's relMSE (of beauty) as estimated: rel_mse ± half_width holds the picture's own with 95 % confidence.
+/// Estimated relMSE of the frame's beauty. rel_mse ± half_width contains the picture's own relMSE with 95 % confidence.
 struct FrameError {
   double rel_mse = 0;
   double half_width = 0;
   bool known = false;  ///< false until every tile has samples in both halves, and for a frame of one pixel
 };
 
-/// One tile's part of the estimate.
+/// A tile's part of the estimate.
 struct TileError {
   double sum = 0;  ///< of var/(r² + 0.01) over pixels and channels
-  /// Of `sum`, from the differences of neighbouring blocks of 8×8 pixels; an upper bound for one pixel.
+  /// Of `sum`, from differences of neighbouring blocks of 8×8 pixels. An upper bound for one pixel.
   double variance = 0;
-  double variance_squares = 0;  ///< of the parts that each pair of blocks has in it
+  double variance_squares = 0;  ///< sum of squares of the contributions of block pairs
   double terms = 0;             ///< pixels × channels
   bool known = false;           ///< both halves have samples
 };
 
-/// `sums`, and those of the layer `bias` or none, laid out as Node::values for a tile of width × height pixels.
+/// `sums` and `bias` (empty without that layer) are laid out as Node::values, for a tile of width × height pixels.
 TileError estimate_tile_error(std::span<const float> sums, int width, int height, std::uint32_t channels,
                               Film::HalfCounts counts, std::span<const float> bias = {});
 
-/// Keeps the tiles' parts and recomputes those whose tile has changed, so that asking often is cheap.
+/// Caches the tiles' parts, and recomputes those of changed tiles, so that frequent updates are cheap. Not thread-safe.
 class ErrorEstimator {
  public:
-  /// Brings at most `max_tiles` changed tiles up to date, going round, and sums all up. Films of at most `max_tiles`
-  /// tiles get their exact estimate each time; larger ones one that trails by a few calls.
+  /// Updates at most `max_tiles` changed tiles, in turn, and sums all. Films of at most `max_tiles` tiles get their
+  /// exact estimate. The estimate of larger films lags by a few calls.
   FrameError update(const Film& film, std::uint32_t max_tiles = 2048);
-  /// Brings all changed tiles up to date: the exact estimate of any film.
+  /// Updates all changed tiles. Returns the exact estimate.
   FrameError update_all(const Film& film) { return update(film, std::numeric_limits<std::uint32_t>::max()); }
-  /// Brings one tile up to date, so that a later update_all has less to do.
+  /// Updates one tile, so that a later update_all has less to do.
   void refresh(const Film& film, TileId tile);
 
  private:

@@ -31,7 +31,7 @@ Film::Film(FilmOutline outline, std::vector<std::vector<NodePtr>> nodes)
 MergeOutcome Film::merge(TileId tile, NodePtr node) {
   LM_CHECK(node->values.size() == expected_values(tile, node->range));
   LM_CHECK(node->range.level <= kMaxRangeLevel && node->range.end() <= kMaxSamples);
-  // Ranges are disjoint or nested: what the new one touches either contains it, or is contained in it.
+  // Ranges are disjoint or nested, so a node that overlaps the new one contains it, or is contained in it.
   std::size_t at = first_ending_after(tile, node->range.first());
   std::vector<NodePtr>& forest = forests_[tile.value];
   MergeOutcome outcome;
@@ -44,7 +44,7 @@ MergeOutcome Film::merge(TileId tile, NodePtr node) {
   while (end < forest.size() && node->range.contains(forest[end]->range)) {
     outcome.removed.push_back(forest[end++]->range);
   }
-  // Join with the sibling, then the parent with its own, as far as they are in.
+  // Join with the sibling, then the parent with its sibling, while they are in the forest.
   for (;;) {
     const SampleRange sibling = node->range.sibling();
     if (at > 0 && forest[at - 1]->range == sibling) {

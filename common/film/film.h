@@ -1,7 +1,7 @@
-// The film: per tile, the forest of nodes merged so far, and what can be read from it.
+// Film: for each tile, the forest of nodes merged so far.
 //
-// Pure and not thread-safe. The bits of a tile's sums are a function of the merged sample ranges alone, never of the
-// order in which they came or of how they were cut.
+// Pure and not thread-safe. The bits of a tile's sums depend only on the merged sample ranges. Order of arrival and
+// size of pieces do not affect them.
 #pragma once
 
 #include <cstdint>
@@ -14,59 +14,59 @@ namespace lightmill {
 
 using NodePtr = std::shared_ptr<const Node>;
 
-/// What merging a node did.
+/// Result of merging a node.
 struct MergeOutcome {
   enum class Kind {
     merged,     ///< it entered the film
     duplicate,  ///< its range was covered already: dropped
-    mismatch,   ///< an equal range was merged before with other bits: dropped
+    mismatch,   ///< the same range was merged before with other bits: dropped
   };
   Kind kind = Kind::merged;
-  /// Nodes that left the forest (joined with their sibling, or replaced by an ancestor) and those that joined it. What
-  /// was both added and removed by the same merge is in neither.
+  /// Nodes that left the forest (joined with their sibling, or replaced by an ancestor), and nodes that joined it.
+  /// Nodes that did both in this merge are in neither list.
   std::vector<SampleRange> removed;
   std::vector<NodePtr> added;
 };
 
-/// Siblings are joined as soon as both are in, so a tile's forest is always the shortest list of dyadic ranges that
-/// covers what was merged, and descendants never fill a range without being joined to it.
+/// Siblings are joined as soon as both have arrived. So a tile's forest is the shortest list of dyadic ranges that
+/// covers its samples. Descendants that fill a range are always joined to it.
 class Film : public FilmOutline {
  public:
   Film(const TileGrid& grid, const NodeLayout& layout, Allocation allocation = {});
-  /// The film of this outline, with just its nodes (checked); `nodes` by tile, ascending.
+  /// The film of this outline. `nodes` must be those of the outline (checked), by tile, ascending.
   Film(FilmOutline outline, std::vector<std::vector<NodePtr>> nodes);
 
-  /// Merges a node whose values have the right size (see expected_values).
+  /// Merges a node. Its values must have the right size (see expected_values).
   MergeOutcome merge(TileId tile, NodePtr node);
-  /// Takes out the node of exactly this range, which is in the forest (checked).
+  /// Removes the node of exactly this range, which must be in the forest (checked).
   void drop(TileId tile, SampleRange range);
-  /// Puts back a stored node; the stored forest has no two that overlap.
+  /// Restores a stored node. Stored nodes must not overlap.
   void restore(TileId tile, NodePtr node);
 
   const std::vector<NodePtr>& forest(TileId tile) const;  ///< ascending, disjoint, maximal
-  /// The sum over the forest in ascending index order of the summed channels, laid out as in Node::values; all zero
-  /// while empty.
+  /// The sum over the forest, in ascending index order, of the summed channels, laid out as Node::values. All zero for
+  /// an empty forest.
   std::vector<float> sums(TileId tile) const;
   /// The same of beauty alone.
   std::vector<float> beauty_sums(TileId tile) const;
   /// The same of the layer `bias`; empty if there is none.
   std::vector<float> bias_sums(TileId tile) const;
-  /// Whether somebody else holds a node, too: without the film, its memory would not be free.
+  /// Whether anything else refers to a node, so that deleting the film would not free its memory.
   bool shared() const;
 
  private:
   std::vector<std::vector<NodePtr>> forests_;  ///< by tile
 };
 
-/// The sums over a forest in ascending index order of `channels` of `layout.summed` channels, laid out as in
-/// Node::values with so many channels; all zero while empty.
+/// The sums over a forest, in ascending index order, of `channels` of the `layout.summed` channels, laid out as
+/// Node::values with this number of channels. All zero for an empty forest.
 std::vector<float> sums_over(const std::vector<NodePtr>& forest, const NodeLayout& layout, std::size_t pixels,
                              std::uint32_t channels, std::uint32_t first_channel = 0);
 
-/// What a forest holds of the layers that are not summed.
+/// The values in a forest of the layers that are not summed.
 struct FirstValues {
-  std::uint32_t samples = 0;  ///< of samples 0 to 15, how many are in
-  std::vector<float> values;  ///< laid out as NodeLayout says
+  std::uint32_t samples = 0;  ///< number of samples in the forest, of samples 0 to 15
+  std::vector<float> values;  ///< laid out as in NodeLayout
 };
 FirstValues first_over(const std::vector<NodePtr>& forest, const NodeLayout& layout, std::size_t pixels);
 

@@ -1,6 +1,6 @@
-// Outline of a film: per tile, which nodes its forest has, without their values.
+// Outline of a film: the nodes in each tile's forest, without their values.
 //
-// Pure and not thread-safe. Everything that counts samples reads it, so it serves where the values are not in memory.
+// Pure and not thread-safe. It counts samples also when the values are not in memory.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace lightmill {
 struct NodeOutline {
   SampleRange range;
   std::uint64_t non_finite = 0;
-  std::uint64_t values = 0;  ///< how many it has
+  std::uint64_t values = 0;  ///< number of values
   friend bool operator==(const NodeOutline&, const NodeOutline&) = default;
 };
 NodeOutline outline_of(const Node& node);
@@ -31,43 +31,49 @@ class FilmOutline {
   const NodeLayout& layout() const { return layout_; }
   const Allocation& allocation() const { return allocation_; }
 
-  /// Takes out the node of exactly this range, which is in the forest (checked).
+  /// Removes the node of exactly this range, which must be in the forest (checked).
   void drop(TileId tile, SampleRange range);
-  /// Puts back a stored node; the stored forest has no two that overlap.
+  /// Restores a stored node. Stored nodes must not overlap.
   void restore(TileId tile, const NodeOutline& node);
 
   std::size_t expected_values(TileId tile, SampleRange range) const;  ///< of a node
-  std::uint64_t samples(TileId tile) const;                           ///< per pixel, merged so far
-  bool covered(TileId tile, SampleRange range) const;  ///< by itself or an ancestor (hence also: filled by descendants)
+  std::uint64_t samples(TileId tile) const;                           ///< merged so far, per pixel
+  bool covered(TileId tile, SampleRange range) const;  ///< by itself or an ancestor; so also if descendants fill it
   std::uint64_t non_finite() const { return non_finite_; }
   std::uint64_t bytes() const { return bytes_; }                  ///< of the nodes' values
   const std::vector<NodeOutline>& nodes(TileId tile) const;       ///< ascending, disjoint, maximal
-  const NodeOutline* find(TileId tile, SampleRange range) const;  ///< the node that contains it; null if there is none
+  const NodeOutline* find(TileId tile, SampleRange range) const;  ///< the node that contains the range, or null
   /// Samples in half A and in half B.
   struct HalfCounts {
     std::uint64_t a = 0, b = 0;
   };
   HalfCounts half_counts(TileId tile) const;
-  std::uint64_t version(TileId tile) const;           ///< grows with every merge into the tile
-  std::uint64_t version() const { return version_; }  ///< grows with every merge
+  std::uint64_t version(TileId tile) const;           ///< increases with every merge into the tile
+  std::uint64_t version() const { return version_; }  ///< increases with every merge
 
   // Over all tiles; O(1).
-  std::uint64_t min_samples() const { return tiles_by_samples_.begin()->first; }   ///< per pixel, least sampled tile
-  std::uint64_t max_samples() const { return tiles_by_samples_.rbegin()->first; }  ///< per pixel, most sampled tile
-  std::uint64_t pixel_samples() const { return pixel_samples_; }                   ///< sum over pixels
-  /// The most samples of the frame of which every tile has its part (Allocation); O(1).
+  std::uint64_t min_samples() const {
+    return tiles_by_samples_.begin()->first;
+  }  ///< per pixel, of the tile with the
+     ///< fewest
+  std::uint64_t max_samples() const {
+    return tiles_by_samples_.rbegin()->first;
+  }                                                               ///< per pixel, of the tile with the
+                                                                  ///< most
+  std::uint64_t pixel_samples() const { return pixel_samples_; }  ///< sum over pixels
+  /// The largest frame count whose share (Allocation) every tile has. O(1).
   std::uint64_t frame_samples() const { return tiles_by_frame_samples_.begin()->first; }
-  /// Pixel samples, as a mean over pixels, that one of the frame's stands for where no tile's part is rounded.
+  /// Mean pixel samples per sample of the frame, if no tile's share is rounded.
   double mean_share() const { return mean_share_; }
-  /// Pixel samples of so many of the frame.
+  /// Pixel samples of the film at this frame count.
   std::uint64_t pixel_samples_at(std::uint64_t frame_samples) const;
-  /// Whether every tile has just its part of so many; O(1) where the frame has another count.
+  /// Whether every tile has exactly its share of this frame count. O(1) if the frame has another count.
   bool has_just(std::uint64_t frame_samples) const;
 
  protected:
   /// Position of the first node that ends after sample `first`.
   std::size_t first_ending_after(TileId tile, std::uint64_t first) const;
-  /// `node` takes the place of those from `begin` to `end`.
+  /// Replaces the nodes [begin, end) by `node`.
   void replace(TileId tile, std::size_t begin, std::size_t end, const NodeOutline& node);
 
  private:
@@ -76,9 +82,9 @@ class FilmOutline {
     std::uint64_t samples = 0;
     std::uint64_t version = 0;
   };
-  using TilesByCount = std::map<std::uint64_t, std::uint32_t>;  ///< how many tiles have so many
+  using TilesByCount = std::map<std::uint64_t, std::uint32_t>;  ///< number of tiles by sample count
   const Tile& tile_at(TileId tile) const;
-  /// Adds a node to the counts, or takes it from them.
+  /// Adds a node to the counts, or subtracts it.
   void count(Tile& tile, const NodeOutline& node, bool added);
   void account(TileId tile, std::uint64_t samples_before);
   static void recount(TilesByCount& tiles, std::uint64_t from, std::uint64_t to);

@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-/// The layers with names of their own, in film order; light groups come before the first that is not summed.
+/// Layers with fixed names, in film order. Light groups precede the first layer that is not summed.
 const std::array<LayerSpec, 8> kNamedLayers{{{"direct", 3, LayerKind::summed},
                                              {"indirect", 3, LayerKind::summed},
                                              {"caustic", 3, LayerKind::summed},

@@ -1,10 +1,9 @@
-// The layers of a film: what a job may ask for besides beauty, and how their values lie in a node.
+// Layers of a film: those that a job can have besides beauty, and the layout of their values in a node.
 //
-// Summed layers are merged by the film's fixed sums, as beauty is. The others come from samples 0 to 15 of a pixel
-// alone:
-//   normal  the mean of the shading normals that are seen
-//   depth   the nearest depth that is seen
-//   id      what each of the samples sees
+// Summed layers merge like beauty. The others come only from samples 0 to 15 of a pixel:
+//   normal  mean of the visible shading normals
+//   depth   smallest visible depth
+//   id      the object of each sample
 #pragma once
 
 #include <cstdint>
@@ -19,17 +18,17 @@
 
 namespace lightmill {
 
-inline constexpr int kBeautyChannels = 3;           ///< R, G, B.
-inline constexpr std::uint32_t kFirstSamples = 16;  ///< what layers that are not summed are made of
-inline constexpr std::size_t kMaxLightGroups = 8;   ///< light groups of one film, those not asked for apart
+inline constexpr int kBeautyChannels = 3;           ///< R, G, B
+inline constexpr std::uint32_t kFirstSamples = 16;  ///< samples of the layers that are not summed
+inline constexpr std::size_t kMaxLightGroups = 8;   ///< light groups of one film, without `light:rest`
 inline constexpr std::size_t kMaxSceneLightGroups = 1000;
 inline constexpr std::size_t kMaxLightGroupName = 64;  ///< bytes
 
 enum class LayerKind {
   summed,         ///< sums over all samples, per half
   first_mean,     ///< sums over the first samples
-  first_nearest,  ///< the least positive value of the first samples; 0 where there is none
-  first_samples,  ///< the first samples themselves, in order
+  first_nearest,  ///< the smallest positive value of the first samples; 0 if none
+  first_samples,  ///< the first samples, in order
 };
 
 /// One layer of the film.
@@ -42,42 +41,42 @@ struct LayerSpec {
 
 inline constexpr std::string_view kBeautyLayer = "beauty";
 
-/// The prefix of light groups' layers, and the layer of all light that is in none of the groups asked for.
+/// Prefix of light groups' layers, and the layer of all light in none of the requested groups.
 inline constexpr std::string_view kLightLayerPrefix = "light:";
 inline constexpr std::string_view kRestLayer = "light:rest";
 
-/// How much of what gathers of photons bring depends on their radius, of which the error's statement makes their bias.
+/// Dependence of photon gathering on its radius. The error estimate derives the bias from it.
 inline constexpr std::string_view kBiasLayer = "bias";
 
-/// The light group of a layer's name; empty for other layers.
+/// The light group in a layer's name; empty for other layers.
 std::string_view light_group_of(std::string_view layer);
 
-/// Letters, digits, '-' and '_'; at most kMaxLightGroupName; "rest" is taken.
+/// Letters, digits, '-' and '_', at most kMaxLightGroupName of them. "rest" is reserved.
 bool is_light_group_name(std::string_view name);
 
-/// The film's layers for these names, in the one order that films have: beauty, direct, indirect, caustic, bias,
-/// albedo, light groups in the order given and the rest of the light, normal, depth, id. INVALID_ARGUMENT for a name
-/// that is unknown or comes twice, or too many groups.
+/// The film's layers for these names, in the only order of films: beauty, direct, indirect, caustic, bias, albedo,
+/// light groups as given and the rest of the light, normal, depth, id. INVALID_ARGUMENT for an unknown or repeated
+/// name, or too many groups.
 Result<std::vector<LayerSpec>> film_layers(std::span<const std::string> names);
 
-/// INVALID_ARGUMENT unless film_layers gives this list.
+/// INVALID_ARGUMENT unless film_layers can return this list.
 Status check_layers(const std::vector<LayerSpec>& layers);
 
-/// INVALID_ARGUMENT if there is a layer that this method does not fill: `caustic` fills all, `path`, `vcm` and what
-/// `auto` picks all but `caustic` (`bias` with zeros where the method has none), the others those that show surfaces,
-/// and `ppm` also `bias`.
+/// INVALID_ARGUMENT for a layer that the method does not fill. `caustic` fills all layers. `path`, `vcm` and what
+/// `auto` chooses fill all but `caustic`. `bias` is zero for a method without bias. The other methods fill the layers
+/// that show surfaces, and `ppm` also `bias`.
 Status check_method_layers(std::string_view method, const std::vector<LayerSpec>& layers);
 
-/// All layers that this method fills, with those of these light groups.
+/// All layers that the method fills, with those of these light groups.
 std::vector<LayerSpec> all_layers(std::string_view method, std::span<const std::string> groups);
 
-/// INVALID_ARGUMENT if a light group's layer names none of `groups`.
+/// INVALID_ARGUMENT for a layer of a light group that is not in `groups`.
 Status check_light_groups(const std::vector<LayerSpec>& layers, std::span<const std::string> groups);
 
-/// Whether this method reads the scene's virtual meters; the films of others have no tiles for them.
+/// Whether the method reads the scene's virtual meters. Films of other methods have no tiles for meters.
 bool method_reads_meters(std::string_view method);
 
-/// Where one layer lies among those of its kind.
+/// Position of a layer among those of its kind.
 struct LayerPlace {
   LayerKind kind = LayerKind::summed;
   std::uint32_t first = 0;  ///< channel
@@ -85,23 +84,23 @@ struct LayerPlace {
   friend bool operator==(const LayerPlace&, const LayerPlace&) = default;
 };
 
-/// Of a layer of a film with these layers, in film order; none if there is no such layer.
+/// Position of a layer among these layers, which are in film order; empty if it is not there.
 std::optional<LayerPlace> place_of(std::string_view layer, const std::vector<LayerSpec>& layers);
 
-/// How a node's values lie: first the summed channels of both halves, `[half][channel][pixel]`; then, in nodes that
-/// begin before sample 16, the other layers over those of its samples: `[first_mean channel][pixel]`,
+/// Layout of a node's values. First come the summed channels of both halves, `[half][channel][pixel]`. Nodes that begin
+/// before sample 16 then have the other layers over their samples below 16: `[first_mean channel][pixel]`,
 /// `[first_nearest channel][pixel]`, `[sample][first_samples channel][pixel]`.
 struct NodeLayout {
   std::uint32_t summed = kBeautyChannels;  ///< channels
   std::uint32_t first_mean = 0;
   std::uint32_t first_nearest = 0;
   std::uint32_t first_samples = 0;
-  int bias = -1;  ///< the first channel of the layer of that name, among the summed ones; −1 without
+  int bias = -1;  ///< first channel of this layer among the summed ones; −1 without
 
   NodeLayout(std::uint32_t summed_channels = kBeautyChannels) : summed(summed_channels) {}
   explicit NodeLayout(const std::vector<LayerSpec>& layers);
 
-  /// Of the first samples, how many a range holds.
+  /// Number of first samples in a range.
   static std::uint32_t first_samples_in(const SampleRange& range) {
     return range.first() >= kFirstSamples
                ? 0
@@ -112,14 +111,14 @@ struct NodeLayout {
   std::size_t first_values(std::uint32_t samples) const {                ///< a pixel
     return samples == 0 ? 0 : first_mean + first_nearest + std::size_t{first_samples} * samples;
   }
-  /// Values a pixel of a node.
+  /// Values per pixel of a node.
   std::size_t values(const SampleRange& range) const { return summed_values() + first_values(first_samples_in(range)); }
-  std::size_t most_values() const { return summed_values() + first_values(kFirstSamples); }  ///< a pixel of any node
+  std::size_t most_values() const { return summed_values() + first_values(kFirstSamples); }  ///< per pixel, of any node
   friend bool operator==(const NodeLayout&, const NodeLayout&) = default;
 };
 
-/// Appends the first-sample values of one node to those of an earlier one, as joining nodes does: `into` holds
-/// `into_samples` samples before and `into_samples + samples` after.
+/// Appends the first-sample values of a node to those of an earlier one, as joining nodes does. `into` has
+/// `into_samples` samples before, and `into_samples + samples` after.
 void append_first(const NodeLayout& layout, std::size_t pixels, std::vector<float>& into, std::uint32_t into_samples,
                   std::span<const float> values, std::uint32_t samples);
 

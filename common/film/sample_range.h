@@ -8,7 +8,7 @@ namespace lightmill {
 
 /// A dyadic, aligned range of sample indices. Two ranges are disjoint or one contains the other.
 struct SampleRange {
-  std::uint32_t level = 0;  ///< log2 of the number of samples; at most kMaxRangeLevel.
+  std::uint32_t level = 0;  ///< log2 of the number of samples; at most kMaxRangeLevel
   std::uint32_t index = 0;
 
   std::uint64_t first() const { return std::uint64_t{index} << level; }

@@ -1,4 +1,4 @@
-// How a film is cut into tiles of 64×64 pixels.
+// Division of a film into tiles of 64×64 pixels.
 #pragma once
 
 #include <cstdint>
@@ -7,12 +7,12 @@
 
 namespace lightmill {
 
-inline constexpr int kTileSize = 64;        ///< Pixels on a side.
-inline constexpr int kMaxFilmSide = 65536;  ///< Pixels.
-inline constexpr int kMeterRow = 131072;    ///< The row of the first meter's tile, below every film.
+inline constexpr int kTileSize = 64;        ///< pixels on a side
+inline constexpr int kMaxFilmSide = 65536;  ///< pixels
+inline constexpr int kMeterRow = 131072;    ///< row of the first meter's tile, below every film
 inline constexpr std::uint32_t kMaxMeters = 256;
 
-/// A rectangle of pixels of the full film; x to the right, y down, (0,0) the upper left pixel.
+/// A rectangle of the full film's pixels. x points right, y down, and (0,0) is the upper left pixel.
 struct PixelRect {
   int x = 0;
   int y = 0;
@@ -22,21 +22,22 @@ struct PixelRect {
   friend bool operator==(const PixelRect&, const PixelRect&) = default;
 };
 
-/// Cuts the crop of a film into tiles. Tiles are those of the full film, aligned to multiples of kTileSize and clipped
-/// to the crop, numbered row by row among those that the crop touches. After them come the tiles of the scene's virtual
-/// meters, one each, whole whatever the crop: they are no part of the picture, and each of their pixels is an estimate
-/// of its own of what the meter reads.
+/// Divides the crop of a film into tiles. Tiles are those of the full film, aligned to multiples of kTileSize and
+/// clipped to the crop. They are numbered row by row.
+///
+/// The tiles of the scene's virtual meters follow, one per meter. A crop does not clip them. They are no part of the
+/// picture. Each of their pixels is an independent estimate of what the meter reads.
 class TileGrid {
  public:
   TileGrid() = default;
   /// `crop` must lie within the film and not be empty.
   explicit TileGrid(const PixelRect& crop, std::uint32_t meters = 0);
 
-  std::uint32_t tile_count() const { return picture_tiles() + meters_; }  ///< meters' tiles included
+  std::uint32_t tile_count() const { return picture_tiles() + meters_; }  ///< including meters' tiles
   std::uint32_t picture_tiles() const { return static_cast<std::uint32_t>(columns_ * rows_); }
   std::uint32_t meters() const { return meters_; }
   bool is_meter(TileId tile) const { return tile.value >= picture_tiles(); }
-  /// Of all tiles, meters' included.
+  /// Of all tiles, including meters' tiles.
   std::uint64_t pixel_count() const {
     return static_cast<std::uint64_t>(crop_.pixel_count()) + std::uint64_t{meters_} * kTileSize * kTileSize;
   }
@@ -54,7 +55,7 @@ class TileGrid {
   std::uint32_t meters_ = 0;
 };
 
-/// The rectangle of a meter's tile, and the meter of such a rectangle.
+/// The rectangle of a meter's tile, and the meter of a rectangle.
 inline PixelRect meter_rect(std::uint32_t meter) {
   return {0, kMeterRow + static_cast<int>(meter) * kTileSize, kTileSize, kTileSize};
 }

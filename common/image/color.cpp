@@ -30,7 +30,7 @@ Result<View> parse_view(std::string_view name) {
 
 float filmic_curve(float linear) {
   const double x =
-      linear > 0.0f ? std::min(linear, 1e6f) : 0.0f;  // the fraction's limit, 1.03, is reached far below 1e6
+      linear > 0.0f ? std::min(linear, 1e6f) : 0.0f;  // the fraction reaches its limit, 1.03, far below 1e6
   const double y = x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14);
   return static_cast<float>(std::clamp(y, 0.0, 1.0));
 }

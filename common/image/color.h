@@ -1,4 +1,4 @@
-// Colour for eyes: the sRGB transfer function, exposure, and the view transforms of PNG files.
+// Conversion of linear colour to displayed colour: sRGB transfer function, exposure, and view transforms of PNG files.
 #pragma once
 
 #include <cstdint>
@@ -10,12 +10,12 @@
 
 namespace lightmill {
 
-/// The sRGB transfer function (IEC 61966-2-1), linear to encoded, exact; clamps to [0, 1], NaN gives 0.
+/// The sRGB transfer function (IEC 61966-2-1), linear to encoded, exact. Clamps to [0, 1]. NaN gives 0.
 float srgb_encode(float linear);
 /// Its inverse on [0, 1].
 float srgb_decode(float encoded);
 
-/// How linear radiance becomes a displayed value.
+/// View transform from linear radiance to displayed values.
 enum class View {
   plain,   ///< clipped at 1
   filmic,  ///< filmic_curve: highlights roll off
@@ -24,19 +24,19 @@ enum class View {
 /// "plain" or "filmic".
 Result<View> parse_view(std::string_view name);
 
-/// The filmic curve x(2.51x + 0.03) / (x(2.43x + 0.59) + 0.14), clamped to [0, 1]: K. Narkowicz's fit of the ACES
-/// reference tone curve ("ACES Filmic Tone Mapping Curve", 2015), per channel.
+/// The filmic curve x(2.51x + 0.03) / (x(2.43x + 0.59) + 0.14), clamped to [0, 1], per channel: K. Narkowicz's fit of
+/// the ACES reference tone curve ("ACES Filmic Tone Mapping Curve", 2015).
 float filmic_curve(float linear);
 
 inline constexpr double kMaxGamma = 10;
 
 struct ViewSettings {
-  double exposure_stops = 0;  ///< values are multiplied by 2^stops first
+  double exposure_stops = 0;  ///< values are first multiplied by 2^stops
   View view = View::plain;
-  double gamma = 1;  ///< what is shown is raised to 1/gamma, before the sRGB curve; in (0, kMaxGamma]
+  double gamma = 1;  ///< values are raised to 1/gamma before the sRGB curve; in (0, kMaxGamma]
 };
 
-/// 8-bit sRGB, interleaved RGB, rows from the top. Without dither: equal pixels give equal bytes.
+/// 8-bit sRGB, interleaved RGB, rows from the top. No dither, so equal pixels give equal bytes.
 std::vector<std::uint8_t> to_srgb8(const RgbImage& image, const ViewSettings& settings);
 
 }  // namespace lightmill

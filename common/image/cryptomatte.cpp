@@ -71,7 +71,7 @@ std::array<float, 2 * kCryptomatteRanks> cryptomatte_ranks(std::span<const float
       ++found->count;
     }
   }
-  // A stable sort by insertion: there are a few.
+  // A stable insertion sort, because there are only a few.
   for (std::size_t i = 1; i < size; ++i) {
     for (std::size_t k = i; k > 0 && ranks[k].count > ranks[k - 1].count; --k) {
       std::swap(ranks[k], ranks[k - 1]);

@@ -22,7 +22,7 @@ Status check_finite(const RgbImage& image, std::string_view what) {
 
 Status check_comparable(const RgbImage& picture, const RgbImage& reference) {
   if (picture.width != reference.width || picture.height != reference.height) {
-    return invalid_argument("the pictures must have one size, got {}x{} and {}x{}", picture.width, picture.height,
+    return invalid_argument("the pictures must have the same size, got {}x{} and {}x{}", picture.width, picture.height,
                             reference.width, reference.height);
   }
   LM_RETURN_IF_ERROR(check_finite(picture, "picture"));
@@ -47,7 +47,7 @@ Result<PictureError> compare_pictures(const RgbImage& picture, const RgbImage& r
   }
   error.smape /= static_cast<double>(picture.values.size());
   error.energy_ratio = sum_x == sum_r ? 1.0 : sum_x / sum_r;
-  std::ranges::sort(per_pixel);  // ascending: small terms first keeps the sum exact, and the worst come last
+  std::ranges::sort(per_pixel);  // ascending: adding small terms first keeps the sum accurate, and the worst come last
   const std::size_t kept = pixels - pixels / 1000;
   double sum = 0;
   for (std::size_t i = 0; i < pixels; ++i) {

@@ -1,4 +1,4 @@
-// How far one picture is from another.
+// Error metrics between two pictures.
 #pragma once
 
 #include "common/base/status.h"
@@ -9,15 +9,15 @@ namespace lightmill {
 struct PictureError {
   double rel_mse = 0;          ///< mean over pixels and channels of (x−r)² / (r² + 0.01)
   double rel_mse_trimmed = 0;  ///< the same without the worst 0.1 % of the pixels (rounded down)
-  double energy_ratio = 0;     ///< Σx / Σr; 1 where both are zero, infinite where only r is
+  double energy_ratio = 0;     ///< Σx / Σr; 1 if both are zero, infinite if only Σr is
   double smape = 0;            ///< mean of |x−r| / (|x|+|r|), in [0, 1]; 0/0 counts as 0
   double max_abs = 0;          ///< largest |x−r|
 };
 
-/// INVALID_ARGUMENT unless the pictures have one size and finite values alone.
+/// INVALID_ARGUMENT unless both pictures have the same size and only finite values.
 Status check_comparable(const RgbImage& picture, const RgbImage& reference);
 
-/// Compares linear RGB pictures of one size. INVALID_ARGUMENT if the sizes differ or a value is not finite.
+/// Compares linear RGB pictures of the same size. INVALID_ARGUMENT as for check_comparable.
 Result<PictureError> compare_pictures(const RgbImage& picture, const RgbImage& reference);
 
 }  // namespace lightmill

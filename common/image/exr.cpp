@@ -28,11 +28,11 @@ namespace {
 
 constexpr int kMaxExrSide = 65536;  // pixels
 constexpr int kChunkLines = 16;     // of ZIP compression
-/// Attributes that OpenEXR itself writes, with values that a picture cannot have otherwise.
+/// Attributes that OpenEXR writes itself, with values that our pictures always have.
 constexpr std::array kOwnAttributes{"pixelAspectRatio", "screenWindowWidth"};
 constexpr std::uint64_t kPlausibleValues = std::uint64_t{1}
-                                           << 22;  // decoded without asking whether the file can hold them
-constexpr std::uint64_t kMaxCompression = 16384;   // deflate's limit is 1032; wavelets of a black frame reach more
+                                           << 22;  // decoded without a check that the file can hold them
+constexpr std::uint64_t kMaxCompression = 16384;   // deflate's limit is 1032; wavelets of a black frame exceed it
 
 class MemoryOutput final : public Imf::OStream {
  public:
@@ -124,7 +124,7 @@ std::map<std::string, ImageAttribute> read_attributes(const Imf::Header& header)
   return attributes;
 }
 
-/// A slice over planar values of 4 bytes; OpenEXR addresses pixels by their absolute coordinates.
+/// A slice of planar 4-byte values. OpenEXR addresses pixels by absolute coordinates.
 Imf::Slice planar_slice(Imf::PixelType type, const void* values, const ImageWindow& data) {
   return Imf::Slice::Make(type, values, Imath::V2i{data.x, data.y}, data.width, data.height, sizeof(float),
                           sizeof(float) * static_cast<std::size_t>(data.width));
@@ -172,7 +172,7 @@ Result<Image> read_image(ByteView bytes) {
   return image;
 }
 
-/// A little-endian number at `at`; nothing where the bytes end before.
+/// A little-endian number at `at`; empty if the bytes end before it.
 template <class Number>
 std::optional<Number> number_at(ByteView bytes, std::size_t at) {
   Number number{};
@@ -225,7 +225,7 @@ Result<Image> decode_exr(ByteView bytes) {
   try {
     return read_image(bytes);
   } catch (const std::exception& error) {
-    // The library's name for what it reads says nothing to people.
+    // The library's name of its input means nothing to users.
     constexpr std::string_view kName = "image file \"memory\"";
     std::string what = library_text(error.what());
     for (std::size_t at = what.find(kName); at != std::string::npos; at = what.find(kName)) {

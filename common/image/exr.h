@@ -1,4 +1,4 @@
-// OpenEXR in memory: encoding with lossless compression, and decoding of ordinary scan-line and tiled files.
+// OpenEXR in memory: lossless encoding, and decoding of ordinary scan-line and tiled files.
 #pragma once
 
 #include <string>
@@ -9,17 +9,16 @@
 
 namespace lightmill {
 
-/// The bytes of an EXR file (ZIP compression, Rec. 709 chromaticities). Every channel has as many values as `data` has
-/// pixels. The same image gives the same bytes.
+/// The bytes of an EXR file (ZIP compression, Rec. 709 chromaticities). Every channel must have one value per pixel of
+/// `data`. Equal images give equal bytes.
 Result<std::string> encode_exr(const Image& image);
 
-/// The inverse: all channels (half floats are widened) and the text and number attributes. Hostile bytes give
+/// The inverse: all channels (half floats are widened), and text and number attributes. Malicious bytes give
 /// INVALID_ARGUMENT, never a crash.
 Result<Image> decode_exr(ByteView bytes);
 
-/// DATA_LOSS unless `bytes`, which were decoded to `image`, have the form that encode_exr gives it: the same header,
-/// byte for byte, then the lines' chunks in order, and nothing between or after them. What is compressed is not looked
-/// at.
+/// DATA_LOSS unless `bytes`, which were decoded to `image`, have the form of encode_exr: the same header byte for byte,
+/// then the chunks of lines in order, and nothing else. Compressed data is not compared.
 Status check_exr_form(ByteView bytes, Image image);
 
 }  // namespace lightmill

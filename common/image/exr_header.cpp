@@ -15,7 +15,7 @@ bool is_exr(ByteView bytes) {
   return bytes.size() >= kMagic.size() && std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) == 0;
 }
 
-// After magic number and version come attributes (name, type, both ending with a zero, size, value), and a zero.
+// Magic number and version, then attributes (name, type, both zero-terminated, size, value), then a zero.
 Result<std::size_t> exr_header_end(ByteView bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (text.size() < kFirstAttribute || !is_exr(bytes)) {
@@ -24,7 +24,7 @@ Result<std::size_t> exr_header_end(ByteView bytes) {
   const bool several_parts = (static_cast<unsigned char>(text[5]) & 0x10) != 0;
   std::size_t at = kFirstAttribute;
   for (bool first_of_part = true; at < text.size();) {
-    if (text[at] == '\0') {  // the end of a part's header; an empty one ends the list of parts
+    if (text[at] == '\0') {  // end of a part's header; an empty header ends the list of parts
       if (!several_parts || first_of_part) {
         return at + 1;
       }

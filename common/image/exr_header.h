@@ -1,5 +1,5 @@
-// Where the header of an EXR file ends, told without OpenEXR: before it reads a header it makes room for whatever an
-// attribute says its size is, up to 2 GiB.
+// End of an EXR file's header, found without OpenEXR. OpenEXR allocates whatever size an attribute states, up to 2 GiB,
+// before it reads the header.
 #pragma once
 
 #include "common/base/digest.h"
@@ -7,11 +7,11 @@
 
 namespace lightmill {
 
-/// By its first bytes.
+/// Checks the first bytes.
 bool is_exr(ByteView bytes);
 
-/// How many bytes come before the table of lines. INVALID_ARGUMENT unless each attribute of the headers lies within the
-/// file, and for what is no EXR file.
+/// Number of bytes before the line offset table. INVALID_ARGUMENT if the file is no EXR, or if an attribute of a header
+/// exceeds the file.
 Result<std::size_t> exr_header_end(ByteView bytes);
 
 }  // namespace lightmill

@@ -147,7 +147,7 @@ Status take_counts(const Image& image, const std::string& name, std::vector<std:
 
 Status take_layer(const Image& image, const std::string& name, FilmPicture& picture) {
   if (name.empty() || !(name[0] >= 'a' && name[0] <= 'z')) {
-    return invalid_argument("the file has a layer of the unknown name \"{}\"", printable(name));
+    return invalid_argument("the file has an unknown layer \"{}\"", printable(name));
   }
   PictureLayer layer = make_picture_layer(name, 0);
   for (const std::string& channel : layer.channels) {
@@ -161,7 +161,8 @@ Status take_layer(const Image& image, const std::string& name, FilmPicture& pict
   return ok_status();
 }
 
-/// Sums over windows of 2r+1 along one axis of a grid, ends clipped. `stride` steps along the axis, `other` across it.
+/// Sums over windows of 2r+1 along one axis of a grid, clipped at the ends. `stride`: step along the axis. `other`:
+/// step across it.
 void box_sum(std::vector<double>& grid, int length, std::size_t stride, int lines, std::size_t other) {
   std::vector<double> prefix(static_cast<std::size_t>(length) + 1, 0.0);
   for (int line = 0; line < lines; ++line) {
@@ -254,7 +255,7 @@ void place_sums(FilmPicture& picture, const ImageWindow& rect, std::uint64_t cou
   LM_CHECK(sums.size() == 2 * half, "{} sums for {} pixels", sums.size(), tile_pixels);
   LM_CHECK(rect.x >= data.x && rect.y >= data.y && rect.x + rect.width <= data.x + data.width &&
            rect.y + rect.height <= data.y + data.height);
-  // The float32 quotient, as the film hash defines the means of the halves.
+  // The float32 quotient, as the film hash defines the means of halves.
   const auto mean = [](float sum, std::uint64_t count) { return count == 0 ? 0.0f : sum / static_cast<float>(count); };
   const auto place_mean = [&](std::size_t from, float* to) {
     for (int y = 0; y < rect.height; ++y) {

@@ -28,7 +28,7 @@ constexpr double kFeatureWidth = 0.082;   // w, degrees
 
 constexpr Color kWhite{0.950428545, 1.0, 1.088900371};  // D65
 
-// Linear sRGB to CIE XYZ and back, as fractions whose rows add up to that white.
+// Linear sRGB to CIE XYZ and back, as fractions whose rows sum to this white.
 Color xyz_of(const Color& rgb) {
   return {(10135552.0 * rgb[0] + 8788810.0 * rgb[1] + 4435075.0 * rgb[2]) / 24577794.0,
           (2613072.0 * rgb[0] + 8788810.0 * rgb[1] + 887015.0 * rgb[2]) / 12288897.0,
@@ -58,7 +58,7 @@ double lab_curve(double t) {
   return t > kDelta * kDelta * kDelta ? std::cbrt(t) : t / (3 * kDelta * kDelta) + 4.0 / 29.0;
 }
 
-/// CIELAB with the Hunt effect, by which colours are stronger in the light.
+/// CIELAB with the Hunt effect: colours look stronger in brighter light.
 Color hunt_lab_of(const Color& rgb) {
   const Color xyz = xyz_of(rgb);
   const double x = lab_curve(xyz[0] / kWhite[0]), y = lab_curve(xyz[1] / kWhite[1]), z = lab_curve(xyz[2] / kWhite[2]);
@@ -72,8 +72,7 @@ double color_distance(const Color& one, const Color& other) {
   return std::pow(distance, kColorExponent);
 }
 
-/// Distances up to p_c of the largest, from green to blue, take the range to p_t, the few others the
-/// rest.
+/// Distances up to p_c of the largest one (green to blue) map to [0, p_t], larger ones to the rest.
 double redistributed(double distance) {
   static const double most = color_distance(hunt_lab_of({0, 1, 0}), hunt_lab_of({0, 0, 1}));
   const double knee = kColorKnee * most;
@@ -82,9 +81,9 @@ double redistributed(double distance) {
   return std::clamp(error, 0.0, 1.0);
 }
 
-// ---- filters; the border's pixels go on beyond it ----
+// ---- filters; border pixels continue outside ----
 
-using Kernel = std::vector<float>;  // of odd length, its middle at 0
+using Kernel = std::vector<float>;  // of odd length, centred at 0
 
 Kernel to_kernel(const std::vector<double>& weights, double factor) {
   Kernel kernel(weights.size());
@@ -137,7 +136,7 @@ Plane filter(const Plane& in, Size size, const Kernel& along_x, const Kernel& al
   return filter_columns(filter_rows(in, size, along_x), size, along_y);
 }
 
-/// exp(−x²/(2 σ²)) at whole x, and the sum.
+/// exp(−x²/(2 σ²)) at integer x, and the sum.
 std::pair<std::vector<double>, double> gaussian(int radius, double sigma) {
   std::vector<double> weights;
   for (int x = -radius; x <= radius; ++x) {
@@ -146,8 +145,8 @@ std::pair<std::vector<double>, double> gaussian(int radius, double sigma) {
   return {weights, std::accumulate(weights.begin(), weights.end(), 0.0)};
 }
 
-/// Blurs by the eye's contrast sensitivity: a₁√(π/b₁) exp(−π²x²/b₁) + the same of 2, in two dimensions,
-/// normalised; each of the two is a product of a function of x and one of y.
+/// Blurs by the eye's contrast sensitivity: a₁√(π/b₁) exp(−π²x²/b₁) + the same with a₂ and b₂, in two dimensions,
+/// normalised. Each term is separable in x and y.
 Plane as_seen(const Plane& in, Size size, const Sensitivity& eye, double pixels_per_degree) {
   const double pi = M_PI;
   const int radius = static_cast<int>(std::ceil(3 * std::sqrt(kWidestGaussian / (2 * pi * pi)) * pixels_per_degree));
@@ -168,7 +167,7 @@ Plane as_seen(const Plane& in, Size size, const Sensitivity& eye, double pixels_
   return out;
 }
 
-/// The lengths of the gradients that a filter finds: positive and negative weights of `along` add up to ±1.
+/// Lengths of a filter's gradients. Positive and negative weights of `along` sum to ±1.
 Plane feature_lengths(const Plane& luma, Size size, std::vector<double> along, const Kernel& across) {
   double positive = 0, negative = 0;
   for (const double weight : along) {
@@ -204,7 +203,7 @@ Features features_of(const Plane& luma, Size size, double pixels_per_degree) {
 
 // ---- the two pipelines ----
 
-/// A picture as the eye has it.
+/// A picture as the eye sees it.
 struct Seen {
   std::array<Plane, 3> hunt_lab;
   Features features;
@@ -238,7 +237,7 @@ Seen see(const std::vector<float>& rgb, Size size, double pixels_per_degree) {
   return {std::move(opponent), features_of(luma, size, pixels_per_degree)};
 }
 
-/// Of values in [0, 1]: ΔE_c^(1 − ΔE_f).
+/// ΔE_c^(1 − ΔE_f) for values in [0, 1].
 Plane flip_of_shown(const std::vector<float>& picture, const std::vector<float>& reference, Size size,
                     double pixels_per_degree) {
   const Seen test = see(picture, size, pixels_per_degree);
@@ -259,10 +258,10 @@ Plane flip_of_shown(const std::vector<float>& picture, const std::vector<float>&
 
 // ---- exposures ----
 
-// The ACES curve by K. Narkowicz with the factor 0.6 that it is meant for: (k0 x² + k1 x)/(k3 x² + k4 x + k5).
+// K. Narkowicz's ACES curve with its factor 0.6: (k0 x² + k1 x)/(k3 x² + k4 x + k5).
 constexpr double kCurve0 = 0.6 * 0.6 * 2.51, kCurve1 = 0.6 * 0.03;
 constexpr double kCurve3 = 0.6 * 0.6 * 2.43, kCurve4 = 0.6 * 0.59, kCurve5 = 0.14;
-constexpr double kShownAs = 0.85;  // what the curve makes of the brightest and of the median
+constexpr double kShownAs = 0.85;  // displayed value of the brightest pixel, and of the median
 constexpr double kMostExposures = 64;
 
 std::vector<float> tone_mapped(const std::vector<float>& linear, double exposure) {
@@ -276,7 +275,7 @@ std::vector<float> tone_mapped(const std::vector<float>& linear, double exposure
   return shown;
 }
 
-/// The exposures at which a reference is looked at, ascending, in stops.
+/// The exposures for a reference, ascending, in stops.
 std::vector<double> exposures_for(const RgbImage& reference) {
   const std::size_t pixels = reference.pixels();
   std::vector<double> luminance(pixels);
@@ -295,7 +294,7 @@ std::vector<double> exposures_for(const RgbImage& reference) {
   }
   double middle = median(luminance);
   middle = middle > 0 ? middle : median({lit, luminance.end()});
-  // The positive x that the curve shows as kShownAs.
+  // The positive x that the curve maps to kShownAs.
   const double a = kCurve0 - kCurve3 * kShownAs, b = kCurve1 - kCurve4 * kShownAs, c = -kCurve5 * kShownAs;
   const double x = (-b + std::sqrt(b * b - 4 * a * c)) / (2 * a);
   const double start = std::log2(x / luminance.back()), stop = std::log2(x / middle);

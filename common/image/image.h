@@ -1,5 +1,5 @@
-// An image in memory: named planar channels over a window of a frame, and attributes. What EXR files are read into and
-// written from.
+// Image in memory, as read from and written to EXR files: named planar channels over a window of a frame, and
+// attributes.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace lightmill {
 
-/// A rectangle of pixels; x to the right, y down.
+/// A rectangle of pixels. x points right, y down.
 struct ImageWindow {
   int x = 0;
   int y = 0;
@@ -36,11 +36,11 @@ struct Image {
   std::vector<ImageChannel> channels;
   std::map<std::string, ImageAttribute> attributes;
 
-  /// The values of a float channel; null if there is none of that name.
+  /// The values of a float channel; null if there is none of this name.
   const std::vector<float>* floats(const std::string& name) const;
-  /// The values of an integer channel; null if there is none of that name.
+  /// The values of an integer channel; null if there is none of this name.
   const std::vector<std::uint32_t>* counts(const std::string& name) const;
-  /// A text attribute; empty if there is none of that name.
+  /// A text attribute; empty if there is none of this name.
   std::string text(const std::string& name) const;
 };
 

@@ -1,4 +1,4 @@
-// What an image file says of itself before it is decoded.
+// Size of an image, read from the file's header.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@ namespace lightmill {
 
 struct ImageSize {
   std::uint64_t pixels = 0;
-  std::uint32_t bytes_per_pixel = 4;  ///< as Texels: 4, or 16 where a channel has more than eight bits
+  std::uint32_t bytes_per_pixel = 4;  ///< as in Texels: 4, or 16 if a channel has more than eight bits
 };
 
 }  // namespace lightmill

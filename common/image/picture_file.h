@@ -1,4 +1,4 @@
-// Pictures on disk, their format known by the file's name: .exr or .png.
+// Picture files. The extension states the format: .exr or .png.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@ namespace lightmill {
 
 enum class PictureFormat { exr, png };
 
-/// By extension, upper or lower case; INVALID_ARGUMENT names the path and the two formats.
+/// By extension, upper or lower case. INVALID_ARGUMENT names the path and the two formats.
 Result<PictureFormat> picture_format(const std::filesystem::path& path);
 
 /// The file's bytes: EXR with all layers and the receipt, or PNG of the data window through `view`.

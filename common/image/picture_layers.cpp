@@ -47,7 +47,7 @@ void for_each_pixel(const ImageWindow& data, const ImageWindow& rect, F&& f) {
   }
 }
 
-/// The identifiers that ids of one pixel's samples stand for, of objects and of materials.
+/// Stores the identifiers of one pixel's samples, of objects and of materials.
 void place_ids(PictureLayer& layer, std::size_t to, std::span<const float> sample_ids, PictureIds& ids) {
   const std::size_t pixels = layer.values.size() / layer.channels.size();
   std::array<std::array<float, kMaxCryptomatteSamples>, 2> identifiers{};

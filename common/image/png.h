@@ -1,4 +1,4 @@
-// PNG in memory: 8-bit sRGB out, any ordinary PNG in.
+// PNG in memory: encodes 8-bit sRGB, decodes any ordinary PNG.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,11 @@
 
 namespace lightmill {
 
-/// The bytes of an 8-bit RGB PNG marked as sRGB; `rgb` is interleaved, rows from the top, width·height·3 bytes. Equal
+/// The bytes of an 8-bit RGB PNG marked as sRGB. `rgb` is interleaved, rows from the top, width·height·3 bytes. Equal
 /// pixels give equal files.
 Result<std::string> encode_png(int width, int height, std::span<const std::uint8_t> rgb);
 
-/// The pixels of a PNG, taken as sRGB and made linear; alpha is ignored. Hostile bytes give INVALID_ARGUMENT.
+/// Linear pixels of a PNG, whose values are taken as sRGB. Alpha is ignored. Malicious bytes give INVALID_ARGUMENT.
 Result<RgbImage> decode_png(ByteView bytes);
 
 }  // namespace lightmill

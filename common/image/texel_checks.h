@@ -1,4 +1,4 @@
-// What is checked of a decoded image, wherever it was decoded.
+// Checks of decoded images.
 #pragma once
 
 #include "common/base/status.h"
@@ -6,7 +6,7 @@
 
 namespace lightmill {
 
-/// INVALID_ARGUMENT that names the first pixel with a value that is infinite or no number.
+/// INVALID_ARGUMENT, naming the first pixel that is infinite or NaN.
 Status check_finite(const Texels& texels);
 
 /// RESOURCE_EXHAUSTED for an image of more than `max_pixels`.

@@ -1,4 +1,4 @@
-// The pixels of a texture as they are kept for rendering.
+// Pixels of a texture in memory, as rendering uses them.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace lightmill {
 
-/// An immutable array whose copies share the elements. A vector holds them, or memory that `owner` keeps.
+/// An immutable array whose copies share their elements. A vector holds them, or memory that `owner` keeps alive.
 template <class T>
 class SharedArray {
  public:
@@ -35,17 +35,17 @@ class SharedArray {
   std::span<const T> values_;
 };
 
-/// Rows from the top, four channels a pixel (red, green, blue, alpha; grey images have equal colours, alpha 1 where
-/// there is none). One of the two arrays is filled.
+/// Pixels in rows from the top, with four channels: red, green, blue, alpha. Grey images have equal colours. Alpha is 1
+/// in images without alpha. One of the two arrays is filled.
 struct Texels {
   int width = 0;
   int height = 0;
-  SharedArray<std::uint32_t> bytes;  ///< one a pixel, red in the lowest 8 bits, values as in the file
-  SharedArray<float> floats;         ///< four a pixel
-  bool encoded = false;              ///< the file's values are sRGB-encoded unless the scene says otherwise
+  SharedArray<std::uint32_t> bytes;  ///< one per pixel, red in the lowest 8 bits, values as in the file
+  SharedArray<float> floats;         ///< four per pixel
+  bool encoded = false;              ///< values are sRGB-encoded, unless the scene says otherwise
 };
 
-/// That an image may have unless a caller says less.
+/// Default limit of an image's pixels.
 inline constexpr std::int64_t kMaxTexturePixels = std::int64_t{1} << 28;
 
 /// Memory of the pixels.

@@ -1,17 +1,17 @@
-// Points that shine about a direction: what the kinds of lights with such a profile have in common.
+// Point lights with a direction: the common part of spot and cosine-power lights.
 #pragma once
 
 #include "common/lights/light_sample.h"
 
 namespace lightmill {
 
-/// Rows of position, direction (unit) and intensity along it (W/sr); the lights add what they know of its falling off.
+/// Rows of position, direction (unit) and intensity along it (W/sr). The lights add their falloff.
 class AimedPoints {
  public:
   void add(const Vec3& position, const Vec3& direction, const Vec3& intensity);
   std::size_t size() const { return position_.size(); }
 
-  /// Of a light that shines up to this cosine to its direction, and whose flux is `solid_angle` (sr) times its
+  /// Bounds of a light that shines up to this cosine to its direction, with a flux of `solid_angle` (sr) times its
   /// intensity.
   LightBounds bounds(std::size_t i, double cos_emission, double solid_angle) const;
 

@@ -1,4 +1,4 @@
-// Points whose intensity falls off with a power of the cosine: I(θ) = I₀ cosⁿθ for θ < 90°.
+// Point lights whose intensity falls off with a power of the cosine: I(θ) = I₀ cosⁿθ for θ < 90°.
 #pragma once
 
 #include "common/lights/aimed_points.h"

@@ -1,4 +1,4 @@
-// Parallel light from infinitely far away.
+// Directional lights: parallel light from infinitely far away.
 #pragma once
 
 #include "common/lights/light_sample.h"
@@ -6,7 +6,7 @@
 namespace lightmill {
 
 struct DirectionalEmitter {
-  Vec3 direction;   ///< unit, in which the light travels
+  Vec3 direction;   ///< unit, the direction of travel
   Vec3 irradiance;  ///< W/m² on a surface that faces it
 };
 
@@ -17,7 +17,7 @@ class DirectionalLights {
     irradiance_.add(light.irradiance);
   }
   std::size_t size() const { return direction_.size(); }
-  /// Luminance of the flux through a disk of the scene's radius.
+  /// Luminance of the flux through a disk with the scene's radius.
   double power(std::size_t i, double scene_radius) const;
   LightSample8 sample(const V8& p, U8 index, M8 lanes) const;
 

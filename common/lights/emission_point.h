@@ -1,18 +1,18 @@
-// Where light starts, when it is followed from its source.
+// Start point of light paths on a light.
 #pragma once
 
 #include "common/math/vec.h"
 
 namespace lightmill {
 
-/// A point on an emissive surface, or the place of a light without extent: then all but `point` is without meaning.
+/// A point on an emissive surface, or the position of a light without extent. Then only `point` has a meaning.
 struct EmissionPoint8 {
   V8 point;
-  V8 normal;     ///< unit, to the side that emits; to either one where both do
-  F8 offset;     ///< along the normal: how far off the surface a ray starts so that it does not find it again
+  V8 normal;     ///< unit, to the emitting side; to either side if both emit
+  F8 offset;     ///< along the normal, so that a ray does not hit the surface again
   F8 area;       ///< 1 / pdf_area
-  V8 texture;    ///< what the surface's radiance is multiplied by
-  M8 surface;    ///< not a light without extent
+  V8 texture;    ///< factor of the surface's radiance
+  M8 surface;    ///< false for lights without extent
   M8 two_sided;  ///< light leaves both sides
 };
 

@@ -10,9 +10,9 @@
 namespace lightmill {
 namespace {
 
-/// Directions nearer to a pole than this (in radians) are as far from it when densities per solid angle are meant.
+/// Smallest angle to a pole, in radians, in densities per solid angle.
 constexpr float kPoleAngle = 1e-6f;
-/// Of an environment's light that is drawn by its excess over the mean: some is kept for the darkest direction.
+/// Largest share of the light that is drawn by its excess over the mean. The rest covers the darkest directions.
 constexpr double kMostBrightShare = 1 - 1.0 / 64;
 
 /// Solid angles of the pixels of each row.
@@ -46,7 +46,7 @@ EnvironmentRadiance::EnvironmentRadiance(std::vector<float> rgb, std::size_t wid
     largest = std::max(largest, weights[i]);
   }
   mean_luminance_ = flux / (4 * kPiDouble);
-  // What exceeds the mean by nothing but rounding is flat.
+  // Only rounding exceeds the mean of a flat image.
   if (largest > mean_luminance_ * (1 + 1e-5)) {
     double excess = 0;
     for (std::size_t i = 0; i < weights.size(); ++i) {
@@ -58,8 +58,8 @@ EnvironmentRadiance::EnvironmentRadiance(std::vector<float> rgb, std::size_t wid
   }
 }
 
-/// Luminance of the image times its scale, averaged over each pixel of what is bilinear between centres: weights 1, 6,
-/// 1 in eighths along each axis.
+/// Luminance of the scaled image, averaged over each pixel. Bilinear interpolation gives the weights 1, 6, 1 in eighths
+/// along each axis.
 std::vector<double> EnvironmentRadiance::mean_luminance_of_pixels() const {
   const auto at = [&](std::size_t row, std::size_t column) {
     const float* const p = &rgb_[3 * (row * width_ + column)];
@@ -93,7 +93,8 @@ EnvironmentRadiance::Place8 EnvironmentRadiance::place_of(const V8& d) const {
 }
 
 V8 EnvironmentRadiance::lookup(F8 x, F8 y) const {
-  // Between the centres of four pixels; `column` and `row` are of the upper left one, plus 1 so that they are positive.
+  // Between the centres of four pixels. `column` and `row` are those of the upper left one, plus 1 so that they are
+  // positive.
   const auto within = [](F8 share) { return min(max(share, F8(0.0f)), F8(1.0f)); };
   const F8 px = within(x) * F8(static_cast<float>(width_)) + F8(0.5f);
   const F8 py = within(y) * F8(static_cast<float>(height_)) + F8(0.5f);
@@ -146,13 +147,13 @@ Vec3d EnvironmentRadiance::mean_radiance() const {
 }
 
 V8 EnvironmentRadiance::direction_of(F8 x, F8 sin_theta, F8 cos_theta) const {
-  const SinCos8 phi = sin_cos_turns(x);  // of the opposite direction: the image's centre is at +x
+  const SinCos8 phi = sin_cos_turns(x);  // of the opposite direction, because the image's centre is at +x
   const F8 to_x = -(sin_theta * phi.cos), to_z = -(sin_theta * phi.sin);
   return {to_x * F8(cos_turn_) + to_z * F8(sin_turn_), cos_theta, to_z * F8(cos_turn_) - to_x * F8(sin_turn_)};
 }
 
 void EnvironmentRadiance::for_each_beam(const TakeBeam& take) const {
-  // Small images are resolved further: between the centres of pixels they are bilinear.
+  // Small images are sampled more finely, because they are bilinear between pixel centres.
   constexpr std::size_t kLeastWidth = 512, kLeastHeight = 256;
   const std::size_t width = width_ * ((kLeastWidth + width_ - 1) / width_);
   const std::size_t height = height_ * ((kLeastHeight + height_ - 1) / height_);

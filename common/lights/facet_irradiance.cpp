@@ -10,14 +10,14 @@
 namespace lightmill {
 namespace {
 
-/// Facets farther than so many of their extents shine like points.
+/// Facets farther than this multiple of their extent count as points.
 constexpr float kFarRadii = 32;
 
 M8 one_lane(int lane) {
   return U8::lane_index() == U8(static_cast<std::uint32_t>(lane));
 }
 
-/// Of a facet of unit radiance, seen from p on whichever side (Lambert's formula).
+/// Form factor of a facet of unit radiance, seen from p on either side (Lambert's formula).
 double form_factor(const EmissiveFacet& facet, const Vec3d& p, const Vec3d& n) {
   const Vec3d corner = Vec3d(facet.corner) - p, edge1(facet.edge1), edge2(facet.edge2);
   std::array<Vec3d, 4> corners{corner, corner + edge1, corner + edge1 + edge2, corner + edge2};
@@ -26,7 +26,8 @@ double form_factor(const EmissiveFacet& facet, const Vec3d& p, const Vec3d& n) {
     corners[2] = corners[3];
     count = 3;
   }
-  // What is above the horizon: one corner more, and as many again where rounding lets a facet in it cross it often.
+  // The part above the horizon has one corner more. There is room for more, because rounding can make a facet in the
+  // horizon cross it often.
   std::array<Vec3d, 8> above;
   std::size_t number = 0;
   for (std::size_t k = 0; k < count; ++k) {
@@ -52,7 +53,7 @@ double form_factor(const EmissiveFacet& facet, const Vec3d& p, const Vec3d& n) {
 }
 
 struct Sides {
-  F8 front{0.0f}, back{0.0f};  ///< irradiance for unit radiance, of facets that face the surface and of the others
+  F8 front{0.0f}, back{0.0f};  ///< irradiance for unit radiance, from facets that face the surface, and from the others
 };
 
 struct Surface {

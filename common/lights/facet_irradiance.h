@@ -1,4 +1,4 @@
-// The light of emissive facets on a surface if nothing else is in the way, by formulas.
+// Irradiance from emissive facets without occlusion, in closed form.
 #pragma once
 
 #include <vector>
@@ -9,22 +9,22 @@ namespace lightmill {
 
 /// Immutable once built, thread-safe. The facets' exponents must be 0.
 ///
-/// A surface does not hide what is behind it here, so of what emits on both sides the facets in front and those behind
-/// them would both count. Therefore each part that hangs together counts by one of its sides: the one that gives more
-/// where the surface is. For a convex closed part this is what is seen of it, from outside and from within, and so for
-/// one with a hole; what shows one side here and the other there, such as a tube that is open at both ends, gives up to
-/// half of it.
+/// Nothing is occluded here, so both the front and the back of a two-sided shape would count. Therefore each connected
+/// part counts with one of its sides, the one that gives more irradiance at the surface. For a convex closed part, also
+/// with a hole, this is its visible light, from outside and from inside. A part of which both sides are visible, such
+/// as an open tube, gives as little as half of its light.
 class FacetIrradiance {
  public:
   FacetIrradiance() = default;
   explicit FacetIrradiance(const FacetLights& facets);
 
-  /// On surfaces at p with unit normals n, in W/m²: Lambert's formula for what of a facet is above the surface; those
-  /// that are small and far as points, which is right to 1e-3. Takes time in proportion to the number of facets.
+  /// On surfaces at p with unit normals n, in W/m². Uses Lambert's formula for the part of a facet above the surface.
+  /// Small and distant facets count as points, which is accurate to 1e-3. Takes time proportional to the number of
+  /// facets.
   V8 at(const V8& p, const V8& n, M8 lanes) const;
 
  private:
-  std::vector<EmissiveFacet> facets_;  ///< those of a part in a row
+  std::vector<EmissiveFacet> facets_;  ///< facets of a part are consecutive
 };
 
 }  // namespace lightmill

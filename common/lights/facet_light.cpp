@@ -8,10 +8,10 @@
 namespace lightmill {
 namespace {
 
-/// Triangles nearer than so many of their radii are sampled by solid angle: beyond, the density per solid angle of a
-/// point uniform by area varies less than that is worth.
+/// Triangles nearer than this multiple of their radius are sampled by solid angle. For others, the density per solid
+/// angle of a point uniform by area varies too little.
 constexpr float kNearRadii = 3;
-/// Where single precision resolves the solid angle and what is drawn from it.
+/// Range in which single precision resolves the solid angle and its samples.
 constexpr float kSmallestSolidAngle = 3e-3f, kLargestSolidAngle = 6.2f;
 
 }  // namespace
@@ -20,7 +20,7 @@ void FacetLights::add(const EmissiveFacet& facet) {
   corner_.add(facet.corner);
   edge1_.add(facet.edge1);
   edge2_.add(facet.edge2);
-  const Vec3 area_vector = glm::cross(facet.edge1, facet.edge2);  // as long as the parallelogram's area
+  const Vec3 area_vector = glm::cross(facet.edge1, facet.edge2);  // its length is the parallelogram's area
   const float whole_area = std::sqrt(glm::dot(area_vector, area_vector));
   normal_.add(area_vector * (1.0f / whole_area));
   density_.push_back((facet.parallelogram ? 1.0f : 2.0f) / whole_area);
@@ -31,7 +31,7 @@ void FacetLights::add(const EmissiveFacet& facet) {
   has_triangles_ |= !facet.parallelogram;
   if (has_textures_ || facet.texture.number != TextureSet::kNone) {
     has_textures_ = true;
-    texture_.resize(size() - 1, TextureSet::kNone);  // of facets before the first one with a texture
+    texture_.resize(size() - 1, TextureSet::kNone);  // for facets before the first one with a texture
     coordinates_.resize(6 * (size() - 1));
     texture_.push_back(facet.texture.number);
     for (const auto& pair : {facet.texture.corner, facet.texture.edge1, facet.texture.edge2}) {
@@ -46,7 +46,7 @@ void FacetLights::add(const EmissiveFacet& facet) {
 Vec3d FacetLights::mean_radiance(std::size_t i) const {
   Vec3d radiance(emission_.radiance(i));
   if (has_textures_ && texture_[i] != TextureSet::kNone) {
-    constexpr double kLimit = 1e36;  // as LightBuilder's for radiance
+    constexpr double kLimit = 1e36;  // as LightBuilder's limit of radiance
     const Vec3d& mean = means_.at(texture_[i]);
     for (int color = 0; color < 3; ++color) {
       radiance[color] = std::min(kLimit, std::max(0.0, radiance[color] * mean[color]));
@@ -55,7 +55,7 @@ Vec3d FacetLights::mean_radiance(std::size_t i) const {
   return radiance;
 }
 
-/// At a place given in edges from the corner.
+/// `place`: coordinates along the edges, from the corner.
 V8 FacetLights::texture_at(U8 index, M8 lanes, Pair8 place) const {
   const U8 row = index * U8(6u);
   const auto coordinate = [&](std::uint32_t axis) {

@@ -5,7 +5,7 @@
 namespace lightmill {
 namespace {
 
-/// Normals whose mean is shorter than this cancel: what is left of those of closed meshes is rounding.
+/// Normals cancel if their mean is shorter than this. In closed meshes the rest is rounding.
 constexpr double kCancelled = 1e-3;
 
 }  // namespace
@@ -18,7 +18,7 @@ void FacetSums::add(const EmissiveFacet& facet, bool closed) {
     exponent_ = facet.exponent;
     two_sided_ = facet.two_sided;
   }
-  // The fourth corner of a parallelogram, or one that is there already.
+  // The fourth corner of a parallelogram. Of a triangle, a corner again.
   for (const Vec3d& p :
        {corner, corner + edge1, corner + edge2, facet.parallelogram ? corner + edge1 + edge2 : corner}) {
     low_ = glm::min(low_, p);
@@ -56,7 +56,7 @@ void HardLights::add(std::uint32_t geometry, const FacetSums& facets) {
     return;
   }
   const Vec3d normal = total.area_normal / length;
-  // A hair off the surface, so that what touches its back does not stop the light.
+  // Slightly off the surface, so that objects that touch its back do not block the light.
   const Vec3d magnitude = glm::max(glm::abs(facets.low_), glm::abs(facets.high_)) + (facets.high_ - facets.low_);
   const Vec3d off = normal * (0x1p-19 * glm::dot(glm::abs(normal), magnitude));
   const int sides = facets.two_sided_ ? 2 : 1;

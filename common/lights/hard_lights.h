@@ -1,10 +1,12 @@
-// Emissive objects as single points: what methods without random numbers are lit by. Their shadows are hard.
+// Emissive objects as single points with hard shadows, for deterministic methods.
 //
-// The point is the centre of the object's bounding box and has its power, of a texture that of the image's mean. With Σ
-// A n the sum of its facets' normals by area, an object of area A and radiance L cosⁿθ shines as A L cosⁿ⁺¹θ about
-// their mean: for a Lambertian emitter with intensity Φ/π along the normal. This is exact from afar for what is flat.
-// What emits on both sides does so about both normals, however its parts are wound. Where the normals cancel the object
-// shines equally in all directions, and so do spheres; what is closed, by its outer side alone.
+// The point is the centre of the object's bounding box, and has the object's power. A texture counts as its mean. Σ A n
+// is the sum of the facets' normals, weighted by area. An object of area A and radiance L cosⁿθ has the intensity A L
+// cosⁿ⁺¹θ about the mean normal. For a Lambertian emitter, that is Φ/π along the normal. For flat objects this is exact
+// from afar.
+//
+// A two-sided object shines about both normals, whatever the orientation of its parts. If the normals cancel, the
+// object shines equally in all directions, and so do spheres. Closed objects shine only with their outer side.
 #pragma once
 
 #include <map>
@@ -16,10 +18,10 @@
 
 namespace lightmill {
 
-/// Sums over the facets of one object, which have the same radiance, sides and exponent.
+/// Sums over the facets of an object, which have the same radiance, sides and exponent.
 class FacetSums {
  public:
-  /// `closed`: the facet's part has an inside, which is not seen.
+  /// `closed`: the facet belongs to a part with an invisible inside.
   void add(const EmissiveFacet& facet, bool closed);
 
  private:
@@ -30,9 +32,9 @@ class FacetSums {
     bool closed = false;
   };
   struct Total {
-    Vec3d area_normal{0};  ///< with the parts of what emits on both sides turned so that they do not cancel
+    Vec3d area_normal{0};  ///< parts of two-sided objects are turned so that they do not cancel
     double area = 0;
-    double shining_area = 0;  ///< with both sides of what shines on both
+    double shining_area = 0;  ///< both sides of two-sided parts
   };
   Total total() const;
 
@@ -43,7 +45,7 @@ class FacetSums {
   bool two_sided_ = false;
 };
 
-/// Built by its adds, then immutable. Objects are known by the index of their geometry.
+/// Built by `add`, then immutable. Objects are identified by the index of their geometry.
 class HardLights {
  public:
   void add(std::uint32_t geometry, const FacetSums& facets);
@@ -51,7 +53,7 @@ class HardLights {
 
   std::size_t size() const { return geometry_.size(); }
   std::uint32_t geometry(std::size_t i) const { return geometry_[i]; }
-  /// The point that is light i, as seen from p.
+  /// The point of light i, as seen from p.
   LightSample8 sample(std::size_t i, const V8& p, M8 lanes) const;
   std::uint64_t bytes() const { return size() * 48; }
 
@@ -60,7 +62,7 @@ class HardLights {
   void add_cosine_power(std::uint32_t geometry, const CosinePowerEmitter& emitter);
 
   std::vector<std::uint32_t> geometry_;
-  std::vector<std::uint32_t> row_;  ///< of cosine_powers_, or kPoint + that of points_
+  std::vector<std::uint32_t> row_;  ///< row of cosine_powers_, or kPoint + row of points_
   static constexpr std::uint32_t kPoint = 0x80000000;
   PointLights points_;
   CosinePowerLights cosine_powers_;

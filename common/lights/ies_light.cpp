@@ -9,7 +9,7 @@
 namespace lightmill {
 namespace {
 
-/// Halvings that find one of the cells between so many angles.
+/// Bisection steps that find one of the cells between this many angles.
 int steps_among(std::size_t angles) {
   return std::bit_width(angles - 2);
 }

@@ -1,4 +1,4 @@
-// Points with measured intensity: IES profiles.
+// Point lights with measured intensity: IES profiles.
 #pragma once
 
 #include "common/lights/ies_profile.h"
@@ -8,18 +8,19 @@ namespace lightmill {
 
 struct IesEmitter {
   Vec3 position;
-  Vec3 direction;    ///< unit, where vertical angle 0 points
-  Vec3 reference;    ///< unit, across the direction, towards horizontal angle 0; angle 90 is −direction × reference
-  Vec3 per_candela;  ///< W/sr for each candela of the profile
-  std::size_t profile = 0;  ///< as add_profile gave it
+  Vec3 direction;    ///< unit, the direction of vertical angle 0
+  Vec3 reference;    ///< unit, perpendicular to the direction, towards horizontal angle 0; angle 90 is −direction ×
+                     ///< reference
+  Vec3 per_candela;  ///< W/sr per candela of the profile
+  std::size_t profile = 0;  ///< as add_profile returned it
 };
 
-/// Intensities are bilinear between the angles of the profile, as IesProfile::at.
+/// Intensities are bilinear between the profile's angles, as in IesProfile::at.
 class IesLights {
  public:
   /// Lights share profiles.
   std::size_t add_profile(const IesProfile& profile);
-  /// Candelas of all profiles; below 2^31, they are gathered.
+  /// Number of candela values of all profiles. It must be below 2^31 for gathers.
   std::size_t values() const { return candela_.size(); }
   void add(const IesEmitter& light);
   std::size_t size() const { return position_.size(); }
@@ -36,7 +37,7 @@ class IesLights {
   }
 
  private:
-  /// Where the angles and values of a profile are.
+  /// Positions of a profile's angles and values.
   struct Profile {
     std::uint32_t vertical, verticals, horizontal, horizontals, value;
     double lumen;
@@ -48,11 +49,11 @@ class IesLights {
   std::vector<Profile> profiles_;
   std::vector<float> vertical_, horizontal_;       ///< degrees, of all profiles
   std::vector<float> candela_;                     ///< [horizontal][vertical] of each profile
-  int vertical_steps_ = 0, horizontal_steps_ = 0;  ///< halvings that find a cell of any profile
+  int vertical_steps_ = 0, horizontal_steps_ = 0;  ///< bisection steps that find a cell of any profile
 
   VectorRows position_, direction_, reference_, per_candela_;
   std::vector<std::uint32_t> profile_;
-  // Of each light's profile; gathered.
+  // Of each light's profile, for gathers.
   std::vector<std::uint32_t> first_vertical_, verticals_, first_horizontal_, horizontals_, first_value_;
 };
 

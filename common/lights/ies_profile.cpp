@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kDegree = kPiDouble / 180;
 
-/// The lines and numbers of a file, with the place of the last.
+/// Reader of a file's lines and numbers. It remembers the line of the last one.
 class IesText {
  public:
   IesText(std::string_view text, std::string_view file) : rest_(text), file_(file) {}
@@ -27,7 +27,7 @@ class IesText {
     }
     return out;
   }
-  /// The next number, on this line or a later one. Numbers are separated by white space or commas.
+  /// The next number, on this line or a later one. White space and commas separate numbers.
   Result<double> number(std::string_view what) {
     skip_separators();
     place_ = next_line_;
@@ -80,22 +80,22 @@ class IesText {
   }
 
   std::string_view rest_, file_;
-  int next_line_ = 1;  ///< the line that rest_ begins in
-  int place_ = 1;      ///< the line of what was taken last
+  int next_line_ = 1;  ///< line in which rest_ begins
+  int place_ = 1;      ///< line of the last line or number
 };
 
 struct Head {
   bool recent = false;  ///< of 2002 or later
-  bool tilted = false;  ///< there are factors for tilted mounting
+  bool tilted = false;  ///< has factors for tilted mounting
 };
 
-/// Skips the label lines up to TILT=, and what it includes.
+/// Skips the label lines up to TILT=, and the data that TILT= includes.
 Result<Head> read_head(IesText& text) {
   bool recent = false;
   for (int lines = 0; !text.at_end(); ++lines) {
     std::string_view line = text.line();
     if (lines == 0) {
-      // "IESNA:LM-63-2002", "IES:LM-63-2019"; files of 1986 begin with a label of any text.
+      // "IESNA:LM-63-2002" or "IES:LM-63-2019". Files of 1986 begin with any label.
       recent = line.find("LM-63-2002") != std::string_view::npos || line.find("LM-63-2019") != std::string_view::npos;
     }
     if (!line.starts_with("TILT=")) {
@@ -128,7 +128,7 @@ Status read_angles(IesText& text, std::string_view what, std::size_t count, doub
   return ok_status();
 }
 
-/// Adds a row to the profile's end.
+/// Appends a row to the profile.
 void add_row(IesProfile& profile, double angle, const std::vector<double>& values) {
   profile.horizontal.push_back(angle);
   profile.candela.insert(profile.candela.end(), values.begin(), values.end());
@@ -140,7 +140,7 @@ std::vector<double> row_of(const IesProfile& profile, std::size_t i) {
   return {begin, begin + static_cast<std::ptrdiff_t>(n)};
 }
 
-/// From [90°, 270°] to the whole turn, where the plane 90°–270° is one of symmetry: 180° − x is as x.
+/// Expands [90°, 270°] to the full circle. The plane 90°–270° is a plane of symmetry: 180° − x is as x.
 IesProfile unfold_sideways(const IesProfile& half) {
   const std::size_t count = half.horizontal.size();
   std::vector<double> at_180;
@@ -166,7 +166,7 @@ IesProfile unfold_sideways(const IesProfile& half) {
   return whole;
 }
 
-/// How many horizontal angles `unfold` makes of these, at most.
+/// Upper bound of the number of horizontal angles after `unfold`.
 std::size_t most_unfolded(const std::vector<double>& horizontal) {
   if (horizontal.size() == 1) {
     return 2;
@@ -179,11 +179,11 @@ std::size_t most_unfolded(const std::vector<double>& horizontal) {
                                     : horizontal.size();
 }
 
-/// Makes the symmetry explicit that the range of the horizontal angles stands for.
+/// Expands the symmetry that the range of horizontal angles implies.
 Status unfold(const IesText& text, IesProfile& profile) {
   const double first = profile.horizontal.front(), last = profile.horizontal.back();
   if (profile.horizontal.size() == 1) {
-    profile.horizontal = {0};  // the same all round
+    profile.horizontal = {0};  // the same in all directions
     add_row(profile, 360, row_of(profile, 0));
     return ok_status();
   }
@@ -203,7 +203,7 @@ Status unfold(const IesText& text, IesProfile& profile) {
   return ok_status();
 }
 
-/// The cell [values[i], values[i + 1]] that x is in, for x in the values' range.
+/// The i with x in [values[i], values[i + 1]]. x must lie in the range of the values.
 std::size_t cell_of(const std::vector<double>& values, double x) {
   const auto above = std::upper_bound(values.begin(), values.end(), x);
   const auto i = static_cast<std::size_t>(std::max<std::ptrdiff_t>(above - values.begin() - 1, 0));
@@ -236,7 +236,7 @@ double IesProfile::lumen() const {
   // θ₁).
   const std::size_t n = vertical.size();
   struct Cell {
-    double delta, constant, slope;  ///< Δ, and what a and b are multiplied by
+    double delta, constant, slope;  ///< Δ, and the factors of a and b
   };
   std::vector<Cell> cells;
   for (std::size_t i = 0; i + 1 < n; ++i) {
@@ -278,7 +278,7 @@ Result<IesProfile> read_ies(std::string_view text, std::string_view file) {
     LM_RETURN_IF_ERROR(in.number(what).status());
   }
   LM_ASSIGN_OR_RETURN(const double ballast, in.number("the ballast factor", 0, 1e6));
-  // Since 2002 the next number is for future use; before, it is the ballast-lamp photometric factor.
+  // Since 2002 the next number is reserved. Before, it is the ballast-lamp photometric factor.
   LM_ASSIGN_OR_RETURN(const double photometric_factor, in.number("the ballast-lamp photometric factor", 0, 1e6));
   LM_RETURN_IF_ERROR(in.number("the input power").status());
   IesProfile profile;

@@ -10,12 +10,12 @@
 namespace lightmill {
 namespace {
 
-/// Bits of a trail: no leaf is deeper.
+/// Bits of a trail, so the largest depth.
 constexpr int kMaxDepth = 32;
 constexpr int kBins = 12;
-/// A bound of a cosine is off by rounding: only what is below by more than this is said not to shine.
+/// Rounding error of a cosine's bound. A node is skipped only if its bound is lower by more than this.
 constexpr float kCosineRounding = 1e-4f;
-/// The least cosine that importance counts with.
+/// Smallest cosine in importance.
 constexpr float kLeastCosine = 0.02f;
 
 double cosine_of_sum(double cos_a, double cos_b) {
@@ -23,7 +23,7 @@ double cosine_of_sum(double cos_a, double cos_b) {
   return cos_a <= -cos_b ? -1 : cos_a * cos_b - std::sqrt(std::max((1 - cos_a * cos_a) * (1 - cos_b * cos_b), 0.0));
 }
 
-/// Bounds of both: a cone about the mean of the axes that holds both cones.
+/// Bounds of both, with a cone about the mean of the axes that contains both cones.
 LightBounds unite(const LightBounds& a, const LightBounds& b) {
   LightBounds out;
   out.low = glm::min(a.low, b.low);
@@ -35,7 +35,7 @@ LightBounds unite(const LightBounds& a, const LightBounds& b) {
   const Vec3d sum = a.axis * a.power + b_axis * b.power;
   const double length = glm::length(sum);
   if (!(length > 1e-9 * out.power)) {
-    return out;  // normals on all sides
+    return out;  // normals in all directions
   }
   out.axis = sum / length;
   const auto around = [&](const Vec3d& axis, double cos_normals) {
@@ -45,8 +45,8 @@ LightBounds unite(const LightBounds& a, const LightBounds& b) {
   return out;
 }
 
-/// What a node costs: power, extent, and the directions it shines in. The squared diagonal stands for the surface area,
-/// so that lights in a row are not all alike.
+/// Cost of a node: power, extent and range of directions. The squared diagonal replaces the surface area, so that
+/// lights in a row do not all cost the same.
 double cost(const LightBounds& b) {
   const Vec3d size = b.high - b.low;
   const double directions = (1 - cosine_of_sum(b.cos_normals, b.cos_emission)) * (b.two_sided ? 2 : 1);
@@ -64,7 +64,7 @@ struct LightBvh::Builder {
   std::span<const LightBounds> lights;
   double total_power;
 
-  /// Adds the subtree of these lights and gives its bounds.
+  /// Adds the subtree of these lights. Returns its bounds.
   LightBounds build(std::span<std::uint32_t> some, int depth, std::uint32_t trail) {
     const auto node = static_cast<std::uint32_t>(out.power_.size());
     push_empty();
@@ -83,14 +83,14 @@ struct LightBvh::Builder {
     return bounds;
   }
 
-  /// Puts the lights of the first child in front and counts them.
+  /// Moves the lights of the first child to the front. Returns their number.
   std::size_t partition(std::span<std::uint32_t> some, int depth) const {
     Vec3d low(std::numeric_limits<double>::infinity()), high(-low);
     for (const std::uint32_t i : some) {
       low = glm::min(low, center_of(lights[i]));
       high = glm::max(high, center_of(lights[i]));
     }
-    // Where bits of the trail become scarce, halves.
+    // Halves the lights when the bits of the trail run short.
     const bool must_halve = depth + std::bit_width(some.size()) >= kMaxDepth;
     double best = std::numeric_limits<double>::infinity();
     int best_axis = 0, best_bin = -1;
@@ -171,7 +171,7 @@ struct LightBvh::Builder {
     const Vec3d half = (b.high - b.low) * 0.5;
     out.center_.set(node, Vec3(center_of(b)));
     out.axis_.set(node, Vec3(b.axis));
-    // A little more, for the centre's rounding.
+    // Slightly larger, because the centre is rounded.
     out.radius2_[node] = static_cast<float>(glm::dot(half, half) * (1 + 1e-6));
     out.cos_normals_[node] = static_cast<float>(b.cos_normals);
     out.sin_normals_[node] = static_cast<float>(std::sqrt(std::max(1 - b.cos_normals * b.cos_normals, 0.0)));
@@ -204,7 +204,7 @@ F8 LightBvh::importance(const V8& p, U8 node, M8 lanes) const {
   cos_w = max(min(cos_w, one), F8(-1.0f));
   cos_w = select(gather(two_sided_.data(), node, lanes) == U8(1u), abs(cos_w), cos_w);
   const F8 sin_w = sqrt(max(one - cos_w * cos_w, zero));
-  // What is left of the angle w once the cone of normals and the angle that the bounds subtend are taken off.
+  // The angle w, minus the cone of normals and the angle that the bounds subtend.
   const F8 cos_n = gather(cos_normals_.data(), node, lanes), sin_n = gather(sin_normals_.data(), node, lanes);
   const M8 in_cone = cos_w >= cos_n;
   const F8 cos_x = select(in_cone, one, cos_w * cos_n + sin_w * sin_n);
@@ -214,7 +214,7 @@ F8 LightBvh::importance(const V8& p, U8 node, M8 lanes) const {
   const M8 within = inside | (cos_x >= cos_b);
   const F8 cos_least = select(within, one, cos_x * cos_b + sin_x * sin_b);
   const M8 shines = cos_least > gather(cos_emission_.data(), node, lanes) - F8(kCosineRounding);
-  // At the very place of a single point all is infinite: any finite number serves.
+  // At the position of a point light the result is infinite, and any finite number serves.
   const F8 power = gather(power_.data(), node, lanes) * max(cos_least, F8(kLeastCosine));
   return masked(lanes & (shines | inside), power / max(max(distance2, radius2), F8(1e-30f)));
 }

@@ -8,11 +8,12 @@
 namespace lightmill {
 namespace {
 
-/// Of few lights each has at least this share of the mean probability: the strongest need not be the nearest.
+/// With few lights, each has at least this share of the mean probability, because the strongest need not be the
+/// nearest.
 constexpr double kLeastShare = 1.0 / 64;
-/// Beside distant lights, whose flux grows with the scene, those that are somewhere get no less and no more than this.
+/// Range of the bounded lights' share. The flux of distant lights grows with the scene.
 constexpr double kLeastBounded = 0.25, kMostBounded = 0.75;
-/// Scales `bounded` so that it has its share beside `distant`.
+/// Scales `bounded` to its share beside `distant`.
 void balance(std::span<double> bounded, std::span<const double> distant) {
   const double near = sum_of(bounded), far = sum_of(distant);
   if (!(near > 0) || !(far > 0)) {

@@ -1,4 +1,4 @@
-// Which of a scene's lights to sample, and with which probability.
+// Choice of one of the scene's lights, and its probability.
 #pragma once
 
 #include <optional>
@@ -9,33 +9,34 @@
 
 namespace lightmill {
 
-/// Up to this many lights are chosen by power alone, more by a tree (light_bvh.h): with few, its cost is not repaid.
+/// Up to this many lights are chosen by power alone, more by a BVH (light_bvh.h), whose cost does not pay for few
+/// lights.
 inline constexpr std::size_t kMostLightsByPower = 16;
 
-/// Lights are numbered: first those that are somewhere, then those infinitely far away. Immutable once built.
+/// Bounded lights have the first numbers, infinitely distant ones the next. Immutable once built.
 class LightChoice {
  public:
   LightChoice() = default;
-  /// All powers are positive; those of distant lights are fluxes through the whole scene.
+  /// All powers must be positive. Those of distant lights are fluxes through the whole scene.
   LightChoice(std::span<const LightBounds> bounded, std::span<const double> distant_powers);
 
-  /// Nothing to choose where there is but one.
+  /// There is one light at most.
   bool trivial() const { return count_ <= 1; }
-  /// Whether `sample` looks at its second number.
+  /// Whether `sample` uses its second number.
   bool needs_second_number() const { return tree_.has_value(); }
 
   struct Choice8 {
     U8 light;
-    F8 pmf;  ///< 0 where no light shines on the point
+    F8 pmf;  ///< 0 if no light can shine on the point
   };
   Choice8 sample(const V8& p, Pair8 u) const;
-  /// The probability with which `sample` gives a light; the same bits.
+  /// The probability that `sample` returns a light, with the same bits.
   F8 pmf(const V8& p, U8 light, M8 lanes) const;
   std::uint64_t bytes() const { return 16 * by_power_.size() + (tree_ ? tree_->bytes() : 0); }
 
  private:
   std::size_t count_ = 0, bounded_ = 0;
-  /// Of all lights; or, where there is a tree, of the tree (entry 0) and the distant lights.
+  /// Over all lights. With a BVH: over the BVH (entry 0) and the distant lights.
   DiscreteDistribution by_power_;
   std::vector<float> pmf_;    ///< of by_power_'s entries, for gathers
   std::vector<float> first_;  ///< sums of pmf_ below an entry

@@ -8,7 +8,7 @@ template <class Take>
 void LightEmission::for_each_kind(U8 light, M8 lanes, Take take) const {
   for (int k = 0; k < kLightKinds && lanes.any(); ++k) {
     const auto kind = static_cast<LightKind>(k);
-    // The environment is last, whether or not the table counts it.
+    // The environment is last, also if the table does not count it.
     const M8 of_kind =
         k + 1 < kLightKinds ? lanes & signed_less(light, U8(table_->first(static_cast<LightKind>(k + 1)))) : lanes;
     if (of_kind.any()) {

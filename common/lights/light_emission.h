@@ -1,4 +1,4 @@
-// Light followed from its source: where it starts, and how much goes where; all kinds of lights by their numbers.
+// Emission of all kinds of lights, by light number: start points of light paths, and intensity by direction.
 #pragma once
 
 #include "common/lights/emission_point.h"
@@ -7,39 +7,39 @@
 
 namespace lightmill {
 
-/// Eight lanes may ask for lights of different kinds. The environment's number is `first(LightKind::environment)`, also
-/// where the table does not sample it.
+/// Each of eight lanes may have another kind of light. The environment's number is `first(LightKind::environment)`,
+/// also if the table does not sample it.
 class LightEmission {
  public:
-  /// The table must live as long.
+  /// The table must outlive this object.
   explicit LightEmission(const LightTable& table) : table_(&table) {}
 
-  /// Lights from this number on are infinitely far away.
+  /// Lights from this number on are infinitely distant.
   std::uint32_t first_distant() const { return table_->first(LightKind::directional); }
 
-  // ---- of lights that are somewhere ----
+  // ---- bounded lights ----
 
-  /// Of a surface, uniform by area.
+  /// On surfaces, uniform by area.
   EmissionPoint8 point_on(U8 light, M8 lanes, Pair8 u) const;
-  /// Which of the lanes are spheres that shine outward alone, and where they are.
+  /// Lanes whose lights are spheres that shine only outward, with their centres and radii.
   using Bulbs8 = PhotonAim::Bulbs8;
   Bulbs8 bulbs(U8 light, M8 lanes) const;
-  /// Of those, where their unit normal is this; what it stands for is all of their area.
+  /// The point of these spheres with this unit normal. Its area is that of the whole sphere.
   EmissionPoint8 point_on_bulb(U8 light, M8 bulbs, const V8& outward) const;
-  /// What leaves the point in unit directions, W/sr: from surfaces the radiance by the area that it stands for.
+  /// Intensity from the point in unit directions, W/sr. For surfaces it is the radiance times the point's area.
   V8 intensity(U8 light, const EmissionPoint8& from, const V8& direction, M8 lanes) const;
 
-  /// Of a unit direction to the surface at a point of it, positive; of lights without extent 1.
+  /// Cosine between a unit direction and the surface at a point of it, positive; 1 for lights without extent.
   F8 cosine(U8 light, const V8& point, const V8& direction, M8 lanes) const;
 
-  // ---- of lights infinitely far away ----
+  // ---- infinitely distant lights ----
 
   struct Parallel8 {
-    V8 direction;   ///< unit, in which light travels; of an environment drawn by how much comes
-    V8 irradiance;  ///< W/m² across the direction; of an environment the radiance over the direction's density
+    V8 direction;   ///< unit, the direction of travel; of an environment, drawn in proportion to its light
+    V8 irradiance;  ///< W/m² across the direction; of an environment, the radiance over the direction's density
   };
   Parallel8 parallel(U8 light, M8 lanes, Pair8 u) const;
-  /// The density per solid angle of its directions; of directional lights 1.
+  /// Density per solid angle of the directions; 1 for directional lights.
   F8 parallel_pdf(U8 light, M8 lanes, const V8& direction) const;
 
  private:

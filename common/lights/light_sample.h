@@ -1,4 +1,4 @@
-// What light sampling gives, and what the lights have in common.
+// Results of light sampling, and helpers that all lights share.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,14 @@
 
 namespace lightmill {
 
-/// A point on a light as seen from a shading point. Each light gives it as if it were the only one.
+/// A sampled point of a light, seen from a shading point. Each light samples as if it were the only one.
 struct LightSample8 {
-  V8 point;            ///< where, moved a hair off the light's surface; kFarAway off for light from infinitely far
+  V8 point;            ///< slightly off the light's surface; for distant light, kFarAway off
   V8 wi;               ///< unit direction to it
-  V8 weight;           ///< radiance over pdf_solid_angle; for delta lights the irradiance on a surface that faces them
-  F8 pdf_solid_angle;  ///< 0 for delta lights: no other ray can find them
-  M8 valid;            ///< there is light from there
-  U8 light = U8(0u);   ///< its number; of what the whole table gives
+  V8 weight;           ///< radiance over pdf_solid_angle; for delta lights, the irradiance on a surface that faces them
+  F8 pdf_solid_angle;  ///< 0 for delta lights, which no ray can hit
+  M8 valid;            ///< light comes from there
+  U8 light = U8(0u);   ///< its number; set by LightTable
 };
 
 /// `lanes` of a, else b.
@@ -29,28 +29,28 @@ inline LightSample8 merge(M8 lanes, const LightSample8& a, const LightSample8& b
           U8(0u)};
 }
 
-/// Where shadow rays to infinitely distant lights end: beyond any scene (its bounded shapes lie within 2^21), and small
-/// enough that products of three such lengths stay finite.
+/// Distance at which shadow rays to distant lights end. It lies beyond any scene, whose bounded shapes lie within 2^21.
+/// Products of three such lengths stay finite.
 inline constexpr float kFarAway = 0x1p40f;
 
-/// How far to move a point off a surface with unit normal `n` so that a ray from it cannot find the surface again. Each
-/// coordinate is off by a few rounding errors of `magnitude`, the sizes that entered it (positions, the ray's way, the
-/// triangle's extent); only what of that lies along the normal matters.
+/// Distance to move a point off a surface with unit normal `n`, so that a ray from it cannot hit the surface again.
+/// Each coordinate has a few rounding errors of `magnitude`, which are the sizes that entered it (positions, the ray's
+/// length, the triangle's extent). Only their part along the normal matters.
 inline F8 surface_offset(const V8& n, const V8& magnitude) {
   return F8(0x1p-19f) * (abs(n.x) * magnitude.x + abs(n.y) * magnitude.y + abs(n.z) * magnitude.z);
 }
 
-/// What the choice among many lights must know of one: where it is, where it shines, how strongly.
+/// Bounds of a light for the choice among many: position, directions and power.
 struct LightBounds {
   Vec3d low{0}, high{0};
   Vec3d axis{0, 0, 1};       ///< unit
-  double cos_normals = -1;   ///< cosine of the cone about the axis that holds all normals
-  double cos_emission = -1;  ///< cosine of the angle off a normal within which there is emission; at least 90°
+  double cos_normals = -1;   ///< cosine of the cone about the axis that contains all normals
+  double cos_emission = -1;  ///< cosine of the largest angle to a normal with emission; at least 90°
   bool two_sided = false;    ///< also about −axis
   double power = 0;          ///< luminance of the flux
 };
 
-/// The lanes of eight vectors one by one, where a formula branches.
+/// The lanes of eight vectors one by one, for formulas with branches.
 struct VectorLanes {
   alignas(32) float x[8], y[8], z[8];
   explicit VectorLanes(const V8& v) {
@@ -61,8 +61,7 @@ struct VectorLanes {
   Vec3d operator[](int lane) const { return {x[lane], y[lane], z[lane]}; }
 };
 
-/// rows[index] in the lanes of the mask, 0 elsewhere. Where there is but one row, as of a scene's only lamp, nothing is
-/// gathered.
+/// rows[index] in the lanes of the mask, 0 elsewhere. A single row, as of a scene's only light, is not gathered.
 inline F8 gather_row(const std::vector<float>& rows, U8 index, M8 lanes) {
   return rows.size() == 1 ? masked(lanes, F8(rows[0])) : gather(rows.data(), index, lanes);
 }

@@ -5,7 +5,7 @@
 namespace lightmill {
 namespace {
 
-constexpr double kLeastPower = 1e-30;  ///< that choice counts with
+constexpr double kLeastPower = 1e-30;  ///< smallest power in the choice
 
 template <class Lights>
 void append_bounds(const Lights& lights, std::vector<LightBounds>& out) {
@@ -96,8 +96,7 @@ LightSample8 LightTable::sample(const V8& p, Pair8 choice, Pair8 u) const {
 }
 
 std::uint64_t LightTable::bytes() const {
-  // Rows take what the structs take that they are made of, but for flags, which are widened; facets' normals and
-  // densities are theirs too.
+  // Rows have the size of their structs, except flags, which are wider. Facets also have normals and densities.
   const auto rows = [](const auto& lights, std::size_t bytes) { return std::uint64_t{lights.size()} * bytes; };
   return rows(facets, sizeof(EmissiveFacet) + sizeof(Vec3) + sizeof(float)) + rows(spheres, sizeof(EmissiveSphere)) +
          rows(points, sizeof(PointEmitter)) + rows(spots, sizeof(SpotEmitter)) +

@@ -1,8 +1,7 @@
-// All lights of a scene in one table: what next-event estimation draws from, and with which density.
+// Table of all lights of a scene, from which next-event estimation samples.
 //
-// One light is chosen (light_choice.h), then a point on it or a direction to it (a file per kind of light). The same
-// densities answer for light that a scattered ray finds by itself (multiple importance sampling). Immutable once built,
-// thread-safe.
+// A light is chosen (light_choice.h), then a point on it or a direction to it (one file per kind of light). The same
+// densities serve rays that hit a light (multiple importance sampling). Immutable once built, thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +20,7 @@
 
 namespace lightmill {
 
-/// Lights are numbered in this order of kinds, and within a kind as they were added.
+/// Lights are numbered in this order of kinds, and within a kind in the order of `add`.
 enum class LightKind { facet, sphere, point, spot, cosine_power, ies, directional, environment };
 inline constexpr int kLightKinds = 8;
 
@@ -36,36 +35,36 @@ class LightTable {
   DirectionalLights directional;
   EnvironmentRadiance environment;
 
-  /// After the last add. `scene_radius` is that of a sphere around the scene, in the frame that the lights are in.
+  /// Call it after the last add. `scene_radius`: radius of a sphere around the scene, in the lights' frame.
   void build(double scene_radius);
 
   /// Lights that can be sampled.
   std::size_t size() const { return first_[kKinds]; }
   bool empty() const { return size() == 0; }
-  /// The number of the first light of a kind.
+  /// Number of the first light of a kind.
   std::uint32_t first(LightKind kind) const { return first_[static_cast<int>(kind)]; }
-  /// Whether `sample` looks at choice.u, and at choice.v as well.
+  /// Whether `sample` uses choice.u, and choice.v.
   bool needs_choice() const { return !choice_.trivial(); }
   bool needs_second_choice() const { return choice_.needs_second_number(); }
 
-  /// The numbers of the lights' groups, in the order of the lights.
+  /// Group number by light.
   void set_groups(std::vector<std::uint32_t> groups) { group_ = std::move(groups); }
   U8 group(U8 light, M8 lanes) const { return gather(group_.data(), light, lanes); }
 
-  /// Draws a light and a point on it for each shading point.
+  /// Samples a light and a point on it for each shading point.
   LightSample8 sample(const V8& shading_point, Pair8 choice, Pair8 u) const;
 
-  /// The one with this number, where it is no surface and no environment: nothing has to be drawn.
+  /// The light with this number. It must be neither a surface nor an environment, so nothing is drawn.
   LightSample8 sample_point(std::uint32_t light, const V8& p, M8 lanes) const;
 
-  /// The probability with which `sample` at `from` chooses a light.
+  /// The probability that `sample` at `from` chooses a light.
   F8 choice_pmf(const V8& from, U8 light, M8 lanes) const {
     return needs_choice() ? choice_.pmf(from, light, lanes) : masked(lanes, F8(1.0f));
   }
-  /// Density per solid angle with which `sample` at `from` draws what a ray of this length found on an emissive facet
-  /// or sphere, hit at this positive cosine to the normal.
+  /// Density per solid angle with which `sample` at `from` returns the point of a facet or sphere that a ray of this
+  /// length hit. `cos_light`: cosine to the normal, positive.
   F8 pdf_solid_angle(const V8& from, U8 light, F8 distance, F8 cos_light, M8 lanes) const;
-  /// The same for a ray in this direction that found the environment.
+  /// The same for a ray that left the scene in this direction.
   F8 environment_pdf_solid_angle(const V8& from, const V8& direction, M8 lanes) const;
   std::uint64_t bytes() const;
 
@@ -76,7 +75,7 @@ class LightTable {
 
   LightChoice choice_;
   std::vector<std::uint32_t> group_;
-  LightKind only_kind_ = LightKind::facet;  ///< where there is but one light
+  LightKind only_kind_ = LightKind::facet;  ///< if there is one light
   std::uint32_t first_[kKinds + 1] = {};
 };
 

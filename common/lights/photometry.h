@@ -1,11 +1,10 @@
-// Radiometric and photometric units, and what the strengths of each kind of light have to do with each other.
+// Radiometric and photometric units, and conversions between the strengths of each kind of light.
 //
-// Power is in W (flux), W/sr (intensity), W/m² (irradiance, exitance) or W/(m² sr) (radiance); its photometric sisters
-// are lm, cd, lx and cd/m². The renderer knows no spectra. Its assumption: an RGB value (linear, Rec. 709 primaries)
-// has the luminance-weighted mean of its channels as its power, and each W of that is worth 683 lm, as if all of it
-// came at 555 nm where the eye is most sensitive. So 1 W of white light is 683 lm here; a real lamp of 1 W gives less
-// because part of its spectrum is dim or invisible. Lengths are metres where photometric units are to mean what they
-// say.
+// Power is in W (flux), W/sr (intensity), W/m² (irradiance, exitance) or W/(m² sr) (radiance). The photometric units
+// are lm, cd, lx and cd/m². The renderer has no spectra. It assumes that the power of an RGB value (linear, Rec. 709
+// primaries) is the luminance-weighted mean of its channels. Each W is worth 683 lm, as if all of it were at 555 nm,
+// where the human eye is most sensitive. So 1 W of white light is 683 lm here. A real lamp of 1 W gives less, because
+// part of its spectrum is dim or invisible. Photometric units need lengths in metres.
 #pragma once
 
 #include <string_view>
@@ -31,7 +30,7 @@ inline constexpr double radiometric(double photometric) {
   return photometric / kLumenPerWatt;
 }
 
-/// The RGB value in the direction of `color` whose luminance is `amount`; black for a black colour.
+/// The multiple of `color` with luminance `amount`; black for a black colour.
 inline Vec3d with_luminance(const Vec3d& color, double amount) {
   const double y = luminance(color);
   return y > 0 ? color * (amount / y) : Vec3d(0);
@@ -39,7 +38,7 @@ inline Vec3d with_luminance(const Vec3d& color, double amount) {
 
 // ---- flux of emitters, in W ----
 
-/// Flux over intensity of a point that radiates equally in all directions: sr.
+/// Flux over intensity of a point that radiates equally in all directions, in sr.
 inline constexpr double kPointSolidAngle = 4 * kPiDouble;
 
 /// Flux over intensity along the axis of I(θ) = I₀ cosⁿθ, θ < 90°: 2π / (n + 1).
@@ -47,8 +46,8 @@ inline constexpr double cosine_power_solid_angle(double exponent) {
   return 2 * kPiDouble / (exponent + 1);
 }
 
-/// Flux over intensity of a spot whose intensity is full within `inner` and falls off smoothly (t²(3 − 2t) in the
-/// cosine) to zero at `outer`; of both angles 1 − cos is given.
+/// Flux over intensity of a spot. Its intensity is full within `inner` and falls off smoothly (t²(3 − 2t) in the
+/// cosine) to zero at `outer`. Both angles are given as 1 − cos.
 inline constexpr double spot_solid_angle(double inner, double outer) {
   return kPiDouble * (inner + outer);
 }
@@ -62,7 +61,7 @@ inline constexpr double sphere_area_of_diameter(double diameter) {
   return kPiDouble * diameter * diameter;
 }
 
-/// Irradiance of a surface that sees the constant radiance L in all of its hemisphere, over L.
+/// Irradiance of a surface under constant radiance L from its whole hemisphere, over L.
 inline constexpr double kHemisphereIrradiance = kPiDouble;
 
 /// Irradiance at a distance from a source of this intensity, on a surface inclined by θ.
@@ -70,7 +69,7 @@ inline constexpr double irradiance_at(double intensity, double distance, double 
   return intensity * cos_theta / (distance * distance);
 }
 
-/// Joules that a flux of W gives in so many seconds.
+/// Energy of a flux over a time, in J.
 inline constexpr double radiant_energy(double watt, double seconds) {
   return watt * seconds;
 }
@@ -81,18 +80,18 @@ inline constexpr double photons_per_second(double watt, double wavelength_m) {
   return watt * wavelength_m / (kPlanck * kLightSpeed);
 }
 
-/// Electrical power that a lamp turns into light if nothing is lost: V · A.
+/// Electrical power of a lamp, which is its light if nothing is lost: V · A.
 inline constexpr double lamp_watt(double volt, double ampere) {
   return volt * ampere;
 }
 
-// ---- strengths as people give them ----
+// ---- strengths as users give them ----
 
 enum class LightQuantity { flux, intensity, irradiance, radiance };
 
-/// A unit in which a light's strength can be given. `irradiance` is exitance where a surface emits.
+/// A unit of a light's strength. For surfaces that emit, `irradiance` is exitance.
 struct LightUnit {
-  std::string_view name;  ///< as the scene document writes it
+  std::string_view name;  ///< as in scene documents
   LightQuantity quantity;
   bool photometric;
 };

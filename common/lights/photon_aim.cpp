@@ -8,13 +8,13 @@
 namespace lightmill {
 namespace {
 
-/// Spheres grow by this part of their radius, of their distance from the origin and of the scene, so that what rounding
-/// puts a hair outside of them is aimed at too.
+/// Spheres are enlarged by this part of their radius, of their distance from the origin and of the scene, because
+/// rounding can put their points outside.
 constexpr double kMargin = 0x1p-20;
-/// Normals are drawn in no smaller cap than this one's.
+/// Smallest cap in which normals are drawn, as cosine.
 constexpr float kMostCapCosine = 1 - 0x1p-12f;
 
-/// Directions by the cosine on the sides that emit.
+/// Directions by the cosine on the emitting sides.
 V8 around_surface(const EmissionPoint8& from, Pair8 u) {
   const F8 turned = u.u + u.u;
   const M8 back = from.two_sided & (turned >= F8(1.0f));
@@ -59,9 +59,9 @@ V8 PhotonAim::draw(const Cone8& cone, const EmissionPoint8& from, Pair8 u) {
   return select(cone.all, around, within);
 }
 
-/// `inside`: the direction is in the cone by the way it was drawn.
+/// `inside`: lanes whose direction was drawn in the cone.
 F8 PhotonAim::density(const Cone8& cone, M8 inside, const EmissionPoint8& from, const V8& direction) {
-  // 1 − cosθ of unit vectors, also where it is small.
+  // 1 − cosθ of unit vectors, accurate for small angles.
   const F8 off_axis = length_squared(direction - cone.axis) * F8(0.5f);
   const F8 within = masked(inside | (off_axis <= cone.one_minus_cos), cone_pdf_solid_angle(cone.one_minus_cos));
   if (cone.all.none()) {
@@ -71,14 +71,14 @@ F8 PhotonAim::density(const Cone8& cone, M8 inside, const EmissionPoint8& from, 
   return select(cone.all, around, within);
 }
 
-/// A target of radius r in the distance d reaches above the horizon of where the normal is at θ to it if
-/// d cosθ > R − r.
+/// A target of radius r at distance d reaches above the horizon of the surface point whose normal is at θ to it if d
+/// cosθ > R − r.
 PhotonAim::Cap8 PhotonAim::cap(const Target& target, const Bulbs8& bulbs) {
   const V8 to_target = broadcast(target.center) - bulbs.center;
   const F8 distance2 = length_squared(to_target);
   const F8 inverse = F8(1.0f) / sqrt(distance2);
   const F8 least_cos = (bulbs.radius - F8(target.radius)) * inverse;
-  // From within a target, and where nothing says in which direction it is: from everywhere.
+  // From inside a target, and if its direction is undefined: the whole sphere.
   const M8 cut = (least_cos > F8(-1.0f)) & M8(!target.all);
   const V8 axis = select(distance2 > F8(0.0f), to_target * inverse, broadcast(Vec3(0, 0, 1)));
   return {axis, F8(1.0f) - select(cut, min(least_cos, F8(kMostCapCosine)), F8(-1.0f))};

@@ -8,18 +8,18 @@
 namespace lightmill {
 namespace {
 
-/// From so many lights on, targets are merged into so few.
+/// With this many lights, targets are merged into fewer.
 constexpr std::size_t kManyLights = std::size_t{1} << 17, kFewTargets = 4;
-/// What numbers of 24 bits choose among with probabilities that differ.
+/// Number of entries among which 24 bits choose with different probabilities.
 constexpr std::size_t kMostEntries = std::size_t{1} << 20;
 
-// What is estimated may be much too small: no light that reaches a target has less than this share of the mean light,
-// no target less of its light.
+// Estimates may be far too small. So each light that reaches a target has at least this share of the mean light, and
+// each target at least this share of its light.
 constexpr double kLeastLightShare = 1.0 / 64, kLeastTargetShare = 0x1p-12;
 
-/// How much farther than just beyond the scene or a plane parallel light starts, in the scene's radii.
+/// Extra distance at which parallel light starts before the scene or a plane, in scene radii.
 constexpr float kAhead = 0x1p-6f;
-/// Planes that light runs along up to rounding are not crossed.
+/// Planes parallel to the light within rounding are not crossed.
 constexpr float kAlongPlane = 0x1p-22f;
 
 void raise_least(std::span<double> fluxes) {
@@ -77,8 +77,7 @@ void PhotonEmission::build_choice(const PhotonFluxes& fluxes) {
   }
 }
 
-/// All that is around beside what is somewhere: the greater part of what goes anywhere may miss the latter by far, so
-/// it is not to have more than half.
+/// Limits the infinite target to half, beside finite ones, because most of the light towards it may miss them by far.
 void PhotonEmission::balance(std::vector<double>& fluxes) const {
   const std::size_t last = fluxes.size() - 1;
   if (aim_.infinite(last)) {
@@ -91,7 +90,7 @@ void PhotonEmission::balance(std::vector<double>& fluxes) const {
   }
 }
 
-/// Back along the direction until the scene's sphere and all planes lie ahead.
+/// Moves back along the direction until the scene's sphere and all planes lie ahead.
 V8 PhotonEmission::start_of(const V8& place, const V8& direction) const {
   const F8 radius(scene_radius_);
   F8 back = dot(place - broadcast(scene_center_), direction) + radius * F8(1 + kAhead);
@@ -99,7 +98,7 @@ V8 PhotonEmission::start_of(const V8& place, const V8& direction) const {
     const V8 normal = broadcast(Vec3(plane.normal));
     const F8 across = dot(direction, normal);
     const F8 crossed = dot(place - broadcast(Vec3(plane.point)), normal) / across;
-    // What rounding may put along the normal is less than what is gone beyond the plane.
+    // The distance beyond the plane exceeds rounding errors along the normal.
     const F8 ahead = max(radius * F8(kAhead), (radius + crossed) * F8(0x1p-19f) / abs(across));
     const M8 behind = (abs(across) > F8(kAlongPlane)) & (crossed + ahead > back);
     back = select(behind, min(crossed + ahead, F8(kFarAway)), back);
@@ -117,7 +116,7 @@ PhotonEmission::Chosen8 PhotonEmission::choose(Pair8 choice) const {
     const U8 left = U8(static_cast<std::uint32_t>(lights_.size())) - first;
     const U8 block(static_cast<std::uint32_t>(block_));
     const U8 size = select(signed_less(left, block), left, block);
-    // The numbers' bits are used up: what they hash to is as good as another number.
+    // The bits of the numbers are used up, so their hash serves as another number.
     const F8 more = hashed_number(float_bits(choice.u), float_bits(choice.v));
     row = first + truncate(more * to_float(size));
     out.pmf = out.pmf / to_float(size);
@@ -181,7 +180,7 @@ F8 PhotonEmission::pdf(U8 light, const V8& point, const V8& direction, F8 cosine
   if (near.any()) {
     EmissionPoint8 from = sources_.point_on(light, near, {F8(0.0f), F8(0.0f)});
     from.point = point;
-    from.normal = direction * cosine;  // all that the direction's density looks at is the cosine
+    from.normal = direction * cosine;  // the direction's density depends only on the cosine
     density = aim_.pdf_solid_angle(from, targets, direction) * select(from.surface, F8(1.0f) / from.area, F8(1.0f));
   }
   if (const M8 distant = and_not(lanes, near); distant.any()) {

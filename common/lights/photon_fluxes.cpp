@@ -10,16 +10,16 @@
 namespace lightmill {
 namespace {
 
-/// Times eight points and directions: of each light and target, and of all together.
+/// Batches of eight points and directions: per light and target, and in all.
 constexpr std::size_t kMostBatches = 8, kAllBatches = std::size_t{1} << 17;
 constexpr double kLeastShareOfPower = 1.0 / 16;
 
-/// Whether a plane leaves some of the target on the side of its normal.
+/// Whether some of the target is on the side of the plane's normal.
 bool reaches_beyond(const Vec3d& point, const Vec3d& normal, const BoundingSphere& target) {
   return glm::dot(target.center - point, normal) > -target.radius;
 }
 
-/// Whether a cone of light about a unit axis, its half angle given as 1 − cos, meets the target.
+/// Whether a cone of light about a unit axis meets the target. Its half angle is given as 1 − cos.
 bool reaches(const Vec3d& point, const Vec3d& axis, double one_minus_cos, const BoundingSphere& target) {
   const Vec3d to_target = target.center - point;
   const double distance = glm::length(to_target);
@@ -38,7 +38,7 @@ struct Kind {
   std::uint32_t first = 0;
   std::size_t size = 0;
   std::function<double(std::size_t)> power;                           ///< luminance of the flux
-  std::function<bool(std::size_t, const BoundingSphere&)> can_reach;  ///< false where it provably does not
+  std::function<bool(std::size_t, const BoundingSphere&)> can_reach;  ///< false if it provably cannot
 };
 
 class Estimate {
@@ -106,7 +106,7 @@ void Estimate::add_near(const Kind& kind) {
   }
 }
 
-/// `irradiance` is that of all directions together, each across itself.
+/// `irradiance`: sum over all directions, each across itself.
 void Estimate::add_distant(std::uint32_t light, double irradiance) {
   std::vector<double> fluxes;
   for (std::size_t t = 0; t < targets_.size(); ++t) {

@@ -1,4 +1,4 @@
-// How much each light sends to each target of photons.
+// Estimates of the flux from each light to each photon target.
 #pragma once
 
 #include <span>
@@ -10,14 +10,14 @@
 namespace lightmill {
 
 struct PhotonFluxes {
-  std::vector<std::uint32_t> lights;  ///< numbers of those that can reach a target, ascending
-  std::vector<double> luminance;      ///< [light][target]: of the flux, W
+  std::vector<std::uint32_t> lights;  ///< numbers of the lights that can reach a target, ascending
+  std::vector<double> luminance;      ///< [light][target]: luminance of the flux, W
 };
 
-/// Estimates by a few points and directions of each light, the same for all; none is less than a sixteenth of what the
-/// light's power would send there if it shone equally in all directions, save where it provably sends nothing: then it
-/// is 0. Those of lights from infinitely far are exact. `targets` are those of `aim`. An
-/// environment that the table does not sample counts where `unsampled` light is wanted.
+/// Estimates by a few points and directions of each light, the same for all. An estimate is at least a sixteenth of
+/// what an isotropic light of the same power would send. It is 0 if the light provably sends nothing. Estimates of
+/// distant lights are exact. `targets`: those of `aim`. `unsampled`: an environment that the table does not sample
+/// counts, too.
 PhotonFluxes estimate_fluxes(const LightTable& lights, std::span<const BoundingSphere> targets, const PhotonAim& aim,
                              bool unsampled);
 

@@ -9,7 +9,7 @@
 namespace lightmill {
 namespace {
 
-/// Spheres in a row, and the box of their centres.
+/// Consecutive spheres, and the box of their centres.
 struct Group {
   std::span<BoundingSphere> members;
   Vec3d low, high;
@@ -20,14 +20,14 @@ struct Group {
       low = glm::min(low, s.center);
       high = glm::max(high, s.center);
     }
-    // Around a single one it is that one.
+    // A single sphere is its own bound.
     sphere.center = members.size() == 1 ? low : (low + high) * 0.5;
     for (const BoundingSphere& s : members) {
       sphere.radius = std::max(sphere.radius, glm::length(s.center - sphere.center) + s.radius);
     }
   }
 
-  /// The two halves by the longest side of the box.
+  /// The two halves along the longest side of the box.
   std::pair<Group, Group> split() const {
     const Vec3d size = high - low;
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
@@ -56,7 +56,7 @@ std::vector<BoundingSphere> group_targets(std::span<const BoundingSphere> target
   }
   const std::size_t enough = std::min(most - (infinite ? 1 : 0), finite.size());
   while (groups.size() < enough) {
-    // A group of one has nothing to halve.
+    // A group of one cannot be halved.
     const auto largest = std::ranges::max_element(
         groups, {}, [](const Group& g) { return g.members.size() == 1 ? -1.0 : g.sphere.radius; });
     const auto [first, second] = largest->split();

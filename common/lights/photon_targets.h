@@ -1,4 +1,4 @@
-// What photons are aimed at.
+// Targets of photons.
 #pragma once
 
 #include <span>
@@ -8,24 +8,24 @@
 
 namespace lightmill {
 
-/// Of an infinite radius: all that is there.
+/// An infinite radius stands for the whole scene.
 struct BoundingSphere {
   Vec3d center{0};
   double radius = 0;
 };
 
-/// A plane without end.
+/// An infinite plane.
 struct BoundlessPlane {
   Vec3d point{0};
   Vec3d normal{0, 1, 0};  ///< unit
 };
 
-/// Aiming takes time in proportion to their number.
+/// The time to aim is proportional to the number of targets.
 inline constexpr std::size_t kMostPhotonTargets = 32;
 
-/// At most `most` spheres (at least 2) that together hold all of these; a function of the spheres and their order
-/// alone. Infinite ones become one, the last. Where the finite ones are too many, what lies near each other shares a
-/// sphere: the largest group is halved, at the median of its longest side, until there are enough groups.
+/// At most `most` spheres (at least 2) that contain all of these. A function of the spheres and their order. Infinite
+/// spheres become one, the last. If there are too many finite ones, neighbours share a sphere: the largest group is
+/// halved at the median of its longest side until there are enough groups.
 std::vector<BoundingSphere> group_targets(std::span<const BoundingSphere> targets, std::size_t most);
 
 }  // namespace lightmill

@@ -1,4 +1,4 @@
-// Points that radiate equally in all directions.
+// Point lights: equal intensity in all directions.
 #pragma once
 
 #include "common/lights/light_sample.h"
@@ -10,7 +10,7 @@ struct PointEmitter {
   Vec3 intensity;  ///< W/sr
 };
 
-/// How a point looks from p; the lights with a profile begin with it as well.
+/// A point light seen from p. Lights with a profile start with it, too.
 struct PointView8 {
   V8 position;
   V8 wi;
@@ -22,21 +22,21 @@ struct PointView8 {
     valid = lanes & (distance2 > F8(0.0f));
     wi = to_light * (F8(1.0f) / sqrt(distance2));
   }
-  /// Unit, in which light travels from the point to p.
+  /// Unit direction of travel, from the point to p.
   V8 direction() const { return -wi; }
-  /// What arrives at p where the intensity towards it is `intensity` times `share`, in the lanes that are `lit`.
+  /// Light at p for the intensity `intensity` times `share`, in the lanes `lit`.
   LightSample8 light(const V8& intensity, F8 share, M8 lit) const {
     return {position, wi, intensity * (share / distance2), F8(0.0f), valid & lit};
   }
 };
 
-/// What of a light's intensity goes in one direction.
+/// Share of a light's intensity in one direction.
 struct IntensityShare8 {
   F8 share;
-  M8 lit;  ///< the direction is one of those in which it shines
+  M8 lit;  ///< the light shines in this direction
 };
 
-/// Of what shines from a point in all directions; `power` is the luminance of its flux.
+/// Bounds of a point that shines in all directions. `power`: luminance of its flux.
 inline LightBounds bounds_of_point(const Vec3& position, double power) {
   LightBounds b;
   b.low = b.high = Vec3d(position);

@@ -8,12 +8,12 @@
 namespace lightmill {
 namespace {
 
-/// What a sphere at this place looks like from p.
+/// A sphere as seen from p.
 struct View8 {
   V8 to_center;
   F8 center2;        ///< squared distance of the centre
   M8 outside;        ///< p is outside
-  F8 one_minus_cos;  ///< 1 − cosθmax of the cone that the sphere fills, where outside
+  F8 one_minus_cos;  ///< 1 − cosθmax of the cone that the sphere subtends, if outside
   View8(const V8& p, const V8& center, F8 radius) : to_center(center - p), center2(length_squared(to_center)) {
     const F8 sin2_max = radius * radius / center2;
     outside = sin2_max < F8(1.0f);
@@ -22,8 +22,8 @@ struct View8 {
   }
 };
 
-/// How far off a sphere's surface a ray must keep that comes from this far or starts at y. Embree finds a sphere from
-/// afar only to some 3e-6 of the distance: well in front of that.
+/// Distance from a sphere's surface for rays that come from this distance or start at y. Embree finds a distant sphere
+/// to about 3e-6 of the distance, which is well below.
 F8 off_sphere(const V8& y, F8 distance) {
   return F8(0x1p-16f) * (max_component(abs(y)) + distance);
 }
@@ -58,15 +58,15 @@ LightSample8 SphereLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) cons
   const M8 inward = gather(inward_.data(), index, lanes) == U8(1u);
   const M8 two_sided = emission_.two_sided(index, lanes);
 
-  // From outside: a direction in the cone that the sphere fills, and where it enters.
+  // From outside: a direction in the cone that the sphere subtends, and the point where it enters.
   const View8 view(p, center, radius);
   const V8 local = square_to_cone(u, view.one_minus_cos);
   const F8 center_distance = sqrt(view.center2);
   const Frame8 cone(view.to_center * (F8(1.0f) / center_distance));
   const V8 cone_wi = cone.to_world(local);
-  const F8 sin2 = local.x * local.x + local.y * local.y;  // 1 − z² would cancel where the sphere looks small
+  const F8 sin2 = local.x * local.x + local.y * local.y;  // 1 − z² would cancel for small solid angles
   const F8 entry = center_distance * local.z - sqrt(max(radius * radius - view.center2 * sin2, F8(0.0f)));
-  // Of the entry, seen from the centre: known also where the sphere is smaller than coordinates are exact.
+  // The entry relative to the centre. It is accurate also if the sphere is smaller than the coordinates' precision.
   const F8 aside = entry / radius;
   const F8 nx = local.x * aside, ny = local.y * aside;
   const V8 cone_normal = cone.to_world({nx, ny, -sqrt(max(F8(1.0f) - nx * nx - ny * ny, F8(0.0f)))});
@@ -79,7 +79,7 @@ LightSample8 SphereLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) cons
   const F8 distance = sqrt(distance2);
   const V8 wi = select(view.outside, cone_wi, to_light * (F8(1.0f) / distance));
 
-  const F8 cos_outward = -dot(wi, normal);  // positive where the outer side is seen
+  const F8 cos_outward = -dot(wi, normal);  // positive if the outer side is visible
   const F8 cos_emitting = select(inward, -cos_outward, cos_outward);
   const F8 cos_light = select(two_sided, abs(cos_outward), cos_emitting);
   const M8 valid = lanes & (cos_light > F8(0.0f)) & (distance2 > F8(0.0f));

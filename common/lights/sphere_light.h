@@ -15,7 +15,7 @@ struct EmissiveSphere {
   float exponent = 0;  ///< radiance falls off with this power of the cosine
 };
 
-/// Spheres are sampled uniformly in the cone that they fill when seen from outside, by area from inside.
+/// From outside, spheres are sampled uniformly in the cone that they subtend; from inside, uniformly by area.
 class SphereLights {
  public:
   void add(const EmissiveSphere& sphere);
@@ -23,27 +23,27 @@ class SphereLights {
   LightBounds bounds(std::size_t i) const;
 
   LightSample8 sample(const V8& p, U8 index, M8 lanes, Pair8 u) const;
-  /// Where its outward unit normals are these; its `area` is that of all the sphere.
+  /// The point with this outward unit normal. Its `area` is that of the whole sphere.
   EmissionPoint8 emission_point(U8 index, M8 lanes, const V8& outward) const;
   V8 center(U8 index, M8 lanes) const { return center_.at(index, lanes); }
   F8 radius(U8 index, M8 lanes) const { return gather(radius_.data(), index, lanes); }
-  /// Light leaves their outer side alone.
+  /// Lanes whose spheres shine only outward.
   M8 outward_only(U8 index, M8 lanes) const {
     return and_not(lanes & (gather(inward_.data(), index, lanes) == U8(0u)), emission_.two_sided(index, lanes));
   }
-  /// In a direction whose angle to the normal has this cosine, which is not negative.
+  /// `cos_light`: cosine between direction and normal, not negative.
   V8 radiance(U8 index, F8 cos_light, M8 lanes) const { return emission_.radiance(index, cos_light, lanes); }
 
-  /// On a surface at p with unit normal n, if nothing is in the way, also where the sphere cuts the horizon (Snyder,
-  /// "Area light sources for real-time graphics", 1996). The sphere's exponent must be 0.
+  /// Irradiance on a surface at p with unit normal n, without occlusion, also where the sphere cuts the horizon
+  /// (Snyder, "Area light sources for real-time graphics", 1996). The sphere's exponent must be 0.
   Vec3d irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const;
 
-  /// Whether light that leaves the sphere can come to some of another one, which is not the case where that lies within
-  /// what shines outward alone.
+  /// Whether light from the sphere can reach some of another sphere. It cannot if that lies inside and this one shines
+  /// only outward.
   bool can_reach(std::size_t i, const Vec3d& center, double radius) const;
 
-  /// Density per solid angle at `from` of a point that `sample` draws, found by a ray of this length whose angle to the
-  /// sphere's normal has this positive cosine.
+  /// Density per solid angle at `from` of a point of `sample`, hit by a ray of this length. `cos_light`: cosine to the
+  /// sphere's normal, positive.
   F8 pdf_solid_angle(const V8& from, U8 index, F8 distance, F8 cos_light, M8 lanes) const;
 
  private:

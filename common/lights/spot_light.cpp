@@ -15,11 +15,11 @@ LightBounds SpotLights::bounds(std::size_t i) const {
 }
 
 IntensityShare8 SpotLights::share(const V8& direction, U8 index, M8 lanes) const {
-  // 1 − cos, whose rounding may not exceed the opposite direction's.
+  // 1 − cos. Rounding must not exceed its largest value, 2.
   const F8 off_axis = min(length_squared(points_.direction(index, lanes) - direction) * F8(0.5f), F8(2.0f));
   const F8 inner = gather(inner_.data(), index, lanes);
   const F8 outer = gather(outer_.data(), index, lanes);
-  // Without a falling part t is infinite inside, or no number at the rim, which `min` and `max` make 1.
+  // If both cones are equal, t is infinite inside and NaN at the rim. `min` and `max` make both 1.
   const F8 t = max(min((outer - off_axis) / (outer - inner), F8(1.0f)), F8(0.0f));
   return {select(off_axis <= inner, F8(1.0f), t * t * (F8(3.0f) - F8(2.0f) * t)),
           (off_axis < outer) | (outer >= F8(2.0f))};

@@ -1,4 +1,4 @@
-// Cones of light from a point.
+// Spot lights: cones of light from a point.
 #pragma once
 
 #include "common/lights/aimed_points.h"
@@ -10,11 +10,11 @@ struct SpotEmitter {
   Vec3 position;
   Vec3 direction;  ///< unit
   Vec3 intensity;  ///< W/sr along the direction
-  /// 1 − cos of the angles to the direction: single precision keeps narrow cones that way.
+  /// 1 − cos of the angles to the direction. In this form, single precision resolves narrow cones.
   float inner = 0, outer = 1;
 };
 
-/// Intensity is full within the inner cone and zero outside the outer one; between, t²(3 − 2t) of the cosine.
+/// Intensity is full within the inner cone and zero outside the outer one. Between them it is t²(3 − 2t) of the cosine.
 class SpotLights {
  public:
   void add(const SpotEmitter& spot);
@@ -25,7 +25,7 @@ class SpotLights {
   V8 position(U8 index, M8 lanes) const { return points_.position(index, lanes); }
   /// In unit directions, W/sr.
   V8 intensity(const V8& direction, U8 index, M8 lanes) const;
-  /// Of the angle beyond which there is no light, 1 − cos.
+  /// 1 − cos of the angle beyond which there is no light.
   double one_minus_cos_cutoff(std::size_t i) const { return outer_[i]; }
 
  private:

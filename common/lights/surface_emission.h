@@ -1,11 +1,11 @@
-// What emissive surfaces of any shape have in common: radiance with a cosine profile, on one side or on both.
+// Emission of surfaces of any shape: radiance with a cosine profile, on one side or both.
 #pragma once
 
 #include "common/lights/light_sample.h"
 
 namespace lightmill {
 
-/// Rows of radiance along the normal (W/(m² sr)), the power of the cosine with which it falls off, and sides.
+/// Rows of radiance along the normal (W/(m² sr)), cosine exponent, and sides.
 class SurfaceEmission {
  public:
   void add(const Vec3& radiance, float exponent, bool two_sided);
@@ -18,13 +18,13 @@ class SurfaceEmission {
   float exponent(std::size_t i) const { return exponent_[i]; }
   /// Along the normal.
   Vec3 radiance(std::size_t i) const { return radiance_[i]; }
-  /// In a direction whose angle to the normal has this cosine, which is not negative where it matters.
+  /// `cos_light`: cosine between direction and normal, not negative where it matters.
   V8 radiance(U8 index, F8 cos_light, M8 lanes) const {
     const V8 along_normal = radiance_.at(index, lanes);
     return has_exponents_ ? along_normal * share(index, cos_light, lanes) : along_normal;
   }
 
-  /// Luminance of the flux that leaves a unit of area, by both sides if they emit.
+  /// Luminance of the flux per unit of area, over both sides if both emit.
   double exitance(std::size_t i) const { return exitance(i, Vec3d(radiance_[i])); }
   /// The same with this radiance along the normal.
   double exitance(std::size_t i, const Vec3d& radiance) const;

@@ -5,12 +5,12 @@
 namespace lightmill {
 namespace {
 
-// Light of an image's directions is gathered in cells of some 6°, each kept with its mean direction: a cell's cosine is
-// exact unless it cuts the horizon. The irradiance is bilinear between normals 3° apart.
+// The light of an image is summed in cells of about 6°, each with its mean direction. So a cell's cosine is exact
+// unless it cuts the horizon. Irradiance is bilinear between normals 3° apart.
 constexpr std::size_t kCellRows = 32, kCellColumns = 64;
 constexpr std::size_t kRows = 64, kColumns = 128;
 
-/// Irradiance as a vector, for each colour.
+/// Vector irradiance by colour.
 using Cell = std::array<Vec3d, 3>;
 
 std::vector<Cell> gather_cells(const EnvironmentRadiance& environment) {
@@ -45,7 +45,7 @@ std::vector<float> tabulate(const EnvironmentRadiance& environment) {
     Row x, z;
     for (std::size_t column = 0; column < kColumns; ++column) {
       const double phi = 2 * kPiDouble * static_cast<double>(column) / kColumns;
-      // As atan2 has it, half a turn on: column 0 is −x.
+      // Half a turn from atan2's convention: column 0 is −x.
       x[column] = -sin_fixed(theta) * cos_fixed(phi);
       z[column] = -sin_fixed(theta) * sin_fixed(phi);
     }
@@ -67,7 +67,7 @@ std::vector<float> tabulate(const EnvironmentRadiance& environment) {
   return out;
 }
 
-/// The sum of `of(index)` over all lights of a kind.
+/// The sum over all lights of a kind.
 template <class Lights>
 V8 sum_of_delta(const Lights& lights, const V8& p, const V8& n, M8 lanes) {
   V8 sum = broadcast(Vec3(0));
@@ -79,7 +79,7 @@ V8 sum_of_delta(const Lights& lights, const V8& p, const V8& n, M8 lanes) {
   return sum;
 }
 
-/// Lane by lane: the formula branches.
+/// Lane by lane, because the formula branches.
 V8 sum_of_spheres(const SphereLights& spheres, const V8& p, const V8& n, M8 lanes) {
   const VectorLanes points(p), normals(n);
   alignas(32) float sums[3][8] = {};

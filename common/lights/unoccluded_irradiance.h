@@ -1,4 +1,4 @@
-// The light that a surface would get if nothing were in its way, without noise: what holdouts compare theirs with.
+// Noise-free irradiance of a surface without occlusion, with which holdouts compare theirs.
 #pragma once
 
 #include <vector>
@@ -8,24 +8,24 @@
 
 namespace lightmill {
 
-/// Immutable once built, thread-safe. Lights and emissive surfaces that are not in the table do not count; those with
-/// an emission exponent must not be there.
+/// Immutable once built, thread-safe. Lights and emissive surfaces outside the table do not count. None may have an
+/// emission exponent.
 class UnoccludedIrradiance {
  public:
   UnoccludedIrradiance() = default;
   explicit UnoccludedIrradiance(const LightTable& lights);
 
-  /// On surfaces at `p` with unit normals `n`, in W/m². `lights` are those that it was built from. That of an
-  /// environment's image is right within some thousandths; of a small sun in it, on normals within 2° of
-  /// where it sets, within some hundredths of what it gives at most.
+  /// On surfaces at `p` with unit normals `n`, in W/m². `lights` must be those of the constructor. The error for an
+  /// environment image is some thousandths. For a small sun in it, on normals within 2° of where it sets, the error is
+  /// some hundredths of its largest irradiance.
   V8 at(const LightTable& lights, const V8& p, const V8& n, M8 lanes) const;
 
  private:
   V8 of_environment(const V8& n) const;
 
   FacetIrradiance facets_;
-  Vec3 constant_{0};          ///< of an environment of one colour
-  std::vector<float> image_;  ///< of an image: RGB by normal, rows of equal polar angle from +y, columns of longitude
+  Vec3 constant_{0};          ///< of a constant environment
+  std::vector<float> image_;  ///< of an image: RGB by normal, in rows of polar angle from +y and columns of longitude
 };
 
 }  // namespace lightmill

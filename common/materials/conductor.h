@@ -1,4 +1,4 @@
-// Metal: Fresnel reflection by a complex index of refraction per channel, smooth or rough (GGX).
+// Metal BSDF: Fresnel reflection by a complex index of refraction per channel, smooth or rough (GGX).
 #pragma once
 
 #include "common/materials/ggx.h"
@@ -33,7 +33,7 @@ namespace lightmill {
 /// Lanes with alpha < ggx::kSmoothAlpha are delta.
 struct Conductor8 {
   static constexpr bool kTransmits = false, kHasLobes = false, kLosesSamples = true;
-  V8 eta, k;  ///< complex index per channel, relative to the medium that it is seen from
+  V8 eta, k;  ///< complex index per channel, relative to the medium on wo's side
   F8 alpha;   ///< GGX, in [0, 1]
 
   V8 eval(const V8& wo, const V8& wi) const {

@@ -1,4 +1,4 @@
-// A smooth dielectric: reflection and refraction by Fresnel's equations for unpolarised light.
+// Smooth dielectric BSDF: reflection and refraction by Fresnel's equations for unpolarised light.
 #pragma once
 
 #include "common/materials/bsdf.h"
@@ -6,11 +6,11 @@
 namespace lightmill::dielectric {
 
 struct Fresnel8 {
-  F8 reflectance;    ///< 1 where all is reflected
-  F8 cos_refracted;  ///< 0 where all is reflected
+  F8 reflectance;    ///< 1 at total internal reflection
+  F8 cos_refracted;  ///< 0 at total internal reflection
 };
 
-/// `eta` is the index of refraction beyond the surface over that on this side; cos_i in (0, 1].
+/// `eta`: index of refraction behind the surface over that on this side. cos_i is in (0, 1].
 inline Fresnel8 fresnel(F8 cos_i, F8 eta) {
   const F8 sin2_t = (F8(1.0f) - cos_i * cos_i) / (eta * eta);
   const M8 total = sin2_t >= F8(1.0f);
@@ -25,7 +25,7 @@ inline Fresnel8 fresnel(F8 cos_i, F8 eta) {
 namespace lightmill {
 
 struct Dielectric8 {
-  F8 eta;  ///< the index of refraction beyond the surface over that on wo's side
+  F8 eta;  ///< index of refraction behind the surface over that on wo's side
 
   /// Chooses reflection with the Fresnel reflectance by `u`, else refraction. The weight is that of radiance: 1 for
   /// reflection, 1/eta² for refraction (radiance is compressed in denser media).

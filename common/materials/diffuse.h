@@ -1,4 +1,4 @@
-// Lambert: f = ρ/π.
+// Lambertian BSDF: f = ρ/π.
 #pragma once
 
 #include "common/materials/bsdf.h"

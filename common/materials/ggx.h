@@ -1,16 +1,16 @@
-// The GGX distribution of microfacet normals, isotropic, with Smith's masking and visible normals.
+// GGX distribution of microfacet normals: isotropic, with Smith's masking and visible normals.
 //
 // Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces"; Heitz 2014, "Understanding the
-// Masking-Shadowing Function"; sampling by spherical caps: Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with
-// Spherical Caps". Roughness as people set it is √α.
+// Masking-Shadowing Function". Sampling by spherical caps: Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with
+// Spherical Caps". Roughness, which users set, is √alpha.
 #pragma once
 
 #include "common/materials/bsdf.h"
 
 namespace lightmill::ggx {
 
-/// Below this α a surface counts as smooth: its lobe, some α wide, could no longer be told from rounding errors of
-/// directions when it is evaluated.
+/// Surfaces with a smaller alpha count as smooth. Their lobe is about as narrow as rounding errors of directions, so it
+/// cannot be evaluated.
 inline constexpr float kSmoothAlpha = 1e-4f;
 
 /// Density of microfacets with normal m, per solid angle and projected area.
@@ -20,7 +20,7 @@ inline F8 distribution(const V8& m, F8 alpha) {
   return masked(m.z > F8(0.0f), alpha2 / (F8(kPi) * t * t));
 }
 
-/// |cos θ| · (1 + 2Λ) of a direction: what Smith's functions are made of, without their division by cos θ.
+/// |cos θ| · (1 + 2Λ) of a direction, from which Smith's functions follow without a division by cos θ.
 inline F8 smith_root(const V8& w, F8 alpha) {
   return sqrt(w.z * w.z + alpha * alpha * (w.x * w.x + w.y * w.y));
 }
@@ -30,15 +30,15 @@ inline F8 masking_over_cos(const V8& w, F8 alpha) {
   return F8(2.0f) / (abs(w.z) + smith_root(w, alpha));
 }
 
-/// Height-correlated masking and shadowing over 4 |cos θo| |cos θi|, both directions on one side.
+/// Height-correlated masking and shadowing over 4 |cos θo| |cos θi|, for directions on one side.
 inline F8 visibility(const V8& wo, const V8& wi, F8 alpha) {
   return F8(0.5f) / (abs(wo.z) * smith_root(wi, alpha) + abs(wi.z) * smith_root(wo, alpha));
 }
 
-/// Normals that are seen from wo: density D G1(wo) (wo·m)/wo.z.
+/// Samples normals visible from wo, with density D G1(wo) (wo·m)/wo.z.
 inline V8 sample_visible_normal(const V8& wo, F8 alpha, Pair8 u) {
   const V8 stretched = normalize({alpha * wo.x, alpha * wo.y, wo.z});
-  // A point uniform on the cap of the unit sphere that is reflected off by some normal of the hemisphere.
+  // A uniform point of the spherical cap of reflected directions.
   const F8 height = (F8(1.0f) - u.v) * (F8(1.0f) + stretched.z);  // of the cap's point above -stretched.z
   const F8 z = height - stretched.z;
   const F8 r = sqrt(max(F8(1.0f) - z * z, F8(0.0f)));
@@ -60,12 +60,12 @@ inline V8 half_vector(const V8& wo, const V8& wi) {
   return normalize(wo + wi);
 }
 
-/// BRDF · cos θi without Fresnel's factor.
+/// BRDF · cos θi without the Fresnel factor.
 inline F8 reflection(const V8& wo, const V8& wi, const V8& m, F8 alpha) {
   return masked(wi.z > F8(0.0f), distribution(m, alpha) * visibility(wo, wi, alpha) * wi.z);
 }
 
-/// Density of wi = reflect(wo, m), m a visible normal; 0 below the surface, where such wi have no weight.
+/// Density of wi = reflect(wo, m) for a visible normal m. 0 below the surface, where wi has weight 0.
 inline F8 reflection_pdf_solid_angle(const V8& wo, const V8& wi, const V8& m, F8 alpha) {
   return masked(wi.z > F8(0.0f), distribution(m, alpha) * masking_over_cos(wo, alpha) * F8(0.25f));
 }

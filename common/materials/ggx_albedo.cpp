@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kAngles = 33;              ///< nodes of √cos θ in [0, 1]
 constexpr int kRoughnesses = 33;         ///< nodes of √α in [0, 1]
-constexpr int kPhi = 32, kHeight = 128;  ///< points of quadrature
+constexpr int kPhi = 32, kHeight = 128;  ///< quadrature points
 constexpr float kLift = 0.002f;
 
 F8 pow5(F8 x) {
@@ -31,7 +31,7 @@ struct Terms {
   float normal, grazing;
 };
 
-/// The mean over visible normals of G2/G1 · (1 − w) and · w.
+/// Means over visible normals of G2/G1 · (1 − w) and G2/G1 · w.
 Terms integrate(float cos_theta, float alpha) {
   const float z = std::max(cos_theta, 1e-4f);
   const V8 wo{sqrt(F8(1.0f - z * z)), F8(0.0f), F8(z)};
@@ -42,7 +42,7 @@ Terms integrate(float cos_theta, float alpha) {
   F8 normal, grazing;
   for (int i = 0; i < kHeight; ++i) {
     for (int j = 0; j < kPhi; j += 8) {
-      // φ in [0, π]: the rest is its mirror image.
+      // φ in [0, π]. The other half is its mirror image.
       const F8 phi = (to_float(U8(static_cast<std::uint32_t>(j)) + U8::lane_index()) + F8(0.5f)) * F8(0.5f / kPhi);
       const V8 m = ggx::sample_visible_normal(wo, F8(alpha), {phi, F8((static_cast<float>(i) + 0.5f) / kHeight)});
       const V8 wi = ggx::reflect(wo, m);
@@ -55,7 +55,7 @@ Terms integrate(float cos_theta, float alpha) {
   return {sum_of(normal) / (kPhi * kHeight), sum_of(grazing) / (kPhi * kHeight)};
 }
 
-/// 2 ∫ E(μ) μ dμ of a row that is linear between nodes of t = √μ: ∫ 4 t³ E(t) dt, each segment in closed form.
+/// 2 ∫ E(μ) μ dμ of a row that is linear between nodes of t = √μ: ∫ 4 t³ E(t) dt, in closed form per segment.
 float mean_of(const float* row) {
   double sum = 0;
   for (int i = 0; i + 1 < kAngles; ++i) {
@@ -67,7 +67,7 @@ float mean_of(const float* row) {
   return static_cast<float>(sum);
 }
 
-/// The node below `t` in [0, 1] and how far t is beyond it.
+/// The node below `t` in [0, 1], and the distance of t from it.
 struct Place8 {
   U8 node;
   F8 rest;

@@ -1,4 +1,4 @@
-// How much light a GGX surface reflects in all, tabulated: what layers below it may still have.
+// Tabulated albedo of GGX surfaces, which says how much light is left for layers below.
 #pragma once
 
 #include <vector>
@@ -7,13 +7,13 @@
 
 namespace lightmill {
 
-/// Directional albedos of GGX reflection (single scattering) for Schlick's Fresnel term
-/// F = f0 (1 − w) + f90 w, w = (1 − cos)⁵: they are linear in f0 and f90, so two tables over cos θ and roughness serve
-/// all materials. Rows are interpolated linearly in √cos θ and √α, and lifted by as much as interpolation may be low: a
-/// layer that is given 1 − albedo never makes energy.
+/// Directional albedos of GGX reflection (single scattering) with Schlick's Fresnel term F = f0 (1 − w) + f90 w, w = (1
+/// − cos)⁵. They are linear in f0 and f90, so two tables over cos θ and roughness serve all materials. Rows are
+/// interpolated linearly in √cos θ and √alpha. Values are raised by the largest interpolation error, so that a layer
+/// with 1 − albedo never creates energy.
 class GgxAlbedo {
  public:
-  /// The one table, made when it is first asked for (some 10 ms); thread-safe.
+  /// The only instance, made on first use (about 10 ms). Thread-safe.
   static const GgxAlbedo& instance();
 
   struct Terms8 {
@@ -23,9 +23,9 @@ class GgxAlbedo {
   };
 
   Terms8 directional(F8 cos_theta, F8 alpha) const;
-  /// The mean over the hemisphere, weighted with cos θ, of what `directional` gives.
+  /// Mean of `directional` over the hemisphere, weighted by cos θ.
   Terms8 mean(F8 alpha) const;
-  /// The least of `directional` over all angles, for f0 = 0.04 and f90 = 1.
+  /// Minimum of `directional` over all angles, for f0 = 0.04 and f90 = 1.
   F8 least_coat(F8 alpha) const;
 
  private:

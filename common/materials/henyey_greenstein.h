@@ -1,4 +1,4 @@
-// The phase function of Henyey and Greenstein 1941: how a medium scatters.
+// Phase function of Henyey and Greenstein 1941, by which media scatter.
 #pragma once
 
 #include "common/math/transcendental.h"
@@ -7,15 +7,14 @@
 
 namespace lightmill {
 
-/// `g` is the mean cosine, in [-0.99, 0.99]: beyond, single precision cannot hold the peak. Positive scatters forwards.
-/// `wo` points back to where the path comes from, like everywhere. Value and density per solid angle are the same, so a
-/// sample's weight is 1.
+/// `g`: mean cosine in [-0.99, 0.99], positive for forward scattering. Single precision cannot resolve narrower peaks.
+/// `wo` points back along the path. Value and density per solid angle are equal, so a sample's weight is 1.
 struct HenyeyGreenstein8 {
   F8 g;
 
   F8 pdf_solid_angle(const V8& wo, const V8& wi) const {
-    // 1 + g² − 2g cos θ = (1 − g)² + 2g (1 − cos θ), by |wi + wo|² = 2 (1 − cos θ): exact at the peak. It turns to the
-    // other one for negative g.
+    // 1 + g² − 2g cos θ = (1 − g)² + 2g (1 − cos θ) with |wi + wo|² = 2 (1 − cos θ) is accurate at the peak. For
+    // negative g the peak is on the other side.
     const F8 size = abs(g);
     const V8 from_peak = wi + select(g < F8(0.0f), -wo, wo);
     const F8 d = (F8(1.0f) - size) * (F8(1.0f) - size) + size * length_squared(from_peak);
@@ -24,8 +23,7 @@ struct HenyeyGreenstein8 {
 
   V8 sample(const V8& wo, Pair8 u) const {
     const F8 size = abs(g);
-    // 1 − cos θ about the peak, rearranged so that nothing cancels: with s = (1 − g²)/(1 + g − 2gu),
-    // cos θ = (1 + g² − s²)/(2g).
+    // 1 − cos θ about the peak, without cancellation: with s = (1 − g²)/(1 + g − 2gu), cos θ = (1 + g² − s²)/(2g).
     const F8 denominator = F8(1.0f) + size - F8(2.0f) * size * u.u;
     const F8 away = F8(1.0f) - size;
     const F8 one_minus_cos =

@@ -1,4 +1,4 @@
-// Metals by name: their complex index of refraction for red, green and blue.
+// Metals by name, with complex indices of refraction for red, green and blue.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace lightmill {
 
-/// Taken at 650, 550 and 450 nm (red, green, blue). Gold, silver, copper and iron: measured by Johnson and Christy,
+/// Indices at 650, 550 and 450 nm (red, green, blue). Gold, silver, copper and iron: measured by Johnson and Christy,
 /// "Optical Constants of the Noble Metals" (1972) and "... of Transition Metals" (1974), linear between their photon
 /// energies. Aluminium, chromium, nickel and platinum: the Lorentz-Drude model of Rakić et al. 1998, "Optical
 /// properties of metallic films for vertical-cavity optoelectronic devices".
@@ -18,7 +18,7 @@ struct Metal {
 };
 
 std::span<const Metal> metals();
-/// Of that name; nothing if there is none.
+/// The metal of this name; empty if there is none.
 std::optional<Metal> find_metal(std::string_view name);
 
 }  // namespace lightmill

@@ -1,4 +1,4 @@
-// A perfect mirror.
+// Perfect mirror BSDF.
 #pragma once
 
 #include "common/materials/bsdf.h"

@@ -1,6 +1,4 @@
-// Phong's model with energy conserved: f = ρd/π + ρs (s + 2)/(2π) cosˢα, α from the mirror direction; ρd + ρs <= 1.
-//
-// Lafortune and Willems 1994, "Using the Modified Phong Reflectance Model for Physically Based Rendering".
+// Energy-conserving Phong BSDF: f = ρd/π + ρs (s + 2)/(2π) cosˢα, with α from the mirror direction and ρd + ρs <= 1.
 #pragma once
 
 #include "common/materials/bsdf.h"
@@ -8,7 +6,7 @@
 
 namespace lightmill {
 
-/// A lobe is chosen by its albedo. The pdf is 0 below the surface: a direction drawn there has weight 0.
+/// A lobe is chosen by its albedo. The pdf is 0 below the surface. A direction drawn there has weight 0.
 struct Phong8 {
   static constexpr bool kTransmits = false, kHasLobes = true, kLosesSamples = true;
   V8 diffuse, specular;  ///< albedos; their sum is at most 1 in each channel
@@ -39,7 +37,7 @@ struct Phong8 {
     return masked(d > F8(0.0f), d / (d + s));
   }
 
-  /// cosˢα by 1 − cos α = |wi − r|²/2, which sharp lobes need.
+  /// cosˢα by 1 − cos α = |wi − r|²/2, which is accurate for sharp lobes.
   F8 lobe_power(const V8& wo, const V8& wi) const {
     const F8 one_minus_cos = length_squared(wi - V8{-wo.x, -wo.y, wo.z}) * F8(0.5f);
     return masked(one_minus_cos < F8(1.0f), pow_one_minus(min(one_minus_cos, F8(1.0f)), exponent));

@@ -3,7 +3,7 @@
 namespace lightmill {
 namespace {
 
-constexpr float kCoatF0 = 0.04f;  ///< index 1.5
+constexpr float kCoatF0 = 0.04f;  ///< for an index of 1.5
 
 /// Schlick's (1 − cos)⁵.
 F8 schlick_weight(F8 cos_o) {
@@ -16,7 +16,7 @@ F8 average(const V8& color) {
   return (color.x + color.y + color.z) * F8(1.0f / 3);
 }
 
-/// The α that a roughness stands for; where it is below the limit of smoothness, 0.
+/// alpha of a roughness; 0 below the limit of smoothness.
 F8 alpha_of(F8 roughness) {
   const F8 alpha = roughness * roughness;
   return masked(alpha >= F8(ggx::kSmoothAlpha), alpha);
@@ -41,15 +41,15 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
       has_coat_((p.coat > F8(0.0f)).any()) {
   const F8 root = (p.ior - F8(1.0f)) / (p.ior + F8(1.0f));
   f0_ = min(root * root * F8(2.0f) * p.specular, F8(1.0f));
-  f90_ = min(min(F8(2.0f) * p.specular, F8(50.0f) * f0_), F8(1.0f));  // no gloss where nothing is there
-  // Opaque surfaces have their coat on both sides, glass has it on the outside.
+  f90_ = min(min(F8(2.0f) * p.specular, F8(50.0f) * f0_), F8(1.0f));  // no gloss for an index of 1
+  // Opaque surfaces have a coat on both sides, glass only on the outside.
   const M8 inside_glass = and_not(glass_ > F8(0.0f), front);
   coat_ = masked(~inside_glass, p.coat);
   coat_beyond_ = masked(inside_glass, p.coat);
 
   terms_ = albedo_->directional(wo.z, alpha_);
   gloss_albedo_ = terms_.of(f0_, f90_);
-  // At most a hair below 1: what reflects all light leaves none to divide by it.
+  // Slightly below 1 at most, because 1 − albedo is a divisor.
   gloss_albedo_mean_ = min(albedo_->mean(alpha_).of(f0_, f90_), F8(0.9999f));
   if (has_coat_) {
     coat_albedo_ = coat_ * albedo_->directional(wo.z, coat_alpha_).of(F8(kCoatF0), F8(1.0f));

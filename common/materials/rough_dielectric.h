@@ -1,7 +1,7 @@
-// A dielectric with a rough surface: GGX facets that reflect and refract by Fresnel's equations.
+// Rough dielectric BSDF: GGX facets that reflect and refract by Fresnel's equations.
 //
 // Walter et al. 2007, eqs. 16, 17, 20 and 21. Refraction carries radiance (1/eta²), so it is reciprocal up to eta²:
-// f(wo, wi) = f(wi, wo)/eta², the second seen from the other side.
+// f(wo, wi) = f(wi, wo)/eta², where the second is seen from the other side.
 #pragma once
 
 #include "common/materials/dielectric.h"
@@ -9,10 +9,10 @@
 
 namespace lightmill {
 
-/// Lanes whose lobes are too narrow to be evaluated are delta: alpha < ggx::kSmoothAlpha, or alpha · |eta − 1| < 1e-5.
+/// Lanes with too narrow lobes are delta: alpha < ggx::kSmoothAlpha, or alpha · |eta − 1| < 1e-5.
 struct RoughDielectric8 {
   static constexpr bool kTransmits = true, kHasLobes = true, kLosesSamples = true;
-  F8 eta;                                    ///< index of refraction beyond the surface over that on wo's side
+  F8 eta;                                    ///< index of refraction behind the surface over that on wo's side
   F8 alpha;                                  ///< GGX, in [0, 1]
   V8 tint = {F8(1.0f), F8(1.0f), F8(1.0f)};  ///< of refracted light
 
@@ -48,7 +48,7 @@ struct RoughDielectric8 {
     const F8 inverse_eta = F8(1.0f) / eta;
     const V8 refracted = m * (cos_o * inverse_eta - f.cos_refracted) - wo * inverse_eta;
     const V8 wi = select(through, refracted, ggx::reflect(wo, m));
-    // What is drawn to the wrong side of the surface would have to meet it again: it is lost.
+    // Samples on the wrong side are lost, because they would hit the surface again.
     const M8 valid = (through & (wi.z < F8(0.0f))) | and_not(wi.z > F8(0.0f), through);
     const F8 masking =
         select(through, ggx::masking_over_cos(wi, alpha) * abs(wi.z), ggx::reflection_weight(wo, wi, alpha));
@@ -58,7 +58,7 @@ struct RoughDielectric8 {
             select(through, eta, F8(1.0f))};
   }
 
-  /// `f`: Fresnel's, of wo; or what is to stand for it.
+  /// `f`: Fresnel term at wo, or a replacement.
   SmoothLobes8 smooth(const dielectric::Fresnel8& f) const {
     const F8 inverse_eta = F8(1.0f) / eta;
     const F8 refracted = (F8(1.0f) - f.reflectance) * (inverse_eta * inverse_eta);

@@ -18,7 +18,7 @@ double srgb_decode_fixed(double encoded) {
   if (encoded <= 0.04045) {
     return encoded / 12.92;
   }
-  // x^2.4 = x² · (x²)^(1/5), the root by Newton's method from above: only exactly rounded operations.
+  // x^2.4 = x² · (x²)^(1/5). Newton's method from above finds the root with exactly rounded operations only.
   const double x = (encoded + 0.055) / 1.055;
   const double square = x * x;
   double root = 1;
@@ -47,7 +47,7 @@ Texture::Texture(std::shared_ptr<const Texels> texels, const TextureSettings& se
   }
 }
 
-/// Into [0, 1]: one period, or the nearest point of the image.
+/// Maps to [0, 1]: repeats, or takes the nearest point of the image.
 F8 Texture::wrapped(F8 coordinate) const {
   if (settings_.wrap == TextureWrap::repeat) {
     return coordinate - floor(coordinate);
@@ -86,7 +86,7 @@ Texture::Rgba8 Texture::lookup(F8 u, F8 v, M8 lanes) const {
   const F8 x = u * F8(static_cast<float>(width));
   const F8 y = (F8(1.0f) - up) * F8(static_cast<float>(height));
   if (settings_.filter == TextureFilter::nearest) {
-    // u = 1 and v = 1 belong to the last column and the topmost row, v = 0 to the lowest.
+    // u = 1 belongs to the last column, v = 1 to the top row, v = 0 to the bottom row.
     const F8 column = min(floor(x), F8(static_cast<float>(width - 1)));
     const F8 from_below = min(floor(up * F8(static_cast<float>(height))), F8(static_cast<float>(height - 1)));
     return texel(truncate(column), U8(height - 1) - truncate(from_below), lanes);

@@ -1,7 +1,7 @@
-// Textures: what a surface's coordinates mean in an image.
+// Textures: images, and their lookup by a surface's coordinates.
 //
-// u grows to the right of the image and v upwards: (0, 0) is its lower left corner, (1, 1) its upper right one. Texel
-// centres stand at half-integers. Coordinates are scaled and moved first (u' = u · scale + offset).
+// u points right and v up. (0, 0) is the image's lower left corner, (1, 1) its upper right one. Texel centres are at
+// half-integers. Coordinates are scaled and moved first (u' = u · scale + offset).
 #pragma once
 
 #include <array>
@@ -14,17 +14,17 @@
 namespace lightmill {
 
 enum class TextureFilter { nearest, bilinear };
-enum class TextureWrap { repeat, clamp };  ///< beyond [0, 1]: the image again, or its border
+enum class TextureWrap { repeat, clamp };  ///< outside [0, 1]: the image repeats, or its border continues
 
 struct TextureSettings {
   TextureFilter filter = TextureFilter::bilinear;
   TextureWrap wrap = TextureWrap::repeat;
-  bool decode = false;  ///< colours of texels that are bytes are sRGB-encoded; floats are linear
+  bool decode = false;  ///< byte colours are sRGB-encoded; floats are always linear
   std::array<float, 2> scale{1, 1};
   std::array<float, 2> offset{0, 0};
 };
 
-/// One image and how it is looked up. Immutable, thread-safe.
+/// An image with its lookup settings. Immutable, thread-safe.
 class Texture {
  public:
   Texture(std::shared_ptr<const Texels> texels, const TextureSettings& settings);
@@ -33,9 +33,9 @@ class Texture {
     V8 rgb;  ///< linear
     F8 alpha;
   };
-  /// Coordinates are finite and below 1e9.
+  /// Coordinates must be finite and below 1e9.
   Rgba8 lookup(F8 u, F8 v, M8 lanes) const;
-  /// Mean colour over the image.
+  /// Mean colour of the image.
   Vec3 mean() const;
   const Texels& texels() const { return *texels_; }
 
@@ -46,26 +46,26 @@ class Texture {
 
   std::shared_ptr<const Texels> texels_;
   TextureSettings settings_;
-  std::array<float, 256> decoded_{};  ///< colour of a byte
+  std::array<float, 256> decoded_{};  ///< linear colour by byte
 };
 
-/// The sRGB transfer function's inverse on [0, 1] (IEC 61966-2-1) with bits that do not depend on the C library;
-/// relative error below 1e-12.
+/// Inverse of the sRGB transfer function on [0, 1] (IEC 61966-2-1). Its bits do not depend on the C library. Relative
+/// error below 1e-12.
 double srgb_decode_fixed(double encoded);
 
-/// The same pixels with linear colours, of texels that are sRGB-encoded floats (cut to [0, 1]).
+/// Linear colours of texels that are sRGB-encoded floats (clamped to [0, 1]).
 Texels decode_floats(const Texels& texels);
 
-/// All textures of a scene; eight lanes may ask for different ones.
+/// All textures of a scene. Each of eight lanes may have another texture.
 class TextureSet {
  public:
   static constexpr std::uint32_t kNone = 0xffffffff;
 
   void add(Texture texture) { textures_.push_back(std::move(texture)); }
   const Texture& operator[](std::uint32_t i) const { return textures_[i]; }
-  /// Memory of the texels; what several textures share counts once.
+  /// Memory of the texels. Shared texels count once.
   std::uint64_t bytes() const;
-  /// Where `texture` is kNone: white and opaque.
+  /// White and opaque where `texture` is kNone.
   Texture::Rgba8 lookup(U8 texture, F8 u, F8 v, M8 lanes) const;
 
  private:

@@ -1,4 +1,4 @@
-// Methods that shade each camera ray by itself: all but how a hit is shaded is here.
+// Base of methods that shade each camera ray independently: everything but the shading.
 #pragma once
 
 #include "common/methods/primary_rays.h"
@@ -7,22 +7,22 @@
 
 namespace lightmill {
 
-/// Eight camera rays and what they arrive at, beyond boundaries that light does not notice.
+/// Eight camera rays and the surfaces that they reach, behind medium boundaries that do not affect light.
 struct CameraHit8 {
-  M8 lanes;  ///< there is a ray
+  M8 lanes;  ///< lanes with a ray
   Arrival8 arrival;
   Surface8 surface;
-  U8 pixel_seed;        ///< scramble of the pixel's half
-  std::uint32_t index;  ///< point of its sequences; decisions are numbered from kFirstPathDecision
+  U8 pixel_seed;        ///< scramble of the pixel in this half
+  std::uint32_t index;  ///< point of its sequences. Decisions are numbered from kFirstPathDecision
 };
 
-/// `Shader` is immutable and has `V8 shade(const CameraHit8&, RenderCounters&) const`: radiance in the lanes. What else
-/// a sample of a tile shows is added by `add(const PixelRect& tile, float* planes, Workspace&) const`, if it has such:
-/// to three planes of one value a pixel.
+/// `Shader` is immutable. `V8 shade(const CameraHit8&, RenderCounters&) const` returns radiance in the lanes. The
+/// optional `add(const PixelRect& tile, float* planes, Workspace&) const` adds to a sample of a whole tile: three
+/// planes of one value per pixel.
 template <class Shader>
 class CameraMethod final : public SampledMethod {
  public:
-  /// `flat`: the shading normals of what camera rays hit are the geometric ones.
+  /// `flat`: directly visible surfaces have their geometric normals as shading normals.
   CameraMethod(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings, Shader shader, bool flat)
       : SampledMethod(std::move(scene), settings), shader_(std::move(shader)), flat_(flat) {}
 
@@ -83,7 +83,7 @@ class CameraMethod final : public SampledMethod {
   bool flat_;
 };
 
-/// A method of a shader that is made from the scene; `flat` as in CameraMethod.
+/// The method of a shader for this scene. `flat`: as in CameraMethod.
 template <class Shader>
 std::unique_ptr<Method> make_camera_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
                                            Shader shader, bool flat = false) {

@@ -1,4 +1,4 @@
-// How each method is made: for make_method, and for tests and measurements that need more than its settings.
+// Factories of all methods, for make_method, and for tests and benchmarks that set more than MethodSettings.
 #pragma once
 
 #include "common/methods/method.h"
@@ -17,17 +17,17 @@ std::unique_ptr<Method> make_whitted_method(ScenePointer scene, const MethodSett
 std::unique_ptr<Method> make_path_method(ScenePointer scene, const MethodSettings& settings,
                                          const tracer::Constants& constants = {});
 
-// The media of scenes for methods with photons must not scatter.
+// Methods with photons require a scene whose media do not scatter.
 std::unique_ptr<Method> make_caustic_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec);
 std::unique_ptr<Method> make_ppm_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec);
 std::unique_ptr<Method> make_photon_dots_method(ScenePointer scene, const MethodSettings& settings,
                                                 const MethodSpec& spec);
 
 namespace vcm {
-/// Connections that a thread traces together: 3.3 MiB, and hardly a lane is idle.
+/// Connections that a thread traces together. They take 3.3 MiB, and almost no lane is idle.
 inline constexpr std::uint32_t kConnectionsAtOnce = 65536;
 }  // namespace vcm
-/// `connections_at_once`: at least 1; no bit depends on it.
+/// `connections_at_once`: at least 1. It changes no bit.
 std::unique_ptr<Method> make_vcm_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec,
                                         std::uint32_t connections_at_once = vcm::kConnectionsAtOnce);
 

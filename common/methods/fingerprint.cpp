@@ -10,20 +10,20 @@
 namespace lightmill {
 namespace {
 
-/// What the methods render of the test scene with one filter.
+/// One render of the test scene: its filter, and the size and samples that methods render.
 struct Rendered {
   FilterKind filter;
   int side;           ///< pixels
-  SampleRange range;  ///< of methods without a photon map
+  SampleRange range;  ///< of methods without photons
 };
 
-// The box filter's scene has every feature of methods. The other scenes are there for their filters and the light tree.
+// The box filter's scene has every feature of methods. The other scenes cover the filters and the light BVH.
 constexpr Rendered kRendered[] = {{FilterKind::box, 48, {3, 0}},
                                   {FilterKind::tent, 24, {1, 0}},
                                   {FilterKind::gaussian, 24, {1, 0}},
                                   {FilterKind::blackman_harris, 24, {1, 0}}};
 
-/// A closed surface of rings and segments around (x, y, z) with bumps, so that no two triangles are alike.
+/// A bumpy sphere around (x, y, z) of rings and segments. No two triangles are alike.
 Mesh bumpy_sphere(double x, double y, double z, double radius) {
   constexpr std::uint32_t kRings = 48, kSegments = 64;
   Mesh mesh;
@@ -60,7 +60,7 @@ Mesh quad(Vec3d p, Vec3d u, Vec3d v) {
 
 const Sha256 kTexture = sha256("a texture");
 
-/// 5×3 bytes without a pattern.
+/// 5×3 texels of hashed bytes.
 Result<Texels> test_image(ByteView /*bytes*/, const std::string& /*name*/) {
   std::vector<std::uint32_t> bytes;
   for (std::uint32_t i = 0; i < 15; ++i) {
@@ -84,7 +84,7 @@ struct TestScene {
   }
 };
 
-/// A light of every kind; or so many that they are chosen by a tree.
+/// A light of each kind. `many` adds enough for the light BVH.
 void add_lights(TestScene& test, bool many, bool sky_image) {
   std::vector<Light>& lights = test.scene.lights;
   std::string profile =
@@ -99,7 +99,7 @@ void add_lights(TestScene& test, bool many, bool sky_image) {
       {"ies", IesLight{{0, 2, 1.5}, {0.1, -1, 0}, {1, 0, 0.2}, {1, 1, 0.9f}, 0.8, "fingerprint.ies", digest}});
   EnvironmentLight sky;
   sky.radiance = {0.2f, 0.3f, 0.4f};
-  if (sky_image) {  // test_image again
+  if (sky_image) {
     sky.has_image = true;
     sky.asset = kTexture;
     sky.rotation_degrees = 33;
@@ -151,11 +151,11 @@ TestScene make_test_scene(const Rendered& rendered) {
   if (filter == FilterKind::tent) {
     scene.camera.lens_radius = 0.1;
   }
-  test.add(0, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}));        // floor
-  test.add(1, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}));        // and a second one in the same place: ties
-  test.add(0, quad({-2, 0, -2}, {4, 0, 0}, {0, 3, 0}));        // back
-  test.add(1, quad({-2, 0, -2}, {0, 3, 0}, {0, 0, 4}));        // left
-  test.add(4, quad({-0.5, 2.9, -0.5}, {1, 0, 0}, {0, 0, 1}));  // lamp
+  test.add(0, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}));  // floor
+  test.add(1, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}));  // a second floor in the same place, for ties
+  test.add(0, quad({-2, 0, -2}, {4, 0, 0}, {0, 3, 0}));  // back
+  test.add(1, quad({-2, 0, -2}, {0, 3, 0}, {0, 0, 4}));  // left
+  test.add(4, quad({-0.5, 2.9, -0.5}, {1, 0, 0}, {0, 0, 1}));
   test.add(0, bumpy_sphere(-1.0, 0.6, -0.8, 0.6));
   test.add(3, bumpy_sphere(1.2, 0.5, -1.0, 0.4));
   test.add(2, SphereShape{{0.9, 0.5, -0.1}, 0.5, false});
@@ -166,17 +166,17 @@ TestScene make_test_scene(const Rendered& rendered) {
   test.add(8, SphereShape{{-1.6, 1.9, -1.2}, 0.3, false});
   test.add(9, SphereShape{{0.4, 0.25, 1.2}, 0.25, false});
   test.add(10, SphereShape{{1.3, 0.3, 0.9}, 0.3, false});
-  test.add(11, SphereShape{{1.35, 0.35, 1.1}, 0.2, false});  // overlaps the one before
+  test.add(11, SphereShape{{1.35, 0.35, 1.1}, 0.2, false});  // overlaps the sphere before
   scene.objects.push_back({"ground", 12, PlaneShape{{0, -0.3, 0}, {0.1, 1, 0.05}}});
   scene.objects.push_back({"card", 13, TriangleShape{{-0.6, 1.4, 0}, {0.6, 1.5, 0.1}, {0, 2.2, 0}}});
   if (filter == FilterKind::tent) {
     scene.materials[13].emission = {{0.9f, 0.8f, 0.7f}, 0};
     scene.materials[13].two_sided_emission = true;
   }
-  if (filter == FilterKind::box) {  // holdouts want lights without exponents
+  if (filter == FilterKind::box) {
     scene.objects.push_back({"catcher", 14, TriangleShape{{0.3, 0.05, 1.8}, {1.1, 0.02, 1.7}, {0.5, 0.1, 1.1}}});
   }
-  const Mesh shared = bumpy_sphere(0, 0, 0, 1);  // two instances, one of them mirrored
+  const Mesh shared = bumpy_sphere(0, 0, 0, 1);  // two instances, one mirrored
   test.add(0, shared);
   scene.objects.back().transform = {{{0.2, 0.05, 0, 0.6}, {0, 0.3, 0, 1.7}, {0, 0, 0.25, -1}}};
   test.add(2, shared);
@@ -226,7 +226,8 @@ std::string fingerprint_class() {
     for (Material& material : test.scene.materials) {
       material.interior.scattering = {};
     }
-    const std::shared_ptr<const CompiledScene> clear = box ? compiled(test) : nullptr;  // photons scatter in no medium
+    const std::shared_ptr<const CompiledScene> clear = box ? compiled(test) : nullptr;  // for methods with photons,
+                                                                                        // which refuse scattering media
     for (const std::string_view name : method_names()) {
       if (name == kAutoMethod) {
         continue;

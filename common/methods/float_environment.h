@@ -1,11 +1,11 @@
-// The processor's floating-point mode while a node is rendered: part of what fixes its bits.
+// Floating-point mode in which nodes are rendered. It is a part of what fixes their bits.
 #pragma once
 
 #include <xmmintrin.h>
 
 namespace lightmill {
 
-/// Round to nearest, denormals kept, exceptions masked; the caller's mode comes back at the end of the scope.
+/// Round to nearest, keep denormals, mask exceptions. The destructor restores the caller's mode.
 class FixedFloatEnvironment {
  public:
   FixedFloatEnvironment() : saved_(_mm_getcsr()) { _mm_setcsr(0x1f80); }

@@ -41,7 +41,7 @@ Result<std::unique_ptr<Method>> make_method(std::shared_ptr<const CompiledScene>
     return make_whitted_method(std::move(scene), settings, spec);
   }
   if (spec.name == kAutoMethod) {
-    return invalid_argument("auto stands for a method that is to be chosen before");
+    return invalid_argument("auto cannot render: choose a method for it first");
   }
   LM_CHECK(false, "a method that is listed can be made: {}", spec.name);
 }

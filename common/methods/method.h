@@ -1,4 +1,4 @@
-// A method: how light is computed. A pure function of (compiled scene, seed, tile, sample range).
+// Rendering method: a pure function of compiled scene, settings, tile and sample range.
 #pragma once
 
 #include <cstdint>
@@ -17,41 +17,41 @@
 namespace lightmill {
 
 struct MethodSettings {
-  std::string name = "path";  ///< and its parameters: see spec/method_spec.h
+  std::string name = "path";  ///< with parameters, as spec/method_spec.h describes
   std::uint64_t seed = 0;
-  std::uint32_t max_bounces = 0;  ///< of methods that follow light: scatterings at most; 0: their own limits
-  std::vector<LayerSpec> layers{LayerSpec{}};  ///< of the film, as film_layers gives them
+  std::uint32_t max_bounces = 0;               ///< scatterings of a path, at most; 0: the method's own limit
+  std::vector<LayerSpec> layers{LayerSpec{}};  ///< of the film, as film_layers returns them
 };
 
-/// What rendering cost, for those who want to know; adds up over calls.
+/// Work of rendering, summed over calls.
 struct RenderCounters {
   std::uint64_t samples = 0;
-  std::uint64_t closest_hit_rays = 0;  ///< photons' apart
+  std::uint64_t closest_hit_rays = 0;  ///< without those of photons
   std::uint64_t shadow_rays = 0;
-  std::uint64_t gathers = 0;   ///< searches for photons
-  std::uint64_t gathered = 0;  ///< photons found, and those tested for pixels that may see them
+  std::uint64_t gathers = 0;   ///< photon searches
+  std::uint64_t gathered = 0;  ///< photons found by searches or tested for visibility
 
-  // What all tiles of a sample share, counted where it is done.
+  // Work that all tiles of a sample share, counted by the thread that does it.
   std::uint64_t photons = 0;
-  std::uint64_t photon_rays = 0;  ///< closest hits
+  std::uint64_t photon_rays = 0;  ///< closest-hit rays of photons
   std::uint64_t deposits = 0;     ///< stored photons
 };
 
-/// Scratch memory of one thread, reused between calls; belongs to the method that made it.
+/// Scratch memory of one thread, reused between calls. Belongs to the method that made it.
 class Workspace {
  public:
   virtual ~Workspace() = default;
   RenderCounters counters;
-  std::stop_token stop;  ///< asked between bounces: render() returns at once when it says so
+  std::stop_token stop;  ///< checked between bounces: render() returns early if a stop is requested
 };
 
-/// Immutable and thread-safe; each thread brings its own workspace.
+/// Immutable and thread-safe. Each thread uses its own workspace.
 class Method {
  public:
   virtual ~Method() = default;
   virtual std::unique_ptr<Workspace> make_workspace() const = 0;
-  /// Renders one node: `tile` is a rectangle of pixels of the full film, of at most kTileSize on a side. The node's
-  /// bits are those of joining its one-sample nodes, whatever the thread, batch or lane. A node without values if
+  /// Renders one node. `tile` is a rectangle of the full film's pixels, at most kTileSize on a side. The node has the
+  /// bits of its joined one-sample nodes. Thread, batch and lane do not affect them. Returns a node without values if
   /// `workspace.stop` was requested.
   virtual Node render(const PixelRect& tile, SampleRange range, Workspace& workspace) const = 0;
 };

@@ -9,15 +9,15 @@
 
 namespace lightmill {
 
-/// Film decisions of a sample; methods number theirs from kFirstPathDecision.
+/// Decisions of the film. Methods number theirs from kFirstPathDecision.
 inline constexpr std::uint32_t kFilterDecision = 0;
 inline constexpr std::uint32_t kFirstPathDecision = 1;
-inline constexpr std::uint32_t kLensDecision = 0x40000000;  ///< beyond all that vertices of paths reach
+inline constexpr std::uint32_t kLensDecision = 0x40000000;  ///< above the decisions of path vertices
 
-/// The scrambles of a tile's pixels in one half: one per pixel, row by row.
+/// Sets the scrambles of a tile's pixels in one half: one per pixel, row by row.
 void fill_pixel_seeds(const PixelRect& tile, std::uint64_t seed, std::uint32_t half, std::vector<std::uint32_t>& out);
 
-/// Rays through film positions x, y (in pixels of the full film, (0,0) the upper left corner).
+/// Rays through film positions x, y, in pixels of the full film. (0,0) is the upper left corner.
 inline Ray8 camera_rays(const CompiledScene& scene, F8 x, F8 y) {
   const CameraBasis& camera = scene.camera();
   const F8 dx = x - F8(0.5f * static_cast<float>(scene.film_width()));
@@ -26,7 +26,7 @@ inline Ray8 camera_rays(const CompiledScene& scene, F8 x, F8 y) {
   return {broadcast(camera.eye), normalize(direction), F8(std::numeric_limits<float>::infinity())};
 }
 
-/// The pinhole's rays through points of the lens instead: both meet in the plane of focus.
+/// Replaces pinhole rays by rays from points of the lens. Both meet in the plane of focus.
 inline Ray8 through_lens(const CompiledScene& scene, const Ray8& rays, Pair8 u) {
   const CameraBasis& camera = scene.camera();
   const Pair8 disk = square_to_disk(u);
@@ -35,11 +35,11 @@ inline Ray8 through_lens(const CompiledScene& scene, const Ray8& rays, Pair8 u) 
   return {rays.origin + offset, normalize(rays.direction * to_focus - offset), rays.max_distance};
 }
 
-/// The camera rays of one sample of eight pixels of a tile: `pixel` counts row by row, `index` is the sample's index
-/// within its half; the position in the pixel follows the filter.
+/// Camera rays of one sample of eight pixels. `pixel` numbers the tile's pixels row by row. `index` is the sample's
+/// index in its half. The pixel filter is importance-sampled.
 inline Ray8 primary_rays(const CompiledScene& scene, const PixelRect& tile, U8 pixel, U8 pixel_seed,
                          std::uint32_t index) {
-  // Exact for pixel < 2^12 and width <= 64: the quotient is at least 1/64 off the next integer below it.
+  // Exact for pixel < 2^12 and width <= 64, because the quotient is at least 1/64 below the next integer.
   const U8 row = truncate((to_float(pixel) + F8(0.5f)) / F8(static_cast<float>(tile.width)));
   const U8 column = pixel - row * U8(static_cast<std::uint32_t>(tile.width));
   const Pair8 u = sobol_pair(U8(index), decision_seed(pixel_seed, kFilterDecision));

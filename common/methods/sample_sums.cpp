@@ -7,10 +7,10 @@
 namespace lightmill {
 namespace {
 
-/// No sum of kMaxSamples of these, nor of both halves' sums, overflows.
+/// kMaxSamples of these do not overflow, also when both halves are added.
 constexpr float kLargestSample = 0x1p97f;
 
-/// Values of other layers than beauty: what cannot be summed becomes zero, and −0 becomes 0.
+/// For layers other than beauty: values that cannot be summed become zero, and −0 becomes 0.
 void make_sound(std::span<float> values) {
   for (float& value : values) {
     value = std::abs(value) <= kLargestSample ? value + 0.0f : 0.0f;
@@ -49,7 +49,7 @@ void SampleSums::add(std::span<float> planes, std::span<float> first) {
     make_sound(first);
   }
   for (std::size_t p = 0; p < pixels_; ++p) {
-    // Any NaN or infinity makes this sum NaN or infinite, and fails the comparison.
+    // A NaN or infinity makes the sum NaN or infinite, and the comparison false.
     const float sum = planes[p] + planes[pixels_ + p] + planes[2 * pixels_ + p];
     if (!(std::abs(sum) <= kLargestSample)) [[unlikely]] {
       ++non_finite_;
@@ -67,7 +67,7 @@ void SampleSums::add(std::span<float> planes, std::span<float> first) {
 }
 
 void SampleSums::push(Half& half, std::span<const float> planes) {
-  // A binary counter: a sample meets the waiting subtree of its size, their sum meets the next larger one, and so on.
+  // Works like a binary counter: equal subtrees are added, and their sum carries to the next level.
   std::size_t level = 0;
   std::vector<float>* carry = nullptr;
   for (; half.count >> level & 1; ++level) {

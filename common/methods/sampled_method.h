@@ -9,9 +9,9 @@ namespace lightmill {
 
 struct SampleWorkspace : Workspace {
   SampleSums sums;
-  std::array<std::vector<std::uint32_t>, 2> pixel_seeds;  ///< of each half
-  std::vector<float> radiance;  ///< of one sample of the tile: planes of the summed channels, beauty's first
-  std::vector<float> first;     ///< planes of one value a pixel, of layers that are made of samples 0 to 15
+  std::array<std::vector<std::uint32_t>, 2> pixel_seeds;  ///< by half
+  std::vector<float> radiance;  ///< one sample of the tile: planes of the summed channels, beauty first
+  std::vector<float> first;     ///< planes of the layers of samples 0 to 15, one value per pixel
 };
 
 class SampledMethod : public Method {
@@ -22,7 +22,7 @@ class SampledMethod : public Method {
   Node render(const PixelRect& tile, SampleRange range, Workspace& workspace) const final;
 
  protected:
-  /// Sets `radiance`, and adds to `first`, which is zero. `end`: of the range.
+  /// Sets `radiance`, and adds to `first`, which is zero. `end`: end of the sample range.
   virtual void render_sample(const PixelRect& tile, std::uint64_t sample, std::uint64_t end,
                              SampleWorkspace& ws) const = 0;
 

@@ -1,4 +1,4 @@
-// From the kind of a material to its BSDF: the one place that knows which materials there are.
+// Dispatch from a material's kind to its BSDF. Only this file lists all materials.
 #pragma once
 
 #include "common/base/check.h"
@@ -9,16 +9,16 @@
 
 namespace lightmill {
 
-/// A metal without roughness: a delta BSDF.
+/// Smooth metal: a delta BSDF.
 struct SmoothConductor8 {
   Conductor8 metal;
   BsdfSample8 sample(const V8& wo) const { return metal.sample(wo, {}, F8(0.0f)); }
 };
 
-/// What a holdout scatters depends on more than its surface: it is no BSDF.
+/// Holdout. It is no BSDF, because it scatters by more than its surface.
 struct HoldoutSurface {};
 
-/// The index of refraction beyond a boundary over that on the ray's side; `crossing` counts where the scene has media.
+/// Index of refraction behind a boundary, relative to the ray's side. `crossing` is used only in scenes with media.
 inline F8 relative_index(const CompiledScene& scene, const Surface8& surface, const Crossing8& crossing, M8 lanes) {
   if (scene.features().media) {
     return crossing.eta;
@@ -27,9 +27,9 @@ inline F8 relative_index(const CompiledScene& scene, const Surface8& surface, co
   return select(surface.front, ior, F8(1.0f) / ior);
 }
 
-/// Calls `visit(bsdf, lanes)` for surfaces of one kind that are seen from `wo`, in the local frame. BSDFs with a
-/// density are as common/materials/bsdf.h says; delta ones have `sample(wo)`, of smooth glass `sample(wo, u)`, and no
-/// `eval`. Lanes that are known to reflect nothing are left out.
+/// Calls `visit(bsdf, lanes)` for surfaces of one kind, seen from `wo` in the local frame. BSDFs with a density follow
+/// common/materials/bsdf.h. Delta BSDFs have `sample(wo)` (smooth glass: `sample(wo, u)`) and no `eval`. Diffuse lanes
+/// that reflect nothing are omitted.
 template <class Visit>
 void visit_bsdf(const CompiledScene& scene, MaterialKind kind, const Surface8& surface, const Crossing8& crossing,
                 const V8& wo, M8 lanes, Visit&& visit) {
@@ -75,7 +75,7 @@ void visit_bsdf(const CompiledScene& scene, MaterialKind kind, const Surface8& s
   LM_CHECK(false, "unknown kind of material");
 }
 
-/// Calls `shade(kind, lanes)` for each kind of material that the surfaces have, in a fixed order.
+/// Calls `shade(kind, lanes)` for each material kind of the surfaces, in a fixed order.
 template <class Shade>
 void for_each_kind(const MaterialTable& materials, const Surface8& surface, M8 lanes, const Shade& shade) {
   if (const auto only = materials.only_kind()) {

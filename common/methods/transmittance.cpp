@@ -3,7 +3,7 @@
 namespace lightmill {
 namespace {
 
-constexpr int kMaxPassed = 1000;  ///< surfaces in a row that do not stop a ray: more are copies without end
+constexpr int kMaxPassed = 1000;  ///< surfaces in a row that do not stop a ray; more are endless copies
 
 }  // namespace
 
@@ -12,7 +12,7 @@ Arrival8 trace_transmittance(const CompiledScene& scene, M8 lanes, const Ray8& r
   const bool has_media = scene.features().media;
   const MediumTable& table = scene.media();
   Arrival8 out{{}, rays, media, {F8(1.0f), media, M8()}, broadcast(Vec3(1)), {}};
-  F8 skipped(0.0f);  // of the way, by moving off the surface before
+  F8 skipped(0.0f);  // part of the way that the offset from the last surface skipped
   M8 active = lanes;
   for (int passed = 0; active.any(); ++passed) {
     if (const M8 overfull = active & MediumTable::overfull(out.media); has_media && overfull.any()) [[unlikely]] {

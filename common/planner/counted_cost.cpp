@@ -3,13 +3,13 @@
 namespace lightmill {
 namespace {
 
-/// In rays. As fitted to the CPU time of path and caustic on all of scenes/, by 1024 to 16384 photons a pass, one by
-/// one within 11 % (tests/bench/planner_bench, docs/evidence/accuracy.md): pixels add nothing to what their rays cost.
+/// In rays, fitted to the CPU time of path and caustic on all of scenes/, with 1024 to 16384 photons per pass. Each fit
+/// is within 11 % (tests/bench/planner_bench, docs/evidence/accuracy.md). Pixels add no cost to that of their rays.
 constexpr double kGather = 2.1;
 constexpr double kGathered = 0.64;
 constexpr double kPhoton = 1;
 constexpr double kPhotonRay = 0.74;
-constexpr double kDeposit = 5.8;  ///< with its places in the map and on the film
+constexpr double kDeposit = 5.8;  ///< including its entries in the map and on the film
 
 double times(double cost, std::uint64_t count) {
   return cost * static_cast<double>(count);

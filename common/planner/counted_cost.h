@@ -1,18 +1,18 @@
-// What rendering costs, counted and not timed, so that every machine comes to the same.
+// Cost of rendering, counted instead of timed, so that all machines get the same result.
 #pragma once
 
 #include "common/methods/method.h"
 
 namespace lightmill {
 
-/// Of a shadow ray, which needs not find the nearest: Embree's own speeds with incoherent rays, eight at a time, on the
-/// Cornell box are 22 and 11.5 million a second, and shading comes to the closest hits.
+/// Cost of a shadow ray, which need not find the closest hit. On the Cornell box, Embree traces 22 million incoherent
+/// shadow rays and 11.5 million closest-hit rays a second, eight at a time. Shading adds to closest hits.
 inline constexpr double kShadowRayCost = 0.5;
 
 /// In units of one closest-hit ray of a camera path.
 struct CountedCost {
-  double own = 0;     ///< of the pixels that were rendered
-  double shared = 0;  ///< once for all pixels of a sample: photons
+  double own = 0;     ///< of the rendered pixels
+  double shared = 0;  ///< of all pixels of a sample together: photons
 };
 CountedCost cost_of(const RenderCounters& counters);
 

@@ -11,11 +11,11 @@
 namespace lightmill {
 namespace {
 
-constexpr int kDraws = 256;  ///< of lights, at each place
-constexpr int kPlaces = 8;   ///< casters, or places in them
+constexpr int kDraws = 256;  ///< light samples per position
+constexpr int kPlaces = 8;   ///< casters, or positions in them
 
-/// Number `index` of a sequence of points of the unit cube in four dimensions: Roberts' R4, whose steps are powers of
-/// 1/φ, φ⁵ = φ + 1.
+/// Point `index` of a sequence in the four-dimensional unit cube: Roberts' R4, whose steps are powers of 1/φ, φ⁵ = φ +
+/// 1.
 std::array<float, 4> numbers(int index) {
   constexpr std::array kSteps{0.8566748838545029, 0.733891856627126, 0.6287067210378087, 0.5385972572236101};
   std::array<float, 4> out;
@@ -26,7 +26,7 @@ std::array<float, 4> numbers(int index) {
   return out;
 }
 
-/// The same of eight of them.
+/// Eight of these points.
 std::array<F8, 4> numbers_from(int first) {
   alignas(32) float values[4][8];
   for (int lane = 0; lane < 8; ++lane) {
@@ -38,10 +38,10 @@ std::array<F8, 4> numbers_from(int first) {
   return {F8::load(values[0]), F8::load(values[1]), F8::load(values[2]), F8::load(values[3])};
 }
 
-/// Light that arrives somewhere, drawn as next-event estimation does: in eight lanes.
+/// Light that arrives at a point, sampled as by next-event estimation, in eight lanes.
 struct Arriving {
-  std::array<V8, kDraws / 8> direction, weight;  ///< weights are 0 where nothing was drawn
-  std::array<F8, kDraws / 8> pdf_solid_angle;    ///< 0 of lights without extent
+  std::array<V8, kDraws / 8> direction, weight;  ///< weight 0: nothing was drawn
+  std::array<F8, kDraws / 8> pdf_solid_angle;    ///< 0 for lights without extent
 };
 
 Arriving draw(const CompiledScene& scene, const Vec3& at) {
@@ -64,12 +64,12 @@ float sum_of(F8 values) {
   return std::accumulate(lanes, lanes + 8, 0.0f);
 }
 
-/// All that arrives, blurred, as bright as it shows on the way back in this direction.
+/// Radiance of the arriving light in one direction, blurred by the lobe.
 ///
-/// A lobe about the mirror direction sends on, per solid angle, K(δ) = (1 + tan²(δ/2)/α²)^−2 / (4πα²) of what comes
-/// from δ off it (GGX, small α, whose half vectors are δ/2 off the normal). Paths meet all mirror directions alike, so
-/// that their mean brightness, weighted with itself, is blurred by K twice. That is the same with √3 α: its peak is ∫
-/// K² = 1/(12πα²), and its integral 1.
+/// A lobe about the mirror direction scatters, per solid angle, K(δ) = (1 + tan²(δ/2)/α²)^−2 / (4πα²) of the light from
+/// δ off it (GGX, small α, half vectors δ/2 off the normal). Paths meet all mirror directions alike, so their mean
+/// radiance, weighted with itself, is blurred by K twice. That is a blur with √3 α: its peak is ∫ K² = 1/(12πα²), and
+/// its integral 1.
 Vec3 blurred(const Arriving& light, const Vec3& direction, float alpha) {
   const float wide2 = 3 * alpha * alpha;
   const V8 towards = broadcast(direction);
@@ -96,8 +96,7 @@ void add(const Arriving& light, const CasterLobe& lobe, RadianceSums& sums) {
     for (int lane = 0; lane < 8; ++lane) {
       const Vec3 weight(weights[lane]);
       const Vec3 radiance = weight * pdfs[lane];
-      // Of what it shows by its lobe alone no more than the lamp's own: a narrow lobe holds few draws, or this one
-      // alone.
+      // The blurred radiance is at most the light's own, because few samples, or only this one, fall in a narrow lobe.
       Vec3 shown = radiance;
       if (alpha >= ggx::kSmoothAlpha && weight != Vec3{0}) {
         shown = blurred(light, Vec3(directions[lane]), alpha);
@@ -112,7 +111,7 @@ void add(const Arriving& light, const CasterLobe& lobe, RadianceSums& sums) {
   }
 }
 
-/// Which casters to look at, by their size; those without end count as the scene.
+/// The casters to evaluate, chosen by size. Infinite ones count as large as the scene.
 std::vector<std::size_t> chosen_casters(const CausticPlaces& places) {
   std::vector<double> up_to;  // sums of squared radii
   for (const BoundingSphere& caster : places.casters) {
@@ -138,7 +137,7 @@ Vec3 shown_lamp_radiance(const CompiledScene& scene) {
   int place = 0;
   for (const std::size_t caster : chosen_casters(places)) {
     const BoundingSphere& around = std::isfinite(places.casters[caster].radius) ? places.casters[caster] : places.scene;
-    // Half as large, lest a lamp beside it be met.
+    // Half the size, so that the position is not in a light beside it.
     const std::array<float, 4> u = numbers(place++);
     const Vec3d offset = (Vec3d(u[0], u[1], u[2]) - 0.5) * around.radius;
     const Arriving light = draw(scene, Vec3(around.center + offset));

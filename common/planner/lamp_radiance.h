@@ -1,14 +1,14 @@
-// How bright a scene's lamps are, as what casts caustics shows them.
+// Radiance of a scene's lights as seen in the casters of caustics.
 #pragma once
 
 #include "common/scene/compiled/compiled_scene.h"
 
 namespace lightmill {
 
-/// The radiance, by channel, of all that next-event estimation samples as seen in the casters of caustics from where
-/// they send it: the mean over what arrives there, without occlusion and without what the casters take. A smooth one
-/// shows a lamp as bright as it is, and one without extent never (0: paths from the camera do not meet it); a rough one
-/// blurs it over its lobe. Large casters count by their size. 0 where there are no casters, or no such light.
+/// Radiance, by channel, of all sampled lights as seen in casters, from where the casters send it. It is the mean over
+/// the arriving light, without occlusion and without the casters' losses. A smooth caster shows a light at its full
+/// radiance. It never shows a light without extent, which counts 0, because paths from the camera cannot hit it. A
+/// rough caster blurs the light over its lobe. Casters count by size. 0 without casters or lights.
 Vec3 shown_lamp_radiance(const CompiledScene& scene);
 
 }  // namespace lightmill

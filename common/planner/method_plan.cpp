@@ -11,7 +11,7 @@ std::string_view name_of(std::string_view method) {
   return method.substr(0, method.find(':'));
 }
 
-/// "the point light 'bulb'", or the first of several with their number; `others` is what all are called, with an s.
+/// "the point light 'bulb'", or the first of several with their number. `others`: the plural of the noun.
 std::string first_of(const NamedThings& things, std::string_view others) {
   if (things.count == 2) {
     return fmt::format("{} (and 1 more {})", things.names.front(), others.substr(0, others.size() - 1));
@@ -20,11 +20,11 @@ std::string first_of(const NamedThings& things, std::string_view others) {
                            : fmt::format("{} (and {} more {})", things.names.front(), things.count - 1, others);
 }
 
-/// Light that only paths that start at a lamp find: lamps without extent are met by none from the camera, small ones by
-/// hardly any, and surfaces that scatter narrowly let through none of the light that is sampled.
+/// Caustics that only paths from a light find. Camera paths never hit lights without extent, and rarely small ones.
+/// Light sampling finds nothing through surfaces that scatter narrowly.
 struct UnseenCaustics {
-  bool by_casters = false;  ///< that `caustic` follows light through
-  bool by_layers = false;   ///< on surfaces that it takes for receivers
+  bool by_casters = false;  ///< casters, through which `caustic` follows light
+  bool by_layers = false;   ///< layers of surfaces that `caustic` treats as receivers
   explicit UnseenCaustics(const SceneFacts& facts) {
     const bool lamps = facts.receivers && !(facts.delta_lights.empty() && facts.small_lamps.empty());
     by_casters = lamps && !facts.smooth_casters.empty();
@@ -32,65 +32,62 @@ struct UnseenCaustics {
   }
 };
 
-/// Photons are not followed through media that scatter.
+/// Photons do not scatter in media.
 bool photons_render(const SceneFacts& facts) {
   return !facts.scattering;
 }
 
-/// Of so small a share of all photons, passes without number bring none.
+/// With so small a share of all photons, even many passes give none.
 constexpr double kFewPhotons = 1e-8;
 
-/// `ppm`: photons start at what next-event estimation samples, and light from infinitely far only around what is
-/// bounded.
+/// `ppm`: photons start at sampled lights. Photons of distant light cover only bounded shapes.
 Verdict admit_ppm(const SceneFacts& facts) {
   if (!photons_render(facts)) {
-    return {"ppm", false, "it renders no scattering media"};
+    return {"ppm", false, "it does not support scattering media"};
   }
   if (!facts.lamps_never_sampled.empty()) {
     return {"ppm", false,
-            fmt::format("no photons start at {}: what it throws on other surfaces is missing",
-                        first_of(facts.lamps_never_sampled, "lamps"))};
+            fmt::format("{} emits no photons, so its light on other surfaces is missing",
+                        first_of(facts.lamps_never_sampled, "emitters"))};
   }
   if (facts.planes && (!facts.distant_lights.empty() || facts.environment != SceneFacts::Environment::none)) {
     return {"ppm", false,
-            "a plane without end is dark where it lies far off: photons from suns and skies go only to "
-            "the surroundings of what is bounded"};
+            "an infinite plane is dark far away, because photons of directional lights and environments cover only "
+            "the part near bounded objects"};
   }
-  constexpr double kGatherArea = 3 * 3;  // by default, in pixels
+  constexpr double kGatherArea = 3 * 3;  // default radius, in pixels
   if (facts.pixel_share < kFewPhotons / kGatherArea) {
     return {"ppm", false,
-            fmt::format("so little of the scene is in the picture that a pixel gathers one photon of {:.0e}",
+            fmt::format("the picture shows so little of the scene that a pixel gathers one photon of {:.0e}",
                         1 / (kGatherArea * facts.pixel_share))};
   }
-  return {"ppm", true, "it is there to check the others: noise and blur are large"};
+  return {"ppm", true, "it is for checking other methods: its noise and blur are large"};
 }
 
-/// Of lamps that no method samples; empty where each is met by enough paths.
+/// Reason about lights that no method samples. Empty if enough paths hit each of them.
 std::string hidden_reason(const SceneFacts& facts) {
   if (facts.hidden_lamps.empty() || !facts.receivers) {
     return "";
   }
   return fmt::format(
-      "no method draws points on {}, and hardly any path meets so small a lamp by chance: what it throws on "
-      "other things is missing",
-      first_of(facts.hidden_lamps, "lamps"));
+      "no method samples {}, and paths rarely hit so small an emitter, so its light on other surfaces is missing",
+      first_of(facts.hidden_lamps, "emitters"));
 }
 
-/// What photons of light from infinitely far leave out where it goes by way of these planes; empty where that is
-/// nothing.
+/// Reason about distant light that photons miss by way of these planes. Empty if there is none.
 std::string boundless_reason(const SceneFacts& facts, const NamedThings& planes) {
   if (facts.distant_lights.empty() || planes.empty() || !facts.receivers) {
     return "";
   }
   return fmt::format(
-      "{} shines on {}, which has no end: its photons cover what lies around the other things and the "
-      "eye, and what comes from farther off is missing",
+      "{} shines on {}, which is infinite: photons cover only the part near other objects and the camera, so "
+      "light from farther away is missing",
       first_of(facts.distant_lights, "lights"), first_of(planes, "planes"));
 }
 
 Verdict admit_vcm(const SceneFacts& facts) {
   if (!photons_render(facts)) {
-    return {"vcm", false, "it renders no scattering media"};
+    return {"vcm", false, "it does not support scattering media"};
   }
   for (std::string reason : {hidden_reason(facts), boundless_reason(facts, facts.boundless_casters),
                              boundless_reason(facts, facts.boundless_layers)}) {
@@ -99,25 +96,25 @@ Verdict admit_vcm(const SceneFacts& facts) {
     }
   }
   const bool caustics = !facts.casters.empty() || !facts.smooth_layers.empty();
-  return {"vcm", true, caustics ? "" : "nothing casts caustics: path finds the light with less work"};
+  return {"vcm", true, caustics ? "" : "nothing in the scene causes caustics, so path finds all light with less work"};
 }
 
-/// Of the lights that paths from the camera do not meet.
+/// Names the lights that camera paths do not hit.
 std::string unmet_light(const SceneFacts& facts) {
-  return facts.delta_lights.empty() ? first_of(facts.small_lamps, "lamps") : first_of(facts.delta_lights, "lights");
+  return facts.delta_lights.empty() ? first_of(facts.small_lamps, "emitters") : first_of(facts.delta_lights, "lights");
 }
 
 std::string layers_reason(const SceneFacts& facts) {
-  return fmt::format("{} shines on {}, which reflects some of it as a mirror does: where that goes, {} finds it",
-                     unmet_light(facts), first_of(facts.smooth_layers, "objects"),
+  return fmt::format("{} shines on {}, which reflects some of its light like a mirror: {} finds it", unmet_light(facts),
+                     first_of(facts.smooth_layers, "objects"),
                      admit_vcm(facts).admitted   ? "vcm"
                      : admit_ppm(facts).admitted ? "ppm alone"
-                                                 : "no method that there is");
+                                                 : "no method");
 }
 
 Verdict admit_caustic(const SceneFacts& facts) {
   if (!photons_render(facts)) {
-    return {"caustic", false, "it renders no scattering media"};
+    return {"caustic", false, "it does not support scattering media"};
   }
   if (UnseenCaustics(facts).by_layers) {
     return {"caustic", false, layers_reason(facts)};
@@ -128,15 +125,16 @@ Verdict admit_caustic(const SceneFacts& facts) {
   if (std::string reason = boundless_reason(facts, facts.boundless_casters); !reason.empty()) {
     return {"caustic", false, std::move(reason)};
   }
-  return {"caustic", true, facts.casters.empty() ? "nothing casts caustics: it is path with more work" : ""};
+  return {"caustic", true,
+          facts.casters.empty() ? "nothing in the scene causes caustics, so path does the same with less work" : ""};
 }
 
-/// Who finds what paths from the camera do not.
+/// The method that finds what camera paths miss.
 std::string_view finder_of_caustics(const SceneFacts& facts) {
   return admit_caustic(facts).admitted ? "caustic"
          : admit_vcm(facts).admitted   ? "vcm"
          : admit_ppm(facts).admitted   ? "ppm alone"
-                                       : "no method that there is";
+                                       : "no method";
 }
 
 Verdict admit_path(const SceneFacts& facts) {
@@ -147,31 +145,30 @@ Verdict admit_path(const SceneFacts& facts) {
   if (!unseen.by_casters) {
     return unseen.by_layers ? Verdict{"path", false, layers_reason(facts)} : Verdict{"path", true, ""};
   }
-  return {
-      "path", false,
-      fmt::format("{} shines on {}: what that sends on to other surfaces is missing, because paths from the camera "
-                  "{}; {} finds it",
-                  unmet_light(facts), first_of(facts.smooth_casters, "objects"),
-                  facts.delta_lights.empty() ? "hardly ever meet so small a lamp" : "never meet a light without extent",
-                  finder_of_caustics(facts))};
+  return {"path", false,
+          fmt::format(
+              "{} shines on {}: light from there to other surfaces is missing, because paths from the camera {}; {} "
+              "finds it",
+              unmet_light(facts), first_of(facts.smooth_casters, "objects"),
+              facts.delta_lights.empty() ? "rarely hit so small a light" : "never hit a light without extent",
+              finder_of_caustics(facts))};
 }
 
-/// `raycast` and `whitted`, which leave light out by design.
+/// `raycast` and `whitted`, which omit light by design.
 Verdict admit_simple(const SceneFacts& facts, std::string_view method) {
-  std::string reason = method == "raycast" ? "it shows no light that goes from surface to surface"
-                                           : "of light that goes from surface to surface it follows only what mirrors "
-                                             "and glass send to the camera";
+  std::string reason = method == "raycast" ? "it has no indirect light"
+                                           : "its only indirect light is what mirrors and glass send to the camera";
   if (facts.emissive_objects > 0) {
-    reason += ", and it takes lamps for points";
+    reason += ", and it treats emitters as points";
   }
   return {std::string(method), false, std::move(reason)};
 }
 
-/// What `auto` takes, the simplest first; `vcm` only where these miss light, for it needs several times the work of the
-/// better one.
+/// Candidates of `auto`, simplest first. `vcm` is taken only if these miss light, because it needs several times the
+/// work of the better one.
 constexpr std::array<std::string_view, 2> kCandidates{"path", "caustic"};
 
-/// Light enough for `caustic` to leave `path` for it, though neither finds all.
+/// Whether `caustic` finds more light than `path`, though neither finds all.
 bool caustic_finds_more(const SceneFacts& facts) {
   return photons_render(facts) && UnseenCaustics(facts).by_casters;
 }
@@ -193,7 +190,7 @@ Verdict admit(const SceneFacts& facts, std::string_view method) {
     return admit_ppm(facts);
   }
   if (name == "photon-dots") {
-    return {"photon-dots", false, "it shows where photons arrive, as points, and no light"};
+    return {"photon-dots", false, "it shows the photon map as points, and no light"};
   }
   if (name == "raycast" || name == "whitted") {
     return admit_simple(facts, name);
@@ -225,18 +222,19 @@ MethodPlan plan_method(const SceneFacts& facts, std::string_view asked) {
       find_all.emplace_back(method);
       candidates.push_back(find_all.back() + parameters);
     } else if (!verdict.admitted && passed_over.empty()) {
-      passed_over = fmt::format("{} does not do: {}", method, verdict.reason);
+      passed_over = fmt::format("{} does not find all of the light: {}", method, verdict.reason);
     }
   }
   if (candidates.size() > 1) {
     return {candidates,
-            {fmt::format("{} find all of the light, some of which {} may gather in caustics",
-                         fmt::join(find_all, " and "), first_of(facts.casters, "objects"))}};
+            {fmt::format("{} find all of the light, and {} may cause caustics", fmt::join(find_all, " and "),
+                         first_of(facts.casters, "objects"))}};
   }
   if (candidates.size() == 1) {
     const std::string reason = find_all.front() != kCandidates.front() ? passed_over
-                               : facts.casters.empty() ? "it finds all of the light, and nothing casts caustics"
-                                                       : "it finds all of the light, as no other method does";
+                               : facts.casters.empty()
+                                   ? "it finds all of the light, and nothing in the scene causes caustics"
+                                   : "it finds all of the light, and caustic does not";
     return {candidates, {reason}};
   }
   if (admit_vcm(facts).admitted) {
@@ -244,8 +242,9 @@ MethodPlan plan_method(const SceneFacts& facts, std::string_view asked) {
   }
   return caustic_finds_more(facts)
              ? MethodPlan{{"caustic" + parameters},
-                          {"no method that auto takes finds all of the light; it finds more than path"}}
-             : MethodPlan{{"path" + parameters}, {"no method that auto takes finds all of the light; none finds more"}};
+                          {"no method of auto finds all of the light; caustic finds more than path"}}
+             : MethodPlan{{"path" + parameters},
+                          {"no method of auto finds all of the light; none finds more than path"}};
 }
 
 std::vector<std::string> method_notices(const SceneFacts& facts, std::string_view method) {
@@ -258,8 +257,8 @@ std::vector<std::string> method_notices(const SceneFacts& facts, std::string_vie
       verdict.method == "ppm" || (verdict.method == "caustic" && !facts.casters.empty()) || verdict.method == "vcm";
   if (counts_photons && !facts.point_meters.empty()) {
     notices.push_back(fmt::format(
-        "{}: photons that come to {} are counted on a disc around it, which shrinks with the samples: where light "
-        "changes within it the reading is blurred, which its interval does not tell; a small patch has no such error",
+        "{}: photons that reach {} are counted on a disc that shrinks with the samples. Where light varies within it, "
+        "the reading is blurred, and its interval does not include this. A small patch has no such error",
         verdict.method, facts.point_meters.text()));
   }
   return notices;

@@ -1,4 +1,4 @@
-// Which methods find all of a scene's light, and which of them a job is to use.
+// Choice of a job's method: which methods find all of a scene's light, and which one to use.
 #pragma once
 
 #include <string>
@@ -9,31 +9,31 @@
 
 namespace lightmill {
 
-/// What there is to say of a method for a scene.
+/// Assessment of a method for a scene.
 struct Verdict {
   std::string method;
-  bool admitted = false;  ///< it finds all of the light
-  std::string reason;     ///< why not, or why `auto` passes it over all the same; may be empty
+  bool admitted = false;  ///< it finds all light
+  std::string reason;     ///< why not, or why `auto` does not take it; may be empty
 };
 
-/// `method` as jobs write it, with or without parameters. What no cheap and sound test excludes is taken to be there: a
-/// lamp that only seems to shine on glass counts.
+/// `method`: as jobs write it, with or without parameters. Light that no cheap and reliable test excludes is assumed to
+/// exist. For example, a light that only seems to shine on glass counts.
 Verdict admit(const SceneFacts& facts, std::string_view method);
-/// Of every method that there is.
+/// Of all methods.
 std::vector<Verdict> admit_all(const SceneFacts& facts);
 
-/// How a job comes by its method.
+/// Result of planning: the methods for a job.
 struct MethodPlan {
-  /// At least one, with parameters, the simplest first; of several a pilot picks one (common/planner/pilot.h).
+  /// At least one method, with parameters, simplest first. A pilot chooses among several (common/planner/pilot.h).
   std::vector<std::string> candidates;
-  std::vector<std::string> reasons;  ///< why those; of `auto` alone
+  std::vector<std::string> reasons;  ///< why these; only for `auto`
 };
 
-/// `asked` as jobs write it. Parameters of `auto` are handed on to what it picks.
+/// `asked`: as jobs write it. Parameters of `auto` are passed to the chosen method.
 MethodPlan plan_method(const SceneFacts& facts, std::string_view asked);
 
-/// What of the scene's light a picture by this method lacks (methods that show no light lack nothing), and what its
-/// meters do not tell, for whoever sees it.
+/// Notices for users: the light that a picture by this method lacks (none if the method shows no light), and the meters
+/// that it does not measure.
 std::vector<std::string> method_notices(const SceneFacts& facts, std::string_view method);
 
 }  // namespace lightmill

@@ -10,19 +10,19 @@
 namespace lightmill {
 namespace {
 
-/// The lobes of a material that have an α, and whether there is anything beside them.
+/// The lobes of a material with an alpha, and whether there are others.
 struct Lobes {
   std::array<double, 2> alphas{};
   int count = 0;
   bool diffuse = false;
-  bool mapped = false;  ///< by a roughness map: the first of them
+  bool mapped = false;  ///< the first lobe has a roughness map
 
   void add(double roughness) { alphas[static_cast<std::size_t>(count++)] = roughness * roughness; }
-  /// How many have an α below this.
+  /// The number of lobes below this alpha.
   int below(double alpha) const {
     int n = 0;
     for (int i = 0; i < count; ++i) {
-      // As the renderer has it: in single precision, and mapped lobes have a density but where the map says otherwise.
+      // In single precision, as in the renderer. Mapped lobes count as having a density.
       n += static_cast<float>(alphas[static_cast<std::size_t>(i)]) < static_cast<float>(alpha) && !(mapped && i == 0);
     }
     return n;
@@ -57,14 +57,14 @@ Lobes lobes_of(const Material& material) {
                    }
                  },
                  [&](const DielectricMaterial& m) {
-                   // Nearly no refraction is as narrow as none: see RoughDielectric8.
+                   // Almost no refraction is as narrow as none (see RoughDielectric8).
                    lobes.add(m.roughness * m.roughness * std::abs(m.ior - 1) < 1e-5 ? 0 : m.roughness);
                    lobes.mapped = material.roughness_map.texture != kNoTexture && m.roughness > 0;
                  },
                  [&](const PhongMaterial& m) {
                    lobes.diffuse = !is_black(m.diffuse);
                    if (!is_black(m.specular)) {
-                     // The widths of their peaks are equal; no exponent is a delta lobe.
+                     // Gives the peak of equal width. No exponent is a delta lobe.
                      lobes.add(std::pow(2 / (m.exponent + 2), 0.25));
                    }
                  },

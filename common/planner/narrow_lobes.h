@@ -1,25 +1,25 @@
-// Whether a material scatters light narrowly, or in directions that have a density.
+// Width of a material's lobes: narrow ones, and ones with a density.
 #pragma once
 
 #include "common/scene/document/material.h"
 
 namespace lightmill {
 
-/// GGX's α below which a lobe is narrow: a light without extent is met in one only by a path in 1/α² ≈ 1e5 that comes
-/// there by chance, if at all (α below ggx::kSmoothAlpha: never). Measured: at α = 1e-4 to 1e-3 a million paths miss
-/// the caustics of such a surface (tests/atlas).
+/// GGX alpha below which a lobe is narrow. About one path in 1/α² ≈ 1e5 that reaches the surface by chance meets a
+/// light without extent, and none below ggx::kSmoothAlpha. Measured: at alpha 1e-4 to 1e-3, a million paths miss the
+/// caustics of such a surface (tests/atlas).
 inline constexpr double kNarrowAlpha = 3e-3;
 
-/// How much of what a material scatters goes into narrow lobes; of Phong's gloss, α² = 2/(exponent + 2). A roughness
-/// map may make lobes narrow in places, which is taken for granted of casters and not counted of others.
+/// Share of a material's scattered light in narrow lobes. For Phong's gloss, α² = 2/(exponent + 2). A roughness map may
+/// make lobes narrow in places. This is assumed for casters, and ignored for others.
 enum class NarrowLobes {
   none,
-  some,  ///< beside others
-  all,   ///< all that it scatters, if anything
+  some,  ///< some lobes
+  all,   ///< all lobes, or there are none
 };
 NarrowLobes narrow_lobes(const Material& material);
 
-/// Whether it scatters light in directions that have a density: photons that arrive there are seen.
+/// Whether the material scatters in directions with a density, so that photons on it are visible.
 bool receives_light(const Material& material);
 
 }  // namespace lightmill

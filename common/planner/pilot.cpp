@@ -15,20 +15,20 @@ namespace lightmill {
 namespace {
 
 constexpr int kPatchSide = 8;        ///< pixels
-constexpr int kPatchesAcross = 8;    ///< at most, either way
+constexpr int kPatchesAcross = 8;    ///< at most, in each direction
 constexpr std::uint32_t kLevel = 3;  ///< log2 of a batch's samples
-/// From sample 256 on methods do as in long renders (roulette, splitting); what one method needs over the other differs
-/// from that before by a third (docs/evidence/accuracy.md). The batches are the next two ranges of 8.
+/// From sample 256 on, methods behave as in long renders (roulette, splitting). Before, the ratio of work between two
+/// methods differs by a third (docs/evidence/accuracy.md). The batches are the next two ranges of 8.
 constexpr std::uint32_t kFirstBatch = 32;
 constexpr std::uint64_t kPilotSeed = 0x9e3779b97f4a7c15u;  ///< any constant
 
-/// By half, RGB planes patch by patch.
+/// By half: RGB planes, patch by patch.
 using Halves = std::array<std::vector<double>, 2>;
 
 /// One method's means of both batches.
 struct Sampled {
   std::array<Halves, 2> means;
-  std::array<Halves, 2> caustics;  ///< what of them photons brought; empty where none do
+  std::array<Halves, 2> caustics;  ///< their part from photons; empty without photons
   std::array<double, 2> cost{};
 };
 
@@ -39,7 +39,7 @@ void add(std::span<const float> values, std::size_t first, std::vector<double>& 
   }
 }
 
-/// Adds the sums of a range of all patches, patch by patch.
+/// Adds the sums of a range, patch by patch.
 void add_sums(const Method& method, std::span<const PixelRect> patches, SampleRange range, Workspace& workspace,
               Halves& sums, Halves& caustics) {
   std::size_t first = 0;
@@ -87,8 +87,8 @@ Sampled sample(const Method& method, const MethodSpec& spec, std::span<const Pix
   return out;
 }
 
-/// What all methods together take the values to be. Without one batch of one method, if that is given: a bright sample
-/// must not make little of its own error.
+/// Mean of all methods, as the reference values. `without`: a batch that is left out, so that its bright samples do not
+/// reduce its own error.
 std::vector<double> reference_of(std::span<const Sampled> all, const Halves* without = nullptr) {
   std::vector<double> mean(all.front().means[0][0].size());
   const std::size_t halves = 4 * all.size() - (without != nullptr ? 2 : 0);
@@ -108,11 +108,11 @@ double scale_of(double reference) {
   return reference * reference + kRelMseFloor;
 }
 
-/// By pixel, the relative variance of one sample, from both halves of a batch.
+/// Relative variance of one sample, by pixel, from both halves of a batch.
 std::vector<double> variances(std::span<const double> a, std::span<const double> b, std::span<const double> reference) {
   std::vector<double> relative(a.size());
   for (std::size_t i = 0; i < a.size(); ++i) {
-    // (a − b)²/4 is the variance of the batch's mean; times its samples, that of one.
+    // (a − b)²/4 is the variance of the batch's mean. Times the number of samples, it is that of one.
     relative[i] = (a[i] - b[i]) * (a[i] - b[i]) / 4 * static_cast<double>(1u << kLevel) / scale_of(reference[i]);
   }
   return relative;
@@ -140,18 +140,19 @@ PilotMeasure measure(std::span<const Sampled> all, const Sampled& sampled) {
   return out;
 }
 
-/// What the variances of `path` and `caustic` must be, known from `caustic`. Both have that of what both find by paths
-/// from the camera; path adds that of the caustics, which it finds by chance, rarely and all at once. Few samples do
-/// not show it. A path that meets a lamp of radiance L brings X = ρ L, so that E[X²] = ρ L E[X], and E[X] is what the
-/// photons bring. Rough casters show the lamp darker and larger, as wide as their lobes, since light sampling takes
-/// part: L is what they show of it. Nothing is trimmed, lest what is rare in both be left out and seem to matter
-/// little.
+/// Expected variances of `path` and `caustic`, computed from `caustic` alone. Both have the variance of what both find
+/// by camera paths. `path` adds that of caustics, which it finds rarely and with large values, so few samples do not
+/// show it.
+///
+/// A path that hits a light of radiance L gives X = ρ L, so E[X²] = ρ L E[X], and photons give E[X]. Rough casters show
+/// the light darker and larger, as wide as their lobes, because light sampling takes a part. L is the radiance that
+/// they show. Nothing is trimmed, because trimming would remove what is rare in both methods.
 struct Foreseen {
   double path = 0, caustic = 0;
 };
 Foreseen foresee(const Sampled& caustic, std::size_t batch, std::span<const PixelRect> patches, const Vec3& lamps,
                  std::span<const double> reference) {
-  constexpr double kReflected = 0.7;  ///< ρ of what is bright, about
+  constexpr double kReflected = 0.7;  ///< typical ρ of bright surfaces
   Halves others = caustic.means[batch];
   double by_chance = 0;
   std::size_t i = 0;
@@ -175,7 +176,7 @@ Foreseen foresee(const Sampled& caustic, std::size_t batch, std::span<const Pixe
 std::vector<PixelRect> pilot_patches(const PixelRect& film) {
   const auto places = [](int from, int length) {
     const int count = std::min(kPatchesAcross, (length + kPatchSide - 1) / kPatchSide);
-    std::vector<std::pair<int, int>> out;  // where, and how long
+    std::vector<std::pair<int, int>> out;  // position and length
     for (int i = 0; i < count; ++i) {
       // Each in the middle of its share.
       const auto share = [&](int n) { return from + static_cast<int>(std::int64_t{length} * n / count); };
@@ -221,7 +222,7 @@ Result<PilotChoice> run_pilot(const std::shared_ptr<const CompiledScene>& scene,
                          [&](const Sampled& each) { return measure(sampled, each); });
   if (path && caustic && !scene->caustic_places().casters.empty()) {
     const Vec3 lamps = shown_lamp_radiance(*scene);
-    // What path does meet of it counts too, of both batches together: it is rare.
+    // The caustics that `path` found in both batches count too, because they are rare.
     double met = 0;
     for (const Halves& batch : sampled[*path].means) {
       met += mean(variances(batch[0], batch[1], reference_of(sampled, &batch))) / 2;

@@ -1,4 +1,4 @@
-// A pilot: a few samples by each of several methods, to find out which is the cheapest for a picture.
+// Pilot: a few samples by each of several methods, to find the cheapest for a picture.
 #pragma once
 
 #include <memory>
@@ -14,18 +14,18 @@
 namespace lightmill {
 
 struct PilotSettings {
-  std::vector<std::string> methods;  ///< with their parameters, the simplest first
-  std::uint64_t seed = 0;            ///< of the job; the pilot's own numbers are others, so that it never enters a film
+  std::vector<std::string> methods;  ///< with parameters, simplest first
+  std::uint64_t seed = 0;            ///< the job's; the pilot derives another, so that its samples never enter a film
   std::uint32_t max_bounces = 0;
-  PixelRect film;  ///< all of it, also for jobs that render a part: that has the bits that it has in the whole
+  PixelRect film;  ///< the full film, also for jobs with a crop, because a crop has the same bits
 };
 
-/// Renders small patches all over the film, in two independent batches, on the calling thread. A pure function of its
-/// arguments. INVALID_ARGUMENT if a method cannot be made; CANCELLED if it was stopped, which it does between bounces.
+/// Renders small patches over the whole film in two independent batches, on the calling thread. A pure function of its
+/// arguments. INVALID_ARGUMENT if a method cannot be made. CANCELLED if stopped, which is checked between bounces.
 Result<PilotChoice> run_pilot(const std::shared_ptr<const CompiledScene>& scene, const PilotSettings& settings,
                               const std::stop_token& stop = {});
 
-/// The patches: at most 64 of at most 8×8 pixels, spread evenly.
+/// The patches: at most 64 of at most 8×8 pixels, evenly spaced.
 std::vector<PixelRect> pilot_patches(const PixelRect& film);
 
 }  // namespace lightmill

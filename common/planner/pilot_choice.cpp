@@ -13,12 +13,12 @@ namespace {
 
 constexpr std::size_t kTrimmedOneIn = 1000;
 
-/// How many times less work than the simplest, on the batch where that is less.
+/// How many times less work than the simplest, on the batch with the smaller gain.
 double gain(const PilotMeasure& simplest, const PilotMeasure& other) {
   double least = std::numeric_limits<double>::infinity();
   for (const std::size_t batch : {0, 1}) {
     const double own = other.inefficiency(batch), reference = simplest.inefficiency(batch);
-    // What has neither noise nor cost cannot be left, nor gained by.
+    // If the simplest method has no noise or no cost, there is no gain.
     least = std::min(least, own > 0 ? reference / own : reference > 0 ? least : 0);
   }
   return least;
@@ -35,13 +35,13 @@ std::string compare(const std::string& simplest, const PilotMeasure& its, const 
     }
   }
   const std::array ratios{its.inefficiency(0) / others.inefficiency(0), its.inefficiency(1) / others.inefficiency(1)};
-  // Of a gain by one of them, or too small a one, it is said that it does not decide.
+  // States that a gain by one batch, or a small one, does not decide.
   const bool some = std::ranges::max(ratios) > 1, clear = std::ranges::min(ratios) > kClearGain;
-  return fmt::format("to the same error {} needs {:.2g} or {:.2g} times the work of {}, by two pilots{}", simplest,
-                     ratios[0], ratios[1], other,
-                     some && !clear ? fmt::format("; a clear gain is more than {} by both, and {} is the simpler one",
-                                                  kClearGain, simplest)
-                                    : "");
+  return fmt::format(
+      "for equal error {} needs {:.2g} and {:.2g} times the work of {} in two pilots{}", simplest, ratios[0], ratios[1],
+      other,
+      some && !clear ? fmt::format("; a clear gain is more than {} in both, and {} is simpler", kClearGain, simplest)
+                     : "");
 }
 
 bool misses_light(const PilotMeasure& one, const PilotMeasure& other) {
@@ -67,11 +67,11 @@ PilotChoice choose(std::span<const std::string> methods, std::span<const PilotMe
       continue;
     }
     const auto percent = [&](std::size_t batch) { return 100 * (1 - measures[i].light[batch] / richer->light[batch]); };
-    result.reasons.push_back(
-        fmt::format("of the light that {} found, {} missed {:.2g} or {:.2g} %, by two pilots: it meets it too rarely",
-                    methods[static_cast<std::size_t>(richer - measures.begin())], methods[i], percent(0), percent(1)));
+    result.reasons.push_back(fmt::format(
+        "{} missed {:.2g} % and {:.2g} % of the light that {} found, in two pilots: its paths hit it too rarely",
+        methods[i], percent(0), percent(1), methods[static_cast<std::size_t>(richer - measures.begin())]));
   }
-  // On either batch the richest method misses nothing.
+  // The method with the most light on a batch misses nothing, so there is at least one.
   const std::size_t simplest = complete.front();
   result.choice = simplest;
   double best = kClearGain;
@@ -93,7 +93,7 @@ double trimmed_mean(std::span<double> values) {
       values.size() == 1 ? 0 : std::max<std::size_t>((values.size() + kTrimmedOneIn - 1) / kTrimmedOneIn, 1);
   const std::size_t kept = values.size() - dropped;
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(kept) - 1, values.end());
-  std::sort(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(kept));  // one order of addition
+  std::sort(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(kept));  // fixes the order of addition
   return std::accumulate(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(kept), 0.0) /
          static_cast<double>(kept);
 }

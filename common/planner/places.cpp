@@ -44,7 +44,7 @@ std::optional<Extent> extent_of(const Object& object, const MeshShape& shape, co
   }
   const Result<Mesh> mesh = decode_mesh(as_byte_view(*bytes));
   if (!mesh.ok()) {
-    return std::nullopt;  // for whoever renders it to say
+    return std::nullopt;  // rendering reports the error
   }
   std::vector<std::array<Vec3d, 3>> triangles;
   for (const auto& corners : mesh->triangles) {
@@ -56,7 +56,7 @@ std::optional<Extent> extent_of(const Object& object, const MeshShape& shape, co
   return extent_of(triangles);
 }
 
-/// Of all objects whose material counts; nothing if the place of one is not known.
+/// Positions of all objects whose material counts; empty if one is unknown.
 template <class Counts>
 std::optional<Places> places_of(const Scene& scene, const MeshSource& meshes, const Counts& counts) {
   Places places;
@@ -78,7 +78,7 @@ std::optional<Places> places_of(const Scene& scene, const MeshSource& meshes, co
   return places;
 }
 
-/// Nothing where radiance is measured, which is what a camera sees.
+/// Empty for radiance meters, which measure as a camera does.
 std::optional<Extent> extent_of(const Meter& meter) {
   const auto vector = [](const Point3d& v) { return Vec3d(v[0], v[1], v[2]); };
   const auto across = [&](const Patch& patch) -> std::optional<Extent> {

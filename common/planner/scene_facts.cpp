@@ -37,7 +37,7 @@ std::string_view noun_of(const Material& material) {
       material.kind);
 }
 
-/// What a surface scatters at most, by channel.
+/// Upper bound of a surface's albedo, by channel.
 std::array<double, 3> albedo_of(const Material& material) {
   const auto of = [](const RgbColor& c) { return std::array<double, 3>{c.r, c.g, c.b}; };
   return std::visit(
@@ -58,7 +58,7 @@ std::array<double, 3> albedo_of(const Material& material) {
                                                 at_normal(m.eta.b, m.k.b)};
                  },
                  [&](const PrincipledMaterial& m) {
-                   // A white coat or gloss adds to a dark base.
+                   // A white coat or gloss raises a dark base.
                    const bool layers = m.coat > 0 || m.specular > 0;
                    return layers ? of({std::max(m.base_color.rgb.r, 0.04f), std::max(m.base_color.rgb.g, 0.04f),
                                        std::max(m.base_color.rgb.b, 0.04f)})
@@ -79,10 +79,10 @@ double ior_of(const Material& material) {
                     material.kind);
 }
 
-/// Of the materials that objects have.
+/// Facts of the materials in use.
 struct Materials {
-  std::array<bool, 3> kept{true, true, true};  ///< channels of which no surface takes anything
-  bool index_changes = false;                  ///< somewhere, where light passes into a shape
+  std::array<bool, 3> kept{true, true, true};  ///< channels that no surface absorbs
+  bool index_changes = false;                  ///< light enters a shape with another index
 };
 
 void read_material(const Material& material, SceneFacts& facts, Materials& all) {
@@ -103,7 +103,7 @@ void read_material(const Material& material, SceneFacts& facts, Materials& all) 
   all.index_changes = all.index_changes || (is_boundary(material) && ior_of(material) != 1);
 }
 
-/// What glows, but is found by rays that happen to meet it alone.
+/// Emitters that only rays which happen to hit them find.
 bool is_never_sampled(const Object& object, const Material& material) {
   return std::holds_alternative<PlaneShape>(object.shape) ||
          (material.emission.texture != kNoTexture && std::holds_alternative<SphereShape>(object.shape));
@@ -123,7 +123,7 @@ void read_object(const Object& object, const Scene& scene, bool index_changes, S
   facts.boundaries += is_boundary(material) ? 1 : 0;
   const bool plain_glass = std::holds_alternative<DielectricMaterial>(material.kind);
   if (plain_glass && ior_of(material) == 1 && !index_changes) {
-    return;  // light does not notice it
+    return;  // it does not affect light
   }
   const std::string name = named(noun_of(material), object.name.empty() ? material.name : object.name);
   const bool caster = is_caster(material);
@@ -143,7 +143,7 @@ void read_object(const Object& object, const Scene& scene, bool index_changes, S
 }
 
 void read_small_lamps(const Scene& scene, const MeshSource& meshes, SceneFacts& facts) {
-  constexpr std::size_t kMostPairs = 1'000'000;  ///< of lamps and things: else it takes too long to tell
+  constexpr std::size_t kMostPairs = 1'000'000;  ///< pairs of emitters and objects; with more, the test takes too long
   const Places narrow = narrow_places(scene, meshes);
   const Places receivers = facts.lamps_never_sampled.empty() ? Places{} : receiving_places(scene, meshes);
   if (facts.emissive_objects * (narrow.size() + receivers.size()) > kMostPairs) {
@@ -161,7 +161,7 @@ void read_small_lamps(const Scene& scene, const MeshSource& meshes, SceneFacts& 
     const bool sampled = !is_never_sampled(lamp, material);
     if (is_small_from(narrow, lamp, *extent) || (!sampled && is_small_from(receivers, lamp, *extent))) {
       (sampled ? facts.small_lamps : facts.hidden_lamps)
-          .add(named("lamp", lamp.name.empty() ? material.name : lamp.name));
+          .add(named("emitter", lamp.name.empty() ? material.name : lamp.name));
     }
   }
 }
@@ -170,7 +170,7 @@ double pixel_share_of(const Scene& scene, const MeshSource& meshes) {
   const double angle = 2 * std::tan(scene.camera.vertical_fov_degrees * kPiDouble / 360) / scene.film.height;
   const double inside = angle * angle / 4;
   if (inside > kSmallShare) {
-    return inside;  // meshes need not be read: no more is asked for than whether it is small
+    return inside;  // meshes need not be read, because only a small share matters
   }
   Vec3d low(std::numeric_limits<double>::max()), high = -low;
   for (const Object& object : scene.objects) {
@@ -188,7 +188,7 @@ double pixel_share_of(const Scene& scene, const MeshSource& meshes) {
   return inside * std::max(distance * distance / (radius * radius), 1.0);
 }
 
-/// `narrow`: all that scatters narrowly, if it is known where that is.
+/// `narrow`: all objects that scatter narrowly, if their positions are known.
 void read_light(const Light& light, const Places& narrow, SceneFacts& facts) {
   const auto delta = [&](std::string_view what, bool dark) {
     if (!dark) {

@@ -11,14 +11,14 @@ namespace lightmill {
 namespace {
 
 constexpr int kNoisePatchSide = 2;        ///< pixels
-constexpr int kLeastCellSide = 8;         ///< pixels: so close that no edge runs between patches
+constexpr int kLeastCellSide = 8;         ///< pixels; so that no edge lies between patches
 constexpr std::uint32_t kNoiseLevel = 4;  ///< log2 of the samples
-/// Beyond the first points of a sequence, and where most of an adaptive job's samples are.
+/// After the first points of a sequence, where most samples of an adaptive job are.
 constexpr std::uint32_t kFirst = 64;
 constexpr std::uint64_t kNoiseSeed = 0xc2b2ae3d27d4eb4fu;  ///< any constant
 
 struct PatchSums {
-  std::vector<double> values;  ///< half A, then half B, each RGB planes
+  std::vector<double> values;  ///< half A, then half B, as RGB planes
   CountedCost cost;
 };
 
@@ -48,7 +48,7 @@ Result<std::vector<PatchSums>> sample(const Method& method, const MethodSpec& sp
   return all;
 }
 
-/// (A − B)²/4 is the variance of the mean of all samples; A·B, where it is positive, estimates r².
+/// (A − B)²/4 is the variance of the mean of all samples. A·B, if positive, estimates r².
 double variance_of(const PatchSums& sums) {
   constexpr double kCount = 1u << kNoiseLevel;
   const std::size_t half = sums.values.size() / 2;
@@ -95,7 +95,7 @@ Result<Gain> find_allocation(const std::shared_ptr<const CompiledScene>& scene, 
     return std::size_t{tile / columns / side} * columns + tile % columns / side;
   };
   std::vector<PixelRect> patches;
-  std::vector<std::size_t> regions;  // of the patches
+  std::vector<std::size_t> regions;  // by patch
   const std::uint32_t tiles = grid.picture_tiles();
   for (std::uint32_t tile = 0; tile < tiles; ++tile) {
     for (const PixelRect& patch : noise_patches(grid.tile_rect(TileId{tile}), cell_side)) {
@@ -104,7 +104,7 @@ Result<Gain> find_allocation(const std::shared_ptr<const CompiledScene>& scene, 
     }
   }
   LM_ASSIGN_OR_RETURN(const std::vector<PatchSums> sums, sample(*method, spec, patches, stop));
-  std::vector<TileNoise> seen(tiles);  // by region, sums over pixels
+  std::vector<TileNoise> seen(tiles);  // by region, summed over pixels
   double shared_cost = 0;
   for (std::size_t i = 0; i < patches.size(); ++i) {
     const auto pixels = static_cast<double>(patches[i].pixel_count());
@@ -131,12 +131,12 @@ Result<Gain> find_allocation(const std::shared_ptr<const CompiledScene>& scene, 
 
 std::string describe(const Gain& gain) {
   if (gain.allocation.even()) {
-    return "samples go out evenly: by a pilot, little would be gained by giving noisy tiles more";
+    return "all tiles get the same number of samples: a pilot found little gain from more samples for noisy tiles";
   }
   const auto [least, most] = std::ranges::minmax(gain.allocation.shifts());
   return fmt::format(
-      "tiles get {:g} to {:g} times the mean of samples, by their noise: by a pilot, {:.3g} times less work "
-      "to the same error",
+      "tiles get {:g} to {:g} times the mean number of samples, by their noise: a pilot predicts {:.3g} times less "
+      "work for equal error",
       std::ldexp(1.0, least), std::ldexp(1.0, most), gain.gain);
 }
 

@@ -1,4 +1,4 @@
-// Where the noise of a picture is: a few samples by one method all over it, to find out how many each tile is to get.
+// Noise of a picture by tile, from a few samples of one method, to divide samples among tiles.
 #pragma once
 
 #include <memory>
@@ -14,28 +14,29 @@
 namespace lightmill {
 
 struct TileNoiseSettings {
-  std::string method;      ///< with its parameters
-  std::uint64_t seed = 0;  ///< of the job; the samples' own numbers are others, so that they never enter a film
+  std::string method;      ///< with parameters
+  std::uint64_t seed = 0;  ///< the job's; the samples derive another, so that they never enter a film
   std::uint32_t max_bounces = 0;
   TileGrid grid;
-  std::int64_t most_pixels = 1 << 16;  ///< of all patches, but for one a tile
+  std::int64_t most_pixels = 1 << 16;  ///< of all patches, apart from one per tile
 };
 
-/// What noise_patches of every tile say, 16 samples a pixel: as much work as one sample of all of the picture, and no
-/// more than that of one of 1024×1024 pixels. Larger ones are looked at by regions of as many tiles as such a picture
-/// would have one of: few patches say too little of a tile. Renders on the calling thread; a pure function of its
-/// arguments. Meters' tiles have their part of all. INVALID_ARGUMENT if the method cannot be made; CANCELLED if it was
-/// stopped, which it does between bounces.
+/// Allocation from noise_patches of every tile, with 16 samples per pixel. This is as much work as one sample of the
+/// picture, and at most as one sample of 1024×1024 pixels. Larger pictures are measured by region. A region has as many
+/// patches as a tile of a 1024×1024 picture, because fewer tell too little.
+///
+/// Renders on the calling thread. A pure function of its arguments. Meters' tiles keep the mean count. INVALID_ARGUMENT
+/// if the method cannot be made. CANCELLED if stopped, which is checked between bounces.
 Result<Gain> find_allocation(const std::shared_ptr<const CompiledScene>& scene, const TileNoiseSettings& settings,
                              const std::stop_token& stop = {});
 
-/// 8 pixels, so close that no edge runs between patches, or for a large film the least power of two at which all
-/// patches have no more than `most_pixels`.
+/// 8 pixels, so that no edge lies between patches. For a large film, the smallest power of two at which all patches
+/// have at most `most_pixels`.
 int noise_cell_side(const PixelRect& film, std::int64_t most_pixels);
-/// 2×2 pixels in the middle of every cell of a tile, and at least one such patch.
+/// 2×2 pixels in the middle of each cell of a tile; at least one patch.
 std::vector<PixelRect> noise_patches(const PixelRect& tile, int cell_side);
 
-/// In words: what was found.
+/// The result in words.
 std::string describe(const Gain& gain);
 
 }  // namespace lightmill

@@ -31,7 +31,8 @@ DiscreteDistribution::DiscreteDistribution(std::span<const double> weights) {
 }
 
 DiscreteDistribution::Choice8 DiscreteDistribution::sample(F8 u) const {
-  // The largest i with first_[i] <= u: entries of probability zero share their value with the next and lose to it.
+  // The largest i with first_[i] <= u. Entries of probability zero have the value of the next one, so they are not
+  // chosen.
   const M8 all(true);
   U8 low(0u);
   U8 high(static_cast<std::uint32_t>(size() - 1));

@@ -1,4 +1,4 @@
-// Choosing one of several by probability.
+// Discrete distributions, sampled by their cumulative probabilities.
 #pragma once
 
 #include <numeric>
@@ -9,21 +9,22 @@
 
 namespace lightmill {
 
-/// In double precision, from first to last.
+/// The sum in double precision, from first to last.
 inline double sum_of(std::span<const double> values) {
   return std::accumulate(values.begin(), values.end(), 0.0);
 }
 
-/// Appends the cumulative probabilities of weights, from 0 to 1 (weights.size() + 1 of them), and gives the weights'
-/// sum. They are rounded to multiples of 2^-24, the numbers that samples are drawn with: so their differences are
-/// exactly the probabilities that drawing has. All probability goes to the first where the sum is zero.
+/// Appends the weights.size() + 1 cumulative probabilities of weights, from 0 to 1. Returns the sum of the weights.
+/// Probabilities are rounded to multiples of 2^-24, as random numbers are, so their differences are exactly the
+/// probabilities of sampling. If the sum is zero, the first has all probability.
 double append_cumulative(std::span<const double> weights, std::vector<float>& out);
 
-/// A discrete distribution sampled by inverting its cumulative sums, which keeps the stratification of its input.
+/// A discrete distribution, sampled by inverting its cumulative sums. This keeps the stratification of the random
+/// numbers.
 class DiscreteDistribution {
  public:
   DiscreteDistribution() = default;
-  /// Weights are non-negative with a positive sum; what is below some 2^-25 of it may get probability zero.
+  /// Weights must be non-negative with a positive sum. Weights below about 2^-25 of the sum may get probability zero.
   explicit DiscreteDistribution(std::span<const double> weights);
 
   std::size_t size() const { return pmf_.size(); }

@@ -7,7 +7,7 @@
 namespace lightmill {
 
 FilterTable::FilterTable(double radius, const std::function<double(double)>& density) {
-  // The cumulative distribution of the right half by the midpoint rule, finely; the left half is its mirror image.
+  // The cumulative distribution of the right half, by a fine midpoint rule. The left half is its mirror image.
   constexpr int kSteps = 1 << 14;
   std::vector<double> cumulative(kSteps + 1, 0.0);
   for (int i = 0; i < kSteps; ++i) {

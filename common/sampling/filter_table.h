@@ -8,14 +8,14 @@
 
 namespace lightmill {
 
-/// Maps a uniform number to an offset with density proportional to a filter: a piecewise linear inverse of its
-/// cumulative distribution with kCells cells (the density is constant within a cell; a cell's error is below 1/kCells
-/// of the radius).
+/// Maps a uniform number to an offset whose density is proportional to the filter. The inverse of the cumulative
+/// distribution is piecewise linear with kCells cells. The density is constant within a cell, and its position is
+/// accurate to 1/kCells of the radius.
 class FilterTable {
  public:
   static constexpr int kCells = 1024;
 
-  /// The filter is `density(x)` for |x| <= radius; non-negative, symmetric, not everywhere zero.
+  /// The filter is `density(x)` for |x| <= radius. It must be non-negative, symmetric and not zero everywhere.
   FilterTable(double radius, const std::function<double(double)>& density);
 
   /// Offsets in [-radius, radius] for u in [0, 1).
@@ -28,7 +28,7 @@ class FilterTable {
   }
 
   float radius() const { return inverse_.back(); }
-  /// The density of `sample`, which is that of its table; 0 from the radius on.
+  /// The density of `sample`, as tabulated; 0 from the radius on.
   float density(float x) const;
 
  private:

@@ -10,7 +10,7 @@ namespace {
 
 struct Found8 {
   U8 index;
-  F8 low, high;  ///< cumulative probabilities around it
+  F8 low, high;  ///< cumulative probabilities at its ends
 };
 
 /// The largest i < count with sums[first + i] <= u.

@@ -1,4 +1,4 @@
-// A density on the unit square that is constant in each cell of a grid, sampled by inverting its cumulative sums.
+// Piecewise constant density on a grid over the unit square, sampled by inverting its cumulative sums.
 #pragma once
 
 #include <span>
@@ -9,19 +9,19 @@
 
 namespace lightmill {
 
-/// Cells' probabilities are multiples of 2^-24 within their row, as the rows' are: what `pdf` states is exactly what
-/// numbers of 24 bits draw. Cells of probability zero are never drawn.
+/// Probabilities of rows, and of cells within a row, are multiples of 2^-24. So `pdf` is exactly the density that
+/// 24-bit numbers draw. Cells of probability zero are never drawn.
 class PiecewiseConstant2D {
  public:
   PiecewiseConstant2D() = default;
-  /// weights[row][column] are integrals over the cells, non-negative, with a positive sum; fewer than 2^30 cells.
+  /// weights[row][column] are integrals over the cells, non-negative, with a positive sum. Fewer than 2^30 cells.
   PiecewiseConstant2D(std::span<const double> weights, std::size_t width, std::size_t height);
 
   struct Sample8 {
     F8 x, y;  ///< in [0, 1]
     F8 pdf;   ///< per area of the unit square
   };
-  /// Rows are chosen by u.v, the place within the row by u.u.
+  /// u.v chooses the row, and u.u the position in it.
   Sample8 sample(Pair8 u) const;
 
   /// The density at a point of [0, 1]².

@@ -1,10 +1,10 @@
-// Owen-scrambled Sobol' points in eight lanes, and hashed numbers: the only randomness a sample has.
+// Owen-scrambled Sobol' points in eight lanes, and hashed numbers. Samples have no other randomness.
 //
-// A point is a function of (seed, pixel, half, decision, index): DESIGN.md's two halves each have their own scrambles.
-// Each decision of a path is a pair: the first two Sobol' dimensions, a (0,2)-sequence in base 2, whose index is
-// shuffled and whose digits are scrambled per decision (padding). Scrambling is nested and uniform by hashing: Laine
-// and Karras 2011 with the constants of Vegdahl 2021; shuffling as in Burley 2020, "Practical Hash-based Owen
-// Scrambling", JCGT 9(4).
+// A point is a function of seed, pixel, half, decision and index. The two halves of a film have independent scrambles.
+// Each decision of a path takes a pair: the first two Sobol' dimensions, which are a (0,2)-sequence in base 2. Its
+// index is shuffled and its digits are scrambled per decision (padding). Scrambling is nested and uniform, by hashing:
+// Laine and Karras 2011 with the constants of Vegdahl 2021. Shuffling is that of Burley 2020, "Practical Hash-based
+// Owen Scrambling", JCGT 9(4).
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ inline std::uint32_t mix(std::uint32_t x) {
   return x ^ (x >> 16);
 }
 
-/// Nested uniform scrambling of numbers whose bits are reversed: each bit is flipped by a hash of the bits below it.
+/// Nested uniform scrambling of bit-reversed numbers: each bit is flipped by a hash of the bits below it.
 inline U8 scramble_reversed(U8 x, U8 seed) {
   x = x ^ (x * U8(0x3d20adea));
   x = x + seed;
@@ -47,9 +47,9 @@ struct Pair8 {
   F8 u, v;
 };
 
-/// The second Sobol' dimension of `index`, bits reversed. Its generator is Pascal's triangle modulo 2: bit i of the
-/// result is the sum of those bits of the index whose position contains i as a binary subset (Lucas), found by five
-/// butterflies.
+/// The second Sobol' dimension of `index`, bit-reversed. Its generator is Pascal's triangle modulo 2: bit i of the
+/// result is the sum of the index bits whose position contains i as a binary subset (Lucas). Five butterflies compute
+/// it.
 inline U8 sobol_second_reversed(U8 index) {
   index = index ^ ((index & U8(0xaaaaaaaa)) >> 1);
   index = index ^ ((index & U8(0xcccccccc)) >> 2);
@@ -75,7 +75,7 @@ inline F8 hashed_number(U8 index, U8 seed) {
   return unit_float(mix(index * U8(0x85ebca6b) + seed));
 }
 
-/// The scramble of one pixel's half: from (seed, x, y, half).
+/// The scramble of one half of a pixel.
 inline std::uint32_t pixel_seed(std::uint64_t seed, std::uint32_t x, std::uint32_t y, std::uint32_t half) {
   std::uint32_t h = mix(static_cast<std::uint32_t>(seed) ^ 0x2545f491u);
   h = mix(h ^ static_cast<std::uint32_t>(seed >> 32) ^ 0x9e3779b9u);

@@ -1,4 +1,4 @@
-// Triangles as seen from a point: their solid angle, and directions to them that are uniform per solid angle.
+// Spherical triangles: solid angle, and sampling uniform per solid angle.
 #pragma once
 
 #include "common/math/transcendental.h"
@@ -7,19 +7,19 @@
 
 namespace lightmill {
 
-/// Solid angle of the triangle between three unit directions, in [0, 2π]: Van Oosterom and Strackee 1983, eq. 8. Keeps
-/// its relative accuracy where the triangle is small.
+/// Solid angle of the triangle between three unit directions, in [0, 2π] (Van Oosterom and Strackee 1983, eq. 8). It
+/// keeps its relative accuracy for small triangles.
 inline F8 triangle_solid_angle(const V8& a, const V8& b, const V8& c) {
   const F8 volume = abs(dot(a, cross(b, c)));
   return F8(2.0f) * atan2(volume, F8(1.0f) + dot(a, b) + dot(b, c) + dot(c, a));
 }
 
-/// A direction uniform per solid angle in the triangle between three unit directions of this solid angle: Arvo 1995,
-/// "Stratified Sampling of Spherical Triangles". Meant for solid angles in [1e-3, 6.2]: beyond, single precision does
-/// not resolve it.
+/// A direction in the triangle between three unit directions, uniform per solid angle (Arvo 1995, "Stratified Sampling
+/// of Spherical Triangles"). `solid_angle`: the triangle's, in [1e-3, 6.2]. Outside this range single precision is too
+/// coarse.
 inline V8 sample_spherical_triangle(const V8& a, const V8& b, const V8& c, F8 solid_angle, Pair8 u) {
-  // A part of the area is cut off by an arc from b to a point c' on the arc from a to c. Angle α at a, and φ such that
-  // the part is φ + α − π (Arvo's φ is A' − α with A' = part + π).
+  // An arc from b to a point c' on the arc from a to c cuts off a part of the area. With the angle α at a, the part is
+  // φ + α − π (Arvo's φ is A' − α with A' = part + π).
   const V8 across_b = cross(a, b), across_c = cross(a, c);
   const F8 scale = F8(1.0f) / sqrt(length_squared(across_b) * length_squared(across_c));
   const F8 cos_alpha = dot(across_b, across_c) * scale;

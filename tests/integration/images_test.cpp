@@ -140,7 +140,7 @@ TEST_F(Images, NamesOfFilesAndAddressesAreNotOpenedByAWorkerThatRenders) {
   for (const std::string& name : attacks(listener)) {
     const v1::Job job = rendered(name, "junk");
     EXPECT_EQ(job.state(), v1::JOB_STATE_FAILED) << name;
-    EXPECT_NE(job.reason().find(name + ": not a readable image: its first bytes are of none of the formats"),
+    EXPECT_NE(job.reason().find(name + ": not a readable image: its first bytes match none of the formats"),
               std::string::npos)
         << job.reason();
   }
@@ -160,7 +160,7 @@ TEST_F(Images, NamesOfFilesAndAddressesAreNotOpenedByInspectScene) {
   for (const std::string& name : names) {
     const grpc::Status status = inspected(name, "junk");
     EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << name;
-    EXPECT_NE(status.error_message().find("not a readable image: its first bytes are of none of the formats"),
+    EXPECT_NE(status.error_message().find("not a readable image: its first bytes match none of the formats"),
               std::string::npos)
         << name << " " << status.error_message();
   }

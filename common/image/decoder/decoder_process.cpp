@@ -21,9 +21,10 @@ namespace lightmill {
 namespace {
 
 constexpr int kFirstOtherDescriptor = 3;
-constexpr std::chrono::milliseconds kGrace = std::chrono::seconds(30);  ///< for starting and ending, beside an image
+constexpr std::chrono::milliseconds kGrace = std::chrono::seconds(30);  ///< for start and end, in addition to the
+                                                                        ///< image's time
 
-/// Closes it at the end.
+/// Owner of a file descriptor.
 class Descriptor {
  public:
   explicit Descriptor(int number) : number_(number) {}
@@ -54,9 +55,9 @@ Status write_all(int file, ByteView bytes) {
   return ok_status();
 }
 
-/// Only what the loader and sanitizers take: a secret among the others is nothing for strangers' images.
+/// Only the variables of the loader and of sanitizers. Others may be secrets, which must not reach strangers' images.
 std::vector<char*> decoder_environment() {
-  static char bind_now[] = "LD_BIND_NOW=1";  // else each child would bind what it calls
+  static char bind_now[] = "LD_BIND_NOW=1";  // otherwise each child would resolve symbols again
   std::vector<char*> variables{bind_now};
   for (char** variable = environ; *variable != nullptr; ++variable) {
     const std::string_view text(*variable);
@@ -73,7 +74,7 @@ std::string described(int status) {
                              : fmt::format("exit code {}", WEXITSTATUS(status));
 }
 
-/// What the reply says went wrong.
+/// The error in a reply.
 Status status_of(const DecodeReply& reply) {
   const auto code = static_cast<StatusCode>(reply.code);
   const std::string text = library_text({reply.text.data(), ::strnlen(reply.text.data(), reply.text.size())});
@@ -91,7 +92,7 @@ Status status_of(const DecodeReply& reply) {
 Status check_reply(const DecodeReply& reply) {
   LM_RETURN_IF_ERROR(status_of(reply));
   const bool sound = reply.width > 0 && reply.height > 0 && (reply.bytes_per_pixel == 4 || reply.bytes_per_pixel == 16);
-  return sound ? ok_status() : invalid_argument("the image is damaged: its decoder gives no sound answer");
+  return sound ? ok_status() : invalid_argument("the image is damaged: its decoder sent an invalid reply");
 }
 
 std::uint64_t pixels_of(const DecodeReply& reply) {
@@ -122,7 +123,7 @@ Status DecoderProcess::start() {
   ::posix_spawnattr_setsigmask(&attributes, &signals);
   ::sigfillset(&signals);
   ::posix_spawnattr_setsigdefault(&attributes, &signals);
-  // A process group of its own: Ctrl-C in a terminal is for the program that asks.
+  // In its own process group, so that Ctrl-C in a terminal reaches only the caller.
   ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
   std::string program = options_.program.string();
   std::string flag = kUnsandboxedFlag;
@@ -134,8 +135,8 @@ Status DecoderProcess::start() {
   if (error != 0) {
     pid_ = 0;
     ::close(ends[0]);
-    return failed_precondition("images cannot be decoded, {} cannot be started: {}; it belongs beside the program",
-                               program, std::strerror(error));
+    return failed_precondition("cannot decode images: cannot start {}: {}; install it beside this program", program,
+                               std::strerror(error));
   }
   socket_ = ends[0];
   return ok_status();
@@ -195,7 +196,7 @@ Result<DecodeReply> DecoderProcess::ask(ByteView bytes, std::int64_t max_pixels,
   ::fcntl(file.number(), F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL);
   const DecodeRequest request{bytes.size(), max_pixels, options_.time_limit.count()};
   std::string end;
-  for (int attempt = 0; attempt < 2; ++attempt) {  // it may have been killed while nobody asked
+  for (int attempt = 0; attempt < 2; ++attempt) {  // it may have been killed while idle
     if (pid_ == 0) {
       LM_RETURN_IF_ERROR(start());
     }
@@ -209,15 +210,14 @@ Result<DecodeReply> DecoderProcess::ask(ByteView bytes, std::int64_t max_pixels,
       break;
     }
   }
-  return failed_precondition(
-      "it is not decoded: {} was started twice and ended ({}); start it by hand to see what it lacks",
-      options_.program.string(), end);
+  return failed_precondition("cannot decode it: {} was started twice and ended ({}); run it by hand to see why",
+                             options_.program.string(), end);
 }
 
 Result<Texels> DecoderProcess::take_pixels(const DecodeReply& reply, std::int64_t max_pixels, int room) {
   LM_RETURN_IF_ERROR(check_pixels(reply.width, reply.height, max_pixels));
   const std::uint64_t size = pixels_of(reply) * reply.bytes_per_pixel;
-  // Nobody writes any more, or the seal is refused.
+  // The seal is refused if anyone can still write.
   struct stat facts {};
   if (::fcntl(room, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SHRINK | F_SEAL_GROW) != 0 || ::fstat(room, &facts) != 0 ||
       static_cast<std::uint64_t>(facts.st_size) != size) {

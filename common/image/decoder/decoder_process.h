@@ -1,8 +1,8 @@
-// The process that decodes images for a program: `lightmill-image-decoder`, which reads each in a sandboxed child.
+// Client of `lightmill-image-decoder`, a process that reads each image in a sandboxed child.
 //
-// Image files come from strangers, and the libraries that read them have faults; some even open files and addresses
-// that an image names. The child that reads an image has its bytes, room for its pixels, and nothing else of the
-// machine (decoder/confined_child.h).
+// Image files come from strangers, and the libraries that read them have faults. Some even open files and addresses
+// that an image names. The child has the image's bytes and memory for its pixels, and no other access to the machine
+// (decoder/confined_child.h).
 #pragma once
 
 #include <sys/types.h>
@@ -19,18 +19,18 @@
 
 namespace lightmill {
 
-/// The decoder's program beside this one.
+/// The decoder in the directory of this program.
 std::filesystem::path image_decoder_program();
 
 struct DecoderOptions {
   std::filesystem::path program = image_decoder_program();
-  bool unsandboxed = false;                                        ///< decode also where the kernel refuses the sandbox
-  std::chrono::milliseconds time_limit = std::chrono::minutes(2);  ///< for one image
+  bool unsandboxed = false;                                        ///< decode even if the kernel refuses the sandbox
+  std::chrono::milliseconds time_limit = std::chrono::minutes(2);  ///< per image
 };
 
-/// Starts the process with the first image, and again after it was killed; ends it with itself. One thread may use it.
+/// Starts the process with the first image, and again after it was killed. The destructor ends it. Not thread-safe.
 ///
-/// Errors begin with the image's name. INVALID_ARGUMENT: the image is at fault. RESOURCE_EXHAUSTED: it takes more than
+/// Errors begin with the image's name. INVALID_ARGUMENT: the image is at fault. RESOURCE_EXHAUSTED: it needs more than
 /// this machine has or allows. FAILED_PRECONDITION: this machine cannot decode images.
 class DecoderProcess {
  public:
@@ -39,17 +39,17 @@ class DecoderProcess {
   DecoderProcess& operator=(const DecoderProcess&) = delete;
   ~DecoderProcess() { stop(); }
 
-  /// As the file's header says.
+  /// Size as in the file's header.
   Result<ImageSize> size(ByteView bytes, const std::string& name);
-  /// What read_image_within (image/read/read_image.h) gives. The pixels stay in the memory that the decoder filled.
+  /// Result as of read_image_within (image/read/read_image.h). The pixels stay in the memory that the decoder filled.
   Result<Texels> decode(ByteView bytes, const std::string& name, std::int64_t max_pixels = kMaxTexturePixels);
 
-  /// Of the running process; 0 if there is none.
+  /// Id of the running process; 0 if there is none.
   pid_t pid() const { return pid_; }
 
  private:
   Status start();
-  /// How the process ended, in words; it is killed if it has not.
+  /// Kills the process if it runs. Returns how it ended, in words.
   std::string stop();
   Result<DecodeReply> ask(ByteView bytes, std::int64_t max_pixels, int room);
   Result<DecodeReply> exchange(const DecodeRequest& request, int file, int room);

@@ -1,7 +1,7 @@
-// What a program and its image decoder say to each other, over a socket that the decoder has as its standard input.
+// Protocol between a program and its image decoder, over a socket that is the decoder's standard input.
 //
-// A request is one message of the socket, with two descriptors: the file's bytes, and an empty file in memory for the
-// pixels. Each has one reply. Both programs are of one build, so values are sent as they lie in memory.
+// A request is one socket message with two descriptors: the file's bytes, and an empty memory file for the pixels. Each
+// request has one reply. Both programs are from the same build, so values are sent as they are in memory.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@ namespace lightmill {
 
 struct DecodeRequest {
   std::uint64_t file_bytes = 0;
-  std::int64_t max_pixels = 0;  ///< more are refused; 0: only the header is read
-  std::int64_t time_ms = 0;     ///< real time that reading may take
+  std::int64_t max_pixels = 0;  ///< larger images are refused; 0: only the header is read
+  std::int64_t time_ms = 0;     ///< wall-clock limit for reading
 };
 
 /// The child's answer. A malicious image may control the child, so the receiver checks every field.
@@ -24,7 +24,7 @@ struct DecodeReply {
   std::int32_t width = 0, height = 0;
   std::uint32_t bytes_per_pixel = 0;
   std::uint32_t encoded = 0;
-  std::array<char, 1000> text{};  ///< of an error, without the image's name
+  std::array<char, 1000> text{};  ///< error message without the image's name
 };
 
 inline DecodeReply error_reply(const Status& status) {
@@ -35,9 +35,9 @@ inline DecodeReply error_reply(const Status& status) {
   return reply;
 }
 
-/// The decoder decodes without a sandbox where the kernel refuses it.
+/// The decoder's option to work without a sandbox if the kernel refuses it.
 inline constexpr const char* kUnsandboxedFlag = "--unsandboxed";
-/// The option of programs that asks for it.
+/// The option of other programs for the same.
 inline constexpr const char* kUnsandboxedImages = "--unsandboxed-images";
 
 }  // namespace lightmill

@@ -26,12 +26,12 @@ bool is_one_of(char c, std::string_view characters) {
   return characters.find(c) != std::string_view::npos;
 }
 
-/// "P1" to "P6", "PF" or "Pf", and a blank.
+/// "P1" to "P6", "PF" or "Pf", then white space.
 bool is_pnm(std::string_view text) {
   return text.size() > 2 && text[0] == 'P' && is_one_of(text[1], "123456Ff") && is_one_of(text[2], " \t\r\n");
 }
 
-/// TGA has no magic number: its header of 18 bytes says what only such a header says.
+/// TGA has no magic number, so this checks the fields of its 18-byte header.
 bool is_tga(std::string_view text) {
   constexpr std::size_t kHeader = 18;
   if (text.size() < kHeader) {

@@ -1,4 +1,4 @@
-// The format of an image file, told by its first bytes.
+// Format of an image file, detected by its first bytes.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace lightmill {
 
-/// The formats whose files are read, for messages. OpenImageIO's readers of these take their bytes from memory.
+/// The supported formats, for messages. OpenImageIO's readers of these take bytes from memory.
 inline constexpr const char* kImageFormats =
     "PNG, JPEG, OpenEXR, Radiance HDR, TIFF, TGA, BMP, GIF, WebP, PNM, PFM, PSD and DDS";
 

@@ -7,7 +7,7 @@
 namespace lightmill {
 namespace {
 
-/// Of pixels that have their first `channels` values, the others: grey is spread, a missing alpha is `opaque`.
+/// Fills the other channels of pixels that have only `channels` values. Grey is copied. A missing alpha is `opaque`.
 template <class T>
 void complete(T* pixels, std::size_t count, int channels, T opaque) {
   for (T* pixel = pixels; channels < 4 && pixel != pixels + 4 * count; pixel += 4) {
@@ -19,7 +19,7 @@ void complete(T* pixels, std::size_t count, int channels, T opaque) {
   }
 }
 
-/// ": " and what the library says, if it says anything.
+/// ": " and the library's message, if any.
 std::string reason(const std::string& text) {
   const std::string line = library_text(text);
   return line.empty() ? "" : ": " + line;
@@ -32,7 +32,7 @@ OpenedImage::OpenedImage(ByteView bytes) : source_(const_cast<std::byte*>(bytes.
 Result<std::unique_ptr<OpenedImage>> OpenedImage::open(ByteView bytes) {
   const std::string format = image_format(bytes);
   if (format.empty()) {
-    return invalid_argument("not a readable image: its first bytes are of none of the formats {}", kImageFormats);
+    return invalid_argument("not a readable image: its first bytes match none of the formats {}", kImageFormats);
   }
   if (is_exr(bytes)) {
     LM_RETURN_IF_ERROR(exr_header_end(bytes).status());
@@ -41,7 +41,7 @@ Result<std::unique_ptr<OpenedImage>> OpenedImage::open(ByteView bytes) {
   OIIO::Filesystem::IOProxy* proxy = &image->source_;
   OIIO::ImageSpec config, spec;
   config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-  config.attribute("oiio:UnassociatedAlpha", 1);  // else colours come multiplied by alpha
+  config.attribute("oiio:UnassociatedAlpha", 1);  // otherwise colours are multiplied by alpha
   image->input_ = OIIO::ImageInput::create(format);
   if (image->input_ == nullptr) {
     return internal_error("OpenImageIO has no reader of {}{}", format, reason(OIIO::geterror()));

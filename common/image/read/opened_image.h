@@ -1,4 +1,4 @@
-// An image file in memory whose header is read, by OpenImageIO.
+// Image file in memory, opened by OpenImageIO with its header read.
 #pragma once
 
 #include <OpenImageIO/filesystem.h>
@@ -13,19 +13,19 @@
 
 namespace lightmill {
 
-/// No reader but that of the format that the bytes begin like sees them. No reader sees a name of a file: some would
-/// open it. Messages do not name the image.
+/// Only the reader of the detected format sees the bytes. No reader gets a file name, because some would open it.
+/// Messages do not name the image.
 class OpenedImage {
  public:
-  /// `bytes` outlive the result. INVALID_ARGUMENT for what is no flat image of one of kImageFormats.
+  /// `bytes` must outlive the result. INVALID_ARGUMENT unless it is a flat image in one of kImageFormats.
   static Result<std::unique_ptr<OpenedImage>> open(ByteView bytes);
 
   int width() const { return input_->spec().width; }
   int height() const { return input_->spec().height; }
   ImageSize size() const;
-  /// Integers, which are sRGB-encoded unless the scene says otherwise.
+  /// Integer values, which are sRGB-encoded unless the scene says otherwise.
   bool encoded() const { return !input_->spec().format.is_floating_point(); }
-  /// Fills `pixels` as Texels has them: words if size() says 4 bytes a pixel, else four floats a pixel.
+  /// Fills `pixels` in the layout of Texels: words if size() says 4 bytes per pixel, else four floats per pixel.
   Status read(std::byte* pixels);
 
  private:

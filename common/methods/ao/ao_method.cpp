@@ -1,8 +1,15 @@
-// `ao`, ambient occlusion: how much of the sky each surface sees, whatever it is made of.
+// `ao`: ambient occlusion, whatever the material.
 //
-// The value is the mean over the hemisphere, weighted by the cosine, of 1 where nothing is within the distance that was
-// asked for, else 0: what a white diffuse surface reflects of a constant sky of radiance 1, without interreflection.
-// Camera rays that hit nothing see 1.
+// The value is the mean visibility over the hemisphere, weighted by the cosine. Visibility is 1 in directions where
+// nothing lies within `distance`, else 0. So the picture is that of white diffuse surfaces under a constant sky of
+// radiance 1, without interreflection. Camera rays that hit nothing give 1.
+//
+// Parameters
+//   distance=D        how far rays go, in scene units (default: unlimited)
+//   brute-force       rays test every triangle
+//
+// Example
+//   lightmill render scenes/cornell-bench-balls.json --method ao:distance=1 --spp 64 -o ao.exr
 #include "common/methods/factories.h"
 
 #include "common/methods/camera_method.h"
@@ -13,7 +20,7 @@ namespace {
 
 struct AoShader {
   const CompiledScene* scene;
-  float distance;  ///< in the frame's units; infinite: none
+  float distance;  ///< in units of the compiled scene's frame; infinite: no limit
 
   V8 shade(const CameraHit8& at, RenderCounters& counters) const {
     const Surface8& s = at.surface;
@@ -21,7 +28,7 @@ struct AoShader {
     const Frame8 frame(select(s.front, s.shading_normal, -s.shading_normal));
     const Pair8 u = sobol_pair(U8(at.index), decision_seed(at.pixel_seed, kFirstPathDecision));
     const V8 direction = frame.to_world(square_to_cosine_hemisphere(u));
-    // Below the surface itself, where the shading normal leans away from the geometric one, nothing of the sky is seen.
+    // Where the shading normal leans away from the geometric one, directions below the surface see no sky.
     const M8 above = at.arrival.hits.hit & (dot(direction, facing) > F8(0.0f));
     const Ray8 rays{s.point + facing * s.offset, direction, F8(distance)};
     const M8 open = and_not(above, occluded(above, rays, at.arrival.media, counters));

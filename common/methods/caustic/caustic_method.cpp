@@ -1,18 +1,30 @@
-// Path tracing with photons for caustics.
+// `caustic`: path tracing, with photons for caustics.
 //
-// Splits light transport by how a path starts at its light. Paths that meet casters first (mirrors, smooth glass and
-// metal: MaterialTable::casters) and then another surface, a receiver, are traced from the light, to their end: these
-// are the photons. `path` finds all others. In Heckbert's notation the photons bring L S+ D (D|S)* E. Only the
-// materials of a path's surfaces decide, so no light is counted twice or missed.
+// The method splits light transport by how a path starts at its light:
+//   - from the light over casters to another surface, the receiver: photons trace these paths, to their end
+//   - all other paths: `path` traces them, from the camera
+// Casters are mirrors, smooth glass and smooth metal (MaterialTable::casters). In Heckbert's notation the photons bring
+// L S+ D (D|S)* E. Only the materials along a path decide who traces it, so no light is counted twice or missed.
 //
-// A photon adds to the pixels that see its receiver directly, without bias. Where the receiver is first seen over
-// casters, a density estimate gathers photons within a radius that shrinks from pass to pass (Jensen 1996; Knaus and
-// Zwicker 2011). One sample is one pass of photons.
+// A photon at a directly visible receiver adds to the pixels that see it. This part is unbiased. The camera may also
+// see a receiver over casters. There a density estimate gathers photons within a radius that shrinks from pass to pass
+// (Jensen 1996, "Global Illumination using Photon Maps"; Knaus and Zwicker 2011, "Progressive Photon Mapping: A
+// Probabilistic Approach"). One sample takes one photon pass.
 //
-// Parameters: photons=N a pass; radius=C of the first pass, in pixels; no-absorption; --max-bounces.
-// Weaknesses: blur of what is seen over casters, while the radius is large. Scattering media. Caustics of glossy
-// surfaces and of coats over diffuse ones, which `path` is left to find. Example: lightmill render
-// scenes/cornell-bench-balls.json --method caustic --spp 256 -o balls.exr
+// Parameters
+//   photons=N         photons per pass (default: one for 16 pixels of the film, from 4096 to 65536)
+//   radius=C          gather radius in the first pass, in pixels (default 1.5, and 1/20 of the distance at most)
+//   no-absorption     media absorb nothing
+//   brute-force       rays test every triangle
+//   --max-bounces N   scatterings of a path, at most (default 1000)
+//
+// Weaknesses
+//   - What the camera sees over casters is blurred while the radius is large.
+//   - Photons do not cover caustics of glossy surfaces, or of coats over diffuse surfaces. `path` has to find them.
+//   - Scattering media are refused.
+//
+// Example
+//   lightmill render scenes/cornell-bench-balls.json --method caustic --spp 256 -o balls.exr
 #include "common/methods/factories.h"
 
 #include "common/methods/photons/gathering.h"
@@ -26,11 +38,13 @@ class CausticEstimator : public photons::GatherEstimator {
 
   template <class Tracer, class Bsdf>
   void scatter(Tracer& tracer, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
-    // Photons: at receivers that are first seen over casters. Those seen directly are splatted (finish_sample).
+    // Photons: gathered at the first receiver that the camera sees over casters. finish_sample splats those that it
+    // sees directly.
     if (vertex.bounce > 0 || tracer.meter() != nullptr) {
       gather(tracer, vertex, bsdf, wo, lanes);
     }
-    // Next-event estimation: not at casters that a receiver is seen over. Such light starts over casters.
+    // Next-event estimation: not at casters that follow a receiver. Photons bring the light that goes from casters to
+    // receivers.
     sample_lights(tracer, vertex, bsdf, wo,
                   lanes & ((vertex.path.chain == U8(photons::kFromCamera)) | ~vertex.at.casters));
     // BSDF sampling.

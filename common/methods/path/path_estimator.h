@@ -1,19 +1,26 @@
-// Path tracing: camera paths with next-event estimation and multiple importance sampling.
+// `path`: path tracing with next-event estimation and multiple importance sampling.
 //
-// Estimates the light transport equation (Kajiya 1986, "The Rendering Equation"; Pharr, Jakob and Humphreys 2016,
-// 14.4)
+// The method solves the light transport equation (Kajiya 1986, "The Rendering Equation"; Pharr, Jakob and Humphreys
+// 2016, "Physically Based Rendering", 14.4)
 //
 //   L(x, ω) = Le(x, ω) + ∫ f(x, ω, ω') L(x', −ω') |cosθ'| dω'
 //
-// along one path a camera ray, below sample 256 along two from the first surface on. At each vertex the light that
-// emitters send there directly is estimated twice, by a sampled point of a light and by a sampled direction of the
-// BSDF, and the power heuristic weights the two (Veach 1997, chapter 9). Without bias.
+// It follows one path per camera ray. Below sample 256 the path splits into two at its first surface. Each vertex
+// estimates direct light twice: by a sampled point of a light, and by a sampled direction of the BSDF. The power
+// heuristic weights both (Veach 1997, chapter 9). The estimate is unbiased.
 //
-// Parameters: --max-bounces (1000). Splits and roulette are constants (tracer/sample_plan.h), because a sample's bits
-// depend on them.
-// Weaknesses: caustics. A path finds what small lights cast over mirrors and glass by rare chance, and what points and
-// directions cast over them never. `caustic` and `vcm` do.
-// Example: lightmill render scenes/cornell-bench-blocks.json --method path --spp 256 -o blocks.exr
+// Parameters
+//   --max-bounces N   scatterings of a path, at most (default 1000)
+//   brute-force       rays test every triangle
+// The numbers of split paths and Russian roulette are constants (tracer/sample_plan.h). The bits of samples depend on
+// them.
+//
+// Weaknesses
+//   - Caustics. Paths rarely hit small lights through mirrors or glass, and never hit point and directional lights.
+//     `caustic` and `vcm` find this light.
+//
+// Example
+//   lightmill render scenes/cornell-bench-blocks.json --method path --spp 256 -o blocks.exr
 #pragma once
 
 #include "common/materials/henyey_greenstein.h"
@@ -21,7 +28,7 @@
 
 namespace lightmill::path {
 
-/// Power heuristic with β = 2, as the first technique's weight (Veach 1997, eq. 9.13). Both densities are in one
+/// Weight of the first technique by the power heuristic with β = 2 (Veach 1997, eq. 9.13). Both densities have the same
 /// measure.
 inline F8 power_heuristic(F8 pdf, F8 other_pdf) {
   const F8 ratio = other_pdf / pdf;
@@ -38,7 +45,7 @@ class PathEstimator : public tracer::EstimatorBase {
                 Workspace& /*ws*/)
       : PathEstimator(scene) {}
 
-  // Emission: the path has hit an emitter, in the direction that the last BSDF has sampled.
+  // Emission: the path has hit an emitter in the direction that the last BSDF sampled.
   F8 emission_weight(const Path& in, const Hit8& hits, const V8& /*point*/, F8 cosine, std::uint32_t /*bounce*/,
                      M8 lanes) const {
     return bsdf_sampling_weight(in, scene_.light_pdf_solid_angle(in.origin, hits, cosine, lanes));
@@ -50,7 +57,7 @@ class PathEstimator : public tracer::EstimatorBase {
   }
 
   // Surface: next-event estimation and BSDF sampling. The path continues with throughput · f · |cosθ| / p. Russian
-  // roulette (Wavefront::roulette) ends paths that carry little.
+  // roulette (Wavefront::roulette) ends paths that carry little light.
   template <class Tracer, class Bsdf>
   static void scatter(Tracer& tracer, const typename Tracer::Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
     sample_lights(tracer, vertex, bsdf, wo, lanes);
@@ -58,8 +65,8 @@ class PathEstimator : public tracer::EstimatorBase {
                        [](const BsdfSample8& /*sample*/, const Path& /*out*/, M8 there) { return there; });
   }
 
-  // Next-event estimation: f · Le · V · cosθ / p, p the density of the sampled point as a solid angle. Nothing else can
-  // find lights without extent: their weight is 1.
+  // Next-event estimation: f · Le · V · cosθ / p. p is the density of the sampled point per solid angle. No other
+  // technique finds lights without extent, so their weight is 1.
   template <class Bsdf>
   static void sample_lights(tracer::Wavefront& tracer, const tracer::Vertex8& vertex, const Bsdf& bsdf, const V8& wo,
                             M8 lanes) {
@@ -69,7 +76,7 @@ class PathEstimator : public tracer::EstimatorBase {
     });
   }
 
-  // Medium: the same at a point where it scatters the path. The phase function is its own density.
+  // Medium: the same at a point where the medium scatters the path. The phase function is its own density.
   static constexpr bool kScattersInMedia = true;
   template <class Tracer>
   void scatter_in_medium(Tracer& tracer, const Path& in, const V8& point, M8 lanes, std::uint32_t bounce) const {
@@ -93,7 +100,7 @@ class PathEstimator : public tracer::EstimatorBase {
  protected:
   explicit PathEstimator(const CompiledScene& scene) : scene_(scene) {}
 
-  // Camera rays and delta BSDFs find what no sampled light does: their weight is 1.
+  // Sampled lights do not find what camera rays and delta BSDFs find, so these have weight 1.
   static F8 bsdf_sampling_weight(const Path& in, F8 light_pdf_solid_angle) {
     return select(in.pdf_solid_angle > F8(0.0f), power_heuristic(in.pdf_solid_angle, light_pdf_solid_angle), F8(1.0f));
   }

@@ -12,7 +12,7 @@ constexpr std::uint32_t kLensDecision = 1, kPixelDecision = 2;
 /// One coordinate of a pixel near the film position `at`.
 struct Drawn {
   std::int32_t pixel = 0;
-  float weight = 0;  ///< 0: no pixel's filter reaches the position
+  float weight = 0;  ///< 0: the position is in no pixel's filter
 };
 
 /// Draws pixel j with probability h(at − j − ½) / Σ and weights it by Σ, so that its mean is h.
@@ -65,7 +65,7 @@ FilmSplats::FilmSplats(const CompiledScene& scene, std::span<const Photon> photo
     }
     const V8 way = load_photons(photons, index, lanes).point - eye;
     const F8 depth = dot(way, forward);
-    // Where the ray from the lens meets the plane of focus (of a pinhole: at distance 1), seen from the lens' middle.
+    // Where the ray from the lens meets the plane of focus (of a pinhole: at distance 1), relative to the lens centre.
     const V8 seen = eye + way * (focus / depth) - broadcast(camera.eye);
     const F8 scale = across / focus;
     const F8 x = dot(seen, broadcast(camera.right)) * scale + F8(0.5f * static_cast<float>(width));

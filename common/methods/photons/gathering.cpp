@@ -78,7 +78,7 @@ Discs::Discs(const tracer::Wavefront& film, const PhotonPass& pass, const FoundP
 }
 
 Discs::Term8 Discs::term(std::uint32_t k) const {
-  constexpr float kLeastCosine = 0.8f, kMostHeight = 0.25f;  ///< of normals; in radii
+  constexpr float kLeastCosine = 0.8f, kMostHeight = 0.25f;  ///< between normals; in radii
   alignas(32) std::uint32_t numbers[8] = {};
   for (std::size_t lane = 0; lane < 8; ++lane) {
     if (k < found_[lane].size()) {

@@ -1,5 +1,5 @@
-// The camera's side of methods with photons: density estimates at vertices of camera paths, photons that the camera
-// sees directly, and those that cross meters.
+// Camera side of photon methods: density estimates along camera paths, directly visible photons, and photons that cross
+// meters.
 #pragma once
 
 #include "common/methods/factories.h"
@@ -10,7 +10,7 @@
 
 namespace lightmill::photons {
 
-/// Numbers of the photons near eight points.
+/// Numbers of the photons near each of eight points.
 using FoundPhotons = std::array<std::vector<std::uint32_t>, 8>;
 
 template <class Path>
@@ -20,8 +20,8 @@ struct PhotonWorkspace : tracer::PathWorkspace<Path> {
   std::vector<const Splat*> splats;
 };
 
-/// Light that a surface scatters to wo of light from `from`, over its power: f · |cosine to the shading normal| /
-/// |cosine to the geometric one| (Veach 1997, 5.3.2).
+/// Radiance scattered to wo per unit power of a photon from `from`: f · |cosine to the shading normal| / |cosine to the
+/// geometric one| (Veach 1997, 5.3.2).
 template <class Bsdf>
 V8 scattered_per_power(const Bsdf& bsdf, const V8& wo, const Frame8& frame, const V8& facing, const V8& from) {
   const V8 wi = frame.to_local(from);
@@ -45,20 +45,20 @@ void find_photons(const Map& map, const V8& point, F8 radius, M8 lanes, FoundPho
   counters.gathers += static_cast<std::uint64_t>(lanes.count());
 }
 
-/// Photons on the discs of these radii around vertices, one of each lane's at a time. Those of other surfaces near by
-/// are told by their normals and by their height above the disc.
+/// Photons on discs around vertices, one per lane and term. Normals, and heights above the disc, exclude photons of
+/// other surfaces near by.
 class Discs {
  public:
   Discs(const tracer::Wavefront& film, const PhotonPass& pass, const FoundPhotons& found, F8 radius,
         const tracer::Vertex8& vertex);
 
   struct Term8 {
-    M8 valid;   ///< there is such a photon
-    M8 inside;  ///< it lies on the disc of half the radius
+    M8 valid;   ///< the lane has such a photon
+    M8 inside;  ///< it lies on the disc with half the radius
     U8 number;  ///< in the pass
     Photon8 photon;
   };
-  /// Terms of the lane that has the most.
+  /// The largest number of terms of a lane.
   std::uint32_t size() const { return size_; }
   Term8 term(std::uint32_t k) const;
   F8 per_area() const { return F8(kInvPi) / (radius_ * radius_); }
@@ -73,9 +73,9 @@ class Discs {
   std::uint32_t size_;
 };
 
-/// Photon density estimate (Jensen 1996, "Global Illumination using Photon Maps", eq. 3): the sum of f · power /
-/// (π radius²) over the photons on the disc. `weight(term, value)` may weight a term, `add(term, value)` takes it. The
-/// layer `bias` gets the estimate less that with half the radius.
+/// Photon density estimate (Jensen 1996, "Global Illumination using Photon Maps", eq. 3): the sum of f · power / (π
+/// radius²) over the photons on the disc. `weight(term, value)` may weight a term, and `add(term, value)` takes it. The
+/// layer `bias` gets the estimate minus the one with half the radius.
 template <class Bsdf, class Weight, class Add>
 void estimate_density(tracer::Wavefront& film, const Discs& discs, const tracer::Vertex8& vertex, const Bsdf& bsdf,
                       const V8& wo, M8 lanes, const Weight& weight, const Add& add) {
@@ -85,7 +85,7 @@ void estimate_density(tracer::Wavefront& film, const Discs& discs, const tracer:
     const Discs::Term8 term = discs.term(k);
     const V8 scattered = scattered_per_power(bsdf, wo, vertex.frame, vertex.facing, term.photon.wi);
     const V8 value = weight(term, masked(term.valid, term.photon.power * scattered * per_area));
-    if (film.channels().bias >= 0) {  // four times as dense on a disc of half the radius
+    if (film.channels().bias >= 0) {  // the disc of half the radius has a quarter of the area
       beyond_half = beyond_half + masked(term.valid, select(term.inside, value * F8(-3.0f), value));
     }
     add(term, value);
@@ -95,8 +95,8 @@ void estimate_density(tracer::Wavefront& film, const Discs& discs, const tracer:
   }
 }
 
-/// Calls `add(splat, bsdf, wo, lanes, value)` for the photons of a tile that the camera sees directly, with what they
-/// bring to their pixels.
+/// Calls `add(splat, bsdf, wo, frame, lanes, value)` for the directly visible photons of a tile. `value` is what they
+/// add to their pixels.
 template <class Add>
 void add_seen_photons(tracer::Wavefront& film, const PhotonPass& pass, std::vector<const Splat*>& splats,
                       RenderCounters& counters, const Add& add) {
@@ -117,28 +117,28 @@ void add_seen_photons(tracer::Wavefront& film, const PhotonPass& pass, std::vect
   });
 }
 
-/// Adds the photons that have crossed the tile's meter.
+/// Adds the photons that crossed the tile's meter.
 void add_meter_hits(tracer::Wavefront& film, const PhotonPass& pass);
 
-/// Camera paths that gather photons where they first meet a receiver: a surface that is no caster
+/// State of camera paths that gather photons at the first receiver, which is the first surface that is no caster
 /// (MaterialTable::casters).
 struct GatherPayload {
   U8 chain;        ///< kFromCamera, kFromReceiver or kOverCasters
-  F8 path_length;  ///< up to the origin
+  F8 path_length;  ///< from the camera to the origin
 };
 struct GatherPath8 : GatherPayload, tracer::Path8 {
   struct AtVertex {
     M8 casters;
   };
 };
-/// The path has met casters alone (and delta lobes of receivers) since the camera.
+/// The path has met only casters and delta lobes of receivers since the camera.
 inline constexpr std::uint32_t kFromCamera = 0;
 /// The last surface was a receiver.
 inline constexpr std::uint32_t kFromReceiver = 1;
-/// The path has met casters since a receiver: photons bring the light that it finds.
+/// The path has met a receiver, and then only casters. Photons bring the light at its end.
 inline constexpr std::uint32_t kOverCasters = 2;
 
-/// What `caustic` and `ppm` have in common: `path`, and photons instead of the paths that a light starts over casters.
+/// Common base of `caustic` and `ppm`: `path`, with photons in place of paths that go from a light over casters.
 class GatherEstimator : public path::PathEstimator {
  public:
   using Path = GatherPath8;
@@ -150,7 +150,7 @@ class GatherEstimator : public path::PathEstimator {
                   Workspace& ws)
       : PathEstimator(scene), pass_(passes.pass(sample, end, ws)), ws_(ws) {}
 
-  /// Which paths must not count the light of emitters that photons start from.
+  /// Paths that must not count emitters from which photons start.
   static M8 found_by_photons(const Path& in) { return in.chain == U8(kOverCasters); }
 
   static void start_on_meter(const MeterPlace& /*meter*/, Path& path, Path::AtVertex& /*at*/) {
@@ -217,7 +217,7 @@ class GatherEstimator : public path::PathEstimator {
   }
 };
 
-/// The method of an estimator with photons; `path` where no light starts any.
+/// The method of an estimator with photons, or `path` if no light emits photons.
 template <class Estimator, class... Args>
 std::unique_ptr<Method> make_photon_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
                                            const MethodSpec& spec, PhotonKind kind, const Args&... args) {

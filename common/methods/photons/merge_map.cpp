@@ -4,8 +4,8 @@
 
 namespace lightmill::photons {
 
-/// Radii change by at most k = per_length times the distance. A search from p reaches a photon at d only if
-/// |r(p) − r(d)| < k·r(p): r(p) lies between r(d)/(1 + k) and r(d)/(1 − k). The octaves are no narrower than that.
+/// Radii change by at most k = per_length times the distance. A search from p reaches a photon at d only if |r(p) −
+/// r(d)| < k·r(p). So r(p) lies between r(d)/(1 + k) and r(d)/(1 − k). The octaves are at least as wide.
 MergeMap::MergeMap(std::span<const Photon> photons, const MergeRadii& radii) {
   if (photons.empty()) {
     return;

@@ -1,4 +1,4 @@
-// Merge map: finds the light vertices to merge with a point, by a photon map for each octave of merging radii.
+// Merge map: finds the light vertices to merge with a point, with one photon map per octave of merging radii.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace lightmill::photons {
 
-/// Merging radii: how near a light vertex and a camera vertex are merged. The radius grows with the distance from the
-/// camera, between limits. Lengths are those of the scene's frame.
+/// Merging radii: the distance within which a light vertex and a camera vertex merge. The radius grows with the
+/// distance from the camera, between limits. Lengths are in the scene's frame.
 struct MergeRadii {
   Vec3 eye{0};
   float per_length = 0, least = 0, most = 0;
@@ -19,31 +19,32 @@ struct MergeRadii {
     return min(max(sqrt(length_squared(p - broadcast(eye))) * F8(per_length), F8(least)), F8(most));
   }
   float at(const Vec3& p) const { return std::clamp(glm::length(p - eye) * per_length, least, most); }
-  /// The merging factor η of this many light paths.
+  /// The merging factor η = π r² · light paths.
   F8 factor(const V8& p, std::uint32_t light_paths) const {
     const F8 radius = at(p);
     return radius * radius * F8(kPi * static_cast<float>(light_paths));
   }
 };
 
-/// Merging radii differ a thousandfold over a scene. A photon is filed in the map of each octave whose searches can
-/// reach it: one or two. A search then looks through eight cells at most, which are not much wider than its radius.
-/// Where radii change fast with position, octaves are wider. Immutable. What it finds, and in which order, depends on
-/// the photons and the radii alone.
+/// Merging radii differ a thousandfold over a scene. A photon is in the map of each octave whose searches can reach it,
+/// which is one or two. So a search visits eight cells at most, whose size is close to its radius. Where radii change
+/// fast with position, octaves are wider.
+///
+/// Immutable. What it finds, and in which order, depends only on the photons and the radii.
 class MergeMap {
  public:
   MergeMap() = default;
   MergeMap(std::span<const Photon> photons, const MergeRadii& radii);
 
   bool empty() const { return octaves_.empty(); }
-  /// Appends the numbers of the photons nearer to `p` than `radius`, the merging radius at `p`.
+  /// Appends the numbers of the photons nearer to `p` than `radius`, which is the merging radius at `p`.
   void find(const Vec3& p, float radius, std::vector<std::uint32_t>& out) const;
   std::uint64_t bytes() const;
 
  private:
   std::size_t octave(float radius) const;
 
-  std::vector<float> limits_;  ///< by octave: its largest radius
+  std::vector<float> limits_;  ///< largest radius by octave
   std::vector<PhotonMap> octaves_;
 };
 

@@ -1,4 +1,4 @@
-// Stored photon: light that has arrived at a surface.
+// Photon stored at a surface.
 #pragma once
 
 #include <cstdint>
@@ -11,15 +11,15 @@ namespace lightmill::photons {
 /// A photon at a surface: one row of sixteen words.
 struct Photon {
   Vec3 point{0};
-  Vec3 wi{0};      ///< unit, to where it came from
-  Vec3 power{0};   ///< its share of all light
-  Vec3 normal{0};  ///< geometric, as the shape is oriented
+  Vec3 wi{0};      ///< unit, towards its origin
+  Vec3 power{0};   ///< power that it carries, as a share of all light
+  Vec3 normal{0};  ///< geometric, oriented as the shape
   std::uint32_t geometry = 0, primitive = 0;
-  std::uint32_t tag = 0;    ///< from bit kTagGroupShift on its light group; below, its scatterings, this one included
-  std::uint32_t first = 0;  ///< 1: it has met casters alone before, or nothing; 0: it has met a receiver before
+  std::uint32_t tag = 0;    ///< light group from bit kTagGroupShift on; below, scatterings including this one
+  std::uint32_t first = 0;  ///< 1: it has met nothing or only casters before; 0: it has met a receiver
 };
 inline constexpr int kTagGroupShift = 16;
-inline constexpr std::uint32_t kMostScatterings = (1u << kTagGroupShift) - 1;  ///< that a photon counts
+inline constexpr std::uint32_t kMostScatterings = (1u << kTagGroupShift) - 1;  ///< largest count of a tag
 
 struct Photon8 {
   V8 point, wi, power, normal;
@@ -27,7 +27,7 @@ struct Photon8 {
   U8 group, scatterings;
 };
 
-/// The photons with these numbers. Other lanes are zero.
+/// The photons with these numbers; zero in other lanes.
 inline Photon8 load_photons(std::span<const Photon> photons, U8 index, M8 lanes) {
   static_assert(sizeof(Photon) == 64);
   const auto* const words = reinterpret_cast<const float*>(photons.data());

@@ -1,9 +1,18 @@
-// `photon-dots`: the photon map as points on the film.
+// `photon-dots`: the photon map, drawn as points.
 //
-// Shows one pass of photons, the same in every sample: all photons of `ppm`, or with `caustic` those of that method. A
-// stored photon that the camera sees directly adds its power to one pixel, over the mean power of photons as they
-// start: a white photon that has lost nothing is 1. Nothing else is shown: no lights, and nothing in or through mirrors
-// and glass.
+// Shows one photon pass, the same in every sample: all photons of `ppm`, or with `caustic` those of `caustic`. A
+// directly visible photon adds its power to one pixel, relative to the mean power of emitted photons. So a white photon
+// that lost nothing is 1. Lights, and anything in or behind mirrors and glass, are not shown.
+//
+// Parameters
+//   photons=N         photons (default: one for 16 pixels of the film, from 4096 to 65536)
+//   caustic           only photons that met a caster first
+//   no-absorption     media absorb nothing
+//   brute-force       rays test every triangle
+//   --max-bounces N   scatterings of a photon, at most (default 1000)
+//
+// Example
+//   lightmill render scenes/cornell-bench-balls.json --method photon-dots:caustic --spp 1 -o photons.exr
 #include "common/methods/factories.h"
 
 #include "common/methods/camera_method.h"

@@ -8,7 +8,7 @@
 namespace lightmill::photons {
 namespace {
 
-/// Coordinates wrap beyond some 2^20 cells. Photons of cells that get the same number are far apart.
+/// Coordinates wrap at about 2^20 cells, so cells with the same number are far apart.
 std::uint64_t cell_of(std::int64_t x, std::int64_t y, std::int64_t z) {
   constexpr std::int64_t kMask = (std::int64_t{1} << 21) - 1;
   return static_cast<std::uint64_t>(x & kMask) | static_cast<std::uint64_t>(y & kMask) << 21 |

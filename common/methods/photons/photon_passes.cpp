@@ -9,27 +9,27 @@ namespace lightmill::photons {
 namespace {
 
 constexpr std::uint32_t kLeastPhotons = 4096, kMostPhotons = 65536;
-/// Light paths that are connected help more pixels than photons that are gathered.
+/// A connected light path helps more pixels than a gathered photon.
 constexpr std::uint32_t pixels_per_photon(PhotonKind kind) {
   return kind == PhotonKind::light_path ? 4 : 16;
 }
-constexpr std::uint64_t kLookAhead = 16;  ///< passes that may be traced before they are needed
+constexpr std::uint64_t kLookAhead = 16;  ///< passes that threads may trace ahead
 
 /// Radii shrink with the pass p of a half: r² ∝ p^(α − 1), α = 2/3 (Knaus and Zwicker 2011, "Progressive Photon
-/// Mapping: A Probabilistic Approach", in the closed form's limit).
+/// Mapping: A Probabilistic Approach", limit of the closed form).
 double radius_factor(std::uint64_t sample) {
   return cube_root_fixed(1 / std::sqrt(static_cast<double>((sample >> 1) + 1)));
 }
 
-/// Merging radii grow with the distance from the camera between these shares of the scene's radius.
+/// Merging radii grow with the distance from the camera, between these multiples of the scene's radius.
 constexpr float kLeastDistance = 1.0f / 256, kMostDistance = 8;
 
-/// Radii of point meters, in radii of gathers. Merging radii are smaller, so light paths take more of them.
+/// Radius of point meters, in gather radii. Merging radii are smaller, so the factor for light paths is larger.
 constexpr float meter_radius(PhotonKind kind) {
   return PhotonPass::kLater * (kind == PhotonKind::light_path ? 3 : 1);
 }
 
-/// Sets the maps, and the limits of gather radii.
+/// Sets the photon maps and the limits of gather radii.
 void map_to_gather(const Vec3& eye, PhotonPass& pass) {
   std::vector<std::uint32_t> first, later;
   const bool all = pass.kind == PhotonKind::global;
@@ -39,7 +39,7 @@ void map_to_gather(const Vec3& eye, PhotonPass& pass) {
     const double distance = glm::length(pass.photons[i].point - eye);
     sum += all ? 1 / (distance + 1e-30) : distance;
   }
-  // Global photons go far out over infinite planes. The harmonic mean keeps the radii near the camera small.
+  // Global photons reach far out on infinite planes. The harmonic mean keeps the radii near the camera small.
   const auto count = static_cast<double>(pass.photons.size());
   const double mean = all ? count / sum : sum / count;
   const auto typical = std::max(static_cast<float>(pass.radius_per_length * mean), 0x1p-60f);
@@ -49,7 +49,7 @@ void map_to_gather(const Vec3& eye, PhotonPass& pass) {
   pass.later = PhotonMap(pass.photons, later, 2 * PhotonPass::kLater * typical);
 }
 
-/// Stored photons of one path are in order, but mixed with those of others.
+/// Sorts stored photons by path. The photons of one path are in order, but mixed with those of others.
 void sort_by_path(Traced traced, PhotonPass& pass) {
   pass.path_first.assign(pass.emitted + 1, 0);
   for (const std::uint32_t path : traced.path) {
@@ -102,8 +102,8 @@ PhotonPassSettings pass_settings(const MethodSettings& settings, const MethodSpe
           kind,          kind != PhotonKind::global};
 }
 
-/// As many as wanted, or as many as store kMostStored photons. Trials with seeds of their own estimate how many a
-/// photon stores; three standard errors are added. The result depends on scene and settings, but not on the job's seed.
+/// Returns `wanted`, or fewer, so that at most kMostStored photons are stored. Trials with fixed seeds estimate the
+/// stored photons per emitted photon. Three standard errors are added. The result does not depend on the job's seed.
 std::uint32_t PhotonPasses::photons_of_pass(std::uint32_t wanted) const {
   constexpr std::uint32_t kTrials = 16, kTried = 64, kTriedSeed = 0x74726965u;
   if (source_.emission.empty() || std::uint64_t{wanted} * settings_.max_bounces <= kMostStored) {

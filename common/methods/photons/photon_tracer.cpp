@@ -14,28 +14,27 @@ using tracer::choice_decision;
 using tracer::decide;
 using tracer::light_decision;
 
-constexpr std::uint32_t kBatchPhotons = 1024;  ///< in flight
+constexpr std::uint32_t kBatchPhotons = 1024;  ///< photons in flight
 
-/// Eight photons that wait for their next ray.
+/// Eight photons in the queue.
 struct PhotonPath8 {
   V8 origin, direction;
   V8 power;
-  F8 scale;  ///< 1 / the largest component of the power that it began with: Russian roulette decides by power times
-             ///< this
-  U8 index;  ///< its number in the pass
+  F8 scale;  ///< 1 / the largest component of the initial power. Russian roulette decides by power times this
+  U8 index;  ///< number in the pass
   U8 tag;    ///< Photon::tag, with the scatterings so far
   U8 met;    ///< kNothing, kCasters or kReceivers
   Media8 media;
 };
-/// The same of light paths, with what weights need.
+/// Eight light paths, with what their weights need.
 struct LightPathPayload {
   vcm::Partial8 partial;  ///< before the first surface, vcm is the density of emission
-  U8 light;               ///< that it started at
-  F8 cosine;              ///< to that light's surface
+  U8 light;               ///< at which it started
+  F8 cosine;              ///< to the surface of this light
 };
 struct LightPath8 : LightPathPayload, PhotonPath8 {};
 
-/// What a photon has met since it started: nothing, casters alone, or another surface too.
+/// What a photon has met since its start: nothing, only casters, or another surface.
 constexpr std::uint32_t kNothing = 0, kCasters = 1, kReceivers = 2;
 
 template <class Path>
@@ -53,7 +52,7 @@ class PhotonTracer {
   Traced run(const std::stop_token& stop) {
     for (std::uint32_t first = 0; first < plan_.photons && !stop.stop_requested(); first += kBatchPhotons) {
       emit(first, std::min(first + kBatchPhotons, plan_.photons));
-      // Decisions of the start are those of vertex 0.
+      // Emission takes the decisions of vertex 0.
       for (std::uint32_t vertex = 1; now_.size() > 0 && !stop.stop_requested(); ++vertex) {
         next_.clear();
         for (int i = 0; i < now_.size(); i += 8) {
@@ -97,13 +96,13 @@ class PhotonTracer {
         path.partial.vcm = source_.emission.pdf(p.light, p.origin, p.direction, p.cosine, lanes);
         path.light = p.light;
         path.cosine = p.cosine;
-        lanes = lanes & (path.partial.vcm > F8(0.0f));  // what rounding has put off the disc of a distant light
+        lanes = lanes & (path.partial.vcm > F8(0.0f));  // rounding can put an origin off the disc of a distant light
       }
       now_.push(lanes, path);
     }
   }
 
-  /// Photons at surfaces.
+  /// Eight photons at surfaces.
   struct Vertex8 {
     const Path& photon;
     const Arrival8& arrival;
@@ -112,8 +111,8 @@ class PhotonTracer {
     Frame8 frame;  ///< around the shading normal on the ray's side
     std::uint32_t number;
     M8 casters;
-    // Of light paths.
-    vcm::Partial8 partial = {};  ///< as it arrives
+    // Of light paths only.
+    vcm::Partial8 partial = {};  ///< on arrival
     F8 merging = F8(0.0f);
   };
 
@@ -121,7 +120,7 @@ class PhotonTracer {
     const Ray8 rays{photon.origin, photon.direction, F8(std::numeric_limits<float>::infinity())};
     const Arrival8 arrival = trace_transmittance(scene_, lanes, rays, photon.media, kNoGeometry, counters_);
     const Surface8 surface = scene_.surface(arrival.rays, arrival.hits);
-    // Of caustics, camera paths find the light that has met nothing yet.
+    // For `caustic`, camera paths find light that has met nothing yet.
     const M8 counted = plan_.kind == PhotonKind::caustic ? and_not(lanes, photon.met == U8(kNothing)) : lanes;
     if (!out_.meters.empty()) {
       const F8 length =
@@ -160,7 +159,7 @@ class PhotonTracer {
     });
   }
 
-  /// The partial sums of light paths that arrive at a point.
+  /// Partial sums of light paths that arrive at a point.
   vcm::Partial8 arrive(const Path& photon, const V8& point, const V8& normal, M8 lanes, std::uint32_t number) const {
     const F8 cosine = max(abs(dot(photon.direction, normal)), F8(1e-8f));
     if (number > 1) {
@@ -201,8 +200,8 @@ class PhotonTracer {
     continue_path(vertex, s, wo, out, lanes);
   }
 
-  /// Light as particles: refraction does not thin it out, as it does radiance (eta²), and shading normals count by the
-  /// other direction: Veach 1997, 5.2.2 and 5.3.2. Russian roulette follows.
+  /// Light is traced as particles. Refraction does not scale them by eta², as it scales radiance. The correction for
+  /// shading normals has the directions exchanged (Veach 1997, 5.2.2 and 5.3.2). Russian roulette follows.
   void continue_path(const Vertex8& vertex, const BsdfSample8& s, const V8& wo, Path& out, M8 lanes) {
     const F8 from = abs(dot(out.direction, vertex.facing)) * abs(s.wi.z);
     const F8 offset = vertex.surface.offset;
@@ -289,7 +288,7 @@ class PhotonTracer {
     }
     constexpr std::uint32_t kPixels = kTileSize * kTileSize;
     if constexpr (kLightPaths) {
-      // The meter's own paths start there by the cosine, one a pixel. A photon that crosses it is merged.
+      // The meter's own paths start there by the cosine, one per pixel. A photon that crosses the meter is merged.
       const vcm::Partial8 light = arrive(photon, photon.origin + photon.direction * at, normal, lanes, number);
       const F8 merging = area * F8(static_cast<float>(plan_.photons) / kPixels);
       power = power * vcm::merged({F8(0.0f), F8(0.0f)}, light, merging, cosine * F8(kInvPi), F8(0.0f));
@@ -312,7 +311,8 @@ class PhotonTracer {
   Traced out_;
 };
 
-/// The media at a place that each light starts from. `off`: how far from its middle along its axis, in sizes of it.
+/// Adds the media at the point where each light starts. `off`: distance from its centre along its axis, in sizes of the
+/// light.
 template <class Lights>
 void add_media(const CompiledScene& scene, const Lights& lights, double off, PhotonSource& source) {
   for (std::size_t i = 0; i < lights.size(); ++i) {
@@ -342,14 +342,14 @@ PhotonSource photon_source(const CompiledScene& scene, PhotonKind kind) {
   const std::span<const BoundingSphere> targets = all ? std::span(&everything, 1) : std::span(places.casters);
   PhotonSource source{PhotonEmission(lights, targets, places.planes, places.scene, all), {}, {}};
   if (scene.features().media && !source.emission.empty()) {
-    constexpr double kOnSphere = 0.57736;  // the box around a sphere of radius 1 is 2·√3 long: half of that, inverted
+    constexpr double kOnSphere = 0.57736;  // the diagonal of the box of a unit sphere is 2·√3; half of it, inverted
     add_media(scene, lights.facets, 1e-5, source);
     add_media(scene, lights.spheres, kOnSphere / 2, source);
     add_media(scene, lights.points, 0, source);
     add_media(scene, lights.spots, 0, source);
     add_media(scene, lights.cosine_powers, 0, source);
     add_media(scene, lights.ies, 0, source);
-    source.media_low.resize(lights.size() + 1, 0);  // an environment that is not sampled comes after the lights
+    source.media_low.resize(lights.size() + 1, 0);  // an environment that is not sampled follows the lights
     source.media_high.resize(lights.size() + 1, 0);
   }
   return source;

@@ -1,4 +1,4 @@
-// Visibility of a tile's splats.
+// Visibility of the splats of a tile.
 #pragma once
 
 #include <functional>
@@ -8,25 +8,25 @@
 
 namespace lightmill::photons {
 
-/// Eight photons as the camera sees them.
+/// Eight photons, seen from the camera.
 struct SeenSplat8 {
-  M8 lanes;   ///< those that are visible
-  U8 number;  ///< of the photon
-  U8 pixel;   ///< of the tile, row by row
+  M8 lanes;   ///< visible photons
+  U8 number;  ///< number of the photon
+  U8 pixel;   ///< pixel of the tile, row by row
   Photon8 photon;
   Arrival8 arrival;
-  Surface8 surface;  ///< that they lie on
-  V8 direction;      ///< unit, to them
-  F8 cosine;         ///< of it to the geometric normal, positive
+  Surface8 surface;  ///< on which they lie
+  V8 direction;      ///< unit, from the camera to the photon
+  F8 cosine;         ///< to the geometric normal, positive
   F8 distance;
-  /// Solid angle of the photon's area over that of one pixel, times the filter's weight: the pixel's value per radiance
-  /// that the photon's power becomes.
+  /// Solid angle of the photon's area over that of one pixel, times the filter's weight. It converts the radiance that
+  /// the photon's power becomes into the pixel's value.
   F8 per_power;
-  F8 film_pdf_area;  ///< the same without the filter: density of one camera ray a pixel
+  F8 film_pdf_area;  ///< the same without the filter: density of camera rays, one per pixel
 };
 
-/// Whether a ray has hit the photon's point. A sphere is one primitive that a ray meets twice: a distance larger than
-/// rounding tells the two points apart.
+/// Whether a ray has hit the photon's point. A ray can meet a sphere twice, and both points have the same primitive.
+/// The distance tells them apart, beyond rounding.
 inline M8 found_again(const Arrival8& arrival, const Surface8& surface, const Photon8& d, F8 distance, F8 cosine) {
   const V8 off = surface.point - d.point;
   const F8 tolerance = (surface.offset * F8(256.0f) + distance * F8(0x1p-16f)) / max(cosine, F8(1e-3f));
@@ -34,12 +34,12 @@ inline M8 found_again(const Arrival8& arrival, const Surface8& surface, const Ph
          (length_squared(off) < tolerance * tolerance);
 }
 
-/// Traces a ray from the lens to each of the tile's splats, and calls `take` for those that it hits, in the order of
-/// the splats. `splats` is scratch memory.
+/// Traces a ray from the lens to each splat of the tile. Calls `take` for visible ones, in splat order. `splats` is
+/// scratch memory.
 ///
-/// A pixel's value is the integral over the film of the filter times radiance. An area of the film, in pixels, is
-/// cos³θ/D² of solid angle, D the film's distance in pixels. A photon's solid angle is |cos|/d² of its area (Pharr,
-/// Jakob and Humphreys 2016, "Physically Based Rendering", 16.1.1).
+/// A pixel's value is the integral over the film of filter times radiance. A film area, in pixels, has cos³θ/D² of
+/// solid angle. D is the film's distance in pixels. A photon's area has |cos|/d² of solid angle (Pharr, Jakob and
+/// Humphreys 2016, "Physically Based Rendering", 16.1.1).
 void for_each_seen(const CompiledScene& scene, const PhotonPass& pass, const PixelRect& tile,
                    std::vector<const Splat*>& splats, RenderCounters& counters,
                    const std::function<void(const SeenSplat8&)>& take);

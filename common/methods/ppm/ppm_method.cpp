@@ -1,16 +1,25 @@
-// Progressive photon mapping.
+// `ppm`: progressive photon mapping (Knaus and Zwicker 2011, "Progressive Photon Mapping: A Probabilistic Approach").
 //
-// Photons bring all light that receivers get, direct light too. Camera paths follow casters, and the delta lobes of
-// receivers, to the first receiver; there a density estimate gathers photons within a radius that shrinks from pass to
-// pass (Knaus and Zwicker 2011, "Progressive Photon Mapping: A Probabilistic Approach"). One sample is one pass of
-// photons.
+// Photons bring all light that receivers get, direct light included. Camera paths follow casters, and the delta lobes
+// of receivers, to the first receiver. There a density estimate gathers photons within a radius that shrinks from pass
+// to pass. One sample takes one photon pass.
 //
 // The picture depends on next-event estimation only at rough casters and holdouts, so `ppm` checks the other methods.
 //
-// Parameters: photons=N a pass; radius=C of the first pass, in pixels; no-absorption; --max-bounces.
-// Weaknesses: blur of edges and small shadows, more than by any other method; slow convergence, as samples^(-2/3).
-// Scattering media.
-// Example: lightmill render scenes/cornell-bench-balls.json --method ppm --spp 256 -o balls.exr
+// Parameters
+//   photons=N         photons per pass (default: one for 16 pixels of the film, from 4096 to 65536)
+//   radius=C          gather radius in the first pass, in pixels (default 3, and 1/20 of the distance at most)
+//   no-absorption     media absorb nothing
+//   brute-force       rays test every triangle
+//   --max-bounces N   scatterings of a path, at most (default 1000)
+//
+// Weaknesses
+//   - Edges and small shadows are blurred, more than by any other method.
+//   - The error falls slowly, as samples^(-2/3).
+//   - Scattering media are refused.
+//
+// Example
+//   lightmill render scenes/cornell-bench-balls.json --method ppm --spp 256 -o balls.exr
 #include "common/methods/factories.h"
 
 #include "common/methods/photons/gathering.h"
@@ -27,14 +36,14 @@ class PpmEstimator : public photons::GatherEstimator {
   void scatter(Tracer& tracer, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
     // Photons.
     gather(tracer, vertex, bsdf, wo, lanes);
-    // Next-event estimation: at casters, which have no photons, and at holdouts, which compare the light of lights
-    // alone.
+    // Next-event estimation: at casters, which store no photons, and at holdouts, which compare irradiance from lights
+    // only.
     if constexpr (requires { Bsdf::kEndsPaths; }) {
       sample_lights(tracer, vertex, bsdf, wo, lanes);
     } else {
       sample_lights(tracer, vertex, bsdf, wo, lanes & vertex.at.casters);
     }
-    // BSDF sampling: the path ends at the first receiver, unless a delta lobe takes it further.
+    // BSDF sampling: the path ends at the first receiver, unless a delta lobe continues it.
     tracer.sample_bsdf(vertex, bsdf, wo, lanes, [&](const BsdfSample8& sample, Path& out, M8 there) {
       return scatter_delta(vertex, sample, out, there);
     });

@@ -1,4 +1,5 @@
-// `preview`: the reflectance and the emission of what the camera sees first, without any light transport.
+// `preview`: reflectance plus emission of the first surface, without light transport. The environment is the
+// background.
 #include "common/methods/factories.h"
 
 #include "common/methods/camera_method.h"

@@ -52,7 +52,7 @@ V8 LocalShading::scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 la
   const MaterialTable& materials = scene_->materials();
   const Surface8& surface = vertex.surface;
   const V8 wo = vertex.frame.to_local(-vertex.direction);
-  V8 albedo = materials.albedo(surface, lanes);  // of what is scattered
+  V8 albedo = materials.albedo(surface, lanes);  // of the rough lobes
   V8 light;
   switch (kind) {
     case MaterialKind::mirror:
@@ -92,7 +92,7 @@ V8 LocalShading::scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 la
   return light + masked(lanes, albedo * ambient_);
 }
 
-/// The background times the irradiance with shadows over the irradiance without, both of these lights.
+/// The background times irradiance with shadows over irradiance without shadows.
 V8 LocalShading::holdout(const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const {
   LitVertex8 flat = vertex;
   flat.frame = Frame8(vertex.facing);
@@ -125,12 +125,12 @@ V8 LocalShading::lit(const LitVertex8& vertex, const Bsdf& bsdf, const V8& wo, M
   return sum;
 }
 
-/// What of one light the surfaces scatter.
+/// Light of one light that the surfaces scatter.
 template <class Bsdf>
 V8 LocalShading::lit_by(const LightSample8& light, std::uint32_t object, const LitVertex8& vertex, const Bsdf& bsdf,
                         const V8& wo, M8 lanes, RenderCounters& counters, Shadows shadows) const {
   const V8 wi = vertex.frame.to_local(light.wi);
-  // Both normals must agree on which side the light is; the shadow ray starts on that side.
+  // Both normals must agree on the light's side. The shadow ray starts on that side.
   const F8 side = dot(light.wi, vertex.facing);
   M8 valid = lanes & light.valid;
   V8 origin = vertex.surface.point;
@@ -155,7 +155,7 @@ V8 LocalShading::lit_by(const LightSample8& light, std::uint32_t object, const L
   return masked(valid, light_scattered) * arriving(valid, origin, light.point - origin, media, object, counters);
 }
 
-/// What of the light of a point that is `way` off arrives: nothing in the lanes where something is between.
+/// Transmittance from the point at `origin + way`; 0 in occluded lanes.
 V8 LocalShading::arriving(M8 lanes, const V8& origin, const V8& way, const Media8& media, std::uint32_t object,
                           RenderCounters& counters) const {
   const auto white = [](M8 mask) { return masked(mask, broadcast(Vec3(1))); };

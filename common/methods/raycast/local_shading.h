@@ -1,41 +1,41 @@
-// What surfaces show of all lights at once: without random numbers, with hard shadows.
+// Deterministic direct light of all lights, with hard shadows.
 //
-// Every light is looped over: points, spots, cosine_power, ies and directional ones as they are, emissive objects as
-// points (lights/hard_lights.h), which do not shade what they light, nor light themselves. Planes that emit, and
-// spheres that do by a texture, are seen but light nothing. The environment is seen where rays leave the scene;
-// besides, it lights every surface evenly and without shadows, as if its mean radiance came from everywhere: albedo ·
-// mean, which is exact for an even sky over a convex diffuse shape. What is smooth, be it a mirror, metal, glass or a
-// layer of a principled material, shows nothing of all this: what it shows is the `smooth` of its BSDF
-// (materials/bsdf.h) to tell.
+//   - Point, spot, cosine-power, IES and directional lights are evaluated as they are.
+//   - Emissive objects act as points (lights/hard_lights.h). They neither shade what they light nor light themselves.
+//   - Emissive planes, and spheres with an emission texture, are visible but light nothing.
+//   - The environment is the background. It also lights every surface evenly and without shadows, as if its mean
+//     radiance came from everywhere: albedo · mean. This is exact for a uniform sky over a convex diffuse shape.
+//   - Mirrors, and smooth metal, glass and layers of principled materials, show none of this. What they show is the
+//     `smooth` of their BSDF (materials/bsdf.h).
 #pragma once
 
 #include "common/methods/transmittance.h"
 
 namespace lightmill {
 
-/// Eight rays at the surfaces they have found.
+/// Eight rays at the surfaces that they hit.
 struct LitVertex8 {
   V8 direction;  ///< of the rays, unit
   Surface8 surface;
   V8 facing;     ///< the geometric normal on the ray's side
   Frame8 frame;  ///< around the shading normal on the ray's side
   U8 geometry;
-  Media8 media;        ///< that the rays are in, where the scene has such
-  Crossing8 crossing;  ///< likewise
+  Media8 media;        ///< of the rays, in scenes with media
+  Crossing8 crossing;  ///< at the surfaces, in scenes with media
 };
 
-/// Immutable; refers to the scene.
+/// Immutable. Refers to the scene.
 class LocalShading {
  public:
   /// `flat`: surfaces are shaded with their geometric normals.
   LocalShading(const CompiledScene& scene, bool flat);
 
   LitVertex8 vertex(const Arrival8& arrival, const Surface8& surface) const;
-  /// Radiance from where rays leave the scene.
+  /// Radiance of the environment for rays that leave the scene.
   V8 background(const V8& direction, M8 lanes) const;
-  /// Radiance that is emitted towards the rays' origins.
+  /// Radiance that the surfaces emit towards the rays' origins.
   V8 emission(const LitVertex8& vertex, M8 lanes) const;
-  /// Radiance of lights that is scattered there.
+  /// Radiance of lights that the surfaces scatter.
   V8 scattered(const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const;
   Principled8 principled(const LitVertex8& vertex, const V8& wo, M8 lanes) const;
 

@@ -1,7 +1,14 @@
-// `raycast`: the light of all lights that the surface seen first scatters (local_shading.h), and what it emits.
+// `raycast`: direct light of all lights at the first surface (local_shading.h), plus its emission.
 //
-// No light goes on from there: mirrors and smooth glass are black. Nothing is random but the position in the pixel (and
-// on the lens).
+// Light is not followed further, so mirrors and smooth glass are black. Only the position in the pixel and on the lens
+// is random.
+//
+// Parameters
+//   flat              surfaces are shaded with their geometric normals
+//   brute-force       rays test every triangle
+//
+// Example
+//   lightmill render scenes/cornell-bench-balls.json --method raycast:flat --spp 16 -o balls.exr
 #include "common/methods/factories.h"
 
 #include "common/methods/camera_method.h"

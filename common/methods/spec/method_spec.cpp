@@ -12,26 +12,25 @@ namespace {
 
 struct Entry {
   std::string_view name;
-  std::string_view parameters;  ///< that it takes, for people
-  std::string_view summary;     ///< what it shows
-  bool lit;                     ///< by the scene's lights
+  std::string_view parameters;  ///< as help texts show them
+  std::string_view summary;     ///< what it computes
+  bool lit;                     ///< uses the scene's lights
   bool bounces;                 ///< follows light from surface to surface
 };
 constexpr std::array kMethods{
-    Entry{kAutoMethod, "brute-force", "what finds all of the scene's light at the least cost", true, true},
-    Entry{"path", "brute-force", "all light", true, true},
-    Entry{"caustic", "photons=N, radius=C, no-absorption, brute-force",
-          "all light, with photons for what mirrors and glass cast", true, true},
+    Entry{kAutoMethod, "brute-force", "chooses path, caustic or vcm by the scene", true, true},
+    Entry{"path", "brute-force", "all light but caustics of very small lights", true, true},
+    Entry{"caustic", "photons=N, radius=C, no-absorption, brute-force", "all light, with photons for caustics", true,
+          true},
     Entry{"vcm", "photons=N, radius=C, no-absorption, brute-force",
-          "all light, by paths from both ends that are connected and merged", true, true},
-    Entry{"ppm", "photons=N, radius=C, no-absorption, brute-force", "all light by photons, to check the others", true,
-          true},
-    Entry{"photon-dots", "photons=N, caustic, no-absorption, brute-force", "where photons arrive, as points", true,
-          true},
+          "all light, by paths from both ends (vertex connection and merging)", true, true},
+    Entry{"ppm", "photons=N, radius=C, no-absorption, brute-force",
+          "all light by photons alone, to check other methods", true, true},
+    Entry{"photon-dots", "photons=N, caustic, no-absorption, brute-force", "the photon map, as points", true, true},
     Entry{"preview", "brute-force", "flat colours", false, false},
-    Entry{"ao", "distance=D, brute-force", "how open the surroundings are", false, false},
-    Entry{"raycast", "flat, brute-force", "what is seen first, lit with hard shadows", true, false},
-    Entry{"whitted", "glass=R, flat, brute-force", "the same through mirrors and glass", true, true},
+    Entry{"ao", "distance=D, brute-force", "ambient occlusion", false, false},
+    Entry{"raycast", "flat, brute-force", "direct light with hard shadows", true, false},
+    Entry{"whitted", "glass=R, flat, brute-force", "direct light, also through mirrors and smooth glass", true, true},
 };
 
 bool follows_photons(std::string_view name) {
@@ -52,7 +51,7 @@ Result<double> parse_number(std::string_view key, std::string_view text, double 
   return value;
 }
 
-/// Whether "a, b=X, c" lists the parameter.
+/// Whether a list such as "a, b=X, c" has the parameter.
 bool takes(const Entry& entry, std::string_view key) {
   for (std::size_t at = 0; at < entry.parameters.size();) {
     const std::size_t end = std::min(entry.parameters.find(", ", at), entry.parameters.size());
@@ -65,7 +64,7 @@ bool takes(const Entry& entry, std::string_view key) {
   return false;
 }
 
-/// What parameters without a value set.
+/// The field of a parameter without a value, or null.
 bool* word_of(std::string_view key, MethodSpec& spec) {
   return key == "brute-force"     ? &spec.brute_force
          : key == "flat"          ? &spec.flat
@@ -78,12 +77,11 @@ Status set_parameter(const Entry& entry, std::string_view text, MethodSpec& spec
   const std::size_t equals = text.find('=');
   const std::string_view key = text.substr(0, equals);
   if (!takes(entry, key)) {
-    return invalid_argument("{} takes {}; got '{}'", entry.name, entry.parameters, text);
+    return invalid_argument("{} has no parameter '{}'. Parameters: {}", entry.name, key, entry.parameters);
   }
   if (bool* const word = word_of(key, spec)) {
     *word = true;
-    return equals == std::string_view::npos ? ok_status()
-                                            : invalid_argument("{} is a word of its own, got '{}'", key, text);
+    return equals == std::string_view::npos ? ok_status() : invalid_argument("{} takes no value, got '{}'", key, text);
   }
   const std::string_view value = equals == std::string_view::npos ? "" : text.substr(equals + 1);
   if (key == "glass") {
@@ -139,7 +137,7 @@ bool method_gathers(std::string_view name) {
 }
 
 std::uint32_t shared_samples(const MethodSpec& method) {
-  // Of a photon, deposits and all that finds them: what rooms full of glass and mirrors leave.
+  // Stored photons with their search structures, per emitted photon, in rooms full of glass and mirrors.
   constexpr std::uint64_t kBytesPerPhoton = 512, kMostSamples = 32, kDefaultPhotonsAtMost = 65536;
   if (!follows_photons(method.name)) {
     return 0;
@@ -163,13 +161,13 @@ std::vector<MethodAbout> method_abouts() {
 Status check_max_bounces(std::string_view method, std::uint32_t max_bounces) {
   const std::uint32_t most = method == "whitted" ? kMaxWhittedBounces : kMostBounces;
   return max_bounces <= most ? ok_status()
-                             : invalid_argument("{} follows at most {}, got {}", method, most, max_bounces);
+                             : invalid_argument("{} follows at most {} bounces, got {}", method, most, max_bounces);
 }
 
 Status check_method_media(std::string_view method, bool scattering) {
   return !follows_photons(method) || !scattering
              ? ok_status()
-             : invalid_argument("{} does not follow light through media that scatter; path does", method);
+             : invalid_argument("{} does not support scattering media; path does", method);
 }
 
 Result<MethodSpec> parse_method(std::string_view text) {
@@ -178,7 +176,7 @@ Result<MethodSpec> parse_method(std::string_view text) {
   spec.name = text.substr(0, colon);
   const Entry* const entry = find_method(spec.name);
   if (entry == nullptr) {
-    return invalid_argument("unknown method '{}'; the methods are {}", spec.name, method_list());
+    return invalid_argument("unknown method '{}'. Known methods: {}", spec.name, method_list());
   }
   std::set<std::string_view> given;
   for (std::size_t at = colon; at != std::string_view::npos && at < text.size();) {

@@ -1,4 +1,4 @@
-// What a method is called and what it is told, as jobs write it: "path:brute-force", "whitted:flat,glass=0.1".
+// Names and parameters of methods, as jobs write them: "path:brute-force", "whitted:flat,glass=0.1".
 #pragma once
 
 #include <cstdint>
@@ -13,77 +13,74 @@ namespace lightmill {
 
 struct MethodSpec {
   std::string name = "path";
-  /// `brute-force`: rays try every triangle rather than walk a hierarchy. The picture is the same but for rounding.
+  /// `brute-force`: rays test every triangle instead of walking a hierarchy. The picture is the same but for rounding.
   bool brute_force = false;
-  /// `distance=D`: how far ambient occlusion looks, in scene units, above 0; nothing: without end.
+  /// `distance=D`: range of ambient occlusion, in scene units, above 0. Empty: unlimited.
   std::optional<double> distance;
   /// `flat`: surfaces are shaded with their geometric normals.
   bool flat = false;
-  /// `no-absorption`: what fills shapes lets all light pass.
+  /// `no-absorption`: media absorb nothing.
   bool no_absorption = false;
-  /// `caustic`: of photons, only those that have met casters first.
+  /// `caustic`: only photons that met casters first.
   bool caustic = false;
-  /// `glass=R`: what smooth glass reflects, instead of what Fresnel's equations say.
+  /// `glass=R`: reflectance of smooth glass, instead of Fresnel's equations.
   std::optional<double> glass;
-  /// `photons=N`: of a pass, one a sample index; nothing: one for sixteen pixels of the film (of `vcm` for four), 4096
-  /// to 65536.
+  /// `photons=N`: photons per pass. Empty: one for 16 pixels of the film (`vcm`: for 4), from 4096 to 65536.
   std::optional<std::uint32_t> photons;
-  /// `radius=C`: of what is gathered in the first pass, in pixels; nothing: 1.5, of `vcm` 0.5, of `ppm` 3.
+  /// `radius=C`: gather radius in the first pass, in pixels. Empty: 1.5 (`vcm` 0.5, `ppm` 3).
   std::optional<double> radius;
 };
-inline constexpr std::uint32_t kMostPhotons = 1u << 22;  ///< of a pass
+inline constexpr std::uint32_t kMostPhotons = 1u << 22;  ///< in a pass
 
-/// Stands for the method that a job's scene calls for (common/planner), which is fixed before anything is rendered.
+/// Placeholder for the method that the planner chooses for the scene, before anything is rendered.
 inline constexpr std::string_view kAutoMethod = "auto";
 
-/// The methods that there are, `auto` among them.
+/// All methods, `auto` included.
 const std::vector<std::string_view>& method_names();
-/// The same in words.
+/// The same, separated by commas.
 std::string_view method_list();
-/// What each shows, and its parameters, as in "photons=N, brute-force".
+/// Name, summary and parameters of each method. Parameters are written as in "photons=N, brute-force".
 struct MethodAbout {
   std::string_view name, summary, parameters;
 };
 std::vector<MethodAbout> method_abouts();
 
-/// Whether a method shows a scene by its lights: without any, its picture is black.
+/// Whether a method uses the scene's lights: without any, its picture is black.
 bool method_needs_light(std::string_view name);
-/// Whether a method follows light from surface to surface, so that a limit of bounces means something.
+/// Whether a method follows light from surface to surface, so that it can take a bounce limit.
 bool method_bounces(std::string_view name);
 
-/// Whether a method gathers photons within a radius, which blurs: what its error is said to be then wants the layer
-/// `bias`.
+/// Whether a method gathers photons within a radius. Gathering blurs, so its error estimate needs the layer `bias`.
 bool method_gathers(std::string_view name);
 
-/// What a worker holds of the passes of photons that a job's tiles share.
+/// Bytes of photon passes that a worker caches for the tiles of a job.
 inline constexpr std::uint64_t kHeldPassBytes = std::uint64_t{256} << 20;
-/// 0: tiles have no work in common. Else each worker does a sample's pass once for all its tiles, and holds those of so
-/// many samples: ranges are not to be longer.
+/// How many samples a sample range may have at most, where tiles share photon passes: a worker traces each pass once
+/// and caches this many. 0: tiles share no work.
 std::uint32_t shared_samples(const MethodSpec& method);
-/// Into ranges of which level to cut one of `level` that is rendered tile after tile: where tiles have work in common,
-/// into single samples. A pass of a closed bright room may be so heavy that two are not held.
+/// The level of the pieces in which a range of `level` is rendered. Where tiles share work, pieces are single samples:
+/// a pass of a closed bright room may be so large that the cache holds only one.
 std::uint32_t level_at_a_time(const MethodSpec& method, std::uint32_t level);
 
-/// Where no limit is asked for, a path of `path` still ends after so many scatterings (a closed room of albedo 1 has no
-/// other end).
+/// Default limit of scatterings. A closed room of albedo 1 would never end a path.
 inline constexpr std::uint32_t kMaxBounces = 1000;
-/// The limit that `max_bounces` asks for; 0 stands for this one.
+/// The limit for `max_bounces`, where 0 stands for the default.
 constexpr std::uint32_t bounce_limit(std::uint32_t max_bounces) {
   return max_bounces == 0 ? kMaxBounces : max_bounces;
 }
-/// That may be asked for.
+/// The largest limit that users can set.
 inline constexpr std::uint32_t kMostBounces = 1'000'000;
 
-/// Scatterings that `whitted` follows at most, and if it is not told.
+/// Largest and default limit of `whitted`.
 inline constexpr std::uint32_t kMaxWhittedBounces = 128;
-/// INVALID_ARGUMENT if the method cannot follow light so far; 0 stands for its own limit.
+/// INVALID_ARGUMENT if the limit is too large for the method. 0 stands for its own limit.
 Status check_max_bounces(std::string_view method, std::uint32_t max_bounces);
 
-/// INVALID_ARGUMENT if the method does not follow light through such media.
+/// INVALID_ARGUMENT if the method does not support such media.
 Status check_method_media(std::string_view method, bool scattering);
 
-/// INVALID_ARGUMENT for an unknown method, a parameter that it does not take, or a value out of range: the message
-/// names it and what is expected.
+/// INVALID_ARGUMENT for an unknown method, a parameter that it does not take, or a value out of range. The message
+/// names it and the expected values.
 Result<MethodSpec> parse_method(std::string_view text);
 
 }  // namespace lightmill

@@ -5,9 +5,9 @@
 
 namespace lightmill::tracer {
 
-/// The value of a channel that `u` draws by its share of 1. Rounded shares may add up to less than 1, and the rest
-/// would draw the last channel even if its share is 0. So a channel whose share is less than a random number's last bit
-/// is replaced by the largest one.
+/// The value of a channel, drawn by `u` in proportion to the shares. Rounded shares may sum to less than 1. The rest
+/// would draw the last channel even if its share is 0. So the largest channel replaces one whose share is below a
+/// random number's last bit.
 inline F8 drawn_channel(const V8& value, const V8& share, F8 u) {
   const M8 x = u < share.x, y = u < share.x + share.y;
   const F8 drawn = select(x, value.x, select(y, value.y, value.z));

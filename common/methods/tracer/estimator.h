@@ -1,23 +1,23 @@
-// Hooks of an estimator: what the tracer asks of a method that traces camera paths.
+// Interface between the tracer and the estimator of a method.
 #pragma once
 
 #include "common/methods/tracer/wavefront.h"
 
 namespace lightmill::tracer {
 
-/// Base of all estimators, with the hooks of one that needs nothing special. An estimator hides the hooks that it does
-/// otherwise; calls are resolved at compile time. It is made for one sample of a tile, and also has
+/// Base of all estimators, with default hooks. An estimator hides the hooks that it changes. Calls are resolved at
+/// compile time. One estimator renders one sample of a tile. It also has
 ///
 ///   using Path, Workspace, Shared      its paths (Path8 or derived from it), the scratch memory of a thread
 ///                                      (PathWorkspace<Path> or derived, made from Shared), what all threads share
 ///   Estimator(const CompiledScene&, const Shared&, std::uint64_t sample, std::uint64_t end, Workspace&)
-///   F8 emission_weight(in, hits, point, cosine, bounce, lanes)     of a path that has hit an emitter
-///   F8 environment_weight(in, bounce, lanes)                       of one that has left the scene
-///   void scatter(tracer, vertex, bsdf, wo, lanes)                  at a surface whose BSDF has a density
+///   F8 emission_weight(in, hits, point, cosine, bounce, lanes)     for paths that hit an emitter
+///   F8 environment_weight(in, bounce, lanes)                       for paths that left the scene
+///   void scatter(tracer, vertex, bsdf, wo, lanes)                  at surfaces whose BSDF has a density
 struct EstimatorBase {
-  /// Photons bring all light that an irradiance meter receives: no path starts on it.
+  /// Photons bring all light of irradiance meters, so no path starts on one.
   static constexpr bool kPhotonsReachMeters = false;
-  /// There is scatter_in_medium(tracer, in, point, lanes, bounce).
+  /// The estimator has scatter_in_medium(tracer, in, point, lanes, bounce).
   static constexpr bool kScattersInMedia = false;
 
   /// A camera ray starts.
@@ -35,7 +35,7 @@ struct EstimatorBase {
   static M8 scatter_delta(const PathVertex8<Path>& /*vertex*/, const BsdfSample8& /*sample*/, Path& /*out*/, M8 lanes) {
     return lanes;
   }
-  /// All paths of a bounce have been scattered; their shadow rays come next.
+  /// All paths of a bounce are scattered. Their shadow rays come next.
   template <class Tracer>
   static void finish_bounce(Tracer& /*tracer*/) {}
   /// All paths of the sample have ended.

@@ -7,16 +7,16 @@
 
 namespace lightmill {
 
-/// The lanes of a mask are appended next to each other, in order, so that what is loaded has full lanes. `Row8`
-/// consists of eight-lane numbers alone. Its last `kOptional` numbers are stored only if asked for; else they load as
-/// 0. Not thread-safe.
+/// Appends the lanes of a mask next to each other, in order, so that loads have full lanes. `Row8` has only eight-lane
+/// numbers. The last `kOptional` of them are stored only if reserve() asks for them. Otherwise they load as 0. Not
+/// thread-safe.
 template <class Row8, std::size_t kOptional = 0>
 class LaneQueue {
  public:
   static constexpr std::size_t kColumns = sizeof(Row8) / sizeof(F8), kAlways = kColumns - kOptional;
   static_assert(sizeof(Row8) == kColumns * sizeof(F8) && std::is_trivially_copyable_v<Row8>);
 
-  /// Room for `rows` and the end of the last push.
+  /// Makes room for `rows`, and for the end of the last push.
   void reserve(std::size_t rows, bool optional = true) {
     optional_ = optional;
     stride_ = rows + 16;  // loads and stores are eight wide

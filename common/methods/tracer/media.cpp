@@ -1,22 +1,23 @@
-// Segments of paths and shadow rays in media: absorption, distances to scattering, and boundaries that do not stop
-// light.
+// Segments of paths and shadow rays in media: absorption, sampled distances, and boundaries that do not stop light.
 #include "common/methods/tracer/drawn_channel.h"
 #include "common/methods/tracer/wavefront.h"
 
 namespace lightmill::tracer {
 namespace {
 
-/// From a surface to a point behind it, beyond rounding.
+/// From a surface to a point behind it, beyond rounding errors.
 V8 offset_behind(const Surface8& surface) {
   return select(surface.front, -surface.geometric_normal, surface.geometric_normal) * surface.offset;
 }
 
 }  // namespace
 
-/// Multiplies the throughput by the transmittance of `length`. Where the medium scatters, a distance is sampled, and
-/// the lanes that scatter before `length` are returned with theirs. One channel's density draws the distance: a channel
-/// is drawn by its share of the throughput. The weight is over the mean density of the three (one-sample multiple
-/// importance sampling with the balance heuristic, Veach 1997, 9.2.4), so that the sum of the channels never grows.
+/// Multiplies the throughput by the transmittance of `length`. In media that scatter it samples a distance, and returns
+/// the lanes that scatter before `length`, with their distances.
+///
+/// A channel is drawn by its share of the throughput, and its density draws the distance. The weight divides by the
+/// mean density of the three channels (one-sample multiple importance sampling with the balance heuristic, Veach 1997,
+/// 9.2.4). So the sum of the channels never grows.
 M8 Wavefront::sample_distance(Path8& paths, M8 lanes, F8 length, std::uint32_t decision, F8& scattered_at) const {
   const MediumTable& table = scene_.media();
   const U8 medium = table.current(paths.media);
@@ -48,15 +49,15 @@ M8 Wavefront::sample_distance(Path8& paths, M8 lanes, F8 length, std::uint32_t d
   return event;
 }
 
-/// Moves the paths through boundaries that do not stop light, to the first that does, to another surface or to a point
-/// where the medium scatters them. `hits` becomes what they reach. Stepping off a boundary moves a path beside its line
-/// by more than what keeps it off the next surface, so surfaces are computed from the last segment alone.
+/// Moves the paths through boundaries that do not stop light, to the first surface that does, or to a point where a
+/// medium scatters them. `hits` becomes what they reach. A step off a boundary moves a path off its line, by more than
+/// the offset at the next surface. So surfaces are computed from the last segment alone.
 Passage8 Wavefront::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t bounce,
                                const AddEmission& add_emission) {
   const MediumTable& table = scene_.media();
   Passage8 passage;
   passage.origin = paths.origin;
-  F8 skipped(0.0f);  // by the step off the surface before
+  F8 skipped(0.0f);  // by the step off the last surface
   M8 active = lanes;
   for (std::uint32_t passed = 0; active.any(); ++passed) {
     if (const M8 overfull = active & MediumTable::overfull(paths.media); overfull.any()) [[unlikely]] {
@@ -106,8 +107,7 @@ Passage8 Wavefront::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t
   return passage;
 }
 
-/// The transmittance of shadow rays. Those of `blocked` meet a surface: a boundary that does not stop light, or
-/// another.
+/// Transmittance of shadow rays. `blocked` rays meet a surface: an opaque one, or a boundary that does not stop light.
 V8 Wavefront::shadow_transmittance(const Shadow8& shadows, M8 lanes, M8 blocked) {
   const MediumTable& table = scene_.media();
   const F8 length = sqrt(length_squared(shadows.direction));

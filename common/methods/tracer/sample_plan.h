@@ -1,4 +1,4 @@
-// Random decisions of paths: fixed functions of the sample index, the pixel and the vertex.
+// Random decisions of paths, as fixed functions of sample index, pixel and vertex.
 #pragma once
 
 #include <cstdint>
@@ -10,22 +10,22 @@ namespace lightmill::tracer {
 
 inline constexpr std::uint32_t kUnsplitSalt = 0x51ed270bu;
 
-/// Constants that were chosen by measurement (tests/bench/constants_bench). The bits of samples depend on them.
+/// Constants chosen by measurement (tests/bench/constants_bench). The bits of samples depend on them.
 struct Constants {
   std::uint32_t splits = 2;          ///< paths from the first surface, unless its BSDF is a delta; at most 8
-  std::uint32_t split_below = 256;   ///< samples from here on have one path; even
+  std::uint32_t split_below = 256;   ///< later samples have one path; even
   float early_roulette = 2.0f;       ///< survival = min(1, this · throughput) below `split_below`
   float late_roulette = 4.0f;        ///< from there on
   std::uint32_t first_roulette = 1;  ///< first bounce with Russian roulette
   std::uint32_t sobol_vertices = 3;  ///< vertices with Sobol' points; later ones have hashed numbers
 };
 
-/// What depends on the sample index alone: split, shorter paths at first, longer ones later.
+/// What depends only on the sample index: early samples have split and shorter paths.
 struct SamplePlan {
   std::uint32_t splits;
   float roulette_boost;
-  std::uint32_t index;        ///< point of the half's sequences, for decisions once a sample
-  std::uint32_t split_index;  ///< first of `splits` points, for decisions once a split path
+  std::uint32_t index;        ///< point of the half's sequences, for decisions made once per sample
+  std::uint32_t split_index;  ///< first of `splits` points, for decisions made once per split path
   std::uint32_t first_roulette;
   std::uint32_t sobol_vertices;
 
@@ -40,7 +40,7 @@ struct SamplePlan {
   }
 };
 
-/// Decisions of vertex v: where on a light, which direction, and (which light, which lobe).
+/// Decisions of vertex v: the point on a light, the direction, and the choice of light and lobe.
 constexpr std::uint32_t light_decision(std::uint32_t vertex) {
   return kFirstPathDecision + 3 * vertex;
 }
@@ -51,14 +51,16 @@ constexpr std::uint32_t choice_decision(std::uint32_t vertex) {
   return kFirstPathDecision + 3 * vertex + 2;
 }
 
-/// Which light path a vertex is connected to. Above the decisions of vertices, below kLensDecision and medium_decision.
+/// Which light path a vertex connects to. The numbers lie above those of vertices, and below kLensDecision and
+/// medium_decision.
 constexpr std::uint32_t connection_decision(std::uint32_t bounce) {
   return 0x30000000u + bounce;
 }
 
-/// Boundaries in a row that do not stop a ray. More would be endless copies.
+/// Boundaries in a row that do not stop a ray. More are endless copies.
 inline constexpr std::uint32_t kMaxPassed = 1000;
-/// The distance in a medium, after so many bounces and boundaries passed since. Above kLensDecision.
+/// The distance in a medium, after these bounces and boundaries since the last bounce. The numbers lie above
+/// kLensDecision.
 constexpr std::uint32_t medium_decision(std::uint32_t bounce, std::uint32_t passed) {
   return 0x50000000u + bounce * (kMaxPassed + 1) + passed;
 }
@@ -69,7 +71,7 @@ inline Pair8 decide(U8 index, U8 pixel_seed, std::uint32_t vertex, std::uint32_t
   return vertex < sobol_vertices ? sobol_pair(index, seed) : hashed_pair(index, seed);
 }
 
-/// Samples a direction of a BSDF that has a density. Not inlined, so that all estimators share one copy.
+/// Samples a direction of a BSDF with a density. Not inlined, so that all estimators share one copy.
 template <class Bsdf>
 [[gnu::noinline]] BsdfSample8 draw_direction(const Bsdf& bsdf, const V8& wo, U8 index, U8 pixel_seed,
                                              std::uint32_t vertex,

@@ -1,9 +1,10 @@
-// Wavefront path tracer: camera paths of one sample of a tile, eight at a time, bounce by bounce.
+// Wavefront path tracer: traces the camera paths of one sample of a tile, eight at a time, bounce by bounce.
 //
-// A batch of camera rays is traced together. All hits of a bounce are shaded before the next bounce, and the paths that
-// continue are packed in order, so that Embree and the shading code see full lanes. An estimator weights what a path
-// finds (estimator.h); the tracer is compiled once for each. Contributions are added in a fixed order: by bounce, and
-// in a bounce emission, photons, connections, shadow rays.
+// A batch of camera rays is traced together. All hits of a bounce are shaded before the next bounce. The remaining
+// paths are packed in order, so that Embree and shading see full lanes. The estimator weights what a path finds
+// (estimator.h). The tracer is compiled once per estimator.
+//
+// Contributions are added in a fixed order: by bounce, and in a bounce emission, photons, connections, shadow rays.
 #pragma once
 
 #include "common/materials/holdout.h"
@@ -45,15 +46,15 @@ class Tracer : public Wavefront {
     }
   }
 
-  /// BSDF sampling: each path continues in a sampled direction, from the first surface in several. `extend(sample, out,
-  /// lanes)` sets what the estimator's paths carry, and returns the lanes that continue.
+  /// BSDF sampling: each path continues in a sampled direction, and in several at the first surface. `extend(sample,
+  /// out, lanes)` sets the estimator's state of the path, and returns the lanes that continue.
   template <class Bsdf, class Extend>
   void sample_bsdf(const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes, const Extend& extend) {
     const Path& in = vertex.path;
     const std::uint32_t splits = vertex.bounce == 0 ? plan_.splits : 1;
     for (std::uint32_t split = 0; split < splits; ++split) {
       Path out = in;
-      if (vertex.bounce == 0) {  // from here on, a path has a point of its own in every sequence
+      if (vertex.bounce == 0) {  // from here on, each split path has its own point in every sequence
         out.index = U8(plan_.split_index + split);
       }
       const BsdfSample8 sample =
@@ -72,7 +73,7 @@ class Tracer : public Wavefront {
     }
   }
 
-  /// Russian roulette, then the queue.
+  /// Russian roulette; then queues the survivors.
   [[gnu::always_inline]] void continue_path(Path& out, M8 lanes, std::uint32_t bounce) {
     lanes = roulette(out, lanes, bounce);
     if (lanes.any()) {
@@ -80,7 +81,7 @@ class Tracer : public Wavefront {
     }
   }
 
-  /// A path that does not split at its first vertex: its points are the sample's, under scrambles of its own.
+  /// A path that does not split at its first vertex. It keeps the sample's points, with other scrambles.
   static Path unsplit(const Path& in, std::uint32_t bounce) {
     Path out = in;
     if (bounce == 0) {
@@ -104,7 +105,7 @@ class Tracer : public Wavefront {
     }
   }
 
-  /// Scatters the paths of an irradiance meter from its surface.
+  /// Starts the paths of an irradiance meter, scattered from its surface.
   void start_on_meter(std::size_t first, std::size_t last, const std::vector<std::uint32_t>& seeds) {
     ws_.next.clear();
     ws_.shadows.clear();
@@ -186,7 +187,7 @@ class Tracer : public Wavefront {
                   [&](MaterialKind kind, M8 of_kind) { shade_kind(kind, vertex, of_kind); });
   }
 
-  /// Emission that paths hit.
+  /// Adds the emission of surfaces that paths hit.
   void add_emission(const Path& in, const Hit8& hits, const Surface8& surface, std::uint32_t bounce) {
     M8 emitting = scene_.materials().emits(surface, hits.hit);
     if constexpr (requires { estimator_.found_by_photons(in); }) {
@@ -202,7 +203,7 @@ class Tracer : public Wavefront {
     add_light(emitting, in.slot, light, bounce <= 1, group);
   }
 
-  /// Light of the environment for paths that have left the scene.
+  /// Adds the environment's light for paths that left the scene.
   void add_environment(const Path& in, M8 escaped, std::uint32_t bounce) {
     if constexpr (requires { estimator_.found_by_photons(in); }) {
       if (scene_.lights().environment.samplable()) {
@@ -242,14 +243,14 @@ class Tracer : public Wavefront {
     });
   }
 
-  /// Its shading normal is the geometric one: light and what it is compared with come over the same horizon.
+  /// Shading uses the geometric normal, so that actual and unoccluded light come over the same horizon.
   void shade_holdout(const Vertex& vertex, M8 lanes) {
     const V8 background = scene_.lights().environment.radiance(vertex.in.direction);
     const V8 unoccluded = scene_.unoccluded_irradiance(vertex.surface.point, vertex.facing, lanes);
     const auto unlit = [](F8 irradiance, F8 radiance) { return select(irradiance > F8(0.0f), F8(0.0f), radiance); };
     const V8 shown{unlit(unoccluded.x, background.x), unlit(unoccluded.y, background.y),
                    unlit(unoccluded.z, background.z)};
-    if ((max_component(shown) > F8(0.0f)).any()) {  // where no light could come, there is no shadow
+    if ((max_component(shown) > F8(0.0f)).any()) {  // no light can arrive, so there is no shadow
       add_background(vertex.in, lanes, shown, vertex.bounce);
     }
     const Vertex flat{{vertex.in, vertex.surface, vertex.facing, Frame8(vertex.facing), vertex.bounce, vertex.crossing},
@@ -263,7 +264,7 @@ class Tracer : public Wavefront {
     spawn(vertex, sample, out, lanes);
   }
 
-  /// Sets the ray of a sampled direction. Samples on whose side of the surface the two normals disagree end.
+  /// Sets the ray of a sampled direction. A sample ends if both normals disagree on its side of the surface.
   [[gnu::always_inline]] void spawn(const Vertex& vertex, const BsdfSample8& sample, Path& out, M8 lanes) {
     const F8 offset = vertex.surface.offset;
     out.direction = vertex.frame.to_world(sample.wi);
@@ -274,7 +275,7 @@ class Tracer : public Wavefront {
       out.media = select(sample.transmitted, vertex.crossing.beyond, out.media);
     }
     const F8 side = dot(out.direction, vertex.facing);
-    const M8 wrong = select(sample.transmitted, side > F8(0.0f), side < F8(0.0f));  // never where `side` is no number
+    const M8 wrong = select(sample.transmitted, side > F8(0.0f), side < F8(0.0f));  // false where `side` is NaN
     continue_path(out, and_not(lanes, wrong), vertex.bounce);
   }
 

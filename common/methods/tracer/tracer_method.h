@@ -1,4 +1,4 @@
-// Method that renders nodes with a tracer.
+// Method that renders nodes with a wavefront tracer and an estimator.
 #pragma once
 
 #include "common/methods/spec/method_spec.h"
@@ -45,7 +45,7 @@ class TracerMethod final : public SampledMethod {
     for (std::size_t first = 0; first < pixels; first += kBatchPixels) {
       tracer.trace(first, std::min(first + kBatchPixels, pixels), ws.pixel_seeds[sample & 1]);
     }
-    if (!ws.stop.stop_requested()) {  // else the last batch ended early
+    if (!ws.stop.stop_requested()) {  // otherwise the last batch ended early
       estimator.finish_sample(tracer);
       tracer.sum_splits();
     }

@@ -18,7 +18,7 @@ Wavefront::Wavefront(const CompiledScene& scene, const FilmChannels& channels, c
   ws_.radiance.assign(std::size_t{channels_.layout.summed} * slots_, 0.0f);
 }
 
-/// `channel_of` gives the first of three planes for a lane.
+/// `channel_of` returns the first of three planes for a lane.
 template <class ChannelOf>
 void Wavefront::add_to_planes(M8 lanes, U8 slot, const V8& value, const ChannelOf& channel_of) {
   alignas(32) float r[8], g[8], b[8];
@@ -81,8 +81,8 @@ Path8 Wavefront::camera_paths(std::size_t pixel, U8 seed) const {
           seed,        U8(plan_.index), scene_.camera_media()};
 }
 
-/// A radiance meter's paths begin with its ray. An irradiance meter is a white Lambertian surface: it would send out
-/// L = ρE/π with ρ = 1, so its paths carry π.
+/// A radiance meter's paths begin with its ray. An irradiance meter is a white Lambertian surface. It would reflect L =
+/// ρE/π with ρ = 1, so its paths carry π.
 Path8 Wavefront::meter_paths(std::size_t pixel, U8 seed) const {
   const U8 pixels = U8(static_cast<std::uint32_t>(pixel)) + U8::lane_index();
   const V8 direction = broadcast(meter_->direction);
@@ -98,7 +98,7 @@ Path8 Wavefront::meter_paths(std::size_t pixel, U8 seed) const {
           meter_->media};
 }
 
-/// The points of an irradiance meter that its paths start from.
+/// Start points on an irradiance meter.
 Surface8 Wavefront::meter_surface(const Path8& paths, M8 lanes) const {
   const V8 direction = broadcast(meter_->direction);
   const Pair8 u = sobol_pair(U8(plan_.index), decision_seed(paths.pixel_seed, kFilterDecision));
@@ -167,7 +167,8 @@ void Wavefront::sum_splits() {
   const std::size_t pixels = pixels_;
   for (std::size_t channel = 0; plan_.splits > 1 && channel < channels_.layout.summed; ++channel) {
     const float* const from = ws_.radiance.data() + channel * slots_;
-    float* const to = ws_.radiance.data() + channel * pixels;  // at or before what it reads, which is not needed again
+    float* const to = ws_.radiance.data() + channel * pixels;  // at or before the values it reads, which are not needed
+                                                               // again
     for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
       float sum = from[pixel];
       for (std::size_t split = 1; split < plan_.splits; ++split) {

@@ -1,5 +1,5 @@
-// The part of a wavefront path tracer that depends neither on the estimator nor on BSDFs: the film's planes, light
-// samples, shadow rays and media.
+// Part of the wavefront path tracer that depends neither on the estimator nor on BSDFs: film planes, light samples,
+// shadow rays and media.
 #pragma once
 
 #include <functional>
@@ -10,21 +10,21 @@
 
 namespace lightmill::tracer {
 
-/// Its `radiance` has planes of one value a slot.
+/// `radiance` has planes of one value per slot.
 struct WavefrontWorkspace : SampleWorkspace {
   MediaQueue<Shadow8> shadows;
 };
 
-/// How paths have reached what they hit.
+/// The way from a path's origin to its hit, through boundaries.
 struct Passage8 {
-  V8 origin;           ///< of the last segment: hits are as seen from there
-  F8 before;           ///< length of the segments before it
-  Crossing8 crossing;  ///< of what is hit, where the scene has media
-  M8 scattered;        ///< these scatter in a medium before, at `point`
+  V8 origin;           ///< of the last segment; hits are relative to it
+  F8 before;           ///< length of earlier segments
+  Crossing8 crossing;  ///< at the hit, in scenes with media
+  M8 scattered;        ///< lanes that scatter in a medium before the hit, at `point`
   V8 point;
 };
 
-/// One sample of one tile. Used by one thread.
+/// One sample of one tile. Not thread-safe.
 class Wavefront {
  public:
   Wavefront(const CompiledScene& scene, const FilmChannels& channels, const PixelRect& tile, const SamplePlan& plan,
@@ -36,30 +36,29 @@ class Wavefront {
   std::uint32_t max_bounces() const { return max_bounces_; }
   /// Null for tiles of the picture.
   const MeterPlace* meter() const { return meter_; }
-  /// The tile is a meter that receives light: its paths start on a surface that no ray meets.
+  /// The tile is an irradiance meter. Its paths start on a surface that no ray meets.
   bool on_irradiance_meter() const { return meter_ != nullptr && !meter_->looks; }
 
-  /// Light that reaches the camera. `direct`: it was scattered at most once. `group`: its light group.
+  /// Adds light that reaches the camera. `direct`: it was scattered at most once. `group`: its light group.
   void add_light(M8 lanes, U8 slot, const V8& value, bool direct, U8 group);
-  /// Light that photons bring. They were scattered twice at least, where the film has a layer for caustics.
+  /// Adds light of photons. In films with the layer `caustic`, photons were scattered at least twice.
   void add_photons(M8 lanes, U8 slot, const V8& value, U8 group);
-  /// Light of the environment.
+  /// Adds light of the environment.
   void add_background(const Path8& in, M8 lanes, const V8& radiance, std::uint32_t bounce);
   /// Adds to the three planes of one layer.
   void add_to_layer(int channel, M8 lanes, U8 slot, const V8& value);
-  /// Makes samples not finite, so that the film counts them: their paths are lost because arithmetic has led them out
-  /// of all numbers. Only degenerate geometry does.
+  /// Makes samples with untraceable rays NaN, so that the film counts them. Only degenerate geometry makes such rays.
   void add_untraceable(M8 lanes, const Ray8& rays, U8 slot);
 
-  /// Adds up split paths in ascending order: planes of one value a slot become planes of one value a pixel.
+  /// Sums split paths in ascending order. Planes of one value per slot become planes of one value per pixel.
   void sum_splits();
 
   Pair8 decide(const Path8& path, std::uint32_t vertex, std::uint32_t decision) const {
     return tracer::decide(path.index, path.pixel_seed, vertex, decision, plan_.sobol_vertices);
   }
-  /// A light and a point on it, as seen from `point`.
+  /// Samples a light and a point on it, as seen from `point`.
   LightSample8 draw_light(const V8& point, const Path8& path, std::uint32_t bounce) const;
-  /// Next-event estimation: adds `weight(light, wi, lanes)` times the light of sampled points that reaches the vertex.
+  /// Next-event estimation: queues the light of sampled points, times `weight(light, wi, lanes)`.
   template <class Bsdf, class Weight>
   void sample_lights(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes, const Weight& weight) {
     if (!scene_.features().lights) {
@@ -88,20 +87,20 @@ class Wavefront {
     push_shadows(valid, origin, light, contribution, in.slot, media);
   }
 
-  /// Queues the shadow rays from `origin` to sampled lights.
+  /// Queues shadow rays from `origin` to sampled lights.
   void push_shadows(M8 lanes, const V8& origin, const LightSample8& light, const V8& contribution, U8 slot,
                     const Media8& media);
   void trace_shadows(std::uint32_t bounce);
 
  protected:
-  /// Adds what boundaries emit that do not stop the paths.
+  /// Adds the emission of boundaries that do not stop the paths.
   using AddEmission = std::function<void(const Hit8& hits, const Surface8& surface)>;
   Passage8 pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t bounce, const AddEmission& add_emission);
   Path8 camera_paths(std::size_t pixel, U8 seed) const;
   Path8 meter_paths(std::size_t pixel, U8 seed) const;
   Surface8 meter_surface(const Path8& paths, M8 lanes) const;
-  /// Russian roulette: the lanes that survive, with probability min(1, boost · throughput). Their throughput is divided
-  /// by it.
+  /// Russian roulette: returns the lanes that survive, with probability min(1, boost · throughput). It divides their
+  /// throughput by this probability.
   M8 roulette(Path8& paths, M8 lanes, std::uint32_t bounce) const;
 
   const CompiledScene& scene_;

@@ -1,4 +1,4 @@
-// Densities that the weights of vertex connection and merging need, of lights and of BSDFs.
+// Densities of lights and BSDFs that the weights of vertex connection and merging need.
 #pragma once
 
 #include "common/lights/photon_emission.h"
@@ -7,8 +7,8 @@
 
 namespace lightmill::vcm {
 
-/// Of the lights with these numbers, for light that leaves `point` (ignored for infinitely distant lights) along the
-/// unit vector `direction` to `from`. `cosine`: of the direction to the light's surface.
+/// Densities of the lights with these numbers. Light leaves `point` along the unit vector `direction` to `from`.
+/// `point` is ignored for distant lights. `cosine`: of the direction to the light's surface.
 inline LightDensities8 light_densities(const CompiledScene& scene, const PhotonEmission& emission, U8 light,
                                        const V8& from, const V8& point, const V8& direction, F8 cosine, M8 lanes) {
   const LightTable& lights = scene.lights();
@@ -36,8 +36,8 @@ inline V8 flipped(M8 lanes, const V8& v) {
   return {v.x, v.y, select(lanes, -v.z, v.z)};
 }
 
-/// Density per solid angle of sampling `wo` given `wi`. Both directions are in the local frame of a ray from `wo`.
-/// Where light is transmitted, the BSDF of the other side is made.
+/// Density per solid angle of sampling `wo` given `wi`. Both directions are in the local frame of a ray from `wo`. For
+/// transmitted light, this is the density of the BSDF on the other side.
 template <class Bsdf>
 F8 reverse_pdf(const CompiledScene& scene, const Surface8& surface, const Crossing8& crossing, const Bsdf& bsdf,
                const V8& wo, const V8& wi, M8 lanes) {

@@ -1,17 +1,28 @@
-// Vertex connection and merging: bidirectional path tracing and photon mapping in one estimator.
+// `vcm`: vertex connection and merging, which is bidirectional path tracing and photon mapping in one estimator.
 //
-// Georgiev, Křivánek, Davidovič and Slusallek 2012, "Light Transport Simulation with Vertex Connection and Merging". A
-// pass of light paths is one sample's, shared by all tiles. Each vertex of a camera path
+// Georgiev, Křivánek, Davidovič and Slusallek 2012, "Light Transport Simulation with Vertex Connection and Merging".
+// Each sample has one pass of light paths, shared by all tiles. Each vertex of a camera path
 //   - is merged with the light vertices near it,
-//   - is connected to all vertices of one light path, which it draws,
-//   - is connected to a sampled point of a light (next-event estimation),
-// each light vertex is connected to the camera, and camera paths count the emitters that they hit. The balance
-// heuristic weights all of these (weights.h). Delta BSDFs have no vertices that could be merged or connected.
+//   - is connected to all vertices of one light path, drawn at random,
+//   - is connected to a sampled point of a light (next-event estimation).
+// Each light vertex is connected to the camera. Camera paths also count the emitters that they hit. The balance
+// heuristic weights all five techniques (weights.h). Vertices at delta BSDFs are neither merged nor connected.
 //
-// Parameters: photons=N light paths a pass; radius=C of the first pass, in pixels; no-absorption; --max-bounces.
-// Weaknesses: slower than `path` where that does well; blur of what is merged, while the radius is large; closed bright
-// rooms, which leave room for few light paths. Scattering media.
-// Example: lightmill render scenes/cornell-bench-balls.json --method vcm --spp 256 -o balls.exr
+// Parameters
+//   photons=N         light paths per pass (default: one for 4 pixels of the film, from 4096 to 65536)
+//   radius=C          merging radius in the first pass, in pixels (default 0.5, and 1/20 of the distance at most)
+//   no-absorption     media absorb nothing
+//   brute-force       rays test every triangle
+//   --max-bounces N   scatterings of a path, at most (default 1000)
+//
+// Weaknesses
+//   - It is slower than `path` where `path` does well.
+//   - Merged light is blurred while the radius is large.
+//   - Closed bright rooms have long light paths, so a pass has few of them.
+//   - Scattering media are refused.
+//
+// Example
+//   lightmill render scenes/cornell-bench-balls.json --method vcm --spp 256 -o balls.exr
 #include "common/methods/factories.h"
 
 #include "common/methods/photons/gathering.h"
@@ -33,15 +44,15 @@ struct CameraPath8 : CameraPayload, tracer::Path8 {
   };
 };
 
-/// Eight vertices of camera paths that wait to be connected to a light vertex each.
+/// Eight queued connections: vertices of camera paths, each with the light vertex it connects to.
 struct Connection8 {
   V8 origin;  ///< off the surface, on the light vertex's side
-  V8 value;   ///< per radiance that arrives from there: throughput · f · cosine
+  V8 value;   ///< for unit radiance from the light vertex: throughput · f · cosine
   U8 slot;
-  U8 photon;     ///< the light vertex, by its number in the pass
-  F8 pdf;        ///< of sampling the BSDF in this direction, per solid angle
-  F8 behind;     ///< of the camera path's vertex: see vcm::behind
-  F8 cosine;     ///< at its surface, geometric
+  U8 photon;     ///< number of the light vertex in the pass
+  F8 pdf;        ///< density of this direction by the BSDF, per solid angle
+  F8 behind;     ///< vcm::behind of the camera path's vertex
+  F8 cosine;     ///< to the geometric normal at the camera path's vertex
   Media8 media;  ///< at the origin
 };
 
@@ -75,7 +86,7 @@ class VcmEstimator : public tracer::EstimatorBase {
         connections_at_once_(shared.connections_at_once),
         ws_(ws) {}
 
-  // A camera ray starts with one path a pixel: its density is that of a pixel's solid angle.
+  // A camera ray starts. Its density is 1 / the pixel's solid angle, because a pixel has one path.
   void start(Path& path) const {
     const CameraBasis& camera = scene_.camera();
     const F8 cosine = dot(path.direction, broadcast(camera.forward));
@@ -93,7 +104,7 @@ class VcmEstimator : public tracer::EstimatorBase {
             pass_->merging_factor(surface.point)};
   }
 
-  // Emission: of emitters that next-event estimation does not know, nothing else finds the light.
+  // Emission. No other technique finds emitters that next-event estimation does not sample, so their weight is 1.
   F8 emission_weight(const Path& in, const Hit8& hits, const V8& point, F8 cosine, std::uint32_t bounce,
                      M8 lanes) const {
     const EmitterTable::Lights8 found = scene_.emitter(hits, lanes);
@@ -108,7 +119,7 @@ class VcmEstimator : public tracer::EstimatorBase {
 
   template <class Tracer, class Bsdf>
   void scatter(Tracer& tracer, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
-    // Merging and connection with light paths. Holdouts compare the light of lights alone.
+    // Merging and connection with light paths. Not at holdouts, which compare irradiance from lights only.
     if constexpr (!requires { Bsdf::kEndsPaths; }) {
       if (vertex.bounce > 0 || !tracer.on_irradiance_meter()) {  // no light vertex lies on a meter
         merge(tracer, vertex, bsdf, wo, lanes);
@@ -140,7 +151,7 @@ class VcmEstimator : public tracer::EstimatorBase {
     trace_connections(tracer);
   }
 
-  // Light vertices that the camera sees directly, or photons that have crossed a meter.
+  // Connects light vertices to the camera, or adds the photons that crossed the meter.
   template <class Tracer>
   void finish_sample(Tracer& tracer) {
     if (tracer.meter() != nullptr) {
@@ -166,7 +177,7 @@ class VcmEstimator : public tracer::EstimatorBase {
     return abs(dot(vertex.frame.to_world(sample.wi), vertex.facing));
   }
 
-  // What the camera sees directly, nothing else finds.
+  // No other technique finds directly visible light (bounce 0), so its weight is 1.
   F8 found_light_weight(const Path& in, U8 light, const V8& point, F8 cosine, std::uint32_t bounce, M8 lanes) const {
     if (bounce == 0) {
       return F8(1.0f);
@@ -188,7 +199,7 @@ class VcmEstimator : public tracer::EstimatorBase {
                          bsdf.pdf_solid_angle(wo, wi), back, densities);
   }
 
-  /// Light that a light path brings to a camera path's vertex; bounce 0: to what the camera sees directly.
+  /// Adds the light that a light path brings to a camera path's vertex. Bounce 0: to a directly visible vertex.
   static void add_light(tracer::Wavefront& film, M8 lanes, U8 slot, const Photon8& photon, const V8& value,
                         std::uint32_t bounce) {
     const M8 direct = lanes & (photon.scatterings == U8(1u)) & M8(bounce == 0);
@@ -218,7 +229,7 @@ class VcmEstimator : public tracer::EstimatorBase {
         });
   }
 
-  /// Vertex connection: queues connections to all vertices of the light path that each vertex draws.
+  /// Vertex connection: each vertex draws a light path, and queues connections to all its vertices.
   template <class Bsdf>
   void connect(tracer::Wavefront& film, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
     const PhotonPass& pass = *pass_;
@@ -255,11 +266,11 @@ class VcmEstimator : public tracer::EstimatorBase {
     }
   }
 
-  /// Adds the queued connections whose light vertices are seen from their origins. A photon's power is what it brings
-  /// to a place, so what it sends on is radiance per area: Georgiev et al. 2012, eq. 5.
+  /// Adds the queued connections that are not occluded. A photon's power is what it brings to a place, so what it
+  /// scatters from there is radiance per area (Georgiev et al. 2012, eq. 5).
   ///
-  /// A path's connections come after what is merged at its vertex and before what its shadow ray brings, however often
-  /// the queue is emptied, so its capacity changes no bit.
+  /// The queue's capacity changes no bit. However often the queue is emptied, a path's connections are added after the
+  /// merges at its vertex and before its shadow ray.
   void trace_connections(tracer::Wavefront& film) {
     for (int i = 0; i < ws_.connections.size(); i += 8) {
       const M8 lanes = first_lanes(ws_.connections.size() - i);

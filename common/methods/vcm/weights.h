@@ -1,25 +1,25 @@
 // Weights of vertex connection and merging.
 //
-// Georgiev, Křivánek, Davidovič and Slusallek 2012, "Light Transport Simulation with Vertex Connection and Merging";
-// its recursive form is that of Georgiev 2012, "Implementing Vertex Connection and Merging" (technical report). All
-// weights are those of the balance heuristic: a strategy's density over the sum of all. A path may be found
+// Georgiev, Křivánek, Davidovič and Slusallek 2012, "Light Transport Simulation with Vertex Connection and Merging".
+// The recursive form is that of Georgiev 2012, "Implementing Vertex Connection and Merging" (technical report). All
+// weights are by the balance heuristic: a technique's density over the sum of all. A path is found
 //   - by a camera path that hits the light (`found_light`),
-//   - by a camera path whose last vertex is connected to a point drawn on a light (`sampled_light`),
-//   - by connecting any two neighbouring vertices of a camera path and a light path (`connected`),
+//   - by a camera path whose last vertex is connected to a sampled point of a light (`sampled_light`),
+//   - by connecting a vertex of a camera path to a vertex of a light path (`connected`),
 //   - by a light path whose last vertex is connected to the camera (`splatted`),
 //   - by merging: a camera path and a light path end at nearly the same point (`merged`).
-// Densities of directions are per solid angle, those of points per area. No density counts Russian roulette.
+// Densities of directions are per solid angle, those of points per area. No density includes Russian roulette.
 //
-// Report, section 5: with one merging factor at a vertex, η = π r² · light paths, dVM is dVC/η; so only two partial
-// sums are kept of a subpath, and η may differ from vertex to vertex.
+// The report's section 5 has a third partial sum, dVM. With one merging factor per vertex, η = π r² · light paths, it
+// is dVC/η. So a subpath keeps two partial sums, and η may differ between vertices.
 #pragma once
 
 #include "common/math/simd.h"
 
 namespace lightmill::vcm {
 
-/// Partial sums dVCM and dVC of a subpath that has arrived at a vertex; or of one whose next vertex is not known yet,
-/// before the factors of distance and cosine.
+/// Partial sums dVCM and dVC of a subpath that has arrived at a vertex. Before the next vertex is known, they lack the
+/// factors of distance and cosine.
 struct Partial8 {
   F8 vcm, vc;
 };
@@ -29,37 +29,37 @@ inline Partial8 select(M8 mask, const Partial8& yes, const Partial8& no) {
 
 /// Densities of a light, as seen from a point that it lights.
 struct LightDensities8 {
-  F8 emission;  ///< of photons starting there in that direction: per area (of a surface, or across light from
-                ///< infinitely far; of points 1) and solid angle (of suns 1)
-  F8 drawn;     ///< of next-event estimation from the point, per solid angle; of suns the probability of choosing them,
-                ///< of lights without extent that times the squared distance
+  F8 emission;  ///< of photons that start there in that direction: per area and solid angle. Area is of a surface, or
+                ///< across the light of a distant one. It is 1 for points. Solid angle is 1 for directional lights
+  F8 drawn;     ///< of next-event estimation from the point, per solid angle. For directional lights it is the
+                ///< probability of choosing them. For points it is that probability times the squared distance
   F8 cosine;    ///< at the light's surface; else 1
-  M8 delta;     ///< no ray finds it
+  M8 delta;     ///< no ray can hit it
 };
 
-/// A light path arrives at its first surface, at this cosine.
+/// A light path arrives at its first surface. `cosine`: at this surface.
 inline Partial8 first_arrival(const LightDensities8& light, F8 cosine) {
   const F8 per_emission = F8(1.0f) / (light.emission * cosine);
   return {light.drawn * light.cosine * per_emission, masked(~light.delta, light.cosine * per_emission)};
 }
 
-/// A camera path starts. `pdf_solid_angle`: of its first direction, one path a pixel.
+/// A camera path starts. `pdf_solid_angle`: of its first direction, for one path per pixel.
 inline Partial8 camera_start(F8 pdf_solid_angle, float light_paths) {
   return {F8(light_paths) / pdf_solid_angle, F8(0.0f)};
 }
 
-/// A subpath arrives at a surface after `distance2` (squared), at this cosine.
+/// A subpath arrives at a surface. `distance2`: squared length of the segment. `cosine`: at the surface.
 inline Partial8 arrive(const Partial8& p, F8 distance2, F8 cosine) {
   const F8 per_cosine = F8(1.0f) / cosine;
   return {p.vcm * distance2 * per_cosine, p.vc * per_cosine};
 }
 
-/// Sum of the strategies behind a vertex. `pdf_back`: of the reverse direction, from where the path continues.
+/// Sum over the techniques behind a vertex. `pdf_back`: density of the reverse direction, as seen from the next vertex.
 inline F8 behind(const Partial8& arrived, F8 merging, F8 pdf_back) {
   return merging + arrived.vcm + arrived.vc * pdf_back;
 }
 
-/// A subpath is scattered at this cosine, with density `pdf`; `pdf_back` is that of the reverse direction.
+/// A subpath is scattered. `cosine`, `pdf`: of the new direction. `pdf_back`: density of the reverse direction.
 inline Partial8 scatter(const Partial8& arrived, F8 merging, F8 cosine, F8 pdf, F8 pdf_back) {
   const F8 per_pdf = F8(1.0f) / pdf;
   return {per_pdf, cosine * per_pdf * behind(arrived, merging, pdf_back)};
@@ -78,7 +78,7 @@ inline F8 found_light(const Partial8& on_way, const LightDensities8& light) {
   return weight_of(light.drawn * on_way.vcm + light.emission * on_way.vc / light.cosine);
 }
 
-/// A sampled point of a light is connected to a camera path's vertex, at `cosine` to its surface. `pdf`: of the BSDF in
+/// A sampled point of a light is connected to a camera path's vertex. `cosine`: at the vertex. `pdf`: of the BSDF in
 /// this direction.
 inline F8 sampled_light(const Partial8& arrived, F8 merging, F8 cosine, F8 pdf, F8 pdf_back,
                         const LightDensities8& light) {
@@ -87,22 +87,22 @@ inline F8 sampled_light(const Partial8& arrived, F8 merging, F8 cosine, F8 pdf, 
   return weight_of(by_chance + by_light * behind(arrived, merging, pdf_back));
 }
 
-/// Two vertices are connected. `camera`, `light`: `behind` of either; densities are of sampling the direction to the
-/// other vertex, cosines are to the surfaces.
+/// Two vertices are connected. `camera`, `light`: `behind` of each. Densities are of sampling the direction to the
+/// other vertex. Cosines are to the surfaces.
 inline F8 connected(F8 camera, F8 camera_pdf, F8 camera_cosine, F8 light, F8 light_pdf, F8 light_cosine, F8 distance2) {
   const F8 per_distance2 = F8(1.0f) / distance2;
   return weight_of(camera_pdf * light_cosine * per_distance2 * light +
                    light_pdf * camera_cosine * per_distance2 * camera);
 }
 
-/// A light vertex is connected to the camera. `camera_pdf_area`: of camera rays, one a pixel, at the vertex; `light`:
-/// `behind` of it.
+/// A light vertex is connected to the camera. `camera_pdf_area`: of camera rays at the vertex, for one per pixel.
+/// `light`: its `behind`.
 inline F8 splatted(F8 light, F8 camera_pdf_area, float light_paths) {
   return weight_of(camera_pdf_area * F8(1.0f / light_paths) * light);
 }
 
-/// Both paths have arrived at one vertex. `pdf`: of the camera path's BSDF in the light path's direction; `pdf_back`:
-/// of the light path's in the camera path's.
+/// Two paths have arrived at one vertex. `pdf`: of the camera path's BSDF in the light path's direction. `pdf_back`: of
+/// the light path's BSDF in the camera path's direction.
 inline F8 merged(const Partial8& camera, const Partial8& light, F8 merging, F8 pdf, F8 pdf_back) {
   return weight_of((light.vcm + light.vc * pdf + camera.vcm + camera.vc * pdf_back) / merging);
 }

@@ -1,12 +1,25 @@
-// `whitted`: `raycast` seen through mirrors and all that is smooth: metal, glass, gloss, coats. Whitted 1980, "An
-// Improved Illumination Model for Shaded Display".
+// `whitted`: `raycast`, also seen through mirrors and smooth metal, glass and coats (Whitted 1980, "An Improved
+// Illumination Model for Shaded Display").
 //
-// At glass both branches are followed, each weighted by Fresnel's equations, or by the fixed reflectance that `glass=R`
-// asks for (all is reflected beyond the critical angle in either case). A branch ends where it carries less than 1e-5
-// of what it leads to, or after max_bounces reflections and refractions (128 at most); no camera ray has more than 4096
-// branches. Media absorb along all ways; what they scatter is lost, and so is light that surfaces throw onto each
-// other. What stops light casts a hard shadow, glass like anything else. Rough metal, glass, gloss and coats are shaded
-// as in `raycast`, without reflections; where a texture of roughness makes them smooth, they are followed.
+// At glass both branches are followed. Fresnel's equations weight them, or the reflectance of `glass=R`. Total internal
+// reflection stays in both cases. A branch ends below a weight of 1e-5, or after max_bounces reflections and
+// refractions (at most 128). A camera ray has at most 4096 branches. Media absorb along all segments.
+//
+// Parameters
+//   glass=R           reflectance of smooth glass (default: by Fresnel's equations)
+//   flat              surfaces are shaded with their geometric normals
+//   brute-force       rays test every triangle
+//   --max-bounces N   reflections and refractions of a branch (default and maximum 128)
+//
+// Weaknesses
+//   - Indirect light between surfaces is missing, and so is light that media scatter.
+//   - All shadows are hard, also those of glass.
+//   - Rough metal, glass and coats are shaded as in `raycast`, without reflections. Where a roughness texture makes
+//     them
+//     smooth, reflections are followed.
+//
+// Example
+//   lightmill render scenes/cornell-bench-balls.json --method whitted --spp 16 -o balls.exr
 #include "common/methods/factories.h"
 
 #include "common/materials/dielectric.h"
@@ -17,14 +30,14 @@ namespace lightmill {
 namespace {
 
 constexpr float kLeastWeight = 1e-5f;
-constexpr std::uint32_t kMaxBranches = 4096;  ///< of one camera ray: what mirrors around glass would make has no end
+constexpr std::uint32_t kMaxBranches = 4096;  ///< of one camera ray; glass between mirrors has no end of branches
 
-/// Eight rays that wait to be traced. They stay in the lane of their camera ray, where their light is added.
+/// Eight rays to be traced. Each stays in the lane of its camera ray, where its light is added.
 struct Branch8 {
   M8 lanes;
   Ray8 rays;
-  V8 weight;                  ///< of their radiance in that of the camera ray
-  Media8 media;               ///< that they are in, where the scene has such
+  V8 weight;                  ///< of their radiance in the camera ray's radiance
+  Media8 media;               ///< in scenes with media
   std::uint32_t scatterings;  ///< before
 };
 
@@ -43,7 +56,7 @@ class WhittedShader {
   V8 shade(const CameraHit8& at, RenderCounters& counters) const {
     Walk walk{{}, {}, {}, counters};
     arrive({at.lanes, at.arrival.rays, broadcast(Vec3(1)), at.arrival.media, 0}, at.arrival, at.surface, walk);
-    // Depth first: for each lane the order of addition is that of its own branches.
+    // Depth first, so the order of addition in a lane depends only on its own branches.
     while (!walk.waiting.empty()) {
       const Branch8 branch = walk.waiting.back();
       walk.waiting.pop_back();
@@ -56,9 +69,9 @@ class WhittedShader {
 
  private:
   struct Walk {
-    V8 sum;  ///< of what the camera rays see
+    V8 sum;  ///< radiance of the camera rays
     std::vector<Branch8> waiting;
-    U8 branches;  ///< that have been waiting
+    U8 branches;  ///< queued so far
     RenderCounters& counters;
   };
 
@@ -77,13 +90,13 @@ class WhittedShader {
       }
     }
     walk.sum = walk.sum + masked(branch.lanes, light * weight + arrival.emission * branch.weight);
-    // Only degenerate geometry leads arithmetic out of all numbers: such a sample is not finite, and counted.
+    // Degenerate geometry alone makes rays untraceable. The sample becomes NaN, so that the film counts it.
     if (const M8 lost = and_not(branch.lanes, Accel::traceable(branch.rays)); lost.any()) [[unlikely]] {
       walk.sum = select(lost, broadcast(Vec3(std::numeric_limits<float>::quiet_NaN())), walk.sum);
     }
   }
 
-  /// Light that smooth surfaces send on.
+  /// Queues the branches of smooth lobes.
   void follow(const LitVertex8& vertex, M8 lanes, const V8& weight, std::uint32_t scatterings, Walk& walk) const {
     const V8 wo = vertex.frame.to_local(-vertex.direction);
     const F8 eta = relative_index(*scene_, vertex.surface, vertex.crossing, lanes);
@@ -104,7 +117,7 @@ class WhittedShader {
     push<false>(vertex, lanes, {-wo.x, -wo.y, wo.z}, weight * lobes.reflected, scatterings, walk);
   }
 
-  /// All that is followed: the lobes that LocalShading leaves out.
+  /// The smooth lobes, which LocalShading leaves out.
   SmoothLobes8 smooth_lobes(MaterialKind kind, const LitVertex8& vertex, const V8& wo,
                             const dielectric::Fresnel8& fresnel, F8 eta, M8 lanes) const {
     const MaterialTable& materials = scene_->materials();
@@ -131,7 +144,7 @@ class WhittedShader {
   void push(const LitVertex8& vertex, M8 lanes, const V8& wi, const V8& weight, std::uint32_t scatterings,
             Walk& walk) const {
     const V8 direction = vertex.frame.to_world(wi);
-    // Branches on whose side of the surface the two normals disagree end.
+    // A branch ends if both normals disagree on its side of the surface.
     const F8 side = dot(direction, vertex.facing);
     const M8 wrong = kTransmitted ? side > F8(0.0f) : side < F8(0.0f);
     lanes = and_not(lanes, wrong | (max_component(weight) < F8(kLeastWeight)));

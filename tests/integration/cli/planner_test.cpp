@@ -57,7 +57,8 @@ TEST_F(SharedFarmTest, TheFarmLooksIntoSmallMeshesToo) {
       submit({scene("cornell-bench-small-lamp.json"), "--size", "16x16", "--spp", "1", "--method", "path"});
   const nlohmann::json watched = on_farm({"watch", id, "-o", file("a.exr")});
   ASSERT_EQ(watched["notices"].size(), 1u) << watched;
-  EXPECT_TRUE(watched["notices"][0].get<std::string>().starts_with("path: the lamp 'box/lamp'")) << watched["notices"];
+  EXPECT_TRUE(watched["notices"][0].get<std::string>().starts_with("path: the emitter 'box/lamp'"))
+      << watched["notices"];
 }
 
 TEST_F(SharedFarmTest, APictureThatLacksLightSaysSoWhereverItIsShown) {
@@ -148,7 +149,8 @@ TEST_F(FarmCliTest, AdaptiveJobsGiveNoiseMoreSamplesTheSameEveryTime) {
   EXPECT_EQ(adaptive["frame_samples"], 16u);
   EXPECT_EQ(adaptive["samples_done"], adaptive["samples_wanted"]);
   ASSERT_FALSE(adaptive["method_reasons"].empty()) << adaptive;
-  EXPECT_NE(adaptive["method_reasons"].back().get<std::string>().find("times the mean of samples"), std::string::npos);
+  EXPECT_NE(adaptive["method_reasons"].back().get<std::string>().find("times the mean number of samples"),
+            std::string::npos);
   start_worker("w2");
   EXPECT_EQ(render({"--adaptive"}, "again.exr")["film_hash"], adaptive["film_hash"]);
   const nlohmann::json even = render({}, "even.exr");

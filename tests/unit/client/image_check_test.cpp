@@ -87,7 +87,7 @@ TEST(ImageCheck, AProgramWithoutItsDecoderSaysSo) {
   const Signals signals;
   EXPECT_TRUE(check_images({.program = "/nowhere"}, none, signals).ok());
   const std::string message = message_of(check_images({.program = "/nowhere"}, one, signals));
-  EXPECT_TRUE(message.starts_with("place: a.exr: images cannot be decoded, /nowhere cannot be started: ")) << message;
+  EXPECT_TRUE(message.starts_with("place: a.exr: cannot decode images: cannot start /nowhere: ")) << message;
 }
 
 }  // namespace

@@ -154,15 +154,14 @@ TEST(Method, AnUnknownNameIsRefusedWithTheKnownOnes) {
   ASSERT_TRUE(compiled.ok());
   const auto method = make_method(*compiled, {"pathh", 0, 0});
   EXPECT_EQ(message_of(method.status()),
-            "unknown method 'pathh'; the methods are auto, path, caustic, vcm, ppm, photon-dots, preview, ao, raycast, "
+            "unknown method 'pathh'. Known methods: auto, path, caustic, vcm, ppm, photon-dots, preview, ao, raycast, "
             "whitted");
 }
 
 TEST(Method, ParametersAreCheckedByName) {
   EXPECT_EQ(parse_method("ao:distance=2.5")->distance, 2.5);
   EXPECT_TRUE(parse_method("ao:distance=2.5,brute-force")->brute_force);
-  EXPECT_EQ(message_of(parse_method("path:brute-force=1").status()),
-            "brute-force is a word of its own, got 'brute-force=1'");
+  EXPECT_EQ(message_of(parse_method("path:brute-force=1").status()), "brute-force takes no value, got 'brute-force=1'");
   EXPECT_EQ(message_of(parse_method("ao:distance=far").status()),
             "distance: a number from 0 to 1000000000000 is expected, got 'far'");
   EXPECT_EQ(message_of(parse_method("ao:distance").status()),
@@ -170,12 +169,14 @@ TEST(Method, ParametersAreCheckedByName) {
   EXPECT_EQ(message_of(parse_method("ao:distance=0").status()),
             "distance: a number above 0 is expected, got '0'; without it there is no limit");
   EXPECT_EQ(parse_method("ao")->distance, std::nullopt);
-  EXPECT_EQ(message_of(parse_method("ao:depth=1").status()), "ao takes distance=D, brute-force; got 'depth=1'");
+  EXPECT_EQ(message_of(parse_method("ao:depth=1").status()),
+            "ao has no parameter 'depth'. Parameters: distance=D, brute-force");
   EXPECT_TRUE(parse_method("raycast:flat")->flat);
   EXPECT_EQ(message_of(parse_method("raycast:flat,flat").status()), "flat is given twice");
   EXPECT_EQ(message_of(parse_method("ao:distance=1,distance=2").status()), "distance is given twice");
-  EXPECT_EQ(message_of(parse_method("raycast:flat=1").status()), "flat is a word of its own, got 'flat=1'");
-  EXPECT_EQ(message_of(parse_method("raycast:smooth").status()), "raycast takes flat, brute-force; got 'smooth'");
+  EXPECT_EQ(message_of(parse_method("raycast:flat=1").status()), "flat takes no value, got 'flat=1'");
+  EXPECT_EQ(message_of(parse_method("raycast:smooth").status()),
+            "raycast has no parameter 'smooth'. Parameters: flat, brute-force");
   EXPECT_EQ(parse_method("whitted:flat,glass=0.1")->glass, 0.1);
   EXPECT_EQ(parse_method("whitted")->glass, std::nullopt);
   EXPECT_EQ(message_of(parse_method("whitted:glass=10").status()), "glass: a number from 0 to 1 is expected, got '10'");
@@ -185,13 +186,14 @@ TEST(Method, ParametersAreCheckedByName) {
   EXPECT_TRUE(parse_method("ppm:no-absorption,photons=9")->no_absorption);
   EXPECT_TRUE(parse_method("photon-dots:caustic")->caustic);
   EXPECT_EQ(message_of(parse_method("photon-dots:radius=1").status()),
-            "photon-dots takes photons=N, caustic, no-absorption, brute-force; got 'radius=1'");
+            "photon-dots has no parameter 'radius'. Parameters: photons=N, caustic, no-absorption, brute-force");
   EXPECT_EQ(message_of(parse_method("caustic:photons=0").status()),
             "photons: a number from 1 to 4194304 is expected, got '0'");
   EXPECT_EQ(message_of(parse_method("caustic:photons=1.5").status()), "photons: a whole number is expected, got '1.5'");
   EXPECT_EQ(message_of(parse_method("caustic:radius=0").status()),
             "radius: a number from 0.01 to 1000 is expected, got '0'");
-  EXPECT_EQ(message_of(parse_method("path:distance=1").status()), "path takes brute-force; got 'distance=1'");
+  EXPECT_EQ(message_of(parse_method("path:distance=1").status()),
+            "path has no parameter 'distance'. Parameters: brute-force");
 }
 
 TEST(Method, RangesOfSharedSamplesFitWhatIsHeld) {
@@ -213,7 +215,7 @@ TEST(Method, WhittedFollowsLightOnlySoFar) {
   auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   ASSERT_TRUE(compiled.ok()) << compiled.status();
   EXPECT_EQ(message_of(make_method(*compiled, {"whitted", 1, 129, {}}).status()),
-            "whitted follows at most 128, got 129");
+            "whitted follows at most 128 bounces, got 129");
 }
 
 TEST(Fingerprint, IsTheSameEachTime) {

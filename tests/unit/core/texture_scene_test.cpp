@@ -65,7 +65,7 @@ TEST(ReadImage, GoesByHowItBeginsAndNotByItsName) {
     ASSERT_TRUE(texels.ok()) << texels.status();
     EXPECT_EQ(texels->bytes, read_image(as_byte_view(png), "small.png")->bytes) << name;
   }
-  EXPECT_NE(message_of(read_image(as_byte_view("nothing"), "a.png").status()).find("of none of the formats PNG, "),
+  EXPECT_NE(message_of(read_image(as_byte_view("nothing"), "a.png").status()).find("none of the formats PNG, "),
             std::string::npos);
 }
 

@@ -56,7 +56,7 @@ TEST_F(ConfinedChild, GivesItsReply) {
 }
 
 TEST_F(ConfinedChild, IsEndedByNameWhenItTriesToReachTheMachine) {
-  const std::string end = ", which decoding does not take; save the image again";
+  const std::string end = ", which decoding does not need; save the image again";
   char* const arguments[] = {nullptr};
   const std::vector<std::pair<std::string, std::function<void()>>> attempts{
       {"openat", [] { ::open("/etc/hostname", O_RDONLY); }},
@@ -71,7 +71,7 @@ TEST_F(ConfinedChild, IsEndedByNameWhenItTriesToReachTheMachine) {
       {"mmap", [] { ::mmap(nullptr, 4096, PROT_READ | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0); }},
   };
   for (const auto& [call, attempt] : attempts) {
-    EXPECT_EQ(text_of(attempt), "its decoder was ended: it tried the system call " + call + end);
+    EXPECT_EQ(text_of(attempt), "its decoder was stopped: it tried the system call " + call + end);
   }
   EXPECT_NE(text_of([] { ::fork(); }).find("it tried the system call clone"), std::string::npos);
 }
@@ -107,9 +107,8 @@ TEST_F(ConfinedChild, HasALimitOfMemoryThatItCannotRaise) {
     };
   };
   EXPECT_EQ(reply_of(take(kMemory / 2)).width, 1);
-  EXPECT_STREQ(
-      reply_of(take(kMemory)).text.data(),
-      "decoding it takes more than the 128 MiB of memory that it may have; save it in another format or smaller");
+  EXPECT_STREQ(reply_of(take(kMemory)).text.data(),
+               "decoding it needs more memory than its limit of 128 MiB; save it in another format or smaller");
   const auto grown = [&](std::uint64_t bytes) {
     return reply_of([&] {
       grow_memory(100 * kMemory);
@@ -138,7 +137,7 @@ TEST_F(ConfinedChild, WritesNoMoreThanItMay) {
                 ::_exit(3);
               }
             }),
-            "its decoder writes more than the 4.00 KiB that it may; save the image again, or in another format");
+            "its decoder writes more than its limit of 4.00 KiB; save the image again, or in another format");
   EXPECT_EQ(reply_of([] {
               DecodeReply own;
               own.width = ::ftruncate(kRoomDescriptor, 4096) == 0 ? 1 : 0;

@@ -63,7 +63,7 @@ TEST(DecoderProcess, OtherFormatsAreRefusedWhateverTheirName) {
     for (const std::string& name : {"a." + file.format, std::string("a.png"), "http://127.0.0.1:9/a." + file.format}) {
       const std::string message = message_of(decoder.decode(as_byte_view(file.bytes), name).status());
       EXPECT_EQ(message, name +
-                             ": not a readable image: its first bytes are of none of the formats PNG, JPEG, OpenEXR, "
+                             ": not a readable image: its first bytes match none of the formats PNG, JPEG, OpenEXR, "
                              "Radiance HDR, TIFF, TGA, BMP, GIF, WebP, PNM, PFM, PSD and DDS");
       EXPECT_EQ(message_of(decoder.size(as_byte_view(file.bytes), name).status()), message);
     }
@@ -126,14 +126,14 @@ TEST(DecoderProcess, AProgramWithoutItsDecoderSaysSo) {
   DecoderProcess decoder({.program = "/nowhere/lightmill-image-decoder"});
   const Status status = decoder.decode(as_byte_view(small_png()), "small.png").status();
   EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
-  EXPECT_EQ(message_of(status),
-            "small.png: images cannot be decoded, /nowhere/lightmill-image-decoder cannot be started: No such file or "
-            "directory; it belongs beside the program");
+  EXPECT_EQ(
+      message_of(status),
+      "small.png: cannot decode images: cannot start /nowhere/lightmill-image-decoder: No such file or directory; "
+      "install it beside this program");
   DecoderProcess wrong({.program = "/bin/false"});
   EXPECT_EQ(
       message_of(wrong.decode(as_byte_view(small_png()), "small.png").status()),
-      "small.png: it is not decoded: /bin/false was started twice and ended (exit code 1); start it by hand to see "
-      "what it lacks");
+      "small.png: cannot decode it: /bin/false was started twice and ended (exit code 1); run it by hand to see why");
 }
 
 std::string text_of(pid_t process, const std::string& file) {

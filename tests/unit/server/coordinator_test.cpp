@@ -80,7 +80,8 @@ TEST_F(CoordinatorTest, RefusesWhatItCannotRenderAndNamesTheField) {
     job.settings.method = "whitted";
     job.settings.max_bounces = 129;
   });
-  EXPECT_NE(too_far.find("settings.max_bounces: whitted follows at most 128, got 129"), std::string::npos) << too_far;
+  EXPECT_NE(too_far.find("settings.max_bounces: whitted follows at most 128 bounces, got 129"), std::string::npos)
+      << too_far;
   EXPECT_NE(error_of([](JobSpec& job) { job.settings.renderer_version = ""; }).find("renderer_version"),
             std::string::npos);
 }
