@@ -51,7 +51,7 @@ void Inspections::serve(const Event& event) {
 void Inspections::report(SessionId session, const InspectReport& report, const Event& event) {
   const auto busy = busy_.find(session);
   if (busy == busy_.end() || busy->second != report.inspection) {
-    return;  // taken for lost meanwhile
+    return;  // it was taken for lost meanwhile
   }
   busy_.erase(busy);
   answer(report.inspection, report.found, event);

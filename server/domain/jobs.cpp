@@ -246,7 +246,7 @@ std::uint64_t Job::samples_wanted_now() const {
 bool Job::record_error(bool at_end) {
   const double samples = mean_samples();
   const double last = record.history.empty() ? 0 : record.history.back().samples;
-  constexpr double kRounding = 1e-6;  // the frame's counts are whole
+  constexpr double kRounding = 1e-6;  // counts of the frame are integers
   const std::uint64_t next =
       next_error_count(static_cast<std::uint64_t>(last / outline().mean_share() + kRounding) + 1);
   const bool again = at_end && samples == last;

@@ -7,7 +7,7 @@
 namespace lightmill {
 namespace {
 
-/// As of one result: see result_intake.cpp.
+/// As for a result: see result_intake.cpp.
 constexpr double kMaxPilotSeconds = 1e7;
 constexpr std::size_t kMaxPilotReasonBytes = 1024;
 
@@ -71,7 +71,7 @@ Result<bool> Pilots::report(Worker& worker, const PilotReport& report, const Eve
   job.losses.pilot_came();
   job.refusals.rendered_by(worker.identity());
   leases_.end(report.lease, {}, event);
-  while (!job.leases().empty()) {  // its copy, or the lease that it is a copy of
+  while (!job.leases().empty()) {  // its copy, or the original lease
     const LeaseId other = *job.leases().begin();
     leases_.end(other, {.cancel = true, .lost = leases_.at(other).abandoned}, event);
   }

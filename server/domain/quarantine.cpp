@@ -21,9 +21,9 @@ void Quarantine::put(const Renderer& guilty, const std::string& reason, const Ev
     }
   }
   for (const std::string& name : held) {
-    workers_.forget_if_gone(name, event);  // it was known for its leases alone
+    workers_.forget_if_gone(name, event);  // it was known only for its leases
   }
-  let_go(event);  // workers of this name that have another identity now
+  let_go(event);  // workers of this name may have another identity now
 }
 
 void Quarantine::hold(Worker& worker, const std::string& reason, const Event& event) {
@@ -110,7 +110,7 @@ void Quarantine::undo_work_of(const Renderer& guilty, const Event& event) {
     }
     job->store(event);
     queue_.refresh(*job);
-    life_.look_again(id);  // the samples that are left may be all that is wanted
+    life_.look_again(id);  // the remaining samples may be all that is wanted
   }
 }
 
@@ -168,7 +168,7 @@ Status Quarantine::release(const std::string& name, const Event& event) {
     host = worker->host_as_identity();
   } else if (const QuarantineRecord* const known = list_.find(name)) {
     host = known->host;
-    of.identity = known->of.identity;  // it is away, and others of its identity may be here
+    of.identity = known->of.identity;  // it is gone, but others of its identity may be connected
   }
   const std::vector<std::string> released = list_.release(of, host);
   if (released.empty()) {

@@ -8,11 +8,11 @@
 namespace lightmill {
 namespace {
 
-/// Threads that one worker may claim.
+/// Most threads of one worker.
 constexpr std::uint32_t kMaxThreads = 4096;
-/// The log says at most so often that the farm is full.
+/// Least time between two notes that the farm is full.
 constexpr Duration kFullNotePause = std::chrono::minutes(1);
-/// Of all workers together, if the others had the interval of the newest too.
+/// Of all workers together, if all had the interval of the newest one.
 constexpr int kHeartbeatsPerSecond = 500;
 
 Status check_hello(const WorkerHello& hello) {
@@ -44,7 +44,7 @@ void Sessions::dismiss(SessionId session, std::string reason, const Event& event
   const std::string& name = workers_.find_session(session)->worker;
   if (!for_now) {
     event.warn(about(name), "worker {} is dismissed: {}", name, reason);
-  } else if (event.now >= next_full_note_) {  // this worker and others ask again and again
+  } else if (event.now >= next_full_note_) {  // workers retry
     next_full_note_ = event.now + kFullNotePause;
     event.warn(about(name), "worker {} finds no room: {}", name, reason);
   }
@@ -68,7 +68,7 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
     return;
   }
   if (const Worker* const known = workers_.find(hello.name); known != nullptr && known->session()) {
-    // Of two processes with one name the one at work keeps it, or they would take it from each other without end.
+    // If two processes have one name, the connected one keeps it. Else they would take it from each other forever.
     const bool heard = event.now < known->heard_at() + limits_.lease_duration;
     if (heard && !known->draining() && !same_process(known->hello(), hello)) {
       dismiss(session,
@@ -106,7 +106,7 @@ void Sessions::take_back_held(Worker& worker, const WorkerHello& hello, bool oth
       unwanted.leases.push_back(held.lease);
     }
   }
-  // The worker does not work on leases in its name that it does not hold.
+  // The worker does not render leases in its name that it does not hold.
   for (const LeaseId id : std::set(worker.leases())) {
     if (!worker.leases().contains(id) || kept.contains(id)) {
       continue;
@@ -146,7 +146,7 @@ bool Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) 
     }
     leases_.resume(held.lease, event.now);
     for (const TileId tile : std::vector(lease->unit.tiles)) {
-      // The worker has seen this tile acknowledged or never got it. If it is not covered, it must be rendered again.
+      // The worker saw this tile acknowledged, or never got it. If the film does not have it, it is free again.
       if (!std::binary_search(tiles.begin(), tiles.end(), tile)) {
         leases_.give_up_tile(held.lease, tile, event);
       }
@@ -156,9 +156,10 @@ bool Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) 
       return false;
     }
   } else if (held.lease > leases_.last_id()) {
-    return false;  // the number was not given yet: it will be another lease's
+    return false;  // the id is not used yet, and another lease will get it
   } else {
-    // The lease is of an earlier coordinator, or this one took it for lost: the worker resumes what is still free.
+    // The lease is from an earlier coordinator, or was taken for lost. The worker resumes the tiles that are still
+    // free.
     Unit unit{held.unit.job, held.unit.range, {}};
     for (const TileId tile : tiles) {
       if (job->plan->adopt(held.lease, tile, held.unit.range)) {
@@ -274,10 +275,10 @@ void Sessions::withdraw(Job& job, const Worker& worker, const Event& event) {
     }
   }
   if (job.leases().empty() && job.film().pixel_samples() == 0) {
-    job.keep_time(0, event.now);  // nothing has been rendered in it
+    job.keep_time(0, event.now);  // nothing was rendered in this time
   }
   job.store_progress(event);
-  life_.unbind_if_unwanted(job, event);  // its class was that of workers that do not render it
+  life_.unbind_if_unwanted(job, event);  // the workers of its class do not render it
   life_.finish_if_complete(job, event);
 }
 
