@@ -17,7 +17,7 @@ struct UnitAim {
   double results_seconds = 0;           ///< time in which all threads together may send one result each
   double seconds_per_pixel_sample = 0;  ///< of one of its threads, for this job's costlier tiles; 0: unknown
   std::uint32_t threads = 1;            ///< of the worker
-  std::uint32_t farm_threads = 1;       ///< of all workers that may render this job
+  std::uint32_t farm_threads = 1;       ///< of all workers of the farm that can get work
   /// If above 0, tiles share work of their samples. Each worker does it once, and keeps it for so many samples. Then
   /// units have many tiles with few samples, not few tiles with many samples.
   std::uint32_t shared_samples = 0;
