@@ -1,4 +1,4 @@
-// Lists of workers, what becomes of them, and how many an autoscaler should start.
+// Operations on workers, and for autoscalers.
 #include "common/base/text.h"
 #include "server/operations/handlers.h"
 #include "server/operations/pages.h"
@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::string_view kMetric = "wanted-workers";
 
-/// The worker as it is after the change, if that was made, or its name alone if it is gone.
+/// Replies with the worker after the change, if that succeeded; only with its name if it is gone.
 Status changed_worker(const Asked& asked, const Status& change, const std::string& name, v1::Worker* reply) {
   reply->set_name(name);
   if (change.ok()) {
