@@ -75,7 +75,7 @@ bool Checks::may_verify(SessionId session, const NodeKey& key) const {
   const auto stream = server_.streams().find(session);
   const auto by = merged_by_.find(key);
   if (by == merged_by_.end()) {
-    return workers_.have_liars();  // a copy differs from what was joined there
+    return workers_.have_liars();  // a copy differs from the joined node there
   }
   if (stream == server_.streams().end()) {
     return false;
@@ -169,14 +169,14 @@ void Checks::check_decisions(const Effects& effects) {
   }
 }
 
-/// A count may be raised, a job that has ended by time extended or one without a class get one, durably, between the
-/// decision that a result is not wanted and the acknowledgement.
+/// Notes unwanted results when the coordinator decides. Until the acknowledgement, a count may be raised, a job that
+/// ended by time extended, or a class be fixed.
 void Checks::note_unwanted(const Effects& effects) {
   for (const Outgoing& message : effects.after_commit) {
     if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
       const auto stream = server_.streams().find(message.to);
       const auto all = server_.coordinator()->workers(world_.now);
-      // Who is gone is not listed any more, and its machine is in quarantine all the same.
+      // A worker that is gone is not listed, but its machine may still be in quarantine.
       const bool disbelieved =
           stream != server_.streams().end() &&
           (std::ranges::any_of(all,
@@ -201,7 +201,7 @@ void Checks::note_unwanted(const Effects& effects) {
                             key.range.end() > film.allocation().of_tile(key.tile, status->goal.samples),
                    too_late = status->state == JobState::done && status->goal.seconds > 0 &&
                               !film.covered(key.tile, key.range);
-        const bool of_former_class = status->fingerprint_class.empty();  // perhaps the next one, too
+        const bool of_former_class = status->fingerprint_class.empty();  // perhaps also of the next class
         if (beyond || too_late || of_former_class) {
           unwanted_.insert({message.to, key});
         }
@@ -232,7 +232,7 @@ void Checks::check_ack(const Stream& stream, const ResultAck& ack) {
     if (of_this_job && server_.disk().covers(key)) {
       acknowledged_.insert(key);
     }
-    // Where a goal in error decides how many samples are wanted, they are fewer again once some are taken out.
+    // With an error goal, fewer samples are wanted again after some are dropped.
     const bool dropped =
         std::ranges::any_of(dropped_,
                             [&](const NodeKey& each) {

@@ -1,4 +1,4 @@
-// Farms that are killed, whose files are damaged, and on which another coordinator starts.
+// Tests of damaged files: a farm is killed, its files are damaged, and another coordinator starts on them.
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 
@@ -7,7 +7,7 @@
 namespace lightmill::simulation {
 namespace {
 
-/// What is damaged is named in the log.
+/// The log names the damage, so it is silenced.
 class Damages : public testing::Test {
  protected:
   void SetUp() override { spdlog::set_level(spdlog::level::off); }

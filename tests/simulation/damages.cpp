@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kDamagesPerFarm = 16;
 
-using Files = std::map<fs::path, std::string>;  ///< by path in the folder: their bytes
+using Files = std::map<fs::path, std::string>;  ///< bytes by path in the folder
 
 class Folder {
  public:
@@ -60,14 +60,14 @@ class Folder {
 
 const fs::path kDatabase = "lightmill.sqlite", kJournal = "lightmill.sqlite-wal", kChain = "lightmill.sqlite-chain";
 
-/// A farm that was killed, and what becomes of it undamaged.
+/// A killed farm, and its outcome without damage.
 struct KilledFarm {
   std::map<Sha256, std::string> assets;
   std::map<JobId, StoredJob> jobs;
-  bool closed = false;       ///< its coordinator has ended in peace: all is in the database
+  bool closed = false;       ///< its coordinator stopped normally: the database has everything
   Files before_last, files;  ///< the last commit adds one token
   StoredState loaded;
-  std::uint64_t rendered = 0;  ///< results until all jobs were done
+  std::uint64_t rendered = 0;  ///< results until all jobs are done
 };
 
 constexpr const char* kLastToken = "last";
@@ -90,7 +90,7 @@ KilledFarm kill_farm(std::uint64_t seed) {
   }
   const Folder folder;
   std::uint64_t number = 0;
-  for (const bool last : {false, true}) {  // the first half of it is in the database, the second in the journal
+  for (const bool last : {false, true}) {  // the first half goes into the database, the second into the journal
     auto farm = std::move(*StoredFarm::start(folder.path(), false, killed.assets));
     farm->send_assets();
     for (std::uint64_t jobs = 1 + random.below(2); jobs > 0; --jobs) {
@@ -176,7 +176,7 @@ std::string row_text(const JobRecord& record) {
   return effects_text(effects);
 }
 
-/// What the state has lost in silence, or has other than before; empty if nothing.
+/// What the state has lost or changed silently; empty if nothing.
 std::string silent_losses(const KilledFarm& killed, const StoredState& now, bool may_lack_last) {
   const StoredState& before = killed.loaded;
   if (now.secret != before.secret || now.epoch < before.epoch || now.next_job_id < before.next_job_id) {
@@ -227,7 +227,7 @@ std::string silent_losses(const KilledFarm& killed, const StoredState& now, bool
   return "";
 }
 
-/// Starts on the files, finishes what is there, and looks.
+/// Starts on the files, finishes the jobs, and checks the outcome.
 void run_on(const KilledFarm& killed, const Files& files, bool may_lack_last, DamageReport& report) {
   const Folder folder(files);
   bool accept_loss = false;

@@ -53,7 +53,7 @@ std::optional<std::string> Disk::apply(std::uint64_t epoch, std::span<const Stor
       if (const auto at = tile.find(node->node->range.first()); at != tile.end()) {
         wrong = fmt::format("two nodes of tile {} begin with sample {}", node->tile.value, at->first);
       }
-      tile[node->node->range.first()] = std::make_shared<const Node>(*node->node);  // memory and disk share nothing
+      tile[node->node->range.first()] = std::make_shared<const Node>(*node->node);  // memory and disk share no data
       damaged_.erase({node->job, node->tile, node->node->range});
       touched.insert({node->job, node->tile});
     } else if (const auto* drop = std::get_if<DropNode>(&op)) {

@@ -52,7 +52,7 @@ void RefusalChecks::check_failed(const JobRecord& job) {
     const SimulatedWorker& other = workers_[stream->worker];
     const auto all = server_.coordinator()->workers(world_.now);
     const auto known = std::ranges::find(all, stream->name, &WorkerStatus::name);
-    // The class of a job without samples may be changed.
+    // The class of a job without samples may change.
     const bool suits = job.spec.allow_mixed || film.pixel_samples() == 0 || world_.bugs.hide_classes ||
                        job.fingerprint_class == other.fingerprint;
     if (known != all.end() && known->connected && !known->draining && known->quarantine.empty() && suits &&
@@ -82,7 +82,7 @@ void RefusalChecks::check(const Effects& effects) {
       check_failed(put->record);
     }
     if (put != nullptr && put->record.finished_unix_ms != 0) {
-      refusals_.erase(put->record.id);  // if it is reopened, all are asked again
+      refusals_.erase(put->record.id);  // if it is reopened, all workers may get it again
     }
   }
   for (const std::vector<Outgoing>* channel : {&effects.now, &effects.after_commit}) {

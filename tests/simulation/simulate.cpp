@@ -1,4 +1,4 @@
-// Any number of the simulation's schedules, on as many threads as wanted, and how often which fault befell a farm.
+// Program that runs schedules of the simulation on several threads, and prints the count of each fault.
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -26,12 +26,12 @@ volatile std::sig_atomic_t interrupted = 0;
 
 struct Options {
   std::uint64_t seeds = 1'000'000, first = 1, seed = 0, damages = 0, attacks = 0;
-  std::string hashes;  ///< the file that gets them; empty: none
-  std::string notes;   ///< the file that says how far this program has come; empty: none
+  std::string hashes;  ///< file for the hashes; empty: none
+  std::string notes;   ///< file with the progress of this program; empty: none
   unsigned threads = std::max(1u, std::thread::hardware_concurrency());
 };
 
-/// What all schedules together came to.
+/// Totals of all schedules.
 struct Sum {
   std::mutex mutex;
   std::set<std::uint64_t> at_work;  ///< seeds
@@ -61,7 +61,7 @@ struct Sum {
   }
 };
 
-/// Tells programs apart, and so the sources that they are built from.
+/// Identifies the program, and so the sources that it is built from.
 std::string this_program() {
   std::ifstream in("/proc/self/exe", std::ios::binary);
   lightmill::Sha256Hasher hasher;
@@ -71,12 +71,12 @@ std::string this_program() {
   return hasher.finish().hex();
 }
 
-/// What this program has done over several runs: schedules from seed 1 on.
+/// Progress of this program over several runs: schedules from seed 1 on.
 struct Notes {
   std::string program = this_program();
   std::uint64_t next = 1, failed = 0;  ///< the first seed that is not done
 
-  /// As the file has them; anew if they are another program's.
+  /// Reads the file. Starts again if it is of another program.
   static Notes read(const std::string& file) {
     Notes now, found;
     std::ifstream in(file);
@@ -112,9 +112,9 @@ int replay(const Options& options) {
   return report.failure.empty() ? 0 : 1;
 }
 
-/// Each farm that is killed is made once, and damaged in several ways.
+/// Each killed farm is made once, and damaged in several ways.
 int run_damages(const Options& options) {
-  spdlog::set_level(spdlog::level::off);  // what is damaged is named there
+  spdlog::set_level(spdlog::level::off);  // the log names each damage
   DamageTable table;
   std::uint64_t failures = 0;
   for (std::uint64_t seed = options.first; seed < options.first + options.damages && interrupted == 0; ++seed) {
