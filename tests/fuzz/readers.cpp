@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::int64_t kPixels = std::int64_t{1} << 20;  ///< larger images only cost time
 
-/// The rest, and which of `count` the first byte chooses.
+/// The rest of the bytes, and which of `count` the first byte chooses.
 std::pair<std::string_view, std::size_t> chosen(std::string_view bytes, std::size_t count) {
   return bytes.empty() ? std::pair{bytes, std::size_t{0}}
                        : std::pair{bytes.substr(1), static_cast<unsigned char>(bytes[0]) % count};
@@ -65,7 +65,7 @@ bool try_png(std::string_view bytes) {
 bool try_pem(std::string_view bytes) {
   const Result<std::vector<CertificateFacts>> facts = read_certificates(bytes);
   const auto certificates = openssl::certificates_in(bytes);
-  LM_CHECK(certificates.ok() || !facts.ok());  // a date of one may be none
+  LM_CHECK(certificates.ok() || !facts.ok());  // a certificate may have an invalid date
   const auto key = openssl::key_in(bytes);
   if (!key.ok()) {
     refused(key.status());
