@@ -120,7 +120,7 @@ Dispute Audits::compare(Job& job, const NodeKey& key, const Hash128& hash, const
   if (verdict.kind == Verdict::Kind::program) {
     return {.wrong = claims};
   }
-  event.warn(about(job.id()), "{} differ between {}: another identity is to decide",
+  event.warn(about(job.id()), "{} differ between {}: another identity must render them",
              describe_place(job, key.tile, key.range), describe_renderers(claims));
   return {};
 }

@@ -96,8 +96,8 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
     const RenderSettings& settings = job.record.spec.settings;
     if (may_gather(settings, job.record.method_notes) && NodeLayout(settings.layers).bias < 0) {
       return failed_precondition(
-          "an error cannot be its goal: the gathering of photons blurs, and the film has no layer \"bias\" that tells "
-          "by how much; submit the job again with an error as its goal");
+          "an error goal needs the layer \"bias\" in the film, because the method may gather photons; submit the job "
+          "again with an error goal");
     }
     goal.error = to.error;
   } else if (job.record.reached == GoalLimit::error) {

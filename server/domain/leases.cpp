@@ -220,8 +220,8 @@ void LeaseTable::end(LeaseId id, End how, const Event& event) {
     ++job.record.counters.leases_lost;
     ++totals_.units_lost;
     ++job.version;
-    event.warn(about(job.id(), lease.worker, id), "worker {} lost lease {}: job {}, {} goes out again", lease.worker,
-               id.value, job.id().value,
+    event.warn(about(job.id(), lease.worker, id), "worker {} lost lease {} of job {}: {} will be leased again",
+               lease.worker, id.value, job.id().value,
                lease.is_pilot() ? std::string("its pilot")
                                 : fmt::format("samples [{}, {}) of {}", lease.unit.range.first(),
                                               lease.unit.range.end(), counted(lease.remaining, "tile")));

@@ -25,7 +25,7 @@ Status check_pilot(const Job& job, const PilotReport& report) {
   const std::size_t shifts = report.allocation.shifts().size(),
                     tiles = job.record.spec.goal.adaptive ? job.film().grid().tile_count() : 0;
   if (shifts != 0 && shifts != tiles) {
-    return invalid_argument("a pilot says what {} tiles get, of {}", shifts, tiles);
+    return invalid_argument("a pilot's allocation has {} tiles instead of {}", shifts, tiles);
   }
   for (const std::string& reason : report.reasons) {
     if (reason.size() > kMaxPilotReasonBytes) {
@@ -52,7 +52,7 @@ void Pilots::grant(Worker& worker, Job& job, const Event& event) {
   event.send_after_commit(*worker.session(),
                           PilotGrant{id, job.id(), job.record.spec.settings, methods, job.record.spec.goal.adaptive});
   event.info(about(job.id(), worker.name()), "worker {} {} {} for job {}", worker.name(),
-             methods.size() > 1 ? "compares" : "looks for the noise of", fmt::join(methods, " and "), job.id().value);
+             methods.size() > 1 ? "compares" : "measures the noise of", fmt::join(methods, " and "), job.id().value);
   queue_.refresh(job);
 }
 

@@ -20,23 +20,23 @@ bool values_are_sound(std::span<const float> values) {
 Status check_node(const Job& job, const WorkerResult& result) {
   const NodeKey& key = result.key;
   if (key.tile.value >= job.film().grid().tile_count()) {
-    return invalid_argument("tile {} of {}", key.tile.value, job.film().grid().tile_count());
+    return invalid_argument("there is no tile {}: the film has {}", key.tile.value, job.film().grid().tile_count());
   }
   if (result.node.range != key.range) {
-    return invalid_argument("its node has other samples than its key");
+    return invalid_argument("its node does not have the samples of its key");
   }
   if (const std::size_t expected = job.film().expected_values(key.tile, key.range);
       result.node.values.size() != expected) {
-    return invalid_argument("{} values instead of {}", result.node.values.size(), expected);
+    return invalid_argument("it has {} values instead of {}", result.node.values.size(), expected);
   }
   if (!values_are_sound(result.node.values)) {
     return invalid_argument("a value is NaN, infinite or -0");
   }
   if (!(result.seconds >= 0 && result.seconds <= kMaxResultSeconds)) {
-    return invalid_argument("{} seconds", result.seconds);
+    return invalid_argument("it claims {} s of thread time", result.seconds);
   }
   if (hash_of(result.node) != result.hash) {
-    return data_loss("its hash does not fit");
+    return data_loss("its hash does not match its values");
   }
   return ok_status();
 }

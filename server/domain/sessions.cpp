@@ -25,7 +25,7 @@ Status check_hello(const WorkerHello& hello) {
   LM_RETURN_IF_ERROR(check_name("the worker's machine", hello.machine));
   LM_RETURN_IF_ERROR(check_name("the worker's fingerprint class", hello.fingerprint_class));
   if (hello.fingerprint_class == kMixedClass) {
-    return invalid_argument("the worker's fingerprint class: '{}' stands for many", kMixedClass);
+    return invalid_argument("the worker's fingerprint class must not be '{}': the name is reserved", kMixedClass);
   }
   return check_name("the worker's renderer version", hello.renderer_version);
 }
@@ -62,8 +62,7 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
   }
   if (workers_.is_full(hello.name)) {
     dismiss(session,
-            fmt::format("the farm is full: it takes {} workers (--max-workers), and asks you to come again later",
-                        limits_.max_workers),
+            fmt::format("the farm is full: it takes {} workers (--max-workers); try again later", limits_.max_workers),
             event, true);
     return;
   }
@@ -78,13 +77,13 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
               event);
       return;
     }
-    dismiss(*known->session(), fmt::format("another worker came with the name {}", hello.name), event);
+    dismiss(*known->session(), fmt::format("another worker connected with the name {}", hello.name), event);
   }
   const bool quarantined =
       quarantine_.contains({hello.name, identity_of(hello)}, hello.identity.empty() ? hello.host : "");
   const bool other_process = workers_.connect(session, hello, quarantined, event.now);
   Worker& worker = workers_.at(hello.name);
-  event.info(about(hello.name), "worker {} is here: {} on {}, class {}", hello.name, counted(hello.threads, "thread"),
+  event.info(about(hello.name), "worker {} connected: {} on {}, class {}", hello.name, counted(hello.threads, "thread"),
              hello.host, hello.fingerprint_class);
   event.send(session, Welcome{leases_.epoch(), heartbeat_interval(), limits_.lease_duration, grants_.farm()});
   if (quarantined) {
@@ -328,7 +327,7 @@ Status Sessions::ask_to_leave(const std::string& name, const Event& event) {
 
 void Sessions::disconnected(SessionId session, const Event& event) {
   if (const Worker* const worker = workers_.of(session)) {
-    event.info(about(worker->name()), "worker {} is gone with {}", worker->name(),
+    event.info(about(worker->name()), "worker {} disconnected with {}", worker->name(),
                counted(worker->leases().size(), "lease"));
   }
   end(session, event);
@@ -355,7 +354,7 @@ void Sessions::end_silent(const Event& event) {
   const std::vector<SessionId> silent = workers_.too_silent(event.now);
   for (const SessionId session : silent) {
     const Worker& worker = *workers_.of(session);
-    event.warn(about(worker.name()), "worker {} is gone with {}: it has said nothing for {:.0f} s", worker.name(),
+    event.warn(about(worker.name()), "worker {} disconnected with {}: no message for {:.0f} s", worker.name(),
                counted(worker.leases().size(), "lease"), to_seconds(event.now - worker.heard_at()));
   }
   for (const SessionId session : silent) {

@@ -70,10 +70,11 @@ void Scheduler::look_at_waits(const Event& event) {
   const double most = limits_.result_bytes_per_second;
   if (!slowed_ && pace_.bytes_per_second() < most / 2) {
     slowed_ = true;
-    event.warn({}, "workers' results wait long for the coordinator: they are sent more rarely, each of more samples");
+    event.warn({},
+               "workers' results wait long for the coordinator: workers send fewer results, each with more samples");
   } else if (slowed_ && pace_.bytes_per_second() == most) {
     slowed_ = false;
-    event.info({}, "workers' results wait no longer: they are sent as often as before");
+    event.info({}, "workers' results no longer wait: workers send them as often as before");
   }
 }
 
