@@ -180,8 +180,8 @@ void CommitQueue::tell_callers(std::vector<CommitReply>& callers, const Status& 
   }
   for (const CommitReply& caller : std::exchange(callers, {})) {
     caller(
-        resource_exhausted("the farm has taken this in, but cannot store it yet: {}. It is done as soon as it can be "
-                           "stored: there is no need to ask again",
+        resource_exhausted("the farm has accepted this, but cannot store it yet: {}. It will be done when it can be "
+                           "stored: do not repeat the request",
                            message_of(stall)));
   }
 }

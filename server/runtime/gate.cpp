@@ -35,8 +35,7 @@ Result<Identity> Gate::identify_bearer(std::string_view header) const {
   if (!options_.takes_tokens) {
     return make_error(
         StatusCode::kUnauthenticated,
-        "this farm's connections are not encrypted: it takes no tokens, and the one that came can have been "
-        "read by others, so revoke it");
+        "this farm's connections are not encrypted: it takes no tokens. Others may have read this token: revoke it");
   }
   // The scheme's case does not matter (RFC 9110, 11.1).
   if (header.size() < kBearer.size() ||

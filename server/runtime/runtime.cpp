@@ -39,7 +39,7 @@ std::vector<JobId> jobs_of_pages(const StoredState& state) {
 
 void forget_others(AssetStore& assets, const std::set<Sha256>& wanted) {
   if (const std::uint64_t freed_bytes = assets.collect(wanted, kSpareAssetAgeSeconds); freed_bytes > 0) {
-    spdlog::info("{} MiB of assets that no job needs are forgotten", freed_bytes >> 20);
+    spdlog::info("deleted {} MiB of assets that no job uses", freed_bytes >> 20);
   }
 }
 
