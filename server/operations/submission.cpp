@@ -95,7 +95,7 @@ Result<Apply> submit_job(Runtime& runtime, v1::SubmitJobRequest& request, v1::Jo
     asked.about.was_there = turn.farm.knows_request(spec.request_id);
     LM_ASSIGN_OR_RETURN(const JobId job, turn.farm.submit(spec, turn.now, turn.unix_ms, turn.effects, notes));
     if (call.caller.is_known() && turn.farm.owner(job).value_or("") != call.caller.name) {
-      return already_exists("request_id '{}' is that of somebody else's job: choose another", spec.request_id);
+      return already_exists("request_id '{}' belongs to a job of another user: choose another", spec.request_id);
     }
     asked.about.job = job.value;
     if (call.tell_page) {

@@ -94,7 +94,7 @@ Status get_metric_spec(Asked&, const externalscaler::ScaledObjectRef&, externals
 Status get_metrics(Asked& asked, const externalscaler::GetMetricsRequest& request,
                    externalscaler::GetMetricsResponse* reply) {
   if (request.metricname() != kMetric) {
-    return invalid_argument("there is no metric '{}': the one that there is is {}", request.metricname(), kMetric);
+    return invalid_argument("unknown metric '{}'. Known metrics: {}", request.metricname(), kMetric);
   }
   const std::uint32_t wanted = asked.turn.farm.wanted_workers(asked.turn.now);
   externalscaler::MetricValue* const value = reply->add_metricvalues();
