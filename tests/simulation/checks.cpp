@@ -56,12 +56,12 @@ void Checks::check_grant(const Stream& stream, const LeaseGrant& grant) {
   const JobRecord* const stored = server_.disk().job(grant.unit.job);
   if (stored == nullptr || stored->fingerprint_class.empty()) {
     world_.fail(
-        fmt::format("lease {} leaves before the class of job {} is stored", grant.lease.value, grant.unit.job.value));
+        fmt::format("lease {} is sent before the class of job {} is stored", grant.lease.value, grant.unit.job.value));
     return;
   }
   if (!stored->method_notes.candidates.empty()) {
     world_.fail(
-        fmt::format("lease {} leaves before the method of job {} is stored", grant.lease.value, grant.unit.job.value));
+        fmt::format("lease {} is sent before the method of job {} is stored", grant.lease.value, grant.unit.job.value));
     return;
   }
   const SimulatedWorker& to = workers_[stream.worker];
@@ -93,7 +93,7 @@ void Checks::note_writes(const Effects& effects) {
     } else if (const auto* result = std::get_if<PutResult>(&op)) {
       merged_by_[result->key] = result->by;
       if (!granted_.contains({result->by.worker, result->key})) {
-        world_.fail(fmt::format("job {}, tile {}: samples [{}, {}) enter the film, which were never granted to {}",
+        world_.fail(fmt::format("job {}, tile {}: samples [{}, {}) enter the film, but were never granted to {}",
                                 result->key.job.value, result->key.tile.value, result->key.range.first(),
                                 result->key.range.end(), result->by.worker));
       }
@@ -104,7 +104,7 @@ void Checks::note_writes(const Effects& effects) {
       ++world_.report.convicted;
       if (held->record.of.identity != kIdentityOfLies && !world_.bugs.wrong_bits) {
         world_.fail(
-            fmt::format("{} is convicted, which has not lied: {}", held->record.of.worker, held->record.reason));
+            fmt::format("{} is in quarantine, but has not lied: {}", held->record.of.worker, held->record.reason));
       }
     }
   }
@@ -151,7 +151,7 @@ void Checks::check_decisions(const Effects& effects) {
         }
         if (film->covered(tile, grant->unit.range) &&
             !may_verify(message.to, {grant->unit.job, tile, grant->unit.range})) {
-          world_.fail(fmt::format("lease {} names samples [{}, {}) of tile {}, which are merged", grant->lease.value,
+          world_.fail(fmt::format("lease {} has samples [{}, {}) of tile {}, which are merged", grant->lease.value,
                                   grant->unit.range.first(), grant->unit.range.end(), tile.value));
         }
       }
@@ -225,7 +225,7 @@ void Checks::check_ack(const Stream& stream, const ResultAck& ack) {
     }
     const auto digest = last_result_.find({stream.session, key});
     if (digest == last_result_.end()) {
-      world_.fail("an acknowledgement of what was never sent");
+      world_.fail("an acknowledgement of a result that was never sent");
       return;
     }
     const bool of_this_job = digest->second == render_digest(stored->spec.settings, stored->fingerprint_class);
@@ -251,7 +251,7 @@ void Checks::check_ack(const Stream& stream, const ResultAck& ack) {
 void Checks::check_acknowledged_is_durable() {
   for (const NodeKey& key : acknowledged_) {
     if (server_.disk().job(key.job) != nullptr && !server_.disk().covers(key)) {
-      world_.fail(fmt::format("job {}, tile {}, samples [{}, {}) were acknowledged and are not on disk any more",
+      world_.fail(fmt::format("job {}, tile {}, samples [{}, {}) were acknowledged, but are no longer on disk",
                               key.job.value, key.tile.value, key.range.first(), key.range.end()));
       return;
     }

@@ -223,7 +223,7 @@ void ClientSide::look_at_film(const ClientJob& job) {
       [this, id = *job.id](Effects&) {
         const bool there = server_.coordinator()->outline(id) != nullptr;
         if (there && server_.coordinator()->film(id) == nullptr) {
-          world_.fail(fmt::format("the film of job {} is said to be in memory, and is not", id.value));
+          world_.fail(fmt::format("the film of job {} is reported to be in memory, but is not", id.value));
         }
         return true;
       },
@@ -294,10 +294,10 @@ std::string ClientSide::describe_farm() const {
     const Result<JobStatus> status =
         server_.coordinator() && job.id ? server_.coordinator()->status(*job.id, world_.now) : not_found("-");
     text += status.ok()
-                ? fmt::format("\n  job {}: {}, tiles have {} to {} of {} samples, {} not verified: {}", job.id->value,
+                ? fmt::format("\n  job {}: {}, tiles have {} to {} of {} samples, {} not audited: {}", job.id->value,
                               lightmill::name_of(status->state), status->min_tile_samples, status->max_tile_samples,
                               status->goal.samples, status->results_unverified, status->reason)
-                : "\n  a job that is not there";
+                : "\n  a missing job";
   }
   for (const SimulatedWorker& worker : workers_) {
     text += fmt::format("\n  {} of {}: {}", worker.name, worker.fingerprint, worker.alive ? "alive" : "dead");

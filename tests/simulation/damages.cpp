@@ -191,7 +191,7 @@ std::string silent_losses(const KilledFarm& killed, const StoredState& now, bool
       return fmt::format("job {} is gone", job.record.id.value);
     }
     if (row_text(found->record) != row_text(job.record) && now.damaged_entries.empty()) {
-      return fmt::format("job {} is another:\n{}instead of\n{}", job.record.id.value, row_text(found->record),
+      return fmt::format("job {} has changed:\n{}instead of\n{}", job.record.id.value, row_text(found->record),
                          row_text(job.record));
     }
     for (const StoredState::StoredResult& result : job.results) {
@@ -204,7 +204,8 @@ std::string silent_losses(const KilledFarm& killed, const StoredState& now, bool
               now.damaged, [&](const NodeKey& key) { return key.job == job.record.id && key.tile == result.tile; }) ||
           std::ranges::any_of(now.damaged_results, [&](const DropResultRow& row) { return row.job == job.record.id; });
       if (!same && !named) {
-        return fmt::format("job {}: a result of tile {} is another, or gone", job.record.id.value, result.tile.value);
+        return fmt::format("job {}: a result of tile {} has changed or is gone", job.record.id.value,
+                           result.tile.value);
       }
     }
   }
@@ -235,13 +236,13 @@ void run_on(const KilledFarm& killed, const Files& files, bool may_lack_last, Da
   if (!farm.ok()) {
     report.outcome = "refused";
     if (message_of(farm.status()).empty()) {
-      report.failure = "it is refused without a reason";
+      report.failure = "the store is refused without a reason";
     }
     Files left = folder.files();
     for (const fs::path& file : {kDatabase, kJournal}) {
       const auto was = files.find(file);
       if (was != files.end() && left[file] != was->second) {
-        report.failure = fmt::format("the {} of a store that is refused has changed", name_of(file));
+        report.failure = fmt::format("the {} of a refused store has changed", name_of(file));
       }
     }
     accept_loss = true;
@@ -267,7 +268,7 @@ void run_on(const KilledFarm& killed, const Files& files, bool may_lack_last, Da
                    : again                                                         ? "rendered again"
                                                                                    : "same bits";
   if (report.outcome == std::string("same bits") && (*farm)->rendered() > killed.rendered && report.failure.empty()) {
-    report.failure = "samples are rendered again, and nothing was said to be damaged";
+    report.failure = "samples are rendered again, but no damage was reported";
   }
 }
 

@@ -24,12 +24,12 @@ void EndChecks::check_job(const ClientJob& job) {
   const Result<JobStatus> status = server_.coordinator()->status(*job.id, world_.now);
   if (job.removed) {
     if (status.ok() || server_.disk().job(*job.id) != nullptr) {
-      world_.fail(fmt::format("job {} was deleted and is still there", job.id->value));
+      world_.fail(fmt::format("job {} was deleted, but still exists", job.id->value));
     }
     return;
   }
   if (!status.ok()) {
-    world_.fail(fmt::format("job {} was submitted and is not there", job.id->value));
+    world_.fail(fmt::format("job {} was submitted, but does not exist", job.id->value));
     return;
   }
   // LossChecks has checked the losses. A harmless job may fail too, if chance takes enough workers in a row.
@@ -44,7 +44,7 @@ void EndChecks::check_job(const ClientJob& job) {
   }
   const JobState expected = job.cancelled ? JobState::cancelled : JobState::done;
   if (status->state != expected) {
-    world_.fail(fmt::format("job {} should be {}, and is not: {}", job.id->value, job.cancelled ? "cancelled" : "done",
+    world_.fail(fmt::format("job {} should be {}, but is not: {}", job.id->value, job.cancelled ? "cancelled" : "done",
                             status->reason));
     return;
   }
@@ -68,7 +68,7 @@ void EndChecks::check() {
   }
   for (const WorkerStatus& worker : server_.coordinator()->workers(world_.now)) {
     if (worker.leases > 0) {
-      world_.fail(fmt::format("{} has {} leases when all is done", worker.name, worker.leases));
+      world_.fail(fmt::format("{} has {} leases at the end", worker.name, worker.leases));
     }
   }
 }
@@ -177,7 +177,7 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
       return;
     }
     if (!job.cancelled && samples == 0) {
-      world_.fail(fmt::format("job {} is done, and tile {} is empty", job.id->value, i));
+      world_.fail(fmt::format("job {} is done, but tile {} is empty", job.id->value, i));
       return;
     }
     // The disk has the film that is in memory.
@@ -211,16 +211,16 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
     const bool same =
         std::memcmp(sums.data(), quiet_sums.data(), sums.size() * sizeof(float)) == 0 && first == quiet_first;
     if (!same && !(may_be_rounded(job) && are_near(sums, quiet_sums) && are_near(first, quiet_first))) {
-      world_.fail(
-          fmt::format("job {}, tile {}: other bytes than the quiet run's with {} samples", job.id->value, i, samples));
+      world_.fail(fmt::format("job {}, tile {}: its {} samples have other bytes than in the run without faults",
+                              job.id->value, i, samples));
       return;
     }
   }
   world_.report.mixed += classes.size() > 1;
   if (!job.cancelled && job.spec.verify_share == 1 && server_.damaged().empty() &&
       unverified != status.results_unverified) {
-    world_.fail(fmt::format("job {}: {} stored results are not verified, and it speaks of {}", job.id->value,
-                            unverified, status.results_unverified));
+    world_.fail(fmt::format("job {}: {} stored results are not audited, but it reports {}", job.id->value, unverified,
+                            status.results_unverified));
   }
 }
 

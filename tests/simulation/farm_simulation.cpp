@@ -90,12 +90,12 @@ Report FarmSimulation::run() {
       break;
     }
     if (!world_.run_next()) {
-      world_.fail("nothing will ever happen again");
+      world_.fail("no event is left");
       break;
     }
     note_race();
     if (world_.now > world_.chaos_end + kPatience) {
-      world_.fail(fmt::format("jobs are not done long after the last disturbance:{}", clients_.describe_farm()));
+      world_.fail(fmt::format("jobs are not done long after the last fault:{}", clients_.describe_farm()));
     }
     if (world_.chaos_now() || !clients_.all_ended()) {
       settled_since.reset();

@@ -67,11 +67,11 @@ void ClientSide::note_inspected(const Effects& effects) {
   for (const InspectionOutcome& outcome : effects.inspected) {
     const auto asked = asked_.find(outcome.id);
     if (asked == asked_.end()) {
-      world_.fail(fmt::format("inspection {} is answered, and nobody waits for it", outcome.id.value));
+      world_.fail(fmt::format("inspection {} is answered, but no client waits for it", outcome.id.value));
       return;
     }
     if (outcome.found.ok() && (*outcome.found)->scene != asked->second) {
-      world_.fail(fmt::format("who asked for {} is told of {}", asked->second, (*outcome.found)->scene));
+      world_.fail(fmt::format("a client that asked for {} got {}", asked->second, (*outcome.found)->scene));
     }
     world_.report.inspected += outcome.found.ok() ? 1 : 0;
     asked_.erase(asked);
@@ -86,7 +86,7 @@ void ClientSide::note_inspected(const Effects& effects) {
                world_.now < world_.chaos_end + kAftermath) {
       world_.after(std::chrono::seconds(5), [this] { ask_last_inspection(); });
     } else {
-      world_.fail(fmt::format("scene files are not read when all is quiet: {}", message_of(status)));
+      world_.fail(fmt::format("scene files are not read after the last fault: {}", message_of(status)));
     }
   }
 }

@@ -106,9 +106,9 @@ void LossChecks::check_sent(const Effects& effects) {
       continue;
     }
     if (const Lent& lent = lent_[note.lease]; lent.stream == nullptr) {
-      world_.fail(fmt::format("{}, and nobody was sent it", note.text));
+      world_.fail(fmt::format("{}, but the lease was not sent", note.text));
     } else if (is_undisturbed(lent) && note.worker != comes_) {  // a hello may come after the one of a later stream
-      world_.fail(fmt::format("{}, and nothing has befallen that worker since it got it", note.text));
+      world_.fail(fmt::format("{}, but the worker had no fault since it got the lease", note.text));
     }
   }
   comes_.clear();

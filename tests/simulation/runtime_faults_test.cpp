@@ -209,12 +209,12 @@ std::string look_at(const std::filesystem::path& folder, std::uint64_t seed, con
     }
     const auto stored = std::ranges::find(state.jobs, job, [](const auto& each) { return each.record.id; });
     if (stored == state.jobs.end()) {
-      return fmt::format("job {} was confirmed and is not stored", job.value);
+      return fmt::format("job {} was confirmed, but is not stored", job.value);
     }
     if (kind == "A" && std::ranges::none_of(stored->nodes, [&](const StoredState::StoredNode& node) {
           return node.tile == tile && node.outline.range.contains(range);
         })) {
-      return fmt::format("job {}, tile {}, samples [{}, {}) were acknowledged and are not stored", job.value,
+      return fmt::format("job {}, tile {}, samples [{}, {}) were acknowledged, but are not stored", job.value,
                          tile.value, range.first(), range.end());
     }
   }

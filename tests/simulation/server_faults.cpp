@@ -60,7 +60,7 @@ void ServerSide::depose() {
 
 void ServerSide::resume_deposed() {
   const Deposed deposed = std::move(*std::exchange(deposed_, std::nullopt));
-  world_.trace("the deposed coordinator goes on");
+  world_.trace("the deposed coordinator resumes");
   std::vector<StoreOp> writes = deposed.unwritten;
   const auto take = [&](const auto& call) {
     Effects effects;

@@ -17,7 +17,7 @@ StoredState ServerSide::load_checked() {
   epoch_ = state.epoch;
   std::vector<StoreOp> repairs;
   if (const Status status = take_out_nonsense(state, repairs); !status.ok() || !repairs.empty()) {
-    world_.fail(fmt::format("a coordinator has stored what it cannot start from: {}",
+    world_.fail(fmt::format("a coordinator stored rows that it cannot load: {}",
                             status.ok() ? fmt::format("{} rows", repairs.size()) : message_of(status)));
   }
   if (world_.bugs.forget_jobs && state.jobs.size() > 1 && world_.chaos_now()) {
