@@ -97,7 +97,7 @@ RpcTarget::RpcTarget() {
   for (int i = 0; i < 3; ++i) {
     const auto submit =
         std::ranges::find_if(methods_, [](const Method& method) { return method.path.ends_with("/SubmitJob"); });
-    LM_CHECK(call(*submit, {submission(fmt::format("first {}", i))}).ok(), "no job can be submitted");
+    LM_CHECK(call(*submit, {submission(fmt::format("first {}", i))}).ok(), "a job cannot be submitted");
   }
 }
 

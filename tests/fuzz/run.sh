@@ -19,7 +19,7 @@ is_seeded() {
 usage() {
   echo "usage: tests/fuzz/run.sh [SECONDS | --runs N] [NAME...]
 
-Builds the fuzzers of readers and runs each for SECONDS (600 if nothing is given), or for N inputs; with --runs also the
+Builds the fuzzers of readers and runs each for SECONDS (default 600), or for N inputs; with --runs also the
 seeded fuzz tests of the release build: N requests, or N cases in each loop of the others.
 NAME: some of $(ls tests/fuzz/libfuzzer | sed -n 's/_fuzzer\.cpp$//p' | tr '\n' ' ')(all if none is given) and, with --runs, of $seeded
 Findings go to $findings. Exit codes: 0 no finding, 1 a finding or no build, 2 bad usage."
