@@ -36,10 +36,10 @@ class Audits {
         provenance_(provenance),
         totals_(totals) {}
 
-  /// Takes the stored results of which the film of a stored job was merged.
+  /// Takes the recorded results of a stored job.
   void restore(Job& job, std::span<const Renderer> renderers, std::span<const StoredState::StoredResult> results);
   void stood_still(Duration late) { started_ += late; }
-  /// A result was merged; `outcome` says into which nodes. `unusual` ones are always audited.
+  /// A result was merged, into the nodes of `outcome`. `unusual` results are always audited.
   void merged(Job& job, const NodeKey& key, const Hash128& hash, const Renderer& by, const MergeOutcome& outcome,
               bool unusual, const Event& event);
   /// A result of samples that the film has. An audit may wait for it. `differs`: its bits are not those of the film.

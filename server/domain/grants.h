@@ -1,8 +1,7 @@
 // Grants: proofs that the coordinator granted samples to a worker.
 //
 // A tag is an HMAC-SHA-256 over all fields of a grant of one tile. Its key derives from the store's secret. So no table
-// of former leases is needed: every coordinator of the farm recognises its tags, after restarts and long after the
-// lease is lost.
+// of former leases is needed. Every coordinator of the farm recognises its tags, even after restarts and lost leases.
 #pragma once
 
 #include <string>

@@ -212,8 +212,8 @@ void JobLifeCycle::lose_lease(LeaseId id, bool cancel, const Event& event) {
   Job& job = jobs_.at(lease.unit.job);
   leases_.end(id, {.cancel = cancel, .lost = true}, event);
   job.store_progress(event);
-  // Three losses prove nothing about the work: of an audit, whose tiles were rendered before; of an unsent lease; and
-  // of a worker that sends damaged results.
+  // Some losses prove nothing about the work. The tiles of an audit were rendered before. An unsent lease was never
+  // rendered. A worker that sends damaged results may itself be the cause.
   const Worker* const worker = workers_.find(lease.worker);
   if (!lease.audits && lease.sent && (worker == nullptr || worker->bad_results() == 0)) {
     std::string reason = job.losses.add(lease, job.film().grid());

@@ -1,7 +1,7 @@
 // Life cycle of jobs: submission, start, limits, end, extension, reopening and deletion.
 //
-// Owns the sets of jobs that wait for a time limit, for workers to come back after a restart, or for the end of audits.
-// Takes requests of clients, lost leases, and time. The scheduler leases the work.
+// Owns the sets of jobs that wait: for a time limit, for workers after a restart, or for audits. Takes requests of
+// clients, lost leases, and time. The scheduler leases the work.
 #pragma once
 
 #include <set>
@@ -71,8 +71,8 @@ class JobLifeCycle {
   std::optional<Time> next_deadline() const;
 
  private:
-  /// NOT_FOUND. FAILED_PRECONDITION unless the job has ended (`ended`) or is active: the message says that it cannot be
-  /// `what`.
+  /// Finds an ended (`ended`) or active job. NOT_FOUND. FAILED_PRECONDITION if it is in the other state; then the
+  /// message names `what`.
   Result<Job*> get(JobId id, bool ended, const char* what);
   void expire_leases(const Event& event);
   /// A worker that is heard but sends no results does not get the job again, if others may render it.

@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-/// While a worker's units have too few tiles for its threads, it gets up to so many times more units.
+/// Factor for leases_per_worker while a worker's units have fewer tiles than its threads need.
 constexpr std::uint32_t kSmallUnitsFactor = 8;
 
 }  // namespace
@@ -39,7 +39,7 @@ bool LeaseTable::wants_more(const Worker& worker) const {
          (worker.tiles_out() < worker.hello().threads * wanted && held < std::size_t{wanted} * kSmallUnitsFactor);
 }
 
-// ---- leases open, and are sent ----
+// ---- opening and sending ----
 
 const Lease& LeaseTable::open(Worker& worker, Job& job, Lease opened, Time now) {
   Lease& lease = leases_[opened.id];
@@ -110,7 +110,7 @@ void LeaseTable::grants_sent(std::span<const LeaseId> leases, Time now) {
   }
 }
 
-// ---- leases get on, and end ----
+// ---- progress and end ----
 
 bool LeaseTable::finish_tile(LeaseId id, TileId tile) {
   const auto found = leases_.find(id);
@@ -199,7 +199,7 @@ void LeaseTable::end(LeaseId id, End how, const Event& event) {
   const Lease lease = std::move(found->second);
   leases_.erase(found);
   expiry_.erase({lease.deadline, id});
-  const bool lost = how.lost && lease.sent;  // a worker cannot lose what it never got
+  const bool lost = how.lost && lease.sent;  // a worker cannot lose an unsent lease
   Job& job = jobs_.at(lease.unit.job);
   Worker& worker = workers_.at(lease.worker);
   for (std::size_t i = 0; i < lease.unit.tiles.size(); ++i) {

@@ -24,8 +24,8 @@ class QuarantineList {
   const QuarantineRecord* find(const std::string& worker) const;
   const std::map<std::string, QuarantineRecord>& all() const { return records_; }  ///< by worker
 
-  /// Returns whether the list has changed. An entry of the same worker and identity stays, unless an operator made it
-  /// and the new one is from a failed audit.
+  /// Returns whether the list has changed. An entry of the same worker and identity stays. But an entry from an
+  /// operator is replaced after a failed audit.
   bool put(const QuarantineRecord& record);
   /// Removes the worker and all others of its identity or host. Returns their names.
   std::vector<std::string> release(const Renderer& of, std::string_view host = {});

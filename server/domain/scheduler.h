@@ -58,7 +58,7 @@ class Scheduler {
   Pilots& pilots_;
   std::string held_;
   ResultsPace pace_;
-  bool slowed_ = false;  ///< a note said that the pace is slow
+  bool slowed_ = false;  ///< a note has reported a slow pace
 };
 
 }  // namespace lightmill

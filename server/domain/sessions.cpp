@@ -32,7 +32,7 @@ Status check_hello(const WorkerHello& hello) {
 
 }  // namespace
 
-// ---- sessions come ----
+// ---- connecting ----
 
 Duration Sessions::heartbeat_interval() const {
   const Duration of_all = Duration(std::chrono::seconds(1)) * workers_.sessions() / kHeartbeatsPerSecond;
@@ -178,7 +178,7 @@ bool Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) 
   return true;
 }
 
-// ---- sessions speak ----
+// ---- messages of workers ----
 
 void Sessions::heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event) {
   if (heartbeat.longest_wait) {
@@ -281,7 +281,7 @@ void Sessions::withdraw(Job& job, const Worker& worker, const Event& event) {
   life_.finish_if_complete(job, event);
 }
 
-// ---- sessions go ----
+// ---- ends of sessions ----
 
 void Sessions::distrust(SessionId session, LeaseId lease_id, const Status& error, const Event& event) {
   const std::string name = workers_.find_session(session)->worker;

@@ -13,8 +13,7 @@ namespace lightmill {
 /// damaged and the choice needs it. Else the worker that reads the scene reports the damage.
 Result<MethodNotes> settle_method(JobSpec& spec, const AssetStore& assets);
 
-/// Adds the layer `bias` to the film of a job with an error goal, if its method, or a candidate of its pilot, gathers
-/// photons.
+/// Adds the layer `bias` to the film of a job with an error goal, if a method that it may get gathers photons.
 void want_bias_layer(JobSpec& spec, const MethodNotes& notes);
 
 }  // namespace lightmill

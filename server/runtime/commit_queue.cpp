@@ -11,7 +11,7 @@
 namespace lightmill {
 namespace {
 
-/// A node of 96 KiB comes with a row or two of its own, so some 100 MiB at most wait for the disk.
+/// A node has 96 KiB, and comes with other writes. So at most some 100 MiB wait for the disk.
 constexpr std::size_t kMaxQueuedWrites = 2'000;
 constexpr auto kRetryPause = std::chrono::seconds(1);
 /// Effects that no caller waits for gather for so long. This gives fewer, larger transactions.

@@ -1,4 +1,4 @@
-// Commit queue, and the writer thread, which alone uses the store. It commits all queued effects in one transaction,
+// Commit queue and its writer thread, the only user of the store. It commits all queued effects in one transaction,
 // then sends their messages and replies. Between two transactions it reads a piece of a film.
 #pragma once
 
@@ -25,7 +25,7 @@ struct FilmRead {
   std::function<void(Result<StoredFilm>)> reply;
 };
 
-/// Commits, sends and answers effects in the order of push(). Effects that no caller waits for gather for 0.1 s. Call
+/// Effects are committed, sent and answered in the order of push(). If no caller waits, they gather for 0.1 s. Call
 /// push() from one thread.
 ///
 /// While the disk is full or failing, it retries commits and acknowledges nothing. The farm waits and loses nothing,

@@ -42,8 +42,8 @@ class WatchSink {
   virtual void fail(const Status& status) = 0;
 };
 
-/// Not thread-safe: only for the farm thread. A watcher gets the state at once, then after changes: at most 10 times a
-/// second, and 50 times until every tile has its first sample. Nothing is queued. A slow reader gets fewer, newer
+/// Not thread-safe: only for the farm thread. A watcher gets the state at once, then after changes, at most 10 times a
+/// second. Until every tile has its first sample, it is 50 times. Nothing is queued. A slow reader gets fewer, newer
 /// states, and so do all watchers while the farm thread is busy (FarmLoop).
 class WatchHub {
  public:

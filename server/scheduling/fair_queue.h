@@ -25,8 +25,8 @@ class FairQueue {
   void remove(JobId job);
   bool empty() const { return order_.empty(); }
   bool contains(JobId job) const { return places_.contains(job); }
-  /// Start value for a job that enters: the least `given_seconds` of its priority, so that it neither waits for the
-  /// past shares of others nor starves them. 0 if there is none.
+  /// Start value for a job that enters: the least `given_seconds` of its priority, or 0. So it neither waits for the
+  /// past shares of others nor starves them.
   double starting_seconds(std::int32_t priority) const;
 
   struct Entry {

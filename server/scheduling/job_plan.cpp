@@ -35,8 +35,7 @@ void JobPlan::rebuild() {
   buckets_.clear();
   std::fill(queued_at_.begin(), queued_at_.end(), kNotQueued);
   std::fill(taken_to_.begin(), taken_to_.end(), 0);
-  // The first units are spread over the picture: neighbours have similar costs, and the costs of the first tiles set
-  // the size of the next units.
+  // The first units are spread over the picture. Their costs set the size of the next units, and neighbours cost alike.
   const std::uint64_t count = queued_at_.size();
   auto stride = static_cast<std::uint64_t>(static_cast<double>(count) * 0.618);
   for (stride = std::max<std::uint64_t>(stride, 1); std::gcd(stride, count) != 1;) {

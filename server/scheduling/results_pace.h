@@ -9,9 +9,9 @@
 namespace lightmill {
 
 /// Rate of results of all workers together, in bytes per second. At most `most`; less while results wait too long for
-/// their acknowledgement, in the network, for a busy core or in the store. Control as in TCP (Chiu and Jain 1989), with
-/// the delay as signal (as in LEDBAT, RFC 6817). While waits are short the rate grows by a factor. When they are long
-/// it is cut below the rate of what came in.
+/// their acknowledgement. The cause may be the network, a busy core or the store. Control as in TCP (Chiu and Jain
+/// 1989), with the delay as signal (as in LEDBAT, RFC 6817). While waits are short the rate grows by a factor. When
+/// they are long it is cut below the rate of arrivals.
 ///
 /// Each worker counts once, and the median decides. So a few workers cannot move the rate. Leased units keep their
 /// length. So after each change the pace measures nothing until they are done, for at most 30 s.

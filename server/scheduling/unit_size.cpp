@@ -10,7 +10,7 @@
 namespace lightmill {
 namespace {
 
-/// Tiles per thread of a first unit of unknown cost: 1 to 4, so many that the results of all threads come in within
+/// Tiles per thread of a first unit of unknown cost: 1 to 4, as far as the results of all threads arrive within
 /// kFirstUnitSeconds.
 constexpr double kFirstUnitSeconds = 0.02, kTilesPerThreadAtFirst = 4;
 /// Least thread time of a range that is cut for parallelism, because a result costs some 0.3 ms to send and store.

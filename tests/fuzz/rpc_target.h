@@ -30,7 +30,7 @@ class RpcTarget {
   std::string example(const Method& method) const;
 
   /// Sends the requests on one stream, reads the answers, and ends the stream. Stops the program (LM_CHECK) if the
-  /// coordinator answers with a code for its own errors, or does not answer though it has nothing to wait for.
+  /// coordinator answers with a code for its own errors, or never answers a method that does not wait.
   grpc::Status call(const Method& method, const std::vector<std::string>& requests);
   /// Whether `bytes` are a message of this name.
   static bool is_message(const std::string& name, std::string_view bytes);

@@ -14,8 +14,8 @@ namespace lightmill::simulation {
 
 class Disk {
  public:
-  /// Applies a transaction of the coordinator of this epoch. Ignores it if the epoch is not the last one. Returns what
-  /// is wrong now, if anything: overlapping nodes of a tile, or a dropped node or audited result that is not stored.
+  /// Applies a transaction of the coordinator of this epoch. Ignores it if the epoch is not the last one. Returns an
+  /// error, if any: overlapping nodes of a tile, or a dropped node or audited result that is not stored.
   std::optional<std::string> apply(std::uint64_t epoch, std::span<const StoreOp> ops);
   std::uint64_t epoch() const { return epoch_; }
   static Sha256 secret() { return sha256("simulation"); }

@@ -2,9 +2,9 @@
 //
 // A lease is lost only after its grant was sent, and only if its worker or stream had a fault since.
 //
-// A job fails for losses only if as many workers as in CoordinatorLimits were lost in a row with one of its tiles, or
-// with its pilot. The reason names them. The checks count them again, from grants, losses and results. Their count may
-// be higher, because the coordinator does not count losses of a worker that sends garbage.
+// A job fails for losses only after as many lost workers as in CoordinatorLimits, in a row, with one of its tiles or
+// its pilot. The reason names them. The checks count them again, from grants, losses and results. Their count may be
+// higher, because the coordinator does not count losses of a worker that sends garbage.
 #pragma once
 
 #include <map>
