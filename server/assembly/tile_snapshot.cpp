@@ -23,7 +23,7 @@ std::string half_bytes(const std::vector<float>& values) {
   return bytes;
 }
 
-/// The channel of a layer that R, G or B shows.
+/// Channel of the layer for R, G or B.
 std::size_t channel_of(const LayerPlace& layer, std::size_t color) {
   return std::min<std::size_t>(color, layer.channels - 1);
 }
@@ -52,7 +52,7 @@ std::string summed_pixels(const TileSnapshot& tile, const LayerPlace& layer) {
   return half_bytes(rgbe);
 }
 
-/// Of layers that come from the first samples alone.
+/// For layers that come only from the first samples.
 std::string first_pixels(const TileSnapshot& tile, const LayerPlace& layer) {
   const auto pixels = static_cast<std::size_t>(tile.rect.pixel_count());
   const FirstValues first = first_of(tile);

@@ -1,4 +1,4 @@
-// Auditors: workers that may render results of others again.
+// Auditors: workers that may audit results of others.
 #include "server/domain/audits.h"
 #include "server/domain/eligibility.h"
 
@@ -27,7 +27,7 @@ bool Audits::are_done(const Job& job, Time now) const {
   if (!job.audits.waiting()) {
     return true;
   }
-  // Of one who had no results before the start nothing is known, and it may come back too.
+  // The farm does not know an identity without results before the start. It may come back too.
   const Duration patience = identities_before_.empty()       ? Duration::zero()
                             : identities_before_.size() == 1 ? limits_.restart_grace
                                                              : limits_.auditor_patience;

@@ -25,7 +25,7 @@ void Audits::restore(Job& job, std::span<const Renderer> renderers,
   for (const StoredState::StoredResult& result : results) {
     const NodeOutline* const node = job.outline().find(result.tile, result.range);
     if (node == nullptr) {
-      provenance_.add_orphan({job.id(), result.tile, result.range});  // its node was damaged, and is rendered again
+      provenance_.add_orphan({job.id(), result.tile, result.range});  // its node was damaged and is rendered again
       continue;
     }
     const Renderer& by = renderers[result.by];
@@ -103,14 +103,14 @@ Dispute Audits::compare(Job& job, const NodeKey& key, const Hash128& hash, const
     if (!differs || job.record.spec.verify_share <= 0) {
       return {};
     }
-    // These samples were not to be audited, but a copy did: what the film holds is the first claim.
+    // These samples were not selected, but a copy rendered them again. The film has the first claim.
     std::optional<Claim> first = claim_of_film(job, key, by);
     if (!first) {
       return {};
     }
     job.audits.open(place, *std::move(first), false);
   } else if (!PendingAudits::may_claim(*entry, by)) {
-    return {};  // an identity is heard once, and one of another class not at all
+    return {};  // an identity may claim once, and only in the class of the place
   }
   const Verdict verdict = job.audits.claim(place, {by, hash});
   if (verdict.kind == Verdict::Kind::agreed) {
@@ -120,7 +120,7 @@ Dispute Audits::compare(Job& job, const NodeKey& key, const Hash128& hash, const
   if (verdict.kind == Verdict::Kind::program) {
     return {.wrong = claims};
   }
-  event.warn(about(job.id()), "{} differ between {}: another identity is to decide",
+  event.warn(about(job.id()), "{} differ between {}: another identity must render them",
              describe_place(job, key.tile, key.range), describe_renderers(claims));
   return {};
 }
@@ -135,7 +135,7 @@ Dispute Audits::settle(Job& job, const NodeKey& key, const Hash128& hash, const 
   for (const Claim& claim : entry.claims) {
     (claim.hash == hash ? dispute.agreed : dispute.wrong).push_back(claim);
   }
-  if (entry.chosen && entry.claims.front().hash == hash) {  // else it may be no single result
+  if (entry.chosen && entry.claims.front().hash == hash) {  // else the first claim may be a joined node
     ++job.record.counters.results_verified;
     ++totals_.results_verified;
     event.store(PutVerified{key});

@@ -1,8 +1,8 @@
-// Audits: results that another identity renders again, and the disputes that follow.
+// Audits: results that a second identity renders again, and the disputes that follow.
 //
-// Owns the secret that draws which results are audited, and which identities may come back after a start of the
-// coordinator. Takes: merged results, and results of samples that the film has. Each job's open audits are in
-// PendingAudits. What disputes mean for workers is in quarantine.h.
+// Owns the secret that selects results for audit, and the identities that may come back after a restart of the
+// coordinator. Takes merged results, and results of samples that the film has. PendingAudits has the open audits of a
+// job. quarantine.h acts on disputes.
 #pragma once
 
 #include <set>
@@ -17,8 +17,8 @@ namespace lightmill {
 std::string describe_place(const Job& job, TileId tile, const SampleRange& range);
 std::string describe_renderers(std::span<const Claim> claims);
 
-/// Claims about samples that are wrong, because two identities have `agreed` on other bits. If `agreed` is empty, three
-/// identities claim three different things, and the program is at fault.
+/// Claims about samples. The `wrong` ones differ from the bits that two identities `agreed` on. If `agreed` is empty,
+/// three identities claim three different results, and the program is at fault.
 struct Dispute {
   std::vector<Claim> agreed = {}, wrong = {};
 };
@@ -36,42 +36,42 @@ class Audits {
         provenance_(provenance),
         totals_(totals) {}
 
-  /// Results that the film of a stored job was merged from.
+  /// Takes the recorded results of a stored job.
   void restore(Job& job, std::span<const Renderer> renderers, std::span<const StoredState::StoredResult> results);
   void stood_still(Duration late) { started_ += late; }
-  /// A result was merged; `outcome` says into which nodes. `unusual` ones are always audited.
+  /// A result was merged, into the nodes of `outcome`. `unusual` results are always audited.
   void merged(Job& job, const NodeKey& key, const Hash128& hash, const Renderer& by, const MergeOutcome& outcome,
               bool unusual, const Event& event);
-  /// A result of samples that the film has: an audit may wait for it. `differs`: from the film.
+  /// A result of samples that the film has. An audit may wait for it. `differs`: its bits are not those of the film.
   Dispute compare(Job& job, const NodeKey& key, const Hash128& hash, const Renderer& by, bool differs,
                   const Event& event);
 
   // ---- auditors.cpp ----
-  /// Whether no worker that is here, or was lately, could audit more of the job.
+  /// Whether no worker that is connected, or was recently, can audit more of the job.
   bool are_done(const Job& job, Time now) const;
-  /// Whether all workers that are here and may render the job have one identity.
+  /// Whether all connected workers that may render the job have one identity.
   bool one_identity(const Job& job) const;
-  /// Whether a worker that is here, or was lately, may render the job.
+  /// Whether a worker that is connected, or was recently, may render the job.
   bool any_may_render(const Job& job, Time now) const;
-  /// Empty, or about which samples two identities differ while no third one is here.
+  /// The samples on which two identities differ while no third one is connected. Empty if there are none.
   std::string reason_for_dispute(const Job& job) const;
 
  private:
-  /// The result's pixel samples, as so many of the parts that its job has; 1 at least. Of a job that grows, twice what
-  /// it has now counts as the whole.
+  /// Size of the result in parts of its job (kPartsOfAJob), at least 1. If the goal of the job is larger than twice its
+  /// present samples, the whole is twice its present samples.
   static double parts_in(const Job& job, const NodeKey& key);
-  /// What the film holds there, as a claim. Nothing if the job is mixed and workers of another class than `by`'s, or
-  /// unknown ones, had a part in it.
+  /// Claim for the bits of the film there. Nothing if the job allows several classes and a worker of another class than
+  /// `by`'s, or an unknown one, rendered a part.
   std::optional<Claim> claim_of_film(const Job& job, const NodeKey& key, const Renderer& by) const;
-  /// Two identities have said `hash` of these samples.
+  /// Two identities agree on `hash` for these samples.
   Dispute settle(Job& job, const NodeKey& key, const Hash128& hash, const Event& event);
-  /// Identities and classes that may render the job, without names.
+  /// Identities and classes that may render the job. The worker names are empty.
   std::vector<Renderer> renderers_for(const Job& job, Time now) const;
 
   const CoordinatorLimits& limits_;
   const Sha256 secret_;
   Time started_;
-  std::set<std::string> identities_before_;  ///< of which an earlier coordinator had results
+  std::set<std::string> identities_before_;  ///< an earlier coordinator had results of them
   const WorkerRegistry& workers_;
   const QuarantineList& quarantine_;
   LeaseTable& leases_;

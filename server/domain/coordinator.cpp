@@ -1,4 +1,4 @@
-// The coordinator's parts, and which of them each event goes to, in which order.
+// The coordinator's parts, and the order in which they see each event.
 #include "server/domain/coordinator.h"
 
 #include "common/base/check.h"
@@ -20,7 +20,7 @@ struct Coordinator::Parts {
         quarantined(std::move(stored.quarantine)),
         audits(limits, stored.secret, now, workers, quarantined, leases, provenance, totals) {}
 
-  /// Event of a call that says what the time is. Finds out if the coordinator stood still.
+  /// Event of a call that brings both times. Detects that the coordinator stood still.
   Event at(Time now, std::int64_t unix_ms, Effects& effects);
   Event at(Time now, Effects& effects) const { return {now, unix_ms(now), effects}; }
   std::int64_t unix_ms(Time now) const;
@@ -31,7 +31,7 @@ struct Coordinator::Parts {
 
   const CoordinatorLimits limits;
   const std::uint64_t epoch;
-  Time clock_time;  ///< of the last call that said what the time is
+  Time clock_time;  ///< of the last call that brought both times
   std::int64_t clock_unix_ms = 0;
   FarmTotals totals;
 
@@ -43,7 +43,7 @@ struct Coordinator::Parts {
   Provenance provenance;
   JobQueue queue{limits, workers};
   LeaseTable leases{limits, epoch, grants, workers, jobs, queue, totals};
-  Inspections inspections{workers, epoch << 32 | 1};  // numbers that no other coordinator gives
+  Inspections inspections{workers, epoch << 32 | 1};  // ids that no other coordinator uses
 
   Audits audits;
   JobLifeCycle life{limits, jobs, films, leases, workers, queue, audits, provenance, totals};
@@ -79,9 +79,8 @@ Event Coordinator::Parts::at(Time now, std::int64_t unix_ms, Effects& effects) {
   Event event{now, unix_ms, effects};
   const Duration late = now - std::max(next_deadline().value_or(now), clock_time);
   if (late > limits.lease_duration / 2) {
-    // Stopped, suspended or out of memory: what workers have said meanwhile is still to be read.
-    event.warn({}, "the coordinator has stood still, and was {:.0f} s late: workers get as long again",
-               to_seconds(late));
+    // Stopped, suspended or out of memory: the messages of workers from this time are not read yet.
+    event.warn({}, "the coordinator stood still for {:.0f} s: workers get their full time again", to_seconds(late));
     leases.extend_all(now);
     workers.stood_still(late, now);
     audits.stood_still(late);
@@ -255,7 +254,7 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
                    parts.sessions.leaves(*worker, event);
                    may_read_again = true;
                  },
-                 [](const auto&) {},  // a second hello says nothing new; results are handled above
+                 [](const auto&) {},  // a second hello has nothing new; results are handled above
              },
              message);
   if (may_read_again) {
@@ -353,7 +352,7 @@ void Coordinator::Parts::take_film(Job& job, StoredFilm film, const Event& event
   scheduler.serve_all(event);
 }
 
-// ---- what can be seen ----
+// ---- queries ----
 
 Result<JobStatus> Coordinator::status(JobId id, Time now) const {
   LM_ASSIGN_OR_RETURN(const Job* const job, parts_->jobs.get(id));

@@ -8,12 +8,12 @@ namespace lightmill {
 namespace {
 
 constexpr Duration kLookInterval = std::chrono::milliseconds(100);
-/// On large farms a look takes only the leases that are latest and so many pairs of lease and worker. It comes later by
-/// one interval for each so many leases.
+/// Limits of a search on large farms: the latest leases, and pairs of lease and worker. For each kLeasesALook leases
+/// the next search comes one interval later.
 constexpr std::size_t kMostLate = 64, kPairsALook = 20000, kLeasesALook = 2000;
-/// The idle worker must need this many times less, and this much to have its first result sent.
+/// The expected time of the copy, times kCopyGain, plus kCopySeconds for sending, must be less than the remaining time.
 constexpr double kCopyGain = 1.2, kCopySeconds = 0.1;
-constexpr double kLeastTileSeconds = 1e-6;  ///< also of a job of which nothing is rendered yet
+constexpr double kLeastTileSeconds = 1e-6;  ///< also for a job without results
 
 }  // namespace
 
@@ -37,7 +37,7 @@ double Copies::seconds_left(const Lease& lease, Time now) const {
     }
     const double expected = std::max(tile_seconds(worker, each), kLeastTileSeconds);
     if (slowdown == 0) {
-      // It works on its oldest lease: the tile that is due takes at least so long.
+      // The worker renders its oldest lease. The tile in work takes at least as long as the worker is silent.
       const double silent = to_seconds(now - std::max(worker.result_at(), each.granted));
       slowdown = std::max(1.0, silent / expected);
     }
@@ -50,7 +50,7 @@ double Copies::seconds_left(const Lease& lease, Time now) const {
 }
 
 bool Copies::may_be_copied(const Lease& lease, Time now) const {
-  // Each tile gets one copy at most, and so does a pilot. An audit is taken over, perhaps again: one worker has it.
+  // Each tile and each pilot gets one copy at most. An audit moves to another worker, perhaps more than once.
   const Job& job = jobs_.at(lease.unit.job);
   const bool copied = lease.is_pilot() ? job.leases().size() > 1 : lease.copy && !lease.audits;
   const Duration patience = lease.is_pilot() ? limits_.copy_pilot_after : limits_.copy_after;
@@ -110,7 +110,7 @@ void Copies::copy_one(Worker& worker, std::vector<std::pair<double, LeaseId>>& l
       }
       return;  // the next worker may copy the rest of this lease
     }
-    at = audits ? at + 1 : late.erase(at);  // the next worker may audit what this one has rendered itself
+    at = audits ? at + 1 : late.erase(at);  // the next worker may audit what this one rendered itself
   }
 }
 
@@ -126,7 +126,7 @@ bool Copies::copy(const Lease& lease, Worker& worker, const Event& event) {
   const std::uint32_t wanted =
       choose_tile_count(lease.unit.range, lease.remaining, job.pixels_of(lease.unit.tiles.front()),
                         scheduler_.aim_for(worker, job, event.now));
-  // From its end: its worker works from the front.
+  // From its end, because its worker renders from the front.
   const LeaseId id = leases_.next_id();
   Unit unit{job.id(), lease.unit.range, {}};
   for (std::size_t i = lease.unit.tiles.size();

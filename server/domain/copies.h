@@ -1,7 +1,8 @@
-// Copies: idle workers also get the leases that others are late with, near the end of a job.
+// Copies: second leases of late work for idle workers, near the end of a job (speculative execution).
 //
-// Owns when it looks next, and at which worker the last look ended. After Zaharia et al., Improving MapReduce
-// Performance in Heterogeneous Environments (2008): the leases that will take longest go first.
+// Owns the time of the next search, and the worker at which the last search ended. After Zaharia et al., Improving
+// MapReduce Performance in Heterogeneous Environments (2008): the leases with the longest remaining time are copied
+// first.
 #pragma once
 
 #include "server/domain/scheduler.h"
@@ -14,24 +15,24 @@ class Copies {
          const Scheduler& scheduler)
       : limits_(limits), jobs_(jobs), leases_(leases), workers_(workers), pilots_(pilots), scheduler_(scheduler) {}
 
-  /// Gives idle workers copies, if a look is due.
+  /// Gives copies to idle workers, if a search is due.
   void look(const Event& event);
-  /// When the next look is due; nothing if no worker is idle, or nothing is leased.
+  /// When the next search is due. Nothing if no worker is idle, nothing is leased, or leasing is stopped.
   std::optional<Time> next_look() const;
 
  private:
-  /// Leases that may be copied, each with minus the seconds that it will take: the longest first.
+  /// Leases that may be copied, each with its negated remaining seconds, so that the longest sorts first.
   std::vector<std::pair<double, LeaseId>> late_leases(Time now) const;
   bool may_be_copied(const Lease& lease, Time now) const;
-  /// Gives the worker a copy of one of these leases. Leases that need no other copy are taken out.
+  /// Gives the worker a copy of one of these leases. Removes leases that need no other copy.
   void copy_one(Worker& worker, std::vector<std::pair<double, LeaseId>>& late, const Event& event);
-  /// Of one thread of the worker for one tile of the lease: as measured, or as other workers take.
+  /// Seconds that a thread of the worker needs for one tile of the lease: its own measurement, or that of the job.
   double tile_seconds(const Worker& worker, const Lease& lease) const;
-  /// Until the lease's own worker will have done it, with all leases that it has before it.
+  /// Seconds until the lease's own worker finishes it, after all its earlier leases.
   double seconds_left(const Lease& lease, Time now) const;
-  /// Copies to the worker what is still to be done of the lease, or the end of that. False if there is nothing.
+  /// Copies the remaining tiles of the lease to the worker, or the last of them. False if there are none.
   bool copy(const Lease& lease, Worker& worker, const Event& event);
-  /// The worker audits some of it instead of the lease's own. False if there is nothing that it may.
+  /// Moves tiles of an audit lease to this worker. False if it may audit none of them.
   bool take_over_audit(const Lease& lease, Worker& worker, const Event& event);
   void open_copy(Worker& worker, Job& job, Lease lease, const Event& event);
 
@@ -42,7 +43,7 @@ class Copies {
   Pilots& pilots_;
   const Scheduler& scheduler_;
   Time next_look_;
-  std::string last_worker_;  ///< the next look begins behind it
+  std::string last_worker_;  ///< the next search begins after it
 };
 
 }  // namespace lightmill

@@ -7,14 +7,14 @@
 namespace lightmill {
 namespace {
 
-/// A worker is wanted only if it has so much to do: it must start and fetch scene and assets before it helps.
+/// A worker is wanted only if it has so much to do, because it must first start and fetch scene and assets.
 constexpr double kWorthwhileSeconds = 60;
 
-/// Threads that the job keeps busy for kWorthwhileSeconds. Nothing if it takes the workers that are here: the cost of
-/// its samples is not known yet, or it ends before a new worker would be worth it.
+/// Threads that the job keeps busy for kWorthwhileSeconds. Nothing if it uses the connected workers: its sample cost is
+/// unknown, or it ends before a new worker would help.
 std::optional<double> threads_for(const Job& job, Time now) {
   if (job.plan->closed() && !job.plan->has_work()) {
-    return 0;  // it waits for leases that are out
+    return 0;  // it only waits for open leases
   }
   const double cost = job.cost.mean.value();
   const Goal& goal = job.record.spec.goal;
@@ -23,7 +23,7 @@ std::optional<double> threads_for(const Job& job, Time now) {
     return std::nullopt;
   }
   double left = expected_pixel_samples(job, goal.error > 0 ? job.frame_error() : FrameError{});
-  if (std::isinf(left) && goal.error == 0) {  // time alone ends it: one more thread is never too much
+  if (std::isinf(left) && goal.error == 0) {  // only time ends it: it can use any number of threads
     return job.film().grid().tile_count();
   }
   if (std::isinf(left)) {  // its error cannot be read yet
@@ -32,7 +32,7 @@ std::optional<double> threads_for(const Job& job, Time now) {
   return left * cost / kWorthwhileSeconds;
 }
 
-/// What decides whether results of a worker would be a job's.
+/// The properties of a worker that decide whether its results can enter a job's film.
 struct Kind {
   std::string fingerprint_class, renderer_version;
   bool operator==(const Kind&) const = default;
@@ -69,7 +69,7 @@ std::uint32_t FarmView::wanted_workers(Time now) const {
       continue;
     }
     waiting = true;
-    // If none of the workers here can render it, more of their kind do not help. One that is asked for may be another.
+    // If no connected worker can render it, more of their kind do not help. One new worker may be of another kind.
     const bool suited = std::ranges::any_of(
         kinds, [&](const Kind& kind) { return suits(kind.fingerprint_class, kind.renderer_version, *job); });
     if (!job->leases().empty() || (suited && any_may_render(*job))) {
@@ -85,9 +85,9 @@ std::uint32_t FarmView::wanted_workers(Time now) const {
   if (there > 0) {
     wanted = std::max(wanted, std::ceil(threads * there / threads_there));
   }
-  // No busy worker is sent away: the last work is spread over all that are here.
+  // No busy worker is sent away, so the last work is spread over all connected workers.
   wanted = std::max<double>(wanted, busy);
-  // A worker in quarantine has a place and does nothing in it.
+  // A worker in quarantine takes a place and does nothing.
   wanted += wanted > 0 ? quarantined : 0;
   return static_cast<std::uint32_t>(std::min<double>(wanted, std::max(limits_.max_workers, busy)));
 }

@@ -17,20 +17,20 @@
 
 namespace lightmill {
 
-/// Everything of a job, except pixels, that must outlive the coordinator.
+/// Record of a job: everything but pixels that must outlive the coordinator.
 struct JobRecord {
   JobId id;
   JobSpec spec;  ///< with the current goal and priority
   MethodNotes method_notes;
-  Allocation allocation;  ///< even but for adaptive jobs, and until their pilot
+  Allocation allocation;  ///< even, except for adaptive jobs after their pilot
   JobState state = JobState::queued;
   std::string reason;
-  GoalLimit reached = GoalLimit::none;  ///< of a done job
+  GoalLimit reached = GoalLimit::none;  ///< only for a done job
   std::string fingerprint_class;        ///< empty until fixed; kMixedClass if it allows all
   double active_seconds = 0;
   double worker_seconds = 0;
   JobCounters counters;
-  std::vector<ErrorPoint> history;  ///< some sixty at most: see JobStatus; only ever grows
+  std::vector<ErrorPoint> history;  ///< about sixty at most: see JobStatus; it only grows
   std::int64_t submitted_unix_ms = 0, finished_unix_ms = 0;
 };
 
@@ -59,8 +59,8 @@ struct PutNode {
 struct DropNode {
   NodeKey key;
 };
-/// Worker that rendered something, and whom that is attributed to (identity_of); empty: not known. The class is set
-/// only for jobs that allow several: there, only workers of one class can be compared.
+/// Worker that rendered something, and the identity that this is attributed to (identity_of). Empty: unknown. The class
+/// is set only for jobs that allow several classes. There, only results of one class can be compared.
 struct Renderer {
   std::string worker, identity, fingerprint_class = {};
   friend auto operator<=>(const Renderer&, const Renderer&) = default;
@@ -70,34 +70,34 @@ struct PutResult {
   NodeKey key;
   Hash128 hash;
   Renderer by;
-  bool to_verify = false;  ///< another identity is still to render it again
+  bool to_verify = false;  ///< an audit of it is pending
 };
-/// A recorded result has been rendered again, with the same bits.
+/// An audit gave the same bits as the recorded result.
 struct PutVerified {
   NodeKey key;
 };
-/// Forgets the recorded results of the key's tile whose samples lie within the key's.
+/// Deletes the records of results of the key's tile whose samples lie within the key's range.
 struct DropResults {
   NodeKey key;
 };
-/// Forgets one recorded result. Its numbers may be out of a key's range.
+/// Deletes the record of one result. Its numbers may lie outside the range of a NodeKey.
 struct DropResultRow {
   JobId job;
   std::int64_t tile = 0, level = 0, index = 0;
   friend bool operator==(const DropResultRow&, const DropResultRow&) = default;
 };
 
-/// A worker that gets nothing to render, and neither do others of its identity: it has sent wrong bits.
+/// Record of a worker in quarantine. It and all others of its identity get nothing to render.
 struct QuarantineRecord {
   Renderer of;
   std::string reason;
   std::int64_t since_unix_ms = 0;
-  std::string host = {};  ///< of a worker without certificate or token: others on this host share its quarantine
+  std::string host = {};  ///< set for a worker without certificate or token; workers on this host share its quarantine
   friend bool operator==(const QuarantineRecord&, const QuarantineRecord&) = default;
 };
 /// Prefix of the reason when an operator, not a failed check, put the worker into quarantine.
 inline constexpr std::string_view kByHand = "put there by ";
-/// Inserts it, or replaces that of the same worker.
+/// Inserts the record, or replaces the one of the same worker.
 struct PutQuarantine {
   QuarantineRecord record;
 };
@@ -113,7 +113,7 @@ struct DropToken {
   std::string id;
 };
 
-/// Inserts an entry of the farm's log; one of this number that is there stays.
+/// Inserts an entry of the action log. An existing entry of this number stays.
 struct PutAction {
   Action action;
 };
@@ -130,10 +130,10 @@ struct Outgoing {
   CoordinatorMessage message;
 };
 
-/// Leases that these messages grant.
+/// The leases that these messages grant.
 std::vector<LeaseId> leases_granted(std::span<const Outgoing> messages);
 
-/// Something worth a line in the log.
+/// Line for the log.
 struct Note {
   enum class Level { info, warning };
   Level level = Level::info;
@@ -144,51 +144,51 @@ struct Note {
   LeaseId lease{};
 };
 
-/// A worker at one moment. The last three count up while the coordinator knows it.
+/// Counts of a worker at one moment. The last three only grow while the coordinator knows the worker.
 struct WorkerCount {
   std::string name;
   std::uint32_t threads = 0, leases = 0;
   std::uint64_t results = 0, leases_lost = 0, pixel_samples = 0;
 };
 
-/// Answer to the client that asked for an inspection.
+/// Answer for the client that asked for an inspection.
 struct InspectionOutcome {
   InspectionId id;
   Result<std::shared_ptr<const Inspection>> found;
 };
 
-/// Whether a film that was asked for is in memory now, and else why not.
+/// Outcome of a request for a film: it is in memory, or the error.
 struct FilmOutcome {
   JobId job;
   Status status;
 };
 
-/// What one or several events lead to. `writes` are applied in order, in one transaction. Only when they are durable
-/// may `after_commit` be sent and a client be answered. `now` may be sent at once, before or after.
+/// Effects of one or several events. `writes` are applied in order, in one transaction. `after_commit` and the answer
+/// to a client are sent only after `writes` are durable. `now` may be sent at any time.
 ///
-/// Effects are committed in the order in which they arose; several may share a transaction. `after_commit`, also of
-/// effects without writes, is sent only when all earlier effects are durable: an acknowledgement may stand on an
-/// earlier node. Within one session, the messages of `now` keep their order, and those of `after_commit` theirs.
+/// Effects are committed in their order. Several may share a transaction. `after_commit` waits until all earlier
+/// effects are durable, even without writes of its own: an acknowledgement may depend on an earlier node. Within a
+/// session, the messages of `now` keep their order, and so do those of `after_commit`.
 struct Effects {
   std::vector<StoreOp> writes;
   std::vector<Outgoing> now;
   std::vector<Outgoing> after_commit;
-  std::vector<SessionId> closed;             ///< sessions whose streams are to end at once
-  std::vector<InspectionOutcome> inspected;  ///< to be told at once: none of it is stored
+  std::vector<SessionId> closed;             ///< sessions whose streams end at once
+  std::vector<InspectionOutcome> inspected;  ///< sent at once: nothing of it is stored
   std::vector<Note> notes;
-  std::vector<WorkerCount> departed;  ///< workers that are forgotten, as they were last
-  std::vector<JobId> film_reads;      ///< films to be read from the store, after these writes and all earlier ones
-  std::vector<FilmOutcome> films;     ///< to be told at once
+  std::vector<WorkerCount> departed;  ///< last counts of workers that the registry has forgotten
+  std::vector<JobId> film_reads;      ///< films to read from the store, after these and all earlier writes
+  std::vector<FilmOutcome> films;     ///< sent at once
 };
 
-/// What a store gives back when a coordinator starts.
+/// State that a store returns when a coordinator starts.
 struct StoredState {
   struct StoredNode {
     StoredNode(TileId of, NodePtr stored) : tile(of), outline(outline_of(*stored)), node(std::move(stored)) {}
     StoredNode(TileId of, const NodeOutline& stored) : tile(of), outline(stored) {}
     TileId tile;
     NodeOutline outline;
-    NodePtr node;  ///< null where its values were left in the store
+    NodePtr node;  ///< null if its values stayed in the store
   };
   struct StoredResult {
     TileId tile;
@@ -199,22 +199,22 @@ struct StoredState {
   };
   struct StoredJob {
     JobRecord record;
-    std::vector<StoredNode> nodes;           ///< the forest, any order; of a job that has ended perhaps outlines alone
-    std::vector<StoredResult> results = {};  ///< that it was merged from, any order
+    std::vector<StoredNode> nodes;           ///< the forest, in any order; for an ended job perhaps only outlines
+    std::vector<StoredResult> results = {};  ///< that the film was merged from, in any order
   };
-  std::uint64_t epoch = 1;  ///< of the coordinator that starts now: one more than the last
+  std::uint64_t epoch = 1;  ///< number of this start: one more than the last
   std::vector<StoredJob> jobs;
   std::uint64_t next_job_id = 1;      ///< never reused, even after deletes
-  std::vector<NodeKey> damaged = {};  ///< nodes that were stored, and are left out because they are damaged
-  /// Rows whose renderer is lost. take_out_nonsense puts the nodes that they went into among `damaged`.
+  std::vector<NodeKey> damaged = {};  ///< stored nodes that are left out because they are damaged
+  /// Rows whose renderer is lost. take_out_nonsense adds the nodes that they were merged into to `damaged`.
   std::vector<DropResultRow> damaged_results = {};
-  std::vector<JobId> damaged_jobs = {};           ///< left out: what was stored of them is not what was written
-  std::vector<std::string> damaged_entries = {};  ///< tokens and entries of the log that mean nothing, in words
+  std::vector<JobId> damaged_jobs = {};           ///< left out, because their rows are damaged
+  std::vector<std::string> damaged_entries = {};  ///< unreadable tokens and action log entries, in words
   std::vector<TokenRecord> tokens = {};
   std::vector<Action> actions = {};  ///< any order
   std::vector<Renderer> renderers = {};
   std::vector<QuarantineRecord> quarantine = {};
-  Sha256 secret = {};  ///< of this store, drawn when it was made: draws the results that are audited
+  Sha256 secret = {};  ///< of this store, drawn when it was created; it selects the results for audit, and signs grants
 };
 
 /// Nodes of one film, with their values.

@@ -6,7 +6,7 @@
 
 namespace lightmill {
 
-/// Whether results of such workers would be the job's.
+/// Whether results of such workers can enter the job's film.
 inline bool suits(const std::string& fingerprint_class, const std::string& renderer_version, const Job& job) {
   const std::string& fixed = job.record.fingerprint_class;
   return (job.record.spec.allow_mixed || fixed.empty() || fixed == fingerprint_class) &&
@@ -20,7 +20,7 @@ inline bool may_render(const Worker& worker, const Job& job) {
   return !worker.quarantined() && suits(worker, job) && !worker.too_large().contains(job.id()) &&
          !job.refusals.excludes(worker.identity());
 }
-/// Whether it may get work of the job now.
+/// Whether the worker may get work of the job now.
 inline bool may_have(const Worker& worker, const Job& job, Time now) {
   return now >= job.hold_until && may_render(worker, job) &&
          now >= job.refusals.may_have_from(worker.identity(), worker.connected_at());

@@ -1,4 +1,4 @@
-// An event as the coordinator's parts see it: when it happens, and the effects that it has. Private to server/domain.
+// Event as the coordinator's parts see it: its time, and where its effects go. Private to server/domain.
 #pragma once
 
 #include <fmt/format.h>

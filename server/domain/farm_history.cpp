@@ -13,7 +13,7 @@ void keep_last(std::deque<T>& ring, T entry, std::size_t most) {
   }
 }
 
-/// Means by length, and sums of what is counted.
+/// Means weighted by length, and sums of counts.
 template <class Samples>
 FarmSample joined(const Samples& samples) {
   FarmSample all = samples.back();
@@ -57,7 +57,7 @@ void FarmHistory::add(const FarmCounts& counts, Time now, std::int64_t unix_ms) 
   next_ = now + kInterval;
   pixel_samples_ = counts.pixel_samples;
   if (first) {
-    return;  // a moment, and no interval yet
+    return;  // the first moment is no interval yet
   }
   keep_last(fine_, sample, kFine);
   if (--until_minute_ == 0) {

@@ -1,5 +1,4 @@
-// What the farm did, for who looks back: its work, its workers and its queue over time. In memory alone: a coordinator
-// that starts begins with nothing.
+// History of the farm: its work, its workers and its queue over time. Only in memory: a coordinator starts with none.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +12,15 @@
 
 namespace lightmill {
 
-/// The farm at one moment.
+/// Counts of the farm at one moment.
 struct FarmCounts {
   std::uint64_t pixel_samples = 0;   ///< merged since the coordinator began
-  std::uint32_t jobs_running = 0;    ///< of which something is leased
-  std::uint32_t jobs_waiting = 0;    ///< neither ended nor paused, and nothing of them is leased
-  std::vector<WorkerCount> workers;  ///< that are connected
+  std::uint32_t jobs_running = 0;    ///< with leases
+  std::uint32_t jobs_waiting = 0;    ///< without leases, neither ended nor paused
+  std::vector<WorkerCount> workers;  ///< connected ones
 };
 
-/// An interval of the farm's life. What is no count of the interval is a mean over its moments.
+/// Interval of the farm's history. `pixel_samples` is a count over the interval; the values below it are means.
 struct FarmSample {
   std::int64_t unix_ms = 0;  ///< its end
   double seconds = 0;        ///< its length
@@ -34,45 +33,45 @@ struct FarmSample {
   friend bool operator==(const FarmSample&, const FarmSample&) = default;
 };
 
-/// A minute of a worker.
+/// Minute of a worker's history.
 struct WorkerSample {
   std::int64_t unix_ms = 0;  ///< its end
-  double seconds = 0;        ///< that the worker was there
+  double seconds = 0;        ///< that the worker was connected
   std::uint64_t results = 0, leases_lost = 0, pixel_samples = 0;
   friend bool operator==(const WorkerSample&, const WorkerSample&) = default;
 };
 
-/// Samples of ten seconds for an hour, of five minutes for a day, and each worker's last hour by minutes: 60 KB, and
-/// 3 KB a worker. Not thread-safe.
+/// History at three scales: ten seconds for an hour, five minutes for a day, and minutes of each worker's last hour. 60
+/// KB, and 3 KB for each worker. Not thread-safe.
 class FarmHistory {
  public:
   static constexpr Duration kInterval = std::chrono::seconds(10);
   static constexpr std::size_t kFine = 360, kCoarse = 288, kMinutes = 60;
   static constexpr int kFineInCoarse = 30, kFineInMinute = 6;
-  /// Names of workers beyond these are not kept until others have been gone for an hour.
+  /// Further workers are not recorded until others have been gone for an hour.
   static constexpr std::size_t kMostWorkers = 20'000;
 
   /// When `add` is due.
   Time next() const { return next_; }
-  /// Counts of this moment: ends an interval, which may be longer than kInterval.
+  /// Ends an interval with the counts of this moment. It may be longer than kInterval.
   void add(const FarmCounts& counts, Time now, std::int64_t unix_ms);
-  /// The last of what a worker did: its counts begin anew when it comes again.
+  /// Last counts of a worker that is gone. Its counts start at 0 when it comes back.
   void depart(const WorkerCount& worker);
 
   /// Oldest first.
   const std::deque<FarmSample>& fine() const { return fine_; }
   const std::deque<FarmSample>& coarse() const { return coarse_; }
-  /// The same of one worker's whole minutes; empty if it is not known.
+  /// Complete minutes of a worker, oldest first; empty if it is unknown.
   std::vector<WorkerSample> of_worker(const std::string& name) const;
 
  private:
   struct WorkerPast {
     WorkerCount last;
-    WorkerSample minute;  ///< that is under way
+    WorkerSample minute;  ///< not complete yet
     std::deque<WorkerSample> minutes;
     int minutes_gone = 0;
   };
-  /// The minute that is under way has what the worker did since its last count; null if there is no room for it.
+  /// Adds what the worker did since its last counts to its current minute. Null if there is no room for the worker.
   WorkerPast* count(const WorkerCount& worker);
   void end_minute(std::int64_t unix_ms);
 

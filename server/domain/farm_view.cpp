@@ -104,7 +104,7 @@ WorkerStatus FarmView::status(const Worker& worker, Time now) const {
 
 std::vector<WorkerStatus> FarmView::workers(Time now, const WorkerFilter& filter) const {
   std::vector<WorkerStatus> found;
-  // As many of both kinds: those of the list are among them.
+  // `most` of both kinds contain the first `most` of the merged list.
   const auto& all = workers_.all();
   for (auto at = all.upper_bound(filter.after); at != all.end() && found.size() < filter.most; ++at) {
     if (at->second.session()) {
@@ -153,7 +153,7 @@ FarmSnapshot FarmView::snapshot() const {
   for (const auto& [id, job] : jobs_.all()) {
     ++farm.jobs[static_cast<std::size_t>(job->record.state)];
     const Goal& goal = job->record.spec.goal;
-    const bool counted = goal.samples > 0 || goal.error > 0;  // a job that time alone ends has no end of samples
+    const bool counted = goal.samples > 0 || goal.error > 0;  // a job that ends only by time has no limit of samples
     farm.free_pixel_samples += counted && job->in_progress() ? job->plan->free_pixel_samples() : 0;
   }
   for (const auto& [name, worker] : workers_.all()) {

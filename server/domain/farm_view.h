@@ -1,6 +1,6 @@
-// View of the farm: jobs, workers, counts and demand, as clients, metrics and autoscalers see them.
+// View of the farm: jobs, workers, counts and demand, for clients, metrics and autoscalers.
 //
-// Owns which assets are missing, and when workers asked for them last. Changes nothing else.
+// Owns the missing assets, each with the time of the last request. Changes nothing else.
 #pragma once
 
 #include "server/domain/coordinator.h"
@@ -35,14 +35,15 @@ class FarmView {
   bool wants_workers() const;
 
   // ---- wait_reasons.cpp ----
-  /// Workers ask for this asset and do not get it. Jobs that have it say so until workers stop asking.
+  /// Workers ask for this asset, and the server does not have it. The status of jobs that use it says so until workers
+  /// stop asking.
   void asset_is_missing(const Sha256& digest, const Event& event);
 
  private:
-  /// Empty if the job does not wait: a worker is here that may render it.
+  /// Empty if the job does not wait, because a connected worker may render it.
   std::string reason_to_wait(const Job& job, Time now) const;
   std::string reason_of_missing(const Job& job, Time now) const;
-  /// Nothing has come of any of its leases for long.
+  /// Why the job stands still, if no lease of it has brought a result for long.
   std::string reason_of_standstill(const Job& job, Time now) const;
   std::string why_none_may(const Job& job) const;
   bool any_may_render(const Job& job) const;

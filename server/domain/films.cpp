@@ -3,9 +3,9 @@
 namespace lightmill {
 namespace {
 
-/// Who waits longer for a film is told to try again.
+/// A client that waits longer for a film is told to try again.
 constexpr Duration kPatience = std::chrono::seconds(30);
-/// Until it is looked again whether films are still held that had to leave.
+/// Pause before the next check of films that must leave but are shared.
 constexpr Duration kLookPause = std::chrono::milliseconds(200);
 
 }  // namespace
@@ -46,7 +46,7 @@ bool Films::make_room(std::uint64_t bytes, Time now) {
     const Time idle = job->film_used + limits_.film_idle;
     if (needed + kept <= limits_.film_bytes && now < idle) {
       next_look_ = std::min(next_look_.value_or(idle), idle);
-      break;  // all others were used later
+      break;  // all others were used more recently
     }
     if (job->film().shared()) {
       next_look_ = now + kLookPause;
@@ -82,7 +82,7 @@ void Films::answered(JobId job, const Status& status, const Event& event) {
   event.effects.films.push_back({job, status});
 }
 
-/// Also about the film that is being read. Films of jobs that are to go on stay wanted.
+/// Also for the film that is being read. Films of jobs that wait to reopen stay wanted.
 void Films::give_up(const Event& event) {
   for (std::size_t i = 0; i < wanted_.size();) {
     Wanted& wanted = wanted_[i];
@@ -92,8 +92,8 @@ void Films::give_up(const Event& event) {
     }
     event.effects.films.push_back(
         {wanted.job,
-         resource_exhausted("the film of job {} waits to be read from the store: films that are on their way "
-                            "take all of --films-gib, or the store is slow; try again",
+         resource_exhausted("the film of job {} is not read from the store yet: films that are being sent take all "
+                            "of --films-gib, or the store is slow; try again",
                             wanted.job.value)});
     const Job* const job = jobs_.find(wanted.job);
     if ((i == 0 && reading_) || (job != nullptr && job->reopens)) {

@@ -1,9 +1,9 @@
-// Films of ended jobs: which are in memory, and which are to be read from the store.
+// Films of ended jobs: which are in memory, and which are read from the store.
 //
-// A film leaves memory when nobody has asked for it for a while, or when the films of active jobs need its place: the
-// one that was used least lately goes first. One that somebody still holds a node of stays: it would free nothing. Owns
-// the queue of films that are waited for, of which one is read at a time. A film that needs more room than there ever
-// is comes alone. Takes: requests for films, ends of jobs, time.
+// A film leaves memory when it was unused for `film_idle`, or when active jobs need its place. The least recently used
+// film leaves first. A film with a shared node stays, because dropping it frees nothing. Owns the queue of requested
+// films. One film is read at a time. A film larger than the whole limit is read when no other film of an ended job is
+// in memory. Takes requests for films, ends of jobs, and time.
 #pragma once
 
 #include <deque>
@@ -17,17 +17,17 @@ class Films {
  public:
   Films(const CoordinatorLimits& limits, const JobTable& jobs) : limits_(limits), jobs_(jobs) {}
 
-  /// Whether the job's film is in memory, which counts as a use of it. If not, it is read, with the next serve() or
-  /// tick(); then, or when that takes too long, the effects say so.
+  /// Whether the job's film is in memory. Counts as a use. If it is not, the next serve() or tick() has it read. The
+  /// effects tell when it is there, or that reading takes too long.
   bool use(Job& job, Time now);
-  /// The job has ended, or its film has come back.
+  /// The job has ended, or its film is in memory again.
   void keep(Job& job, Time now);
-  /// The store was asked for the film, and has answered. Those who wait for it are told; the next one is read later, as
-  /// it may need this one's place.
+  /// The store has answered a request for the film. The effects tell those who wait. The next film is read later,
+  /// because it may need the place of this one.
   void answered(JobId job, const Status& status, const Event& event);
-  /// Has the next film read, once there is room for it.
+  /// Starts to read the next film, if there is room for it.
   void serve(const Event& event);
-  /// Films leave memory until so much more has room. False if that cannot be.
+  /// Drops films until so many more bytes fit. False if they cannot.
   bool make_room(std::uint64_t bytes, Time now);
 
   void tick(const Event& event);
@@ -45,8 +45,8 @@ class Films {
   const JobTable& jobs_;
   std::deque<Wanted> wanted_;  ///< the first one is being read if `reading_`
   bool reading_ = false;
-  Time next_serve_{};              ///< while films are wanted, and none is being read
-  std::optional<Time> next_look_;  ///< when a film may leave; while some are in memory
+  Time next_serve_{};              ///< when to try the next read; used while films are wanted and none is being read
+  std::optional<Time> next_look_;  ///< when a film may leave memory; set while some are there
 };
 
 }  // namespace lightmill

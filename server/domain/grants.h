@@ -1,8 +1,7 @@
-// Grants: proof that the coordinator gave these samples to this worker.
+// Grants: proofs that the coordinator granted samples to a worker.
 //
-// A tag is an HMAC-SHA-256 with a key from the store's secret, over all that a grant of one tile says. So no table of
-// former leases is needed: every coordinator of the farm knows its own tags, after restarts and long after the lease is
-// lost.
+// A tag is an HMAC-SHA-256 over all fields of a grant of one tile. Its key derives from the store's secret. So no table
+// of former leases is needed. Every coordinator of the farm recognises its tags, even after restarts and lost leases.
 #pragma once
 
 #include <string>
@@ -17,11 +16,11 @@ class Grants {
   /// `secret`: the store's.
   explicit Grants(const Sha256& secret);
 
-  /// Names the farm. Says nothing of the secret.
+  /// Name of the farm. It reveals nothing about the secret.
   const Hash128& farm() const { return farm_; }
-  /// Of samples `key` of a job with this render digest, which `lease` gives to the worker.
+  /// Tag of samples `key` of a job with this render digest, which `lease` grants to the worker.
   Sha256 tag(const std::string& worker, LeaseId lease, const Sha256& render_digest, const NodeKey& key) const;
-  /// Whether `tag` is that tag. Takes as long for a wrong one, wherever it differs.
+  /// Whether `tag` is the right tag. Constant time, wherever a wrong tag differs.
   bool are_proven(const Sha256& tag, const std::string& worker, LeaseId lease, const Sha256& render_digest,
                   const NodeKey& key) const;
 

@@ -6,7 +6,7 @@ namespace lightmill {
 
 Result<InspectionId> Inspections::add(const std::string& caller, InspectionRequest request, Time now) {
   if (std::ranges::none_of(workers_.all(), [](const auto& entry) { return entry.second.may_inspect(); })) {
-    return unavailable("no worker is here that could read the scene: start one");
+    return unavailable("no connected worker can read scene files: start one");
   }
   if (waiting_.size() >= limits_.most) {
     return resource_exhausted("{} scenes wait to be read already: try again later", waiting_.size());
@@ -51,7 +51,7 @@ void Inspections::serve(const Event& event) {
 void Inspections::report(SessionId session, const InspectReport& report, const Event& event) {
   const auto busy = busy_.find(session);
   if (busy == busy_.end() || busy->second != report.inspection) {
-    return;  // taken for lost meanwhile
+    return;  // it was taken for lost meanwhile
   }
   busy_.erase(busy);
   answer(report.inspection, report.found, event);
@@ -73,10 +73,9 @@ void Inspections::left(SessionId session, bool lost, const Event& event) {
   waiting.deadline = event.now + limits_.patience;
   waiting.lost += lost ? 1 : 0;
   if (waiting.lost >= limits_.losses) {
-    event.warn({}, "inspection {} is given up: {} workers were lost with it", id.value, waiting.lost);
+    event.warn({}, "inspection {} failed: {} workers were lost with it", id.value, waiting.lost);
     answer(id,
-           unavailable("{} workers were lost while they read these files; they may be too large, or damaged in a way "
-                       "that nothing expects",
+           unavailable("{} workers were lost while they read these files; the files may be too large or damaged",
                        waiting.lost),
            event);
   }
@@ -92,9 +91,9 @@ void Inspections::tick(const Event& event) {
   for (const InspectionId id : late) {
     answer(id,
            waiting_.at(id).reader
-               ? make_error(StatusCode::kDeadlineExceeded, "a worker has read these files for {:.0f} s without an end",
-                            to_seconds(limits_.reading))
-               : unavailable("no worker has had time to read these files within {:.0f} s: try again later",
+               ? make_error(StatusCode::kDeadlineExceeded,
+                            "a worker did not read these files to the end within {:.0f} s", to_seconds(limits_.reading))
+               : unavailable("no worker was free to read these files within {:.0f} s: try again later",
                              to_seconds(limits_.patience)),
            event);
   }

@@ -1,4 +1,4 @@
-// Inspections: scene files that wait for a worker to read them. In memory alone, and unrelated to jobs.
+// Inspections: scene files that wait for a worker to read them. Only in memory, and unrelated to jobs.
 #pragma once
 
 #include <map>
@@ -13,29 +13,30 @@
 namespace lightmill {
 
 struct InspectionLimits {
-  std::size_t most = 64, most_per_caller = 4;    ///< that wait or are being read
-  Duration patience = std::chrono::seconds(60);  ///< one that no worker has taken by then is given up
-  /// A worker gives up after less; one that does not is no longer waited for, and gets no other until it reports.
+  std::size_t most = 64, most_per_caller = 4;    ///< that wait or are read
+  Duration patience = std::chrono::seconds(60);  ///< an inspection that no worker takes within this time fails
+  /// A worker itself stops sooner. If it does not, the inspection fails, and the worker gets no other until it reports.
   Duration reading = std::chrono::seconds(75);
-  std::uint32_t losses = 2;  ///< with which so many workers were lost is not given to another
+  std::uint32_t losses = 2;  ///< after so many lost workers an inspection fails
 };
 
-/// Each worker reads one at a time; the oldest goes first. Each is answered once, among the effects (`inspected`),
-/// unless it is forgotten.
+/// Queue of inspections. Each worker reads one at a time. The oldest goes first. Each is answered once, with the
+/// effects (`inspected`), unless it is forgotten.
 class Inspections {
  public:
-  /// Numbers count up from `first`.
+  /// Ids count up from `first`.
   Inspections(const WorkerRegistry& workers, std::uint64_t first) : workers_(workers), next_(first) {}
 
-  /// UNAVAILABLE without a worker that reads scene files, RESOURCE_EXHAUSTED. Each caller has a share of what may wait.
+  /// UNAVAILABLE without a worker that reads scene files. RESOURCE_EXHAUSTED if too many wait, of all or of this
+  /// caller.
   Result<InspectionId> add(const std::string& caller, InspectionRequest request, Time now);
-  /// The caller does not wait for it any more.
+  /// The caller no longer waits for it.
   void forget(InspectionId id) { waiting_.erase(id); }
 
-  /// Gives inspections that wait to workers that have none, fewest leases first.
+  /// Gives waiting inspections to workers that have none, those with the fewest leases first.
   void serve(const Event& event);
   void report(SessionId session, const InspectReport& report, const Event& event);
-  /// The session will report nothing. `lost`: the files that it read may be why.
+  /// The session will report nothing. `lost`: the files may be the cause.
   void left(SessionId session, bool lost, const Event& event);
   void tick(const Event& event);
   std::optional<Time> next_deadline() const;
@@ -54,7 +55,7 @@ class Inspections {
   const WorkerRegistry& workers_;
   std::uint64_t next_;
   std::map<InspectionId, Waiting> waiting_;
-  std::map<SessionId, InspectionId> busy_;  ///< also with inspections that were forgotten
+  std::map<SessionId, InspectionId> busy_;  ///< also with forgotten inspections
 };
 
 }  // namespace lightmill

@@ -37,7 +37,7 @@ void JobLifeCycle::queue_again(Job& job) {
 
 void JobLifeCycle::restored(Job& job, Time now) {
   if (job.record.state == JobState::done && !is_whole(job)) {
-    // The store left a damaged node out: it is rendered again.
+    // The store left a damaged node out. It is rendered again.
     reopen(job, now);
     if (!job.reopens) {
       restored_.insert(job.id());
@@ -75,7 +75,7 @@ void JobLifeCycle::unbind_if_unwanted(Job& job, const Event& event) {
 }
 
 void JobLifeCycle::pause(Job& job, std::string reason, const Event& event) {
-  // Results of leases that are out are still taken. Nothing more goes out.
+  // Results of open leases are still taken. Nothing more is leased.
   job.record.state = JobState::paused;
   job.record.reason = std::move(reason);
   job.store(event);
@@ -96,7 +96,7 @@ void JobLifeCycle::finish(Job& job, JobState state, std::string reason, const Ev
   job.losses = Losses(limits_);
   job.refusals = {};
   if (state != JobState::done) {
-    job.audits = {};  // a done job may still get them when it is extended
+    job.audits = {};  // a done job may still finish its audits when it is extended
   }
   queue_.remove(job.id());
   for (std::set<JobId>* const waiting : {&timed_, &restored_, &ending_}) {
@@ -126,7 +126,7 @@ bool JobLifeCycle::fail_if_refused(Job& job, const Event& event) {
   }
   unbind_if_unwanted(job, event);
   if (!agreed && (!job.refusals.certain() || !job.leases().empty() || audits_.any_may_render(job, event.now))) {
-    look_again(job.id());  // the others may leave
+    look_again(job.id());  // the other workers may leave
     return false;
   }
   finish(job, JobState::failed, job.refusals.text(), event);
@@ -173,7 +173,7 @@ void JobLifeCycle::film_came(Job& job, bool whole, const Event& event) {
   if (!whole || job.reopens) {
     if (job.record.state == JobState::done) {
       reopen(job, event.now);
-      look_again(job.id());  // the samples that are left may be all that is wanted
+      look_again(job.id());  // the remaining samples may be all that is wanted
     }
     job.store(event);
   }
@@ -212,8 +212,8 @@ void JobLifeCycle::lose_lease(LeaseId id, bool cancel, const Event& event) {
   Job& job = jobs_.at(lease.unit.job);
   leases_.end(id, {.cancel = cancel, .lost = true}, event);
   job.store_progress(event);
-  // An audit's tiles were rendered before, and an unsent lease did no harm. A worker that sends damaged results proves
-  // nothing about the work.
+  // Some losses prove nothing about the work. The tiles of an audit were rendered before. An unsent lease was never
+  // rendered. A worker that sends damaged results may itself be the cause.
   const Worker* const worker = workers_.find(lease.worker);
   if (!lease.audits && lease.sent && (worker == nullptr || worker->bad_results() == 0)) {
     std::string reason = job.losses.add(lease, job.film().grid());

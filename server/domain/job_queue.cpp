@@ -3,7 +3,7 @@
 namespace lightmill {
 namespace {
 
-/// How much of the whole farm's time, in units, a job's first picture may have before others get their share.
+/// Time of the whole farm, in units, that a job's first picture gets before other jobs get their share.
 constexpr double kFreshUnits = 2;
 
 }  // namespace
@@ -29,7 +29,7 @@ double JobQueue::given_seconds(const Job& job) {
 }
 
 bool JobQueue::is_fresh(const Job& job) const {
-  // Bounded: a huge film's first picture must not delay other jobs for long.
+  // Bounded, because the first picture of a huge film must not delay other jobs for long.
   const double head_start =
       kFreshUnits * limits_.unit_seconds * static_cast<double>(std::max<std::uint64_t>(workers_.threads(), 1));
   return job.plan->first_round() && given_seconds(job) - job.share.at_start < head_start;

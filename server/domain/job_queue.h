@@ -1,7 +1,6 @@
-// Queue of the jobs that have work to give, in the order in which workers are offered them.
+// Queue of the jobs that have work to lease, in the order in which workers get it.
 //
-// Owns each job's fair share of thread time. Takes: every change of what a job has to give. The order itself is
-// FairQueue's.
+// Owns each job's fair share of thread time. Takes every change of a job's work. FairQueue has the order.
 #pragma once
 
 #include "server/domain/jobs.h"
@@ -14,9 +13,9 @@ class JobQueue {
  public:
   JobQueue(const CoordinatorLimits& limits, const WorkerRegistry& workers) : limits_(limits), workers_(workers) {}
 
-  /// The job is new, or comes again after a pause or its end: with a fresh share.
+  /// The job is new, or comes back after a pause or its end. It gets a fresh share.
   void enter(Job& job);
-  /// After anything that changes what the job has to give, or its place.
+  /// To call after every change of the job's work or place.
   void refresh(Job& job);
   void remove(JobId job) { queue_.remove(job); }
 
@@ -26,9 +25,9 @@ class JobQueue {
   auto end() const { return queue_.end(); }
 
  private:
-  /// Thread seconds that the job got since it came, with those of its leases.
+  /// Thread seconds that the job got since it entered, with those of its leases.
   static double given_seconds(const Job& job);
-  /// Whether its first picture is still to come, and may go before other jobs' next ones.
+  /// Whether its first picture is not complete, and goes before the work of other jobs.
   bool is_fresh(const Job& job) const;
 
   const CoordinatorLimits& limits_;

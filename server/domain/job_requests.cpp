@@ -48,7 +48,7 @@ Result<bool> JobLifeCycle::resume(JobId id, const Event& event) {
   job->record.reason.clear();
   job->store(event);
   queue_again(*job);
-  event.info(about(id), "job {} goes on", id.value);
+  event.info(about(id), "job {} resumes", id.value);
   return !finish_if_complete(*job, event);
 }
 

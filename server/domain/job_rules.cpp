@@ -11,7 +11,7 @@
 namespace lightmill {
 namespace {
 
-/// More than a thousand fast threads do.
+/// More than a thousand fast threads render.
 constexpr double kMostPixelSamplesPerSecond = 1e9;
 
 }  // namespace
@@ -21,7 +21,7 @@ std::uint64_t finished_bytes(const JobSpec& spec) {
   const NodeLayout layout(spec.settings.layers);
   int parts = std::popcount(spec.goal.samples);
   if (spec.goal.seconds > 0) {
-    // It may stop at any count up to the most it can reach; of those, one with all bits set has most parts.
+    // It may stop at any count up to `most`. A count with all bits set has most parts.
     double most = std::ceil(spec.goal.seconds * kMostPixelSamplesPerSecond / static_cast<double>(pixels));
     most = std::min(most, static_cast<double>(spec.goal.samples > 0 ? spec.goal.samples : most_samples(spec.goal)));
     parts =
@@ -75,7 +75,7 @@ bool has_error(const JobSpec& spec) {
 }
 
 std::string interval_text(double value, double half_width) {
-  // As many decimals as the half width needs for its two digits, where that is a number worth writing out.
+  // Enough decimals for two digits of the half width, unless these are none or more than seven.
   const int decimals = half_width > 0 ? 1 - static_cast<int>(std::floor(std::log10(half_width))) : 0;
   return half_width > 0 && decimals > 0 && decimals <= 7
              ? fmt::format("{:.{}f} ± {:.{}f}", value, decimals, half_width, decimals)
@@ -84,7 +84,7 @@ std::string interval_text(double value, double half_width) {
 
 Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
   Goal goal = job.record.spec.goal;
-  // Limits that are reached have done their work, and would end the job at once.
+  // Reached limits would end the job at once.
   if (job.time_is_up(now)) {
     goal.seconds = 0;
   }
@@ -96,8 +96,8 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
     const RenderSettings& settings = job.record.spec.settings;
     if (may_gather(settings, job.record.method_notes) && NodeLayout(settings.layers).bias < 0) {
       return failed_precondition(
-          "an error cannot be its goal: the gathering of photons blurs, and the film has no layer \"bias\" that tells "
-          "by how much; submit the job again with an error as its goal");
+          "an error goal needs the layer \"bias\" in the film, because the method may gather photons; submit the job "
+          "again with an error goal");
     }
     goal.error = to.error;
   } else if (job.record.reached == GoalLimit::error) {
@@ -107,7 +107,8 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
     return invalid_argument("more samples or a smaller error must be given");
   }
   if (to.samples > 0) {
-    // No goal lies below what is merged beyond a gap, or out: counts would then stand for other samples than [0, n).
+    // A goal must not lie below samples that are leased, or merged beyond a gap. Else a count n would not mean samples
+    // [0, n).
     const std::uint64_t before = std::max(goal.samples, job.samples_end());
     if (to.samples <= before || to.samples > most_samples(goal)) {
       return invalid_argument("samples must be the new total, more than {} and at most {}, got {}", before,

@@ -246,7 +246,7 @@ std::uint64_t Job::samples_wanted_now() const {
 bool Job::record_error(bool at_end) {
   const double samples = mean_samples();
   const double last = record.history.empty() ? 0 : record.history.back().samples;
-  constexpr double kRounding = 1e-6;  // the frame's counts are whole
+  constexpr double kRounding = 1e-6;  // counts of the frame are integers
   const std::uint64_t next =
       next_error_count(static_cast<std::uint64_t>(last / outline().mean_share() + kRounding) + 1);
   const bool again = at_end && samples == last;
@@ -342,8 +342,8 @@ Status JobTable::check_room(const std::string& owner) const {
 Status JobTable::check_footprint(const JobSpec& spec, const Job* instead_of) const {
   const std::uint64_t own = finished_bytes(spec);
   if (own > limits_.film_bytes) {
-    return invalid_argument("the film may come to hold {:.4g} GiB, more than --films-gib {:.4g} of the server allows",
-                            gib(own), gib(limits_.film_bytes));
+    return invalid_argument("the film may need {:.4g} GiB, more than --films-gib {:.4g} of the server allows", gib(own),
+                            gib(limits_.film_bytes));
   }
   std::uint64_t active = own, largest_ended = 0;
   for (const auto& [id, job] : jobs_) {
@@ -355,7 +355,7 @@ Status JobTable::check_footprint(const JobSpec& spec, const Job* instead_of) con
   }
   if (active + largest_ended > limits_.film_bytes) {
     return resource_exhausted(
-        "the films of all jobs that have not ended may come to hold {:.4g} GiB, and the largest of the others {:.4g} "
+        "the films of all jobs that have not ended may need {:.4g} GiB, and the largest film of an ended job {:.4g} "
         "GiB: more than --films-gib {:.4g} of the server allows; try again when a job has ended",
         gib(active), gib(largest_ended), gib(limits_.film_bytes));
   }

@@ -13,19 +13,19 @@ namespace lightmill {
 struct Lease {
   LeaseId id = {};
   Unit unit = {};               ///< tiles ascending
-  bool copy = false;            ///< of another lease, which is late. It is not copied again
-  bool alone = false;           ///< its unit is suspect (losses.h): the worker has no other lease
-  bool audits = false;          ///< renders again what the film has
+  bool copy = false;            ///< second lease of late work; it is not copied again
+  bool alone = false;           ///< its unit is suspect (losses.h), and its worker has no other lease
+  bool audits = false;          ///< renders results again for an audit
   std::string worker = {};      ///< its name
-  Time worker_since = {};       ///< when that worker had connected
-  std::vector<bool> done = {};  ///< by tile of the unit: merged, or not wanted from this lease any more
-  std::uint32_t remaining = 0;  ///< tiles that are not done
+  Time worker_since = {};       ///< when that worker connected
+  std::vector<bool> done = {};  ///< for each tile of the unit: merged, or no longer wanted from this lease
+  std::uint32_t remaining = 0;  ///< count of tiles that are not done
   Time granted = {};            ///< when its grant was sent
-  Time got_on = {};             ///< when a result of it came, its grant was sent, or it became its worker's oldest
-  Time deadline = {};           ///< it expires then; Time::max(): never
-  bool abandoned = false;       ///< its worker's stream is broken
-  bool sent = true;             ///< false while its grant waits for a commit: the worker does not know of it
-  SessionId waits_for = {};     ///< the session to which an unsent grant goes
+  Time got_on = {};          ///< last progress: a result, the sent grant, or that it became its worker's oldest lease
+  Time deadline = {};        ///< when it expires; Time::max(): never
+  bool abandoned = false;    ///< its worker's stream is broken
+  bool sent = true;          ///< false while its grant waits for a commit, and the worker does not know it
+  SessionId waits_for = {};  ///< session that an unsent grant goes to
 
   bool is_pilot() const { return unit.tiles.empty(); }
 };

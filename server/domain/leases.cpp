@@ -8,8 +8,7 @@
 namespace lightmill {
 namespace {
 
-/// A worker gets more units than the limit says while they hold fewer tiles than it has threads, up to so many times
-/// more.
+/// Factor for leases_per_worker while a worker's units have fewer tiles than its threads need.
 constexpr std::uint32_t kSmallUnitsFactor = 8;
 
 }  // namespace
@@ -40,7 +39,7 @@ bool LeaseTable::wants_more(const Worker& worker) const {
          (worker.tiles_out() < worker.hello().threads * wanted && held < std::size_t{wanted} * kSmallUnitsFactor);
 }
 
-// ---- leases open, and are sent ----
+// ---- opening and sending ----
 
 const Lease& LeaseTable::open(Worker& worker, Job& job, Lease opened, Time now) {
   Lease& lease = leases_[opened.id];
@@ -58,10 +57,12 @@ const Lease& LeaseTable::open(Worker& worker, Job& job, Lease opened, Time now) 
 }
 
 void LeaseTable::send_grant(Worker& worker, Job& job, LeaseId id, const Event& event) {
-  // Leases of a job wait for the commit that stores its class, and so do later leases for the same worker:
-  // they must not overtake the description. With a goal in error, leases wait for the commit of what the number of
-  // samples was read from. Else a crash could bring samples back that are not decided yet. A lease must not overtake
-  // the acknowledgement of what its worker has sent in vain: a worker does not render what it holds a result of.
+  // A grant waits for a commit in these cases:
+  // - The job's class is not stored. Later leases for the same worker wait too: they must not overtake the description.
+  // - The job has an error goal. The film that decided the sample count must be stored. Else samples could come back
+  //   after a crash that are not decided yet.
+  // - Results were acknowledged but not merged. The grant must not overtake the acknowledgement, because a worker does
+  //   not render samples of which it holds a result.
   WorkerJob& known = worker.job(job.id());
   const bool count_is_fixed = job.record.spec.goal.error == 0;
   const bool at_once =
@@ -101,7 +102,7 @@ void LeaseTable::was_sent(LeaseId id, Time now) {
 
 void LeaseTable::grants_sent(std::span<const LeaseId> leases, Time now) {
   for (const LeaseId id : leases) {
-    // A worker whose stream has broken got nothing.
+    // A worker whose stream broke got nothing.
     if (const Lease* const lease = find(id);
         lease != nullptr && workers_.at(lease->worker).session() == lease->waits_for) {
       was_sent(id, now);
@@ -109,7 +110,7 @@ void LeaseTable::grants_sent(std::span<const LeaseId> leases, Time now) {
   }
 }
 
-// ---- leases get on, and end ----
+// ---- progress and end ----
 
 bool LeaseTable::finish_tile(LeaseId id, TileId tile) {
   const auto found = leases_.find(id);
@@ -150,7 +151,7 @@ void LeaseTable::tile_done(LeaseId id, TileId tile, bool by_its_worker, const Ev
 
 void LeaseTable::note_silence(Worker& worker, const Lease& lease, Time now) const {
   if (lease.id != *worker.leases().begin() || lease.abandoned || !lease.sent) {
-    return;  // it works on its oldest lease, once it has that
+    return;  // a worker works on its oldest lease, once it has it
   }
   const double silent = to_seconds(now - std::max(worker.result_at(), lease.granted));
   const auto waited_for = std::ranges::find(lease.done, false) - lease.done.begin();
@@ -198,7 +199,7 @@ void LeaseTable::end(LeaseId id, End how, const Event& event) {
   const Lease lease = std::move(found->second);
   leases_.erase(found);
   expiry_.erase({lease.deadline, id});
-  const bool lost = how.lost && lease.sent;  // a worker cannot lose what it never got
+  const bool lost = how.lost && lease.sent;  // a worker cannot lose an unsent lease
   Job& job = jobs_.at(lease.unit.job);
   Worker& worker = workers_.at(lease.worker);
   for (std::size_t i = 0; i < lease.unit.tiles.size(); ++i) {
@@ -211,7 +212,7 @@ void LeaseTable::end(LeaseId id, End how, const Event& event) {
   const bool was_oldest = is_oldest(lease);
   worker.ended(lease);
   if (was_oldest && !worker.leases().empty()) {
-    leases_.at(*worker.leases().begin()).got_on = event.now;  // its turn comes now
+    leases_.at(*worker.leases().begin()).got_on = event.now;  // the worker starts it now
   }
   job.lease_ended(lease, event.now);
   if (lost) {
@@ -219,8 +220,8 @@ void LeaseTable::end(LeaseId id, End how, const Event& event) {
     ++job.record.counters.leases_lost;
     ++totals_.units_lost;
     ++job.version;
-    event.warn(about(job.id(), lease.worker, id), "worker {} lost lease {}: job {}, {} goes out again", lease.worker,
-               id.value, job.id().value,
+    event.warn(about(job.id(), lease.worker, id), "worker {} lost lease {} of job {}: {} will be leased again",
+               lease.worker, id.value, job.id().value,
                lease.is_pilot() ? std::string("its pilot")
                                 : fmt::format("samples [{}, {}) of {}", lease.unit.range.first(),
                                               lease.unit.range.end(), counted(lease.remaining, "tile")));
@@ -229,7 +230,7 @@ void LeaseTable::end(LeaseId id, End how, const Event& event) {
     event.send_after_commit(*worker.session(), LeaseCancel{{id}});
   }
   if (wants_more(worker)) {
-    workers_.set_idle(worker, true);  // so that it is served without having to ask
+    workers_.set_idle(worker, true);  // it is served without a request
   }
   queue_.refresh(job);
 }

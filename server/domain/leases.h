@@ -1,8 +1,7 @@
-// Table of leases: which unit is lent to which worker, until when, and how much of it is done.
+// Table of leases: units, their workers, deadlines and progress.
 //
-// Owns the leases, their deadlines and their numbers. Takes: grants, renewals, finished tiles, broken streams, time.
-// Keeps in step with each lease: its worker, its job's plan or audits, and the queue. Knows nothing of why a lease
-// opens or ends.
+// Owns the leases, their deadlines and ids. Takes grants, renewals, finished tiles, broken streams, and time. Updates
+// the worker, the plan or audits of the job, and the queue with each lease. Does not know why a lease opens or ends.
 #pragma once
 
 #include <set>
@@ -35,46 +34,46 @@ class LeaseTable {
   const std::unordered_map<LeaseId, Lease>& all() const { return leases_; }
 
   bool wants_more(const Worker& worker) const;
-  /// Opens a lease of which id, unit and flags are set. The plan or the audits hold its tiles already.
+  /// Opens a lease whose id, unit and flags are set. The plan or the audits already hold its tiles.
   const Lease& open(Worker& worker, Job& job, Lease lease, Time now);
   /// Sends the grant now, or after the commit that it must not overtake.
   void send_grant(Worker& worker, Job& job, LeaseId id, const Event& event);
-  /// The grant waits for a commit. Until it is sent the lease does not expire: a slow store must not make workers look
-  /// lost.
+  /// The grant waits for a commit. The lease does not expire before its grant is sent: a slow store must not make
+  /// workers look lost.
   void wait_for_commit(const Worker& worker, Job& job, LeaseId id);
-  /// Nothing happens if the grant was sent before.
+  /// Does nothing if the grant was sent before.
   void was_sent(LeaseId id, Time now);
-  /// Grants among `after_commit` have left.
+  /// These grants of `after_commit` were sent.
   void grants_sent(std::span<const LeaseId> leases, Time now);
 
-  /// The lease needs nothing more of this tile. Its last tile ends it.
+  /// The lease is done with this tile. Its last tile ends it.
   void tile_done(LeaseId id, TileId tile, bool by_its_worker, const Event& event);
-  /// Ends the holds on what the film covers after this merge, of a result of the lease `from`.
+  /// Ends the holds on samples that the film has after this merge. `from`: the lease of the merged result.
   void settle(Job& job, const NodeKey& merged, LeaseId from, const Event& event);
-  /// If the lease audits: it is done with this tile.
+  /// If the lease is an audit, it is done with this tile.
   void audit_done(LeaseId id, TileId tile, const Event& event);
-  /// A result of the worker came, perhaps for a lease that it had before: its leases that audit the same are done with
+  /// A result of the worker came, perhaps for an earlier lease. Its leases that audit the same samples are done with
   /// this tile.
   void audited_by(const Worker& worker, const NodeKey& key, const Event& event);
   /// The worker will not render this tile of its lease.
   void give_up_tile(LeaseId id, TileId tile, const Event& event);
   struct End {
-    bool cancel = false;  ///< tells the worker
-    bool lost = false;    ///< counts against the worker
+    bool cancel = false;  ///< tell the worker
+    bool lost = false;    ///< count it against the worker
   };
   /// Takes back what remains of a lease.
   void end(LeaseId id, End how, const Event& event);
 
   void renew(LeaseId id, Time now);
-  /// Its worker, which works on its oldest lease first, has sent no result of it for too long.
+  /// Whether its worker has sent no result of it for too long. A worker works on its oldest lease first.
   bool is_idle(const Lease& lease, Time now) const;
-  /// The worker's stream broke: its leases expire after a grace, or earlier.
+  /// The worker's stream broke. Its leases expire after `disconnect_grace`, or earlier.
   void abandon(const Worker& worker, Time now);
   /// The worker came back with the lease.
   void resume(LeaseId id, Time now);
-  /// The coordinator stood still: all leases run as long again.
+  /// The coordinator stood still. All leases get their full time again.
   void extend_all(Time now);
-  /// Next lease whose deadline has passed; it stays in the table. Leases of workers that could not be heard are renewed
+  /// Next lease whose deadline has passed. It stays in the table. If workers could not be heard, renews their leases
   /// instead.
   std::optional<LeaseId> expire(Time now);
   std::optional<Time> next_deadline() const;
@@ -82,9 +81,10 @@ class LeaseTable {
  private:
   void set_deadline(Lease& lease, Time deadline);
   bool is_oldest(const Lease& lease) const;
-  /// Marks the tile done. False if it was so before.
+  /// Marks the tile done. False if it was done before.
   bool finish_tile(LeaseId id, TileId tile);
-  /// Another lease had a tile of this one sooner: its worker is at least as slow as it has been silent.
+  /// Another lease finished a tile of this one sooner. The cost of this tile for this worker is at least its silent
+  /// time.
   void note_silence(Worker& worker, const Lease& lease, Time now) const;
 
   const CoordinatorLimits& limits_;

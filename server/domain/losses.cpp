@@ -11,7 +11,7 @@ bool Losses::count(Row& row, const Lease& lost) const {
   if (std::exchange(row.last, worker) == worker) {
     return false;
   }
-  if (lost.alone && row.lost >= before_alone_) {  // else a result came since it was granted
+  if (lost.alone && row.lost >= before_alone_) {  // else a result came after it was granted
     row.alone.push_back(lost.worker);
   }
   ++row.lost;

@@ -1,6 +1,6 @@
-// Losses: workers that were lost in a row with a tile of one job, or with its pilot: the work itself may be why.
+// Losses: workers that were lost in a row with the same tile of a job, or with its pilot. The work may be the cause.
 //
-// Suspect work goes to workers that have nothing else. It fails its job once too many of those are lost too.
+// Suspect work goes only to workers without other leases. If too many of those are lost too, the job fails.
 #pragma once
 
 #include <map>
@@ -18,21 +18,21 @@ class Losses {
   explicit Losses(const CoordinatorLimits& limits)
       : before_alone_(limits.losses_before_alone), alone_(limits.losses_alone) {}
 
-  /// The lease was lost with its worker. Returns why its job is to fail; empty if it continues.
+  /// The lease was lost with its worker. Returns the reason for which the job must fail; empty if it continues.
   std::string add(const Lease& lost, const TileGrid& grid);
   bool is_suspect(TileId tile) const;
   bool pilot_is_suspect() const { return pilot_.lost >= before_alone_; }
-  /// A result of the tile came. Returns whether workers had been lost with it.
+  /// A result of the tile came. Returns whether workers were lost with the tile before.
   bool tile_came(TileId tile) { return tiles_.erase(tile) > 0; }
   void pilot_came() { pilot_ = {}; }
 
  private:
   struct Row {
     std::uint32_t lost = 0;
-    std::pair<std::string, Time> last;  ///< worker, and when it had connected: it may lose several leases at once
-    std::vector<std::string> alone;     ///< workers that had nothing else
+    std::pair<std::string, Time> last;  ///< worker, and when it connected: it may lose several leases at once
+    std::vector<std::string> alone;     ///< workers without other leases
   };
-  /// Returns whether the job is to fail.
+  /// Returns whether the job must fail.
   bool count(Row& row, const Lease& lost) const;
 
   std::uint32_t before_alone_, alone_;

@@ -1,4 +1,4 @@
-// What a pixel sample costs one thread, in seconds, as results tell.
+// Measured cost: seconds of one thread for a pixel sample, from results.
 #pragma once
 
 #include <algorithm>

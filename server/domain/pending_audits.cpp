@@ -21,7 +21,7 @@ bool is_chosen(const Sha256& secret, const NodeKey& key, double share) {
   for (int i = 0; i < 8; ++i) {
     draw = draw << 8 | digest.bytes[i];
   }
-  return std::ldexp(static_cast<double>(draw >> 11), -53) < share;  // 53 bits: exact, and always below 1
+  return std::ldexp(static_cast<double>(draw >> 11), -53) < share;  // 53 bits are exact, and stay below 1
 }
 
 double chance_of_audit(double share, double parts) {
@@ -34,7 +34,7 @@ std::string describe_renderer(const Renderer& by) {
 
 namespace {
 
-/// A joined node confirms nobody who had a part in it.
+/// A joined node confirms none of the identities that rendered parts of it.
 bool are_independent(const Claim& a, const Claim& b) {
   const auto may_confirm = [](const Claim& joined, const Claim& other) {
     return !joined.by.worker.empty() ||
@@ -46,9 +46,9 @@ bool are_independent(const Claim& a, const Claim& b) {
 }  // namespace
 
 Verdict judge(std::span<const Claim> claims) {
-  std::set<std::string_view> identities;  // which all differ, as long as none is seconded
+  std::set<std::string_view> identities;  // all their claims differ, if none is seconded
   for (const Claim& one : claims) {
-    if (!one.by.worker.empty()) {  // what was joined may have a part of somebody who has a claim of its own
+    if (!one.by.worker.empty()) {  // a joined node may have parts of an identity that has its own claim
       identities.insert(one.by.identity);
     }
     const bool seconded = std::ranges::any_of(

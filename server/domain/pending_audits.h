@@ -1,8 +1,7 @@
-// Pending audits of one job: which results another identity is to render again, what was claimed of each, and
-// what follows from the claims.
+// Pending audits of one job: the results that a second identity renders again, the claims about each, and the verdicts.
 //
-// Pure and not thread-safe. Knows neither sessions nor the film. A claim says which bits a tile's samples have.
-// Identities decide, not workers: whoever lies can call itself two workers, but has one certificate.
+// Pure, and not thread-safe. Knows neither sessions nor the film. A claim says which bits a tile's samples have.
+// Identities count, not workers: a liar can run two workers, but has one certificate.
 #pragma once
 
 #include <map>
@@ -19,31 +18,31 @@
 
 namespace lightmill {
 
-/// Whether a result is to be audited. SHA-256 over a secret of the farm picks `share` of them, from 0 to 1: workers
-/// cannot foresee it, and every coordinator of the farm picks the same.
+/// Whether a result is selected for audit. SHA-256 with a secret of the farm selects a share of `share` (0 to 1).
+/// Workers cannot predict it, and every coordinator of the farm selects the same results.
 bool is_chosen(const Sha256& secret, const NodeKey& key, double share);
 
-/// A job's pixel samples are so many parts, each of which is drawn with the job's share: what is looked at does not
-/// depend on how few and large results a worker sends.
+/// Parts of a job's pixel samples. Each part is drawn with the job's share, so a worker cannot avoid audits by sending
+/// few large results.
 inline constexpr double kPartsOfAJob = 1000;
-/// Chance that a result of `parts` parts has one that is drawn: 1 - (1 - share)^parts.
+/// Probability that a result of `parts` parts is audited: 1 - (1 - share)^parts.
 double chance_of_audit(double share, double parts);
 
-/// Statement of a renderer that some samples have these bits. The joined node of several workers has neither a worker
-/// nor an identity. All claims of one place are by workers of one class.
+/// Claim of a renderer that some samples have these bits. A joined node of several workers has neither worker nor
+/// identity. All claims about one place are from workers of one class.
 struct Claim {
   Renderer by;
   Hash128 hash;
-  std::vector<std::string> parts = {};  ///< of a joined node: the identities that had a part in it; empty: unknown
+  std::vector<std::string> parts = {};  ///< for a joined node, the identities that rendered parts of it; empty: unknown
   friend bool operator==(const Claim&, const Claim&) = default;
 };
 
-/// What follows from claims about the same samples.
+/// Verdict on claims about the same samples.
 struct Verdict {
   enum class Kind {
-    open,     ///< another identity has to say
-    agreed,   ///< two identities say `hash`, independently; claims of other bits are wrong
-    program,  ///< three machines say three different things, which nobody can be blamed for
+    open,     ///< another identity must render them
+    agreed,   ///< two independent identities claim `hash`; other claims are wrong
+    program,  ///< three identities claim three different results; no worker can be blamed
   };
   Kind kind = Kind::open;
   Hash128 hash;
@@ -56,31 +55,31 @@ std::string describe_renderer(const Renderer& by);
 class PendingAudits {
  public:
   struct Place {
-    SampleRange range;  ///< first, so that those which make a unit stand together
+    SampleRange range;  ///< first, so that places of one unit are neighbours
     TileId tile;
     friend auto operator<=>(const Place&, const Place&) = default;
   };
   struct Entry {
     std::vector<Claim> claims;     ///< the first is what the film holds; others differ from it
-    std::optional<LeaseId> lease;  ///< that renders it again
-    std::uint32_t lost = 0;        ///< such leases that were lost
-    bool chosen = true;            ///< to be rendered again; else it is here only while claims differ
+    std::optional<LeaseId> lease;  ///< the audit's lease
+    std::uint32_t lost = 0;        ///< count of lost audit leases
+    bool chosen = true;            ///< selected for audit; else it is here only while claims differ
   };
-  /// A place with which so many leases were lost is not leased again: it may be why.
+  /// After so many lost leases a place is not leased again: it may be the cause.
   static constexpr std::uint32_t kMostLost = 5;
 
-  /// The result that `first` claims is to be rendered again, or, if not `chosen`, is about to be disputed. Replaces
-  /// what was known of the place.
+  /// Opens an audit of the result that `first` claims. If not `chosen`, a second claim that differs follows. Replaces
+  /// an earlier entry of the place.
   void open(const Place& place, Claim first, bool chosen = true);
-  /// Null if nothing is to be audited there.
+  /// Null if no audit is open there.
   const Entry* find(const Place& place) const;
-  /// Adds a claim to an open place. Returns what follows; unless that is `open`, the caller closes the place.
+  /// Adds a claim to an open place. Unless the verdict is `open`, the caller closes the place.
   Verdict claim(const Place& place, Claim claim);
-  /// The place needs nothing more. Returns its lease, if it had one.
+  /// Closes the place. Returns its lease, if it had one.
   std::optional<LeaseId> close(const Place& place);
-  /// Closes all places of the tile whose samples lie in `range`. Returns them with what their leases were.
+  /// Closes all places of the tile whose samples lie in `range`. Returns them with their leases.
   std::vector<std::pair<Place, std::optional<LeaseId>>> close_within(TileId tile, SampleRange range);
-  /// Takes back the claims of these renderers, but not those of the film.
+  /// Removes the claims of these renderers, except claims of the film.
   template <class Predicate>
   void retract(const Predicate& by) {
     std::vector<Place> settled;
@@ -101,27 +100,27 @@ class PendingAudits {
     }
   }
 
-  /// Whether results of this renderer can be compared, and its identity has made no claim yet.
+  /// Whether this renderer has the class of the place, and its identity has made no claim yet.
   static bool may_claim(const Entry& entry, const Renderer& by);
-  /// Places that this worker may be leased now, at most `most`, all with the range of the first.
+  /// Places that this worker may get now, at most `most`, all with the same range.
   std::vector<Place> next_for(const Renderer& by, std::size_t most) const;
   void lease(const Place& place, LeaseId lease);
-  /// `to`, of this worker, works on the place instead of `from`. False, and as before, if `from` does not work on it or
-  /// the worker may not claim it.
+  /// Moves the place from lease `from` to lease `to` of this worker. False, and no change, if `from` does not have it
+  /// or the worker may not claim it.
   bool take_over(const Place& place, LeaseId from, LeaseId to, const Renderer& by);
-  /// The lease does not work on the place any more. Nothing happens if it did not.
+  /// The lease no longer has the place. Does nothing if it did not have it.
   void release(const Place& place, LeaseId lease, bool lost);
 
   std::size_t size() const { return entries_.size(); }
   std::size_t out() const { return out_; }
-  bool waiting() const { return !waiting_.empty() || !disputed_.empty(); }  ///< some place could be leased
+  bool waiting() const { return !waiting_.empty() || !disputed_.empty(); }  ///< a place can be leased
   /// Places where two claims differ and that are not leased.
   const std::set<Place>& disputed() const { return disputed_; }
-  /// Whether a place waits that one of these could audit.
+  /// Whether a place waits that one of these renderers may audit.
   bool possible_for(std::span<const Renderer> all) const;
 
  private:
-  /// Nothing differs any more, and it was not chosen.
+  /// Only one claim is left, and it was not selected for audit.
   static bool is_settled(const Entry& entry) { return !entry.chosen && entry.claims.size() == 1 && !entry.lease; }
   void list(const Place& place, const Entry& entry);
   void unlist(const Place& place, const Entry& entry);
@@ -129,7 +128,7 @@ class PendingAudits {
   std::map<Place, Entry> entries_;
   using Source = std::pair<std::string, std::string>;  ///< class and identity
   static Source source_of(const Entry& entry);
-  std::map<Source, std::set<Place>> waiting_;  ///< with one claim, by where it is from; not leased
+  std::map<Source, std::set<Place>> waiting_;  ///< places with one claim, by its source; not leased
   std::set<Place> disputed_;
   std::size_t out_ = 0;
 };

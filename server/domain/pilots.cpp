@@ -7,7 +7,7 @@
 namespace lightmill {
 namespace {
 
-/// As of one result: see result_intake.cpp.
+/// As for a result: see result_intake.cpp.
 constexpr double kMaxPilotSeconds = 1e7;
 constexpr std::size_t kMaxPilotReasonBytes = 1024;
 
@@ -25,7 +25,7 @@ Status check_pilot(const Job& job, const PilotReport& report) {
   const std::size_t shifts = report.allocation.shifts().size(),
                     tiles = job.record.spec.goal.adaptive ? job.film().grid().tile_count() : 0;
   if (shifts != 0 && shifts != tiles) {
-    return invalid_argument("a pilot says what {} tiles get, of {}", shifts, tiles);
+    return invalid_argument("a pilot's allocation has {} tiles instead of {}", shifts, tiles);
   }
   for (const std::string& reason : report.reasons) {
     if (reason.size() > kMaxPilotReasonBytes) {
@@ -52,7 +52,7 @@ void Pilots::grant(Worker& worker, Job& job, const Event& event) {
   event.send_after_commit(*worker.session(),
                           PilotGrant{id, job.id(), job.record.spec.settings, methods, job.record.spec.goal.adaptive});
   event.info(about(job.id(), worker.name()), "worker {} {} {} for job {}", worker.name(),
-             methods.size() > 1 ? "compares" : "looks for the noise of", fmt::join(methods, " and "), job.id().value);
+             methods.size() > 1 ? "compares" : "measures the noise of", fmt::join(methods, " and "), job.id().value);
   queue_.refresh(job);
 }
 
@@ -71,7 +71,7 @@ Result<bool> Pilots::report(Worker& worker, const PilotReport& report, const Eve
   job.losses.pilot_came();
   job.refusals.rendered_by(worker.identity());
   leases_.end(report.lease, {}, event);
-  while (!job.leases().empty()) {  // its copy, or the lease that it is a copy of
+  while (!job.leases().empty()) {  // its copy, or the original lease
     const LeaseId other = *job.leases().begin();
     leases_.end(other, {.cancel = true, .lost = leases_.at(other).abandoned}, event);
   }

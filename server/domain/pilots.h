@@ -1,6 +1,6 @@
-// Pilots: leases without tiles, whose workers choose a job's method and say what part of its samples each tile gets.
+// Pilots: leases without tiles, whose workers choose a job's method and the share of samples of each tile.
 //
-// Owns nothing. A pilot is a function of the job alone: if it is lost it is granted again, and comes to the same.
+// Owns nothing. A pilot depends only on the job. If it is lost, it is granted again, and gives the same result.
 #pragma once
 
 #include "server/domain/job_life_cycle.h"
@@ -13,9 +13,9 @@ class Pilots {
       : leases_(leases), jobs_(jobs), queue_(queue), life_(life) {}
 
   static bool may_have(const Worker& worker, const Job& job, Time now);
-  /// The worker's class becomes the job's, if it has none.
+  /// If the job has no class, it gets the worker's.
   void grant(Worker& worker, Job& job, const Event& event);
-  /// Takes the choice of a pilot. False if its lease was lost meanwhile. An error if it cannot be true.
+  /// Takes the choice of a pilot. False if its lease was lost meanwhile. An error if the report is invalid.
   Result<bool> report(Worker& worker, const PilotReport& report, const Event& event);
 
  private:

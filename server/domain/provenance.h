@@ -1,7 +1,7 @@
-// Provenance of the films' nodes: which workers had a part in which node.
+// Provenance of the films' nodes: which workers rendered parts of which node.
 //
-// Owns the list of everybody who rendered something, and the parts of each node. Takes: merged results, dropped nodes,
-// deleted jobs, and what the store has of them.
+// Owns the list of all renderers, and the parts of each node. Takes merged results, dropped nodes, deleted jobs, and
+// stored results.
 #pragma once
 
 #include <map>
@@ -20,10 +20,10 @@ class Provenance {
  public:
   using Place = std::pair<TileId, SampleRange>;
 
-  /// A stored result went into this node of the film.
+  /// A stored result was merged into this node of the film.
   void restore(JobId job, TileId tile, SampleRange node, const Renderer& by);
-  /// A stored result belongs to no node: its row goes with the next effects. Others may render the samples now, also
-  /// workers of another class.
+  /// A stored result belongs to no node. The next effects delete its row. Other workers may render the samples now,
+  /// also of another class.
   void add_orphan(const NodeKey& key) { orphans_.push_back(key); }
   void forget_orphans(const Event& event);
 
@@ -31,12 +31,12 @@ class Provenance {
   void dropped(JobId job, TileId tile, SampleRange node);
   void forget(JobId job) { parts_.erase(job); }
 
-  /// Indices for renderer(), ascending; empty if they are not known.
+  /// Indices for renderer(), ascending; empty if unknown.
   std::span<const std::uint32_t> parts(const NodeKey& node) const;
   const Renderer& renderer(std::uint32_t index) const { return renderers_.at(index); }
   /// A renderer of this name.
   std::optional<Renderer> find(const std::string& worker) const;
-  /// Nodes of the job in which renderers had a part that share the guilt of this one.
+  /// Nodes of the job with parts of renderers that share the guilt of this one.
   std::vector<Place> nodes_of(JobId job, const Renderer& guilty) const;
 
  private:

@@ -10,8 +10,8 @@ void Quarantine::put(const Renderer& guilty, const std::string& reason, const Ev
                                 std::string(here == nullptr ? "" : here->host_as_identity())};
   if (list_.put(record)) {
     event.store(PutQuarantine{record});
-    event.warn(about(guilty.worker), "worker {} is in quarantine, with all of {}: {}", guilty.worker, guilty.identity,
-               reason);
+    event.warn(about(guilty.worker), "worker {} is in quarantine, with all workers of {}: {}", guilty.worker,
+               guilty.identity, reason);
   }
   std::vector<std::string> held;
   for (auto& [name, worker] : workers_.all()) {
@@ -21,9 +21,9 @@ void Quarantine::put(const Renderer& guilty, const std::string& reason, const Ev
     }
   }
   for (const std::string& name : held) {
-    workers_.forget_if_gone(name, event);  // it was known for its leases alone
+    workers_.forget_if_gone(name, event);  // it was known only for its leases
   }
-  let_go(event);  // workers of this name that have another identity now
+  let_go(event);  // workers of this name may have another identity now
 }
 
 void Quarantine::hold(Worker& worker, const std::string& reason, const Event& event) {
@@ -63,13 +63,14 @@ void Quarantine::resolve(Job& job, const NodeKey& key, const Dispute& dispute, c
   }
   for (const Claim& claim : dispute.wrong) {
     if (claim.by.worker.empty()) {
-      event.warn(about(job.id()), "{}: what several workers' results were joined to is wrong; it is rendered again",
+      event.warn(about(job.id()),
+                 "{}: the node that several workers' results were joined to is wrong, and is rendered again",
                  describe_place(job, key.tile, key.range));
       drop_node(job, key.tile, key.range, event);
     } else {
       ++totals_.results_wrong;
       put(claim.by,
-          fmt::format("its {} differ from what {} have rendered alike", describe_place(job, key.tile, key.range),
+          fmt::format("its {} differ from those of {}, which agree", describe_place(job, key.tile, key.range),
                       describe_renderers(dispute.agreed)),
           event);
       undo_work_of(claim.by, event);
@@ -81,8 +82,8 @@ void Quarantine::accuse_program(Job& job, const NodeKey& key, const Dispute& dis
   drop_node(job, key.tile, key.range, event);
   life_.pause(
       job,
-      fmt::format("{} came out in {} ways, on {}: that is the program's fault, not a worker's; please report it. "
-                  "Resumed, the job renders them again",
+      fmt::format("{} have {} different results, from {}: this is a bug of the program, not of a worker; please report "
+                  "it. Resume the job to render them again",
                   describe_place(job, key.tile, key.range), dispute.wrong.size(), describe_renderers(dispute.wrong)),
       event);
   event.warn(about(job.id()), "job {} is paused: {}", job.id().value, job.record.reason);
@@ -110,7 +111,7 @@ void Quarantine::undo_work_of(const Renderer& guilty, const Event& event) {
     }
     job->store(event);
     queue_.refresh(*job);
-    life_.look_again(id);  // the samples that are left may be all that is wanted
+    life_.look_again(id);  // the remaining samples may be all that is wanted
   }
 }
 
@@ -150,7 +151,7 @@ Status Quarantine::put(const std::string& name, const std::string& reason, bool 
   } else if (const std::optional<Renderer> rendered = provenance_.find(name); rendered && !name.empty()) {
     of.identity = rendered->identity;
   } else {
-    return not_found("there is no worker '{}', and there was none of which the farm has results", name);
+    return not_found("there is no worker '{}', and the farm has no results of one", name);
   }
   put(of, reason, event);
   if (render_again) {
@@ -168,7 +169,7 @@ Status Quarantine::release(const std::string& name, const Event& event) {
     host = worker->host_as_identity();
   } else if (const QuarantineRecord* const known = list_.find(name)) {
     host = known->host;
-    of.identity = known->of.identity;  // it is away, and others of its identity may be here
+    of.identity = known->of.identity;  // it is gone, but others of its identity may be connected
   }
   const std::vector<std::string> released = list_.release(of, host);
   if (released.empty()) {

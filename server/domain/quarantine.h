@@ -1,6 +1,6 @@
-// Quarantine: workers that get nothing to render, and what becomes of their leases and of what they rendered.
+// Quarantine: excludes workers, takes their leases back, and has their work rendered again.
 //
-// Owns nothing: the list is QuarantineList's. Takes: convictions, operators' requests.
+// Owns nothing: QuarantineList has the list. Takes disputes, and requests of operators.
 #pragma once
 
 #include "server/domain/scheduler.h"
@@ -21,15 +21,15 @@ class Quarantine {
         scheduler_(scheduler),
         totals_(totals) {}
 
-  /// Acts on a dispute about these samples: wrong nodes are rendered again, guilty workers go into quarantine and their
-  /// work is undone. If the program is at fault, the job is paused.
+  /// Acts on a dispute about these samples. Wrong nodes are rendered again. Guilty workers go into quarantine, and
+  /// their work is undone. If the program is at fault, the job is paused.
   void resolve(Job& job, const NodeKey& key, const Dispute& dispute, const Event& event);
 
-  /// Takes out the film's node that contains these samples, and all that is known of it.
+  /// Drops the film's node that contains these samples, with its records and audits.
   void drop_node(Job& job, TileId tile, SampleRange within, const Event& event);
 
-  // ---- an operator's requests, by a worker's name ----
-  /// NOT_FOUND unless the worker is here or the farm has results of it.
+  // ---- requests of operators, by a worker's name ----
+  /// NOT_FOUND unless the worker is connected or the farm has results of it.
   Status put(const std::string& worker, const std::string& reason, bool render_again, const Event& event);
   /// NOT_FOUND.
   Status release(const std::string& worker, const Event& event);
@@ -37,11 +37,11 @@ class Quarantine {
  private:
   /// Puts the worker and all others of its identity into quarantine.
   void put(const Renderer& guilty, const std::string& reason, const Event& event);
-  /// Everything in which they had a part is rendered again.
+  /// All nodes with their parts are rendered again.
   void undo_work_of(const Renderer& guilty, const Event& event);
   void accuse_program(Job& job, const NodeKey& key, const Dispute& dispute, const Event& event);
   void hold(Worker& worker, const std::string& reason, const Event& event);
-  /// Workers that nothing holds in quarantine any more get work again.
+  /// Workers that are no longer in the list get work again.
   void let_go(const Event& event);
 
   QuarantineList& list_;

@@ -1,4 +1,4 @@
-// A recent rate: how much came per second in the last few seconds.
+// Rate meter: amount per second in the last few seconds.
 #pragma once
 
 #include <algorithm>

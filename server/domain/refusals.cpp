@@ -9,7 +9,7 @@
 namespace lightmill {
 namespace {
 
-/// Identities whose own limits are remembered. Beyond, workers that come again are asked at once.
+/// Identities whose own limits are remembered. Workers of further ones get the job again at once.
 constexpr std::size_t kMostIdentities = 1000;
 
 }  // namespace

@@ -1,7 +1,7 @@
-// Refusals: what workers say of one job that they do not render.
+// Refusals: workers' reasons not to render one job.
 //
-// A refusal for the worker's own limits says nothing about the job. Any other one says that nobody can render it, and
-// is one identity's word: it fails the job only when a second identity says so too, or nobody else is there to ask.
+// A refusal for the worker's own limits says nothing about the job. Any other refusal claims that no worker can render
+// it. It fails the job only when a second identity refuses too, or when no other is connected.
 #pragma once
 
 #include <map>
@@ -14,17 +14,17 @@ namespace lightmill {
 
 class Refusals {
  public:
-  // ---- of what nobody can render ----
-  /// Not called for an identity that is excluded.
-  /// `certain`: nobody else has to be asked if nobody else is there.
+  // ---- of a job that no worker can render ----
+  /// Not called for an excluded identity. `certain`: the job may fail without a second identity if no other is
+  /// connected.
   void add(const std::string& identity, const std::string& worker, const std::string& reason, bool certain = true);
-  /// Workers of this identity do not get the job any more.
+  /// Workers of this identity no longer get the job.
   bool excludes(const std::string& identity) const;
   bool empty() const { return said_.empty(); }
   std::size_t identities() const { return said_.size(); }
-  /// Whether nobody else has to be asked, if nobody else is there.
+  /// Whether the job may fail without a second identity.
   bool certain() const { return !said_.empty() && said_.front().certain; }
-  /// Some of the job was rendered, or its pilot. Others than those who refused it can render it.
+  /// A part of the job, or its pilot, was rendered. So identities that did not refuse it can render it.
   void rendered_by(const std::string& identity) { refuted_ = refuted_ || (!empty() && !excludes(identity)); }
   bool refuted() const { return refuted_; }
   /// "worker a: mesh 'floor' is empty".
@@ -34,8 +34,8 @@ class Refusals {
 
   // ---- for workers' own limits ----
   void left_to_others(const std::string& identity, Time now);
-  /// When a worker that connected then may get the job, unless it is excluded: processes of one identity that come one
-  /// after the other, and leave it to others, get it less and less often.
+  /// When a worker that connected at `connected_at` may get the job, unless it is excluded. An identity whose processes
+  /// leave the job to others again and again gets it less often.
   Time may_have_from(const std::string& identity, Time connected_at) const;
 
  private:

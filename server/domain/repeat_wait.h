@@ -1,4 +1,4 @@
-// Wait before a worker is given again what it has failed at again and again.
+// Wait before a worker gets work again at which it has failed before (exponential backoff).
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,7 @@
 
 namespace lightmill {
 
-/// Nothing after the first time. Half a second after the second time, twice as long after each further one, half a
-/// minute at most.
+/// Zero after the first failure, 0.5 s after the second, then twice as long after each further one, at most 32 s.
 inline Duration repeat_wait(std::uint32_t times) {
   constexpr Duration kLeast = std::chrono::milliseconds(500), kMost = std::chrono::seconds(32);
   return times < 2 ? Duration::zero() : std::min(kLeast * (1 << std::min(times - 2, 16u)), kMost);

@@ -3,10 +3,10 @@
 namespace lightmill {
 namespace {
 
-/// Thread time of one result, far beyond any lease: larger sums could leave the numbers that fairness compares.
+/// Most thread time of one result, far beyond any lease. Larger sums could lose precision where fairness compares them.
 constexpr double kMaxResultSeconds = 1e7;
 
-/// NaN, infinities and −0 have no place in a node. Branch-free, so that eight values are checked at a time.
+/// A node must not have NaN, infinities or −0. Branch-free, so that eight values are checked at a time.
 bool values_are_sound(std::span<const float> values) {
   std::uint32_t bad = 0;
   for (const float value : values) {
@@ -20,28 +20,28 @@ bool values_are_sound(std::span<const float> values) {
 Status check_node(const Job& job, const WorkerResult& result) {
   const NodeKey& key = result.key;
   if (key.tile.value >= job.film().grid().tile_count()) {
-    return invalid_argument("tile {} of {}", key.tile.value, job.film().grid().tile_count());
+    return invalid_argument("there is no tile {}: the film has {}", key.tile.value, job.film().grid().tile_count());
   }
   if (result.node.range != key.range) {
-    return invalid_argument("its node has other samples than its key");
+    return invalid_argument("its node does not have the samples of its key");
   }
   if (const std::size_t expected = job.film().expected_values(key.tile, key.range);
       result.node.values.size() != expected) {
-    return invalid_argument("{} values instead of {}", result.node.values.size(), expected);
+    return invalid_argument("it has {} values instead of {}", result.node.values.size(), expected);
   }
   if (!values_are_sound(result.node.values)) {
     return invalid_argument("a value is NaN, infinite or -0");
   }
   if (!(result.seconds >= 0 && result.seconds <= kMaxResultSeconds)) {
-    return invalid_argument("{} seconds", result.seconds);
+    return invalid_argument("it claims {} s of thread time", result.seconds);
   }
   if (hash_of(result.node) != result.hash) {
-    return data_loss("its hash does not fit");
+    return data_loss("its hash does not match its values");
   }
   return ok_status();
 }
 
-/// Whether the job takes such results: it has not ended, has a class and a method, and asks for these samples.
+/// Whether the job takes such results: it has not ended, has a class and a method, and wants these samples.
 bool wants(const Job& job, const WorkerResult& result) {
   const SampleRange& range = result.key.range;
   return job.active() && !job.record.fingerprint_class.empty() && !job.undecided() &&
@@ -76,7 +76,7 @@ void ResultIntake::take(SessionId session, WorkerResult result, const Event& eve
   if (Worker* const worker = workers_.of(session)) {
     worker->job(key.job).confirmed = true;
     worker->good_result_came();
-    // Over a slow line heartbeats queue behind results. A worker that sends results is alive, with all that it holds.
+    // On a slow link heartbeats queue behind results. So a result renews all leases of its worker.
     for (const LeaseId id : worker->leases()) {
       leases_.renew(id, event.now);
     }
@@ -85,7 +85,7 @@ void ResultIntake::take(SessionId session, WorkerResult result, const Event& eve
   const bool cost_was_known = job->cost.known();
   const Lease* const open = leases_.find(lease);
   merge(*job, by, std::move(result), open == nullptr || open->worker != by.worker, event);
-  // Duplicates, too, may stand on a node whose commit is still to come: every acknowledgement waits.
+  // Every acknowledgement waits: also a duplicate may depend on a node that is not committed yet.
   event.send_after_commit(session, ResultAck{{key}});
   leases_.settle(*job, key, lease, event);
   leases_.audit_done(lease, key.tile, event);
@@ -159,7 +159,7 @@ void ResultIntake::count_duplicate(Job& job, const NodeKey& key, const Renderer&
 
 void ResultIntake::merge(Job& job, const Renderer& by, WorkerResult result, bool late, const Event& event) {
   const NodeKey key = result.key;
-  provenance_.forget_orphans(event);  // before anything is recorded in their place
+  provenance_.forget_orphans(event);  // before new results are recorded in their place
   count_cost(job, by, result, event);
   const std::uint64_t non_finite_before = job.film().non_finite(), samples_before = job.film().pixel_samples();
   const MergeOutcome outcome = job.film().merge(key.tile, std::make_shared<const Node>(std::move(result.node)));
@@ -176,7 +176,7 @@ void ResultIntake::merge(Job& job, const Renderer& by, WorkerResult result, bool
     job.plan->set_alone(key.tile, false);
   }
   if (job.record.spec.goal.error > 0 && job.film().samples(key.tile) == job.plan->goal_of(key.tile)) {
-    job.error.refresh(job.film(), key.tile);  // so that little is left to do once the last tile is there
+    job.error.refresh(job.film(), key.tile);  // leaves little to do when the last tile comes
   }
   const std::uint64_t fresh = job.film().pixel_samples() - samples_before;
   job.record.counters.non_finite += job.film().non_finite() - non_finite_before;
@@ -184,7 +184,7 @@ void ResultIntake::merge(Job& job, const Renderer& by, WorkerResult result, bool
   totals_.pixel_samples += fresh;
   if (!job.pictured && job.film().min_samples() > 0) {
     job.pictured = true;
-    const std::int64_t since_ms = event.unix_ms - job.record.submitted_unix_ms;  // a clock may have been set back
+    const std::int64_t since_ms = event.unix_ms - job.record.submitted_unix_ms;  // negative if the clock was set back
     totals_.first_picture.add(static_cast<double>(std::max<std::int64_t>(since_ms, 0)) / 1000);
   }
   audits_.merged(job, key, result.hash, by, outcome, late, event);

@@ -1,6 +1,6 @@
-// Result intake: results are checked, merged into their job's film, and acknowledged.
+// Result intake: checks results, merges them into their job's film, and acknowledges them.
 //
-// Owns nothing. Takes: results.
+// Owns nothing. Takes results.
 #pragma once
 
 #include "server/domain/quarantine.h"
@@ -30,14 +30,14 @@ class ResultIntake {
   void take(SessionId session, WorkerResult result, const Event& event);
 
  private:
-  /// PERMISSION_DENIED unless the samples were granted to the worker; other errors for what no renderer sends.
+  /// PERMISSION_DENIED unless the samples were granted to the worker. Other errors for results that no renderer sends.
   Status check(const Job& job, const std::string& worker, const WorkerResult& result) const;
-  /// Acknowledges a result that is not wanted, and ends its lease's hold on it.
+  /// Acknowledges an unwanted result, and ends its lease's hold on the tile.
   void drop_unwanted(SessionId session, const WorkerResult& result, const std::string& worker, const Event& event);
   void reject(SessionId session, const WorkerResult& result, const Status& error, const Event& event);
-  /// `late`: its lease is not the worker's any more.
+  /// `late`: the worker no longer has its lease.
   void merge(Job& job, const Renderer& by, WorkerResult result, bool late, const Event& event);
-  /// What the result cost counts for its job and its worker.
+  /// Adds the cost of the result to its job and its worker.
   void count_cost(Job& job, const Renderer& by, const WorkerResult& result, const Event& event);
   void count_duplicate(Job& job, const NodeKey& key, const Renderer& by, bool differs, const Event& event);
 

@@ -53,7 +53,7 @@ bool Scheduler::serve_once(Worker& worker, const Event& event) {
 bool Scheduler::grant_next(Worker& worker, const Event& event) {
   for (auto at = queue_.begin(); at != queue_.end();) {
     Job& job = jobs_.at(at->job);
-    ++at;  // what follows may move or remove the job's entry
+    ++at;  // the code below may move or remove the job's entry
     life_.close_if_time_is_up(job, event);
     if (!queue_.contains(job.id()) || !may_have(worker, job, event.now)) {
       continue;
@@ -78,7 +78,7 @@ std::optional<bool> Scheduler::grant(Worker& worker, Job& job, const Event& even
     return true;
   }
   const bool has_work = job.plan->has_work();
-  // The first picture comes first. After it, the sooner a liar is found, the less has to be rendered again.
+  // The first picture comes first, then audits: the sooner wrong results are found, the less is rendered again.
   if (!(has_work && job.plan->first_round()) && grant_audit(worker, job, event)) {
     return true;
   }
@@ -87,7 +87,7 @@ std::optional<bool> Scheduler::grant(Worker& worker, Job& job, const Event& even
   }
   const bool alone = job.plan->next_is_alone();
   if (alone && !worker.leases().empty()) {
-    return std::nullopt;  // until it has nothing else: other jobs must not fill it up
+    return std::nullopt;  // until it has no other leases: other jobs must not give it more
   }
   const LeaseId id = leases_.next_id();
   const UnitAim aim = aim_for(worker, job, event.now);

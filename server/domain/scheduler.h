@@ -1,7 +1,7 @@
-// Scheduler: hands the work of the queue's jobs to workers that want more.
+// Scheduler: leases the work of the queue's jobs to workers that want more.
 //
-// Owns the pace of results, and why no work is handed out at all, if so. Takes: workers to serve, results that come,
-// how long workers say that theirs wait. Which job is next is the queue's, what of a job is free its plan's.
+// Owns the pace of results, and the reason why leasing is stopped. Takes workers to serve, results, and the waits that
+// workers report. The queue decides which job is next, and the job's plan which of its samples.
 #pragma once
 
 #include "server/domain/pilots.h"
@@ -22,30 +22,31 @@ class Scheduler {
         pilots_(pilots),
         pace_(limits.result_bytes_per_second, now) {}
 
-  /// Gives the worker leases until it wants no more, or there is nothing for it: then it is idle.
+  /// Gives the worker leases until it wants no more, or until there is nothing for it. Then it is idle.
   void serve(Worker& worker, const Event& event);
-  /// Serves all idle workers, one lease each in turn: the work is spread over them.
+  /// Serves all idle workers, one lease each in turn, so that the work is spread over them.
   void serve_all(const Event& event);
-  /// Why no work is handed out; empty while it is.
+  /// Why leasing is stopped; empty while it is not.
   const std::string& held() const { return held_; }
   void hold(const std::string& why, const Event& event);
 
   // ---- unit_sizing.cpp ----
   UnitAim aim_for(const Worker& worker, const Job& job, Time now) const;
   void result_came(const WorkerResult& result, Time now);
-  /// Slows or speeds up the pace if workers' results wait too long for their acknowledgement, or no longer.
+  /// Slows the pace if results wait too long for their acknowledgement. Else speeds it up.
   void look_at_waits(const Event& event);
-  /// Results have waited for another reason than their number.
+  /// Results waited for another reason than their number.
   void stood_still(Time now) { pace_.stood_still(now); }
   double result_bytes_per_second() const { return pace_.bytes_per_second(); }
 
  private:
   bool serve_once(Worker& worker, const Event& event);
   bool grant_next(Worker& worker, const Event& event);
-  /// Grants work of the job. Null: no job may grant any, because the next unit is for a worker without other leases.
+  /// Grants work of the job. Null: this worker gets nothing from any job, because the next unit needs a worker without
+  /// other leases.
   std::optional<bool> grant(Worker& worker, Job& job, const Event& event);
   bool grant_audit(Worker& worker, Job& job, const Event& event);
-  /// Whether as much of the job is leased as may be before its first result is back.
+  /// Whether enough of the job is leased until its first result comes.
   bool enough_is_tried(const Job& job) const;
 
   const CoordinatorLimits& limits_;
@@ -57,7 +58,7 @@ class Scheduler {
   Pilots& pilots_;
   std::string held_;
   ResultsPace pace_;
-  bool slowed_ = false;  ///< a note said that the pace is low
+  bool slowed_ = false;  ///< a note has reported a slow pace
 };
 
 }  // namespace lightmill

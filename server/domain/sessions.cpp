@@ -8,11 +8,11 @@
 namespace lightmill {
 namespace {
 
-/// Threads that one worker may claim.
+/// Most threads of one worker.
 constexpr std::uint32_t kMaxThreads = 4096;
-/// The log says at most so often that the farm is full.
+/// Least time between two notes that the farm is full.
 constexpr Duration kFullNotePause = std::chrono::minutes(1);
-/// Of all workers together, if the others had the interval of the newest too.
+/// Of all workers together, if all had the interval of the newest one.
 constexpr int kHeartbeatsPerSecond = 500;
 
 Status check_hello(const WorkerHello& hello) {
@@ -25,14 +25,14 @@ Status check_hello(const WorkerHello& hello) {
   LM_RETURN_IF_ERROR(check_name("the worker's machine", hello.machine));
   LM_RETURN_IF_ERROR(check_name("the worker's fingerprint class", hello.fingerprint_class));
   if (hello.fingerprint_class == kMixedClass) {
-    return invalid_argument("the worker's fingerprint class: '{}' stands for many", kMixedClass);
+    return invalid_argument("the worker's fingerprint class must not be '{}': the name is reserved", kMixedClass);
   }
   return check_name("the worker's renderer version", hello.renderer_version);
 }
 
 }  // namespace
 
-// ---- sessions come ----
+// ---- connecting ----
 
 Duration Sessions::heartbeat_interval() const {
   const Duration of_all = Duration(std::chrono::seconds(1)) * workers_.sessions() / kHeartbeatsPerSecond;
@@ -44,7 +44,7 @@ void Sessions::dismiss(SessionId session, std::string reason, const Event& event
   const std::string& name = workers_.find_session(session)->worker;
   if (!for_now) {
     event.warn(about(name), "worker {} is dismissed: {}", name, reason);
-  } else if (event.now >= next_full_note_) {  // this worker and others ask again and again
+  } else if (event.now >= next_full_note_) {  // workers retry
     next_full_note_ = event.now + kFullNotePause;
     event.warn(about(name), "worker {} finds no room: {}", name, reason);
   }
@@ -62,13 +62,12 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
   }
   if (workers_.is_full(hello.name)) {
     dismiss(session,
-            fmt::format("the farm is full: it takes {} workers (--max-workers), and asks you to come again later",
-                        limits_.max_workers),
+            fmt::format("the farm is full: it takes {} workers (--max-workers); try again later", limits_.max_workers),
             event, true);
     return;
   }
   if (const Worker* const known = workers_.find(hello.name); known != nullptr && known->session()) {
-    // Of two processes with one name the one at work keeps it, or they would take it from each other without end.
+    // If two processes have one name, the connected one keeps it. Else they would take it from each other forever.
     const bool heard = event.now < known->heard_at() + limits_.lease_duration;
     if (heard && !known->draining() && !same_process(known->hello(), hello)) {
       dismiss(session,
@@ -78,13 +77,13 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
               event);
       return;
     }
-    dismiss(*known->session(), fmt::format("another worker came with the name {}", hello.name), event);
+    dismiss(*known->session(), fmt::format("another worker connected with the name {}", hello.name), event);
   }
   const bool quarantined =
       quarantine_.contains({hello.name, identity_of(hello)}, hello.identity.empty() ? hello.host : "");
   const bool other_process = workers_.connect(session, hello, quarantined, event.now);
   Worker& worker = workers_.at(hello.name);
-  event.info(about(hello.name), "worker {} is here: {} on {}, class {}", hello.name, counted(hello.threads, "thread"),
+  event.info(about(hello.name), "worker {} connected: {} on {}, class {}", hello.name, counted(hello.threads, "thread"),
              hello.host, hello.fingerprint_class);
   event.send(session, Welcome{leases_.epoch(), heartbeat_interval(), limits_.lease_duration, grants_.farm()});
   if (quarantined) {
@@ -106,7 +105,7 @@ void Sessions::take_back_held(Worker& worker, const WorkerHello& hello, bool oth
       unwanted.leases.push_back(held.lease);
     }
   }
-  // The worker does not work on leases in its name that it does not hold.
+  // The worker does not render leases in its name that it does not hold.
   for (const LeaseId id : std::set(worker.leases())) {
     if (!worker.leases().contains(id) || kept.contains(id)) {
       continue;
@@ -146,7 +145,7 @@ bool Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) 
     }
     leases_.resume(held.lease, event.now);
     for (const TileId tile : std::vector(lease->unit.tiles)) {
-      // The worker has seen this tile acknowledged or never got it. If it is not covered, it must be rendered again.
+      // The worker saw this tile acknowledged, or never got it. If the film does not have it, it is free again.
       if (!std::binary_search(tiles.begin(), tiles.end(), tile)) {
         leases_.give_up_tile(held.lease, tile, event);
       }
@@ -156,9 +155,10 @@ bool Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) 
       return false;
     }
   } else if (held.lease > leases_.last_id()) {
-    return false;  // the number was not given yet: it will be another lease's
+    return false;  // the id is not used yet, and another lease will get it
   } else {
-    // The lease is of an earlier coordinator, or this one took it for lost: the worker resumes what is still free.
+    // The lease is from an earlier coordinator, or was taken for lost. The worker resumes the tiles that are still
+    // free.
     Unit unit{held.unit.job, held.unit.range, {}};
     for (const TileId tile : tiles) {
       if (job->plan->adopt(held.lease, tile, held.unit.range)) {
@@ -178,7 +178,7 @@ bool Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) 
   return true;
 }
 
-// ---- sessions speak ----
+// ---- messages of workers ----
 
 void Sessions::heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event) {
   if (heartbeat.longest_wait) {
@@ -274,14 +274,14 @@ void Sessions::withdraw(Job& job, const Worker& worker, const Event& event) {
     }
   }
   if (job.leases().empty() && job.film().pixel_samples() == 0) {
-    job.keep_time(0, event.now);  // nothing has been rendered in it
+    job.keep_time(0, event.now);  // nothing was rendered in this time
   }
   job.store_progress(event);
-  life_.unbind_if_unwanted(job, event);  // its class was that of workers that do not render it
+  life_.unbind_if_unwanted(job, event);  // the workers of its class do not render it
   life_.finish_if_complete(job, event);
 }
 
-// ---- sessions go ----
+// ---- ends of sessions ----
 
 void Sessions::distrust(SessionId session, LeaseId lease_id, const Status& error, const Event& event) {
   const std::string name = workers_.find_session(session)->worker;
@@ -327,7 +327,7 @@ Status Sessions::ask_to_leave(const std::string& name, const Event& event) {
 
 void Sessions::disconnected(SessionId session, const Event& event) {
   if (const Worker* const worker = workers_.of(session)) {
-    event.info(about(worker->name()), "worker {} is gone with {}", worker->name(),
+    event.info(about(worker->name()), "worker {} disconnected with {}", worker->name(),
                counted(worker->leases().size(), "lease"));
   }
   end(session, event);
@@ -354,7 +354,7 @@ void Sessions::end_silent(const Event& event) {
   const std::vector<SessionId> silent = workers_.too_silent(event.now);
   for (const SessionId session : silent) {
     const Worker& worker = *workers_.of(session);
-    event.warn(about(worker.name()), "worker {} is gone with {}: it has said nothing for {:.0f} s", worker.name(),
+    event.warn(about(worker.name()), "worker {} disconnected with {}: no message for {:.0f} s", worker.name(),
                counted(worker.leases().size(), "lease"), to_seconds(event.now - worker.heard_at()));
   }
   for (const SessionId session : silent) {

@@ -1,6 +1,6 @@
-// Sessions: workers connect with the leases that they hold, give work back, refuse it, fall silent and leave.
+// Sessions of workers: they connect with their leases, give work back, refuse it, fall silent and leave.
 //
-// Owns when a note last said that the farm is full. The workers themselves are WorkerRegistry's.
+// Owns only the time of the next note that the farm is full. WorkerRegistry owns the workers.
 #pragma once
 
 #include "server/domain/inspections.h"
@@ -25,17 +25,17 @@ class Sessions {
         inspections_(inspections) {}
 
   void connect(SessionId session, const WorkerHello& hello, const Event& event);
-  /// Ends the session with a message. `for_now`: for want of room.
+  /// Ends the session with a message. `for_now`: because the farm is full.
   void dismiss(SessionId session, std::string reason, const Event& event, bool for_now = false);
-  /// Takes back the lease of a message that cannot be true, if the session's worker has it, and counts the message. Too
-  /// many end the session.
+  /// Takes back the lease of an invalid message, if the session's worker has it, and counts the message. Too many end
+  /// the session.
   void distrust(SessionId session, LeaseId lease, const Status& error, const Event& event);
   void disconnected(SessionId session, const Event& event);
-  /// The worker takes no more leases, and leaves when its last one is done.
+  /// The worker takes no more leases, and leaves after its last one.
   void leaves(Worker& worker, const Event& event);
-  /// An operator's request. NOT_FOUND.
+  /// Request of an operator. NOT_FOUND.
   Status ask_to_leave(const std::string& worker, const Event& event);
-  /// Ends sessions that have been silent for too long, if it is time to look.
+  /// Ends sessions that were silent for too long, if a check is due.
   void end_silent(const Event& event);
 
   void heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event);
@@ -43,16 +43,16 @@ class Sessions {
   void refuse(Worker& worker, const WorkerRefusal& refusal, const Event& event);
 
  private:
-  /// The stream is gone. The worker's leases wait for it for a while.
+  /// The stream ended. The worker's leases wait for it for `disconnect_grace`.
   void end(SessionId session, const Event& event);
-  /// For a worker that comes now: the longer, the more are here.
+  /// For a worker that connects now. It grows with the number of sessions.
   Duration heartbeat_interval() const;
   void take_back_held(Worker& worker, const WorkerHello& hello, bool other_process, const Event& event);
   bool adopt(Worker& worker, const HeldLease& held, const Event& event);
-  /// Takes back what takes too long.
+  /// Takes back tiles that take too long.
   void look_at_work(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event);
   void overran(Worker& worker, const Lease& lease, TileId tile, const Event& event);
-  /// Takes the job from those who may not render it any more because of what `worker` has said.
+  /// Takes the job from workers that may no longer render it after the refusal of `worker`.
   void withdraw(Job& job, const Worker& worker, const Event& event);
 
   const CoordinatorLimits& limits_;

@@ -1,12 +1,12 @@
-// Sizes of units: about a second of their worker's time, but no more results than the coordinator takes in.
+// Sizes of units: about a second of the worker's time, but not more results than the coordinator can take.
 #include "common/methods/spec/method_spec.h"
 #include "server/domain/scheduler.h"
 
 namespace lightmill {
 namespace {
 
-/// While the cost of a job's samples is not known, units are of one sample. No more of them are leased than the
-/// coordinator takes in within so long, or thousands of workers would send theirs at once.
+/// While the sample cost of a job is unknown, units have one sample per pixel. The coordinator leases so many that it
+/// can take their results within this time. Else thousands of workers would send theirs at once.
 constexpr double kTriedSeconds = 0.5;
 
 double pixels_of_a_tile(const Job& job) {
@@ -14,7 +14,7 @@ double pixels_of_a_tile(const Job& job) {
       std::min<std::uint64_t>(job.film().grid().pixel_count(), std::uint64_t{kTileSize} * kTileSize));
 }
 
-/// Of a result of a whole tile, at most.
+/// Most bytes of a result of a whole tile.
 double node_bytes(const Job& job) {
   return static_cast<double>(job.film().layout().most_values() * sizeof(float)) * pixels_of_a_tile(job);
 }
@@ -26,7 +26,7 @@ UnitAim Scheduler::aim_for(const Worker& worker, const Job& job, Time now) const
   aim.farm_threads = static_cast<std::uint32_t>(std::max<std::uint64_t>(workers_.threads(), 1));
   set_times(limits_.unit_seconds, node_bytes(job), pace_.bytes_per_second(), aim);
   if (const double seconds = job.record.spec.goal.seconds; seconds > 0) {
-    // When its time is up, the job waits for units that are out. Results stay within what the coordinator takes.
+    // When its time is up, the job waits for leased units. The lower limit keeps the rate of results within the pace.
     const double least = std::min(std::max(aim.unit_seconds / 2, 2 * aim.least_seconds), aim.unit_seconds);
     aim.unit_seconds = std::clamp(seconds - job.active_seconds(now), least, aim.unit_seconds);
   }
@@ -70,10 +70,11 @@ void Scheduler::look_at_waits(const Event& event) {
   const double most = limits_.result_bytes_per_second;
   if (!slowed_ && pace_.bytes_per_second() < most / 2) {
     slowed_ = true;
-    event.warn({}, "workers' results wait long for the coordinator: they are sent more rarely, each of more samples");
+    event.warn({},
+               "workers' results wait long for the coordinator: workers send fewer results, each with more samples");
   } else if (slowed_ && pace_.bytes_per_second() == most) {
     slowed_ = false;
-    event.info({}, "workers' results wait no longer: they are sent as often as before");
+    event.info({}, "workers' results no longer wait: workers send them as often as before");
   }
 }
 

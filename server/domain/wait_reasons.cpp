@@ -1,4 +1,4 @@
-// Reasons why jobs wait.
+// Reasons for which jobs wait.
 #include <fmt/ranges.h>
 
 #include "server/domain/eligibility.h"
@@ -7,9 +7,9 @@
 namespace lightmill {
 namespace {
 
-/// Workers ask again sooner.
+/// Workers ask again sooner than this.
 constexpr Duration kMissingPatience = std::chrono::seconds(5);
-/// A job of which no worker has sent anything for so long says for whom it waits.
+/// A job without results for so long says which worker it waits for.
 constexpr Duration kStandstill = std::chrono::minutes(1);
 
 }  // namespace
@@ -79,7 +79,7 @@ bool FarmView::any_may_render(const Job& job) const {
                              [&](const auto& entry) { return entry.second.stays() && may_render(entry.second, job); });
 }
 
-/// The workers that are here, by what keeps them from the job. What an operator can change comes first.
+/// Why no connected worker may render the job. Reasons that an operator can change come first.
 std::string FarmView::why_none_may(const Job& job) const {
   std::vector<std::string> in_quarantine, leaving, too_small, of_others;
   for (const auto& [name, worker] : workers_.all()) {

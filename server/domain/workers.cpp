@@ -9,7 +9,7 @@ namespace lightmill {
 namespace {
 
 constexpr double kLeastUnitScale = 1.0 / 64;
-/// A search for silent workers walks over all of them. While `silence` passes there are so many searches at most.
+/// A search for silent workers visits all of them. There are at most so many searches per `silence`.
 constexpr int kSilenceLooks = 20;
 
 }  // namespace
@@ -40,7 +40,7 @@ void Worker::lost(const Lease& lease, Time now) {
   if (!lease.is_pilot()) {
     unit_scale_ = std::max(unit_scale_ / 2, kLeastUnitScale);
   } else {
-    pilots_from_ = now + repeat_wait(++pilots_lost_);  // the worker's next heartbeat after that asks again
+    pilots_from_ = now + repeat_wait(++pilots_lost_);  // the worker's next heartbeat after that serves it again
   }
 }
 

@@ -1,7 +1,7 @@
-// Registry of workers: sessions, what each worker has said and done, who is idle, and which identities left lately.
+// Registry of workers: sessions, messages and results of each worker, idle workers, and identities that left recently.
 //
-// Owns the workers and their sessions. Takes: hellos, messages, broken streams, silence, what workers are lent and what
-// comes of it. Knows nothing of jobs but their ids, and of leases only their ids and sizes.
+// Owns the workers and their sessions. Takes hellos, messages, broken streams, silence, leases and their outcome. Knows
+// only the ids of jobs, and the ids and sizes of leases.
 #pragma once
 
 #include <map>
@@ -20,43 +20,43 @@
 
 namespace lightmill {
 
-/// Whom the worker's work is attributed to: its certificate or token. Where nobody is asked for one, its word stands
-/// in: the machine that it names, or its host. That tells faulty machines apart, not liars.
+/// Identity that the worker's results are attributed to: its certificate or token. If the server asks for none, the
+/// machine that the worker names, or its host. This separates faulty machines, not liars.
 inline const std::string& identity_of(const WorkerHello& hello) {
   return !hello.identity.empty() ? hello.identity : hello.machine.empty() ? hello.host : hello.machine;
 }
 
-/// A worker's process may connect again while its broken stream is not noticed here yet.
+/// Whether both hellos are of one process. It may connect again before the coordinator notices its broken stream.
 bool same_process(const WorkerHello& a, const WorkerHello& b);
 
 /// A job as one worker sees it.
 struct WorkerJob {
   std::uint32_t leases = 0;
-  bool describe = true;    ///< the worker may not know the job: the next lease goes with a description
-  bool confirmed = false;  ///< a message of the worker shows that it got a lease
+  bool describe = true;    ///< the worker may not know the job; the next lease comes with a description
+  bool confirmed = false;  ///< a message of the worker shows that it got a lease of the job
   MeasuredCost cost = {};
 };
 
-/// Worker that is connected, or in whose name there are leases.
+/// Worker that is connected or has leases.
 class Worker {
  public:
   const WorkerHello& hello() const { return hello_; }  ///< without held leases
   const std::string& name() const { return hello_.name; }
   const std::string& identity() const { return identity_of(hello_); }
-  /// The host, where that stands in for an identity.
+  /// The host, if it replaces an identity.
   std::string_view host_as_identity() const { return hello_.identity.empty() ? hello_.host : std::string_view(); }
-  /// For whichever job.
+  /// Without a class, for any job.
   Renderer renderer() const { return {hello_.name, identity_of(hello_)}; }
   const std::optional<SessionId>& session() const { return session_; }
   Time connected_at() const { return connected_at_; }
-  Time heard_at() const { return heard_at_; }    ///< when a message of this session came last
-  Time result_at() const { return result_at_; }  ///< when a result came last
+  Time heard_at() const { return heard_at_; }    ///< last message of this session
+  Time result_at() const { return result_at_; }  ///< last result
   bool draining() const { return draining_; }
   bool quarantined() const { return quarantined_; }
-  bool silent() const { return silent_; }  ///< let a lease expire, and has said nothing since
-  /// Whether its threads count for the farm: it is connected, and neither draining nor in quarantine.
+  bool silent() const { return silent_; }  ///< let a lease expire, and was not heard since
+  /// Whether its threads count for the farm: connected, and neither draining nor in quarantine.
   bool counts() const { return session_ && !draining_ && !quarantined_; }
-  bool stays() const { return session_ && !draining_; }             ///< connected, and not about to leave
+  bool stays() const { return session_ && !draining_; }             ///< connected, and not draining
   bool may_inspect() const { return counts() && hello_.inspects; }  ///< reads scene files
   WorkerCount count() const;
   double samples_per_second(Time now) const { return rate_.per_second(now); }
@@ -73,19 +73,19 @@ class Worker {
   /// The lease ended with `lease.remaining` tiles not done.
   void ended(const Lease& lease);
   void lost(const Lease& lease, Time now);
-  /// When it may have a pilot: later with each one that it lost, or it would lose the same one without end.
+  /// When it may have a pilot. Each lost pilot delays it. Else it would lose the same one forever.
   Time pilots_from() const { return pilots_from_; }
   void pilot_came() { pilots_lost_ = 0; }
 
   // ---- jobs ----
   WorkerJob& job(JobId id) { return jobs_[id]; }
   const WorkerJob* find_job(JobId id) const;
-  /// Jobs that its own limits exclude, and why.
+  /// Jobs that its own limits exclude, with the reasons.
   const std::map<JobId, std::string>& too_large() const { return too_large_; }
   void exclude(JobId job, std::string reason) { too_large_[job] = std::move(reason); }
 
   // ---- results ----
-  /// The longest wait of its results for their acknowledgement, if it said one in this session since `since`.
+  /// The longest wait of its results for their acknowledgement, if it reported one in this session after `since`.
   std::optional<Duration> wait_since(Time since) const { return wait_at_ >= since ? wait_ : std::nullopt; }
   void waits(Duration wait, Time now);
   std::uint32_t bad_results() const { return bad_results_; }
@@ -103,7 +103,7 @@ class Worker {
   std::set<LeaseId> leases_;
   std::uint32_t tiles_out_ = 0;
   double unit_scale_ = 1;
-  std::uint32_t pilots_lost_ = 0;  ///< since one came
+  std::uint32_t pilots_lost_ = 0;  ///< since the last pilot that came
   Time pilots_from_;
   std::map<JobId, WorkerJob> jobs_;
   std::map<JobId, std::string> too_large_;
@@ -123,12 +123,12 @@ class WorkerRegistry {
   Worker& at(const std::string& name) { return workers_.at(name); }
   std::map<std::string, Worker>& all() { return workers_; }  ///< by name
   const std::map<std::string, Worker>& all() const { return workers_; }
-  std::uint64_t threads() const { return threads_; }  ///< of workers that count
+  std::uint64_t threads() const { return threads_; }  ///< of all workers with counts()
 
   // ---- sessions ----
   struct Session {
     std::string worker, identity, fingerprint_class;
-    bool current = true;  ///< false once it is replaced or dismissed: then only its results count
+    bool current = true;  ///< false after it is replaced or dismissed: then only its results count
   };
   const Session* find_session(SessionId session) const;
   std::size_t sessions() const { return sessions_.size(); }
@@ -137,16 +137,16 @@ class WorkerRegistry {
   /// A stream opened. The session has no worker until connect().
   void open_session(SessionId session, const WorkerHello& hello, Time now);
   bool is_full(const std::string& name) const;
-  /// The worker of this name takes the session; an earlier one of its must be ended. Returns whether it is another
+  /// The worker of this name takes the session. Its earlier session must have ended. Returns whether it is another
   /// process than before.
   bool connect(SessionId session, const WorkerHello& hello, bool quarantined, Time now);
-  /// The session is no worker's any more; results of it still count.
+  /// The session no longer has a worker. Its results still count.
   void end_current(SessionId session);
-  /// The stream is gone. Returns the worker whose current session it was, if it was one.
+  /// The stream ended. Returns the worker whose current session it was; else null.
   Worker* close_session(SessionId session);
   void drain(Worker& worker);
   void quarantine(Worker& worker, bool quarantined);
-  /// Forgets the worker if it is gone and has no leases.
+  /// Removes the worker if it is not connected and has no leases.
   void forget_if_gone(const std::string& name, const Event& event);
   void forget_job(JobId job);
 
@@ -154,20 +154,20 @@ class WorkerRegistry {
   /// Returns whether the worker was silent until now.
   bool heard(Worker& worker, bool result, Time now);
   void fell_silent(const std::string& name);
-  /// Workers could not all be heard at `now`: until they are heard again, silence proves nothing.
+  /// The coordinator could not hear all workers at `now`. Until it hears them again, silence proves nothing.
   void cannot_hear(Time now) { deaf_at_ = now; }
   Time deaf_at() const { return deaf_at_; }
-  /// Current sessions whose silence has lasted too long; sets when to look again.
+  /// Current sessions that were silent for too long. Sets the time of the next check.
   std::vector<SessionId> too_silent(Time now);
   std::optional<Time> next_silence_look() const;
-  /// The coordinator stood still for `late`: what was said meanwhile is still to be read.
+  /// The coordinator stood still for `late`. Messages from this time are not read yet.
   void stood_still(Duration late, Time now);
 
-  // ---- idle workers: they want more than there was ----
+  // ---- idle workers: they want more work than there was ----
   const std::set<std::string>& idle() const { return idle_; }
   void set_idle(const Worker& worker, bool idle);
 
-  // ---- identities whose workers' streams broke lately: they may come back ----
+  // ---- identities whose streams broke recently, and that may come back ----
   struct Absent {
     Time since;
     std::string fingerprint_class, renderer_version;
@@ -176,7 +176,7 @@ class WorkerRegistry {
   void forget_absent(Time now);
 
  private:
-  /// Makes a change after which the worker's threads may count, or not.
+  /// Makes a change that may affect whether the worker's threads count.
   template <class Change>
   void change(Worker& worker, const Change& make) {
     threads_ -= worker.counts() ? worker.hello_.threads : 0;

@@ -1,4 +1,4 @@
-// Who may use the farm, and who did what with it.
+// Operations on tokens and the action log.
 #include "common/wire/bytes.h"
 #include "common/wire/role_proto.h"
 #include "server/operations/handlers.h"
@@ -64,13 +64,13 @@ void to_wire(const Action& action, v1::Action* out) {
   out->set_message(action.message);
 }
 
-/// The enrolment token by which the bearer of this one can enrol again; empty: there is none.
+/// Id of the enrolment token with which the bearer of this token can enrol again; empty: none.
 std::string way_back(const Gate& gate, const TokenRecord& token, std::int64_t now_unix_s) {
   const std::optional<TokenRecord> by = gate.find_token(token.enrolled_by);
   return by && by->enrolment.enrolled < by->enrolment.workers && now_unix_s < by->until_unix_s ? by->id : "";
 }
 
-/// The token is stored with this turn, or not known any more.
+/// Stores the token with the effects of this task. If that fails, removes it.
 void keep_token(Asked& asked, const TokenRecord& token) {
   asked.turn.effects.writes.push_back(PutToken{token});
   asked.turn.replies.push_back([&gate = asked.runtime.gate(), id = token.id](const Status& stored) {
@@ -101,7 +101,7 @@ Status list_tokens(Asked& asked, const v1::ListTokensRequest& request, v1::ListT
   LM_ASSIGN_OR_RETURN(const int size, page_size_of(request.page_size()));
   for (const TokenRecord& token : asked.runtime.gate().tokens()) {
     if (token.id <= request.page_token()) {
-      continue;  // on a page before; the token that ended it may have been revoked since
+      continue;  // on an earlier page; its last token may have been revoked since
     }
     if (reply->tokens_size() == size) {
       reply->set_next_page_token(reply->tokens(size - 1).id());
@@ -148,7 +148,8 @@ Status enrol(Asked& asked, const v1::EnrolRequest& request, v1::Token* reply) {
     for (const std::string& id : enrolment.ended) {
       asked.turn.effects.writes.push_back(DropToken{id});
     }
-    asked.turn.effects.writes.push_back(PutToken{enrolment.by});  // this use stays taken
+    asked.turn.effects.writes.push_back(
+        PutToken{enrolment.by});  // this use of the enrolment token counts, even if storing fails
     keep_token(asked, enrolment.token);
   }
   return ok_status();

@@ -1,4 +1,4 @@
-// A film of one moment as the messages of GetFilm.
+// Film snapshot as the messages of GetFilm.
 #pragma once
 
 #include "lightmill/v1/render_service.pb.h"
@@ -7,10 +7,10 @@
 
 namespace lightmill {
 
-/// Taken on the farm thread; sent, or put together, elsewhere.
+/// Taken on the farm thread. Sent or assembled on another one.
 struct FilmSnapshot {
   v1::FilmHeader header;
-  std::vector<TileSnapshot> tiles;  ///< with those of meters
+  std::vector<TileSnapshot> tiles;  ///< with the tiles of meters
 };
 
 /// NOT_FOUND.

@@ -1,5 +1,5 @@
-// What the operations do. Each reads its request, asks the farm, and writes its reply; operations.cpp says which is
-// which.
+// Handlers of the operations. Each reads its request, asks the farm, and writes its reply. operations.cpp has the
+// table.
 #pragma once
 
 #include "externalscaler/externalscaler.pb.h"
@@ -10,7 +10,7 @@
 
 namespace lightmill::handlers {
 
-// Scenes and jobs that come in.
+// Submission of scenes and jobs.
 Status find_missing_assets(Runtime& runtime, const v1::FindMissingAssetsRequest& request,
                            v1::FindMissingAssetsResponse* reply);
 Result<Apply> inspect_scene(Runtime& runtime, v1::InspectSceneRequest& request, v1::InspectSceneResponse* reply);
@@ -35,19 +35,19 @@ Status quarantine_worker(Asked& asked, const v1::QuarantineWorkerRequest& reques
 Status release_worker(Asked& asked, const v1::ReleaseWorkerRequest& request, v1::ReleaseWorkerResponse* reply);
 Status release_and_show_worker(Asked& asked, const v1::ReleaseWorkerRequest& request, v1::Worker* reply);
 
-// What the farm did.
+// History of the farm.
 Status look_at_history(Asked& asked, const v1::HistoryRequest& request, v1::FarmHistory* reply);
 Status look_at_events(Asked& asked, const v1::EventsRequest& request, v1::FarmEvents* reply);
 Status look_at_worker(Asked& asked, const v1::WorkerHistoryRequest& request, v1::WorkerHistory* reply);
 
-// Who may use the farm, and who did what.
+// Tokens, and the action log.
 Status create_token(Asked& asked, const v1::CreateTokenRequest& request, v1::Token* reply);
 Status list_tokens(Asked& asked, const v1::ListTokensRequest& request, v1::ListTokensResponse* reply);
 Status revoke_token(Asked& asked, const v1::RevokeTokenRequest& request, v1::RevokeTokenResponse* reply);
 Status enrol(Asked& asked, const v1::EnrolRequest& request, v1::Token* reply);
 Status list_actions(Asked& asked, const v1::ListActionsRequest& request, v1::ListActionsResponse* reply);
 
-// What an autoscaler asks.
+// Autoscalers.
 Status is_active(Asked& asked, const externalscaler::ScaledObjectRef& request, externalscaler::IsActiveResponse* reply);
 Status get_metric_spec(Asked& asked, const externalscaler::ScaledObjectRef& request,
                        externalscaler::GetMetricSpecResponse* reply);

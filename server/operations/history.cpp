@@ -1,4 +1,4 @@
-// What the farm did since the coordinator began.
+// Operations on the history of the farm since the coordinator started.
 #include <algorithm>
 #include <array>
 
@@ -39,7 +39,7 @@ void to_wire(const FarmEvent& event, v1::FarmEvent* out) {
 
 }  // namespace
 
-/// Up to an hour by tens of seconds, up to a day by five minutes.
+/// Intervals of ten seconds for spans up to an hour, else of five minutes.
 Status look_at_history(Asked& asked, const v1::HistoryRequest& request, v1::FarmHistory* reply) {
   const FarmHistory& history = asked.turn.past.history;
   const int span = request.span() > 0 ? request.span() : kHour;
@@ -54,7 +54,7 @@ Status look_at_history(Asked& asked, const v1::HistoryRequest& request, v1::Farm
   return ok_status();
 }
 
-/// Of events about jobs, those that the caller may see.
+/// Leaves out events about jobs that the caller may not see.
 Status look_at_events(Asked& asked, const v1::EventsRequest& request, v1::FarmEvents* reply) {
   const auto* const kind = std::ranges::find(kKinds, request.kind(), [](const auto& each) { return each.first; });
   if (kind == kKinds.end()) {

@@ -1,4 +1,4 @@
-// Lists of jobs, and what becomes of them.
+// Operations on jobs.
 #include <set>
 
 #include "common/wire/farm_messages.h"
@@ -14,7 +14,7 @@ Status show_job(const FarmLoop::Turn& turn, JobId job, v1::Job* reply) {
   return ok_status();
 }
 
-/// The job as it stands after the change, if that was made.
+/// Replies with the job after the change, if that succeeded.
 Status changed_job(const Asked& asked, const Status& change, v1::Job* reply) {
   return change.ok() ? show_job(asked.turn, JobId{asked.about.job}, reply) : change;
 }
@@ -23,7 +23,7 @@ Status changed_job(const Asked& asked, const Status& change, v1::Job* reply) {
 
 namespace {
 
-/// Jobs that the caller may see, and asks for.
+/// Filter for the jobs that the caller may see and asks for.
 Result<JobFilter> filter_of(const Asked& asked, const v1::ListJobsRequest& request) {
   std::set<JobState> states;
   for (const int wire : request.states()) {

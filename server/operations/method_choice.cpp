@@ -26,7 +26,7 @@ Result<MethodNotes> settle_method(JobSpec& spec, const AssetStore& assets) {
   const Result<MethodSpec> asked = parse_method(settings.method);
   MethodNotes notes;
   if (!asked.ok()) {
-    return notes;  // the coordinator refuses it
+    return notes;  // Coordinator::submit refuses it
   }
   notes.chosen = asked->name == kAutoMethod;
   const Result<Scene> scene = unpack_scene(settings.scene);
@@ -37,7 +37,8 @@ Result<MethodNotes> settle_method(JobSpec& spec, const AssetStore& assets) {
   const SceneFacts facts = read_facts(*scene, small_meshes(assets));
   MethodPlan plan = plan_method(facts, settings.method);
   notes.reasons = std::move(plan.reasons);
-  notes.notices = method_notices(facts, plan.candidates.front());  // several find all of the light, each of them
+  notes.notices =
+      method_notices(facts, plan.candidates.front());  // if there are several candidates, each finds all of the light
   if (plan.candidates.size() == 1) {
     settings.method = std::move(plan.candidates.front());
     if (spec.goal.adaptive) {
@@ -58,7 +59,7 @@ void want_bias_layer(JobSpec& spec, const MethodNotes& notes) {
   for (const LayerSpec& layer : settings.layers) {
     names.push_back(layer.name);
   }
-  // Layers that are not in order are the coordinator's to refuse.
+  // Coordinator::submit refuses layers that are not in order.
   if (Result<std::vector<LayerSpec>> layers = film_layers(names); layers.ok() && check_layers(settings.layers).ok()) {
     settings.layers = *std::move(layers);
   }

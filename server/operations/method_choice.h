@@ -1,4 +1,4 @@
-// Which method a job gets, and what is to be said of it: the planner's answer for the scene that was submitted.
+// Method choice: what the planner chooses for a submitted scene, with its reasons.
 #pragma once
 
 #include "common/base/status.h"
@@ -7,14 +7,13 @@
 
 namespace lightmill {
 
-/// `assets` has those of the scene; small meshes among them are looked into. Puts the method that `auto` stands for
-/// into the settings, or names those of which a pilot is to pick it (also the only one, where it is to allocate
-/// samples); says how it was found and what of the scene's light it misses. INVALID_ARGUMENT if the scene is damaged
-/// and something is to be found out about it; else that is left to the worker that reads it.
+/// Replaces `auto` in the settings by a method, or names the candidates of a pilot. For an adaptive job, a single
+/// candidate too gets a pilot, which allocates samples. The notes have the reasons, and the light of the scene that the
+/// method misses. `assets` has the assets of the scene; reads small meshes of them. INVALID_ARGUMENT if the scene is
+/// damaged and the choice needs it. Else the worker that reads the scene reports the damage.
 Result<MethodNotes> settle_method(JobSpec& spec, const AssetStore& assets);
 
-/// Adds the layer `bias` to the film of a job that is to reach an error, if its method gathers photons or a pilot may
-/// pick one that does.
+/// Adds the layer `bias` to the film of a job with an error goal, if a method that it may get gathers photons.
 void want_bias_layer(JobSpec& spec, const MethodNotes& notes);
 
 }  // namespace lightmill

@@ -1,4 +1,4 @@
-// What a caller can ask for in one message, and is answered in another: over gRPC, over HTTP, or both.
+// Operation: one request message and one reply message, over gRPC, HTTP or both.
 #pragma once
 
 #include <google/protobuf/message.h>
@@ -15,51 +15,49 @@ namespace lightmill {
 class OperationCall;
 using WireMessage = google::protobuf::Message;
 
-/// A call whose turn has come, on the farm thread.
+/// Context of a call on the farm thread.
 struct Asked {
   Runtime& runtime;
   FarmLoop::Turn& turn;
   const Call& call;
-  About& about;  ///< what the farm's log says that it was about
+  About& about;  ///< what the action log says that the call was about
   OperationCall& under_way;
 };
-/// What it adds to the turn's replies is called before the caller is answered.
+/// Part of an operation on the farm thread. Replies that it adds to the task are called before the caller is answered.
 using Apply = std::function<Status(Asked&)>;
 
-/// How an operation is done.
+/// Handler of an operation.
 struct Handler {
-  const WireMessage* request;  ///< empty ones
+  const WireMessage* request;  ///< empty messages
   const WireMessage* reply;
-  std::function<About(const WireMessage&)> about;  ///< what a request names
-  bool of_job = false;                             ///< that is a job, which the caller has to be allowed to name
-  /// The first step, which may take its time: on the caller's thread. Empty if nothing is left to do.
+  std::function<About(const WireMessage&)> about;  ///< what a request names: a job, worker or token
+  bool of_job = false;                             ///< it names a job, which the caller must be allowed to use
+  /// First step, on the caller's thread, which it may block. Returns an empty Apply if nothing is left to do.
   std::function<Result<Apply>(Runtime&, WireMessage& request, WireMessage& reply)> begin;
 };
 
-/// What is not as with most.
+/// Properties that differ from most operations.
 struct Traits {
-  bool http_only = false;             ///< the RPC only says who may
-  bool with_film = false;             ///< the job's film is in memory at its turn
-  bool waits = false;                 ///< answered after its turn, and given up when its caller is gone (OperationCall)
-  std::uint64_t most_body_bytes = 0;  ///< of its JSON; 0: so few that they are read before the gate is asked
-  int json_factor =
-      0;  ///< its answer may be large, and takes so many times its bytes while it becomes JSON; 0: it is not
-  Status (*fill_json)(WireMessage& reply) = nullptr;  ///< what readers of JSON are told besides
+  bool http_only = false;  ///< not the RPC's method: the RPC only names the rights
+  bool with_film = false;  ///< it runs when the job's film is in memory
+  bool waits = false;      ///< answered after its task, and cancelled when its caller is gone (OperationCall)
+  std::uint64_t most_body_bytes = 0;  ///< limit of its JSON; 0: small, and read before admission
+  int json_factor = 0;                ///< memory for its JSON in multiples of the reply's bytes; 0: the reply is small
+  Status (*fill_json)(WireMessage& reply) = nullptr;  ///< adds fields for JSON
 };
 
-/// One line of the table.
+/// Row of the table of operations.
 struct Operation {
-  Rpc rpc;  ///< who may, and whether it is recorded: server/access/rights.cpp
-  /// How HTTP asks for it behind /api/v1/; empty: not at all. "POST jobs/{id}/pause" has the request's field `id` in
-  /// its path. "GET jobs?page_size=1..1000&page_token" may have two fields in its query, and says what the number may
-  /// be.
+  Rpc rpc;  ///< server/access/rights.cpp has its rights, and whether it is recorded
+  /// HTTP method and path after /api/v1/; empty: not over HTTP. "POST jobs/{id}/pause" has the request's field `id` in
+  /// its path. "GET jobs?page_size=1..1000&page_token" allows two fields in its query, and has the range of the number.
   std::string_view http;
   Handler handler;
   Traits traits = {};
 };
 
 std::span<const Operation> operations();
-/// What the method of the RPC does; null if that is no operation.
+/// Operation of the RPC's method; null if it has none.
 const Operation* find_operation(Rpc rpc);
 
 }  // namespace lightmill

@@ -1,4 +1,4 @@
-// One call of an operation, from its request to its answer.
+// Call of an operation, from its request to its answer.
 #pragma once
 
 #include <memory>
@@ -7,8 +7,8 @@
 
 namespace lightmill {
 
-/// Made by std::make_shared; lives as long as it is under way. The caller fills the request, and reads the reply once
-/// it is told. Thread-safe from start on.
+/// Made by std::make_shared. It lives until it is answered. The caller fills the request before start(), and reads the
+/// reply in `done`. Thread-safe after start().
 class OperationCall final : public std::enable_shared_from_this<OperationCall> {
  public:
   OperationCall(Runtime& runtime, const Operation& operation);
@@ -16,17 +16,17 @@ class OperationCall final : public std::enable_shared_from_this<OperationCall> {
   const Operation& operation() const { return operation_; }
   WireMessage& request() { return *request_; }
   WireMessage& reply() { return *reply_; }
-  /// What the request names, for the gate.
+  /// What the request names, for Gate::admit.
   About about() const { return operation_.handler.about(*request_); }
 
   /// Called once, from any thread.
   using Done = std::function<void(const Status&)>;
-  /// Of a call that the gate has admitted. What changes something is recorded, and told once it is durable.
+  /// Starts a call that the gate has admitted. Changes are recorded, and answered when they are durable.
   void start(Call call, Done done);
   /// The caller is gone.
   void cancel();
 
-  // For operations that wait, on the farm thread.
+  // ---- for operations that wait, on the farm thread ----
   Done answer_later();
   void on_cancel(FarmLoop::Task forget) { forget_ = std::move(forget); }
 
@@ -42,8 +42,8 @@ class OperationCall final : public std::enable_shared_from_this<OperationCall> {
   Call call_;
   Done done_;
   Apply apply_;
-  bool cancelled_ = false;  ///< the farm thread's own
-  FarmLoop::Task forget_;   ///< the farm thread's own
+  bool cancelled_ = false;  ///< only for the farm thread
+  FarmLoop::Task forget_;   ///< only for the farm thread
 };
 
 }  // namespace lightmill

@@ -1,4 +1,4 @@
-// The table of operations.
+// Table of operations.
 #include <algorithm>
 #include <vector>
 
@@ -16,7 +16,7 @@ Handler handler_of(std::function<Result<Apply>(Runtime&, Request&, Reply*)> begi
           }};
 }
 
-/// Answered on the caller's thread.
+/// Runs only on the caller's thread.
 template <class Request, class Reply>
 Handler at_once(Status (*answer)(Runtime&, const Request&, Reply*)) {
   return handler_of<Request, Reply>([answer](Runtime& runtime, Request& request, Reply* reply) -> Result<Apply> {
@@ -25,13 +25,13 @@ Handler at_once(Status (*answer)(Runtime&, const Request&, Reply*)) {
   });
 }
 
-/// Begun on the caller's thread, then done on the farm thread.
+/// Starts on the caller's thread, and ends on the farm thread.
 template <class Request, class Reply>
 Handler in_two_steps(Result<Apply> (*begin)(Runtime&, Request&, Reply*)) {
   return handler_of<Request, Reply>(begin);
 }
 
-/// Done on the farm thread.
+/// Runs on the farm thread.
 template <class Request, class Reply>
 Handler on_farm(Status (*apply)(Asked&, const Request&, Reply*)) {
   return handler_of<Request, Reply>([apply](Runtime&, Request& request, Reply* reply) -> Result<Apply> {
@@ -39,7 +39,7 @@ Handler on_farm(Status (*apply)(Asked&, const Request&, Reply*)) {
   });
 }
 
-/// The same of the job whose id the request has, if the caller may.
+/// Runs on the farm thread for the job whose id the request has, if the caller may use it.
 template <class Request, class Reply>
 Handler on_job(Status (*apply)(Asked&, const Request&, Reply*)) {
   Handler handler = on_farm(apply);
@@ -48,7 +48,7 @@ Handler on_job(Status (*apply)(Asked&, const Request&, Reply*)) {
   return handler;
 }
 
-/// The same of a worker or token, which a field of the request names.
+/// Runs on the farm thread for a worker or token that a field of the request names.
 template <class Request, class Reply>
 Handler named(const std::string& (Request::*name)() const, Status (*apply)(Asked&, const Request&, Reply*)) {
   Handler handler = on_farm(apply);
@@ -69,10 +69,10 @@ constexpr std::uint64_t kMiB = 1 << 20;
 std::span<const Operation> operations() {
   using namespace handlers;
   static const std::vector<Operation> table{
-      // A packed scene of 16 MiB and 10,000 assets in base64; so many digests; so many files.
+      // A packed scene of 16 MiB and 10,000 assets in base64. The next two: so many digests, so many files.
       {Rpc::submit_job, "POST jobs", in_two_steps(submit_job), {.most_body_bytes = 24 * kMiB}},
       {Rpc::find_missing_assets, "POST assets/missing", at_once(find_missing_assets), {.most_body_bytes = kMiB}},
-      // A scene as JSON, whose numbers take several times their bytes, and in base64.
+      // The reply has the scene as JSON, whose numbers take several times their bytes, and in base64.
       {Rpc::inspect_scene,
        "POST inspect",
        in_two_steps(inspect_scene),
@@ -80,7 +80,7 @@ std::span<const Operation> operations() {
 
       {Rpc::list_jobs, "GET jobs?page_size=1..1000&page_token", on_farm(list_jobs)},
       {Rpc::get_job, "GET jobs/{id}", on_job(get_job)},
-      // In base64, of which more than one copy is made on the way.
+      // Base64, with more than one copy while it is sent.
       {Rpc::get_job, "GET jobs/{id}/spec", on_job(get_spec), {.http_only = true, .json_factor = 2}},
       {Rpc::cancel_job, "POST jobs/{id}/cancel", on_job(cancel_job)},
       {Rpc::pause_job, "POST jobs/{id}/pause", on_job(pause_job)},

@@ -1,4 +1,4 @@
-// Lists come in pages.
+// Pages of lists: sizes and tokens.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace lightmill {
 inline constexpr int kMaxPage = 1'000;
 inline constexpr int kDefaultPage = 100;
 
-/// INVALID_ARGUMENT for a negative one.
+/// Size of a page; INVALID_ARGUMENT if negative.
 inline Result<int> page_size_of(int asked) {
   if (asked < 0) {
     return invalid_argument("page_size must not be negative, got {}", asked);
@@ -21,8 +21,8 @@ inline Result<int> page_size_of(int asked) {
   return asked == 0 ? kDefaultPage : std::min(asked, kMaxPage);
 }
 
-/// What a page token holds where lists go by numbers, newest first: that of the last one listed. 0 for the first page;
-/// INVALID_ARGUMENT.
+/// Number in the page token of a list by numbers, newest first: that of the last entry before the page. 0 for the first
+/// page. INVALID_ARGUMENT for other tokens.
 inline Result<std::uint64_t> id_in(const std::string& token) {
   std::uint64_t id = 0;
   const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), id);

@@ -78,10 +78,10 @@ Result<Apply> inspect_scene(Runtime& runtime, v1::InspectSceneRequest& request, 
   });
 }
 
-/// The scene is looked into, and the disk; then the job is queued as the caller's.
+/// Checks the assets and chooses the method on the caller's thread. Then submits the job as the caller's.
 Result<Apply> submit_job(Runtime& runtime, v1::SubmitJobRequest& request, v1::Job* reply) {
   LM_ASSIGN_OR_RETURN(JobSpec spec, from_wire(request));
-  v1::SubmitJobRequest().Swap(&request);  // which may be large, and has been read
+  v1::SubmitJobRequest().Swap(&request);  // frees the request, which may be large
   LM_RETURN_IF_ERROR(check_assets(spec, runtime.assets()));
   LM_ASSIGN_OR_RETURN(MethodNotes notes, settle_method(spec, runtime.assets()));
   want_bias_layer(spec, notes);
@@ -95,7 +95,7 @@ Result<Apply> submit_job(Runtime& runtime, v1::SubmitJobRequest& request, v1::Jo
     asked.about.was_there = turn.farm.knows_request(spec.request_id);
     LM_ASSIGN_OR_RETURN(const JobId job, turn.farm.submit(spec, turn.now, turn.unix_ms, turn.effects, notes));
     if (call.caller.is_known() && turn.farm.owner(job).value_or("") != call.caller.name) {
-      return already_exists("request_id '{}' is that of somebody else's job: choose another", spec.request_id);
+      return already_exists("request_id '{}' belongs to a job of another user: choose another", spec.request_id);
     }
     asked.about.job = job.value;
     if (call.tell_page) {

@@ -1,4 +1,4 @@
-// A worker as clients are shown it.
+// Message of a worker for clients.
 #pragma once
 
 #include "lightmill/v1/farm.pb.h"

@@ -1,4 +1,4 @@
-// Lists of workers, what becomes of them, and how many an autoscaler should start.
+// Operations on workers, and for autoscalers.
 #include "common/base/text.h"
 #include "server/operations/handlers.h"
 #include "server/operations/pages.h"
@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::string_view kMetric = "wanted-workers";
 
-/// The worker as it is after the change, if that was made, or its name alone if it is gone.
+/// Replies with the worker after the change, if that succeeded; only with its name if it is gone.
 Status changed_worker(const Asked& asked, const Status& change, const std::string& name, v1::Worker* reply) {
   reply->set_name(name);
   if (change.ok()) {
@@ -94,7 +94,7 @@ Status get_metric_spec(Asked&, const externalscaler::ScaledObjectRef&, externals
 Status get_metrics(Asked& asked, const externalscaler::GetMetricsRequest& request,
                    externalscaler::GetMetricsResponse* reply) {
   if (request.metricname() != kMetric) {
-    return invalid_argument("there is no metric '{}': the one that there is is {}", request.metricname(), kMetric);
+    return invalid_argument("unknown metric '{}'. Known metrics: {}", request.metricname(), kMetric);
   }
   const std::uint32_t wanted = asked.turn.farm.wanted_workers(asked.turn.now);
   externalscaler::MetricValue* const value = reply->add_metricvalues();

@@ -11,20 +11,20 @@
 namespace lightmill {
 namespace {
 
-/// A node is 96 KiB: some 100 MiB at most wait for the disk.
+/// A node has 96 KiB, and comes with other writes. So at most some 100 MiB wait for the disk.
 constexpr std::size_t kMaxQueuedWrites = 2'000;
 constexpr auto kRetryPause = std::chrono::seconds(1);
-/// Progress that nobody waits for gathers so long: fewer, larger transactions.
+/// Effects that no caller waits for gather for so long. This gives fewer, larger transactions.
 constexpr auto kGatherTime = std::chrono::milliseconds(100);
 constexpr std::size_t kGatherWrites = 200;
-/// Of the histogram, seconds.
+/// Bounds of the histogram, in seconds.
 constexpr std::array kCommitBounds{0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 60.0};
 
 bool worth_retrying(const Status& status) {
   return status.code() == StatusCode::kResourceExhausted || status.code() == StatusCode::kUnavailable;
 }
 
-/// Whether a client waits for these effects, or a worker for something else than an acknowledgement.
+/// Whether a client waits for these effects, or a worker for another message than an acknowledgement.
 bool is_urgent(const CommitQueue::Batch& batch) {
   return !batch.replies.empty() || !batch.callers.empty() || !batch.reads.empty() ||
          std::ranges::any_of(batch.writes, [](const StoreOp& op) { return std::holds_alternative<PutJob>(op); }) ||
@@ -72,7 +72,7 @@ void CommitQueue::push(Batch batch) {
   append(queued_.replies, std::move(batch.replies));
   append(queued_.callers, std::move(batch.callers));
   append(queued_.reads, std::move(batch.reads));
-  // The writer wakes for the first effects, and then only for those that need not gather any longer.
+  // The writer wakes for the first effects, and then only for urgent or many ones.
   if (was_empty || urgent_ || queued_.writes.size() >= kGatherWrites) {
     changed_.notify_all();
   }
@@ -133,7 +133,7 @@ void CommitQueue::run() {
       failure = failure_;
       changed_.notify_all();
     }
-    // After a failure nothing more is written: later steps build on the lost one.
+    // After a failure nothing more is written, because later effects depend on the lost ones.
     if (failure.ok() && !batch.writes.empty()) {
       const auto begun = std::chrono::steady_clock::now();
       failure = commit_with_retries(coalesce(std::move(batch.writes)), batch.callers);
@@ -153,7 +153,7 @@ void CommitQueue::run() {
 void CommitQueue::read_piece() {
   Reading& reading = readings_.front();
   if (reading.nodes.empty()) {
-    ::malloc_trim(0);  // films that made room for this one have left their memory to the heaps of other threads
+    ::malloc_trim(0);  // freed memory of dropped films may be in the heaps of other threads
   }
   Result<FilmPiece> piece = store_.read_film(reading.read.job, reading.after);
   if (!piece.ok() && worth_retrying(piece.status())) {
@@ -172,7 +172,7 @@ void CommitQueue::read_piece() {
   readings_.pop_front();
 }
 
-/// Also those of steps that wait behind.
+/// Also the callers of queued effects.
 void CommitQueue::tell_callers(std::vector<CommitReply>& callers, const Status& stall) {
   {
     const MutexLock lock(mutex_);
@@ -180,8 +180,8 @@ void CommitQueue::tell_callers(std::vector<CommitReply>& callers, const Status& 
   }
   for (const CommitReply& caller : std::exchange(callers, {})) {
     caller(
-        resource_exhausted("the farm has taken this in, but cannot store it yet: {}. It is done as soon as it can be "
-                           "stored: there is no need to ask again",
+        resource_exhausted("the farm has accepted this, but cannot store it yet: {}. It will be done when it can be "
+                           "stored: do not repeat the request",
                            message_of(stall)));
   }
 }

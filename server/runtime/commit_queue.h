@@ -1,5 +1,5 @@
-// The thread that uses the store: it makes steps durable, all that wait in one transaction, then their messages and
-// replies go out; and it reads films, a piece between two transactions.
+// Commit queue and its writer thread, the only user of the store. It commits all queued effects in one transaction,
+// then sends their messages and replies. Between two transactions it reads a piece of a film.
 #pragma once
 
 #include <cstddef>
@@ -16,54 +16,55 @@
 
 namespace lightmill {
 
-/// Told once effects are durable, or why that failed. Called from the writer thread.
+/// Called from the writer thread when effects are durable, or with the error.
 using CommitReply = std::function<void(const Status&)>;
 
-/// A film to be read. `reply` is called once, from the writer thread.
+/// Request to read a film. `reply` is called once, from the writer thread.
 struct FilmRead {
   JobId job;
   std::function<void(Result<StoredFilm>)> reply;
 };
 
-/// Steps are committed, told of, sent and answered in the order in which they were pushed; those that nobody waits for
-/// gather for a tenth of a second. push() from one thread.
+/// Effects are committed, sent and answered in the order of push(). If no caller waits, they gather for 0.1 s. Call
+/// push() from one thread.
 ///
-/// While the disk is full or failing, commits are tried again and nothing is acknowledged: the farm waits and loses
-/// nothing, and callers are told so. Any other error of the store means damage or a bug, and on_fatal is called. A film
-/// that cannot be read now is tried again, too; other errors of reading are its reader's.
+/// While the disk is full or failing, it retries commits and acknowledges nothing. The farm waits and loses nothing,
+/// and callers get an error that says so. Any other error of the store means damage or a bug, and on_fatal is called. A
+/// film that cannot be read now is retried too. Other read errors go to `reply`.
 class CommitQueue {
  public:
   struct Handlers {
     std::function<void(Outgoing)> send;           ///< an after_commit message
-    std::function<void(const Status&)> on_fatal;  ///< the store cannot be used any more; called once
-    /// Nothing can be stored now, and why; OK once it can again. From the writer thread.
+    std::function<void(const Status&)> on_fatal;  ///< the store is unusable; called once
+    /// The error while nothing can be stored; OK when it can again. From the writer thread.
     std::function<void(const Status&)> on_stall = [](const Status&) {};
   };
   struct Batch {
     std::vector<StoreOp> writes;
     std::vector<Outgoing> after_commit;
-    std::vector<CommitReply> replies;  ///< before its messages leave: nothing comes of those sooner
-    /// As `replies`, of those who do not wait for ever: RESOURCE_EXHAUSTED tells them that storing it takes longer. It
-    /// is stored later all the same.
+    std::vector<CommitReply>
+        replies;  ///< called before `after_commit` is sent, so that no answer to a message comes sooner
+    /// Like `replies`, for callers that do not wait forever. RESOURCE_EXHAUSTED tells them that the commit takes
+    /// longer. The effects are still stored later.
     std::vector<CommitReply> callers;
-    std::vector<FilmRead> reads = {};  ///< once these and all earlier writes are durable
+    std::vector<FilmRead> reads = {};  ///< started when these and all earlier writes are durable
   };
   CommitQueue(Store& store, Handlers handlers);
   ~CommitQueue();
 
-  /// Waits while kMaxQueuedWrites are queued.
+  /// Blocks while kMaxQueuedWrites are queued.
   void push(Batch batch);
 
-  /// How long commits took, with those that had to be tried again. Thread-safe.
+  /// Times of commits, with their retries. Thread-safe.
   Histogram seconds() const;
 
-  /// From now on a failing commit is given up instead of tried again; later ones fail too.
+  /// From now on a failing commit is not retried, and later ones fail too.
   void stop_retrying();
-  /// Commits what is queued and ends the thread. Returns the first error, if anything could not be stored.
+  /// Commits what is queued, and ends the thread. Returns the first error, if anything could not be stored.
   Status stop();
 
  private:
-  /// A film that is being read, or waits for that.
+  /// Film that is being read, or waits for it.
   struct Reading {
     FilmRead read;
     FilmPlace after = {};
@@ -82,13 +83,13 @@ class CommitQueue {
   mutable Mutex mutex_;
   CondVar changed_;
   Batch queued_ LM_GUARDED_BY(mutex_);
-  bool urgent_ LM_GUARDED_BY(mutex_) = false;  ///< somebody waits for what is queued
+  bool urgent_ LM_GUARDED_BY(mutex_) = false;  ///< a caller waits for queued effects
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   bool retrying_ LM_GUARDED_BY(mutex_) = true;
   Status failure_ LM_GUARDED_BY(mutex_);
   Histogram seconds_ LM_GUARDED_BY(mutex_);
-  std::deque<Reading> readings_;                       ///< the writer thread's own
-  std::chrono::steady_clock::time_point next_read_{};  ///< the writer thread's own
+  std::deque<Reading> readings_;                       ///< only for the writer thread
+  std::chrono::steady_clock::time_point next_read_{};  ///< only for the writer thread
   std::thread thread_;
 };
 

@@ -13,7 +13,7 @@ std::optional<Time> DemandHub::publish(const Coordinator& farm, Time now) {
   next_look_ = now + kInterval;
   const bool active = farm.wants_workers();
   for (Listener& listener : listeners_) {
-    // A stream that is still writing pokes the loop when it is done.
+    // A stream that is still writing calls FarmLoop::poke when it is done.
     if (listener.told != active && listener.sink->writable()) {
       listener.told = active;
       listener.sink->offer(active);

@@ -1,4 +1,4 @@
-// Who wants to know whether the farm could use workers, and hears it whenever that changes.
+// Demand hub: tells its listeners whether the farm can use workers, and when this changes.
 #pragma once
 
 #include <memory>
@@ -10,24 +10,24 @@
 
 namespace lightmill {
 
-/// The stream to one listener. Thread-safe.
+/// Stream to one listener. Thread-safe.
 class DemandSink {
  public:
   virtual ~DemandSink() = default;
   virtual bool closed() const = 0;
-  /// Whether the last answer has left, so that another may be offered.
+  /// Whether the last answer was sent, so that another can be offered.
   virtual bool writable() const = 0;
   virtual void offer(bool active) = 0;
 };
 
-/// Not thread-safe; belongs to the farm thread. Looks twice a second at most, however much happens, as a look goes
-/// through all jobs.
+/// Not thread-safe: only for the farm thread. It asks the coordinator at most twice a second, because that visits all
+/// jobs.
 class DemandHub {
  public:
   static constexpr Duration kInterval = std::chrono::milliseconds(500);
 
   void add(std::shared_ptr<DemandSink> sink) { listeners_.push_back({std::move(sink), std::nullopt}); }
-  /// Tells what is new; returns when to call again if nothing else happens.
+  /// Tells listeners what changed. Returns when to call again if no event comes.
   std::optional<Time> publish(const Coordinator& farm, Time now);
 
  private:

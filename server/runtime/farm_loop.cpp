@@ -8,11 +8,10 @@ namespace lightmill {
 namespace {
 
 constexpr std::size_t kMaxTasks = 20'000;
-/// Watchers have a tenth of the core at most that the thread has: however many there are, and however much changes,
-/// workers go first.
+/// Watchers get at most a tenth of the farm thread's time, so that workers go first. The pause is this multiple of it.
 constexpr int kPausePerWatching = 9;
 
-/// That this thread has used.
+/// CPU time of this thread.
 Duration cpu_time() {
   timespec time{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -211,7 +210,7 @@ void FarmLoop::Turn::with_film(JobId job, FilmTask task) {
   }
 }
 
-/// While it is in memory for sure: before anything else happens.
+/// Called before the next event, while the film is still in memory.
 void FarmLoop::tell_films(Turn& turn) {
   while (!turn.effects.films.empty()) {
     const FilmOutcome outcome = turn.effects.films.front();
@@ -296,7 +295,7 @@ void FarmLoop::hold(Turn& turn) {
              turn.effects);
 }
 
-/// Leases run from when their grants leave.
+/// Leases start when their grants are sent.
 void FarmLoop::note_sent(Turn& turn) {
   std::vector<LeaseId> leases = leases_granted(turn.effects.after_commit);
   if (leases.empty()) {
@@ -309,7 +308,7 @@ void FarmLoop::note_sent(Turn& turn) {
   });
 }
 
-/// The end of a job is shown once it is durable.
+/// Watchers see the end of a job only when it is durable.
 void FarmLoop::note_ends(Turn& turn) {
   for (const StoreOp& op : turn.effects.writes) {
     const auto* put = std::get_if<PutJob>(&op);

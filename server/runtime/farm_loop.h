@@ -1,5 +1,5 @@
-// The farm thread: the only one that touches the coordinator. It runs posted tasks one after the other, ticks, feeds
-// the watchers, and hands what is to be stored to the commit queue.
+// Farm loop: runs the farm thread, the only one that uses the coordinator. It runs posted tasks, ticks, updates the
+// watchers, and gives effects to the commit queue.
 #pragma once
 
 #include <functional>
@@ -21,7 +21,7 @@
 
 namespace lightmill {
 
-/// What was, since the coordinator began.
+/// History and events since the coordinator started.
 struct FarmPast {
   FarmHistory history;
   FarmEvents events;
@@ -33,14 +33,14 @@ class FarmLoop {
   using InspectionReply = std::function<void(const Result<std::shared_ptr<const Inspection>>&)>;
   struct Turn;
   using Task = std::function<void(Turn&)>;
-  /// Told whether the film is in memory, for this call, or why not.
+  /// Called with OK if the film is in memory during this call, else with the error.
   using FilmTask = std::function<void(Turn&, const Status&)>;
   struct FilmTasks {
     std::multimap<JobId, FilmTask> waiting;
-    bool closed = false;  ///< nobody is to wait any more
+    bool closed = false;  ///< no task may wait any longer
   };
 
-  /// What a task works with; valid during the task.
+  /// Context of a task; valid during the task.
   struct Turn {
     Coordinator& farm;
     WatchHub& watchers;
@@ -52,52 +52,52 @@ class FarmLoop {
     Time now;
     std::int64_t unix_ms;
     Effects effects;                   ///< filled by the coordinator
-    std::vector<CommitReply> replies;  ///< called once they are durable
-    std::vector<CommitReply> callers;  ///< so, too, unless that takes long (CommitQueue::Batch)
-    /// Why nothing can be stored now; empty while it can.
+    std::vector<CommitReply> replies;  ///< called when `effects` are durable
+    std::vector<CommitReply> callers;  ///< the same, or sooner with an error (CommitQueue::Batch)
+    /// Why nothing can be stored now; empty while storing works.
     const std::string& no_store;
 
-    /// Writes an action into the farm's log, at this moment.
+    /// Adds an action to the action log, with the time of this task.
     void keep(Action action);
-    /// As Coordinator::inspect; `reply` is called once, unless the inspection is forgotten.
+    /// Like Coordinator::inspect. `reply` is called once, unless the inspection is forgotten.
     Result<InspectionId> inspect(const std::string& caller, const InspectionRequest& request, InspectionReply reply);
     void forget_inspection(InspectionId id);
-    /// Runs `task` once the job's film is in memory: at once, or in a later turn. NOT_FOUND, RESOURCE_EXHAUSTED if that
+    /// Runs `task` when the job's film is in memory: at once or later. Errors: NOT_FOUND, RESOURCE_EXHAUSTED if reading
     /// takes too long, UNAVAILABLE when the coordinator stops, and errors of the store.
     void with_film(JobId job, FilmTask task);
   };
 
-  /// What the server is told by which workers come.
+  /// Callbacks of the server that workers connect to.
   struct Handlers {
     std::function<void(Outgoing)> send = [](const Outgoing&) {};  ///< from the farm thread and the writer thread
     std::function<void(SessionId)> hang_up = [](SessionId) {};
-    /// Whether the state can be stored, now and whenever that changes; from the farm thread.
+    /// Whether the state can be stored: once at first, then at each change. From the farm thread.
     std::function<void(bool)> on_storing = [](bool) {};
   };
-  /// `on_fatal`: the store cannot be used any more; from another thread.
+  /// `on_fatal`: the store is unusable. From another thread.
   FarmLoop(Coordinator& farm, ActionLog& actions, Store& store, const Clock& clock,
            std::function<void(const Status&)> on_fatal);
   ~FarmLoop();
 
-  /// Once, before the first worker comes. They are called as long as the loop runs.
+  /// Call once, before the first worker connects. They are called as long as the loop runs.
   void set_handlers(Handlers handlers);
-  /// Queues a task. False, and it will not run, when kMaxTasks wait or the loop has stopped. Thread-safe.
+  /// Queues a task. If kMaxTasks wait or the loop has stopped, it returns false and does not run the task. Thread-safe.
   [[nodiscard]] bool post(Task task);
-  /// As post, for what must not get lost: messages of workers, the ends of their streams, and what commits report.
-  /// Their senders bound them: at most so many worker streams (--max-workers decides), each with a window of messages.
+  /// Like post, for tasks that must not get lost: messages of workers, ends of their streams, and replies of commits.
+  /// Their number is bounded by the number of worker streams (--max-workers) and the message window of each.
   void post_always(Task task);
-  /// No work is handed out while `why` is not empty: there is no space for what it gives. Thread-safe.
+  /// Stops leasing while `why` is not empty, because the disk has no space for results. Thread-safe.
   void set_space(const std::string& why);
-  /// Lets the watchers be looked at again. Thread-safe.
+  /// Wakes the loop to update the watchers. Thread-safe.
   void poke();
 
   Traffic& traffic() { return traffic_; }
-  /// Seconds that commits took.
+  /// Times of commits in seconds.
   Histogram commit_seconds() const { return commits_.seconds(); }
 
-  /// Nobody waits any longer for what takes long: commits that fail are given up, and films are not waited for.
+  /// Stops waiting: failing commits are not retried, and tasks that wait for films fail.
   void stop_waiting();
-  /// Runs what is queued, commits it and ends the threads. No task may be posted afterwards.
+  /// Runs what is queued, commits it, and ends the threads. Post no task afterwards.
   Status stop();
 
  private:
@@ -109,7 +109,7 @@ class FarmLoop {
   std::vector<FilmRead> film_reads(const Turn& turn);
   void note_ends(Turn& turn);
   void note_sent(Turn& turn);
-  /// As WatchHub::publish, unless it is too soon for that.
+  /// Like WatchHub::publish, unless it is too soon.
   std::optional<Time> tell_watchers(Time now);
   void tick(Turn& turn);
   void set_stall(const Status& status);
@@ -118,22 +118,22 @@ class FarmLoop {
   Coordinator& farm_;
   ActionLog& actions_;
   const Clock& clock_;
-  Handlers handlers_;  ///< of the farm thread; the writer thread reads it once a worker has come
+  Handlers handlers_;  ///< set on the farm thread; the writer thread reads it after a worker has connected
   Traffic traffic_;
   CommitQueue commits_;
   WatchHub watchers_;
   DemandHub demand_;
-  Time watchers_after_{};  ///< nothing is told before; the farm thread's own
+  Time watchers_after_{};  ///< watchers get nothing before this; only for the farm thread
   Mutex mutex_;
   CondVar changed_;
   std::vector<Task> tasks_ LM_GUARDED_BY(mutex_);
   bool poked_ LM_GUARDED_BY(mutex_) = false;
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
-  std::map<InspectionId, InspectionReply> inspections_;  ///< the farm thread's own
-  FilmTasks films_;                                      ///< the farm thread's own
-  FarmPast past_;                                        ///< the farm thread's own
-  std::string no_store_;                                 ///< why nothing can be stored; the farm thread's own
-  std::string no_space_;                                 ///< why no work is handed out; the farm thread's own
+  std::map<InspectionId, InspectionReply> inspections_;  ///< only for the farm thread
+  FilmTasks films_;                                      ///< only for the farm thread
+  FarmPast past_;                                        ///< only for the farm thread
+  std::string no_store_;                                 ///< why nothing can be stored; only for the farm thread
+  std::string no_space_;                                 ///< why leasing is stopped; only for the farm thread
   std::thread thread_;
 };
 

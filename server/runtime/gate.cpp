@@ -29,13 +29,13 @@ Result<Identity> Gate::identify(const Shown& shown) const {
                     options_.takes_certificates ? certificate : "", kTokenFileOption);
 }
 
-/// Of the header that shows a token. It counts more than a certificate, which machines may have for all of their users.
+/// Identity of the token in the header. A token goes before a certificate, which a machine may have for all of its
+/// users.
 Result<Identity> Gate::identify_bearer(std::string_view header) const {
   if (!options_.takes_tokens) {
     return make_error(
         StatusCode::kUnauthenticated,
-        "this farm's connections are not encrypted: it takes no tokens, and the one that came can have been "
-        "read by others, so revoke it");
+        "this farm's connections are not encrypted: it takes no tokens. Others may have read this token: revoke it");
   }
   // The scheme's case does not matter (RFC 9110, 11.1).
   if (header.size() < kBearer.size() ||
@@ -55,7 +55,7 @@ Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer
   if (status.ok()) {
     status = caller.ok() ? check_call(*caller, rpc) : caller.status();
   }
-  if (status.ok() && kind) {  // no stranger takes a place from anybody
+  if (status.ok() && kind) {  // only after the check, so that strangers take no places
     Result<std::shared_ptr<StreamPlace>> place = places_.take(*kind, holder_of(call.caller, peer));
     status = place.status();
     call.place = std::move(place).value_or(nullptr);

@@ -1,4 +1,4 @@
-// Who calls: what a call has shown, as an identity, and whether its roles allow it.
+// Gate: makes an identity of a call's credentials, and checks whether its roles and limits allow the call.
 #pragma once
 
 #include <functional>
@@ -16,10 +16,10 @@
 
 namespace lightmill {
 
-/// What a call shows of who makes it.
+/// Credentials of a call.
 struct Shown {
   std::optional<std::string> authorization;  ///< the header of that name, with a token
-  std::string certificate;                   ///< PEM, of one that an authority of the farm has signed; empty: none
+  std::string certificate;                   ///< PEM of a certificate that an authority of the farm signed; empty: none
   std::string peer;                          ///< ADDRESS:PORT
 };
 
@@ -33,40 +33,40 @@ class Gate {
         book_(std::move(tokens)),
         limits_(options.calls) {}
 
-  /// Is told what admit refuses; before the server starts.
+  /// Called with each refusal of admit. Set it before the server starts.
   void set_on_refused(std::function<void(const Call&, const About&, const Status&)> on_refused) {
     on_refused_ = std::move(on_refused);
   }
 
-  /// Is told whose a connection of gRPC is; before the server starts.
+  /// Called with the identity of a gRPC connection. Set it before the server starts.
   void set_on_met(std::function<Status(const std::string& peer, const Identity&)> on_met) {
     on_met_ = std::move(on_met);
   }
 
   /// UNAUTHENTICATED.
   Result<Identity> identify(const Shown& shown) const;
-  /// Every handler's first step, with what identify has said; `about` is what the call names, for the log.
-  /// UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
+  /// First step of every handler, with the result of identify. `about` is what the call names, for the action log.
+  /// Errors: UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
   Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const About& about = {}) const {
     return admit(caller, peer, rpc, about, stream_kind(rpc));
   }
-  /// As admit, of a page that opens: it may see what WatchJob shows.
+  /// Like admit, for a page that opens. It needs the right to WatchJob.
   Result<Call> admit_page(const Result<Identity>& caller, const std::string& peer) const {
     return admit(caller, peer, Rpc::watch_job, {}, StreamKind::page);
   }
-  /// As ConnectionBook::meet, of a connection of gRPC. RESOURCE_EXHAUSTED.
+  /// Like ConnectionBook::meet, for a gRPC connection. RESOURCE_EXHAUSTED.
   Status meet(const std::string& peer, const Identity& caller) const { return on_met_(peer, caller); }
-  /// Counts one request of the caller. RESOURCE_EXHAUSTED.
+  /// Counts one request against the caller's limits. RESOURCE_EXHAUSTED.
   Status take_request(const Identity& caller, const std::string& peer) const;
-  /// Of one that was admitted, while its stream lasts.
+  /// Whether an admitted identity is still valid, while its stream lasts.
   Status check_still_holds(const Identity& identity) const;
   bool asks() const { return options_.asks; }
 
-  // As RefusalBook::take.
+  // Like RefusalBook::take.
   std::optional<Unwritten> may_record_refusal(const Call& call, const About& about, const Status& status) const;
   std::optional<Unwritten> may_record_refusal(const Identity& caller) const;
 
-  // The tokens that are known from now on; storing them is the caller's. Errors as TokenBook has them.
+  // These change the known tokens at once. The caller stores them. Errors as for TokenBook.
   Status add_token(const TokenRecord& token);
   Result<Enrolment> enrol(const Identity& by, const EnrolmentRequest& request);
   std::vector<std::string> enrolled_by(std::string_view id) const;

@@ -22,7 +22,7 @@ void keep(FarmLoop::Turn& turn, const Call& call, const About& about, StatusCode
 std::string refusal_text(const Status& status, const Unwritten& unwritten) {
   std::string text;
   if (unwritten.repeated > 0) {
-    text += fmt::format("({} more of the same since the last that is recorded) ", unwritten.repeated);
+    text += fmt::format("({} more of the same since the last recorded one) ", unwritten.repeated);
   }
   if (unwritten.left_out > 0) {
     text += fmt::format("({} refusals before it are not recorded) ", unwritten.left_out);
@@ -74,7 +74,7 @@ void record_own(FarmLoop::Turn& turn, std::string_view what, std::string about) 
 Status check_store(const FarmLoop::Turn& turn) {
   return turn.no_store.empty()
              ? ok_status()
-             : resource_exhausted("the farm can store nothing now, so nothing is changed: {}; try again when it can",
+             : resource_exhausted("the farm cannot store anything now, so nothing is changed: {}; try again later",
                                   turn.no_store);
 }
 

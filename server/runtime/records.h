@@ -1,4 +1,4 @@
-// The farm's log of what was done and refused, as those who answer calls write it.
+// Entries of the action log: actions and refusals of calls.
 #pragma once
 
 #include <string>
@@ -8,30 +8,30 @@
 
 namespace lightmill {
 
-/// Writes into the log that this was done, unless it had been before, or, as often as the gate lets it, that it was
-/// refused. Other errors are the caller's mistakes, and leave no trace.
+/// Records an action that succeeded, unless an earlier call had done it. Records a refusal if the gate's limits allow
+/// the entry. Other errors are mistakes of the caller, and are not recorded.
 void record(FarmLoop::Turn& turn, const Gate& gate, const Call& call, const About& about, const Status& status);
 
-/// The same of what was refused, once the gate has let it; `unwritten` as it has said.
+/// Records a refusal that the gate's limits allow. `unwritten`: from Gate::may_record_refusal.
 void record_refusal(FarmLoop::Turn& turn, const Call& call, const About& about, const Status& status,
                     const Unwritten& unwritten);
 
-/// The same of who logs in on the page, or tries to.
+/// Records a login on the page, or a refused one.
 void record_login(FarmLoop::Turn& turn, const Gate& gate, const Identity& caller, const std::string& peer,
                   const Status& status);
 
-/// Writes down what the coordinator itself does.
+/// Records an action of the coordinator itself.
 void record_own(FarmLoop::Turn& turn, std::string_view what, std::string about);
 
-/// RESOURCE_EXHAUSTED while the farm can store nothing: what is asked for then would wait, and its caller with it.
+/// RESOURCE_EXHAUSTED while the farm can store nothing, because the call would wait.
 Status check_store(const FarmLoop::Turn& turn);
 
-/// What a farm says that has no time now. RESOURCE_EXHAUSTED.
+/// Error of a farm that is too busy. RESOURCE_EXHAUSTED.
 inline Status busy() {
   return resource_exhausted("the farm has too much to do at once: try again");
 }
 
-/// Whether the caller may do so with this job; a refusal is recorded. NOT_FOUND, PERMISSION_DENIED.
+/// Whether the caller may make this call for this job. Records a refusal. NOT_FOUND, PERMISSION_DENIED.
 Status check_job_call(FarmLoop::Turn& turn, const Gate& gate, const Call& call, JobId job);
 
 }  // namespace lightmill

@@ -12,9 +12,9 @@
 namespace lightmill {
 namespace {
 
-/// Assets that no job names any more stay for a day: their jobs may still be on their way.
+/// Unused assets stay for a day, because their jobs may still be submitted.
 constexpr std::int64_t kSpareAssetAgeSeconds = 24 * 60 * 60;
-/// The farm's thread may stand still as long as nothing can be stored: who can do so later does not wait for it.
+/// Longest wait for the farm thread, which may stand still while nothing can be stored. The deletion can wait.
 constexpr std::chrono::seconds kFarmPatience(5);
 
 std::set<Sha256> assets_of(const StoredState& state) {
@@ -26,7 +26,7 @@ std::set<Sha256> assets_of(const StoredState& state) {
   return wanted;
 }
 
-/// No page's connection outlives its coordinator.
+/// Jobs that end with their page: no page's connection outlives its coordinator.
 std::vector<JobId> jobs_of_pages(const StoredState& state) {
   std::vector<JobId> jobs;
   for (const StoredState::StoredJob& job : state.jobs) {
@@ -39,11 +39,11 @@ std::vector<JobId> jobs_of_pages(const StoredState& state) {
 
 void forget_others(AssetStore& assets, const std::set<Sha256>& wanted) {
   if (const std::uint64_t freed_bytes = assets.collect(wanted, kSpareAssetAgeSeconds); freed_bytes > 0) {
-    spdlog::info("{} MiB of assets that no job needs are forgotten", freed_bytes >> 20);
+    spdlog::info("deleted {} MiB of assets that no job uses", freed_bytes >> 20);
   }
 }
 
-/// What the gate refuses goes into the log.
+/// Refusals of the gate go into the action log.
 void record_refusals(Gate& gate, FarmLoop& loop) {
   gate.set_on_refused([&gate, &loop](const Call& call, const About& about, const Status& status) {
     if (const std::optional<Unwritten> unwritten = gate.may_record_refusal(call, about, status)) {

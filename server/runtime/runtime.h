@@ -1,5 +1,4 @@
-// The coordinator with all that it runs on: store, state machine, threads and gate. It knows nothing of how it is
-// called.
+// Runtime of the coordinator: store, state machine, threads and gate. It does not know gRPC or HTTP.
 #pragma once
 
 #include <functional>
@@ -22,15 +21,15 @@ struct RuntimeOptions {
   GateOptions gate;
   CoordinatorLimits limits;
   ActionLogLimits log;
-  std::vector<std::string> notices;  ///< told to who lists jobs or workers
-  /// The store cannot be used any more. From another thread; the coordinator should be stopped.
+  std::vector<std::string> notices;  ///< shown in lists of jobs and workers
+  /// The store is unusable, and the coordinator should be stopped. From another thread.
   std::function<void(const Status&)> on_fatal = [](const Status&) {};
 };
 
-/// Servers are given a reference, and end before it.
+/// Servers have a reference to it, and end before it.
 class Runtime {
  public:
-  /// Loads the store, repairs what can be, and starts the threads.
+  /// Loads the store, repairs damaged rows, and starts the threads.
   static Result<std::unique_ptr<Runtime>> start(std::unique_ptr<Store> store, std::unique_ptr<AssetStore> assets,
                                                 const RuntimeOptions& options);
   ~Runtime();
@@ -43,10 +42,10 @@ class Runtime {
   AssetStore& assets() { return *assets_; }
   const RuntimeOptions& options() const { return options_; }
 
-  /// Callers are served from now on: the farm's log says so.
+  /// Callers are served from now on. Records the start in the action log.
   void begin();
-  /// Forgets assets that no job needs, nor did for a day; none while the farm is too busy to say which. Waits for the
-  /// disk.
+  /// Deletes assets that no job uses, and that were not used for a day. Deletes none while the farm is too busy to name
+  /// the used ones. Blocks on the disk.
   void forget_unused_assets();
   /// Commits and ends all threads. An error if something could not be stored.
   Status stop();
@@ -55,12 +54,12 @@ class Runtime {
   Runtime(const RuntimeOptions& options, std::unique_ptr<Store> store, std::unique_ptr<AssetStore> assets,
           StoredState& state);
 
-  // In the order of their making; each uses only those above it.
+  // In order of construction. Each uses only those above it.
   const RuntimeOptions options_;
   const std::unique_ptr<Store> store_;
   const std::unique_ptr<AssetStore> assets_;
-  const std::string start_;            ///< what the log says of it
-  const std::vector<JobId> of_pages_;  ///< of the coordinator before
+  const std::string start_;            ///< text of the start in the action log
+  const std::vector<JobId> of_pages_;  ///< jobs of pages of the coordinator before
   Gate gate_;
   ActionLog actions_;
   Coordinator farm_;

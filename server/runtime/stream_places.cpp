@@ -49,7 +49,7 @@ void StreamPlace::call_ended() {
 }
 
 void StreamPlace::give_way() {
-  const MutexLock lock(mutex_);  // the call does not end meanwhile
+  const MutexLock lock(mutex_);  // call_ended() waits meanwhile
   gives_way_ = true;
   if (const auto end = std::exchange(end_, nullptr)) {
     end();

@@ -1,4 +1,4 @@
-// Calls that last: each kind has a limited number of places, which callers share.
+// Places for long calls: each kind has a limited number, which callers share.
 #pragma once
 
 #include <array>
@@ -15,19 +15,19 @@ namespace lightmill {
 
 enum class StreamKind {
   asset,   ///< uploads and downloads
-  film,    ///< fetched; each keeps the nodes of its moment in memory
-  watch,   ///< jobs watched over gRPC
-  scaler,  ///< autoscalers that listen
-  page,    ///< open in a browser
+  film,    ///< downloads of films; each keeps the nodes of its film in memory
+  watch,   ///< watches of jobs over gRPC
+  scaler,  ///< streams of autoscalers
+  page,    ///< pages that are open in a browser
   count
 };
 
-/// None: such a call does not last, or has limits of its own, as workers' streams have.
+/// Kind of a call. None if it is short, or has its own limits, as workers' streams have.
 std::optional<StreamKind> stream_kind(Rpc rpc);
 
 class StreamPlaces;
 
-/// The place of one call, left at its end. Thread-safe.
+/// Place of one call, freed at its end. Thread-safe.
 class StreamPlace {
  public:
   StreamPlace(StreamPlaces& places, StreamKind kind, Places::Id id) : places_(places), kind_(kind), id_(id) {}
@@ -35,11 +35,11 @@ class StreamPlace {
   StreamPlace(const StreamPlace&) = delete;
   StreamPlace& operator=(const StreamPlace&) = delete;
 
-  /// What ends the call once its place is needed for another, at most once and from any thread. It must not wait.
+  /// Sets what ends the call when another needs its place. Called at most once, from any thread. It must not block.
   void on_give_way(std::function<void()> end);
-  /// The call has ended: it is not ended from now on.
+  /// The call has ended. `end` is not called from now on.
   void call_ended();
-  /// The call waits for its caller from now on, until it moves.
+  /// The call waits for its caller from now on, until moves().
   void stands_still();
   void moves();
 

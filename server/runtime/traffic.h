@@ -1,4 +1,4 @@
-// Bytes that went through the coordinator since it began: what is inside messages, without what carries them.
+// Traffic of the coordinator since its start: bytes inside messages, without the overhead of protocols.
 #pragma once
 
 #include <atomic>
@@ -8,12 +8,12 @@ namespace lightmill {
 
 /// Thread-safe.
 struct Traffic {
-  std::atomic<std::uint64_t> results_in = 0;    ///< all that workers say on their streams
-  std::atomic<std::uint64_t> assets_in = 0;     ///< as they are uploaded
-  std::atomic<std::uint64_t> assets_out = 0;    ///< as workers and people fetch them
-  std::atomic<std::uint64_t> films_out = 0;     ///< as they are fetched by gRPC
-  std::atomic<std::uint64_t> previews_out = 0;  ///< to who watches a job, and to open pages
-  std::atomic<std::uint64_t> answers_out = 0;   ///< the JSON API's and pictures
+  std::atomic<std::uint64_t> results_in = 0;    ///< all messages on streams of workers
+  std::atomic<std::uint64_t> assets_in = 0;     ///< uploads
+  std::atomic<std::uint64_t> assets_out = 0;    ///< downloads by workers and users
+  std::atomic<std::uint64_t> films_out = 0;     ///< downloads over gRPC
+  std::atomic<std::uint64_t> previews_out = 0;  ///< to watchers of jobs, and to open pages
+  std::atomic<std::uint64_t> answers_out = 0;   ///< JSON and pictures over HTTP
 };
 
 }  // namespace lightmill

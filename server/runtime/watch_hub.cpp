@@ -6,11 +6,11 @@ namespace lightmill {
 namespace {
 
 constexpr Duration kInterval = std::chrono::milliseconds(100);
-/// Until every tile has its first sample.
+/// Interval until every tile has its first sample.
 constexpr Duration kFirstRoundInterval = std::chrono::milliseconds(20);
-/// 48 KiB each: a message stays below gRPC's default limit of 4 MiB.
+/// A tile has 48 KiB, so a message stays below gRPC's default limit of 4 MiB.
 constexpr std::size_t kTilesPerMessage = 40;
-/// 2^32 / ((1 + √5) / 2): its multiples modulo 2^32 are spread evenly, and so is every second of them, every third …
+/// 2^32 divided by the golden ratio. Its multiples modulo 2^32 are spread evenly, and so is every n-th of them.
 constexpr std::uint32_t kGoldenSection = 0x9e3779b9;
 
 }  // namespace
@@ -83,7 +83,7 @@ WatchHub::Outcome WatchHub::publish_to(Watcher& watcher, const Coordinator& farm
     watcher.sink->fail(not_found("there is no job {}", watcher.job.value));
     return Outcome::remove;
   }
-  // A stream that is still writing pokes the loop when it is done.
+  // A stream that is still writing calls FarmLoop::poke when it is done.
   if ((version == watcher.sent_version && !watcher.tiles_left) || held_.contains(watcher.job) ||
       !watcher.sink->writable()) {
     return Outcome::keep;
@@ -99,7 +99,7 @@ WatchHub::Outcome WatchHub::publish_to(Watcher& watcher, const Coordinator& farm
   }
   watcher.waits_for_film = waits;
   if (waits && version == watcher.sent_version) {
-    return Outcome::keep;  // tiles are all that is left
+    return Outcome::keep;  // only tiles are left to send
   }
   Result<JobStatus> status = farm.status(watcher.job, now);
   if (!status.ok()) {
@@ -116,12 +116,12 @@ WatchHub::Outcome WatchHub::publish_to(Watcher& watcher, const Coordinator& farm
   return update.last ? Outcome::remove : Outcome::keep;
 }
 
-/// Puts as many changed tiles into the update as fit; true if some are left.
+/// Adds as many changed tiles to the update as fit. True if some are left.
 bool WatchHub::add_tiles(Watcher& watcher, const Film& film, WatchUpdate& update) {
   const std::uint32_t count = film.grid().picture_tiles();
   watcher.sent_tiles.resize(count);
   Round& round = rounds_[watcher.job];
-  const std::uint32_t turn = round.number * kGoldenSection;  // of 2^32
+  const std::uint32_t turn = round.number * kGoldenSection;  // as a fraction of 2^32
   const auto start = static_cast<std::uint32_t>((std::uint64_t{turn} * count) >> 32);
   for (std::uint32_t i = 0; i < count; ++i) {
     const TileId tile{(start + i) % count};

@@ -1,5 +1,4 @@
-// In which order jobs are offered to a worker: priority first, then those whose first picture is not out, then fair
-// shares.
+// Queue of jobs in the order of their leases: by priority, then jobs without a first picture, then by fair share.
 #pragma once
 
 #include <cstdint>
@@ -11,24 +10,23 @@
 
 namespace lightmill {
 
-/// What decides a job's place.
+/// Sort key of a job.
 struct QueuePlace {
-  std::int32_t priority = 0;  ///< higher goes first
-  bool first_round = false;   ///< goes first among equals, so that every job has a picture soon
-  double given_seconds =
-      0;  ///< thread seconds given since it came, those of leases that are out included: fewer go first
+  std::int32_t priority = 0;  ///< higher first
+  bool first_round = false;   ///< first among equals, so that every job has a picture soon
+  double given_seconds = 0;   ///< thread seconds since it entered, with those of open leases; fewer first
 };
 
-/// The jobs that have work to give, in order. Changing a job's place costs O(log jobs).
+/// Jobs that have work to lease, in order. A change of a job's place costs O(log jobs).
 class FairQueue {
  public:
-  /// Puts a job in, or moves it.
+  /// Inserts a job, or moves it.
   void put(JobId job, const QueuePlace& place);
   void remove(JobId job);
   bool empty() const { return order_.empty(); }
   bool contains(JobId job) const { return places_.contains(job); }
-  /// What a job that comes (again) starts from: the least of those in the queue at its priority, so that it neither
-  /// waits for what others had before nor starves them. 0 if there is none.
+  /// Start value for a job that enters: the least `given_seconds` of its priority, or 0. So it neither waits for the
+  /// past shares of others nor starves them.
   double starting_seconds(std::int32_t priority) const;
 
   struct Entry {

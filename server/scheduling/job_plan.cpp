@@ -35,8 +35,7 @@ void JobPlan::rebuild() {
   buckets_.clear();
   std::fill(queued_at_.begin(), queued_at_.end(), kNotQueued);
   std::fill(taken_to_.begin(), taken_to_.end(), 0);
-  // All over the picture from the first unit on: neighbours cost alike, and what the first tiles cost sets how large
-  // the next units are.
+  // The first units are spread over the picture. Their costs set the size of the next units, and neighbours cost alike.
   const std::uint64_t count = queued_at_.size();
   auto stride = static_cast<std::uint64_t>(static_cast<double>(count) * 0.618);
   for (stride = std::max<std::uint64_t>(stride, 1); std::gcd(stride, count) != 1;) {
@@ -95,7 +94,7 @@ std::optional<Gap> JobPlan::find_gap(TileId tile) const {
   if (gap.first >= gap.end) {
     return std::nullopt;
   }
-  // What nothing out stands before is always allowed: nothing else lets waiting nodes be joined.
+  // A gap without leased samples before it is always allowed: only it lets waiting nodes join.
   const std::size_t joined =
       static_cast<std::size_t>(std::find_if(forest.begin(), forest.end(),
                                             [end = std::uint64_t{0}](const NodePtr& node) mutable {
@@ -110,7 +109,7 @@ std::optional<Gap> JobPlan::find_gap(TileId tile) const {
   return gap;
 }
 
-/// In quarters of a sample of the frame, so that different shares of it are told apart.
+/// In quarters of a frame sample, so that different shares get different places.
 JobPlan::Place JobPlan::place_of(TileId tile, std::uint32_t position) const {
   return {film_.allocation().of_frame(tile, std::uint64_t{position} << Allocation::kMostShift), position};
 }
@@ -180,7 +179,7 @@ std::optional<Unit> JobPlan::take(JobId job, LeaseId lease, const UnitAim& aim) 
   }
   const std::uint32_t wanted = alone ? 1 : choose_tile_count(unit.range, waiting.size(), pixels(lead), aim);
 
-  // Tiles whose gap is too short for the range stay for another unit; not many are looked at for that.
+  // Tiles whose gap is too short for the range stay for another unit. The number of tiles to check is limited.
   std::vector<TileId> set_aside;
   std::uint64_t looked_at = 0;
   while (!waiting.empty() && unit.tiles.size() < wanted && looked_at++ < 2 * std::uint64_t{wanted} + 64) {

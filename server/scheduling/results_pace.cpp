@@ -5,16 +5,16 @@
 namespace lightmill {
 namespace {
 
-constexpr Duration kLook = std::chrono::seconds(2);  ///< so long bytes are added up
-/// After so long without a word of any worker it says nothing of what the coordinator takes in.
+constexpr Duration kLook = std::chrono::seconds(2);  ///< least time of a measurement
+/// A longer measurement, in which no worker reported, says nothing about what the coordinator can take.
 constexpr Duration kLongestLook = std::chrono::seconds(10);
-constexpr Duration kVoice = std::chrono::seconds(30);  ///< how long what a worker said counts
-/// Where results wait longer there are too many; while they wait less, there may be more of them.
+constexpr Duration kVoice = std::chrono::seconds(30);  ///< how long a worker's report counts
+/// Longer waits mean too many results. Shorter waits allow more.
 constexpr Duration kLongWait = std::chrono::seconds(3), kShortWait = std::chrono::seconds(1);
 constexpr double kMore = 1.2, kMoreWhileIdle = 2;
-constexpr double kPartOfWhatCame = 0.9;  ///< the rest is for what waits
+constexpr double kPartOfWhatCame = 0.9;  ///< the rest is for waiting results
 constexpr double kMostCut = 0.25;
-constexpr double kLeastPart = 1.0 / 64;  ///< of the most
+constexpr double kLeastPart = 1.0 / 64;  ///< of `most`
 constexpr Duration kLongestAway = std::chrono::seconds(30);
 constexpr Duration kAfterStandstill = std::chrono::seconds(10);
 
@@ -53,7 +53,7 @@ bool ResultsPace::look(std::vector<Duration>& waits, Time now) {
     std::ranges::nth_element(waits, middle);
     wait = *middle;
     if (wait > kLongWait && came > 0) {
-      // If less was asked for already, what is too much was asked for before.
+      // If the rate is already lower, the excess was leased before.
       const double cut = std::max({kPartOfWhatCame * came, kMostCut * rate_, kLeastPart * most_});
       rate_ = std::min(rate_, cut);
     } else if (wait < kShortWait) {
@@ -65,7 +65,7 @@ bool ResultsPace::look(std::vector<Duration>& waits, Time now) {
   if (rate_ == before) {
     return false;
   }
-  // What was given out before is rendered, and the one ahead of it, and waits as long as others did.
+  // Units that were leased before are rendered, with the one ahead of each, and their results wait as long as others.
   look_away(now + std::min(2 * unit + wait, kLongestAway));
   return true;
 }

@@ -1,4 +1,4 @@
-// How much of results workers are to send: as much as the coordinator takes in.
+// Pace of results: how many bytes per second workers may send, so that the coordinator can take them.
 #pragma once
 
 #include <algorithm>
@@ -8,42 +8,40 @@
 
 namespace lightmill {
 
-/// Results that all workers together are to send, in bytes a second: at most `most`, and less as long as they wait
-/// too long for their acknowledgement, whatever it is that they wait in (the network, a busy core, the store). As TCP
-/// finds its rate (Chiu and Jain 1989), with the delay as its signal (as in LEDBAT, RFC 6817): while results do not
-/// wait long it grows by a part, and what is found to be too much is cut to less than what came in.
+/// Rate of results of all workers together, in bytes per second. At most `most`; less while results wait too long for
+/// their acknowledgement. The cause may be the network, a busy core or the store. Control as in TCP (Chiu and Jain
+/// 1989), with the delay as signal (as in LEDBAT, RFC 6817). While waits are short the rate grows by a factor. When
+/// they are long it is cut below the rate of arrivals.
 ///
-/// Each worker has one voice, and the median of them counts: what few of them say, however often, moves nothing.
-/// Units that are out keep their length: after each change the pace looks away for as long as those take, half a
-/// minute at most.
+/// Each worker counts once, and the median decides. So a few workers cannot move the rate. Leased units keep their
+/// length. So after each change the pace measures nothing until they are done, for at most 30 s.
 class ResultsPace {
  public:
   /// Begins with `most`.
   ResultsPace(double most, Time now);
 
   double bytes_per_second() const { return rate_; }
-  /// A unit is given out whose worker should take so long.
+  /// A unit was leased that should take so long.
   void gave(Duration unit) { longest_unit_ = std::max(longest_unit_, unit); }
-  /// A result has come that costs as much as `bytes` do.
+  /// A result came whose cost equals that of so many bytes.
   void came(double bytes, Time now);
   bool is_due(Time now) const;
-  /// What workers said before is of results of another pace, or too old.
+  /// Reports of waits from before this time belong to another pace, or are too old.
   Time heard_from(Time now) const;
-  /// To be called often, while it is due. `waits`: how long the results of each worker wait that has said so since
-  /// `heard_from`; its order is changed. True if the rate has changed.
+  /// To call often, while it is due. `waits`: the wait of each worker that reported one since `heard_from`. Changes
+  /// their order. True if the rate has changed.
   bool look(std::vector<Duration>& waits, Time now);
-  /// Results have waited for another reason than that there are too many: it takes some seconds until no worker tells
-  /// of it any more.
+  /// Results waited for another reason than their number. Workers report such waits for some seconds more.
   void stood_still(Time now);
 
  private:
   void look_away(Time until);
 
   double most_, rate_;
-  Time begin_;    ///< of what is looked at; what comes before it is not counted
-  Time changed_;  ///< since then what comes is of this rate
+  Time begin_;    ///< start of the measurement; earlier results do not count
+  Time changed_;  ///< results are at this rate since then
   double bytes_ = 0;
-  Duration longest_unit_{};  ///< since the look before
+  Duration longest_unit_{};  ///< since the last measurement
 };
 
 }  // namespace lightmill

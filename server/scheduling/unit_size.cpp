@@ -10,18 +10,17 @@
 namespace lightmill {
 namespace {
 
-/// Tiles per thread of a first unit of unknown cost: as many as let the results of all threads come in within so long;
-/// one at least, four at most.
+/// Tiles per thread of a first unit of unknown cost: 1 to 4, as far as the results of all threads arrive within
+/// kFirstUnitSeconds.
 constexpr double kFirstUnitSeconds = 0.02, kTilesPerThreadAtFirst = 4;
-/// No range is cut for the sake of parallelism into pieces of less thread time: a result costs some 0.3 ms to send and
-/// store.
+/// Least thread time of a range that is cut for parallelism, because a result costs some 0.3 ms to send and store.
 constexpr double kLeastPieceSeconds = 0.03;
-/// So many are to be left for each thread: who is slow with one leaves the others enough to do.
+/// Pieces to leave for each thread, so that the others have enough work while one is slow.
 constexpr std::uint64_t kPiecesPerThread = 4;
-/// A first range has no more than the samples that layers are made of which are not summed.
+/// A first range has at most kFirstSamples, the samples of layers that are not summed.
 constexpr std::uint32_t kMostFirstLevel = std::bit_width(kFirstSamples) - 1;
 
-/// The worker's share of the tiles that wait: a round is spread over the farm, and units shrink towards its end.
+/// The worker's share of the waiting tiles. This spreads a round over the farm, and units shrink towards its end.
 double share_of(std::uint64_t tiles, const UnitAim& aim) {
   const double threads = std::max<std::uint32_t>(aim.threads, 1);
   return std::ceil(static_cast<double>(tiles) * threads / std::max<double>(aim.farm_threads, threads));
@@ -54,7 +53,7 @@ SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile
   if (aim.shared_samples > 0) {
     sample_seconds *= std::max(1.0, share_of(tiles, aim) / std::max<std::uint32_t>(aim.threads, 1));
   }
-  // A first range takes as long as a result of each of these tiles needs to come in, or of each thread.
+  // A first range may take the time in which a result of each of these tiles comes in, or of each thread.
   const double part_of_threads = static_cast<double>(tiles) / std::max<double>(aim.farm_threads, 1);
   const double most_seconds =
       first ? std::min(aim.results_seconds * std::min(1.0, part_of_threads), aim.unit_seconds) : aim.unit_seconds;

@@ -67,7 +67,7 @@ test('events tell what happened, by kind, with a link to the job', async () => {
   await kinds.getByRole('button', {name: 'workers'}).click();
   assert.ok((await eventTexts()).every((text) => text.includes('box-1')));
   await session.farm.stop('box-1', 'SIGKILL');
-  await eventually('its end', async () => (await eventTexts()).some((text) => /worker box-1 is gone with \d leases?/.test(text)));
+  await eventually('its end', async () => (await eventTexts()).some((text) => /worker box-1 disconnected with \d leases?/.test(text)));
   await kinds.getByRole('button', {name: 'warnings'}).click();
   await eventually('what it had', async () => (await eventTexts()).some((text) => text.includes('worker box-1 lost lease')));
   session.farm.startWorker('box-1');

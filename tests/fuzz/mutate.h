@@ -1,4 +1,4 @@
-// Seeded damage: what a parser must survive.
+// Seeded mutation of inputs for parsers.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace lightmill {
 
-/// SplitMix64 (Steele, Lea and Flood 2014): the same numbers everywhere.
+/// SplitMix64 (Steele, Lea and Flood 2014), with the same numbers on every machine.
 class FuzzRandom {
  public:
   explicit FuzzRandom(std::uint64_t seed) : state_(seed) {}
@@ -20,11 +20,11 @@ class FuzzRandom {
   std::uint64_t state_;
 };
 
-/// How many damaged inputs a test tries: `usual`, or what LIGHTMILL_FUZZ_CASES says if that is more.
+/// Number of damaged inputs of a test: `usual`, or LIGHTMILL_FUZZ_CASES if that is more.
 int fuzz_cases(int usual);
 
-/// A copy of `original` after one to eight random edits: bytes changed, removed, repeated, moved, cut off, or words put
-/// in.
+/// Copy of `original` after one to eight random edits: bytes changed, removed, repeated, moved or cut off, or words
+/// inserted.
 std::string mutate(std::string_view original, std::span<const std::string_view> words, FuzzRandom& random);
 
 }  // namespace lightmill

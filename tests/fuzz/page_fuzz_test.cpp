@@ -1,4 +1,4 @@
-// Whatever a page says, it becomes a request or an error.
+// Fuzz test: any message of a page becomes a request or an error.
 #include <google/protobuf/stubs/logging.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Files that people and programs hand over: whatever was done to them, they are taken or refused with a reason.
+// Fuzz tests of files from users and programs: a damaged file is accepted, or refused with a reason.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -23,12 +23,12 @@ constexpr std::array<std::string_view, 8> kWords{"\xff\xff\xff\xff",
                                                  std::string_view("\0\0\xc0\x7f", 4),
                                                  "\xff\xd8"};
 
-/// The byte that chooses the reader, and what it is to read.
+/// The byte that chooses the reader, and its input.
 std::string choose(char reader, std::string_view bytes) {
   return fmt::format("{}{}", reader, bytes);
 }
 
-/// `original` must be taken; of the damaged ones some are, and some are not.
+/// All `originals` must be accepted. Some of the damaged ones must be accepted, and some refused.
 void expect_survival(const std::vector<std::string>& originals, const std::function<bool(std::string_view)>& reader,
                      std::uint64_t seed, int usual_rounds) {
   const int rounds = fuzz_cases(usual_rounds);
@@ -39,7 +39,7 @@ void expect_survival(const std::vector<std::string>& originals, const std::funct
   int accepted = 0, refused = 0;
   for (int round = 0; round < rounds; ++round) {
     const std::string& original = originals[random.below(originals.size())];
-    // The first byte chooses the reader, which stays.
+    // The first byte chooses the reader, and stays.
     reader(choose(original[0], mutate(std::string_view(original).substr(1), kWords, random))) ? ++accepted : ++refused;
   }
   EXPECT_GT(accepted, rounds / 200);

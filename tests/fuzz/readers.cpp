@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::int64_t kPixels = std::int64_t{1} << 20;  ///< larger images only cost time
 
-/// The rest, and which of `count` the first byte chooses.
+/// The rest of the bytes, and which of `count` the first byte chooses.
 std::pair<std::string_view, std::size_t> chosen(std::string_view bytes, std::size_t count) {
   return bytes.empty() ? std::pair{bytes, std::size_t{0}}
                        : std::pair{bytes.substr(1), static_cast<unsigned char>(bytes[0]) % count};
@@ -48,7 +48,7 @@ bool try_exr(std::string_view bytes) {
   LM_CHECK(picture->pixels() == pixels && picture->beauty.size() == 3 * pixels);
   LM_CHECK(smoothed_standard_error(*picture).size() == 3 * pixels);
   const Result<FilmPicture> again = from_image(to_image(*picture));
-  LM_CHECK(again.ok(), "what was read cannot be written and read: {}", message_of(again.status()));
+  LM_CHECK(again.ok(), "a picture that was read cannot be written and read again: {}", message_of(again.status()));
   LM_CHECK(again->samples_a == picture->samples_a && again->samples_b == picture->samples_b);
   return true;
 }
@@ -65,7 +65,7 @@ bool try_png(std::string_view bytes) {
 bool try_pem(std::string_view bytes) {
   const Result<std::vector<CertificateFacts>> facts = read_certificates(bytes);
   const auto certificates = openssl::certificates_in(bytes);
-  LM_CHECK(certificates.ok() || !facts.ok());  // a date of one may be none
+  LM_CHECK(certificates.ok() || !facts.ok());  // a certificate may have an invalid date
   const auto key = openssl::key_in(bytes);
   if (!key.ok()) {
     refused(key.status());
@@ -92,8 +92,8 @@ bool try_token(std::string_view bytes) {
 
 bool try_text(std::string_view bytes) {
   const std::string shown = printable(bytes);
-  LM_CHECK(printable(shown) == shown, "what is printable changes once more");
-  LM_CHECK(check_name("a name", as_name(bytes)).ok(), "as_name gives no name");
+  LM_CHECK(printable(shown) == shown, "printable() changes its own result");
+  LM_CHECK(check_name("a name", as_name(bytes)).ok(), "as_name() gives an invalid name");
   const Result<Roles> roles = parse_roles(bytes);
   const Result<HostPort> address = parse_host_port(bytes);
   if (!roles.ok()) {
@@ -111,7 +111,7 @@ bool try_image(std::string_view bytes) {
   const Result<ImageSize> size = read_size(as_byte_view(file), name);
   if (!size.ok() || size->pixels > static_cast<std::uint64_t>(kPixels)) {
     const Result<Texels> texels = size.ok() ? read_image_within(as_byte_view(file), name, kPixels) : size.status();
-    LM_CHECK(!texels.ok() && message_of(texels.status()).starts_with(name + ":"), "no refusal that names the file");
+    LM_CHECK(!texels.ok() && message_of(texels.status()).starts_with(name + ":"), "the refusal does not name the file");
     return false;
   }
   const Result<Texels> texels = read_image_within(as_byte_view(file), name, kPixels);
@@ -120,7 +120,7 @@ bool try_image(std::string_view bytes) {
     return false;
   }
   const auto pixels = static_cast<std::size_t>(texels->width) * static_cast<std::size_t>(texels->height);
-  LM_CHECK(pixels == size->pixels, "it has {} pixels, not {} as was told", pixels, size->pixels);
+  LM_CHECK(pixels == size->pixels, "the image has {} pixels instead of {}", pixels, size->pixels);
   LM_CHECK(size_bytes(*texels) == pixels * size->bytes_per_pixel);
   return true;
 }

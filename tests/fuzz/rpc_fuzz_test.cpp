@@ -1,4 +1,4 @@
-// Whatever is sent to a coordinator as a request, it answers, says what is wrong with it, and lives on.
+// Fuzz test of requests: the coordinator answers any bytes, names the error, and keeps running.
 #include <gtest/gtest.h>
 
 #include <thread>
@@ -9,8 +9,8 @@
 namespace lightmill {
 namespace {
 
-constexpr int kUsualRequests = 150;  // of a method
-constexpr int kThreads = 16;         // where more are asked for: most of the time is spent waiting for streams
+constexpr int kUsualRequests = 150;  // for each method
+constexpr int kThreads = 16;         // if more are asked for: most of the time is waiting for streams
 constexpr std::array<std::string_view, 8> kWords{"\xff\xff\xff\xff\x0f",
                                                  "\xff\xff\xff\xff\xff\xff\xff\xff\xff\x01",
                                                  "\x08\x01",
@@ -22,7 +22,7 @@ constexpr std::array<std::string_view, 8> kWords{"\xff\xff\xff\xff\x0f",
 
 using Answers = std::map<std::string, int>;
 
-/// Damages the example of a method until it is still a message, or several.
+/// Damaged requests from the example of a method that still parse: one, or several.
 std::vector<std::string> damaged_requests(const fuzz::RpcTarget::Method& method, const std::string& original,
                                           FuzzRandom& random) {
   std::vector<std::string> requests;
@@ -42,7 +42,7 @@ std::vector<std::string> damaged_requests(const fuzz::RpcTarget::Method& method,
   return requests;
 }
 
-/// Sends so many damaged requests of each method; how often each was answered.
+/// Sends so many damaged requests to each method. Returns how often each was answered.
 Answers send_damaged(fuzz::RpcTarget& farm, int of_each, std::uint64_t seed) {
   FuzzRandom random(seed);
   Answers answered;
@@ -68,7 +68,7 @@ TEST(RpcFuzz, BytesThatAreNoMessageAreTheCallersMistake) {
     const bool streams = method.path.ends_with("/Work") || method.path.ends_with("/UploadAsset") ||
                          method.path.ends_with("/DownloadAsset") || method.path.ends_with("/WatchJob") ||
                          method.path.ends_with("/GetFilm") || method.path.ends_with("/StreamIsActive");
-    if (!streams) {  // whose requests gRPC reads
+    if (!streams) {  // gRPC parses the requests of unary methods
       EXPECT_EQ(farm.call(method, {"\x0a\x05"}).error_code(), grpc::StatusCode::INVALID_ARGUMENT) << method.path;
     }
   }
@@ -99,7 +99,7 @@ TEST(RpcFuzz, DamagedRequestsOfAllMethodsAreAnswered) {
   EXPECT_GT(answered["/lightmill.v1.RenderService/GetFilm"], 0);
   EXPECT_GT(answered["/lightmill.v1.RenderService/DeleteJob"], 0);
   EXPECT_GT(answered["/lightmill.v1.WorkerService/Work"], 0);
-  // It is still there, with what it had.
+  // The coordinator still runs, with its jobs.
   const auto list = std::ranges::find(farm.methods(), std::string("/lightmill.v1.RenderService/ListJobs"),
                                       &fuzz::RpcTarget::Method::path);
   const grpc::Status listed = farm.call(*list, {""});

@@ -22,7 +22,7 @@ namespace pb = google::protobuf;
 constexpr int kMostReplies = 3;
 constexpr std::chrono::milliseconds kPatience(100), kPatienceOnALoadedMachine(60'000);
 
-/// For work, for news of a job, or for a worker that reads the scene.
+/// Whether the method may wait: for work, for changes of a job, or for a worker that reads the scene.
 bool may_wait(const RpcTarget::Method& method) {
   return method.path.ends_with("/Work") || method.path.ends_with("/WatchJob") || method.path.ends_with("/InspectScene");
 }
@@ -57,7 +57,7 @@ grpc::ByteBuffer buffer_of(const std::string& bytes) {
   return grpc::ByteBuffer(&slice, 1);
 }
 
-/// Waits for the operation that was just begun; false where it failed.
+/// Waits for the operation that was just started. False if it failed.
 bool done(grpc::CompletionQueue& queue) {
   void* tag = nullptr;
   bool ok = false;
@@ -97,7 +97,7 @@ RpcTarget::RpcTarget() {
   for (int i = 0; i < 3; ++i) {
     const auto submit =
         std::ranges::find_if(methods_, [](const Method& method) { return method.path.ends_with("/SubmitJob"); });
-    LM_CHECK(call(*submit, {submission(fmt::format("first {}", i))}).ok(), "no job can be submitted");
+    LM_CHECK(call(*submit, {submission(fmt::format("first {}", i))}).ok(), "a job cannot be submitted");
   }
 }
 
@@ -116,7 +116,7 @@ std::string RpcTarget::example(const Method& method) const {
     extend.set_samples(64);
     return extend.SerializeAsString();
   }
-  // The rest are a few numbers and texts: a first job, a name, a digest.
+  // Other requests have a few numbers and texts: a first job, a name, a digest.
   pb::DynamicMessageFactory factory;
   const pb::Descriptor* const type = pb::DescriptorPool::generated_pool()->FindMessageTypeByName(method.request);
   const std::unique_ptr<pb::Message> message(factory.GetPrototype(type)->New());
@@ -173,7 +173,7 @@ grpc::Status RpcTarget::exchange(const Method& method, const std::vector<std::st
     open = done(queue);
   }
   if (open) {
-    context.TryCancel();  // it has more to say
+    context.TryCancel();  // the coordinator has more to send
   }
   grpc::Status status;
   stream->Finish(&status, nullptr);

@@ -1,4 +1,4 @@
-// A coordinator in this process, to which any bytes can be sent as any request of any service.
+// Coordinator in this process, for any bytes as a request of any method.
 #pragma once
 
 #include <grpcpp/generic/generic_stub.h>
@@ -24,13 +24,13 @@ class RpcTarget {
     std::string path;  ///< "/package.Service/Method"
     std::string request, response;
   };
-  /// Of all services of the wire.
+  /// Methods of all services.
   const std::vector<Method>& methods() const { return methods_; }
-  /// A request of the method that fits the farm, before anything is done to it.
+  /// Valid request of the method for this farm.
   std::string example(const Method& method) const;
 
-  /// Sends the requests on one stream, hears what comes, and hangs up. Stops the program (LM_CHECK) if the coordinator
-  /// answers with a code that says that it is at fault, or not at all though it has nothing to wait for.
+  /// Sends the requests on one stream, reads the answers, and ends the stream. Stops the program (LM_CHECK) if the
+  /// coordinator answers with a code for its own errors, or never answers a method that does not wait.
   grpc::Status call(const Method& method, const std::vector<std::string>& requests);
   /// Whether `bytes` are a message of this name.
   static bool is_message(const std::string& name, std::string_view bytes);

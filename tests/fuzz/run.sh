@@ -1,7 +1,7 @@
 #!/bin/sh
-# Fuzzes the readers of files and bytes: builds the libFuzzer programs and runs each for a time, or so many inputs, as many
-# at once as there are cores. What they find lies in build/fuzz/findings; interesting inputs are kept in build/fuzz/inputs
-# and gone on from the next time. With --runs the seeded fuzz tests (messages, requests, pictures, rows of a store) run too.
+# Fuzzes the readers of files and bytes: builds the libFuzzer programs, and runs each for a time or a number of inputs,
+# one per core at a time. Findings go to build/fuzz/findings. Interesting inputs stay in build/fuzz/inputs, and the next
+# run continues from them. With --runs the seeded fuzz tests (messages, requests, pictures, rows of a store) run too.
 #
 #   tests/fuzz/run.sh [SECONDS | --runs N] [NAME...]
 set -eu
@@ -19,7 +19,7 @@ is_seeded() {
 usage() {
   echo "usage: tests/fuzz/run.sh [SECONDS | --runs N] [NAME...]
 
-Builds the fuzzers of readers and runs each for SECONDS (600 if nothing is given), or for N inputs; with --runs also the
+Builds the fuzzers of readers and runs each for SECONDS (default 600), or for N inputs; with --runs also the
 seeded fuzz tests of the release build: N requests, or N cases in each loop of the others.
 NAME: some of $(ls tests/fuzz/libfuzzer | sed -n 's/_fuzzer\.cpp$//p' | tr '\n' ' ')(all if none is given) and, with --runs, of $seeded
 Findings go to $findings. Exit codes: 0 no finding, 1 a finding or no build, 2 bad usage."
@@ -30,7 +30,7 @@ is_count() {
   case "$1" in '' | 0* | *[!0-9]*) return 1 ;; esac
 }
 
-# test_seeded LIMIT NAME: the GoogleTest program of that name.
+# test_seeded LIMIT NAME: runs the GoogleTest program of this name.
 test_seeded() {
   log=$findings/$2.log
   [ ! -d /dev/shm ] || export TMPDIR=/dev/shm # files by the million
@@ -38,7 +38,7 @@ test_seeded() {
   sed -n "s/^\[  PASSED  \]/$2: passed with ${1#-runs=} cases,/p" "$log"
 }
 
-# fuzz LIMIT NAME: one of them; LIMIT is an option of libFuzzer.
+# fuzz LIMIT NAME: runs one fuzzer; LIMIT is an option of libFuzzer.
 fuzz() {
   if is_seeded "$2"; then
     test_seeded "$1" "$2"

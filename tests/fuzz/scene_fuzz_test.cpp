@@ -1,4 +1,4 @@
-// Whatever is done to a scene's files and bytes, reading them ends in a valid value or in an error that says where.
+// Fuzz tests of a scene's files and bytes: reading gives a valid value, or an error with its place.
 #include <google/protobuf/stubs/logging.h>
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ LoadedScene shipped_scene() {
   return *std::move(loaded);
 }
 
-/// What one kind of input met: both outcomes must occur, else the damage is too little or too much to test anything.
+/// Outcomes for one kind of input. Both must occur. Else the damage is too small or too large to test anything.
 struct Outcomes {
   int accepted = 0, refused = 0;
   ~Outcomes() {

@@ -1,4 +1,4 @@
-// Whatever stands in the rows of a store, a coordinator that starts on it goes on or says what is damaged.
+// Fuzz test of rows of a store: a coordinator that starts on them runs, or names the damage.
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 #include <sqlite3.h>
@@ -27,7 +27,7 @@ std::string bytes_in(sqlite3_value* value) {
   return first == nullptr ? std::string() : std::string(first, static_cast<std::size_t>(sqlite3_value_bytes(value)));
 }
 
-/// The function `result_checksum` of SQL: what a result's row has as its checksum; 0 if its hash is none.
+/// SQL function `result_checksum`: checksum of a result's row; 0 if its hash is invalid.
 void result_checksum(sqlite3_context* context, int, sqlite3_value** values) {
   const NodeKey key{
       JobId{number_in(values[0])},
@@ -39,7 +39,7 @@ void result_checksum(sqlite3_context* context, int, sqlite3_value** values) {
   sqlite3_result_int64(context, hash.ok() ? stored::checksum_of(key, *hash, by, audit) : 0);
 }
 
-/// The function `record_checksum` of SQL: of a row in the table of this number, with this key and message.
+/// SQL function `record_checksum`: checksum of a row in the table of this number, with this key and message.
 void record_checksum(sqlite3_context* context, int, sqlite3_value** values) {
   const stored::Table table{static_cast<std::uint8_t>(number_in(values[0]))};
   const stored::Key key =
@@ -47,7 +47,7 @@ void record_checksum(sqlite3_context* context, int, sqlite3_value** values) {
   sqlite3_result_int64(context, stored::checksum_of(table, key, bytes_in(values[2])));
 }
 
-/// An SQLite file, as somebody with a hand in it sees it.
+/// SQLite file with all checks off.
 class File {
  public:
   File(const File&) = delete;
@@ -62,7 +62,7 @@ class File {
     rows("PRAGMA synchronous = OFF");
   }
 
-  /// The first column of what a statement gives, as bytes. Empty where it fails.
+  /// First column of a statement's rows, as bytes. Empty if it fails.
   std::vector<std::string> rows(const std::string& sql, std::string_view blob = {}) {
     std::vector<std::string> found;
     sqlite3_stmt* statement = nullptr;
@@ -78,7 +78,7 @@ class File {
     return found;
   }
 
-  /// Gives all rows but the store's own the checksums of what they say now.
+  /// Updates the checksums of all rows, except the store's own.
   void make_checksums_fit() {
     for (std::size_t table = 0; table < stored::kTableCount; ++table) {
       const stored::TableInfo& info = stored::kTables[table];
@@ -150,13 +150,12 @@ class StoredFuzz : public test::CoordinatorTest {
  protected:
   StoredFuzz() { limits.film_bytes = std::uint64_t{1} << 30; }
 
-  /// One of two tiles, a narrow one and a tiny one, so that a million cases take minutes.
+  /// Job with two small tiles, so that a million cases take minutes.
   static JobSpec small(const std::string& request, std::uint64_t samples) {
     return spec(request, samples, {0, 0, 68, 3});
   }
 
-  /// Jobs of all kinds: one that is done, one extended, one half rendered, one adaptive, one whose method is open, one
-  /// cancelled.
+  /// Makes jobs of all kinds: done, extended, half rendered, adaptive, without a method yet, and cancelled.
   void make_jobs() {
     const SessionId worker = connect("w", 2);
     JobSpec verified = small("done", 4);
@@ -192,7 +191,7 @@ class StoredFuzz : public test::CoordinatorTest {
     writes.push_back(PutAction{action});
   }
 
-  /// Answers what the coordinator asks the store for.
+  /// Answers film reads of the coordinator.
   void read_films(Store& store) {
     while (!film_reads.empty()) {
       StoredFilm film;
@@ -206,7 +205,7 @@ class StoredFuzz : public test::CoordinatorTest {
       stand_still({});
     }
   }
-  /// What a coordinator does on its first day.
+  /// Runs a coordinator for a while.
   void start(StoredState state, Store& store) {
     film_reads.clear();
     sent.clear();
@@ -252,7 +251,7 @@ TEST_F(StoredFuzz, DamagedRowsAreRefusedOrGoneOnFrom) {
     {
       File file(damaged);
       what = damage(file, random);
-      if (random.below(2) == 0) {  // damage is noticed by what it says alone
+      if (random.below(2) == 0) {  // then only the values can show the damage
         file.make_checksums_fit();
       }
     }

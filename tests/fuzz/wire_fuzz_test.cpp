@@ -1,4 +1,4 @@
-// Whatever arrives in place of a message, it becomes a value within the stated limits, or an error.
+// Fuzz tests of messages: any bytes become a value within the stated limits, or an error.
 #include <google/protobuf/stubs/logging.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Bytes that mean something in a message of protobuf.
+// Bytes with a meaning in protobuf messages.
 #pragma once
 
 #include <array>

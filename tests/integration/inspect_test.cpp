@@ -151,7 +151,7 @@ TEST(Inspect, TellsOfFilesThatAreNoTextWithoutLosingItsWorker) {
         << status.error_code() << ": " << status.error_message();
     EXPECT_LT(status.error_message().size(), 2'000u);
   }
-  EXPECT_EQ(farm.server_log().find("is gone"), std::string::npos) << farm.server_log();
+  EXPECT_EQ(farm.server_log().find("disconnected"), std::string::npos) << farm.server_log();
 }
 
 TEST(Inspect, SaysThatThereIsNoWorkerAndGoesOnWithoutOneThatIsLost) {

@@ -222,7 +222,7 @@ TEST(Keeping, WhoSubmitsToAFullDiskHearsItAtOnceAndNothingThatWasTakenInIsLost) 
     status = submit(taken);
   }
   EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
-  EXPECT_TRUE(says(status.error_message(), "has taken this in, but cannot store it yet: ")) << status.error_message();
+  EXPECT_TRUE(says(status.error_message(), "has accepted this, but cannot store it yet: ")) << status.error_message();
   EXPECT_TRUE(eventually([&] { return says(submit("refused").error_message(), "so nothing is changed: "); }));
   disk.make_room();
   EXPECT_TRUE(eventually([&] { return submit(taken).ok(); }));

@@ -235,12 +235,12 @@ TEST(Web, TellsWhatHappenedOnTheFarm) {
   const std::string of_job = fmt::format("?job={}", job);
   EXPECT_TRUE(eventually([&] { return has(texts(of_job), fmt::format("job {} is done", job)); }));
   EXPECT_TRUE(has(texts(of_job), "starts on worker w 1"));
-  EXPECT_FALSE(has(texts(of_job), "worker w 1 is here"));
-  EXPECT_TRUE(has(texts("?worker=w%201"), "worker w 1 is here"));
+  EXPECT_FALSE(has(texts(of_job), "worker w 1 connected"));
+  EXPECT_TRUE(has(texts("?worker=w%201"), "worker w 1 connected"));
   EXPECT_EQ(texts("?page_size=2").size(), 2u);
   EXPECT_FALSE(has(texts("?kind=warnings"), "is done"));
-  EXPECT_FALSE(has(texts("?kind=jobs"), "worker w 1 is here"));
-  EXPECT_TRUE(has(texts("?kind=workers"), "worker w 1 is here: 1 thread on"));
+  EXPECT_FALSE(has(texts("?kind=jobs"), "worker w 1 connected"));
+  EXPECT_TRUE(has(texts("?kind=workers"), "worker w 1 connected: 1 thread on"));
   EXPECT_EQ(web.get("/api/v1/events?kind=jokes").result_int(), 400u);
   EXPECT_EQ(web.get("/api/v1/events?page_size=0").result_int(), 400u);
   EXPECT_EQ(web.get("/api/v1/events?page_token=x").result_int(), 400u);

@@ -1,4 +1,4 @@
-// Each attack that the simulation knows, by itself.
+// Tests of each attack, one at a time.
 #include "tests/simulation/attacks.h"
 
 #include <gtest/gtest.h>

@@ -10,7 +10,7 @@ namespace {
 struct Kind {
   Attack attack;
   const char* name;
-  const char* fault;  ///< that World counts when it is carried out; null: wrong sums were sent
+  const char* fault;  ///< fault that World counts for it; null: Report::lied is set
 };
 
 constexpr Kind kKinds[] = {

@@ -1,4 +1,4 @@
-// What one machine may do to a farm on purpose, tried many times by itself, and what came of it.
+// Attack table: each attack by one machine, tried alone on many farms, with the outcomes.
 #pragma once
 
 #include <string>
@@ -11,18 +11,17 @@ struct AttackTable {
   struct Row {
     std::string attack;
     std::uint64_t farms = 0;
-    std::uint64_t attacked = 0;    ///< where it was carried out
-    std::uint64_t convicted = 0;   ///< where somebody was put into quarantine
-    std::uint64_t unverified = 0;  ///< where a job says that results are not verified
-    std::uint64_t unnoticed = 0;   ///< where anything else was wrong: a picture above all
-    std::string failure;           ///< the first of those, with its seed
+    std::uint64_t attacked = 0;    ///< farms with at least one attack
+    std::uint64_t convicted = 0;   ///< farms with a worker in quarantine
+    std::uint64_t unverified = 0;  ///< farms with a job that reports unaudited results
+    std::uint64_t unnoticed = 0;   ///< farms with any other failure, such as a wrong picture
+    std::string failure;           ///< the first of these failures, with its seed
   };
   std::vector<Row> rows;
   std::string text() const;
 };
 
-/// Tries each attack on so many farms, which all other faults befall, too. Where sums may be wrong, all results are
-/// verified.
+/// Tries each attack on so many farms, with all other faults. If sums may be wrong, all results are audited.
 AttackTable try_attacks(std::uint64_t farms);
 
 }  // namespace lightmill::simulation

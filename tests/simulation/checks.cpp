@@ -56,12 +56,12 @@ void Checks::check_grant(const Stream& stream, const LeaseGrant& grant) {
   const JobRecord* const stored = server_.disk().job(grant.unit.job);
   if (stored == nullptr || stored->fingerprint_class.empty()) {
     world_.fail(
-        fmt::format("lease {} leaves before the class of job {} is stored", grant.lease.value, grant.unit.job.value));
+        fmt::format("lease {} is sent before the class of job {} is stored", grant.lease.value, grant.unit.job.value));
     return;
   }
   if (!stored->method_notes.candidates.empty()) {
     world_.fail(
-        fmt::format("lease {} leaves before the method of job {} is stored", grant.lease.value, grant.unit.job.value));
+        fmt::format("lease {} is sent before the method of job {} is stored", grant.lease.value, grant.unit.job.value));
     return;
   }
   const SimulatedWorker& to = workers_[stream.worker];
@@ -75,7 +75,7 @@ bool Checks::may_verify(SessionId session, const NodeKey& key) const {
   const auto stream = server_.streams().find(session);
   const auto by = merged_by_.find(key);
   if (by == merged_by_.end()) {
-    return workers_.have_liars();  // a copy differs from what was joined there
+    return workers_.have_liars();  // a copy differs from the joined node there
   }
   if (stream == server_.streams().end()) {
     return false;
@@ -93,7 +93,7 @@ void Checks::note_writes(const Effects& effects) {
     } else if (const auto* result = std::get_if<PutResult>(&op)) {
       merged_by_[result->key] = result->by;
       if (!granted_.contains({result->by.worker, result->key})) {
-        world_.fail(fmt::format("job {}, tile {}: samples [{}, {}) enter the film, which were never granted to {}",
+        world_.fail(fmt::format("job {}, tile {}: samples [{}, {}) enter the film, but were never granted to {}",
                                 result->key.job.value, result->key.tile.value, result->key.range.first(),
                                 result->key.range.end(), result->by.worker));
       }
@@ -104,7 +104,7 @@ void Checks::note_writes(const Effects& effects) {
       ++world_.report.convicted;
       if (held->record.of.identity != kIdentityOfLies && !world_.bugs.wrong_bits) {
         world_.fail(
-            fmt::format("{} is convicted, which has not lied: {}", held->record.of.worker, held->record.reason));
+            fmt::format("{} is in quarantine, but has not lied: {}", held->record.of.worker, held->record.reason));
       }
     }
   }
@@ -151,7 +151,7 @@ void Checks::check_decisions(const Effects& effects) {
         }
         if (film->covered(tile, grant->unit.range) &&
             !may_verify(message.to, {grant->unit.job, tile, grant->unit.range})) {
-          world_.fail(fmt::format("lease {} names samples [{}, {}) of tile {}, which are merged", grant->lease.value,
+          world_.fail(fmt::format("lease {} has samples [{}, {}) of tile {}, which are merged", grant->lease.value,
                                   grant->unit.range.first(), grant->unit.range.end(), tile.value));
         }
       }
@@ -169,14 +169,14 @@ void Checks::check_decisions(const Effects& effects) {
   }
 }
 
-/// A count may be raised, a job that has ended by time extended or one without a class get one, durably, between the
-/// decision that a result is not wanted and the acknowledgement.
+/// Notes unwanted results when the coordinator decides. Until the acknowledgement, a count may be raised, a job that
+/// ended by time extended, or a class be fixed.
 void Checks::note_unwanted(const Effects& effects) {
   for (const Outgoing& message : effects.after_commit) {
     if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
       const auto stream = server_.streams().find(message.to);
       const auto all = server_.coordinator()->workers(world_.now);
-      // Who is gone is not listed any more, and its machine is in quarantine all the same.
+      // A worker that is gone is not listed, but its machine may still be in quarantine.
       const bool disbelieved =
           stream != server_.streams().end() &&
           (std::ranges::any_of(all,
@@ -201,7 +201,7 @@ void Checks::note_unwanted(const Effects& effects) {
                             key.range.end() > film.allocation().of_tile(key.tile, status->goal.samples),
                    too_late = status->state == JobState::done && status->goal.seconds > 0 &&
                               !film.covered(key.tile, key.range);
-        const bool of_former_class = status->fingerprint_class.empty();  // perhaps the next one, too
+        const bool of_former_class = status->fingerprint_class.empty();  // perhaps also of the next class
         if (beyond || too_late || of_former_class) {
           unwanted_.insert({message.to, key});
         }
@@ -225,14 +225,14 @@ void Checks::check_ack(const Stream& stream, const ResultAck& ack) {
     }
     const auto digest = last_result_.find({stream.session, key});
     if (digest == last_result_.end()) {
-      world_.fail("an acknowledgement of what was never sent");
+      world_.fail("an acknowledgement of a result that was never sent");
       return;
     }
     const bool of_this_job = digest->second == render_digest(stored->spec.settings, stored->fingerprint_class);
     if (of_this_job && server_.disk().covers(key)) {
       acknowledged_.insert(key);
     }
-    // Where a goal in error decides how many samples are wanted, they are fewer again once some are taken out.
+    // With an error goal, fewer samples are wanted again after some are dropped.
     const bool dropped =
         std::ranges::any_of(dropped_,
                             [&](const NodeKey& each) {
@@ -251,7 +251,7 @@ void Checks::check_ack(const Stream& stream, const ResultAck& ack) {
 void Checks::check_acknowledged_is_durable() {
   for (const NodeKey& key : acknowledged_) {
     if (server_.disk().job(key.job) != nullptr && !server_.disk().covers(key)) {
-      world_.fail(fmt::format("job {}, tile {}, samples [{}, {}) were acknowledged and are not on disk any more",
+      world_.fail(fmt::format("job {}, tile {}, samples [{}, {}) were acknowledged, but are no longer on disk",
                               key.job.value, key.tile.value, key.range.first(), key.range.end()));
       return;
     }

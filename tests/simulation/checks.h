@@ -1,7 +1,7 @@
-// Checks of what a coordinator decides, stores and sends, while it does.
+// Checks of a coordinator's decisions, writes and messages, during the run.
 //
-// Own which nodes are acknowledged, who merged what, and which leases have left. farm_simulation.h lists what must
-// hold.
+// Owns the sets of acknowledged nodes, of renderers of merged results, and of sent leases. farm_simulation.h lists what
+// must hold.
 #pragma once
 
 #include "tests/simulation/loss_checks.h"
@@ -22,17 +22,17 @@ class Checks {
         losses_(world, server, workers),
         times_(world, server, clients) {}
 
-  /// A coordinator starts with this.
+  /// A coordinator starts with this state.
   void server_starts(const StoredState& stored);
   void hello_came(const std::shared_ptr<Stream>& stream, const WorkerHello& hello);
   void result_came(const Stream& stream, const WorkerResult& result);
   void refusal_came(const Stream& stream, const WorkerRefusal& refusal) { refusals_.refusal_came(stream, refusal); }
   void stored(std::span<const StoreOp> ops);
-  /// To be called before anything of the effects is sent.
+  /// To call before any of the effects is sent.
   void check_effects(const Effects& effects);
-  /// To be called once messages that need no commit have left.
+  /// To call after the messages that need no commit were sent.
   void check_losses(const Effects& effects) { losses_.check_sent(effects); }
-  /// A message leaves.
+  /// A message is sent.
   void check_sent(const std::shared_ptr<Stream>& stream, const Outgoing& message);
   void check_acknowledged_is_durable();
 
@@ -42,7 +42,7 @@ class Checks {
   bool may_verify(SessionId session, const NodeKey& key) const;
   void note_writes(const Effects& effects);
   void note_grants(const Effects& effects);
-  /// A lease leaves now. If its job has lost its class since it was granted, nothing comes of it.
+  /// A lease is sent now. If its job has lost its class since the grant, its results are dropped.
   void check_grant(const Stream& stream, const LeaseGrant& grant);
   void note_unwanted(const Effects& effects);
   void check_ack(const Stream& stream, const ResultAck& ack);
@@ -53,16 +53,16 @@ class Checks {
   RefusalChecks refusals_;
   LossChecks losses_;
   TimeChecks times_;
-  std::map<std::pair<SessionId, NodeKey>, Sha256> last_result_;  ///< render digests of results that came
+  std::map<std::pair<SessionId, NodeKey>, Sha256> last_result_;  ///< render digests of arrived results
   std::set<NodeKey> acknowledged_;                               ///< with the right digest
-  /// Results that were not wanted when they came. Their acknowledgement promises nothing.
+  /// Results that were unwanted when they arrived. Their acknowledgement promises nothing.
   std::multiset<std::pair<SessionId, NodeKey>> unwanted_;
-  std::map<JobId, std::uint64_t> unbound_;             ///< how often each job lost its class again
-  std::map<LeaseId, std::uint64_t> unbound_then_;      ///< the same of a lease's job when it was granted
-  std::map<NodeKey, Renderer> merged_by_;              ///< as the coordinator has it
-  std::vector<NodeKey> dropped_;                       ///< that the coordinator took out of films
-  std::set<std::pair<std::string, NodeKey>> granted_;  ///< what each worker, by name, was ever granted
-  std::map<std::string, std::size_t> brought_;         ///< leases that a worker's last hello came with
+  std::map<JobId, std::uint64_t> unbound_;             ///< how often each job lost its class
+  std::map<LeaseId, std::uint64_t> unbound_then_;      ///< the same for a lease's job when it was granted
+  std::map<NodeKey, Renderer> merged_by_;              ///< as the coordinator reports
+  std::vector<NodeKey> dropped_;                       ///< that the coordinator dropped from films
+  std::set<std::pair<std::string, NodeKey>> granted_;  ///< all grants of each worker, by name
+  std::map<std::string, std::size_t> brought_;         ///< count of leases in a worker's last hello
 };
 
 }  // namespace lightmill::simulation

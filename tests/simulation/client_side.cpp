@@ -13,10 +13,10 @@ const PixelRect kCrops[] = {{60, 60, 8, 8}, {0, 0, 3, 2}, {62, 10, 70, 1}, {0, 6
 const std::vector<std::string> kLayers[] = {
     {}, {}, {"albedo"}, {"normal", "depth", "id"}, {"direct", "light:key", "normal", "depth", "id"}};
 constexpr std::uint64_t kGoals[] = {1, 2, 3, 7, 16, 33, 64, 100};
-/// The fake renderer's pictures have about 13 / samples, and its half width.
+/// The fake renderer's pictures have an error of about 13 / samples, and its half width.
 constexpr double kErrors[] = {4, 2, 1, 0.5};
 
-/// Done, or refused because the job has ended, is so already, or is gone: what else it may answer must not happen.
+/// Done, or refused because the job has ended, is already so, or is gone. No other answer may occur.
 bool is_settled(const Status& status) {
   return status.ok() || status.code() == StatusCode::kFailedPrecondition || status.code() == StatusCode::kNotFound;
 }
@@ -72,7 +72,7 @@ void ClientSide::make_jobs() {
     }
     job.broken = world_.chaos.refusals && world_.random.chance(0.07);
     jobs_.push_back(std::move(job));
-    // A liar that is alone cannot be found: where there is one, jobs come once all workers are there.
+    // A liar alone cannot be found. So if there is one, jobs come when all workers are connected.
     const Duration first = workers_.have_liars() ? Duration(std::chrono::milliseconds(1500)) : Duration{0};
     world_.at(world_.now + first + world_.random.seconds_between(0, i == 0 ? 1 : 5), [this, i] { submit(i); });
   }
@@ -106,7 +106,7 @@ void ClientSide::request(std::function<bool(Effects&)> ask, Action answered, Job
       }
       server_.execute(std::move(effects), std::move(replies));
     }
-    // Not answered in time: ask again, the same.
+    // Not answered in time: repeat the request.
     world_.after(world_.random.seconds_between(0.6, 2), [again = weak.lock()] { (*again)(); });
   };
   (*attempt)();
@@ -167,7 +167,7 @@ void ClientSide::change_something() {
   }
 }
 
-/// By hand, for a while.
+/// By an operator, for a while.
 void ClientSide::quarantine(const std::string& worker) {
   const bool render_again = world_.random.chance(0.5);
   request(
@@ -189,7 +189,7 @@ void ClientSide::quarantine(const std::string& worker) {
 
 void ClientSide::extend(std::size_t index) {
   if (jobs_[index].error > 0 && jobs_[index].goal > 0) {
-    return;  // whether the samples are reached by then decides whether they still count
+    return;  // the sample limit still counts only if it is not reached by then
   }
   const std::uint64_t more = jobs_[index].goal + 1 + world_.random.below(80);
   const Extension to =
@@ -197,8 +197,7 @@ void ClientSide::extend(std::size_t index) {
   request(
       [this, index, to](Effects& effects) {
         const Status status = server_.coordinator()->extend(*jobs_[index].id, to, world_.now, effects);
-        // Refused: an earlier attempt of this request, another extension, or time has brought it so far; or it was
-        // cancelled.
+        // Refused: the job has these samples by an earlier attempt, another extension or time, or it was cancelled.
         return status.ok() || status.code() == StatusCode::kInvalidArgument ||
                status.code() == StatusCode::kFailedPrecondition || status.code() == StatusCode::kNotFound;
       },
@@ -224,7 +223,7 @@ void ClientSide::look_at_film(const ClientJob& job) {
       [this, id = *job.id](Effects&) {
         const bool there = server_.coordinator()->outline(id) != nullptr;
         if (there && server_.coordinator()->film(id) == nullptr) {
-          world_.fail(fmt::format("the film of job {} is said to be in memory, and is not", id.value));
+          world_.fail(fmt::format("the film of job {} is reported to be in memory, but is not", id.value));
         }
         return true;
       },
@@ -295,10 +294,10 @@ std::string ClientSide::describe_farm() const {
     const Result<JobStatus> status =
         server_.coordinator() && job.id ? server_.coordinator()->status(*job.id, world_.now) : not_found("-");
     text += status.ok()
-                ? fmt::format("\n  job {}: {}, tiles have {} to {} of {} samples, {} not verified: {}", job.id->value,
+                ? fmt::format("\n  job {}: {}, tiles have {} to {} of {} samples, {} not audited: {}", job.id->value,
                               lightmill::name_of(status->state), status->min_tile_samples, status->max_tile_samples,
                               status->goal.samples, status->results_unverified, status->reason)
-                : "\n  a job that is not there";
+                : "\n  a missing job";
   }
   for (const SimulatedWorker& worker : workers_) {
     text += fmt::format("\n  {} of {}: {}", worker.name, worker.fingerprint, worker.alive ? "alive" : "dead");

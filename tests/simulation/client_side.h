@@ -1,7 +1,7 @@
-// Client side of a simulated farm: clients that submit and change jobs, have scene files read, and repeat requests that
-// were not answered.
+// Client side of a simulated farm: clients that submit and change jobs, ask for scene files to be read, and retry
+// requests.
 //
-// Owns the jobs as their clients know them, and the requests that are open.
+// Owns the jobs as their clients know them, and the open requests.
 #pragma once
 
 #include <map>
@@ -25,7 +25,7 @@ struct ClientJob {
   std::optional<JobId> id;
   std::uint64_t goal = 0;            ///< samples, with all extensions; 0: none
   double error = 0;                  ///< the same
-  std::uint64_t poison = kNoPoison;  ///< from this sample on tile 0 kills its worker
+  std::uint64_t poison = kNoPoison;  ///< tile 0 kills its worker from this sample on
   bool poisoned_pilot = false;
   bool broken = false;  ///< its scene does not compile
   bool cancel_asked = false;
@@ -41,16 +41,16 @@ class ClientSide {
   void make_jobs();
   void make_race_job(const Race& race);
   const std::vector<ClientJob>& jobs() const { return jobs_; }
-  /// The job that a client has submitted with these settings' seed and scene name.
+  /// The submitted job with the seed and scene name of these settings.
   const ClientJob& job_of(const RenderSettings& settings) const;
   void submit(std::size_t index);
   void change_something();
-  /// Looks at the film of one job, or of all.
+  /// Uses the film of one job, or of all.
   void look_at_film() { look_at_film(jobs_[world_.random.below(jobs_.size())]); }
   void look_at_films();
   bool all_ended() const;
-  /// Finds out which jobs were cancelled. A client may have the answer to its first attempt, when the job was done;
-  /// then the job was extended, and the second attempt cancelled it.
+  /// Notes which jobs were cancelled. A client may have the answer to its first attempt, when the job was done. Then
+  /// the job was extended, and the second attempt cancelled it.
   void note_cancelled();
   std::string describe_farm() const;
 
@@ -60,8 +60,8 @@ class ClientSide {
   void note_inspected(const Effects& effects);
 
  private:
-  /// Asks until there is an answer. `ask` returns whether its answer is final once its effects are committed. It is
-  /// called with the film of the job in memory, if one is given and there.
+  /// Asks until there is an answer. `ask` returns whether its answer is final after the commit of its effects. If a job
+  /// is given, `ask` is called with its film in memory.
   void request(std::function<bool(Effects&)> ask, Action answered, JobId with_film_of = {});
   void look_at_film(const ClientJob& job);
   void extend(std::size_t index);
@@ -79,7 +79,7 @@ class ClientSide {
   std::vector<ClientJob> jobs_;
   std::uint64_t open_requests_ = 0;
   std::optional<InspectionId> last_inspection_;
-  std::map<InspectionId, std::string> asked_;  ///< inspections without an answer yet, and their scenes
+  std::map<InspectionId, std::string> asked_;  ///< unanswered inspections, and their scenes
 };
 
 }  // namespace lightmill::simulation

@@ -1,4 +1,4 @@
-// Farms that are killed, whose files are damaged, and on which another coordinator starts.
+// Tests of damaged files: a farm is killed, its files are damaged, and another coordinator starts on them.
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 
@@ -7,7 +7,7 @@
 namespace lightmill::simulation {
 namespace {
 
-/// What is damaged is named in the log.
+/// The log names the damage, so it is silenced.
 class Damages : public testing::Test {
  protected:
   void SetUp() override { spdlog::set_level(spdlog::level::off); }
@@ -35,7 +35,7 @@ TEST_F(Damages, ThatNoHashShowsAreFoundInTheFilms) {
   for (std::uint64_t seed = 1; seed <= 64; ++seed) {
     const DamageReport report = damage_one(seed, true);
     forged += report.kind == "nodes: forged" ? 1 : 0;
-    found += report.failure.ends_with("has not the bits of the quiet run") ? 1 : 0;
+    found += report.failure.ends_with("does not have the bits of the run without damage") ? 1 : 0;
   }
   EXPECT_GT(forged, 32u);
   EXPECT_EQ(found, forged);

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kDamagesPerFarm = 16;
 
-using Files = std::map<fs::path, std::string>;  ///< by path in the folder: their bytes
+using Files = std::map<fs::path, std::string>;  ///< bytes by path in the folder
 
 class Folder {
  public:
@@ -60,14 +60,14 @@ class Folder {
 
 const fs::path kDatabase = "lightmill.sqlite", kJournal = "lightmill.sqlite-wal", kChain = "lightmill.sqlite-chain";
 
-/// A farm that was killed, and what becomes of it undamaged.
+/// A killed farm, and its outcome without damage.
 struct KilledFarm {
   std::map<Sha256, std::string> assets;
   std::map<JobId, StoredJob> jobs;
-  bool closed = false;       ///< its coordinator has ended in peace: all is in the database
+  bool closed = false;       ///< its coordinator stopped normally: the database has everything
   Files before_last, files;  ///< the last commit adds one token
   StoredState loaded;
-  std::uint64_t rendered = 0;  ///< results until all jobs were done
+  std::uint64_t rendered = 0;  ///< results until all jobs are done
 };
 
 constexpr const char* kLastToken = "last";
@@ -90,7 +90,7 @@ KilledFarm kill_farm(std::uint64_t seed) {
   }
   const Folder folder;
   std::uint64_t number = 0;
-  for (const bool last : {false, true}) {  // the first half of it is in the database, the second in the journal
+  for (const bool last : {false, true}) {  // the first half goes into the database, the second into the journal
     auto farm = std::move(*StoredFarm::start(folder.path(), false, killed.assets));
     farm->send_assets();
     for (std::uint64_t jobs = 1 + random.below(2); jobs > 0; --jobs) {
@@ -176,7 +176,7 @@ std::string row_text(const JobRecord& record) {
   return effects_text(effects);
 }
 
-/// What the state has lost in silence, or has other than before; empty if nothing.
+/// What the state has lost or changed silently; empty if nothing.
 std::string silent_losses(const KilledFarm& killed, const StoredState& now, bool may_lack_last) {
   const StoredState& before = killed.loaded;
   if (now.secret != before.secret || now.epoch < before.epoch || now.next_job_id < before.next_job_id) {
@@ -191,7 +191,7 @@ std::string silent_losses(const KilledFarm& killed, const StoredState& now, bool
       return fmt::format("job {} is gone", job.record.id.value);
     }
     if (row_text(found->record) != row_text(job.record) && now.damaged_entries.empty()) {
-      return fmt::format("job {} is another:\n{}instead of\n{}", job.record.id.value, row_text(found->record),
+      return fmt::format("job {} has changed:\n{}instead of\n{}", job.record.id.value, row_text(found->record),
                          row_text(job.record));
     }
     for (const StoredState::StoredResult& result : job.results) {
@@ -204,7 +204,8 @@ std::string silent_losses(const KilledFarm& killed, const StoredState& now, bool
               now.damaged, [&](const NodeKey& key) { return key.job == job.record.id && key.tile == result.tile; }) ||
           std::ranges::any_of(now.damaged_results, [&](const DropResultRow& row) { return row.job == job.record.id; });
       if (!same && !named) {
-        return fmt::format("job {}: a result of tile {} is another, or gone", job.record.id.value, result.tile.value);
+        return fmt::format("job {}: a result of tile {} has changed or is gone", job.record.id.value,
+                           result.tile.value);
       }
     }
   }
@@ -227,7 +228,7 @@ std::string silent_losses(const KilledFarm& killed, const StoredState& now, bool
   return "";
 }
 
-/// Starts on the files, finishes what is there, and looks.
+/// Starts on the files, finishes the jobs, and checks the outcome.
 void run_on(const KilledFarm& killed, const Files& files, bool may_lack_last, DamageReport& report) {
   const Folder folder(files);
   bool accept_loss = false;
@@ -235,13 +236,13 @@ void run_on(const KilledFarm& killed, const Files& files, bool may_lack_last, Da
   if (!farm.ok()) {
     report.outcome = "refused";
     if (message_of(farm.status()).empty()) {
-      report.failure = "it is refused without a reason";
+      report.failure = "the store is refused without a reason";
     }
     Files left = folder.files();
     for (const fs::path& file : {kDatabase, kJournal}) {
       const auto was = files.find(file);
       if (was != files.end() && left[file] != was->second) {
-        report.failure = fmt::format("the {} of a store that is refused has changed", name_of(file));
+        report.failure = fmt::format("the {} of a refused store has changed", name_of(file));
       }
     }
     accept_loss = true;
@@ -267,7 +268,7 @@ void run_on(const KilledFarm& killed, const Files& files, bool may_lack_last, Da
                    : again                                                         ? "rendered again"
                                                                                    : "same bits";
   if (report.outcome == std::string("same bits") && (*farm)->rendered() > killed.rendered && report.failure.empty()) {
-    report.failure = "samples are rendered again, and nothing was said to be damaged";
+    report.failure = "samples are rendered again, but no damage was reported";
   }
 }
 

@@ -34,7 +34,7 @@ std::optional<std::string> Disk::apply(std::uint64_t epoch, std::span<const Stor
     } else if (const auto* verified = std::get_if<PutVerified>(&op)) {
       const auto at = results_.find(verified->key);
       if (at == results_.end()) {
-        wrong = fmt::format("a result of tile {} is verified that is not stored", verified->key.tile.value);
+        wrong = fmt::format("a result of tile {} is audited, but not stored", verified->key.tile.value);
       } else {
         at->second.to_verify = false;
         verified_.insert(verified->key);
@@ -53,14 +53,14 @@ std::optional<std::string> Disk::apply(std::uint64_t epoch, std::span<const Stor
       if (const auto at = tile.find(node->node->range.first()); at != tile.end()) {
         wrong = fmt::format("two nodes of tile {} begin with sample {}", node->tile.value, at->first);
       }
-      tile[node->node->range.first()] = std::make_shared<const Node>(*node->node);  // memory and disk share nothing
+      tile[node->node->range.first()] = std::make_shared<const Node>(*node->node);  // memory and disk share no data
       damaged_.erase({node->job, node->tile, node->node->range});
       touched.insert({node->job, node->tile});
     } else if (const auto* drop = std::get_if<DropNode>(&op)) {
       std::map<std::uint64_t, NodePtr>& tile = nodes_[{drop->key.job, drop->key.tile}];
       const auto at = tile.find(drop->key.range.first());
       if (at == tile.end() || at->second->range != drop->key.range) {
-        wrong = fmt::format("a node of tile {} is dropped that is not stored", drop->key.tile.value);
+        wrong = fmt::format("a node of tile {} is dropped, but not stored", drop->key.tile.value);
       } else {
         tile.erase(at);
       }

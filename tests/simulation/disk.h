@@ -1,4 +1,4 @@
-// A simulated disk: what is durable, and nothing else.
+// Simulated disk: it has only what is durable.
 #pragma once
 
 #include <map>
@@ -14,24 +14,23 @@ namespace lightmill::simulation {
 
 class Disk {
  public:
-  /// Applies a transaction of the coordinator of this epoch; one that is not the last's is refused: nothing happens.
-  /// Returns what is wrong with what is stored now, if anything: nodes of a tile that overlap, a node that is dropped,
-  /// or a result that is verified, without being there.
+  /// Applies a transaction of the coordinator of this epoch. Ignores it if the epoch is not the last one. Returns an
+  /// error, if any: overlapping nodes of a tile, or a dropped node or audited result that is not stored.
   std::optional<std::string> apply(std::uint64_t epoch, std::span<const StoreOp> ops);
   std::uint64_t epoch() const { return epoch_; }
   static Sha256 secret() { return sha256("simulation"); }
-  /// What a coordinator that starts now gets; takes the next epoch. Of jobs that have ended it has no values.
+  /// State for a coordinator that starts now, with the next epoch. It has no values for ended jobs.
   StoredState load(bool hide_damage = false);
-  /// The nodes of one tile. Damaged ones are left out, and are among `damaged`.
+  /// Nodes of one tile. Damaged ones are left out, and added to `damaged`.
   StoredFilm read_tile(JobId job, TileId tile, bool hide_damage, std::vector<NodeKey>& damaged);
-  /// Some bits of the node of this key have changed: it is left out by whoever reads it next.
+  /// Some bits of this node have changed. The next read leaves it out.
   void damage(const NodeKey& key) { damaged_.insert(key); }
-  /// All nodes of jobs that may go on.
+  /// All nodes of jobs that may continue.
   std::vector<NodeKey> nodes_in_use() const;
 
   const JobRecord* job(JobId id) const;
   bool covers(const NodeKey& key) const;
-  /// Who rendered what of the tile, ascending by first sample.
+  /// Recorded results of the tile, ascending by first sample.
   struct Result {
     SampleRange range;
     Renderer by;
@@ -43,7 +42,7 @@ class Disk {
   const std::map<std::uint64_t, NodePtr>& nodes(JobId job, TileId tile) const;
 
  private:
-  /// The node of this key if it is sound. If damage is hidden, also if it is not, and then with a wrong bit.
+  /// The node of this key if it is undamaged. If damage is hidden, a damaged one too, with a wrong bit.
   NodePtr read(const NodeKey& key, NodePtr& node, bool hide_damage);
 
   std::map<JobId, JobRecord> jobs_;

@@ -1,4 +1,4 @@
-// Effects of the coordinator as text, one line each: for people who compare two runs, and for hashes of whole runs.
+// Text of the coordinator's effects, one line each: to compare two runs, and to hash whole runs.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace lightmill::simulation {
 
-/// All of `effects`. Bulky content (settings, a node's values) stands there as its hash.
+/// All of `effects`. Bulky content (settings, a node's values) appears as its hash.
 std::string effects_text(const Effects& effects);
 
-/// What the coordinator shows at `now`: jobs, workers, counts, demand and its next deadline.
+/// The coordinator's view at `now`: jobs, workers, counts, demand and its next deadline.
 std::string view_text(const Coordinator& coordinator, Time now);
 
 }  // namespace lightmill::simulation

@@ -8,11 +8,11 @@
 namespace lightmill::simulation {
 namespace {
 
-/// How far sums of some hundred samples may differ of which each differs by its last bit; what one sample adds is more
-/// than that nearly everywhere.
+/// Largest relative difference of sums of some hundred samples that each differ in the last bit. Nearly always, one
+/// sample adds more.
 constexpr float kRounding = 0x1p-18f;
 
-/// The same, but for rounding.
+/// Equal, except for rounding.
 bool are_near(std::span<const float> a, std::span<const float> b) {
   return std::ranges::equal(
       a, b, [](float one, float other) { return std::abs(one - other) <= kRounding * std::abs(other); });
@@ -24,27 +24,27 @@ void EndChecks::check_job(const ClientJob& job) {
   const Result<JobStatus> status = server_.coordinator()->status(*job.id, world_.now);
   if (job.removed) {
     if (status.ok() || server_.disk().job(*job.id) != nullptr) {
-      world_.fail(fmt::format("job {} was deleted and is still there", job.id->value));
+      world_.fail(fmt::format("job {} was deleted, but still exists", job.id->value));
     }
     return;
   }
   if (!status.ok()) {
-    world_.fail(fmt::format("job {} was submitted and is not there", job.id->value));
+    world_.fail(fmt::format("job {} was submitted, but does not exist", job.id->value));
     return;
   }
-  // LossChecks has looked at who was lost. Also what kills nobody is blamed for workers that bad luck took in a row.
+  // LossChecks has checked the losses. A harmless job may fail too, if chance takes enough workers in a row.
   if (status->state == JobState::failed && status->reason.find(kLostInARow) != std::string::npos) {
     ++(job.poisoned_pilot || job.poison != kNoPoison ? world_.report.poisoned : world_.report.unlucky);
     return;
   }
-  // RefusalChecks has looked at whose words these are.
+  // RefusalChecks has checked who refused.
   if (status->state == JobState::failed && status->reason.find(job.broken ? kBroken : kSpite) != std::string::npos) {
     ++(job.broken ? world_.report.refused : world_.report.spited);
     return;
   }
   const JobState expected = job.cancelled ? JobState::cancelled : JobState::done;
   if (status->state != expected) {
-    world_.fail(fmt::format("job {} should be {}, and is not: {}", job.id->value, job.cancelled ? "cancelled" : "done",
+    world_.fail(fmt::format("job {} should be {}, but is not: {}", job.id->value, job.cancelled ? "cancelled" : "done",
                             status->reason));
     return;
   }
@@ -68,7 +68,7 @@ void EndChecks::check() {
   }
   for (const WorkerStatus& worker : server_.coordinator()->workers(world_.now)) {
     if (worker.leases > 0) {
-      world_.fail(fmt::format("{} has {} leases when all is done", worker.name, worker.leases));
+      world_.fail(fmt::format("{} has {} leases at the end", worker.name, worker.leases));
     }
   }
 }
@@ -152,7 +152,7 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
   world_.report.wanted += film.pixel_samples();
   std::uint64_t wanted = by_time ? record.spec.goal.samples : job.goal;
   if (job.error > 0 && (workers_.have_liars() || may_be_rounded(job))) {
-    wanted = film.frame_samples();  // what lies, or the last bits, made it look like decides, too
+    wanted = film.frame_samples();  // lies, or the last bits, also decide the count
   } else if (job.error > 0 && !job.cancelled) {
     wanted = std::min(count_of(job, status), job.goal > 0 ? job.goal : kMaxSamples);
   }
@@ -177,10 +177,10 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
       return;
     }
     if (!job.cancelled && samples == 0) {
-      world_.fail(fmt::format("job {} is done, and tile {} is empty", job.id->value, i));
+      world_.fail(fmt::format("job {} is done, but tile {} is empty", job.id->value, i));
       return;
     }
-    // On disk stands what is in memory.
+    // The disk has the film that is in memory.
     const std::map<std::uint64_t, NodePtr>& stored = server_.disk().nodes(*job.id, tile);
     const bool equal = std::ranges::equal(film.forest(tile), stored, [](const NodePtr& node, const auto& entry) {
       return node->range == entry.second->range && node->values == entry.second->values;
@@ -189,7 +189,7 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
       world_.fail(fmt::format("job {}, tile {}: the disk does not hold the film", job.id->value, i));
       return;
     }
-    if (!server_.damaged().contains({*job.id, tile})) {  // results of what was damaged stay stored
+    if (!server_.damaged().contains({*job.id, tile})) {  // records of damaged nodes' results stay stored
       unverified += check_results(*job.id, tile);
     }
     for (const Disk::Result& result : server_.disk().results(*job.id, tile)) {
@@ -199,7 +199,7 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
       return result.by.identity == kIdentityOfLies && !result.verified;
     });
     if (job.cancelled || (is_lied_about && status.results_unverified > 0)) {
-      continue;  // a liar was alone for too long: the job says that nobody has verified it
+      continue;  // a liar was alone for too long, and the job reports unaudited results
     }
     const NodeLayout& layout = film.layout();
     const auto pixels = static_cast<std::size_t>(film.grid().tile_rect(tile).pixel_count());
@@ -211,16 +211,16 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
     const bool same =
         std::memcmp(sums.data(), quiet_sums.data(), sums.size() * sizeof(float)) == 0 && first == quiet_first;
     if (!same && !(may_be_rounded(job) && are_near(sums, quiet_sums) && are_near(first, quiet_first))) {
-      world_.fail(
-          fmt::format("job {}, tile {}: other bytes than the quiet run's with {} samples", job.id->value, i, samples));
+      world_.fail(fmt::format("job {}, tile {}: its {} samples have other bytes than in the run without faults",
+                              job.id->value, i, samples));
       return;
     }
   }
   world_.report.mixed += classes.size() > 1;
   if (!job.cancelled && job.spec.verify_share == 1 && server_.damaged().empty() &&
       unverified != status.results_unverified) {
-    world_.fail(fmt::format("job {}: {} stored results are not verified, and it speaks of {}", job.id->value,
-                            unverified, status.results_unverified));
+    world_.fail(fmt::format("job {}: {} stored results are not audited, but it reports {}", job.id->value, unverified,
+                            status.results_unverified));
   }
 }
 

@@ -1,4 +1,4 @@
-// Checks of what must be true in the end, of jobs, films, results and workers.
+// Checks of jobs, films, results and workers at the end of a run.
 #pragma once
 
 #include "tests/simulation/checks.h"
@@ -17,12 +17,12 @@ class EndChecks {
   void check_job(const ClientJob& job);
   void check_method(const ClientJob& job);
   void check_film(const ClientJob& job, const JobStatus& status);
-  /// Each node has been merged from results that are stored, each sample from one of them. Returns how many results are
-  /// stored that have not been verified.
+  /// Checks that each node was merged from stored results, each sample from one of them. Returns the count of stored
+  /// results that were not audited.
   std::uint64_t check_results(JobId job, TileId tile);
-  /// Whether workers may have rounded differently in this job.
+  /// Whether workers of this job may have rounded differently.
   bool may_be_rounded(const ClientJob& job) const;
-  /// The samples that a job with a goal in error ends with, whatever happens to the farm.
+  /// Sample count at the end of a job with an error goal. It does not depend on faults of the farm.
   std::uint64_t count_of(const ClientJob& job, const JobStatus& status) const;
 
   World& world_;

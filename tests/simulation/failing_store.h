@@ -1,4 +1,4 @@
-// A store that fails once, at a call that is drawn: as full and failing disks do, or with the whole process.
+// Store that fails once, at a drawn call: like a full or failing disk, or together with its process.
 #pragma once
 
 #include <unistd.h>
@@ -16,17 +16,17 @@ namespace lightmill::simulation {
 
 enum class StoreFault {
   none,
-  full,     ///< the disk is, for two tries
+  full,     ///< the disk is full, for two tries
   away,     ///< too many files are open, for two tries
-  damaged,  ///< it cannot be used any more
-  memory,   ///< ends, before or after the call has done its work
-  killed,   ///< the process, before or after the call has done its work
-  lies,     ///< a planted bug: a commit is not stored, and said to be
+  damaged,  ///< the store is unusable
+  memory,   ///< allocation fails, before or after the work of the call
+  killed,   ///< the process is killed, before or after the work of the call
+  lies,     ///< planted bug: a commit is reported but not stored
 };
 
 class FailingStore final : public Store {
  public:
-  /// Fails at the call of this number, from 1 on. Each commit takes a while now and then.
+  /// Fails at call number `at_call`, from 1 on. Some commits are slow.
   FailingStore(std::unique_ptr<Store> store, StoreFault fault, std::uint64_t at_call, std::uint64_t seed)
       : store_(std::move(store)), fault_(fault), at_call_(at_call), random_(seed), after_(random_.chance(0.5)) {}
 

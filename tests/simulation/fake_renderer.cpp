@@ -33,7 +33,7 @@ NodePtr FakeRenderer::node(const Sha256& digest, TileId tile, SampleRange range,
   const std::size_t half = layout.summed * pixels;
   Node sample{range, std::vector<float>(layout.values(range) * pixels, 0.0f), range.index % 29 == 3 ? 1u : 0u};
   for (std::size_t i = 0; i < half; ++i) {
-    // Values of all sizes, so that no two orders of addition round alike.
+    // Values of very different sizes, so that different orders of addition round differently.
     sample.values[range.index % 2 * half + i] =
         static_cast<float>(bits.uniform() * (bits.chance(0.1) ? 1000.0 : 1.0)) + 1e-3f;
   }

@@ -1,5 +1,5 @@
-// A renderer whose samples are a hash: a pure function of (render digest, tile, sample index) and of how the machine
-// rounds, summed as real ones are.
+// Fake renderer. Its samples are a hash: a pure function of render digest, tile, sample index, and rounding of the
+// machine. They are summed as real ones.
 #pragma once
 
 #include <map>
@@ -11,21 +11,21 @@ namespace lightmill::simulation {
 
 class FakeRenderer {
  public:
-  /// The node of a tile of `pixels` pixels; `rounds_up` makes each value of a sample the next larger one.
+  /// Node of a tile of `pixels` pixels. `rounds_up` replaces each value of a sample by the next larger one.
   NodePtr node(const Sha256& digest, TileId tile, SampleRange range, std::size_t pixels, const NodeLayout& layout,
                bool rounds_up = false);
-  /// Samples [0, samples) as a film must hold them: over maximal dyadic ranges, ascending.
+  /// Samples [0, samples) as a film must have them: in maximal dyadic ranges, ascending.
   std::vector<NodePtr> forest(const Sha256& digest, TileId tile, std::uint64_t samples, std::size_t pixels,
                               const NodeLayout& layout);
-  /// Lets go of what was rendered before, if it is much. Every schedule of millions remembers a little.
+  /// Drops cached nodes if there are many. Each of millions of schedules adds a few.
   void trim();
 
  private:
   std::map<std::tuple<Sha256, TileId, SampleRange, bool>, NodePtr>
-      nodes_;  ///< rendered before; many schedules ask for the same
+      nodes_;  ///< cache: many schedules ask for the same nodes
 };
 
-/// Renderer that all simulations of a thread share. It keeps what it has rendered.
+/// Renderer that all simulations of a thread share. It caches its nodes.
 FakeRenderer& shared_renderer();
 
 }  // namespace lightmill::simulation

@@ -7,7 +7,7 @@ namespace lightmill::simulation {
 namespace {
 
 constexpr std::uint64_t kMostEvents = 3'000'000;
-constexpr Duration kPatience = std::chrono::seconds(3000);  ///< after chaos, until everything must be done
+constexpr Duration kPatience = std::chrono::seconds(3000);  ///< after chaos, until all jobs must be done
 constexpr Duration kSettling = std::chrono::seconds(15);
 
 }  // namespace
@@ -34,7 +34,7 @@ FarmSimulation::FarmSimulation(std::uint64_t seed, const Chaos& chaos, const Pla
   limits.refusals = bugs.believe_one_refusal ? 1 : limits.refusals;
   constexpr double kIdleSeconds[] = {0, 0.05, 1, 600};
   limits.film_idle = from_seconds(chaos.films ? kIdleSeconds[world_.random.below(4)] : 600);
-  limits.film_bytes_per_job = world_.random.chance(0.3) ? 1 : 1 << 20;  // the least, or plenty
+  limits.film_bytes_per_job = world_.random.chance(0.3) ? 1 : 1 << 20;  // the minimum, or plenty
   make_schedule();
 }
 
@@ -90,19 +90,19 @@ Report FarmSimulation::run() {
       break;
     }
     if (!world_.run_next()) {
-      world_.fail("nothing will ever happen again");
+      world_.fail("no event is left");
       break;
     }
     note_race();
     if (world_.now > world_.chaos_end + kPatience) {
-      world_.fail(fmt::format("jobs are not done long after the last disturbance:{}", clients_.describe_farm()));
+      world_.fail(fmt::format("jobs are not done long after the last fault:{}", clients_.describe_farm()));
     }
     if (world_.chaos_now() || !clients_.all_ended()) {
       settled_since.reset();
     } else if (!settled_since) {
       settled_since = world_.now;
     } else if (world_.now > *settled_since + kSettling && !std::exchange(films_seen_, true)) {
-      clients_.look_at_films();  // what is damaged in them is rendered again
+      clients_.look_at_films();  // damaged nodes of them are rendered again
       settled_since.reset();
     } else if (world_.now > *settled_since + kSettling) {
       checks_.check_acknowledged_is_durable();

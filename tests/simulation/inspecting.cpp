@@ -1,11 +1,11 @@
-// Clients who have scene files read while everything else befalls the farm.
+// Inspections of scene files by clients, during all other faults.
 #include "tests/simulation/client_side.h"
 #include "tests/simulation/server_side.h"
 
 namespace lightmill::simulation {
 namespace {
 
-/// So long workers may still be lost by what has befallen them before.
+/// Time after chaos in which workers may still be lost by earlier faults.
 constexpr Duration kAftermath = std::chrono::seconds(60);
 
 }  // namespace
@@ -17,7 +17,7 @@ void ClientSide::make_inspections() {
   for (std::uint64_t n = world_.random.below(6); n > 0; --n) {
     world_.at(world_.some_time(), [this] { ask_inspection(); });
   }
-  // Once nothing disturbs the farm any more, whoever asks is answered: no worker is kept from it by what was before.
+  // After chaos each request is answered: earlier faults keep no worker from inspections.
   ++open_requests_;
   world_.at(world_.chaos_end, [this] { ask_last_inspection(); });
 }
@@ -55,7 +55,7 @@ void ClientSide::ask_last_inspection() {
   }
 }
 
-/// Whoever had asked hears that their coordinator is gone.
+/// The clients that asked learn that their coordinator is gone.
 void ClientSide::lose_inspections() {
   asked_.clear();
   if (std::exchange(last_inspection_, std::nullopt)) {
@@ -67,11 +67,11 @@ void ClientSide::note_inspected(const Effects& effects) {
   for (const InspectionOutcome& outcome : effects.inspected) {
     const auto asked = asked_.find(outcome.id);
     if (asked == asked_.end()) {
-      world_.fail(fmt::format("inspection {} is answered, and nobody waits for it", outcome.id.value));
+      world_.fail(fmt::format("inspection {} is answered, but no client waits for it", outcome.id.value));
       return;
     }
     if (outcome.found.ok() && (*outcome.found)->scene != asked->second) {
-      world_.fail(fmt::format("who asked for {} is told of {}", asked->second, (*outcome.found)->scene));
+      world_.fail(fmt::format("a client that asked for {} got {}", asked->second, (*outcome.found)->scene));
     }
     world_.report.inspected += outcome.found.ok() ? 1 : 0;
     asked_.erase(asked);
@@ -86,7 +86,7 @@ void ClientSide::note_inspected(const Effects& effects) {
                world_.now < world_.chaos_end + kAftermath) {
       world_.after(std::chrono::seconds(5), [this] { ask_last_inspection(); });
     } else {
-      world_.fail(fmt::format("scene files are not read when all is quiet: {}", message_of(status)));
+      world_.fail(fmt::format("scene files are not read after the last fault: {}", message_of(status)));
     }
   }
 }

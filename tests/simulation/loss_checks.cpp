@@ -9,7 +9,7 @@
 namespace lightmill::simulation {
 namespace {
 
-/// The rule, whatever limits bugs are planted into.
+/// The right limits, even if a bug is planted into those of the farm.
 const CoordinatorLimits kRule;
 
 bool is_loss(const Note& note) {
@@ -106,9 +106,9 @@ void LossChecks::check_sent(const Effects& effects) {
       continue;
     }
     if (const Lent& lent = lent_[note.lease]; lent.stream == nullptr) {
-      world_.fail(fmt::format("{}, and nobody was sent it", note.text));
-    } else if (is_undisturbed(lent) && note.worker != comes_) {  // a hello may come after that of a later stream
-      world_.fail(fmt::format("{}, and nothing has befallen that worker since it got it", note.text));
+      world_.fail(fmt::format("{}, but the lease was not sent", note.text));
+    } else if (is_undisturbed(lent) && note.worker != comes_) {  // a hello may come after the one of a later stream
+      world_.fail(fmt::format("{}, but the worker had no fault since it got the lease", note.text));
     }
   }
   comes_.clear();
@@ -119,7 +119,7 @@ void LossChecks::count_loss(const Note& note) {
   lent.lost = true;
   const FilmOutline* const film = server_.coordinator()->outline(lent.job);
   if ((comes_again_ && note.worker == comes_) || lent.audits || film == nullptr) {
-    return;  // the process is well, what it held was rendered before, or nobody wants it any more
+    return;  // the process is fine, its work was rendered before, or the work is no longer wanted
   }
   const auto count = [&](const std::optional<TileId>& tile) {
     Row& row = rows_[{lent.job, tile}];

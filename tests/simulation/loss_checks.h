@@ -1,10 +1,10 @@
-// Checks of leases that a coordinator takes for lost, and of jobs that fail because of them.
+// Checks of lost leases, and of jobs that fail because of them.
 //
-// A lease is lost only after its grant has left, and only if something has befallen its worker or its stream since.
+// A lease is lost only after its grant was sent, and only if its worker or stream had a fault since.
 //
-// A job fails for losses only if as many workers as CoordinatorLimits says were lost in a row with one of its tiles, or
-// with its pilot, and the reason names them. They are counted here again, from grants, losses and results. What comes
-// out may be too many: of a worker that sends garbage the coordinator counts no losses.
+// A job fails for losses only after as many lost workers as in CoordinatorLimits, in a row, with one of its tiles or
+// its pilot. The reason names them. The checks count them again, from grants, losses and results. Their count may be
+// higher, because the coordinator does not count losses of a worker that sends garbage.
 #pragma once
 
 #include <map>
@@ -22,7 +22,7 @@ namespace lightmill::simulation {
 class ServerSide;
 class WorkerSide;
 
-/// In the reasons of jobs that fail for losses.
+/// Part of the reason of a job that fails for losses.
 inline constexpr std::string_view kLostInARow = "lost in a row";
 
 class LossChecks {
@@ -32,33 +32,33 @@ class LossChecks {
 
   void server_starts();
   void hello_came(const std::shared_ptr<Stream>& stream, const WorkerHello& hello);
-  /// As Checks::check_effects.
+  /// Like Checks::check_effects.
   void check(const Effects& effects);
-  /// No worker loses a lease that was not sent. To be called once messages that need no commit have left.
+  /// No worker loses a lease that was not sent. To call after the messages that need no commit were sent.
   void check_sent(const Effects& effects);
-  /// A message leaves.
+  /// A message is sent.
   void sent(const std::shared_ptr<Stream>& stream, const Outgoing& message);
 
  private:
-  /// What a lease is of. A pilot has no tiles.
+  /// Work of a lease. A pilot has no tiles.
   struct Lent {
     JobId job;
     std::vector<TileId> tiles;
     SampleRange range;
     bool audits = false;
-    bool lost = false;                     ///< perhaps its worker comes back with it
+    bool lost = false;                     ///< its worker may still come back with it
     bool alone = false;                    ///< its work was suspect when it was granted
-    SessionId since;                       ///< that it was granted to, or came with first
-    std::shared_ptr<const Stream> stream;  ///< that it left by last, or came by; null until then
-    Time left;                             ///< when that was
+    SessionId since;                       ///< session that it was granted to, or first came with
+    std::shared_ptr<const Stream> stream;  ///< stream that it was last sent on, or came on; null until then
+    Time left;                             ///< when it was sent
   };
-  /// Workers that were lost in a row with a tile or pilot.
+  /// Workers that were lost in a row with the same tile or pilot.
   struct Row {
     std::uint32_t lost = 0;
     std::pair<std::string, SessionId> last;
     std::vector<std::string> alone;
   };
-  /// A pilot is no tile.
+  /// A tile of a job, or its pilot if there is no tile.
   using Work = std::pair<JobId, std::optional<TileId>>;
 
   void note_results(const Effects& effects);
@@ -73,9 +73,9 @@ class LossChecks {
   const WorkerSide& workers_;
   std::map<LeaseId, Lent> lent_;
   std::map<Work, Row> rows_;
-  std::map<std::string, std::uint64_t> lives_;  ///< of the worker's process that said hello last, by name
-  std::string comes_;                           ///< the worker that says hello now
-  bool comes_again_ = false;                    ///< its process had before
+  std::map<std::string, std::uint64_t> lives_;  ///< life of the worker's process of the last hello, by name
+  std::string comes_;                           ///< the worker whose hello is handled now
+  bool comes_again_ = false;                    ///< its process had connected before
 };
 
 }  // namespace lightmill::simulation

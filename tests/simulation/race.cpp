@@ -1,4 +1,4 @@
-// One job on workers that are not equally fast.
+// Race: one job on workers of different speed.
 #include "tests/simulation/farm_simulation.h"
 
 namespace lightmill::simulation {

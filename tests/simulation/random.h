@@ -1,4 +1,4 @@
-// All chance of a simulation comes from one seed.
+// Random numbers of a simulation, all from one seed.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace lightmill::simulation {
 
-/// SplitMix64: the same numbers everywhere.
+/// SplitMix64, with the same numbers on every machine.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}

@@ -33,7 +33,7 @@ void RefusalChecks::note_heard(const Note& note) {
   const JobId job{std::strtoull(note.text.c_str() + at + kRefuses.size(), nullptr, 10)};
   Refusals& of = refusals_[job];
   if (const auto came = of.came.find(note.text.substr(kBegin.size(), at - kBegin.size())); came == of.came.end()) {
-    world_.fail(fmt::format("{}, which it has not said", note.text));
+    world_.fail(fmt::format("{}, but it sent no refusal", note.text));
   } else {
     of.heard.insert(came->second);
   }
@@ -45,20 +45,20 @@ void RefusalChecks::check_failed(const JobRecord& job) {
     return;
   }
   if (of.heard.empty()) {
-    world_.fail(fmt::format("job {} failed, and nobody has refused it: {}", job.id.value, job.reason));
+    world_.fail(fmt::format("job {} failed, but no worker refused it: {}", job.id.value, job.reason));
   }
   const FilmOutline& film = *server_.coordinator()->outline(job.id);
   for (const auto& [session, stream] : server_.streams()) {
     const SimulatedWorker& other = workers_[stream->worker];
     const auto all = server_.coordinator()->workers(world_.now);
     const auto known = std::ranges::find(all, stream->name, &WorkerStatus::name);
-    // The class of a job without samples may be changed.
+    // The class of a job without samples may change.
     const bool suits = job.spec.allow_mixed || film.pixel_samples() == 0 || world_.bugs.hide_classes ||
                        job.fingerprint_class == other.fingerprint;
     if (known != all.end() && known->connected && !known->draining && known->quarantine.empty() && suits &&
         !of.heard.contains(identity_of(stream->worker)) && !of.left.contains(stream->name)) {
-      world_.fail(fmt::format("job {} failed by one identity's word while {} was there: {}", job.id.value, stream->name,
-                              job.reason));
+      world_.fail(fmt::format("job {} failed after the refusal of one identity while {} was connected: {}",
+                              job.id.value, stream->name, job.reason));
     }
   }
 }
@@ -68,7 +68,7 @@ void RefusalChecks::check_granted(SessionId to, JobId job) {
   const auto of = refusals_.find(job);
   if (stream != server_.streams().end() && of != refusals_.end() &&
       of->second.heard.contains(identity_of(stream->second->worker))) {
-    world_.fail(fmt::format("{} gets job {}, which its identity has refused", stream->second->name, job.value));
+    world_.fail(fmt::format("{} gets job {}, but its identity refused it", stream->second->name, job.value));
   }
 }
 
@@ -82,7 +82,7 @@ void RefusalChecks::check(const Effects& effects) {
       check_failed(put->record);
     }
     if (put != nullptr && put->record.finished_unix_ms != 0) {
-      refusals_.erase(put->record.id);  // if it is reopened, all are asked again
+      refusals_.erase(put->record.id);  // if it is reopened, all workers may get it again
     }
   }
   for (const std::vector<Outgoing>* channel : {&effects.now, &effects.after_commit}) {

@@ -1,7 +1,7 @@
-// Checks of what a coordinator makes of refusals.
+// Checks of the coordinator's decisions on refusals.
 //
 // A job fails for refusals only if two identities refuse it, or one does and no other that may render it is connected.
-// An identity that has refused a job does not get it again from this coordinator.
+// An identity that refused a job does not get it again from this coordinator.
 #pragma once
 
 #include <map>
@@ -24,12 +24,12 @@ class RefusalChecks {
 
   void server_starts();
   void refusal_came(const Stream& stream, const WorkerRefusal& refusal);
-  /// As Checks::check_effects.
+  /// Like Checks::check_effects.
   void check(const Effects& effects);
 
  private:
   const std::string& identity_of(std::size_t worker) const;
-  /// The coordinator has heard the refusals that came.
+  /// The coordinator has handled a refusal.
   void note_heard(const Note& note);
   void check_failed(const JobRecord& job);
   void check_granted(SessionId to, JobId job);
@@ -38,8 +38,8 @@ class RefusalChecks {
   const ServerSide& server_;
   const WorkerSide& workers_;
   struct Refusals {
-    std::map<std::string, std::string> came;  ///< identities of the workers that said that nobody can render the job
-    std::set<std::string> heard;              ///< identities
+    std::map<std::string, std::string> came;  ///< by worker: identities that claim that no worker can render the job
+    std::set<std::string> heard;              ///< identities whose refusal the coordinator handled
     std::set<std::string> left;               ///< workers that left it to others
   };
   std::map<JobId, Refusals> refusals_;

@@ -1,4 +1,4 @@
-// What simulated workers do not render: jobs that nobody can, that are too large for them, or that they spite.
+// Refusals of simulated workers: of broken jobs, of jobs too large for them, and by liars.
 #include "tests/simulation/client_side.h"
 #include "tests/simulation/worker_side.h"
 
@@ -23,7 +23,7 @@ bool WorkerSide::is_too_large(std::size_t index, const RenderSettings& settings)
   const bool first_of_class =
       std::none_of(workers_.begin(), workers_.begin() + static_cast<std::ptrdiff_t>(index),
                    [&](const SimulatedWorker& other) { return other.fingerprint == workers_[index].fingerprint; });
-  // Not where it takes all honest ones to find a liar, or to go on without it.
+  // Not on farms with liars, where all honest workers are needed to find one, or to continue without it.
   const bool liars =
       std::ranges::any_of(workers_, [](const SimulatedWorker& each) { return each.lies != Lies::never; });
   return world_.chaos.small && !liars && !first_of_class && (settings.seed + index) % 3 == 0;

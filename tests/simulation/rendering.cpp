@@ -74,7 +74,7 @@ void WorkerSide::run_pilot(std::size_t index, const RunPilot& pilot) {
   });
 }
 
-/// Of which the session has heard the end, or none; one that is dropped is never reported.
+/// The session gets the report of its inspection, unless it dropped it.
 void WorkerSide::run_inspection(std::size_t index, const RunInspection& inspection) {
   const std::uint64_t life = workers_[index].life, turn = ++workers_[index].inspection;
   const bool deadly = world_.chaos.poison && world_.chaos_now() && world_.random.chance(0.1);
@@ -98,7 +98,7 @@ void WorkerSide::run_inspection(std::size_t index, const RunInspection& inspecti
 void WorkerSide::lie(std::size_t index, const NodeKey& key, RenderedTile& rendered) {
   const Lies lies = workers_[index].lies;
   if (lies == Lies::always || (lies == Lies::sometimes && world_.random.chance(0.3))) {
-    // All liars of a machine lie alike.
+    // All liars of a machine send the same wrong bits.
     world_.report.lied = true;
     float& value = rendered.node.values[key.range.index % rendered.node.values.size()];
     value = std::nextafter(value, 1e30f);
@@ -182,7 +182,7 @@ void WorkerSide::tile_rendered(std::size_t index, std::uint64_t life, const Rend
   });
 }
 
-/// Its thread notices after a while, if it is not done before that.
+/// The thread of the tile notices after a while, unless it is done sooner.
 void WorkerSide::stop_tile(std::size_t index, std::uint64_t ticket) {
   const std::uint64_t life = workers_[index].life;
   world_.after(world_.random.seconds_between(0.0001, 0.05), [this, index, life, ticket] {

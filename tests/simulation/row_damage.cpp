@@ -13,7 +13,7 @@
 namespace lightmill::simulation {
 namespace {
 
-/// The file, for somebody who may do anything with it.
+/// SQLite file with all checks off.
 class OpenFile {
  public:
   explicit OpenFile(const std::filesystem::path& path) {
@@ -26,7 +26,7 @@ class OpenFile {
   OpenFile(const OpenFile&) = delete;
   OpenFile& operator=(const OpenFile&) = delete;
 
-  /// The first column of what the statement gives, as text.
+  /// First column of the statement's rows, as text.
   std::vector<std::string> rows(const std::string& sql) {
     std::vector<std::string> found;
     run(sql, nullptr, [&](sqlite3_stmt* row) {
@@ -52,7 +52,7 @@ class OpenFile {
   sqlite3* handle_ = nullptr;
 };
 
-/// A row, as SQL names it.
+/// Row, as SQL names it.
 struct Row {
   std::string table, where;
 };

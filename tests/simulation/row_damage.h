@@ -1,4 +1,4 @@
-// Damage to one row of a store's SQLite file, done through SQLite, so that the file itself is sound afterwards.
+// Damage to one row of a store's SQLite file. It is done through SQLite, so the file itself stays valid.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@ namespace lightmill::simulation {
 std::string flip_bit_in_row(const std::filesystem::path& database, Random& random);
 /// Deletes a row. Returns the table's name.
 std::string lose_row(const std::filesystem::path& database, Random& random);
-/// Changes a sample of a node, and its hash to fit. Returns false if there is no node.
+/// Changes a sample of a node, and its hash to match. False if there is no node.
 bool forge_node(const std::filesystem::path& database, Random& random);
 
 }  // namespace lightmill::simulation

@@ -1,8 +1,8 @@
-// The farm's real threads over a real store, which fail at any call of the store and at any allocation.
+// Tests of the farm's real threads over a real store, with a fault at any call of the store or any allocation.
 //
-// Each farm runs in a process of its own, and says through a pipe what was acknowledged. Whatever ends it, the store
-// has all of that, another coordinator finishes the jobs, and they have the bits of the quiet run. A farm that hangs is
-// ended by an alarm, which no test accepts.
+// Each farm runs in its own process, and reports acknowledged results through a pipe. Whatever ends it, the store has
+// all of them. Another coordinator finishes the jobs, with the bits of a run without faults. An alarm ends a farm that
+// hangs, and no test accepts this.
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 #include <sys/wait.h>
@@ -25,7 +25,7 @@
 
 namespace {
 
-/// Allocations until one fails; negative: none does.
+/// Allocations until one fails; negative: none fails.
 std::atomic<std::int64_t> allocations_left = -1;
 
 }  // namespace
@@ -68,7 +68,7 @@ std::map<JobId, StoredJob> jobs_of(std::uint64_t seed) {
   return jobs;
 }
 
-/// The farm in its process: clients that submit jobs, and workers that render at once, on the farm's thread.
+/// Farm in its process: clients that submit jobs, and workers that render at once, on the farm thread.
 class RunningFarm {
  public:
   RunningFarm(Store& store, StoredState state, int told)
@@ -119,7 +119,7 @@ class RunningFarm {
     }
   }
 
-  /// From the farm's thread and the writer's.
+  /// From the farm thread and the writer thread.
   void take(Outgoing message) {
     if (const auto* const ack = std::get_if<ResultAck>(&message.message)) {
       for (const NodeKey& key : ack->keys) {
@@ -147,7 +147,7 @@ class RunningFarm {
     look(turn);
   }
 
-  /// Once all jobs have ended, their films are looked at, which ends the farm.
+  /// After all jobs have ended, reads their films, and then ends the farm.
   void look(FarmLoop::Turn& turn) {
     const std::vector<JobStatus> jobs = turn.farm.jobs(turn.now);
     if (looked_ || jobs.size() < kJobs ||
@@ -188,7 +188,7 @@ int run_farm(const std::filesystem::path& folder, std::uint64_t seed, const Tria
   return code;
 }
 
-/// What is wrong after a farm has ended; empty if nothing.
+/// What is wrong after the end of a farm; empty if nothing.
 std::string look_at(const std::filesystem::path& folder, std::uint64_t seed, const std::string& told) {
   auto farm = StoredFarm::start(folder, false, {});
   if (!farm.ok()) {
@@ -209,12 +209,12 @@ std::string look_at(const std::filesystem::path& folder, std::uint64_t seed, con
     }
     const auto stored = std::ranges::find(state.jobs, job, [](const auto& each) { return each.record.id; });
     if (stored == state.jobs.end()) {
-      return fmt::format("job {} was confirmed and is not stored", job.value);
+      return fmt::format("job {} was confirmed, but is not stored", job.value);
     }
     if (kind == "A" && std::ranges::none_of(stored->nodes, [&](const StoredState::StoredNode& node) {
           return node.tile == tile && node.outline.range.contains(range);
         })) {
-      return fmt::format("job {}, tile {}, samples [{}, {}) were acknowledged and are not stored", job.value,
+      return fmt::format("job {}, tile {}, samples [{}, {}) were acknowledged, but are not stored", job.value,
                          tile.value, range.first(), range.end());
     }
   }
@@ -223,13 +223,13 @@ std::string look_at(const std::filesystem::path& folder, std::uint64_t seed, con
 }
 
 struct Ended {
-  int code = -1;  ///< of the process; -1 if a signal ended it
+  int code = -1;  ///< exit code of the process; -1 if a signal ended it
   int signal = 0;
   std::string told;
   std::string wrong;
 };
 
-/// Runs farms side by side: they mostly wait.
+/// Runs farms in parallel, because they mostly wait.
 std::vector<Ended> run_all(const std::vector<Trial>& trials, std::uint64_t first_seed) {
   std::vector<Ended> ended(trials.size());
   constexpr std::size_t kAtOnce = 16;
@@ -245,7 +245,7 @@ std::vector<Ended> run_all(const std::vector<Trial>& trials, std::uint64_t first
       if (child == 0) {
         ::close(pipe[0]);
         int code = kAllDone;
-        std::thread([&] {  // of its own, so that nobody catches what it throws
+        std::thread([&] {  // its own thread, so that no frame catches its exceptions
           code = run_farm(folders.back()->path(), first_seed + i, trials[i], pipe[1]);
         })
             .join();
@@ -279,7 +279,7 @@ std::vector<Trial> trials_of(StoreFault fault, std::uint64_t count) {
   return trials;
 }
 
-/// In how many trials the farm ended otherwise than with all done. All of these must have ended as `code` or `signal`.
+/// Count of trials whose farm did not finish. All of these must have ended with `code` or `signal`.
 std::uint64_t expect_promises(const std::vector<Ended>& ended, std::uint64_t first_seed, int code, int signal = 0) {
   std::uint64_t cut_short = 0;
   for (std::size_t i = 0; i < ended.size(); ++i) {
@@ -299,7 +299,7 @@ TEST(RuntimeFaults, AFullDiskOrTooManyFilesAreWaitedFor) {
   for (const Trial& trial : trials_of(StoreFault::away, 8)) {
     trials.push_back(trial);
   }
-  // Once the farm stops, it gives up a commit that fails.
+  // A farm that stops does not retry a failing commit.
   EXPECT_LT(expect_promises(run_all(trials, 1), 1, kStoreFailed), 4u);
 }
 

@@ -1,4 +1,4 @@
-// What befalls the coordinator and its disk: a full or slow disk, damage, another coordinator that takes over.
+// Faults of the coordinator and its disk: a full or slow disk, damage, and takeover by another coordinator.
 #include "tests/simulation/checks.h"
 #include "tests/simulation/client_side.h"
 #include "tests/simulation/server_side.h"
@@ -60,7 +60,7 @@ void ServerSide::depose() {
 
 void ServerSide::resume_deposed() {
   const Deposed deposed = std::move(*std::exchange(deposed_, std::nullopt));
-  world_.trace("the deposed coordinator goes on");
+  world_.trace("the deposed coordinator resumes");
   std::vector<StoreOp> writes = deposed.unwritten;
   const auto take = [&](const auto& call) {
     Effects effects;
@@ -84,7 +84,7 @@ void ServerSide::resume_deposed() {
     });
   }
   take([&](Effects& effects) { deposed.coordinator->tick(world_.now, world_.unix_ms(), effects); });
-  // Its commit is refused, and it ends.
+  // The disk ignores its commit, and it ends.
   if (const auto wrong = disk_.apply(world_.bugs.no_epochs ? disk_.epoch() : deposed.epoch, writes)) {
     world_.fail(*wrong);
   }

@@ -1,4 +1,4 @@
-// Films of ended jobs: they are read from the disk, and those who wait for them are told.
+// Films of ended jobs: read from the disk, and reported to those who wait.
 #include "tests/simulation/server_side.h"
 
 namespace lightmill::simulation {
@@ -14,7 +14,7 @@ void ServerSide::tell_films(const Effects& effects) {
   }
 }
 
-/// Tile by tile. What is committed meanwhile comes between.
+/// Reads tile by tile. Commits may come between.
 void ServerSide::read_film(const std::shared_ptr<FilmRead>& read) {
   world_.after(world_.random.seconds_between(0.0005, 0.03), [this, read, life = life_] {
     if (life != life_ || !coordinator_) {

@@ -17,7 +17,7 @@ StoredState ServerSide::load_checked() {
   epoch_ = state.epoch;
   std::vector<StoreOp> repairs;
   if (const Status status = take_out_nonsense(state, repairs); !status.ok() || !repairs.empty()) {
-    world_.fail(fmt::format("a coordinator has stored what it cannot start from: {}",
+    world_.fail(fmt::format("a coordinator stored rows that it cannot load: {}",
                             status.ok() ? fmt::format("{} rows", repairs.size()) : message_of(status)));
   }
   if (world_.bugs.forget_jobs && state.jobs.size() > 1 && world_.chaos_now()) {
@@ -153,7 +153,7 @@ void ServerSide::start_commit() {
   if (pending_.empty()) {
     return;
   }
-  // Group commit: all that waits shares a transaction, or only some of it, in order.
+  // Group commit: all pending effects share a transaction, or only the first few.
   const std::size_t count =
       world_.chaos.restarts && world_.random.chance(0.3) ? 1 + world_.random.below(pending_.size()) : pending_.size();
   bool writes = false;
@@ -207,12 +207,12 @@ void ServerSide::finish_commit() {
   }
   checks_.stored(ops);
   if (world_.chaos.restarts && world_.chaos_now() && world_.random.chance(0.002)) {
-    crash(false);  // between the commit and what depends on it
+    crash(false);  // between the commit and its messages
     return;
   }
   for (Pending& each : done) {
     if (!coordinator_) {
-      return;  // killed by what a client asked next
+      return;  // killed by the next request of a client
     }
     coordinator_->grants_sent(leases_granted(each.after_commit), world_.now);
     for (Outgoing& message : each.after_commit) {
@@ -312,7 +312,7 @@ void ServerSide::falsify(const Stream& stream, WorkerResult& result) {
   if (world_.bugs.trust_hashes) {
     result.hash = hash_of(result.node);
   }
-  const auto grant = [&] {  // by whoever may grant anything
+  const auto grant = [&] {  // as if these samples had been granted
     result.tag = Grants(disk_.secret()).tag(stream.name, result.lease, result.render_digest, result.key);
   };
   if (world_.bugs.ignore_grants) {
@@ -321,7 +321,7 @@ void ServerSide::falsify(const Stream& stream, WorkerResult& result) {
   const FilmOutline* const film = coordinator_->outline(result.key.job);
   if (world_.bugs.merge_twice && film != nullptr && result.key.range.end() < 8 &&
       film->covered(result.key.tile, result.key.range)) {
-    // The same samples under the number of others: a film that adds whatever comes.
+    // Repeats the result as other samples, like a film that adds duplicates.
     result.key.range.index += 1;
     result.node.range = result.key.range;
     result.hash = hash_of(result.node);
@@ -361,7 +361,7 @@ void ServerSide::receive(const std::shared_ptr<Stream>& stream, WorkerMessage me
         const bool dismissed = std::ranges::any_of(effects.after_commit, [&](const Outgoing& sent) {
           return sent.to == stream->session && std::holds_alternative<Dismissal>(sent.message);
         });
-        if (!dismissed) {  // else its name is that of another one, which is here
+        if (!dismissed) {  // else another connected worker has its name
           checks_.hello_came(stream, *hello);
         }
       });

@@ -1,7 +1,7 @@
 // Server side of a simulated farm: the coordinator in its process, its disk, its commits and its crashes.
 //
-// Owns the coordinator, the disk, and the streams that it serves. Each call into the coordinator ends in execute(),
-// which has its effects checked, stored and sent. Another coordinator may depose it.
+// Owns the coordinator, the disk, and the open streams. Each call into the coordinator ends in execute(), which checks,
+// stores and sends its effects. Another coordinator may take over.
 #pragma once
 
 #include <deque>
@@ -28,29 +28,29 @@ class ServerSide {
   CoordinatorLimits& limits() { return limits_; }
   Coordinator* coordinator() const { return coordinator_.get(); }  ///< null while it is dead
   std::uint64_t life() const { return life_; }
-  std::uint64_t epoch() const { return epoch_; }  ///< of the coordinator at work
+  std::uint64_t epoch() const { return epoch_; }  ///< of the active coordinator
   const Disk& disk() const { return disk_; }
   const std::map<SessionId, std::shared_ptr<Stream>>& streams() const { return streams_; }
-  /// Tiles of which something was damaged.
+  /// Tiles with damaged nodes.
   const std::set<std::pair<JobId, TileId>>& damaged() const { return damaged_; }
 
   void start();
   void crash(bool commit_lands);
   void crash_at_commit(std::uint64_t number) { crash_at_commit_.insert(number); }
-  /// Calls into the coordinator, if it is alive.
+  /// Calls the coordinator, if it is alive.
   void call(const std::function<void(Effects&)>& call);
-  /// `replies`: to clients, once the effects are durable.
+  /// `replies`: to clients, when the effects are durable.
   void execute(Effects effects, std::vector<Action> replies);
 
   void open_stream(const std::shared_ptr<Stream>& stream);
   void receive(const std::shared_ptr<Stream>& stream, WorkerMessage message);
-  /// The server notices that the stream is broken, and takes it for the stream of `session`.
+  /// The server notices that the stream broke, and takes it for the stream of `session`.
   void disconnected(const Stream& stream, SessionId session);
 
   // ---- server_films.cpp ----
-  /// Runs `action` once it is said whether the job's film is in memory, unless the coordinator dies first.
+  /// Runs `action` when the effects tell about the job's film, unless the coordinator dies first.
   void when_film_is_told(JobId job, Action action) { film_waits_.emplace(job, std::move(action)); }
-  /// The job's film, which is in memory afterwards; nothing else is under way.
+  /// The job's film, read into memory. No other event may be pending.
   const Film& film_now(JobId job);
 
   // ---- server_faults.cpp ----
@@ -58,7 +58,7 @@ class ServerSide {
   /// The coordinator stands still, and another one starts.
   void depose();
 
-  /// Hashes all effects of all coordinators, and what they show after each event.
+  /// Hashes all effects of all coordinators, and their views after each event.
   void hash_effects() { hash_.emplace(); }
   Hash128 effects_hash() const { return hash_ ? hash_->finish() : Hash128{}; }
 
@@ -79,12 +79,13 @@ class ServerSide {
     std::uint64_t life = 0, epoch = 0;
     std::map<SessionId, std::shared_ptr<Stream>> streams;
     std::vector<StoreOp> unwritten;
-    std::vector<std::pair<std::shared_ptr<Stream>, WorkerMessage>> inbox;  ///< messages that came while it stood still
+    std::vector<std::pair<std::shared_ptr<Stream>, WorkerMessage>>
+        inbox;  ///< messages that arrived while it stood still
   };
 
   StoredState load_checked();
   void note_effects(const Effects& effects, const Coordinator& coordinator);
-  /// The commit under way lands as a whole or not at all. No reply or message follows.
+  /// The running commit is stored as a whole or not at all. No reply or message follows.
   void abandon_commits(bool commit_lands);
   void start_commit();
   void finish_commit();
@@ -94,10 +95,10 @@ class ServerSide {
   void plan_tick();
   void send(Outgoing message);
   void deliver(const std::shared_ptr<Stream>& stream, const CoordinatorMessage& message);
-  /// Changes the result as planted bugs do.
+  /// Changes the result for planted bugs.
   void falsify(const Stream& stream, WorkerResult& result);
   void damage_disk();
-  /// The deposed coordinator resumes: takes the messages that came meanwhile, and tries to store what follows.
+  /// The deposed coordinator resumes. It handles the messages that arrived meanwhile, and tries to store its effects.
   void resume_deposed();
 
   World& world_;

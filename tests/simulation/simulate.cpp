@@ -1,4 +1,4 @@
-// Any number of the simulation's schedules, on as many threads as wanted, and how often which fault befell a farm.
+// Program that runs schedules of the simulation on several threads, and prints the count of each fault.
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -26,12 +26,12 @@ volatile std::sig_atomic_t interrupted = 0;
 
 struct Options {
   std::uint64_t seeds = 1'000'000, first = 1, seed = 0, damages = 0, attacks = 0;
-  std::string hashes;  ///< the file that gets them; empty: none
-  std::string notes;   ///< the file that says how far this program has come; empty: none
+  std::string hashes;  ///< file for the hashes; empty: none
+  std::string notes;   ///< file with the progress of this program; empty: none
   unsigned threads = std::max(1u, std::thread::hardware_concurrency());
 };
 
-/// What all schedules together came to.
+/// Totals of all schedules.
 struct Sum {
   std::mutex mutex;
   std::set<std::uint64_t> at_work;  ///< seeds
@@ -55,13 +55,13 @@ struct Sum {
     }
     if (!report.failure.empty()) {
       failures.emplace(seed, report.failure);
-      fmt::print("\nseed {} fails {}\n  again, told step by step: simulate --seed {}\n", seed, report.failure, seed);
+      fmt::print("\nseed {} failed {}\n  replay it step by step: simulate --seed {}\n", seed, report.failure, seed);
       std::fflush(stdout);
     }
   }
 };
 
-/// Tells programs apart, and so the sources that they are built from.
+/// Identifies the program, and so the sources that it is built from.
 std::string this_program() {
   std::ifstream in("/proc/self/exe", std::ios::binary);
   lightmill::Sha256Hasher hasher;
@@ -71,12 +71,12 @@ std::string this_program() {
   return hasher.finish().hex();
 }
 
-/// What this program has done over several runs: schedules from seed 1 on.
+/// Progress of this program over several runs: schedules from seed 1 on.
 struct Notes {
   std::string program = this_program();
   std::uint64_t next = 1, failed = 0;  ///< the first seed that is not done
 
-  /// As the file has them; anew if they are another program's.
+  /// Reads the file. Starts again if it is of another program.
   static Notes read(const std::string& file) {
     Notes now, found;
     std::ifstream in(file);
@@ -108,13 +108,13 @@ Report run_schedule(std::uint64_t seed, const Options& options) {
 int replay(const Options& options) {
   const std::uint64_t seed = options.seed;
   const Report report = run_schedule(seed, options);
-  fmt::print("seed {}: {}\n", seed, report.failure.empty() ? "all is well" : "fails " + report.failure);
+  fmt::print("seed {}: {}\n", seed, report.failure.empty() ? "no failure" : "failed " + report.failure);
   return report.failure.empty() ? 0 : 1;
 }
 
-/// Each farm that is killed is made once, and damaged in several ways.
+/// Each killed farm is made once, and damaged in several ways.
 int run_damages(const Options& options) {
-  spdlog::set_level(spdlog::level::off);  // what is damaged is named there
+  spdlog::set_level(spdlog::level::off);  // the log names each damage
   DamageTable table;
   std::uint64_t failures = 0;
   for (std::uint64_t seed = options.first; seed < options.first + options.damages && interrupted == 0; ++seed) {
@@ -122,11 +122,11 @@ int run_damages(const Options& options) {
     table.add(report);
     if (!report.failure.empty()) {
       ++failures;
-      fmt::print("seed {}, {}: {}\n  again: simulate --damages 1 --first {}\n", seed, report.kind, report.failure,
+      fmt::print("seed {}, {}: {}\n  replay it: simulate --damages 1 --first {}\n", seed, report.kind, report.failure,
                  seed);
     }
   }
-  fmt::print("{}{} of {} damages went wrong\n", table.text(), failures, options.damages);
+  fmt::print("{}{} of {} damages failed\n", table.text(), failures, options.damages);
   return failures > 0 ? 1 : 0;
 }
 
@@ -200,20 +200,20 @@ int run_all(Options options) {
              interrupted != 0 ? "interrupted: " : "", sum.done, options.first, sum.failures.size(), seconds,
              1000 * seconds / static_cast<double>(std::max<std::uint64_t>(sum.done, 1)), options.threads);
   if (!options.notes.empty()) {
-    fmt::print("{} schedules in all, {} failed: the same command goes on from there\n", notes.next - 1, notes.failed);
+    fmt::print("{} schedules in all, {} failed: the same command continues from there\n", notes.next - 1, notes.failed);
   } else if (interrupted != 0) {
-    fmt::print("  to go on: simulate --first {} --seeds {}\n", options.first + sum.done, options.seeds - sum.done);
+    fmt::print("  to continue: simulate --first {} --seeds {}\n", options.first + sum.done, options.seeds - sum.done);
   }
   sum.faults.insert({{"workers killed", sum.deaths},
                      {"coordinators killed", sum.restarts},
                      {"convictions", sum.convicted},
-                     {"jobs that kill workers, and failed", sum.poisoned},
+                     {"jobs that kill workers and failed", sum.poisoned},
                      {"jobs that failed by bad luck", sum.unlucky}});
   for (const auto& [kind, count] : sum.faults) {
     fmt::print("{:12} {}\n", count, kind);
   }
   for (const auto& [seed, failure] : sum.failures) {
-    fmt::print("seed {} fails {}\n", seed, failure);
+    fmt::print("seed {} failed {}\n", seed, failure);
   }
   if (!options.hashes.empty()) {
     std::ofstream file(options.hashes);
@@ -231,23 +231,24 @@ int run_all(Options options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Runs schedules of the simulated farm: each is drawn from its seed, and the same every time.");
+  CLI::App app("Runs schedules of the simulated farm. Each schedule depends only on its seed.");
   Options options;
-  app.add_option("--seeds", options.seeds, "how many schedules")
+  app.add_option("--seeds", options.seeds, "number of schedules")
       ->capture_default_str()
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40));
-  app.add_option("--first", options.first, "seed of the first one; the others follow it")->capture_default_str();
-  app.add_option("--threads", options.threads, "how many at a time")
+  app.add_option("--first", options.first, "seed of the first schedule; the others have the next seeds")
+      ->capture_default_str();
+  app.add_option("--threads", options.threads, "schedules at a time")
       ->capture_default_str()
       ->check(CLI::Range(1u, 1024u));
-  app.add_option("--seed", options.seed, "run this one alone, and tell what happens in it");
+  app.add_option("--seed", options.seed, "run only the schedule of this seed, and print its events");
   app.add_option("--notes", options.notes,
-                 "begin where this program, over earlier runs, has come to by this file, and keep it up to date")
+                 "continue after the schedules of earlier runs of this program, and keep the progress in this file")
       ->excludes("--first");
   app.add_option("--damages", options.damages,
-                 "instead, damage the files of so many killed farms, and print what came of it");
+                 "instead, damage the files of so many killed farms, and print the outcomes");
   app.add_option("--attacks", options.attacks,
-                 "instead, try each attack of one machine on so many farms, and print what came of it");
+                 "instead, try each attack of one machine on so many farms, and print the outcomes");
   app.add_option("--hashes", options.hashes,
                  "write a hash of all effects of each schedule to this file; with --seed, print the effects instead");
   CLI11_PARSE(app, argc, argv);

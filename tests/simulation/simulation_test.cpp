@@ -1,5 +1,5 @@
-// Thousands of schedules, each from its seed. LIGHTMILL_SIMULATION_SEED=n replays one; LIGHTMILL_SIMULATION_SEEDS=n
-// sets how many each batch runs.
+// Tests of thousands of schedules, each from its seed. LIGHTMILL_SIMULATION_SEED=n replays one.
+// LIGHTMILL_SIMULATION_SEEDS=n sets the number for each batch.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -52,7 +52,7 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
     refused += report.refused;
     spited += report.spited;
   }
-  // The schedules do what they are for.
+  // The schedules have enough faults.
   EXPECT_GT(restarts, seeds / 2);
   EXPECT_GT(deaths, seeds / 2);
   EXPECT_GT(poisoned, seeds / 20);
@@ -61,7 +61,7 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
   EXPECT_GT(too_large, seeds / 10);
   EXPECT_GT(mixed, seeds / 100);
   EXPECT_GT(refused, seeds / 20);
-  EXPECT_LT(spited, seeds / 25);  // a coordinator that has just started knows of nobody who might come
+  EXPECT_LT(spited, seeds / 25);  // a coordinator that has just started does not know who may still connect
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, Simulation, testing::Range<std::uint64_t>(0, kBatches),
                          [](const auto& info) { return fmt::format("Batch{}", info.param); });
@@ -112,13 +112,13 @@ TEST(LyingMachine, ChangesNothingWhereTwoOthersVerifyAll) {
     return;
   }
   EXPECT_GT(lied, 50u);
-  // A coordinator that has just started knows of nobody who might come.
+  // A coordinator that has just started does not know who may still connect.
   EXPECT_LT(unverified, lied / 20) << "of " << lied << ", seeds" << seeds;
-  EXPECT_GT(convicted, lied * 9 / 10);  // a lie that was lost on its way harms nobody
+  EXPECT_GT(convicted, lied * 9 / 10);  // a lie that was lost on its way harms no film
 }
 
 TEST(RestartedCoordinator, RendersNothingAgain) {
-  // Workers live on, so what they hold and what they have sent is all taken up again.
+  // Workers survive, so all their leases and results are taken back.
   Chaos chaos = Chaos::none();
   chaos.restarts = true;
   std::uint64_t restarts = 0;
@@ -155,7 +155,7 @@ class PlantedBug : public testing::TestWithParam<Planted> {};
 TEST_P(PlantedBug, IsFound) {
   PlantedBugs bugs;
   bugs.*GetParam().bug = true;
-  constexpr std::uint64_t kSchedules = 2000;  // the rarest shows in one of some 270
+  constexpr std::uint64_t kSchedules = 2000;  // the rarest bug shows in one of some 270
   for (std::uint64_t seed = 1; seed <= kSchedules; ++seed) {
     if (!FarmSimulation(seed, Chaos{}, bugs).run().failure.empty()) {
       return;

@@ -247,7 +247,7 @@ std::string StoredFarm::finish() {
       }
       Effects effects;
       if (!coordinator_->use_film(job.id, now_, effects).value_or(true)) {
-        waits += fmt::format("the film of job {} does not come", job.id.value);
+        waits += fmt::format("the film of job {} is not read", job.id.value);
       }
       settle(effects);
     }
@@ -263,7 +263,7 @@ std::string StoredFarm::wrong_films(const std::map<JobId, StoredJob>& jobs) cons
   for (const JobStatus& status : coordinator_->jobs({})) {
     const auto submitted = jobs.find(status.id);
     if (submitted == jobs.end()) {
-      return fmt::format("nobody has submitted job {}", status.id.value);
+      return fmt::format("job {} was never submitted", status.id.value);
     }
     const StoredJob& job = submitted->second;
     RenderSettings settings = job.spec.settings;
@@ -281,7 +281,8 @@ std::string StoredFarm::wrong_films(const std::map<JobId, StoredJob>& jobs) cons
         return a->range == b->range && a->values == b->values;
       });
       if (status.state != JobState::done || !same) {
-        return fmt::format("job {}, tile {} has not the bits of the quiet run", status.id.value, tile.value);
+        return fmt::format("job {}, tile {} does not have the bits of the run without damage", status.id.value,
+                           tile.value);
       }
     }
   }

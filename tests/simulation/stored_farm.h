@@ -1,7 +1,7 @@
-// A farm over real store files: a coordinator, two workers that render at once, and a client that sends assets again.
+// Farm over real store files: a coordinator, two workers that render at once, and a client that resends assets.
 //
-// Starts as a coordinator's process does, and is killed by being destroyed. The files are what StoredFarm leaves: the
-// SQLite database with its journal and its chain, and the folder of assets. Not thread-safe.
+// It starts like a coordinator's process, and its destructor kills it. It leaves the SQLite database with its journal
+// and its chain, and the folder of assets. Not thread-safe.
 #pragma once
 
 #include <deque>
@@ -19,46 +19,45 @@
 
 namespace lightmill::simulation {
 
-/// What a client submits, and what must come of it.
+/// Job of a client, with the methods that its pilot may choose.
 struct StoredJob {
   JobSpec spec;
-  std::vector<std::string> methods;  ///< of which a pilot picks one; empty: none is needed
+  std::vector<std::string> methods;  ///< candidates of its pilot; empty: it needs no pilot
 };
 
-/// One of small jobs of all kinds; names some of the assets.
+/// Draws a small job of any kind. It uses some of the assets.
 StoredJob draw_job(std::uint64_t number, const std::map<Sha256, std::string>& assets, Random& random);
 
-/// What a worker sends for tile number `i` of the grant; nothing if the farm does not want it any more.
+/// Result of a worker for tile number `i` of the grant; nothing if the farm no longer wants it.
 std::optional<WorkerResult> render(const LeaseGrant& grant, std::size_t i, const Coordinator& farm, Time now);
 PilotReport pilot_report(const PilotGrant& grant);
 
 class StoredFarm {
  public:
-  /// As a coordinator starts on these files; the error of one that refuses them. `sendable`: assets that the client
-  /// has.
+  /// Starts a coordinator on these files. An error if it refuses them. `sendable`: assets that the client has.
   static Result<std::unique_ptr<StoredFarm>> start(const std::filesystem::path& folder, bool accept_loss,
                                                    const std::map<Sha256, std::string>& sendable);
   static std::filesystem::path database_of(const std::filesystem::path& folder) { return folder / "lightmill.sqlite"; }
 
-  /// What the store gave back, with what is damaged, but without what was taken out.
+  /// The loaded state after take_out_nonsense, with its lists of damage.
   const StoredState& loaded() const { return loaded_; }
 
   void send_assets();
   JobId submit(const StoredJob& job);
-  /// Stores these beside what the coordinator does.
+  /// Stores these operations besides the coordinator's.
   void commit(std::vector<StoreOp> ops);
-  /// Workers render, so many results at most. What waits for other workers or for time comes too.
+  /// Workers render at most so many results. Time passes for work that waits.
   void work(std::uint64_t most_results);
-  /// Films come from the store. Those that lack nodes are rendered again, until all jobs have ended.
-  /// Returns what is wrong if that does not come.
+  /// Reads films from the store, and renders missing nodes again, until all jobs have ended. Returns what is wrong if
+  /// they do not end.
   std::string finish();
-  /// What is wrong with the films of a farm that has finished these jobs, or those that are left; empty if nothing.
+  /// What is wrong with the films of a farm that finished these jobs, or the remaining ones; empty if nothing.
   std::string wrong_films(const std::map<JobId, StoredJob>& jobs) const;
-  /// All that the farm's jobs name, as workers would that were to render them.
+  /// Fetches all assets of the farm's jobs, as workers do.
   void fetch_assets();
   std::uint64_t rendered() const { return rendered_; }  ///< results
   std::uint64_t sent_again() const { return sent_again_; }
-  /// Nodes that were damaged when films were read.
+  /// Whether damaged nodes were found when films were read.
   bool found_damage_later() const { return found_damage_later_; }
 
  private:
@@ -72,7 +71,7 @@ class StoredFarm {
   void read_film(JobId job, Effects& effects);
   void pass(Duration time);
   void answer(const Given& given);
-  /// As a worker gets it, which believes nothing. What is damaged is forgotten, and sent again by the client.
+  /// Fetches an asset as a worker does, and checks its hash. A damaged one is deleted, and the client sends it again.
   void fetch(const Sha256& digest);
   void say(SessionId from, WorkerMessage message);
 

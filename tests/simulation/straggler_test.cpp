@@ -1,4 +1,4 @@
-// How long a job's last part takes when one of its workers is much slower than the others, in simulated time.
+// Tests of the time of a job's last part if one worker is much slower than the others, in simulated time.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@ constexpr double kSlow = 20;
 
 struct LastPart {
   double median_seconds = 0, most_seconds = 0;
-  double job_seconds = 0;  ///< the mean of whole jobs
+  double job_seconds = 0;  ///< mean of whole jobs
 };
 
 LastPart last_part(const Race& race) {
@@ -33,7 +33,7 @@ LastPart last_part(const Race& race) {
 
 enum class Straggler { slow, slow_from_the_middle_on, slow_near_the_end, hung_in_the_middle, hung_near_the_end };
 
-/// One of the race's four workers is, or becomes, a straggler; `quiet` is how the race goes without.
+/// Makes one of the race's four workers a straggler, from the start or later. `quiet`: the race without one.
 Race with(Straggler straggler, Race race, const LastPart& quiet) {
   const bool late = straggler == Straggler::slow_near_the_end || straggler == Straggler::hung_near_the_end;
   race.change_after = (late ? 0.94 : 0.5) * quiet.job_seconds;
@@ -64,7 +64,7 @@ void PrintTo(Straggler straggler, std::ostream* out) {
 
 class Stragglers : public testing::TestWithParam<Straggler> {};
 
-// Three workers have to do the work of four, which alone takes 4/3 of the time.
+// Three workers do the work of four. This alone takes 4/3 of the time.
 TEST_P(Stragglers, MakeTheLastPartOfAJobOfMinutesAtMostHalfAsLongAgain) {
   const Race race{.samples = 256};
   static const LastPart quiet = last_part(race);
@@ -75,7 +75,7 @@ TEST_P(Stragglers, MakeTheLastPartOfAJobOfMinutesAtMostHalfAsLongAgain) {
   EXPECT_LE(last.most_seconds, 1.7 * quiet.median_seconds);
 }
 
-// A straggler holds up to two seconds of work, by what was known of it.
+// A straggler has up to two seconds of work, at its earlier speed.
 TEST_P(Stragglers, CostAShortJobHardlyMoreThanAUnit) {
   const Race race{.tile_seconds = 0.005};
   static const LastPart quiet = last_part(race);
@@ -86,7 +86,7 @@ TEST_P(Stragglers, CostAShortJobHardlyMoreThanAUnit) {
   EXPECT_LE(last.most_seconds, 1.5 * quiet.median_seconds + 1);
 }
 
-// All is rendered twice, by two workers: what a straggler was to verify is taken over, too.
+// Everything is rendered twice, by two workers. Audits of a straggler move to others too.
 TEST_P(Stragglers, DoNotHoldUpVerification) {
   const Race race{.samples = 128, .verify_share = 1};
   static const LastPart quiet = last_part(race);

@@ -1,8 +1,8 @@
-// Checks of jobs that end after so many seconds.
+// Checks of jobs with a time limit.
 //
-// Such a job is not done by time before so many seconds have passed since its first grant, nor before it has been
-// rendered for as long. From then on no new samples of it are granted: only gaps below those that were, and the first
-// sample of tiles that have none. What a tile ends with is checked in EndChecks.
+// Such a job is not done before this time has passed since its first grant, and it was rendered for as long. Then no
+// new samples are granted, except gaps below granted ones, and the first sample of tiles without samples. EndChecks
+// checks the samples of each tile.
 #pragma once
 
 #include <map>
@@ -20,21 +20,21 @@ class TimeChecks {
   TimeChecks(World& world, const ServerSide& server, const ClientSide& clients)
       : world_(world), server_(server), clients_(clients) {}
 
-  /// As Checks::check_effects.
+  /// Like Checks::check_effects.
   void check(const Effects& effects);
 
  private:
   void check_granted(const Unit& unit);
   void check_done(const JobRecord& job) const;
-  /// As its client has asked for; 0 if it has not, or does not any more.
+  /// Time limit that its client wants; 0 if none, or no longer.
   double seconds_of(const JobSpec& spec) const;
 
   World& world_;
   const ServerSide& server_;
   const ClientSide& clients_;
   std::map<JobId, Time> granted_first_;
-  std::map<JobId, std::int64_t> finished_;                        ///< when jobs were done that have been checked
-  std::map<std::pair<JobId, TileId>, std::uint64_t> granted_to_;  ///< no sample from here on was ever granted
+  std::map<JobId, std::int64_t> finished_;                        ///< end times of checked jobs
+  std::map<std::pair<JobId, TileId>, std::uint64_t> granted_to_;  ///< end of the granted samples
 };
 
 }  // namespace lightmill::simulation

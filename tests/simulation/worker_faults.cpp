@@ -1,4 +1,4 @@
-// What befalls workers: deaths, hangs, broken and cut links, slowness, and what they send that is garbage or a lie.
+// Faults of workers: deaths, hangs, broken and cut links, slowness, garbage and ungranted results.
 #include "tests/simulation/client_side.h"
 #include "tests/simulation/server_side.h"
 #include "tests/simulation/worker_side.h"
@@ -39,7 +39,7 @@ void WorkerSide::cut_link() {
   const Time until = world_.now + world_.random.seconds_between(0.3, 10);
   (world_.random.chance(0.5) ? stream->cut_up : stream->cut_down) = until;
   workers_[stream->worker].disturbed = std::max(workers_[stream->worker].disturbed, until);
-  if (world_.random.chance(0.5)) {  // one end misses its keepalives before it heals
+  if (world_.random.chance(0.5)) {  // one end misses its keepalives before the link heals
     world_.at(world_.now + from_seconds(world_.random.uniform() * to_seconds(until - world_.now)),
               [this, stream] { break_stream(stream); });
   }
@@ -61,7 +61,7 @@ void WorkerSide::plan_babble() {
   }
 }
 
-/// Samples that it was not granted: wrong, but of the right size, under the right digest and with a true hash.
+/// Sends samples that it was not granted: wrong, but with the right size, digest and hash.
 void WorkerSide::send_ungranted(std::size_t index) {
   const SimulatedWorker& worker = workers_[index];
   if (!worker.alive || world_.now < worker.hung_until || !worker.stream || !worker.session->status().connected ||
@@ -75,7 +75,7 @@ void WorkerSide::send_ungranted(std::size_t index) {
   }
   world_.inject("results that were not granted");
   WorkerResult result;
-  if (worker.last_result && world_.random.chance(0.7)) {  // with the proof of a grant of others
+  if (worker.last_result && world_.random.chance(0.7)) {  // with the tag of another grant
     const auto& sent = std::get<WorkerResult>(*worker.last_result);
     result.lease = sent.lease;
     result.tag = sent.tag;
@@ -104,7 +104,7 @@ void WorkerSide::change_claims(SimulatedWorker& worker) {
   worker.name = fmt::format("{}-{}", worker.name.substr(0, worker.name.find('-', 7)), worker.life);
 }
 
-/// Something that makes no sense, from a worker that is otherwise as it should be.
+/// Sends an invalid message from a worker that otherwise works.
 void WorkerSide::babble(std::size_t index) {
   const SimulatedWorker& worker = workers_[index];
   if (!worker.alive || world_.now < worker.hung_until || !worker.stream || !worker.session->status().connected ||
@@ -112,7 +112,7 @@ void WorkerSide::babble(std::size_t index) {
     return;
   }
   world_.inject("messages of garbage");
-  // Numbers that are some lease's, or nobody's.
+  // Ids of any lease, or of none.
   const LeaseId lease{(server_.epoch() - world_.random.below(2)) << 32 | world_.random.below(200)};
   const JobId job{1 + world_.random.below(clients_.jobs().size() + 1)};
   const auto send = [&](WorkerMessage message) {

@@ -151,7 +151,7 @@ void WorkerSide::act(std::size_t index, const SessionActions& actions) {
                    [&](const DropInspection&) { ++worker.inspection; },
                    [](const ResultStored&) {},
                    [](const Say&) {},
-                   [](const DropPilot&) {},  // an answer that comes nevertheless must do no harm
+                   [](const DropPilot&) {},  // a late answer must do no harm
                    [&](const RenderTile& tile) {
                      worker.last_tile = tile;
                      worker.to_render.push_back(tile);
@@ -211,7 +211,7 @@ void WorkerSide::break_stream(const std::shared_ptr<Stream>& stream) {
   stream->broken = true;
   stream->lingers = world_.chaos.breaks && world_.random.chance(0.3);
   world_.trace("stream {} of {} breaks", stream->session.value, workers_[stream->worker].name);
-  // Each end notices on its own, sometimes only when a keepalive is missed.
+  // Each end notices by itself, sometimes only after a missed keepalive.
   const auto delay = [&] {
     const bool late = world_.chaos.breaks && world_.random.chance(0.2);
     return late ? world_.random.seconds_between(1, 6) : world_.random.seconds_between(0, 0.05);

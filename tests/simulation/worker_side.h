@@ -23,10 +23,10 @@ class ClientSide;
 /// All liars of a farm share it.
 inline constexpr const char* kIdentityOfLies = "identity-of-lies";
 
-/// Of most workers.
+/// Class of most workers.
 inline constexpr const char* kUsualClass = "class-a";
 
-/// Index of the candidate that a job's pilot picks, on any worker.
+/// Index of the candidate that a job's pilot chooses, on any worker.
 std::size_t pilot_choice(const RenderSettings& settings, std::size_t candidates);
 /// Allocation that a job's pilot finds, on any worker.
 Allocation pilot_allocation(const RenderSettings& settings);
@@ -34,18 +34,18 @@ Allocation pilot_allocation(const RenderSettings& settings);
 /// Pixel samples of a result of this job.
 std::uint64_t pixel_samples(const JobDescription& job, const NodeKey& key);
 
-/// Reasons of refusals: of what nobody can render, and of what anybody can.
+/// Reasons of refusals: of broken jobs, and of sound ones.
 inline constexpr const char* kBroken = "the scene does not compile";
 inline constexpr const char* kSpite = "out of spite";
 
-/// What a worker does wrong on purpose. `idle`: it is heard, takes work and delivers nothing. `in_requests`: its sums
-/// are right, and it refuses work or sends what it was not granted.
+/// Misbehaviour of a worker. `idle`: it is heard, takes work and delivers nothing. `in_requests`: its sums are right,
+/// but it refuses work or sends results that were not granted.
 enum class Lies { never, always, sometimes, garbage, idle, in_requests };
 
 struct SimulatedWorker {
   std::string name;
-  std::string identity;          ///< on a farm with certificates that of its own; else its machine
-  std::string machine;           ///< as it says
+  std::string identity;          ///< its own on a farm with certificates; else its machine
+  std::string machine;           ///< as it claims
   std::uint64_t inspection = 0;  ///< counts inspections that began or were dropped
   Lies lies = Lies::never;
   std::string fingerprint;
@@ -56,12 +56,12 @@ struct SimulatedWorker {
   std::uint64_t life = 0;  ///< counts up with every start and death
   bool alive = false;
   Time hung_until;
-  Time disturbed;  ///< it hung, or its link was cut, until then
+  Time disturbed;  ///< end of its last hang or cut link
   std::shared_ptr<Stream> stream;
   std::deque<RenderTile> to_render;
-  std::optional<RenderTile> last_tile;               ///< the last that was asked for
-  std::shared_ptr<const WorkerMessage> last_result;  ///< the last that it sent
-  std::map<std::uint64_t, NodeKey> rendering;        ///< by ticket: tiles that threads work on
+  std::optional<RenderTile> last_tile;               ///< last requested tile
+  std::shared_ptr<const WorkerMessage> last_result;  ///< last sent result
+  std::map<std::uint64_t, NodeKey> rendering;        ///< by ticket: tiles in work on threads
   std::map<NodeKey, std::uint64_t> unacknowledged;   ///< pixel samples, rendered or in work
   Time next_tick = Time::max();
 };
@@ -80,23 +80,23 @@ class WorkerSide {
   std::size_t size() const { return workers_.size(); }
   auto begin() const { return workers_.begin(); }
   auto end() const { return workers_.end(); }
-  /// Whether some workers send wrong sums that look right.
+  /// Whether some workers send wrong sums that look valid.
   bool have_liars() const { return have_liars_; }
-  /// Whether the coordinator asks workers for certificates. Where it does, liars claim names, hosts and machines.
+  /// Whether the coordinator asks workers for certificates. If so, liars claim other names and machines.
   bool have_certificates() const { return have_certificates_; }
 
-  /// Calls into a worker's session: later if the worker hangs, never if it has died meanwhile.
+  /// Calls a worker's session: later if the worker hangs, never if it dies meanwhile.
   void on_worker(std::size_t index, std::uint64_t life, std::function<void(Session&, SessionActions&)> call);
   void acknowledged(std::size_t index, const ResultAck& ack);
   void break_stream(const std::shared_ptr<Stream>& stream);
 
-  // ---- worker_faults.cpp: each befalls one worker ----
+  // ---- worker_faults.cpp: faults of one worker ----
   void kill_one();
   void hang_one();
   void break_one();
   void cut_link();
   void slow_down();
-  /// Workers that send garbage do so at times, and liars send samples that they were not granted.
+  /// Plans the next garbage of a worker that sends it, and the next ungranted samples of a liar.
   void plan_babble();
 
  private:
@@ -108,16 +108,16 @@ class WorkerSide {
   void plan_tick(std::size_t index);
   void babble(std::size_t index);
   void send_ungranted(std::size_t index);
-  /// A liar that starts calls itself something new.
+  /// A liar that restarts claims another name and machine.
   void change_claims(SimulatedWorker& worker);
   void die_of_poison(std::size_t index);
 
   // ---- refusing.cpp ----
-  /// What keeps the worker from the job, if anything does.
+  /// Why the worker refuses the job, if it does.
   std::optional<Refused> refuses(std::size_t index, const RenderSettings& settings);
   /// Whether the job is too large for the worker. One worker of each class takes all jobs.
   bool is_too_large(std::size_t index, const RenderSettings& settings) const;
-  /// Whether the worker runs out of memory, with this chance. It is started again then.
+  /// Draws whether the worker runs out of memory, with this probability. Then it restarts.
   bool memory_ends(std::size_t index, double chance);
 
   // ---- rendering.cpp ----

@@ -1,7 +1,7 @@
-// Simulated world: time, events in order, chance, and the faults that befall the farm.
+// Simulated world: time, events in order, chance, and counts of faults.
 //
-// One seed drives all of it. The sides of the farm (server_side.h, worker_side.h, client_side.h) schedule their actions
-// here, and report failures here.
+// One seed determines everything. The sides of the farm (server_side.h, worker_side.h, client_side.h) schedule actions
+// and report failures here.
 #pragma once
 
 #include <fmt/format.h>
@@ -29,10 +29,10 @@ class World {
   bool run_next();
 
   bool chaos_now() const { return now < chaos_end; }
-  /// Some time before the end of chaos.
+  /// Random time before the end of chaos.
   Time some_time() { return now + from_seconds(random.uniform() * to_seconds(chaos_end - now)); }
   std::int64_t unix_ms() const;
-  /// The first failure is the report's.
+  /// Reports a failure. Only the first is kept.
   void fail(std::string what);
   /// Counts a fault.
   void inject(const std::string& kind);

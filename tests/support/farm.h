@@ -104,8 +104,8 @@ class Farm {
   std::string worker_log(const std::string& name) const { return log(name); }
   std::string server_log() const { return log("server"); }
   /// How often the coordinator has logged that a worker came, or that its connection ended.
-  int times_met(const std::string& worker) const { return times_said("server", worker + " is here"); }
-  int times_missed(const std::string& worker) const { return times_said("server", worker + " is gone"); }
+  int times_met(const std::string& worker) const { return times_said("server", worker + " connected"); }
+  int times_missed(const std::string& worker) const { return times_said("server", worker + " disconnected"); }
   bool met(const std::string& worker) const { return times_met(worker) > 0; }
   bool missed(const std::string& worker) const { return times_missed(worker) > 0; }
   /// Contents of NAME.log in folder().

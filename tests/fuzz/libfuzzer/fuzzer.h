@@ -1,4 +1,4 @@
-// What every fuzzer says of its input.
+// Helpers of all fuzzers.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,10 @@ inline std::string_view as_text(const std::uint8_t* data, std::size_t size) {
   return {reinterpret_cast<const char*>(data), size};
 }
 
-/// An error must say where it stands.
+/// An error must name its place.
 inline void expect_placed(const Status& status, std::string_view beginning) {
   const std::string message = message_of(status);
-  LM_CHECK(message.starts_with(beginning), "an error without its place: {}", message);
+  LM_CHECK(message.starts_with(beginning), "the error does not name its place: {}", message);
 }
 
 inline void expect_ok(const Status& status, std::string_view what) {

@@ -1,5 +1,5 @@
-// Any bytes, read as a glTF file, are a valid scene that survives being packed, or an error with the file's name. Files
-// that it names hold a few zeros.
+// Fuzzer of the glTF reader: any bytes give a valid scene that survives packing, or an error with the file's name.
+// Files that the input names have a few zeros.
 #include <google/protobuf/stubs/logging.h>
 
 #include "common/scene/mesh.h"

@@ -1,4 +1,4 @@
-// Any bytes, read as an MTL file, are valid materials or an error with its line.
+// Fuzzer of the MTL reader: any bytes give valid materials, or an error with its line.
 #include "common/scene/validate/validate.h"
 #include "common/scene_io/mtl.h"
 

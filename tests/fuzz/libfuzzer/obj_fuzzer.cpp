@@ -1,4 +1,4 @@
-// Any bytes, read as an OBJ file, are valid meshes or an error with its line.
+// Fuzzer of the OBJ reader: any bytes give valid meshes, or an error with its line.
 #include "common/scene_io/obj.h"
 
 #include "tests/fuzz/libfuzzer/fuzzer.h"

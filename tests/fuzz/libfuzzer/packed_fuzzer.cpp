@@ -1,4 +1,4 @@
-// Any bytes that arrive as a packed scene or as a mesh are valid values or an error. The first byte chooses.
+// Fuzzer of packed scenes and meshes: any bytes give a valid value or an error. The first byte chooses which.
 #include <google/protobuf/stubs/logging.h>
 
 #include "common/scene/mesh.h"

@@ -1,4 +1,4 @@
-// Any bytes, read as a scene document, are a valid scene that survives being packed, or an error with its place.
+// Fuzzer of scene documents: any bytes give a valid scene that survives packing, or an error with its place.
 #include <google/protobuf/stubs/logging.h>
 
 #include "common/scene/validate/validate.h"

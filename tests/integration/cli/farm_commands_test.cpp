@@ -132,7 +132,7 @@ TEST_F(FarmCliTest, CancellingAJobOfEndlessPathsFreesItsWorker) {
     "objects": [{"material": "white", "sphere": {"center": [0, 0, 0], "radius": 10}},
                 {"material": "lamp", "sphere": {"center": [0, 5, 0], "radius": 1}}]})");
   const std::string id = submit({room, "--method", "path", "--spp", "64", "--max-bounces", "1000000"});
-  ASSERT_TRUE(server_said("worker w1 is here"));
+  ASSERT_TRUE(server_said("worker w1 connected"));
   ASSERT_TRUE(eventually([&] { return on_farm({"workers"})["workers"].at(0)["leases"] > 0; }));
   on_farm({"cancel", id});
   BackgroundProcess render({program("lightmill"), "render", scene("cornell-bench-blocks.json"), "--size", "32x32",

@@ -96,7 +96,7 @@ TEST_F(StudioTest, AWorkerThatIsATaskTellsWhatItDoes) {
   BackgroundProcess worker(
       {program("lightmill-worker"), "--server", server(), "--threads", "1", "--openjd", "--log-level", "info"},
       file("task.log"));
-  ASSERT_TRUE(server_said("is here: 1 thread"));
+  ASSERT_TRUE(server_said("connected: 1 thread"));
   worker.send(SIGTERM);
   EXPECT_EQ(worker.wait(), 0);
   std::ifstream log(file("task.log"));

@@ -159,8 +159,8 @@ TEST_F(CommitQueueTest, CallersHearThatStoringTakesLongerAndItIsStoredAllTheSame
   EXPECT_TRUE(queue_->stop().ok());
   EXPECT_EQ(store_.deleted(), (std::vector<std::uint64_t>{1, 2}));
   const std::string told =
-      "the farm has taken this in, but cannot store it yet: the disk is full. It is done as soon as "
-      "it can be stored: there is no need to ask again";
+      "the farm has accepted this, but cannot store it yet: the disk is full. It will be done when it "
+      "can be stored: do not repeat the request";
   EXPECT_EQ(heard, (std::vector<std::string>{"caller: " + told, "behind: " + told, "reply: stored"}));
 }
 

@@ -19,7 +19,7 @@ Numbers numbers(const FarmEvents::Page& page) {
 class FarmEventsTest : public ::testing::Test {
  protected:
   FarmEventsTest() {
-    events_.add(1000, {Note::Level::info, "worker a is here", {}, "a"}, "");
+    events_.add(1000, {Note::Level::info, "worker a connected", {}, "a"}, "");
     events_.add(2000, {Note::Level::info, "job 1 starts on worker a", JobId{1}, "a"}, "ada");
     events_.add(3000, {Note::Level::warning, "job 1 is failed", JobId{1}}, "ada");
     events_.add(4000, {Note::Level::info, "job 2 is done", JobId{2}}, "bob");

@@ -20,8 +20,8 @@ TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
   ASSERT_EQ(waiting(c), 1u);
   answer(c);
   EXPECT_EQ(worker("liar").quarantine,
-            "its samples [0, 1) of the 64x64 pixels at 0, 0 of job 1 differ from what b (m2) and c (m3) have "
-            "rendered alike");
+            "its samples [0, 1) of the 64x64 pixels at 0, 0 of job 1 differ from those of b (m2) and c (m3), "
+            "which agree");
   EXPECT_EQ(worker("b").quarantine, "");
   EXPECT_EQ(got<Notice>(liar).size(), 1u);
   EXPECT_EQ(written<PutQuarantine>(), 1u);
@@ -209,11 +209,11 @@ TEST_F(QuarantineTest, WhoIsThereByHandAndThenFoundToBeWrongIsThereForThat) {
   flush();
   const SessionId c = connect_on("m3", "c");
   answer(c);
-  EXPECT_NE(worker("liar").quarantine.find("have rendered alike"), std::string::npos) << worker("liar").quarantine;
+  EXPECT_NE(worker("liar").quarantine.find("which agree"), std::string::npos) << worker("liar").quarantine;
   EXPECT_EQ(written<PutQuarantine>(), 2u);
   ASSERT_TRUE(coordinator->quarantine_worker("liar", "put there by ada", false, now, effects).ok());
   flush();
-  EXPECT_NE(worker("liar").quarantine.find("have rendered alike"), std::string::npos) << "a person takes nothing back";
+  EXPECT_NE(worker("liar").quarantine.find("which agree"), std::string::npos) << "a person takes nothing back";
 }
 
 TEST_F(QuarantineTest, ByHandEachWorkerHasItsOwnReasonAndItsOwnRecord) {
@@ -313,7 +313,7 @@ TEST_F(QuarantineTest, ThreeThatDifferAccuseTheProgramAndNobodyElse) {
   answer(b, 2);
   answer(c, 3);
   EXPECT_EQ(status(job).state, JobState::paused);
-  EXPECT_NE(status(job).reason.find("came out in 3 ways, on a (m1) and b (m2) and c (m3)"), std::string::npos)
+  EXPECT_NE(status(job).reason.find("have 3 different results, from a (m1) and b (m2) and c (m3)"), std::string::npos)
       << status(job).reason;
   EXPECT_EQ(written<PutQuarantine>(), 0u);
   ASSERT_TRUE(coordinator->resume(job, now, effects).ok());

@@ -204,14 +204,15 @@ TEST_F(ResultsWaitTest, PeopleAreToldOnceAndWhenItIsOver) {
     heartbeat(seconds(9));
   }
   ASSERT_EQ(told.size(), 1u);
-  EXPECT_EQ(told[0], "workers' results wait long for the coordinator: they are sent more rarely, each of more samples");
+  EXPECT_EQ(told[0],
+            "workers' results wait long for the coordinator: workers send fewer results, each with more samples");
   for (int i = 0; rate() < limits.result_bytes_per_second; ++i) {
     ASSERT_LT(i, 200);
     ASSERT_EQ(told.size(), 1u);
     heartbeat(milliseconds(10));
   }
   ASSERT_EQ(told.size(), 2u);
-  EXPECT_EQ(told[1], "workers' results wait no longer: they are sent as often as before");
+  EXPECT_EQ(told[1], "workers' results no longer wait: workers send them as often as before");
 }
 
 TEST_F(ResultsWaitTest, TheMoreWorkersThereAreTheMoreRarelyTheySayThatTheyLive) {
