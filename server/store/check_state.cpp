@@ -18,7 +18,7 @@ double mib(std::uint64_t bytes) {
   return static_cast<double>(bytes) / (1 << 20);
 }
 
-/// Whether nodes that such a job has lost are rendered again.
+/// Whether a job in this state has its lost nodes rendered again.
 bool goes_on(JobState state) {
   return state != JobState::failed && state != JobState::cancelled;
 }
@@ -35,7 +35,7 @@ std::string who_has(std::span<const JobId> jobs) {
                      jobs.size() == 1 ? "has" : "have");
 }
 
-/// Reads the films of jobs that have ended, which load() has not.
+/// Reads the films of ended jobs. load() does not read their pixels.
 Status check_films(Store& store, StoredState& state, std::vector<StoreOp>& repairs) {
   const auto read = [&](JobId job, const FilmPlace& after) -> Result<FilmPiece> {
     LM_ASSIGN_OR_RETURN(FilmPiece piece, store.read_film(job, after));
@@ -52,7 +52,7 @@ Status check_films(Store& store, StoredState& state, std::vector<StoreOp>& repai
   return ok_status();
 }
 
-/// Takes them out.
+/// Reports damaged jobs, and removes them.
 Status report_jobs(const StoredState& state, Store& store, StateCheck& check) {
   std::vector<StoreOp> deletes;
   for (const JobId job : state.damaged_jobs) {
@@ -109,7 +109,7 @@ void report_assets(const StoredState& state, const AssetStore& assets, const Ass
   }
 }
 
-/// How many bytes the asset has; DATA_LOSS if they are others than its digest says.
+/// Size of the asset in bytes. DATA_LOSS if its bytes do not match its digest.
 Result<std::uint64_t> read_through(AssetStore::Reader& reader, const Sha256& digest) {
   Sha256Hasher hasher;
   std::uint64_t size_bytes = 0;

@@ -14,12 +14,12 @@ namespace {
 constexpr std::uint64_t kMagic = 0x31'6e'69'61'68'63'4d'4c;  // "LMchain1"
 constexpr off_t kSlotBytes = 4096;
 
-/// A slot as it is in the file. Without padding.
+/// A slot as it is in the file. It has no padding.
 struct Slot {
   std::uint64_t magic = kMagic;
   std::array<std::uint8_t, 16> store{};
   std::uint64_t commits = 0, hash_high = 0, hash_low = 0, highest_job = 0;
-  std::uint64_t checksum = 0;  ///< XXH3-128, low word, of what stands before it
+  std::uint64_t checksum = 0;  ///< low word of the XXH3-128 of the fields above
 };
 static_assert(sizeof(Slot) == 64);
 
@@ -111,7 +111,7 @@ Status check_shared_chain(const std::optional<CommitMark>& chain, const CommitMa
 
 Status check_chain(const std::optional<CommitMark>& chain, const CommitMark& store) {
   if (!chain) {
-    return store.commits <= 1 ? ok_status()  // killed before the first record: nothing was acknowledged
+    return store.commits <= 1 ? ok_status()  // killed before the first record, so nothing was acknowledged
                               : failed_precondition(
                                     "the record of the last commit is missing or damaged, so nobody can tell "
                                     "whether the database has all of its commits");

@@ -105,7 +105,7 @@ Status read_spec(std::string_view bytes, JobRecord& job) {
     return kNoMessage;
   }
   LM_ASSIGN_OR_RETURN(JobSpec spec, from_wire(in.request()));
-  spec.goal = job.spec.goal;  // as they are now
+  spec.goal = job.spec.goal;  // the current ones, which job.spec has already
   spec.priority = job.spec.priority;
   job.spec = std::move(spec);
   job.spec.ends_with_page = in.ends_with_page();

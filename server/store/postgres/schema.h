@@ -1,19 +1,19 @@
-// The tables and functions in the schema `lightmill` of the database, format 7.
+// Tables and functions of the schema `lightmill`, format 7.
 #pragma once
 
 namespace lightmill::postgres {
 
-/// Kept in the table `meta`.
+/// In the table `meta`.
 inline constexpr int kFormat = 7;
 
-// `turn` has one row. A commit counts itself there, which locks the row (not its key) until the commit's end: so
-// commits of one epoch follow each other, one that comes twice is noticed, and a new epoch, which changes the key,
-// begins between two. Other writers share the key. `lease` says who is at work, and until when it is believed without
-// news.
+// `turn` has one row with the epoch and the number of commits. A commit updates the number, which locks the row (not
+// its key) until the commit ends. So commits of one epoch follow each other, and a repeated commit is noticed. A new
+// epoch changes the key, so it begins between two commits. Other writers share the key. `lease` names the active
+// coordinator, and when its lease expires.
 //
-// Small rows have one form (server/store/records.h). A job's specification may be megabytes and is written once or
-// twice; its progress changes with every commit and is small. Numbers of 64 bits without sign are stored by their bits.
-// Pixels and assets do not compress, so they are stored as they are.
+// Small rows have one form (server/store/records.h). A job's specification can be several MB large, and is written once
+// or twice. Its progress is small, and changes with every commit. Unsigned 64-bit numbers keep their bits. Pixels and
+// assets do not compress, so they are stored uncompressed.
 inline constexpr const char* kSchema = R"sql(
 CREATE TABLE meta (format BIGINT NOT NULL);
 INSERT INTO meta VALUES (7);

@@ -13,10 +13,10 @@
 namespace lightmill::postgres {
 namespace {
 
-/// A batch buffers no more than this and a statement before it is sent.
+/// A batch buffers at most this, plus one statement, before it is sent.
 constexpr std::size_t kMostUnsentBytes = std::size_t{1} << 20;
 
-/// Dead peers are found within seconds, and a server that takes no writes is none for us. The URL may say otherwise.
+/// Finds dead peers within seconds, and refuses read-only servers. The URL may set other values.
 constexpr std::array<std::pair<const char*, const char*>, 9> kDefaults{{{"connect_timeout", "5"},
                                                                         {"keepalives", "1"},
                                                                         {"keepalives_idle", "5"},
@@ -27,8 +27,8 @@ constexpr std::array<std::pair<const char*, const char*>, 9> kDefaults{{{"connec
                                                                         {"dbname", nullptr},
                                                                         {"application_name", nullptr}}};
 
-/// A commit that returns must be durable, whatever the database's default; who is stopped in the middle of a
-/// transaction must not hold its locks for ever.
+/// A commit must be durable when it returns, whatever the database's default is. A coordinator that is stopped in a
+/// transaction must not keep its locks.
 constexpr const char* kSettings = R"sql(
 SET client_min_messages = warning;
 SET client_encoding = 'UTF8';
@@ -163,7 +163,7 @@ Status Session::prepare_all() {
   return finish_batch();
 }
 
-/// The connection cannot be used any more, and is closed.
+/// Closes the connection, which cannot be used any more.
 Status Session::lost(std::string_view what) {
   std::string reason = connection_ != nullptr ? library_text(PQerrorMessage(connection_)) : "out of memory";
   if (!reason.empty()) {
@@ -177,7 +177,7 @@ Status Session::lost(std::string_view what) {
 Status Session::failure_of(const PGresult* result) {
   const char* state = PQresultErrorField(result, PG_DIAG_SQLSTATE);
   last_state_ = state != nullptr ? state : "";
-  if (last_state_.empty()) {  // libpq's own: the connection broke
+  if (last_state_.empty()) {  // an error of libpq itself: the connection broke
     return lost("the connection is lost");
   }
   const char* message = PQresultErrorField(result, PG_DIAG_MESSAGE_PRIMARY);
