@@ -7,7 +7,7 @@
 namespace lightmill {
 namespace {
 
-/// Looking through all callers for those that need no entry any more takes a millisecond.
+/// Removal of full buckets takes about a millisecond, so it runs at most this often.
 constexpr Duration kSweepPause = std::chrono::seconds(1);
 
 }  // namespace

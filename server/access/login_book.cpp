@@ -15,7 +15,7 @@ Result<std::int64_t> LoginBook::add(std::string_view secret, const Identity& cal
   return until;
 }
 
-/// Logins that have ended go, and of the caller's the oldest where there are too many.
+/// Ends expired sessions, and the caller's oldest one if the caller has too many.
 void LoginBook::make_room(const Identity& caller, std::int64_t now_unix_s) {
   std::erase_if(logins_, [now_unix_s](const auto& each) { return each.second.until_unix_s <= now_unix_s; });
   std::size_t of_one = 0;

@@ -52,7 +52,7 @@ consteval bool in_order() {
 }
 static_assert(in_order(), "every Rpc has its line, in the order of the enumeration");
 
-/// Who may do so with any job.
+/// Roles that may do this with any job.
 constexpr Roles roles_for(Right right) {
   switch (right) {
     case Right::submit:
@@ -78,7 +78,7 @@ constexpr Roles roles_for(Right right) {
   return {};
 }
 
-/// Who may do so with jobs of their own.
+/// Roles that may do this with their own jobs.
 constexpr Roles roles_for_own(Right right) {
   Roles roles = roles_for(right);
   if (right == Right::see_job || right == Right::steer_job) {

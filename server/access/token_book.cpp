@@ -12,7 +12,7 @@ Status check_id(const std::string& id) {
   return is_token_id(id) ? ok_status() : invalid_argument("id: a token's has 12 hex digits, got '{}'", printable(id));
 }
 
-/// Of a token that is to be made: it enrols workers and does nothing else, or it enrols none.
+/// Checks the terms of a new token: it enrols workers and does nothing else, or it enrols none.
 Status check_enrolment(const TokenRecord& token) {
   const EnrolmentTerms& terms = token.enrolment;
   if (!token.roles.has(Role::enrol)) {
@@ -35,7 +35,7 @@ Status check_enrolment(const TokenRecord& token) {
                                 token.name.size());
 }
 
-/// A slash would make it look like another token's.
+/// A slash would make the name look like one of another token.
 Status check_host(const std::string& host) {
   LM_RETURN_IF_ERROR(check_name("host", host));
   return host.size() <= kMaxEnrolmentNameBytes && host.find('/') == std::string::npos
@@ -58,7 +58,7 @@ Result<Identity> TokenBook::identify(std::string_view text, std::int64_t now_uni
     return make_error(StatusCode::kUnauthenticated, "{}", message_of(id.status()));
   }
   const TokenRecord* const token = find(*id);
-  // Always hashed and compared, so that how long it takes tells nothing of which ids there are.
+  // Always hashes and compares, so the time does not tell which ids exist.
   const bool same = same_digest(sha256(text), token != nullptr ? token->hash : Sha256{});
   if (token == nullptr || !same) {
     return make_error(StatusCode::kUnauthenticated,
