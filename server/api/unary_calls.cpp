@@ -38,7 +38,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   }
 
   const std::shared_ptr<OperationCall> call_;
-  grpc::ByteBuffer* const reply_;  ///< gRPC's, until Finish
+  grpc::ByteBuffer* const reply_;  ///< owned by gRPC, valid until Finish
 };
 
 }  // namespace

@@ -9,7 +9,7 @@
 namespace lightmill {
 namespace {
 
-/// All workers may come back before their broken streams are found dead, and some that are refused say hello first.
+/// All workers may reconnect before their broken streams are detected. Some that will be refused say hello first.
 constexpr std::size_t kSpare = 16;
 
 const grpc::Status kStopping(grpc::StatusCode::UNAVAILABLE, "the coordinator stops");
