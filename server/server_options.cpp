@@ -66,7 +66,7 @@ void add_page_options(CLI::App& app, ServerOptions& options) {
       ->group(group);
 }
 
-/// The page is served where gRPC would be.
+/// Checks the options of the page. Strangers may reach it under the same conditions as the gRPC port.
 Status check_page(const ServerOptions& options) {
   if (options.http.empty()) {
     const char* const alone = !options.http_port_file.empty() ? "--http-port-file"
@@ -86,7 +86,8 @@ Status check_page(const ServerOptions& options) {
   return ok_status();
 }
 
-/// Whether nobody can reach it who should not, or it is wanted so; FAILED_PRECONDITION says what to do.
+/// FAILED_PRECONDITION if strangers can reach the coordinator, unless --insecure allows it. The message says what to
+/// do.
 Status check_access(const ServerOptions& options, const HostPort& listen) {
   if (options.tls.certificate.empty() && !options.tls.key.empty()) {
     return invalid_argument("{} is given without {}, the coordinator's own certificate", kKeyOption,
@@ -120,7 +121,7 @@ Status of_option(const char* option, const Status& status) {
   return status.ok() ? status : make_error(status.code(), "{}: {}", option, message_of(status));
 }
 
-/// What no option's own check can tell.
+/// Checks that need more than one option.
 Status check_options(const ServerOptions& options) {
   if (!options.store.empty()) {
     LM_RETURN_IF_ERROR(

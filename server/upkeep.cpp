@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::int64_t kDaySeconds = 24 * 60 * 60;
 constexpr std::int64_t kSoonSeconds = 14 * kDaySeconds;
-/// Work goes on with so much more than the reserve, lest it stops again at once.
+/// Work resumes at this multiple of the reserve, so it does not stop again at once.
 constexpr double kRoom = 1.1;
 
 double gib(std::uint64_t bytes) {
@@ -51,7 +51,7 @@ void Upkeep::look_at_disk() {
   std::error_code error;
   const std::uint64_t free_bytes = std::filesystem::space(disk_, error).available;
   if (error) {
-    return;  // commits say what is wrong
+    return;  // commits report the error
   }
   const bool full = static_cast<double>(free_bytes) < static_cast<double>(reserve_bytes_) * (full_ ? kRoom : 1);
   if (full != full_) {
