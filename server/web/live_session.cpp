@@ -21,7 +21,7 @@ constexpr auto kHandshakePatience = std::chrono::seconds(30);
 constexpr auto kLivePatience = std::chrono::seconds(30);
 constexpr std::size_t kMostReasonBytes = 100;
 
-/// As much of it as a closing frame takes, in whole characters.
+/// The part that fits in a close frame, cut at a character.
 std::string reason_text(const Status& why) {
   std::string text = as_name(message_of(why));
   std::size_t end = std::min(text.size(), kMostReasonBytes);
@@ -113,7 +113,7 @@ class LiveSession final : public LiveLink, public std::enable_shared_from_this<L
   }
 
   WebParts& parts_;
-  websocket::stream<WebStream, false> stream_;  ///< without compression: pictures have theirs
+  websocket::stream<WebStream, false> stream_;  ///< without compression, because pictures are compressed
   const Call call_;
   const LiveHub::Holds holds_;
   beast::flat_static_buffer<kMostViewRequestBytes> buffer_;

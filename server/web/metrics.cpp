@@ -19,7 +19,7 @@ namespace {
 constexpr std::array<std::string_view, kJobStates.size()> kStateNames{"queued", "running", "paused",
                                                                       "done",   "failed",  "cancelled"};
 
-/// Lines of the text format. All labels and helps are the program's own: nothing in them has to be escaped.
+/// Lines of the text format. All labels and help texts are constants, so nothing is escaped.
 class MetricLines {
  public:
   using Labelled = std::initializer_list<std::pair<std::string_view, double>>;
@@ -124,8 +124,8 @@ void add_traffic(const Traffic& traffic, MetricLines& out) {
                 {"answers", number(traffic.answers_out)}});
 }
 
-/// proc(5): field 22 of stat, after a name in parentheses that may have spaces, counts clock ticks since the system's
-/// start, which is btime of /proc/stat.
+/// proc(5): field 22 of stat counts clock ticks since the system's start, which is btime of /proc/stat. The name before
+/// it is in parentheses and may have spaces.
 double started_unix_seconds() {
   std::string stat, word;
   std::ifstream own("/proc/self/stat");

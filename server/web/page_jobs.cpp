@@ -5,7 +5,7 @@
 namespace lightmill {
 namespace {
 
-/// A deletion that failed, as while nothing can be stored, is tried again so often.
+/// Interval for repeating a failed deletion, for example while nothing can be stored.
 constexpr Duration kTryInterval = std::chrono::seconds(1);
 constexpr std::size_t kMostNameBytes = 64;
 
