@@ -31,14 +31,14 @@ namespace {
 constexpr const char* kServerVariable = "LIGHTMILL_SERVER";
 constexpr const char* kEnrolFileVariable = "LIGHTMILL_ENROL_FILE";
 constexpr const char* kStateVariable = "LIGHTMILL_STATE";
-/// Threads beside those that render: of this program and its libraries, gRPC above all.
+/// Threads besides the rendering ones: of this program and its libraries, mostly gRPC.
 constexpr std::uint32_t kOtherThreads = 16;
 
 struct Options {
   std::string server = "127.0.0.1:7350";
   std::vector<std::string> servers;  ///< parts of `server`
   CallerFiles caller;
-  std::string enrol_file;  ///< empty: it does not enrol
+  std::string enrol_file;  ///< empty: the worker does not enrol
   std::string state;       ///< empty: default_state_root
   std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
   std::string name;
@@ -60,15 +60,14 @@ std::string host_name() {
   return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
 }
 
-/// What tells this machine from others until it boots again, and is the same in all containers on it; its host's name
-/// where the kernel does not say.
+/// Identifies this machine until its next boot, equally in all its containers. Without a boot id it is the host's name.
 std::string machine_name() {
   std::ifstream file("/proc/sys/kernel/random/boot_id");
   std::string id;
   return std::getline(file, id) && !id.empty() ? sha256("lightmill machine " + id).hex().substr(0, 12) : host_name();
 }
 
-/// What no option's own check can tell; fills in what was not given.
+/// Checks that need more than one option. Fills in missing values.
 Status check_options(Options& options) {
   options.servers = CLI::detail::split(options.server, ',');
   for (const std::string& server : options.servers) {
@@ -85,14 +84,14 @@ Status check_options(Options& options) {
     return invalid_argument("{} is given, and a token ({} or {}): give one of them", kEnrolFileOption, kTokenFileOption,
                             kTokenVariable);
   }
-  if (options.name.empty()) {  // an enrolled worker's token names the host
+  if (options.name.empty()) {  // with enrolment, the token's name has the host
     options.name =
         options.enrol_file.empty() ? fmt::format("{}-{}", host_name(), ::getpid()) : std::to_string(::getpid());
   }
   return check_name("--name", options.name);
 }
 
-/// Tells a farm manager why the worker cannot start or go on.
+/// Tells a farm manager (Open Job Description) why the worker cannot start or continue.
 class FailureReport {
  public:
   FailureReport(int argc, char** argv) : wanted_(has_flag(argc, argv, "--openjd")) {}
@@ -106,7 +105,7 @@ class FailureReport {
   bool wanted_;
 };
 
-/// An exit code, or nothing when the worker should run.
+/// An exit code, or nothing if the worker should run.
 std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Options& options) {
   CLI::App app{
       "A worker of a Lightmill farm: connects to a `lightmill-server` and renders what it hands out.\n\nStart as many "
@@ -167,7 +166,7 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
       app, argc, argv, [&] { return check_options(options); }, failed);
 }
 
-/// Whose token a worker shows that enrols; checks that there is one, or a file to get one by.
+/// State folder of a worker that enrols. Checks that it has a token, or an enrolment token to get one.
 Result<StateFolder> take_state(const Options& options) {
   std::filesystem::path root = options.state;
   if (root.empty()) {
@@ -210,7 +209,7 @@ WorkerOptions worker_options(const Options& options, StateFolder* state) {
   return worker;
 }
 
-/// Hands signals to the loop, once there is one.
+/// Passes signals to the loop, once it exists.
 class SignalTarget {
  public:
   void signal(int count) {
@@ -237,13 +236,13 @@ class SignalTarget {
   bool signalled_ LM_GUARDED_BY(mutex_) = false;
 };
 
-/// Works until the worker has left. RESOURCE_EXHAUSTED if memory or threads end where no job is to blame.
+/// Runs until the worker has left. RESOURCE_EXHAUSTED if memory or threads run out and no job is the cause.
 Status work(const Options& options, StateFolder* state, SignalTarget& target) {
   spdlog::info("worker {} starts: it renders a test picture, whose bits tell its fingerprint class", options.name);
   const WorkerOptions worker = worker_options(options, state);
   spdlog::info("worker {}: {}, fingerprint class {}", options.name, counted(options.threads, "thread"),
                worker.session.fingerprint_class);
-  // Just before they start, as gRPC waits for ever where one of its own cannot.
+  // Directly before the libraries start their threads, because gRPC hangs if it cannot start one.
   LM_RETURN_IF_ERROR(check_threads(options.threads + kOtherThreads));
   WorkerLoop loop(worker, system_clock());
   const std::unique_ptr<SignalTarget, void (*)(SignalTarget*)> until_end(&target,

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 constexpr int kMostWorkers = 4'096;
 constexpr std::uint64_t kMaxTokenFileBytes = 4'096;
 
-/// In a folder that all may write to, such as /var/tmp, another user may have made it first.
+/// In a shared folder such as /var/tmp, another user may have created it first.
 bool is_own(const fs::path& folder) {
   struct stat info {};
   return ::lstat(folder.c_str(), &info) == 0 && S_ISDIR(info.st_mode) && info.st_uid == ::geteuid() &&
