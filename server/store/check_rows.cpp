@@ -27,15 +27,15 @@ Status check_record(const JobRecord& record) {
   LM_RETURN_IF_ERROR(check_verify_share(spec.verify_share));
   // The threads' time is a sum of what workers reported, so it has no limit.
   if (!is_time(record.active_seconds) || !(record.worker_seconds >= 0 && std::isfinite(record.worker_seconds))) {
-    return invalid_argument("it was rendered for {} s, by threads that took {} s", record.active_seconds,
+    return invalid_argument("its times are invalid: rendered for {} s, thread time {} s", record.active_seconds,
                             record.worker_seconds);
   }
   if (const std::size_t shares = record.allocation.shifts().size();
       shares != 0 && shares != grid_of(spec.settings).tile_count()) {
-    return invalid_argument("{} tiles have shares of its samples", shares);
+    return invalid_argument("its allocation has {} tiles, which is not the number of the film's tiles", shares);
   }
   if (record.state == JobState::done && record.reached == GoalLimit::none) {
-    return invalid_argument("it is done, and no limit has ended it");
+    return invalid_argument("it is done, but no limit was reached");
   }
   return ok_status();
 }
@@ -44,7 +44,7 @@ Status check_record(const JobRecord& record) {
 Status check_range(const SampleRange& range) {
   return range.level <= kMaxRangeLevel && range.end() <= kMaxSamples
              ? ok_status()
-             : invalid_argument("a range of samples is number {} of level {}", range.index, range.level);
+             : invalid_argument("invalid sample range: number {} of level {}", range.index, range.level);
 }
 
 /// Whether the film can have this node.
@@ -145,8 +145,7 @@ Status take_out_nonsense(StoredState& state, std::vector<StoreOp>& repairs) {
   std::erase_if(state.jobs, [&](const StoredState::StoredJob& job) {
     const Status status = check_record(job.record);
     if (!status.ok()) {
-      spdlog::error("job {} is left out: what is stored of it means nothing: {}", job.record.id.value,
-                    message_of(status));
+      spdlog::error("job {} is left out: its stored data is invalid: {}", job.record.id.value, message_of(status));
       state.damaged_jobs.push_back(job.record.id);
     }
     return !status.ok();

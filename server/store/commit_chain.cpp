@@ -103,7 +103,7 @@ Status check_shared_chain(const std::optional<CommitMark>& chain, const CommitMa
   }
   if (chain && store.commits < chain->commits) {
     return failed_precondition(
-        "it ends with commit {}, and all up to {} were acknowledged: jobs up to {} and their results may be lost",
+        "its last commit is {}, but commits up to {} were acknowledged. Jobs up to {} and their results may be lost",
         store.commits, chain->commits, chain->highest_job);
   }
   return ok_status();
@@ -113,16 +113,16 @@ Status check_chain(const std::optional<CommitMark>& chain, const CommitMark& sto
   if (!chain) {
     return store.commits <= 1 ? ok_status()  // killed before the first record, so nothing was acknowledged
                               : failed_precondition(
-                                    "the record of the last commit is missing or damaged, so nobody can tell "
-                                    "whether the database has all of its commits");
+                                    "the record of the last commit is missing or damaged, so the database may have "
+                                    "lost commits");
   }
   LM_RETURN_IF_ERROR(check_shared_chain(chain, store));
   if (store.commits > chain->commits + 1) {
-    return failed_precondition("it ends with commit {}, and the record of the last commit is older: it says {}",
+    return failed_precondition("its last commit is {}, but the record of the last commit is older: it says {}",
                                store.commits, chain->commits);
   }
   if (store.commits == chain->commits && store.hash != chain->hash) {
-    return failed_precondition("up to commit {} it has other writes than were acknowledged", store.commits);
+    return failed_precondition("its writes up to commit {} differ from the acknowledged ones", store.commits);
   }
   return ok_status();
 }

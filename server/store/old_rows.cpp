@@ -190,11 +190,11 @@ void JobCheck::finish(StoredState& state) {
     if (expected.empty()) {
       condemn(id, data_loss("its checksum is missing"));
     } else if (expected != std::string_view(reinterpret_cast<const char*>(actual.data()), actual.size())) {
-      condemn(id, data_loss("its checksum is another one"));
+      condemn(id, data_loss("its checksum is wrong"));
     }
   }
   for (const auto& [job, why] : damaged_) {
-    spdlog::error("job {} is left out: what is stored of it is not what was written: {}", job.value, why);
+    spdlog::error("job {} is left out: its stored data is damaged: {}", job.value, why);
     state.damaged_jobs.push_back(job);
   }
   std::erase_if(state.jobs, [&](const auto& job) { return damaged_.contains(job.record.id); });

@@ -51,7 +51,7 @@ Status check_tables(Session& session, bool only_look, bool& is_before) {
   const bool has_schema = there.flag(0, 0), has_meta = there.flag(0, 1), has_others = there.flag(0, 2);
   if (!has_meta && has_others) {
     return failed_precondition(
-        "{}: the schema 'lightmill' is not of a Lightmill store: choose another database with --store",
+        "{}: the schema 'lightmill' does not belong to a Lightmill store: choose another database with --store",
         session.place());
   }
   if (!has_meta && only_look) {
@@ -140,7 +140,7 @@ Status Leadership::stand_by() {
   for (bool first = true;; first = false) {
     // The same outage may have kept the active coordinator from renewing its lease, so it gets time to do so.
     if (!first && !session_.connected() && session_.connect().ok() && !options_.wait(options_.lease)) {
-      return cancelled("stopped while it stood by");
+      return cancelled("stopped while standing by");
     }
     Status whole = look_at_chain(session_);
     whole = whole.ok() ? end_lease_of_gone(session_) : whole;
@@ -149,22 +149,23 @@ Status Leadership::stand_by() {
       return ok_status();
     }
     if (holder.ok() && options_.only_look) {
-      return failed_precondition("{}: a coordinator is at work on it ({}): stop it first", session_.place(), *holder);
+      return failed_precondition("{}: a coordinator uses it ({}): stop that one first", session_.place(), *holder);
     }
     if (!holder.ok() && (first || holder.status().code() != StatusCode::kUnavailable)) {
       return holder.status();
     }
     const std::string news =
         holder.ok()
-            ? fmt::format("standing by: {} is at work on {}; this one takes over when it is not heard for {:g} s",
-                          *holder, session_.place(), std::chrono::duration<double>(options_.lease).count())
+            ? fmt::format(
+                  "standing by: {} is active on {}; this coordinator takes over when that one is silent for {:g} s",
+                  *holder, session_.place(), std::chrono::duration<double>(options_.lease).count())
             : fmt::format("standing by, but {}", message_of(holder.status()));
     if (news != told) {
       spdlog::info("{}", news);
       told = news;
     }
     if (!options_.wait(kLookPause)) {
-      return cancelled("stopped while it stood by");
+      return cancelled("stopped while standing by");
     }
   }
 }
@@ -193,8 +194,7 @@ Status Leadership::look_at_chain(Session& session) {
   LM_ASSIGN_OR_RETURN(const Rows rows,
                       session.query("SELECT epoch, commits, highest_job, secret FROM turn, audit_secret"));
   if (rows.size() != 1) {
-    return data_loss("{}: the row that says how far it has come is missing; put a backup in its place",
-                     session.place());
+    return data_loss("{}: the row that counts its commits is missing; restore a backup", session.place());
   }
   const Sha256 id = sha256(rows.view(0, 3));
   std::copy_n(id.bytes.begin(), store_.size(), store_.begin());
@@ -202,9 +202,8 @@ Status Leadership::look_at_chain(Session& session) {
   const Status whole = check_shared_chain(chain_->last(), mark);
   if (!whole.ok() && !options_.accept_loss) {
     return failed_precondition(
-        "{}: {}. Put a backup in its place, or start once with --accept-loss, which goes on with "
-        "what is left",
-        session.place(), message_of(whole));
+        "{}: {}. Restore a backup, or start once with --accept-loss to continue with what is left", session.place(),
+        message_of(whole));
   }
   highest_job_ = mark.highest_job = std::max(mark.highest_job, chain_->last() ? chain_->last()->highest_job : 0);
   if (!whole.ok()) {
@@ -260,8 +259,8 @@ Status Leadership::explain(Status failure) const {
     return failure;
   }
   return failed_precondition(
-      "{}: another coordinator has taken over from epoch {} (this one was not heard for {:g} s); nothing more is stored "
-      "here, so this one ends. Started again, it stands by",
+      "{}: another coordinator has taken over from epoch {} (this one was silent for {:g} s). This one cannot store "
+      "anything any more and stops. Start it again as a standby",
       session_.place(), epoch(), std::chrono::duration<double>(options_.lease).count());
 }
 

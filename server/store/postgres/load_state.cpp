@@ -82,7 +82,7 @@ Status load_secret(Session& session, StoredState& state) {
   LM_ASSIGN_OR_RETURN(const Sha256 checksum, stored::digest_in(rows.view(0, 1), "its checksum"));
   return checksum == sha256(rows.view(0, 0))
              ? ok_status()
-             : data_loss("the secret of audits in the database is damaged; put a backup in its place");
+             : data_loss("the secret of audits in the database is damaged; restore a backup");
 }
 
 Status load_next_job_id(Session& session, StoredState& state) {

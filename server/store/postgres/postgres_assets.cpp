@@ -209,7 +209,7 @@ void PostgresUpload::remove() {
                  Parameters(store_.leadership_->epoch(), *id_))
           .status();
   if (!status.ok()) {
-    spdlog::warn("what was sent of asset {} stays in the database until a coordinator starts: {}", digest_.hex(),
+    spdlog::warn("the incomplete asset {} stays in the database until a coordinator starts: {}", digest_.hex(),
                  message_of(status));
   }
 }
@@ -286,7 +286,7 @@ Status PostgresUpload::finish() {
       return ok_status();
     }
   }
-  return unavailable("asset {} was forgotten while it was sent again: send it once more", digest_.hex());
+  return unavailable("asset {} was deleted while it was uploaded again: upload it once more", digest_.hex());
 }
 
 // ---- reading ----
@@ -347,7 +347,7 @@ std::uint64_t PostgresAssets::collect(const std::set<Sha256>& wanted, std::int64
       return failure.ok();
     });
     if (!failure.ok()) {
-      spdlog::warn("cannot forget assets: {}", message_of(failure));
+      spdlog::warn("cannot delete assets: {}", message_of(failure));
       break;
     }
     freed_bytes += removed ? entry->size_bytes : 0;
@@ -367,7 +367,7 @@ void PostgresAssets::forget(const Reader& damaged) {
   const auto& read = static_cast<const PostgresReader&>(damaged);
   Borrowed session(pool_);
   if (const Status status = remove(session, read.entry()); !status.ok()) {
-    spdlog::warn("cannot forget asset {}: {}", read.digest().hex(), message_of(status));
+    spdlog::warn("cannot delete asset {}: {}", read.digest().hex(), message_of(status));
     return;
   }
   if (erase(read.digest(), read.entry())) {
@@ -392,7 +392,7 @@ Result<std::unique_ptr<AssetStore>> open_postgres_assets(std::shared_ptr<Leaders
     Sha256 digest;
     const std::string_view bytes = rows.view(row, 0);
     if (bytes.size() != digest.bytes.size()) {
-      return data_loss("{}: an asset is named by {} bytes, not 32", session.place(), bytes.size());
+      return data_loss("{}: the digest of an asset has {} bytes, not 32", session.place(), bytes.size());
     }
     std::memcpy(digest.bytes.data(), bytes.data(), bytes.size());
     entries.emplace(digest, Entry{rows.natural(row, 1), rows.natural(row, 2)});

@@ -96,7 +96,7 @@ Status PostgresStore::try_to_commit(std::span<const StoreOp> ops) {
   Status status = postgres::send_commit(session_, leadership_->epoch(), commits_ + 1, ops, specs_);
   if (session_.connected() && session_.last_state() == postgres::kStoredAlready && !status.ok()) {
     LM_CHECK(undecided_.has_value());
-    spdlog::info("the commit that the connection was lost in is stored");
+    spdlog::info("the commit during which the connection was lost is stored");
     status = ok_status();
   }
   if (status.ok()) {

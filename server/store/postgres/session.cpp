@@ -71,7 +71,7 @@ Result<std::string> Target::describe() const {
   char* problem = nullptr;
   PQconninfoOption* options = PQconninfoParse(url.c_str(), &problem);
   if (options == nullptr) {
-    Status status = invalid_argument("no URL of a PostgreSQL database (postgres://USER@HOST/DATABASE): {}",
+    Status status = invalid_argument("not the URL of a PostgreSQL database (postgres://USER@HOST/DATABASE): {}",
                                      library_text(problem != nullptr ? problem : "out of memory"));
     PQfreemem(problem);
     return status;
@@ -144,7 +144,7 @@ Status Session::set_up() {
   LM_RETURN_IF_ERROR(execute(kSettings));
   LM_ASSIGN_OR_RETURN(const Rows rows, query("SELECT current_setting('server_encoding')"));
   if (rows.view(0, 0) != "UTF8") {
-    return failed_precondition("{}: the database's encoding is {}; make one with ENCODING 'UTF8'", place_,
+    return failed_precondition("{}: the database's encoding is {}; create it with ENCODING 'UTF8'", place_,
                                rows.view(0, 0));
   }
   return prepare_all();
@@ -202,7 +202,7 @@ Status Session::flush() {
       continue;
     }
     if (ready <= 0) {
-      return lost(fmt::format("takes nothing for {} s", patience_.count() / 1000));
+      return lost(fmt::format("has accepted no data for {} s", patience_.count() / 1000));
     }
     if ((socket.revents & ~POLLOUT) != 0 && PQconsumeInput(connection_) == 0) {
       return lost("the connection is lost");

@@ -25,8 +25,7 @@ using stored::bytes_of;
 using stored::view_of;
 
 constexpr const char* kLossAdvice =
-    "Put a backup of the whole data folder in its place, or start once with --accept-loss, which goes on with what is "
-    "left";
+    "Restore a backup of the whole data folder, or start once with --accept-loss to continue with what is left";
 
 /// Free pages that the file keeps for later writes.
 constexpr std::int64_t kSparePages = 1024;  // 16 MiB
@@ -144,7 +143,7 @@ bool SqliteStore::tidy() {
     return false;  // files without auto_vacuum keep their pages
   }
   if (const Status status = database_.execute(kTruncate); !status.ok()) {
-    spdlog::debug("what was given back stays in the journal: {}", message_of(status));
+    spdlog::debug("the freed space stays in the journal: {}", message_of(status));
   }
   return left > kSparePages;
 }
@@ -320,7 +319,7 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
     return database.execute("COMMIT");
   }
   if (tables == 0 && version == 0) {
-    return failed_precondition("{} is empty, and commits were acknowledged. {}", file.string(), kLossAdvice);
+    return failed_precondition("{} is empty, but commits were acknowledged. {}", file.string(), kLossAdvice);
   }
   if (application != sqlite::kApplicationId) {
     return failed_precondition(
@@ -372,8 +371,7 @@ Result<Statements> prepare_statements(Database& database) {
 Status check_keys(const stored::RowKeys::Sums& found, const stored::RowKeys::Sums& written) {
   for (std::size_t table = 0; table < stored::kTableCount; ++table) {
     if (found[table] != written[table]) {
-      return failed_precondition("its table {} has lost rows, or has some that were deleted",
-                                 stored::kTables[table].name);
+      return failed_precondition("its table {} has lost rows, or still has deleted rows", stored::kTables[table].name);
     }
   }
   return ok_status();
@@ -398,7 +396,7 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
   LM_ASSIGN_OR_RETURN(CommitChain chain, CommitChain::open(with_suffix(file, "-chain")));
   const sqlite::JournalScan journal = sqlite::scan_journal(with_suffix(file, "-wal"));
   if (is_new && chain.last() && !options.accept_loss) {  // SQLite would delete its journal
-    return failed_precondition("{} is empty or gone, and commits were acknowledged. {}", file.string(), kLossAdvice);
+    return failed_precondition("{} is empty or gone, but commits were acknowledged. {}", file.string(), kLossAdvice);
   }
   LM_ASSIGN_OR_RETURN(Database database, Database::open(file));
   database.checkpoint_at_close(false);  // a refused store is not changed
@@ -456,7 +454,7 @@ Status migrate(const fs::path& file) {
   }
   const fs::path fresh = with_suffix(file, ".new"),
                  kept = with_suffix(file, fmt::format(".format-{}", sqlite::kFormatBefore));
-  spdlog::info("{} has store format {}; it is written anew in format {}", file.string(), sqlite::kFormatBefore,
+  spdlog::info("{} has store format {}; converting it to format {}", file.string(), sqlite::kFormatBefore,
                kSqliteFormatVersion);
   for (const char* const suffix : {"", "-wal", "-chain"}) {
     fs::remove(with_suffix(fresh, suffix));
@@ -475,7 +473,7 @@ Status migrate(const fs::path& file) {
   sync_folder_of(file);  // the chain goes before the file that needs it
   fs::rename(fresh, file);
   sync_folder_of(file);
-  spdlog::info("the store of format {} is kept as {}: it is the way back to an older lightmill-server",
+  spdlog::info("the store of format {} is kept as {}, in case you return to an older lightmill-server",
                sqlite::kFormatBefore, kept.string());
   return ok_status();
 }
@@ -486,7 +484,7 @@ Result<std::unique_ptr<Store>> open_sqlite_store(const fs::path& file, const Sql
   try {
     LM_RETURN_IF_ERROR(migrate(file));
   } catch (const fs::filesystem_error& failure) {
-    return unavailable("{} cannot be brought to format {}: {}", file.string(), kSqliteFormatVersion, failure.what());
+    return unavailable("{} cannot be converted to format {}: {}", file.string(), kSqliteFormatVersion, failure.what());
   }
   return open_file(file, options);
 }
