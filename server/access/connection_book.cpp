@@ -160,7 +160,7 @@ Status ConnectionBook::meet(const std::string& peer, const Identity& caller) {
     return ok_status();
   }
   if (is_full(peer, caller)) {
-    return resource_exhausted("this port takes {} connections of one caller: close some, or try again later",
+    return resource_exhausted("this port accepts {} connections from one caller: close some, or try again later",
                               most_of(caller));
   }
   turn(found->second, State::known);
