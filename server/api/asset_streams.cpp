@@ -45,10 +45,10 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
       LM_ASSIGN_OR_RETURN(const Sha256 digest, digest_from_bytes(request_.digest()));
       LM_ASSIGN_OR_RETURN(upload_, assets_.start_upload(digest));
     } else if (!request_.digest().empty()) {
-      return invalid_argument("digest: belongs into the first message only");
+      return invalid_argument("digest: only the first message has one");
     }
     if (request_.chunk().size() > kMaxChunkBytes) {
-      return invalid_argument("chunk: {} bytes are more than {}", request_.chunk().size(), kMaxChunkBytes);
+      return invalid_argument("chunk: {} bytes are more than the limit of {}", request_.chunk().size(), kMaxChunkBytes);
     }
     traffic_.assets_in += request_.chunk().size();
     return upload_->append(as_byte_view(request_.chunk()));
@@ -122,7 +122,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
 
   /// Deletes a damaged asset, so that clients send it again.
   Status forget() {
-    spdlog::error("asset {} is damaged in the store and forgotten: it is sent again with the next job that has it",
+    spdlog::error("asset {} was damaged in the store and is deleted: the next job with the same file uploads it again",
                   digest_.hex());
     assets_.forget(*reader_);
     return unavailable("asset {} was damaged in the farm's store: submit a job with the same file again",
