@@ -87,7 +87,8 @@ void FilmAnswers::send(const Call& call, JobId job, Reply reply) {
     if (recent || (version == known && known != 0)) {
       return back.compute([job, made] {
         const auto at = made->find(job);
-        return at != made->end() ? at->second.answer : error_reply(unavailable("that is gone: try again"));
+        return at != made->end() ? at->second.answer
+                                 : error_reply(unavailable("this state of the film is gone: try again"));
       });
     }
     turn.with_film(job, [job, kind, made, back](FarmLoop::Turn& later, const Status& here) {

@@ -96,7 +96,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   void point_to_https() {
     const std::string_view host = as_std(request_[http::field::host]);
     if (const Status status = check_rules(false, ""); !status.ok() || host.empty()) {
-      return refuse_rest(error_reply(status.ok() ? invalid_argument("ask by https://") : status));
+      return refuse_rest(error_reply(status.ok() ? invalid_argument("use https://") : status));
     }
     Response response = response_of(http::status::temporary_redirect);
     response.keep_alive(false);
@@ -104,7 +104,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     const std::string_view target = as_std(request_.target());
     response.set(http::field::location, fmt::format("https://{}{}", host, target.starts_with('/') ? target : "/"));
     set_body(response, "text/plain; charset=utf-8",
-             shared("this address takes encrypted connections alone: put https:// before it\n"));
+             shared("this address accepts only encrypted connections: use https://\n"));
     write(std::move(response));
   }
   void read() {
@@ -206,7 +206,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       if (more == nullptr) {
         body_parser_.reset();  // its memory is free for others now
         place_ = nullptr;
-        return refuse_rest(error_reply(resource_exhausted("too much is sent to the farm at once: try again")));
+        return refuse_rest(error_reply(resource_exhausted("the farm receives too much data at once: try again")));
       }
       place_ = std::move(more);
       held_bytes_ += kHeldAtOnce;
@@ -255,7 +255,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       return go_live(shown);
     }
     if (!changes && request_.method() != http::verb::get && request_.method() != http::verb::head) {
-      return answer(error_reply(make_error(StatusCode::kUnimplemented, "the API takes GET and POST")));
+      return answer(error_reply(make_error(StatusCode::kUnimplemented, "the API accepts GET and POST")));
     }
     const std::string_view target = as_std(request_.target());
     const std::string_view query = path().size() < target.size() ? target.substr(path().size() + 1) : "";
@@ -321,7 +321,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   void send_page(std::string_view path) {
     const PageFile* const file = parts_.pages.find(path);
     if (request_.method() != http::verb::get && request_.method() != http::verb::head) {
-      return answer(error_reply(make_error(StatusCode::kUnimplemented, "pages are asked for by GET")));
+      return answer(error_reply(make_error(StatusCode::kUnimplemented, "pages must be requested with GET")));
     }
     if (file == nullptr) {
       Response response = response_of(http::status::not_found);

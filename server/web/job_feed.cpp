@@ -107,11 +107,10 @@ bool JobFeed::make_room(const JobStatus& job) {
   }
   if (!has_room_) {
     picture_failure_ = resource_exhausted(
-        "it has {} tiles; the pictures that are looked at on this farm's pages may have {} together, and others have "
-        "{}: "
+        "it has {} tiles. The pictures on all open pages of this farm may have {} together, and others have {}: "
         "{}lightmill fetch gets it",
         picture_tiles_, room_->most, room_->taken,
-        picture_tiles_ <= room_->most ? "it comes when these are looked at no longer; " : "");
+        picture_tiles_ <= room_->most ? "it appears when those pages are closed; " : "");
     watch();
   }
   return has_room_;

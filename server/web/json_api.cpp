@@ -15,11 +15,11 @@ constexpr std::string_view kPrefix = "/api/v1/";
 constexpr std::string_view kThumbnail = "thumbnail.png", kExr = "picture.exr", kPng = "picture.png", kMeters = "meters";
 
 Status unknown_path(const ApiRequest& request) {
-  return not_found("there is no {}: /openapi.json says what there is", printable(request.path));
+  return not_found("there is no {}: see /openapi.json", printable(request.path));
 }
 
 Status other_method(const ApiRequest& request, std::string_view method) {
-  return make_error(StatusCode::kUnimplemented, "{} is asked for by {}", printable(request.path), method);
+  return make_error(StatusCode::kUnimplemented, "{} must be requested with {}", printable(request.path), method);
 }
 
 /// Parses the JSON of a body, and the parameters of path and query. INVALID_ARGUMENT.

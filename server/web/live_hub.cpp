@@ -48,7 +48,7 @@ Status LiveHub::ask(LiveLink& link, std::string_view message) {
   LM_ASSIGN_OR_RETURN(const ViewRequest request, parse_view_request(message));
   Viewer& viewer = viewers_.at(&link);
   if (request.seen > viewer.sent) {
-    return invalid_argument("seen: {} messages, of {} that were sent", request.seen, viewer.sent);
+    return invalid_argument("seen: {} messages, but {} were sent", request.seen, viewer.sent);
   }
   LM_RETURN_IF_ERROR(name_page(viewer, request.page));
   if (request.job != viewer.request.job) {

@@ -39,10 +39,10 @@ std::string with_entries(const Changes& changes, int field, const std::vector<Sh
 Result<ViewRequest> parse_view_request(std::string_view bytes) {
   v1::ViewRequest wire;
   if (!wire.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-    return invalid_argument("{} bytes came that are no ViewRequest", bytes.size());
+    return invalid_argument("the message of {} bytes is not a ViewRequest", bytes.size());
   }
   if (wire.layers_size() > kMostViewLayers) {
-    return invalid_argument("layers: {} are asked for, at most {} are sent", wire.layers_size(), kMostViewLayers);
+    return invalid_argument("layers: {} were requested, the limit is {}", wire.layers_size(), kMostViewLayers);
   }
   ViewRequest request{wire.hidden(), wire.jobs(), wire.workers(), JobId{wire.job()}, wire.seen(), {}, wire.page()};
   for (const std::string& layer : wire.layers()) {

@@ -107,7 +107,7 @@ class LiveSession final : public LiveLink, public std::enable_shared_from_this<L
     });
   }
   void close(const Status& why, websocket::close_code code) {
-    spdlog::info("a viewer is sent away: {}", message_of(why));
+    spdlog::info("the connection of a viewer is closed: {}", message_of(why));
     closing_ = true;
     stream_.async_close(websocket::close_reason(code, reason_text(why)), [self = shared_from_this()](error_code) {});
   }

@@ -54,8 +54,8 @@ Status check_host(const RequestOrigin& request, const HostRules& rules) {
     return ok_status();
   }
   return make_error(StatusCode::kPermissionDenied,
-                    "'{}' is no name of this page: call it by its address, localhost or a name in the coordinator's "
-                    "certificate; others are given with --http-name",
+                    "'{}' is not a name of this page: use its address, localhost or a name in the coordinator's "
+                    "certificate, or add the name with --http-name",
                     printable(request.host));
 }
 
@@ -69,7 +69,7 @@ Status check_origin(const RequestOrigin& request, const HostRules& rules) {
       request.fetch_site.empty() || request.fetch_site == "same-origin" || request.fetch_site == "none";
   return same_origin && same_site
              ? ok_status()
-             : make_error(StatusCode::kPermissionDenied, "a page of another origin ('{}') asked for this",
+             : make_error(StatusCode::kPermissionDenied, "a page of another origin ('{}') sent this request",
                           printable(request.origin));
 }
 

@@ -93,7 +93,7 @@ Result<std::unique_ptr<WebServer>> WebServer::start(Runtime& runtime, const WebO
   ServedCertificate certificate(options.tls);
   LM_RETURN_IF_ERROR(certificate.look(system_clock().unix_milliseconds() / 1000));
   if (!is_loopback(listen.host) && certificate.context() == nullptr && !options.open_to_all) {
-    return invalid_argument("{}: without a certificate the page is served to this machine alone", options.listen);
+    return invalid_argument("{}: without a certificate, the page is served only to this machine", options.listen);
   }
   Result<PageFiles> pages = PageFiles::load(options.pages);
   if (!pages.ok()) {
