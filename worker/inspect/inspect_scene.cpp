@@ -77,7 +77,7 @@ Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& li
     if (bytes > limits.bytes / kFilesShare) {
       return resource_exhausted(
           "the scene's files have more than {}, a {}th of what --scene-gib of its worker allows: `lightmill submit` "
-          "reads them where they are",
+          "reads them on your machine",
           human_bytes(limits.bytes / kFilesShare), kFilesShare);
     }
     return file;

@@ -83,7 +83,7 @@ void Session::send_results_again(SessionActions& actions) {
 }
 
 void Session::drop_everything(SessionActions& actions) {
-  actions.push_back(Say{"another farm answers at this address now: what was rendered for the former one is dropped"});
+  actions.push_back(Say{"another farm answers at this address now: results for the old farm are dropped"});
   stop_tiles([](const Rendering&) { return true; }, actions);
   while (!leases_.empty()) {
     erase_lease(leases_.begin()->first, actions);
@@ -121,7 +121,7 @@ void Session::tick(Time now, SessionActions& actions) {
   if (draining_ && (now >= drain_deadline_ || (away_deadline_ && now >= *away_deadline_))) {
     exit(fmt::format("{}; {} tiles are dropped, the coordinator will have them rendered again",
                      link_ != Link::up    ? "the coordinator is away"
-                     : rendering_.empty() ? "the coordinator did not take the last results in time"
+                     : rendering_.empty() ? "the coordinator did not acknowledge the last results in time"
                                           : "the last tiles take too long",
                      results_.size() + rendering_.size()),
          false, actions);

@@ -122,7 +122,7 @@ void WorkerLoop::post(Event event) {
 
 void WorkerLoop::drain() {
   post([this](Time now) {
-    spdlog::info("draining: what is begun is finished, the rest given back");
+    spdlog::info("draining: finishes what it has begun, and gives back the rest");
     session_.drain(now, actions_);
   });
 }
@@ -299,8 +299,8 @@ void WorkerLoop::stream_broke(const std::string& address, const Status& status, 
     std::string why = message_of(status);
     if (std::string& said = refusals_[address]; said != why) {
       spdlog::warn(
-          "refused by {}: {}; asks again in {:.0f} s, then less often, at last every {:.0f} s, and says so "
-          "when the reason changes",
+          "refused by {}: {}; tries again in {:.0f} s, then less often, up to every {:.0f} s, and logs only a new "
+          "reason",
           address, printable(why), to_seconds(refused_least_), to_seconds(refused_most_));
       said = std::move(why);
     } else {
