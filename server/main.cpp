@@ -122,9 +122,9 @@ Result<State> open_state(const ServerOptions& options, StopRequest& stop) {
 Status with_advice(const Status& status) {
   switch (status.code()) {
     case StatusCode::kResourceExhausted:
-      return resource_exhausted("{}; make room there and start again: nothing is lost", message_of(status));
+      return resource_exhausted("{}; free space there and start again: nothing is lost", message_of(status));
     case StatusCode::kDataLoss:
-      return data_loss("{}; the database itself is damaged: put a backup in its place, as docs/operate/backup.md tells",
+      return data_loss("{}; the database itself is damaged: restore a backup (docs/operate/backup.md)",
                        message_of(status));
     default:
       return status;
@@ -187,7 +187,7 @@ RuntimeOptions runtime_options(const ServerOptions& options, const DescriptorPla
   runtime.limits = limits_of(options);
   runtime.log = {options.log_entries, options.log_days};
   if (options.insecure) {
-    runtime.notices.push_back("this farm runs with --insecure: whoever reaches it can use and stop its jobs");
+    runtime.notices.push_back("this farm runs with --insecure: everyone who reaches it can use it and stop its jobs");
   }
   return runtime;
 }
@@ -217,8 +217,8 @@ Status serve(const ServerOptions& options, StopRequest& stop) {
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   if (plan.calls < options.max_workers) {
     spdlog::warn(
-        "this process may have {} open files, so {} gRPC connections: some of {} workers (--max-workers) may not get "
-        "in; raise its hard limit (ulimit -Hn, LimitNOFILE=)",
+        "this process may have {} open files, so it accepts {} gRPC connections: some of {} workers (--max-workers) "
+        "may be refused; raise its hard limit (ulimit -Hn, LimitNOFILE=)",
         files, plan.calls, options.max_workers);
   }
   const auto on_fatal = [&stop](const Status& why) { stop.ask(why); };
