@@ -18,7 +18,7 @@ struct About {
   bool was_there = false;  ///< nothing was changed: the requested state existed already
 };
 
-/// Refusals that an entry stands for, besides its own.
+/// Refusals that an entry covers, besides its own.
 struct Unwritten {
   std::uint64_t repeated = 0;  ///< the same refusal, since its last entry
   std::uint64_t left_out = 0;  ///< other refusals that exceeded the limit
@@ -33,7 +33,7 @@ class RefusalBook {
   /// Whether to log this refusal now. It is not logged if the same caller got one for the same reason within the hour.
   /// After 100 entries, at most ten per minute are logged, separately for known and unknown callers.
   std::optional<Unwritten> take(const Call& call, const About& about, const Status& status, Time now);
-  /// Limits by number only.
+  /// Applies only the limit by number.
   std::optional<Unwritten> take(const Identity& caller, Time now);
 
  private:

@@ -37,8 +37,8 @@ class ByteBudget {
   std::shared_ptr<std::atomic<std::uint64_t>> taken_ = std::make_shared<std::atomic<std::uint64_t>>(0);
 };
 
-/// A budget of which one name, and one address, gets at most half. Not thread-safe, but reservations may end on any
-/// thread.
+/// A budget that gives one name, and one address, at most half of its bytes. Not thread-safe, but reservations may end
+/// on any thread.
 class CallersBudget {
  public:
   explicit CallersBudget(std::uint64_t most_bytes) : most_bytes_(most_bytes), all_(most_bytes) {}

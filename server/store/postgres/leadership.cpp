@@ -18,7 +18,7 @@ constexpr auto kLeaseCallPatience = std::chrono::milliseconds(2'000);
 constexpr auto kMigrationPatience = std::chrono::hours(6);
 /// Pause between two looks of a standby coordinator.
 constexpr auto kLookPause = std::chrono::milliseconds(300);
-/// After so many looks without a connection, a coordinator is gone. It can reconnect after a short outage of the
+/// A coordinator without a connection in so many looks in a row is gone. Fewer looks may be a short outage of the
 /// database.
 constexpr int kLooksUntilGone = 4;
 

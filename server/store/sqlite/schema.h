@@ -10,8 +10,8 @@ inline constexpr int kApplicationId = 0x4C4D494C;
 // A job's specification can be several MB large, and is written once or twice. Its progress is small, and changes with
 // every commit. Unsigned 64-bit numbers keep their bits.
 inline constexpr const char* kSchema = R"sql(
--- One row: what tells this store from others, what decides which results are audited, and how far it has come. `hash`
--- runs over all that was ever committed.
+-- One row: the store's id, the secret that selects results for audits, and the state of the last commit. `hash` is a
+-- running hash of all commits.
 CREATE TABLE store (
   id BLOB NOT NULL,
   secret BLOB NOT NULL,
@@ -53,7 +53,7 @@ CREATE TABLE nodes (
   UNIQUE (job, tile, level, range_index)
 );
 
--- Who computed every merged result.
+-- The origin of each merged result.
 CREATE TABLE results (
   job INTEGER NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
   tile INTEGER NOT NULL,
