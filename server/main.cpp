@@ -47,17 +47,17 @@ CoordinatorLimits limits_of(const ServerOptions& options) {
   return limits;
 }
 
-/// Lets main wait for a signal or a failure.
+/// Blocks main until a signal or a failure.
 class StopRequest {
  public:
-  /// The first failure is what the program ends with.
+  /// The program ends with the first failure.
   void ask(const Status& why = ok_status()) {
     const MutexLock lock(mutex_);
     asked_ = true;
     failure_.Update(why);
     changed_.notify_all();
   }
-  /// Returns the failure, if that is what stops the program.
+  /// Waits for a request. Returns the failure, if one stops the program.
   Status wait() {
     const MutexLock lock(mutex_);
     while (!asked_) {
@@ -65,7 +65,7 @@ class StopRequest {
     }
     return failure_;
   }
-  /// Waits so long at most; whether nobody asked.
+  /// Waits for `pause` at most. True if nothing asked to stop.
   bool wait_for(std::chrono::milliseconds pause) {
     const MutexLock lock(mutex_);
     const auto until = std::chrono::steady_clock::now() + pause;
@@ -81,7 +81,7 @@ class StopRequest {
   Status failure_ LM_GUARDED_BY(mutex_);
 };
 
-/// Where all state is, and the lock on it.
+/// All stored state, and the lock on it.
 struct State {
   std::optional<DataDirectory> data;
   std::unique_ptr<Store> store;
@@ -118,23 +118,23 @@ Result<State> open_state(const ServerOptions& options, StopRequest& stop) {
   return state;
 }
 
-/// Says what can be done about a state that does not open.
+/// Adds advice to an error of opening the state.
 Status with_advice(const Status& status) {
   switch (status.code()) {
     case StatusCode::kResourceExhausted:
-      return resource_exhausted("{}; make room there and start again: nothing is lost", message_of(status));
+      return resource_exhausted("{}; free space there and start again: nothing is lost", message_of(status));
     case StatusCode::kDataLoss:
-      return data_loss("{}; the database itself is damaged: put a backup in its place, as docs/operate/backup.md tells",
+      return data_loss("{}; the database itself is damaged: restore a backup (docs/operate/backup.md)",
                        message_of(status));
     default:
       return status;
   }
 }
 
-/// `lightmill-server check`; DATA_LOSS if something is lost for good.
+/// Runs `lightmill-server check`. DATA_LOSS if something is lost for good.
 Status check_stored(const ServerOptions& options, StopRequest& stop) {
   if (options.store.empty()) {
-    // Opening would make what is not there.
+    // Opening would create a missing store.
     std::error_code error;
     if (const std::uintmax_t bytes = fs::file_size(DataDirectory::database_file_of(options.data), error);
         error || bytes == 0) {
@@ -154,7 +154,7 @@ Status check_stored(const ServerOptions& options, StopRequest& stop) {
   return check.whole ? ok_status() : data_loss("{}: something is lost", state->place);
 }
 
-/// Where this program lies.
+/// The folder of this program.
 fs::path program_folder() {
   std::error_code error;
   return fs::read_symlink("/proc/self/exe", error).parent_path();
@@ -164,7 +164,7 @@ Status write_port(const std::string& file, int port) {
   return file.empty() ? ok_status() : write_file_atomically(file, as_byte_view(fmt::format("{}\n", port)));
 }
 
-/// Null if none is asked for.
+/// Null if the options do not ask for one.
 Result<std::unique_ptr<HealthPort>> open_health_port(const ServerOptions& options, std::size_t connections) {
   if (options.health.empty()) {
     return std::unique_ptr<HealthPort>();
@@ -181,13 +181,13 @@ RuntimeOptions runtime_options(const ServerOptions& options, const DescriptorPla
   runtime.gate.takes_tokens = !options.insecure;
   CallLimitOptions& calls = runtime.gate.calls;
   calls = options.calls;
-  // Each may hold a file open, and no caller takes all places.
+  // Each stream may hold a file open. No caller may take all places.
   calls.streams = std::min(calls.streams, static_cast<std::uint32_t>(plan.assets));
   calls.streams_per_caller = std::min(calls.streams_per_caller, std::max(calls.streams / 2, 1u));
   runtime.limits = limits_of(options);
   runtime.log = {options.log_entries, options.log_days};
   if (options.insecure) {
-    runtime.notices.push_back("this farm runs with --insecure: whoever reaches it can use and stop its jobs");
+    runtime.notices.push_back("this farm runs with --insecure: everyone who reaches it can use it and stop its jobs");
   }
   return runtime;
 }
@@ -213,12 +213,12 @@ Status serve(const ServerOptions& options, StopRequest& stop) {
   if (!state.ok()) {
     return state.status().code() == StatusCode::kCancelled ? ok_status() : with_advice(state.status());
   }
-  // As Debian builds them, the locks that gRPC uses look for deadlocks: too dear with thousands of connections.
+  // Debian's Abseil checks gRPC's locks for deadlocks. This is too slow with thousands of connections.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   if (plan.calls < options.max_workers) {
     spdlog::warn(
-        "this process may have {} open files, so {} gRPC connections: some of {} workers (--max-workers) may not get "
-        "in; raise its hard limit (ulimit -Hn, LimitNOFILE=)",
+        "this process may have {} open files, so it accepts {} gRPC connections: some of {} workers (--max-workers) "
+        "may be refused; raise its hard limit (ulimit -Hn, LimitNOFILE=)",
         files, plan.calls, options.max_workers);
   }
   const auto on_fatal = [&stop](const Status& why) { stop.ask(why); };

@@ -1,4 +1,4 @@
-// What lightmill-server is told on its command line.
+// Command-line options of lightmill-server.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +24,7 @@ struct ServerOptions {
   std::string port_file;
   std::string http, http_port_file;  ///< empty: no page
   std::vector<std::string> http_names;
-  std::string health, health_port_file;  ///< empty: health is answered beside all else alone
+  std::string health, health_port_file;  ///< empty: health checks only on the gRPC port
   std::string pages;
   TlsFiles tls;
   bool insecure = false, authenticate = false;
@@ -44,11 +44,11 @@ struct ServerOptions {
   double keep_days = 90, reserve_gib = 0.25;
   std::uint32_t log_entries = 50'000;
   std::uint32_t log_days = 400;
-  bool check = false;  ///< what is stored, instead of serving it
+  bool check = false;  ///< check the stored data instead of serving
 };
 
-/// Reads and checks them; an exit code if the program has nothing more to do, be it that help was asked for or that
-/// something is wrong, which is said then.
+/// Parses and checks the options. Returns an exit code if the program has nothing more to do: help was printed, or an
+/// option is wrong, which is reported.
 std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& options);
 
 }  // namespace lightmill

@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::int64_t kDaySeconds = 24 * 60 * 60;
 constexpr std::int64_t kSoonSeconds = 14 * kDaySeconds;
-/// Work goes on with so much more than the reserve, lest it stops again at once.
+/// Work resumes at this multiple of the reserve, so it does not stop again at once.
 constexpr double kRoom = 1.1;
 
 double gib(std::uint64_t bytes) {
@@ -33,7 +33,7 @@ void Upkeep::look_at_certificate(std::int64_t now_unix_s) {
     if (wrong.empty()) {
       spdlog::info("the files of the certificate are in order again");
     } else {
-      spdlog::warn("new connections may fail, or are shown what was read before: {}", wrong);
+      spdlog::warn("new connections may fail, or use the certificate that was read before: {}", wrong);
     }
   }
   if (!texts.ok() || now_unix_s - end_told_at_unix_s_ < kDaySeconds) {
@@ -42,7 +42,7 @@ void Upkeep::look_at_certificate(std::int64_t now_unix_s) {
   const Result<std::vector<CertificateFacts>> facts = read_certificates(texts->certificate);
   if (facts.ok() && facts->front().until_unix_s - now_unix_s < kSoonSeconds) {
     end_told_at_unix_s_ = now_unix_s;
-    spdlog::warn("{} {}: the certificate ends {}: renew it", kCertificateOption, tls_.certificate,
+    spdlog::warn("{} {}: the certificate expires {}: renew it", kCertificateOption, tls_.certificate,
                  date_text(facts->front().until_unix_s));
   }
 }
@@ -51,16 +51,17 @@ void Upkeep::look_at_disk() {
   std::error_code error;
   const std::uint64_t free_bytes = std::filesystem::space(disk_, error).available;
   if (error) {
-    return;  // commits say what is wrong
+    return;  // commits report the error
   }
   const bool full = static_cast<double>(free_bytes) < static_cast<double>(reserve_bytes_) * (full_ ? kRoom : 1);
   if (full != full_) {
     full_ = full;
-    set_space_(!full
-                   ? ""
-                   : fmt::format("waits for space: the disk of {} has less than --reserve-gib {:.3g} left: delete jobs "
-                                 "that have ended, or make room",
-                                 disk_.string(), gib(reserve_bytes_)));
+    set_space_(
+        !full
+            ? ""
+            : fmt::format("waits for space: the disk of {} has less than --reserve-gib {:.3g} left: delete ended jobs, "
+                          "or free space",
+                          disk_.string(), gib(reserve_bytes_)));
   }
 }
 

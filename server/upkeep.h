@@ -1,4 +1,4 @@
-// What a coordinator looks at again and again while it runs: its certificate's files, and the space on its disk.
+// Periodic checks of a running coordinator: its certificate's files, and the space on its disk.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,8 @@ namespace lightmill {
 /// Not thread-safe.
 class Upkeep {
  public:
-  /// `disk`: a folder on it; empty: none. `set_space` is told why no more is to be stored there; empty: it may.
+  /// `disk`: a folder on the disk; empty: none. `set_space` receives the reason why nothing more may be stored there.
+  /// Empty: there is space.
   Upkeep(TlsFiles tls, std::filesystem::path disk, std::uint64_t reserve_bytes,
          std::function<void(const std::string&)> set_space)
       : tls_(std::move(tls)), disk_(std::move(disk)), reserve_bytes_(reserve_bytes), set_space_(std::move(set_space)) {}
@@ -27,8 +28,8 @@ class Upkeep {
   const std::filesystem::path disk_;
   const std::uint64_t reserve_bytes_;
   const std::function<void(const std::string&)> set_space_;
-  std::string wrong_;                    ///< with the certificate, as last told
-  std::int64_t end_told_at_unix_s_ = 0;  ///< when it was last said that it ends soon
+  std::string wrong_;                    ///< problem with the certificate, as last reported
+  std::int64_t end_told_at_unix_s_ = 0;  ///< when its coming expiry was last reported
   bool full_ = false;
 };
 

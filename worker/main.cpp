@@ -31,14 +31,14 @@ namespace {
 constexpr const char* kServerVariable = "LIGHTMILL_SERVER";
 constexpr const char* kEnrolFileVariable = "LIGHTMILL_ENROL_FILE";
 constexpr const char* kStateVariable = "LIGHTMILL_STATE";
-/// Threads beside those that render: of this program and its libraries, gRPC above all.
+/// Threads besides the rendering ones: of this program and its libraries, mostly gRPC.
 constexpr std::uint32_t kOtherThreads = 16;
 
 struct Options {
   std::string server = "127.0.0.1:7350";
   std::vector<std::string> servers;  ///< parts of `server`
   CallerFiles caller;
-  std::string enrol_file;  ///< empty: it does not enrol
+  std::string enrol_file;  ///< empty: the worker does not enrol
   std::string state;       ///< empty: default_state_root
   std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
   std::string name;
@@ -60,15 +60,14 @@ std::string host_name() {
   return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
 }
 
-/// What tells this machine from others until it boots again, and is the same in all containers on it; its host's name
-/// where the kernel does not say.
+/// Identifies this machine until its next boot, equally in all its containers. Without a boot id it is the host's name.
 std::string machine_name() {
   std::ifstream file("/proc/sys/kernel/random/boot_id");
   std::string id;
   return std::getline(file, id) && !id.empty() ? sha256("lightmill machine " + id).hex().substr(0, 12) : host_name();
 }
 
-/// What no option's own check can tell; fills in what was not given.
+/// Checks that need more than one option. Fills in missing values.
 Status check_options(Options& options) {
   options.servers = CLI::detail::split(options.server, ',');
   for (const std::string& server : options.servers) {
@@ -85,14 +84,14 @@ Status check_options(Options& options) {
     return invalid_argument("{} is given, and a token ({} or {}): give one of them", kEnrolFileOption, kTokenFileOption,
                             kTokenVariable);
   }
-  if (options.name.empty()) {  // an enrolled worker's token names the host
+  if (options.name.empty()) {  // with enrolment, the token's name has the host
     options.name =
         options.enrol_file.empty() ? fmt::format("{}-{}", host_name(), ::getpid()) : std::to_string(::getpid());
   }
   return check_name("--name", options.name);
 }
 
-/// Tells a farm manager why the worker cannot start or go on.
+/// Tells a farm manager (Open Job Description) why the worker cannot start or continue.
 class FailureReport {
  public:
   FailureReport(int argc, char** argv) : wanted_(has_flag(argc, argv, "--openjd")) {}
@@ -106,14 +105,14 @@ class FailureReport {
   bool wanted_;
 };
 
-/// An exit code, or nothing when the worker should run.
+/// An exit code, or nothing if the worker should run.
 std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Options& options) {
   CLI::App app{
-      "A worker of a Lightmill farm: connects to a `lightmill-server` and renders what it hands out.\n\nStart as many "
-      "as you like, on as many machines; they may come and go while a picture is rendered.\nCtrl-C or SIGTERM lets a "
-      "worker finish what it has begun, give back the rest and leave; a second signal ends it at once.\n",
+      "A worker of a Lightmill farm: connects to a `lightmill-server` and renders the units that it gets.\n\nStart "
+      "any number of workers on any number of machines, at any time.\nAfter Ctrl-C or SIGTERM, a worker finishes "
+      "what it has begun, gives back the rest and leaves. A second signal ends it at once.\n",
       "lightmill-worker"};
-  app.footer("Exit codes: 0 it has left the farm, 1 it cannot start or go on, 2 bad usage, 130 stopped at once.");
+  app.footer("Exit codes: 0 it has left the farm, 1 it cannot start or continue, 2 bad usage, 130 stopped at once.");
   app.set_version_flag("--version", fmt::format("lightmill-worker {} ({})", LIGHTMILL_VERSION, kRendererVersion));
   add_describe_option(app, LIGHTMILL_VERSION);
   app.add_option("--server", options.server, "HOST:PORT of the coordinator; several, with commas, are tried in turn")
@@ -125,19 +124,19 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
       ->default_str("")
       ->group("Options");
   app.add_option("--name", options.name,
-                 "its name, of which only one worker can be connected; by default HOST-PID, with --enrol-file PID")
+                 "the worker's name, unique in the farm; by default HOST-PID, with --enrol-file PID")
       ->type_name("NAME");
   add_caller_options(app, options.caller);
   app.add_option(
          kEnrolFileOption, options.enrol_file,
-         "an enrolment token (lightmill tokens create NAME --enrol N): the worker gets a token of its own by it, "
-         "keeps that in --state, and shows it from then on")
+         "an enrolment token (lightmill tokens create NAME --enrol N): with it, the worker gets its own token, keeps "
+         "that in --state, and uses it from then on")
       ->type_name("FILE")
       ->envname(kEnrolFileVariable)
       ->group("Access");
   app.add_option("--state", options.state,
-                 "folder of the worker's token, with --enrol-file; workers that share it have a folder each in there. "
-                 "With XDG_STATE_HOME, the default is lightmill-worker in there")
+                 "folder of the worker's token, with --enrol-file; each worker that shares it has a folder of its "
+                 "own in it. With XDG_STATE_HOME, the default is lightmill-worker in that folder")
       ->type_name("DIR")
       ->envname(kStateVariable)
       ->default_str("~/.local/state/lightmill-worker")
@@ -146,8 +145,8 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
   add_limit(app, "--scenes", options.scenes, "N", {1, 10'000}, "compiled scenes that are kept");
   add_limit(app, "--scenes-gib", options.scenes_gib, "GIB", {0.001, 65536.0}, "memory for compiled scenes");
   add_limit(app, "--scene-gib", options.scene_gib, "GIB", {0.001, 65536.0},
-            "memory of one scene while it is compiled, estimated before; larger ones are left to other workers, as "
-            "are those beyond the next three; by default three quarters of the memory that the worker may use")
+            "memory of one scene while it is compiled, by an estimate. Scenes beyond this limit or the next three "
+            "are left to other workers. By default three quarters of the memory that the worker may use")
       ->default_str("");
   add_limit(app, "--scene-triangles", options.scene_triangles, "N", {1, kMaxSceneTriangles},
             "triangles of one scene; instances of a mesh count once");
@@ -156,18 +155,18 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
   add_limit(app, "--images-gib", options.images_gib, "GIB", {0.001, 65536.0}, "all decoded images of one scene");
   add_limit(app, "--assets-gib", options.assets_gib, "GIB", {0.0, 65536.0}, "memory for downloaded assets");
   add_limit(app, "--results-mib", options.results_mib, "MIB", {1.0, 1e6},
-            "memory for results not acknowledged yet; beyond, it waits");
+            "memory for unacknowledged results; beyond it, rendering pauses");
   app.add_flag(kUnsandboxedImages, options.unsandboxed_images,
                "decode images even if the kernel refuses the sandbox (seccomp); only for farms whose users you trust");
   app.add_flag(
       "--openjd", options.openjd,
-      "say on standard output too what happens, as Open Job Description has it (openjd_status, openjd_fail): for "
-      "a farm manager that runs the worker as a task");
+      "also print messages of Open Job Description (openjd_status, openjd_fail) on standard output, for a farm "
+      "manager that runs the worker as a task");
   return parse_options(
       app, argc, argv, [&] { return check_options(options); }, failed);
 }
 
-/// Whose token a worker shows that enrols; checks that there is one, or a file to get one by.
+/// State folder of a worker that enrols. Checks that it has a token, or an enrolment token to get one.
 Result<StateFolder> take_state(const Options& options) {
   std::filesystem::path root = options.state;
   if (root.empty()) {
@@ -179,8 +178,8 @@ Result<StateFolder> take_state(const Options& options) {
     const Status readable = read_caller(files, options.servers, system_clock().unix_milliseconds() / 1000).status();
     if (!readable.ok()) {
       return make_error(readable.code(),
-                        "this worker has no token in {} yet: {}; `lightmill tokens create NAME --enrol N` makes what "
-                        "this file is to have",
+                        "this worker has no token in {} yet: {}; `lightmill tokens create NAME --enrol N` makes the "
+                        "content of this file",
                         state.path().string(), message_of(readable));
     }
   }
@@ -210,7 +209,7 @@ WorkerOptions worker_options(const Options& options, StateFolder* state) {
   return worker;
 }
 
-/// Hands signals to the loop, once there is one.
+/// Passes signals to the loop, once it exists.
 class SignalTarget {
  public:
   void signal(int count) {
@@ -237,13 +236,13 @@ class SignalTarget {
   bool signalled_ LM_GUARDED_BY(mutex_) = false;
 };
 
-/// Works until the worker has left. RESOURCE_EXHAUSTED if memory or threads end where no job is to blame.
+/// Runs until the worker has left. RESOURCE_EXHAUSTED if memory or threads run out and no job is the cause.
 Status work(const Options& options, StateFolder* state, SignalTarget& target) {
-  spdlog::info("worker {} starts: it renders a test picture, whose bits tell its fingerprint class", options.name);
+  spdlog::info("worker {} starts: it renders a test picture to find its fingerprint class", options.name);
   const WorkerOptions worker = worker_options(options, state);
   spdlog::info("worker {}: {}, fingerprint class {}", options.name, counted(options.threads, "thread"),
                worker.session.fingerprint_class);
-  // Just before they start, as gRPC waits for ever where one of its own cannot.
+  // Directly before the libraries start their threads, because gRPC hangs if it cannot start one.
   LM_RETURN_IF_ERROR(check_threads(options.threads + kOtherThreads));
   WorkerLoop loop(worker, system_clock());
   const std::unique_ptr<SignalTarget, void (*)(SignalTarget*)> until_end(&target,
@@ -280,8 +279,8 @@ int run(int argc, char** argv) {
   }
   if (options.unsandboxed_images) {
     spdlog::warn(
-        "images are decoded without a sandbox where the kernel refuses it ({}): whoever sends a scene may get "
-        "at this worker through one",
+        "images are decoded without a sandbox if the kernel refuses it ({}): a malicious image may take over this "
+        "worker",
         kUnsandboxedImages);
   }
   const Status status =

@@ -11,7 +11,7 @@ constexpr std::size_t kMaxMessageBytes = 400;
 constexpr std::int64_t kDayMs = std::int64_t{24} * 60 * 60 * 1000;
 constexpr std::int64_t kSameComingMs = std::int64_t{60} * 60 * 1000;
 
-/// An address without its port, which changes with every connection.
+/// An address without its port. The port changes with every connection.
 std::string_view host_of(std::string_view peer) {
   return peer.substr(0, peer.rfind(':'));
 }

@@ -1,4 +1,4 @@
-// Who did what: the actions that changed something, the workers that came, and what was refused.
+// Log of actions: calls that changed something, workers that connected, and refusals.
 #pragma once
 
 #include <cstdint>
@@ -14,52 +14,52 @@
 
 namespace lightmill {
 
-// What a coordinator does by itself; else an action is named as its RPC is.
+// Actions of the coordinator itself. Other actions have the name of their RPC.
 inline constexpr std::string_view kStart = "Start";
-/// As kStart, where the coordinator before has not said that it stops: it was killed, or lost its lease.
+/// Like kStart, when the previous coordinator did not record its stop: it was killed, or lost its lease.
 inline constexpr std::string_view kTakeOver = "TakeOver";
 inline constexpr std::string_view kStop = "Stop";
-/// A job that ended long ago is deleted.
+/// The coordinator deletes a job that ended long ago.
 inline constexpr std::string_view kExpire = "ExpireJob";
-/// Somebody logs in on the page.
+/// A user logs in on the page.
 inline constexpr std::string_view kLogin = "Login";
-/// A worker comes.
+/// A worker connects.
 inline constexpr std::string_view kWorkAction = "Work";
 
 struct Action {
-  std::uint64_t number = 0;  ///< counts up from 1 as long as the store lasts
+  std::uint64_t number = 0;  ///< counts up from 1 for the life of the store
   std::int64_t unix_ms = 0;
-  std::string who;  ///< a name; empty of somebody unknown, and of the coordinator itself
+  std::string who;  ///< a name; empty for unknown callers and for the coordinator itself
   Proof proof = Proof::none;
-  std::string token;      ///< its id, if that was shown
-  std::string peer;       ///< ADDRESS:PORT that the call came from; of the coordinator's own, its host
-  std::string what;       ///< an RPC's name, or one of those above
+  std::string token;      ///< id of the token, if one was used
+  std::string peer;       ///< ADDRESS:PORT of the caller, or the coordinator's own host
+  std::string what;       ///< name of the RPC, or one of the names above
   std::uint64_t job = 0;  ///< 0: none
-  std::string about;      ///< the worker or token
+  std::string about;      ///< name of the worker or token
   StatusCode outcome = StatusCode::kOk;
-  std::string message;  ///< why it was refused
+  std::string message;  ///< reason of a refusal
   friend bool operator==(const Action&, const Action&) = default;
 };
 
 struct ActionLogLimits {
-  std::size_t entries = 50'000;  ///< of changes; of refusals, and of workers that come, a quarter each
-  std::int64_t days = 400;       ///< older ones go
+  std::size_t entries = 50'000;  ///< changes; refusals and connecting workers have a quarter each
+  std::int64_t days = 400;       ///< older entries are dropped
 };
 
-/// What the caller wants to see; all by default.
+/// Filter of a query. The default selects everything.
 struct ActionFilter {
-  std::uint64_t job = 0;  ///< of this one
+  std::uint64_t job = 0;  ///< only this job
   std::string who;
   std::int64_t since_unix_ms = 0;
-  std::uint64_t before = 0;  ///< numbers below; 0: from the newest
+  std::uint64_t before = 0;  ///< only lower numbers; 0: from the newest
 };
 
 struct ActionPage {
   std::vector<Action> actions;  ///< newest first
-  std::uint64_t next = 0;       ///< ActionFilter::before of the next page; 0: there is none
+  std::uint64_t next = 0;       ///< ActionFilter::before of the next page; 0: this is the last one
 };
 
-/// All that is kept, in memory. Not thread-safe. Storing what changes is the caller's.
+/// All kept actions, in memory. Not thread-safe. The caller stores the changes.
 class ActionLog {
  public:
   ActionLog(const ActionLogLimits& limits, std::vector<Action> stored);
@@ -68,16 +68,16 @@ class ActionLog {
     std::optional<Action> added;
     std::vector<std::uint64_t> dropped;  ///< numbers
   };
-  /// Numbers the action and keeps it; older ones go for it. A worker that has come within the hour before, from the
-  /// same place and as the same, is not recorded again. Texts from elsewhere are cut and made printable.
+  /// Numbers and keeps an action, and drops old ones. A worker that connects again within an hour, from the same host
+  /// and with the same identity, is not recorded. Texts of callers are shortened and made printable.
   Change add(Action action);
 
-  /// So many entries are looked at for one page, which takes tenths of a millisecond whatever is sought.
+  /// Limit of entries that one query looks at. This takes tenths of a millisecond for any filter.
   static constexpr std::size_t kLookedAt = 4'096;
-  /// At most `most` that fit the filter (at least 1), and fewer where that takes a longer look: then there is a next
-  /// page.
+  /// Returns at most `most` actions that pass the filter (`most` is at least 1). If the limit above ends the search,
+  /// the page is shorter and has a successor.
   ActionPage find(const ActionFilter& filter, std::size_t most) const;
-  /// Whether a coordinator is at work, or was killed at it, by what is recorded.
+  /// Whether the log says that a coordinator is active, or was killed while active.
   bool somebody_is_at_work() const { return at_work_; }
 
  private:
@@ -89,12 +89,12 @@ class ActionLog {
   const ActionLogLimits limits_;
   std::map<std::uint64_t, Action> entries_;
   std::deque<std::uint64_t> by_kind_[kKinds];       ///< numbers, ascending
-  std::map<std::string, std::uint64_t> last_came_;  ///< by workers' names
+  std::map<std::string, std::uint64_t> last_came_;  ///< by the worker's name
   std::uint64_t next_ = 1;
   bool at_work_ = false;
 };
 
-/// gRPC's "ipv4:10.0.0.7:4711" as people write it: without the scheme, and "[::1]:4711" without escapes.
+/// A peer of gRPC, "ipv4:10.0.0.7:4711", as ADDRESS:PORT: without the scheme, and "[::1]:4711" without escapes.
 std::string peer_text(std::string_view peer);
 
 }  // namespace lightmill

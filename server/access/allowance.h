@@ -1,4 +1,4 @@
-// How often something may happen: so many times at once, and steadily so many a second.
+// Token bucket: limits the rate of something, and allows bursts.
 #pragma once
 
 #include <algorithm>
@@ -7,16 +7,16 @@
 
 namespace lightmill {
 
-/// A bucket that is full at first, from which each time takes one, and which fills again. Not thread-safe.
+/// A bucket that starts full. Each use takes one token. It refills at a constant rate. Not thread-safe.
 class Allowance {
  public:
-  /// Both positive.
+  /// Tokens per second, and size of the bucket. Both are positive.
   Allowance(double per_second, double at_once) : per_second_(per_second), at_once_(at_once), left_(at_once) {}
 
-  /// Whether it may happen now; then that is one time less.
+  /// Takes a token, if there is one.
   bool take(Time now) {
     left_ = left(now);
-    if (now > filled_at_) {  // times may come a little out of order: those of several threads
+    if (now > filled_at_) {  // times of several threads may be slightly out of order
       filled_at_ = now;
     }
     if (left_ < 1) {
@@ -25,12 +25,12 @@ class Allowance {
     left_ -= 1;
     return true;
   }
-  /// How long it is until it may happen, nothing being taken until then.
+  /// Time until the next token, if none is taken meanwhile.
   Duration wait(Time now) const {
     const double there = left(now);
     return there >= 1 ? Duration::zero() : from_seconds((1 - there) / per_second_);
   }
-  /// Nothing was taken for so long that it is as at first.
+  /// Whether the bucket is full again.
   bool is_full(Time now) const { return left(now) >= at_once_; }
 
  private:

@@ -7,7 +7,7 @@
 namespace lightmill {
 namespace {
 
-/// Looking through all callers for those that need no entry any more takes a millisecond.
+/// Removal of full buckets takes about a millisecond, so it runs at most this often.
 constexpr Duration kSweepPause = std::chrono::seconds(1);
 
 }  // namespace
@@ -37,7 +37,8 @@ Status CallLimits::take_request(const std::string& caller, Time now) {
   return requests.take(now)
              ? ok_status()
              : resource_exhausted(
-                   "the farm takes {:g} requests a second of one caller (--caller-requests): try again in {:.0f} ms",
+                   "the farm accepts {:g} requests per second from one caller (--caller-requests): try again in "
+                   "{:.0f} ms",
                    per_second_, std::ceil(1000 * to_seconds(requests.wait(now))));
 }
 

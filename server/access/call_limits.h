@@ -1,4 +1,4 @@
-// How often one caller may ask something of a coordinator.
+// Rate limits of a caller's calls to the coordinator.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +13,17 @@
 namespace lightmill {
 
 struct CallLimitOptions {
-  double requests_per_second = 200;        ///< of one caller, and ten times as many at once
-  std::uint32_t streams_per_caller = 256;  ///< of each kind (StreamKind)
-  std::uint32_t streams = 8'192;           ///< assets under way, of all callers
+  double requests_per_second = 200;        ///< of one caller; bursts may have ten times as many
+  std::uint32_t streams_per_caller = 256;  ///< of each StreamKind
+  std::uint32_t streams = 8'192;           ///< asset streams of all callers
 };
 
-/// Who counts as one: an identity at an address (address_key), or whoever is at it and shows nothing.
+/// The key under which a caller is counted: an identity at an address (address_key), or the address alone without an
+/// identity.
 std::string caller_key(const Identity& identity, std::string_view peer);
 
-/// Whether a call counts as a request: all but those of assets, of which one scene may have thousands, and workers'
-/// streams, which have a limit of their own.
+/// Whether a call counts as a request. Calls for assets do not, because a scene can have thousands. Workers' streams do
+/// not, because they have their own limit.
 bool counts_as_request(Rpc rpc);
 
 /// Not thread-safe.
@@ -31,16 +32,16 @@ class CallLimits {
   explicit CallLimits(const CallLimitOptions& options)
       : per_second_(options.requests_per_second), others_(allowance()) {}
 
-  /// RESOURCE_EXHAUSTED says the limit, and when to try again.
+  /// RESOURCE_EXHAUSTED with the limit and the time to wait.
   Status take_request(const std::string& caller, Time now);
 
   std::size_t callers() const { return callers_.size(); }
-  /// Callers that are told apart; those beyond share what one has.
+  /// Callers with their own bucket. The others share one.
   static constexpr std::size_t kMostCallers = 20'000;
 
  private:
   Allowance allowance() const { return {per_second_, 10 * per_second_}; }
-  /// The caller's, made if there is room.
+  /// The caller's bucket. It is made if there is room.
   Allowance& allowance_of(const std::string& caller, Time now);
 
   const double per_second_;

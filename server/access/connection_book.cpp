@@ -9,9 +9,9 @@
 namespace lightmill {
 namespace {
 
-/// Open files of a process that serves nobody.
+/// Open files of an idle process.
 constexpr std::size_t kOwnFiles = 64;
-/// More handshakes of one address at a time would take longer than the patience with them.
+/// More concurrent handshakes of one address would exceed kPatience.
 constexpr std::size_t kMostStrangers = 1'024;
 
 }  // namespace
@@ -33,7 +33,7 @@ std::size_t ConnectionBook::most_strangers() const {
 }
 
 std::size_t ConnectionBook::most_of(const Identity& caller) const {
-  // All workers of a farm may have one certificate, and where nobody is asked, one address.
+  // All workers of a farm may share one certificate, or one address if the farm does not authenticate callers.
   const bool may_be_many = !caller.is_known() || caller.roles.has(Role::worker);
   return std::max<std::size_t>(may_be_many ? most_ / 4 * 3 : most_ / 8, 1);
 }
@@ -65,7 +65,7 @@ void ConnectionBook::change(const std::string& key, const Change& change) {
 ConnectionBook::Arrival ConnectionBook::arrive(const std::string& peer, Time now) {
   Arrival arrival;
   if (const auto earlier = peers_.find(peer); earlier != peers_.end()) {
-    take_out(earlier->second);  // its end was not noticed
+    take_out(earlier->second);  // its end was not reported
   }
   const std::string key = address_key(peer);
   if (is_full() && !make_room(key, arrival)) {
@@ -82,7 +82,7 @@ ConnectionBook::Arrival ConnectionBook::arrive(const std::string& peer, Time now
   return arrival;
 }
 
-/// Whether one more of this address gets in.
+/// Makes room for one more connection of this address. False if there is none.
 bool ConnectionBook::make_room(const std::string& key, Arrival& arrival) {
   const auto own = addresses_.find(key);
   if (by_size_.empty()) {
@@ -126,7 +126,7 @@ void ConnectionBook::take_out(Id id) {
   entries_.erase(found);
 }
 
-/// What is counted of it follows. `until`: a stranger that is served has so long.
+/// Changes the state of a connection, and the counters. `until`: end of the time of a served stranger.
 void ConnectionBook::turn(Id id, State to, Time until) {
   Entry& entry = entries_.at(id);
   change(entry.address, [&](Address& address) {
@@ -160,7 +160,7 @@ Status ConnectionBook::meet(const std::string& peer, const Identity& caller) {
     return ok_status();
   }
   if (is_full(peer, caller)) {
-    return resource_exhausted("this port takes {} connections of one caller: close some, or try again later",
+    return resource_exhausted("this port accepts {} connections from one caller: close some, or try again later",
                               most_of(caller));
   }
   turn(found->second, State::known);

@@ -1,4 +1,4 @@
-// The connections of one port: which are served at once, which wait, and which end so that others get in.
+// Admission of connections to one port: which are served, which wait, and which must end to make room.
 #pragma once
 
 #include <cstdint>
@@ -15,22 +15,21 @@
 
 namespace lightmill {
 
-/// How a process divides its open files among its ports. What is left is for databases, assets and the ports
-/// themselves.
+/// Division of a process's open files among its ports. The rest is for databases, asset files and the ports themselves.
 struct DescriptorPlan {
-  std::size_t calls;   ///< connections of gRPC
-  std::size_t page;    ///< connections over HTTP
-  std::size_t health;  ///< connections to the port of health checks
-  std::size_t assets;  ///< assets and films under way
+  std::size_t calls;   ///< gRPC connections
+  std::size_t page;    ///< HTTP connections
+  std::size_t health;  ///< connections to the health port
+  std::size_t assets;  ///< transfers of assets and films
 };
 
-/// Of a process that may have so many open files.
+/// Plan for a process that may open `files` files.
 DescriptorPlan plan_descriptors(std::uint64_t files);
 
 /// Limits strangers per address, and known callers per identity. A stranger is a connection whose caller is not known
-/// yet. Strangers beyond the limit wait. The newest is served next, so that an earlier flood does not delay it. If all
-/// places are taken, the address with most strangers makes room; without strangers, the one with most known callers.
-/// Not thread-safe.
+/// yet. Strangers beyond the limit wait. The newest is served next, so an earlier flood does not delay it. If all
+/// places are taken, the address with most strangers loses one. Without strangers, the address with most known callers
+/// loses one. Not thread-safe.
 class ConnectionBook {
  public:
   using Id = std::uint64_t;
@@ -41,28 +40,28 @@ class ConnectionBook {
   struct Arrival {
     Id id = 0;  ///< of the connection, unless it is refused
     Fate fate = Fate::refuse;
-    Id close = 0;  ///< a connection that waits and is to be closed now; 0: none
-    Id end = 0;    ///< one that is served and is to be ended; 0: none
+    Id close = 0;  ///< a waiting connection to close now; 0: none
+    Id end = 0;    ///< a served connection to end; 0: none
   };
-  /// A connection that was accepted from ADDRESS:PORT.
+  /// A connection from ADDRESS:PORT was accepted.
   Arrival arrive(const std::string& peer, Time now);
-  /// It is closed.
+  /// The connection was closed.
   void leave(Id id);
-  /// The caller that a connection from ADDRESS:PORT has shown to be. The first one counts. RESOURCE_EXHAUSTED if it has
-  /// too many; the connection is a stranger's then.
+  /// Sets the identity of the connection from ADDRESS:PORT. The first call counts. RESOURCE_EXHAUSTED if the caller has
+  /// too many connections; this one remains a stranger.
   Status meet(const std::string& peer, const Identity& caller);
-  /// A connection whose caller was met is a stranger's again until the next meeting, and makes room for others of its
-  /// address at once.
+  /// Makes a connection with a known caller a stranger until the next meet(). It is the first to make room for others
+  /// of its address.
   void part(const std::string& peer, Time now);
 
   struct Changes {
-    std::vector<Id> serve;  ///< they waited until now
-    std::vector<Id> end;    ///< strangers that have had their time, one for each that is served
+    std::vector<Id> serve;  ///< these waited until now
+    std::vector<Id> end;    ///< strangers whose time is over, one for each that is served
   };
   Changes look(Time now);
 
   bool is_full() const { return entries_.size() >= most_; }
-  /// Whether another stranger from there would wait.
+  /// Whether another stranger from this address has to wait.
   bool is_full(const std::string& peer) const;
   bool is_full(const std::string& peer, const Identity& caller) const;
   bool somebody_waits() const { return waiting_ > 0; }
@@ -71,16 +70,16 @@ class ConnectionBook {
   /// Strangers of one address that are served at a time.
   std::size_t most_strangers() const;
   std::size_t most_of(const Identity& caller) const;
-  /// A stranger has so long while others of its address wait.
+  /// Time for a stranger while others of its address wait.
   static constexpr Duration kPatience = std::chrono::seconds(5);
-  /// Newcomers that are taken while those that are ended for them are not yet gone.
+  /// Connections accepted beyond the limit, while those that were ended for them are still open.
   static constexpr std::size_t kSlack = 16;
 
  private:
   enum class State { waiting, served, ending, known };
   struct Address {
     std::set<Id> waiting;                  ///< strangers, by age
-    std::set<std::pair<Time, Id>> served;  ///< strangers, by when they make room for others of their address
+    std::set<std::pair<Time, Id>> served;  ///< strangers, by the time at which they make room
     std::set<Id> known;                    ///< by age
     std::size_t strangers() const { return waiting.size() + served.size(); }
   };
@@ -90,7 +89,7 @@ class ConnectionBook {
     Time until{};
   };
 
-  /// Changes an address and keeps by_size_ in order.
+  /// Changes an address, and updates by_size_.
   template <class Change>
   void change(const std::string& address, const Change& change);
   bool make_room(const std::string& address, Arrival& arrival);
@@ -104,8 +103,8 @@ class ConnectionBook {
   std::unordered_map<Id, Entry> entries_;
   std::unordered_map<std::string, Id> peers_;
   std::map<std::string, Address> addresses_;
-  std::set<std::pair<std::size_t, std::string>> by_size_;  ///< by strangers: of those that have some
-  std::unordered_map<std::string, std::size_t> callers_;   ///< connections of each
+  std::set<std::pair<std::size_t, std::string>> by_size_;  ///< addresses with strangers, by their number
+  std::unordered_map<std::string, std::size_t> callers_;   ///< connections of each caller
 };
 
 }  // namespace lightmill

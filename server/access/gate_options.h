@@ -1,4 +1,4 @@
-// What callers are asked for.
+// Options for authentication of callers, and their limits.
 #pragma once
 
 #include "server/access/call_limits.h"
@@ -6,10 +6,10 @@
 namespace lightmill {
 
 struct GateOptions {
-  bool asks = false;                ///< callers have to show who they are; else who shows nothing may do everything
-  bool takes_certificates = false;  ///< there is an authority that signs theirs
+  bool asks = false;  ///< callers must authenticate; otherwise a caller without credentials may do everything
+  bool takes_certificates = false;  ///< an authority signs client certificates
   CallLimitOptions calls;
-  bool takes_tokens = true;  ///< false where strangers could read them on the way
+  bool takes_tokens = true;  ///< false if the connection is not encrypted, so that others could read tokens
 };
 
 }  // namespace lightmill

@@ -12,13 +12,13 @@ Result<Identity> identity_of(const CertificateFacts& certificate, std::int64_t n
   Identity identity{certificate.name, certificate.roles, Proof::certificate, certificate.until_unix_s, ""};
   if (const Status status = check_name("the certificate's name", identity.name);
       !status.ok() || identity.name.empty()) {
-    return make_error(StatusCode::kUnauthenticated, "the certificate names nobody: its common name is {}",
+    return make_error(StatusCode::kUnauthenticated, "the certificate has no usable name: its common name is {}",
                       status.ok() ? "empty" : message_of(status));
   }
   if (identity.roles.empty()) {
     return make_error(StatusCode::kUnauthenticated,
-                      "the certificate of '{}' gives no role ({}…, as `lightmill certs person` puts there)",
-                      identity.name, role_uri(Role::view));
+                      "the certificate of '{}' has no role ({}…, as `lightmill certs person` adds)", identity.name,
+                      role_uri(Role::view));
   }
   LM_RETURN_IF_ERROR(check_still_holds(identity, now_unix_s));
   return identity;
@@ -33,7 +33,7 @@ Result<std::string> worker_name(const Identity& identity, std::string_view said)
 
 std::string describe(const Identity& identity) {
   if (!identity.is_known()) {
-    return "somebody unknown";
+    return "an unknown caller";
   }
   return fmt::format("'{}' (roles: {}; by {})", identity.name, names_of(identity.roles),
                      identity.proof == Proof::token ? "token " + identity.token : "certificate");
@@ -42,8 +42,8 @@ std::string describe(const Identity& identity) {
 Status check_still_holds(const Identity& identity, std::int64_t now_unix_s) {
   return identity.until_unix_s == 0 || now_unix_s < identity.until_unix_s
              ? ok_status()
-             : make_error(StatusCode::kUnauthenticated, "what '{}' has shown ended {}: renew it", identity.name,
-                          date_text(identity.until_unix_s));
+             : make_error(StatusCode::kUnauthenticated, "the certificate or token of '{}' expired {}: renew it",
+                          identity.name, date_text(identity.until_unix_s));
 }
 
 }  // namespace lightmill

@@ -1,4 +1,4 @@
-// Who calls, as far as they have shown it.
+// Identity of a caller, as proved by a certificate or token.
 #pragma once
 
 #include <cstdint>
@@ -10,38 +10,38 @@
 
 namespace lightmill {
 
-/// What somebody is known by.
+/// How a caller proved its identity.
 enum class Proof {
-  none,         ///< nothing is asked for: whoever reaches the coordinator may do everything
-  certificate,  ///< one that an authority of the farm has signed
-  token,        ///< one that the farm knows
+  none,         ///< no authentication: everyone who reaches the coordinator may do everything
+  certificate,  ///< signed by an authority of the farm
+  token,        ///< registered in the farm
 };
 
 struct Identity {
-  std::string name;  ///< also the owner of what is submitted; empty without proof
+  std::string name;  ///< also the owner of submitted jobs; empty without proof
   Roles roles;
   Proof proof = Proof::none;
-  std::int64_t until_unix_s = 0;  ///< what was shown holds so long; 0: without end
-  std::string token;              ///< its id, if that was shown
+  std::int64_t until_unix_s = 0;  ///< end of the certificate's or token's validity; 0: none
+  std::string token;              ///< id of the token, if one was used
 
   bool is_known() const { return proof != Proof::none; }
 };
 
-/// Of callers where nothing is asked for.
+/// The identity of callers where the farm does not authenticate.
 Identity anybody();
 
-/// UNAUTHENTICATED if the certificate has ended, names nobody or gives no role.
+/// UNAUTHENTICATED if the certificate has expired, or has no name or role.
 Result<Identity> identity_of(const CertificateFacts& certificate, std::int64_t now_unix_s);
 
-/// The name under which a farm knows a worker that says it is `said`: "NAME/said", NAME being that of its certificate
-/// or token, so that nobody can pose as another's; just `said` where that is NAME, or nobody is known. INVALID_ARGUMENT
-/// for what check_name refuses.
+/// The farm's name for a worker that calls itself `said`: "NAME/said", where NAME is that of its certificate or token.
+/// So no worker can impersonate another one. It is just `said` if that equals NAME, or without authentication.
+/// INVALID_ARGUMENT if check_name() refuses it.
 Result<std::string> worker_name(const Identity& identity, std::string_view said);
 
 /// "'ada' (roles: view, submit; by certificate)".
 std::string describe(const Identity& identity);
 
-/// UNAUTHENTICATED once what was shown has ended.
+/// UNAUTHENTICATED once the certificate or token has expired.
 Status check_still_holds(const Identity& identity, std::int64_t now_unix_s);
 
 }  // namespace lightmill

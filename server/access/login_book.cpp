@@ -7,7 +7,7 @@ namespace lightmill {
 Result<std::int64_t> LoginBook::add(std::string_view secret, const Identity& caller, std::int64_t now_unix_s) {
   make_room(caller, now_unix_s);
   if (logins_.size() >= kMostLogins) {
-    return resource_exhausted("{} browsers are logged in, and no more are kept: log out somewhere", kMostLogins);
+    return resource_exhausted("{} browsers are logged in, which is the limit: log out in one of them", kMostLogins);
   }
   const std::int64_t latest = now_unix_s + kLoginSeconds;
   const std::int64_t until = caller.until_unix_s == 0 ? latest : std::min(latest, caller.until_unix_s);
@@ -15,7 +15,7 @@ Result<std::int64_t> LoginBook::add(std::string_view secret, const Identity& cal
   return until;
 }
 
-/// Logins that have ended go, and of the caller's the oldest where there are too many.
+/// Ends expired sessions, and the caller's oldest one if the caller has too many.
 void LoginBook::make_room(const Identity& caller, std::int64_t now_unix_s) {
   std::erase_if(logins_, [now_unix_s](const auto& each) { return each.second.until_unix_s <= now_unix_s; });
   std::size_t of_one = 0;
@@ -35,7 +35,7 @@ Result<Identity> LoginBook::identify(std::string_view secret, std::int64_t now_u
   const auto at = logins_.find(sha256(secret));
   if (at == logins_.end() || at->second.until_unix_s <= now_unix_s) {
     return make_error(StatusCode::kUnauthenticated,
-                      "this browser is not logged in any more: the login ended, or the coordinator was started anew");
+                      "this browser is not logged in any more: its session ended, or the coordinator was restarted");
   }
   return at->second.caller;
 }

@@ -1,4 +1,4 @@
-// Who is logged in on the page: for whom the secret in a browser's cookie stands, and until when.
+// Sessions of the page: the identity and end of each secret in a browser's cookie.
 #pragma once
 
 #include <cstdint>
@@ -12,22 +12,22 @@
 
 namespace lightmill {
 
-/// Not thread-safe. Keeps of a secret its SHA-256 alone, in memory: a coordinator that starts knows nobody.
+/// Not thread-safe. Keeps only the SHA-256 of a secret, in memory. Sessions end when the coordinator restarts.
 class LoginBook {
  public:
-  /// A login ends after so long, or with the token that it was made with.
+  /// Longest session. It ends earlier with its token.
   static constexpr std::int64_t kLoginSeconds = std::int64_t{7} * 24 * 60 * 60;
   static constexpr std::size_t kMostLogins = 2'000;
-  /// Of one token; an older one goes for a new one.
+  /// Sessions of one token. A new one replaces the oldest.
   static constexpr std::size_t kMostOfOne = 100;
 
-  /// From now on the secret stands for `caller`, who has shown a token. Returns until when. RESOURCE_EXHAUSTED.
+  /// Starts a session for `caller`, who has shown a token. Returns its end. RESOURCE_EXHAUSTED.
   Result<std::int64_t> add(std::string_view secret, const Identity& caller, std::int64_t now_unix_s);
-  /// UNAUTHENTICATED of one that is unknown or has ended. Whether the token holds still is asked elsewhere.
+  /// UNAUTHENTICATED if the secret is unknown or has expired. Does not check whether the token is still valid.
   Result<Identity> identify(std::string_view secret, std::int64_t now_unix_s) const;
-  /// Forgets those of callers of whom `holds` says no more.
+  /// Ends the sessions of callers for whom `holds` is false.
   void keep(const std::function<bool(const Identity&)>& holds);
-  /// The secret stands for nobody any more.
+  /// Ends the session.
   void remove(std::string_view secret);
   std::size_t size() const { return logins_.size(); }
 

@@ -105,8 +105,8 @@ void Places::moves(Id id) {
   }
 }
 
-/// The sum of the squares of all names' and all addresses' counts gets smaller with every place that gives way. So
-/// callers cannot take places from each other without end.
+/// Each place that is taken away reduces the sum of the squares of all names' and addresses' counts. So callers cannot
+/// take places from each other endlessly.
 std::optional<Places::Id> Places::give_way_to(const Holder& holder) {
   const std::int64_t of_name = count_of(names_, holder.name), of_address = count_of(addresses_, holder.address);
   std::int64_t most = 0;

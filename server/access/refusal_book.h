@@ -1,5 +1,4 @@
-// Which refusals are worth a line in the farm's log: a flood leaves a few, and what is refused again and again one an
-// hour.
+// Filter for refusals in the farm's log: a flood leaves few entries, and a repeated refusal one entry per hour.
 #pragma once
 
 #include <cstdint>
@@ -12,17 +11,17 @@
 
 namespace lightmill {
 
-/// What a call was about.
+/// Subject of a call.
 struct About {
   std::uint64_t job = 0;   ///< 0: none
-  std::string text = {};   ///< a worker, or a token
-  bool was_there = false;  ///< nothing was changed: what was asked for had been done before
+  std::string text = {};   ///< name of a worker or token
+  bool was_there = false;  ///< nothing was changed: the requested state existed already
 };
 
-/// What a line stands for besides its own refusal.
+/// Refusals that an entry covers, besides its own.
 struct Unwritten {
-  std::uint64_t repeated = 0;  ///< the same, since it was written last
-  std::uint64_t left_out = 0;  ///< others, of which there were too many
+  std::uint64_t repeated = 0;  ///< the same refusal, since its last entry
+  std::uint64_t left_out = 0;  ///< other refusals that exceeded the limit
 };
 
 /// Not thread-safe.
@@ -31,10 +30,10 @@ class RefusalBook {
   static constexpr Duration kSameRefusal = std::chrono::hours(1);
   static constexpr std::size_t kMostRemembered = 1'000;
 
-  /// Whether this refusal is to be written down now: not if it was within the hour, to the same caller for the same
-  /// reason; nor more than ten a minute once a hundred were, of callers who are known and of those who are not.
+  /// Whether to log this refusal now. It is not logged if the same caller got one for the same reason within the hour.
+  /// After 100 entries, at most ten per minute are logged, separately for known and unknown callers.
   std::optional<Unwritten> take(const Call& call, const About& about, const Status& status, Time now);
-  /// The same by number alone.
+  /// Applies only the limit by number.
   std::optional<Unwritten> take(const Identity& caller, Time now);
 
  private:

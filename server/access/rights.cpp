@@ -52,7 +52,7 @@ consteval bool in_order() {
 }
 static_assert(in_order(), "every Rpc has its line, in the order of the enumeration");
 
-/// Who may do so with any job.
+/// Roles that may do this with any job.
 constexpr Roles roles_for(Right right) {
   switch (right) {
     case Right::submit:
@@ -78,7 +78,7 @@ constexpr Roles roles_for(Right right) {
   return {};
 }
 
-/// Who may do so with jobs of their own.
+/// Roles that may do this with their own jobs.
 constexpr Roles roles_for_own(Right right) {
   Roles roles = roles_for(right);
   if (right == Right::see_job || right == Right::steer_job) {
@@ -106,7 +106,7 @@ Status check_call(const Identity& caller, Rpc rpc) {
   const RpcRule& rule = rule_of(rpc);
   return caller.roles.has_any(roles_for_own(rule.right))
              ? ok_status()
-             : make_error(StatusCode::kPermissionDenied, "{} is for the roles {}, which {} has not", rule.method,
+             : make_error(StatusCode::kPermissionDenied, "{} is for the roles {}, which {} does not have", rule.method,
                           names_of(roles_for_own(rule.right)), describe(caller));
 }
 
@@ -115,7 +115,7 @@ Status check_job(const Identity& caller, Rpc rpc, std::string_view owner) {
   return may(caller, rule.right, owner)
              ? ok_status()
              : make_error(StatusCode::kPermissionDenied,
-                          "the job is somebody else's, whose {} is for the roles {}, which {} has not", rule.method,
+                          "the job is somebody else's: {} is for the roles {}, which {} does not have", rule.method,
                           names_of(roles_for(rule.right)), describe(caller));
 }
 
@@ -145,7 +145,7 @@ Status check_rules(std::span<const std::string> methods) {
   }
   for (const std::string& name : named) {
     if (std::ranges::find(methods, name) == methods.end()) {
-      return internal_error("server/access/rights.cpp speaks of {}, which there is not", name);
+      return internal_error("server/access/rights.cpp names {}, which does not exist", name);
     }
   }
   return ok_status();

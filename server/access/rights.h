@@ -1,4 +1,4 @@
-// Which roles may call which RPC, on whose jobs: one table, without a line in which an RPC is not served.
+// Table of RPCs: which roles may call them, and on whose jobs. An RPC without a line is not served.
 #pragma once
 
 #include <array>
@@ -48,36 +48,36 @@ enum class Rpc {
   count
 };
 
-/// What a call is about.
+/// Kind of permission that a call needs.
 enum class Right {
-  submit,        ///< bring jobs
-  bring_assets,  ///< with jobs, or as what workers find in scene files
-  see_job,       ///< look at a job and its film
-  steer_job,     ///< change what becomes of a job
-  see_farm,      ///< know what the farm is doing
-  steer_farm,    ///< change what workers do
+  submit,        ///< submit jobs
+  bring_assets,  ///< upload assets with jobs, or found in scene files by workers
+  see_job,       ///< read a job and its film
+  steer_job,     ///< change a job's state, goal or priority
+  see_farm,      ///< read the state of the farm
+  steer_farm,    ///< change the state of workers
   fetch_assets,  ///< read the assets of jobs
   work,          ///< render
-  administer,    ///< say who gets in
-  enrol          ///< be given a token as a worker
+  administer,    ///< manage tokens and read the log
+  enrol          ///< get a worker's token
 };
 
 struct RpcRule {
   Rpc rpc;
   std::string_view service, method;
   Right right;
-  bool recorded;  ///< it changes something: the farm's log says who did so
+  bool recorded;  ///< it changes something, so the farm's log records it
 };
 
 class StreamPlace;
 
-/// A call that was let in, or is to be.
+/// A call that was admitted, or is to be checked.
 struct Call {
   Identity caller;
   Rpc rpc = Rpc::count;
   std::string peer;                              ///< ADDRESS:PORT
-  std::shared_ptr<StreamPlace> place = nullptr;  ///< of a call that lasts (StreamKind)
-  /// Of SubmitJob: told of the job, which ends with a page; empty: it does not.
+  std::shared_ptr<StreamPlace> place = nullptr;  ///< for a call that lasts (StreamKind)
+  /// For SubmitJob: receives the id of a job that ends with its page. Empty: the job does not end with a page.
   std::function<void(JobId)> tell_page = nullptr;
 };
 
@@ -85,20 +85,20 @@ struct Call {
 std::span<const RpcRule> rpc_rules();
 const RpcRule& rule_of(Rpc rpc);
 
-/// Whether the caller may make such a call at all; which jobs it may name is asked below. PERMISSION_DENIED says which
-/// roles would do.
+/// Whether the caller may make this call at all. check_job() checks the job. PERMISSION_DENIED names the roles that
+/// may.
 Status check_call(const Identity& caller, Rpc rpc);
 
-/// Whether the caller may do so with a job of `owner`. PERMISSION_DENIED.
+/// Whether the caller may make this call for a job of `owner`. PERMISSION_DENIED.
 Status check_job(const Identity& caller, Rpc rpc, std::string_view owner);
 
-/// The same as a word.
+/// Whether the caller may read a job of `owner`.
 bool may_see_job(const Identity& caller, std::string_view owner);
 
-/// The methods of all RPCs that the caller may call: with jobs of their own, or with anybody's.
+/// The methods of all RPCs that the caller may call, for its own jobs (`own`) or for all jobs.
 std::vector<std::string_view> allowed_methods(const Identity& caller, bool own);
 
-/// `methods` are all that are to be served, "SERVICE/METHOD": INTERNAL unless each has its line, and each line its
+/// `methods` are all served methods, "SERVICE/METHOD". INTERNAL unless each has a line in the table, and each line a
 /// method.
 Status check_rules(std::span<const std::string> methods);
 

@@ -9,10 +9,10 @@ namespace lightmill {
 namespace {
 
 Status check_id(const std::string& id) {
-  return is_token_id(id) ? ok_status() : invalid_argument("id: a token's has 12 hex digits, got '{}'", printable(id));
+  return is_token_id(id) ? ok_status() : invalid_argument("id: must have 12 hex digits, got '{}'", printable(id));
 }
 
-/// Of a token that is to be made: it enrols workers and does nothing else, or it enrols none.
+/// Checks the terms of a new token: it enrols workers and does nothing else, or it enrols none.
 Status check_enrolment(const TokenRecord& token) {
   const EnrolmentTerms& terms = token.enrolment;
   if (!token.roles.has(Role::enrol)) {
@@ -21,21 +21,21 @@ Status check_enrolment(const TokenRecord& token) {
   }
   if (token.roles != Roles{Role::enrol} || terms.workers < 1 || terms.workers > kMaxEnrolments) {
     return invalid_argument(
-        "a token that enrols workers has the role enrol alone, and enrols 1 to {} of them, got the roles {} and {} "
-        "workers (lightmill tokens create NAME --enrol N)",
+        "an enrolment token has only the role enrol and enrols 1 to {} workers, got the roles {} and {} workers "
+        "(lightmill tokens create NAME --enrol N)",
         kMaxEnrolments, names_of(token.roles), terms.workers);
   }
   if (terms.worker_seconds < 1 || terms.worker_seconds > kMaxTokenSeconds) {
-    return invalid_argument("enrolment: the token of a worker holds for 1 to {} s, got {}", kMaxTokenSeconds,
+    return invalid_argument("enrolment: the token of a worker is valid for 1 to {} s, got {}", kMaxTokenSeconds,
                             terms.worker_seconds);
   }
   return token.name.size() <= kMaxEnrolmentNameBytes
              ? ok_status()
-             : invalid_argument("name: one of a token that enrols has at most {} bytes, got {}", kMaxEnrolmentNameBytes,
-                                token.name.size());
+             : invalid_argument("name: the name of an enrolment token has at most {} bytes, got {}",
+                                kMaxEnrolmentNameBytes, token.name.size());
 }
 
-/// A slash would make it look like another token's.
+/// A slash would make the name look like one of another token.
 Status check_host(const std::string& host) {
   LM_RETURN_IF_ERROR(check_name("host", host));
   return host.size() <= kMaxEnrolmentNameBytes && host.find('/') == std::string::npos
@@ -58,11 +58,12 @@ Result<Identity> TokenBook::identify(std::string_view text, std::int64_t now_uni
     return make_error(StatusCode::kUnauthenticated, "{}", message_of(id.status()));
   }
   const TokenRecord* const token = find(*id);
-  // Always hashed and compared, so that how long it takes tells nothing of which ids there are.
+  // Always hashes and compares, so the time does not tell which ids exist.
   const bool same = same_digest(sha256(text), token != nullptr ? token->hash : Sha256{});
   if (token == nullptr || !same) {
     return make_error(StatusCode::kUnauthenticated,
-                      "the token {}… is unknown here: it was revoked, or is another farm's; ask an admin for another",
+                      "the token {}… is unknown here: it was revoked, or belongs to another farm; ask an admin for "
+                      "a new one",
                       *id);
   }
   Identity identity{token->name, token->roles, Proof::token, token->until_unix_s, token->id};
@@ -84,14 +85,14 @@ Status TokenBook::add(const TokenRecord& token, std::int64_t now_unix_s) {
     return invalid_argument("a token needs a name and a role");
   }
   if (token.until_unix_s <= now_unix_s || token.until_unix_s > now_unix_s + kMaxTokenSeconds) {
-    return invalid_argument("a token ends within {} days, got {}", kMaxTokenSeconds / (24 * 60 * 60),
+    return invalid_argument("a token must end within {} days, got {}", kMaxTokenSeconds / (24 * 60 * 60),
                             date_text(token.until_unix_s));
   }
   LM_RETURN_IF_ERROR(check_enrolment(token));
   if (const TokenRecord* const there = find(token.id)) {
     const bool same = same_digest(there->hash, token.hash) && there->name == token.name &&
                       there->roles == token.roles && there->enrolment.workers == token.enrolment.workers;
-    return same ? ok_status() : already_exists("there is another token {}", token.id);
+    return same ? ok_status() : already_exists("there is already another token {}", token.id);
   }
   LM_RETURN_IF_ERROR(check_room());
   tokens_.emplace(token.id, token);
@@ -101,7 +102,7 @@ Status TokenBook::add(const TokenRecord& token, std::int64_t now_unix_s) {
 Status TokenBook::check_room() const {
   return tokens_.size() < kMaxTokens
              ? ok_status()
-             : resource_exhausted("there are {} tokens, and no more are kept: revoke some", kMaxTokens);
+             : resource_exhausted("there are {} tokens, which is the limit: revoke some", kMaxTokens);
 }
 
 Result<Enrolment> TokenBook::enrol(const Identity& by, const EnrolmentRequest& request, std::int64_t now_unix_s) {
@@ -109,20 +110,19 @@ Result<Enrolment> TokenBook::enrol(const Identity& by, const EnrolmentRequest& r
   LM_RETURN_IF_ERROR(check_host(request.host));
   const auto at = tokens_.find(by.token);
   if (at == tokens_.end() || at->second.enrolment.workers == 0) {
-    return make_error(StatusCode::kUnauthenticated, "{} has shown no token that enrols workers, or it was revoked",
-                      describe(by));
+    return make_error(StatusCode::kUnauthenticated, "{} has no enrolment token, or it was revoked", describe(by));
   }
   TokenRecord& enrolling = at->second;
   if (const TokenRecord* const there = find(request.id)) {
     return there->enrolled_by.empty() || !same_digest(there->hash, request.hash)
-               ? Result<Enrolment>(already_exists("there is another token {}", request.id))
+               ? Result<Enrolment>(already_exists("there is already another token {}", request.id))
                : Enrolment{*there, enrolling, false, {}};
   }
   EnrolmentTerms& terms = enrolling.enrolment;
   if (terms.enrolled >= terms.workers) {
     return make_error(StatusCode::kPermissionDenied,
-                      "the enrolment token {} of '{}' has enrolled all of its {} workers: an admin makes another by "
-                      "`lightmill tokens create {} --enrol N`",
+                      "the enrolment token {} of '{}' has enrolled all of its {} workers: an admin can create "
+                      "another with `lightmill tokens create {} --enrol N`",
                       enrolling.id, enrolling.name, terms.workers, enrolling.name);
   }
   Enrolment enrolment;

@@ -20,15 +20,15 @@
 namespace lightmill {
 namespace {
 
-/// A packed scene may have 16 MiB; everything else is small.
+/// A packed scene can have 16 MiB. Other messages are small.
 constexpr int kMaxMessageBytes = 20 << 20;
-/// Of one connection; more wait.
+/// Concurrent streams of one connection. More wait.
 constexpr int kMaxConnectionStreams = 1'000;
-/// Calls that are under way when the server stops have so long.
+/// Time for running calls when the server stops.
 constexpr auto kStopPatience = std::chrono::seconds(2);
 
-/// Dead links are found within half a minute, and clients may look for them more eagerly. Whoever has a gigabyte of
-/// results on its way takes seconds to answer: it is not dead.
+/// Detects dead links within half a minute. Clients may ping more often. A worker with a gigabyte of results in transit
+/// takes seconds to answer, and is not dead.
 void set_keepalive(grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
@@ -37,7 +37,7 @@ void set_keepalive(grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
 }
 
-/// "SERVICE/METHOD" of all that is registered below, health and reflection apart.
+/// "SERVICE/METHOD" of all registered methods, except health and reflection.
 std::vector<std::string> served_methods() {
   std::vector<std::string> methods;
   for (const std::string name :
@@ -53,8 +53,8 @@ std::vector<std::string> served_methods() {
 
 }  // namespace
 
-/// In the order of their making; each uses only those above it, and gRPC's threads stop first. The runtime keeps what
-/// it calls.
+/// In the order of construction. Each member uses only those above it, and gRPC's threads stop first. The runtime keeps
+/// the functions that it calls.
 struct ApiServer::Parts {
   Parts(Runtime& runtime, const ApiOptions& options)
       : loop(runtime.loop()),
@@ -95,7 +95,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
   builder.SetResourceQuota(grpc::ResourceQuota("lightmill").Resize(options.wire_bytes));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxConnectionStreams);
-  // Reflection alone is served by gRPC's own threads.
+  // gRPC's own threads serve only reflection.
   builder.SetSyncServerOption(grpc::ServerBuilder::NUM_CQS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, 1);

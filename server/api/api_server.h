@@ -1,4 +1,4 @@
-// The coordinator over gRPC: for clients, workers, an autoscaler and health checks.
+// The coordinator's gRPC server: for clients, workers, an autoscaler and health checks.
 #pragma once
 
 #include <functional>
@@ -13,23 +13,23 @@ namespace lightmill {
 
 struct ApiOptions {
   std::string listen = "127.0.0.1:7350";  ///< host:port; port 0 takes a free one
-  std::size_t connections = 1'000;        ///< at most
-  /// With a certificate, connections are encrypted, and callers have to show who they are: by certificates of
-  /// `authority`, if that is given, or by tokens.
+  std::size_t connections = 1'000;        ///< limit
+  /// With a certificate, connections are encrypted, and callers must authenticate: by certificates of `authority`, if
+  /// given, or by tokens.
   TlsFiles tls = {};
-  std::uint64_t wire_bytes = std::uint64_t{4} << 30;  ///< of what is on its way, of all connections
-  /// The port does not answer. From another thread; the server should be stopped.
+  std::uint64_t wire_bytes = std::uint64_t{4} << 30;  ///< memory limit of messages in transit, of all connections
+  /// The port does not answer. Called from another thread; the caller should stop the server.
   std::function<void(const Status&)> on_fatal = [](const Status&) {};
-  /// Whether it takes jobs, which it does not while its state cannot be stored. From other threads.
+  /// Whether the server accepts jobs. It does not while its state cannot be stored. Called from other threads.
   std::function<void(bool)> on_ready = [](bool) {};
 };
 
-/// One for each runtime, which outlives it.
+/// One per runtime. The runtime outlives it.
 class ApiServer {
  public:
   /// Starts to listen. UNAVAILABLE if the address cannot be bound.
   static Result<std::unique_ptr<ApiServer>> start(Runtime& runtime, const ApiOptions& options);
-  /// Ends streams with UNAVAILABLE, and answers what is under way.
+  /// Ends streams with UNAVAILABLE, and completes running calls.
   ~ApiServer();
   ApiServer(const ApiServer&) = delete;
   ApiServer& operator=(const ApiServer&) = delete;

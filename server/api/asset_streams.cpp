@@ -1,4 +1,4 @@
-// Assets in and out, in chunks.
+// Streams of assets: uploads and downloads in chunks.
 #include "common/base/log.h"
 #include "common/wire/bytes.h"
 #include "server/api/grpc_gate.h"
@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kMaxChunkBytes = std::size_t{1} << 20;
 constexpr std::size_t kSentChunkBytes = std::size_t{256} << 10;
 
-/// Receives one asset. gRPC calls it one event at a time; deletes itself.
+/// Receives one asset. gRPC calls it with one event at a time. Deletes itself.
 class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest> {
  public:
   UploadStream(AssetStore& assets, Call call, Traffic& traffic)
@@ -45,10 +45,10 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
       LM_ASSIGN_OR_RETURN(const Sha256 digest, digest_from_bytes(request_.digest()));
       LM_ASSIGN_OR_RETURN(upload_, assets_.start_upload(digest));
     } else if (!request_.digest().empty()) {
-      return invalid_argument("digest: belongs into the first message only");
+      return invalid_argument("digest: only the first message has one");
     }
     if (request_.chunk().size() > kMaxChunkBytes) {
-      return invalid_argument("chunk: {} bytes are more than {}", request_.chunk().size(), kMaxChunkBytes);
+      return invalid_argument("chunk: {} bytes are more than the limit of {}", request_.chunk().size(), kMaxChunkBytes);
     }
     traffic_.assets_in += request_.chunk().size();
     return upload_->append(as_byte_view(request_.chunk()));
@@ -64,7 +64,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
   std::unique_ptr<AssetStore::Upload> upload_;
 };
 
-/// Sends one asset. gRPC calls it one event at a time; deletes itself.
+/// Sends one asset. gRPC calls it with one event at a time. Deletes itself.
 class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetResponse> {
  public:
   DownloadStream(AssetStore& assets, Call call, FarmLoop& loop, const std::string& digest_bytes)
@@ -120,15 +120,15 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
     StartWrite(&response_);
   }
 
-  /// What has been damaged is sent again by who needs it.
+  /// Deletes a damaged asset, so that clients send it again.
   Status forget() {
-    spdlog::error("asset {} is damaged in the store and forgotten: it is sent again with the next job that has it",
+    spdlog::error("asset {} was damaged in the store and is deleted: the next job with the same file uploads it again",
                   digest_.hex());
     assets_.forget(*reader_);
     return unavailable("asset {} was damaged in the farm's store: submit a job with the same file again",
                        digest_.hex());
   }
-  /// A worker that asks again may get it: no job fails for a disk or a database that gives an error.
+  /// UNAVAILABLE, so workers try again. An error of the disk or database does not fail a job.
   Status unreadable(const Status& why) const {
     spdlog::error("asset {} cannot be read: {}", digest_.hex(), message_of(why));
     return unavailable("asset {} cannot be read from the farm's store: {}", digest_.hex(), message_of(why));

@@ -1,4 +1,4 @@
-// Films on their way to clients: WatchJob as they grow, GetFilm whole.
+// Streams of films: WatchJob sends changes, GetFilm the whole film.
 #include "common/film/film.h"
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
@@ -41,7 +41,7 @@ class WatchStream final : public OfferStream<v1::WatchJobResponse, WatchSink> {
 
 // ---- fetching ----
 
-/// Sends one film as it was at one moment. Deletes itself.
+/// Sends a snapshot of one film. Deletes itself.
 class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
  public:
   FilmStream(Call call, Traffic& traffic) : call_(std::move(call)), traffic_(traffic) {}

@@ -13,7 +13,7 @@ namespace lightmill {
 namespace {
 
 constexpr unsigned kReloadSeconds = 2;
-/// Of the encryption and HTTP/2 together, until when nobody knows who calls.
+/// For TLS and HTTP/2 together. The caller is unknown until then.
 constexpr int kHandshakePatienceMs = 5'000;
 constexpr const char* kHeader = "authorization";
 
@@ -50,7 +50,8 @@ Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc
   Result<Identity> caller = gate.identify(shown);
   const bool lasts = rpc == Rpc::work || stream_kind(rpc);
   if (caller.ok()) {
-    // Where a caller has its share of connections, one more is a stranger's, who may end soon: enough for a short call.
+    // If the caller has its share of connections, this one remains a stranger, and may end soon. That is enough for a
+    // short call.
     if (const Status met = gate.meet(shown.peer, *caller); !met.ok() && lasts) {
       caller = met;
     }

@@ -1,4 +1,4 @@
-// The gate as gRPC's calls come to it, and the encryption of its connections.
+// Admission of gRPC calls, and TLS of their connections.
 #pragma once
 
 #include <grpcpp/security/server_credentials.h>
@@ -13,17 +13,16 @@
 
 namespace lightmill {
 
-/// Of every RPC, first, with what it names. UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
+/// Every RPC calls it first, with its subject. UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
 Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc rpc, const About& about = {});
 
-/// Encrypted if a certificate is given. Then its files are looked at every few seconds: renewed ones serve the
-/// connections that come after.
+/// Encrypted if a certificate is given. Its files are checked every few seconds. New connections use renewed ones.
 std::shared_ptr<grpc::ServerCredentials> server_credentials(const TlsFiles& files);
 
-/// Lets the builder's server serve sockets: those that it is given between its start and its shutdown.
+/// Lets the builder's server serve sockets that are passed to it between its start and its shutdown.
 Listener::Take serve_sockets(grpc::ServerBuilder& builder, const std::shared_ptr<grpc::ServerCredentials>& credentials);
 
-/// Leaves out gRPC's service that describes the others, which serves everybody: linking it has put it in.
+/// Removes gRPC's reflection service, which admits every caller. Linking has added it.
 void leave_out_reflection(grpc::ServerBuilder& builder);
 
 }  // namespace lightmill

@@ -1,4 +1,4 @@
-// Our Status as gRPC's: the codes are the same numbers.
+// Conversion of Status to gRPC's Status. The codes are the same numbers.
 #pragma once
 
 #include <grpcpp/support/status.h>

@@ -18,7 +18,7 @@ Result<std::unique_ptr<HealthPort>> HealthPort::open(const std::string& listen, 
   leave_out_reflection(builder);
   auto health = std::unique_ptr<HealthPort>(new HealthPort());
   Listener::Take take = serve_sockets(builder, grpc::InsecureServerCredentials());
-  // gRPC starts no server that has health checks alone.
+  // gRPC does not start a server that has only health checks.
   builder.RegisterCallbackGenericService(health->others_.get());
   health->server_ = builder.BuildAndStart();
   LM_CHECK(health->server_ != nullptr);

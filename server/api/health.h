@@ -1,4 +1,4 @@
-// What health checks hear (grpc.health.v1): on the coordinator's own port, and on one that has nothing else.
+// Health checks (grpc.health.v1): on the coordinator's own port, and on a port of their own.
 #pragma once
 
 #include <functional>
@@ -18,15 +18,15 @@ namespace lightmill {
 
 class Listener;
 
-/// A port for probes that can show no certificate, as Kubernetes' can not: without encryption, for everybody, and says
-/// no more than this. The service "" is SERVING while the coordinator is ready, "live" as long as the program runs,
-/// also one that stands by. Thread-safe.
+/// Port for probes without a certificate, such as those of Kubernetes. It is not encrypted, admits everyone, and serves
+/// nothing else. The service "" is SERVING while the coordinator is ready. "live" is SERVING while the program runs,
+/// also for a standby coordinator. Thread-safe.
 class HealthPort {
  public:
   static constexpr const char* kLive = "live";
 
-  /// `listen` is HOST:PORT; port 0 takes a free one. Not ready at first. At most so many
-  /// connections. UNAVAILABLE if it cannot be bound.
+  /// `listen` is HOST:PORT; port 0 takes a free one. `connections` is their limit. Starts as not ready. UNAVAILABLE if
+  /// the address cannot be bound.
   static Result<std::unique_ptr<HealthPort>> open(const std::string& listen, std::size_t connections);
   ~HealthPort();
   HealthPort(const HealthPort&) = delete;
@@ -42,11 +42,11 @@ class HealthPort {
   std::unique_ptr<Listener> listener_;
 };
 
-/// Whether a coordinator takes jobs: it serves, its state can be stored, and its port answers. Thread-safe.
+/// Whether a coordinator accepts jobs: it serves, can store its state, and its port answers. Thread-safe.
 class Readiness {
  public:
   explicit Readiness(std::function<void(bool)> on_change) : on_change_(std::move(on_change)) {}
-  /// From now on it is ready, and says so to `service` too, until stop.
+  /// The coordinator is ready until stop(). `service` learns it too.
   void start(grpc::HealthCheckServiceInterface* service);
   void set_storing(bool storing);
   void set_hearing(bool hearing);

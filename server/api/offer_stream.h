@@ -1,5 +1,4 @@
-// A stream whose listener is offered a message, and a newer one once that has left: what a watcher is sent, or an
-// autoscaler.
+// Stream of the newest message: a message is offered when the previous one has left. For watchers and autoscalers.
 #pragma once
 
 #include <grpcpp/support/server_callback.h>
@@ -14,17 +13,17 @@
 
 namespace lightmill {
 
-/// `Sink` is what the farm thread knows of it: WatchSink or DemandSink. Its calls come from the farm thread, close from
-/// who stops the server, the On… methods from gRPC's threads.
+/// `Sink` is the farm thread's interface to it: WatchSink or DemandSink. The farm thread calls its methods, the thread
+/// that stops the server calls close(), and gRPC's threads call the On… methods.
 template <class Response, class Sink>
 class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, public ClosableWatch {
  public:
   OfferStream(Runtime& runtime, Call call, std::shared_ptr<WatchRegistry> registry)
       : loop_(runtime.loop()), gate_(runtime.gate()), call_(std::move(call)), registry_(std::move(registry)) {}
 
-  /// Serves the stream, or ends it: `begin` runs on the farm thread.
+  /// Serves the stream, or ends it. `begin` runs on the farm thread.
   static grpc::ServerWriteReactor<Response>* start(const std::shared_ptr<OfferStream>& stream, FarmLoop::Task begin) {
-    // The registry takes it also where it answers with an error: it owns every stream until OnDone.
+    // The registry owns every stream until OnDone(), even if add() fails.
     Status status = stream->registry_->add(stream.get(), stream);
     if (status.ok() && !stream->loop_.post(std::move(begin))) {
       status = busy();
@@ -43,7 +42,7 @@ class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, publ
     const MutexLock lock(mutex_);
     return !writing_ && !ending_;
   }
-  void fail(const Status& status) {  // also a WatchSink's
+  void fail(const Status& status) {  // also implements WatchSink::fail()
     const MutexLock lock(mutex_);
     end(to_grpc(status));
   }
@@ -68,12 +67,13 @@ class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, publ
   void OnCancel() override { fail(client_left()); }
   void OnDone() override {
     call_.place->call_ended();
-    loop_.poke();             // the hub forgets closed streams
-    registry_->remove(this);  // the last use of this object, but for the hub's
+    loop_.poke();             // the hub drops closed streams
+    registry_->remove(this);  // the last use of this object, except by the hub
   }
 
  protected:
-  /// Writes it unless the stream ends, as it does where the caller may not listen any more; it ends after the last one.
+  /// Writes a message, unless the stream ends or the caller's credentials have expired. Ends the stream after the last
+  /// one.
   bool write(Response response, bool last) {
     if (const Status holds = gate_.check_still_holds(call_.caller); !holds.ok()) {
       fail(holds);
@@ -112,7 +112,7 @@ class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, publ
   mutable Mutex mutex_;
   Response response_ LM_GUARDED_BY(mutex_);  // unchanged while writing_
   bool writing_ LM_GUARDED_BY(mutex_) = false;
-  bool last_ LM_GUARDED_BY(mutex_) = false;  // what is being written is the last message
+  bool last_ LM_GUARDED_BY(mutex_) = false;  // the message in transit is the last one
   bool ending_ LM_GUARDED_BY(mutex_) = false;
   grpc::Status final_status_ LM_GUARDED_BY(mutex_);
 };

@@ -1,4 +1,4 @@
-// A stream that ends at once.
+// Stream that ends at once with an error.
 #pragma once
 
 #include <grpcpp/support/server_callback.h>
@@ -7,7 +7,7 @@
 
 namespace lightmill {
 
-/// `Reactor` is one of gRPC's for streams. Deletes itself.
+/// `Reactor` is one of gRPC's stream classes. Deletes itself.
 template <class Reactor>
 class Refused final : public Reactor {
  public:

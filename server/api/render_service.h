@@ -1,4 +1,4 @@
-// RenderService's streams: assets, and films as they grow or whole.
+// Streams of RenderService: assets, watched jobs and whole films.
 #pragma once
 
 #include "lightmill/v1/render_service.grpc.pb.h"
@@ -11,7 +11,7 @@ namespace lightmill {
 class RenderServiceImpl final : public UnaryCalls<v1::RenderService> {
  public:
   explicit RenderServiceImpl(Runtime& runtime) : UnaryCalls(runtime), runtime_(runtime) {}
-  /// Watchers are told UNAVAILABLE from now on.
+  /// From now on, watchers get UNAVAILABLE.
   void stop() { watches_->stop(); }
 
   using Context = grpc::CallbackServerContext;

@@ -1,4 +1,4 @@
-// KEDA's external scaler: tells a cluster that starts and stops workers whenever the farm begins or ends to want some.
+// KEDA's external scaler: tells a cluster when the farm begins or ceases to need workers.
 #pragma once
 
 #include "externalscaler/externalscaler.grpc.pb.h"
@@ -11,7 +11,7 @@ namespace lightmill {
 class ScalerServiceImpl final : public UnaryCalls<externalscaler::ExternalScaler> {
  public:
   explicit ScalerServiceImpl(Runtime& runtime) : UnaryCalls(runtime), runtime_(runtime) {}
-  /// Listeners are told UNAVAILABLE from now on.
+  /// From now on, listeners get UNAVAILABLE.
   void stop() { streams_->stop(); }
 
   grpc::ServerWriteReactor<externalscaler::IsActiveResponse>* StreamIsActive(

@@ -18,7 +18,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   void start(const Gate& gate, grpc::CallbackServerContext& context, grpc::ByteBuffer request) {
     grpc::ProtoBufferReader reader(&request);
     if (!call_->request().ParseFromZeroCopyStream(&reader)) {
-      return Finish(to_grpc(invalid_argument("the request is no {}", call_->request().GetTypeName())));
+      return Finish(to_grpc(invalid_argument("the request is not a {}", call_->request().GetTypeName())));
     }
     Result<Call> call = admit(gate, context, call_->operation().rpc, call_->about());
     if (!call.ok()) {
@@ -38,7 +38,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   }
 
   const std::shared_ptr<OperationCall> call_;
-  grpc::ByteBuffer* const reply_;  ///< gRPC's, until Finish
+  grpc::ByteBuffer* const reply_;  ///< owned by gRPC, valid until Finish
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The unary methods of gRPC's services: each is an operation of the table.
+// Unary gRPC methods. Each is an entry in the table of operations.
 #pragma once
 
 #include <google/protobuf/descriptor.h>
@@ -11,12 +11,12 @@
 
 namespace lightmill {
 
-/// Answers one call of the operation, once the gate has let it in.
+/// Answers one call of the operation, after the gate has admitted it.
 grpc::ServerUnaryReactor* answer_unary(Runtime& runtime, const Operation& operation,
                                        grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
                                        grpc::ByteBuffer* reply);
 
-/// A service that gRPC has generated: only its streams are left to be written. Thread-safe.
+/// Base of a generated service. It handles all unary methods, so only streams remain. Thread-safe.
 template <class Service>
 class UnaryCalls : public Service::CallbackService {
  public:

@@ -1,4 +1,4 @@
-// All streams of watchers: owns them until gRPC has done with them, and ends them when the server stops.
+// Owner of all watchers' streams until gRPC is done with them. Ends them when the server stops.
 #pragma once
 
 #include <map>
@@ -10,18 +10,18 @@
 
 namespace lightmill {
 
-/// What the registry can do to a watcher's stream.
+/// The registry's interface to a stream.
 class ClosableWatch {
  public:
   virtual ~ClosableWatch() = default;
-  /// Ends it with UNAVAILABLE. Thread-safe.
+  /// Ends the stream with UNAVAILABLE. Thread-safe.
   virtual void close() = 0;
 };
 
 /// Thread-safe.
 class WatchRegistry {
  public:
-  /// Owns the stream until remove, also where it answers with an error: UNAVAILABLE once stopped.
+  /// Owns the stream until remove(), even if it returns an error: UNAVAILABLE after stop().
   Status add(const void* key, std::shared_ptr<ClosableWatch> watch) {
     const MutexLock lock(mutex_);
     watches_.emplace(key, std::move(watch));

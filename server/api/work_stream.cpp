@@ -10,14 +10,14 @@
 namespace lightmill {
 namespace {
 
-/// Messages of one worker that the farm thread has not yet seen; reading pauses beyond. One, while those of all workers
-/// hold more than so many bytes: the others wait where they are, and no farm is too large for the memory.
+/// Messages of one worker that the farm thread has not handled yet. Beyond this, reading pauses. The limit is one while
+/// all workers' messages exceed kWindowBytes, which bounds the memory for any size of the farm.
 constexpr int kWindow = 16;
 constexpr std::uint64_t kWindowBytes = std::uint64_t{128} << 20;
-/// Messages that a worker has not yet read; its stream is ended beyond.
+/// Messages that a worker has not read yet. Beyond this, its stream ends.
 constexpr std::size_t kMaxOutgoing = 4'096;
 
-/// Two acknowledgements that wait make one.
+/// Joins an acknowledgement with the last one in the queue.
 bool join_acks(std::deque<CoordinatorMessage>& queue, CoordinatorMessage& message) {
   auto* ack = std::get_if<ResultAck>(&message);
   auto* last = queue.empty() ? nullptr : std::get_if<ResultAck>(&queue.back());
@@ -28,7 +28,7 @@ bool join_acks(std::deque<CoordinatorMessage>& queue, CoordinatorMessage& messag
   return true;
 }
 
-/// "job 1, samples [0, 16)", of a unit or a node.
+/// "job 1, samples [0, 16)", for a unit or a node.
 std::string text_of(JobId job, const SampleRange& range) {
   return fmt::format("job {}, samples [{}, {})", job.value, range.first(), range.end());
 }
@@ -37,7 +37,7 @@ bool traces() {
   return spdlog::should_log(spdlog::level::debug);
 }
 
-/// A result must be what its worker hashed.
+/// DATA_LOSS unless a result has the hash that its worker sent.
 Status check_hash(const WorkerMessage& message) {
   const auto* result = std::get_if<WorkerResult>(&message);
   if (result == nullptr) {

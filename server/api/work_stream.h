@@ -1,4 +1,4 @@
-// One worker's stream: its messages go to the farm thread, and the farm's messages to the worker.
+// Stream of one worker: passes its messages to the farm thread, and the farm's messages to the worker.
 #pragma once
 
 #include <atomic>
@@ -16,10 +16,10 @@ namespace lightmill {
 
 class WorkerStreams;
 
-/// send, finish and hang_up come from any thread, the On… methods from gRPC's.
+/// Any thread may call send, finish and hang_up. gRPC's threads call the On… methods.
 ///
-/// Reads, writes and the end are started under the mutex (starting one never calls back into this object), so that
-/// nothing is started after the end. The end waits for a write under way.
+/// Reads, writes and the end start under the mutex, so nothing starts after the end. Starting one never calls back into
+/// this object. The end waits for a write in progress.
 class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>,
                          public std::enable_shared_from_this<WorkStream> {
  public:
@@ -29,10 +29,10 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
   SessionId session() const { return session_; }
   Holder holder() const { return holder_of(call_.caller, call_.peer); }
 
-  /// Answers the call, so that the worker knows that it is connected, and reads.
+  /// Answers the call, so the worker knows that it is connected. Starts to read.
   void start();
   void send(CoordinatorMessage message);
-  /// Also where nobody listens any more.
+  /// Ends the stream at once, even if the worker does not read.
   void hang_up(const grpc::Status& status);
   void finish(const grpc::Status& status);
 
@@ -43,10 +43,10 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
 
  private:
   void write(const CoordinatorMessage& message) LM_REQUIRES(mutex_);
-  /// Starts a read, unless one is under way or the farm thread has enough to do.
+  /// Starts a read, unless one is in progress or the farm thread has too many messages.
   void read_on() LM_REQUIRES(mutex_);
   void end(const grpc::Status& status) LM_REQUIRES(mutex_);
-  /// What is sent, as far as somebody may want to follow a unit.
+  /// Logs sent messages, for people who follow a unit.
   void trace(const CoordinatorMessage& message) LM_REQUIRES(mutex_);
   void trace(const WorkerResult& result);
   /// On the farm thread.
@@ -55,21 +55,21 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
   WorkerStreams& owner_;
   const SessionId session_;
   const Call call_;
-  grpc::CallbackServerContext* const context_;  // gRPC's; there until OnDone has returned
-  v1::WorkRequest request_;                     // belongs to the read under way
+  grpc::CallbackServerContext* const context_;  // owned by gRPC, valid until OnDone has returned
+  v1::WorkRequest request_;                     // used by the read in progress
   std::atomic<bool> greeted_ = false;           // set by reads
 
   Mutex mutex_;
   bool reading_ LM_GUARDED_BY(mutex_) = false;
-  int in_flight_ LM_GUARDED_BY(mutex_) = 0;                        // read, and not yet seen by the farm thread
+  int in_flight_ LM_GUARDED_BY(mutex_) = 0;                        // read, but not yet handled by the farm thread
   v1::WorkResponse response_ LM_GUARDED_BY(mutex_);                // unchanged while writing_
   std::deque<CoordinatorMessage> outgoing_ LM_GUARDED_BY(mutex_);  // empty unless writing_
   bool writing_ LM_GUARDED_BY(mutex_) = false;
-  bool dismissed_ LM_GUARDED_BY(mutex_) = false;  // what is being written is the last message
+  bool dismissed_ LM_GUARDED_BY(mutex_) = false;  // the message in transit is the last one
   bool ending_ LM_GUARDED_BY(mutex_) = false;
   bool done_ LM_GUARDED_BY(mutex_) = false;
   grpc::Status final_status_ LM_GUARDED_BY(mutex_);
-  /// Not committed yet; only while traces().
+  /// Not committed yet. Filled only if traces().
   std::map<NodeKey, std::pair<Hash128, LeaseId>> results_ LM_GUARDED_BY(mutex_);
 };
 

@@ -9,12 +9,12 @@
 namespace lightmill {
 namespace {
 
-/// All workers may come back before their broken streams are found dead, and some that are refused say hello first.
+/// All workers may reconnect before their broken streams are detected. Some that will be refused say hello first.
 constexpr std::size_t kSpare = 16;
 
 const grpc::Status kStopping(grpc::StatusCode::UNAVAILABLE, "the coordinator stops");
 const grpc::Status kGivesWay(grpc::StatusCode::DEADLINE_EXCEEDED,
-                             "the stream said no hello, or did not read its end, and its place is needed for another");
+                             "the stream sent no hello, or did not read its end, and another stream needs its place");
 
 }  // namespace
 
@@ -39,7 +39,7 @@ grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(
       refusal = kStopping;
     } else if (!wait_for(*stream, gives_way)) {
       refusal = grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
-                             "the farm has too many worker streams open that have not said hello: try again later");
+                             "the farm has too many open worker streams that have sent no hello: try again later");
     }
     streams_.emplace(session, stream);
   }
@@ -124,7 +124,7 @@ void WorkerStreams::send(Outgoing message) {
 
 void WorkerStreams::hang_up(SessionId session) {
   if (const std::shared_ptr<WorkStream> stream = find(session)) {
-    stream->hang_up(grpc::Status(grpc::StatusCode::ABORTED, "nothing was heard of the worker for too long"));
+    stream->hang_up(grpc::Status(grpc::StatusCode::ABORTED, "the worker was silent for too long"));
   }
 }
 

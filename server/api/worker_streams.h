@@ -1,4 +1,4 @@
-// WorkerService: the streams of all workers. Each stream is one session; session ids count up from 1.
+// WorkerService: the streams of all workers. Each stream is one session. Session ids count up from 1.
 #pragma once
 
 #include <atomic>
@@ -24,36 +24,36 @@ class WorkerStreams final : public v1::WorkerService::CallbackService {
 
   grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* Work(grpc::CallbackServerContext* context) override;
 
-  /// Queues a message for a session's worker; nothing happens if the session is over.
+  /// Queues a message for the session's worker. Does nothing if the session is over.
   void send(Outgoing message);
-  /// Ends a session's stream, if it is not over; the worker may come again.
+  /// Ends the session's stream, if it is not over. The worker may connect again.
   void hang_up(SessionId session);
-  /// Ends all streams, and new ones at once, with UNAVAILABLE.
+  /// Ends all current and future streams with UNAVAILABLE.
   void stop();
 
  private:
   friend class WorkStream;
   std::shared_ptr<WorkStream> find(SessionId session);
-  /// The stream takes a place of those that wait for their caller. False if there is none.
+  /// Gives the stream a place among those that have not said hello. False if there is none.
   bool wait_for(const WorkStream& stream, std::shared_ptr<WorkStream>& gives_way) LM_REQUIRES(mutex_);
-  /// The stream has said hello as this worker. If the farm is full, workers of those who have most make room. On the
-  /// farm thread.
+  /// Registers the worker of a stream that has said hello. If the farm is full, workers of the callers with most
+  /// workers make room. On the farm thread.
   void welcome(const WorkStream& stream, const std::string& worker, FarmLoop::Turn& turn);
-  /// The stream ends as soon as its caller has read what is on its way.
+  /// The stream ends as soon as its caller has read the messages in transit.
   void is_leaving(WorkStream& stream);
   void forget(SessionId session);
 
   const Gate& gate_;
   FarmLoop& loop_;
-  std::atomic<std::uint64_t> bytes_in_flight_ = 0;  ///< of messages that the farm thread has not yet seen
+  std::atomic<std::uint64_t> bytes_in_flight_ = 0;  ///< of messages that the farm thread has not handled yet
   Mutex mutex_;
   std::map<SessionId, std::shared_ptr<WorkStream>> streams_ LM_GUARDED_BY(mutex_);
   std::uint64_t next_session_ LM_GUARDED_BY(mutex_) = 1;
   bool stopped_ LM_GUARDED_BY(mutex_) = false;
-  /// Of streams that have said hello; the farm bounds their number.
+  /// Streams that have said hello. The farm limits their number.
   Places workers_ LM_GUARDED_BY(mutex_){std::numeric_limits<std::size_t>::max(),
                                         std::numeric_limits<std::size_t>::max()};
-  Places others_ LM_GUARDED_BY(mutex_);  ///< of streams that have not said hello, or that are leaving
+  Places others_ LM_GUARDED_BY(mutex_);  ///< streams that have not said hello, or are leaving
 };
 
 }  // namespace lightmill

@@ -42,7 +42,7 @@ std::string listen_problem(const std::string& listen, std::string_view option) {
   addrinfo* found = nullptr;
   if (const int code = ::getaddrinfo(parsed->host.c_str(), std::to_string(parsed->port).c_str(), &hints, &found);
       code != 0) {
-    return fmt::format("'{}' is no address ({})", parsed->host, ::gai_strerror(code));
+    return fmt::format("'{}' is not an address ({})", parsed->host, ::gai_strerror(code));
   }
   const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(found, &::freeaddrinfo);
   int error = 0;
@@ -56,7 +56,7 @@ std::string listen_problem(const std::string& listen, std::string_view option) {
       return fmt::format("another program (another lightmill-server?) is using the port; choose another with {}",
                          option);
     case EADDRNOTAVAIL:
-      return "this machine has no such address; 0.0.0.0 stands for all it has";
+      return "this machine has no such address; 0.0.0.0 means all of its addresses";
     default:
       return std::strerror(error);
   }

@@ -1,4 +1,4 @@
-// Why an address cannot be listened on, in words.
+// Explanation of why an address cannot be bound.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace lightmill {
 
-/// For an address HOST:PORT that could not be listened on: tries to bind it, and says what the system says. `option` is
-/// what it was given by, as "--listen".
+/// For an address HOST:PORT that could not be bound: tries again and returns the system's error. `option` is the option
+/// that gave the address, such as "--listen".
 std::string listen_problem(const std::string& listen, std::string_view option);
 
 }  // namespace lightmill

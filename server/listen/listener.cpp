@@ -22,16 +22,16 @@ namespace lightmill {
 namespace {
 
 constexpr int kBacklog = 4'096;
-/// A peer that acknowledges nothing for so long is gone.
+/// A peer that acknowledges nothing for this time is dead.
 constexpr int kUserTimeoutMs = 30'000;
-/// After accept has failed, and while connections wait for their turn.
+/// Poll interval after accept has failed, and while connections wait.
 constexpr int kPauseMs = 50;
-/// Otherwise closed connections are forgotten so often.
+/// Poll interval otherwise. Closed connections are dropped at this rate.
 constexpr int kIdleMs = 5'000;
 constexpr Duration kIdlePause = std::chrono::milliseconds(kIdleMs);
 constexpr Duration kSweepPause = std::chrono::milliseconds(100);
 constexpr Duration kTellPause = std::chrono::minutes(1);
-/// Accepted in one go: between them, others are looked at.
+/// Connections accepted before other work is done.
 constexpr int kAcceptedAtOnce = 64;
 
 using AddressInfo = std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)>;
@@ -53,7 +53,7 @@ int port_of(const sockaddr_storage& address) {
                                              : reinterpret_cast<const sockaddr_in&>(address).sin_port);
 }
 
-/// ADDRESS:PORT, as gRPC has it of the same connection.
+/// ADDRESS:PORT, equal to gRPC's text for the same connection.
 std::string text_of(const sockaddr_storage& address) {
   std::array<char, INET6_ADDRSTRLEN> text{};
   if (address.ss_family == AF_INET) {
@@ -74,7 +74,7 @@ void set_option(int socket, int level, int option, int value) {
   (void)::setsockopt(socket, level, option, &value, sizeof value);
 }
 
-/// A listening socket; -1 if that address cannot be had. Accepted ones inherit its options.
+/// A listening socket, or -1 if the address cannot be bound. Accepted sockets inherit its options.
 int listen_at(const sockaddr* address, socklen_t size) {
   const int socket = ::socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (socket < 0) {
@@ -100,7 +100,7 @@ sockaddr_storage local_address(int socket) {
   return address;
 }
 
-/// For all addresses of the machine, of both families where it has them; -1.
+/// A socket for all addresses of the machine, of both families if it has them. -1 on failure.
 int listen_everywhere(int port) {
   sockaddr_in6 any{};
   any.sin6_family = AF_INET6;
@@ -109,7 +109,7 @@ int listen_everywhere(int port) {
   return listen_at(reinterpret_cast<const sockaddr*>(&any), sizeof any);
 }
 
-/// All addresses of a host, at the same port.
+/// Sockets for all addresses of a host, with the same port.
 std::vector<int> listen_on(const HostPort& at) {
   std::vector<int> sockets;
   if (at.host == "0.0.0.0" || at.host == "::") {
@@ -197,7 +197,7 @@ void Listener::run() {
       }
       waits = book_.somebody_waits();
     }
-    // What could not be accepted makes the sockets ready at once.
+    // If accept failed, the listening sockets would be ready at once, so they are not polled.
     (void)::poll(all.data(), failed ? 1 : all.size(), failed || waits ? kPauseMs : kIdleMs);
     if (std::uint64_t count = 0; all[0].revents != 0) {
       (void)::eventfd_read(wake_, &count);
@@ -231,9 +231,9 @@ bool Listener::accept_all(int listening) {
       case ENETDOWN:
       case ENETUNREACH:
       case EHOSTDOWN:
-      case EHOSTUNREACH:  // of the connection, which is gone
+      case EHOSTUNREACH:  // errors of the connection, which is gone
         continue;
-      default: {  // as when there are too many open files: at once it would be the same again
+      default: {  // for example too many open files: another attempt would fail at once
         const int error = errno;
         const Time now = system_clock().now();
         const bool tell = told_at_ == Time{} || now - told_at_ >= kTellPause;
@@ -304,7 +304,7 @@ void Listener::look() {
   }
 }
 
-/// Their server closes them, and says so to nobody: then the number of their file is free, or another file's.
+/// The server closes connections without notice. Then the file descriptor is free, or another file has it.
 void Listener::sweep(Time now) {
   if (now - swept_at_ < kSweepPause) {
     return;
@@ -321,8 +321,8 @@ void Listener::sweep(Time now) {
   });
 }
 
-/// Its server finds it ended and closes it. Between the two calls its number may become another file's: that is no
-/// socket, and stays as it is, or a connection, whose owner connects again.
+/// The server sees the end and closes the socket. Between the two calls, the descriptor may become another file's. If
+/// that is no socket, nothing happens. If it is a connection, its owner connects again.
 void Listener::shut(Id id) {
   const auto found = open_.find(id);
   struct stat about {};
@@ -358,7 +358,7 @@ Result<int> Listener::dial() {
   sockaddr_storage address = local_address(sockets_.front());
   if (address.ss_family == AF_INET6) {
     if (auto& v6 = reinterpret_cast<sockaddr_in6&>(address); IN6_IS_ADDR_UNSPECIFIED(&v6.sin6_addr)) {
-      ::inet_pton(AF_INET6, "::ffff:127.0.0.1", &v6.sin6_addr);  // there is no ::1 where IPv6 is turned off
+      ::inet_pton(AF_INET6, "::ffff:127.0.0.1", &v6.sin6_addr);  // ::1 does not exist if IPv6 is off
     }
   } else if (auto& v4 = reinterpret_cast<sockaddr_in&>(address); v4.sin_addr.s_addr == INADDR_ANY) {
     v4.sin_addr.s_addr = htonl(INADDR_LOOPBACK);

@@ -1,4 +1,4 @@
-// A port of the coordinator: accepts connections for a server that takes them as sockets.
+// A port of the coordinator: accepts connections and passes their sockets to a server.
 #pragma once
 
 #include <functional>
@@ -16,12 +16,12 @@
 
 namespace lightmill {
 
-/// Owns the listening sockets and a thread that accepts. An error of accept is never final: it tries again. Of
-/// connections it knows whether they are still open, as their server closes them. Thread-safe.
+/// Owns the listening sockets and a thread that accepts. After an error of accept it tries again. The server closes the
+/// connections; this checks whether they are still open. Thread-safe.
 class Listener {
  public:
-  /// Listens at HOST:PORT, for at most `most` connections. Port 0 takes a free one; 0.0.0.0 and [::] stand for all
-  /// addresses of the machine. UNAVAILABLE if it cannot be bound; `option` is what the address was given by.
+  /// Listens at HOST:PORT, for at most `most` connections. Port 0 takes a free one. 0.0.0.0 and [::] mean all addresses
+  /// of the machine. UNAVAILABLE if the address cannot be bound. `option` is the option that gave the address.
   static Result<std::unique_ptr<Listener>> open(const std::string& listen, std::string_view option, std::size_t most);
   ~Listener();
   Listener(const Listener&) = delete;
@@ -29,19 +29,19 @@ class Listener {
 
   int port() const { return port_; }
 
-  /// Owns the socket from then on: non-blocking, of a connection from ADDRESS:PORT.
+  /// Takes ownership of a non-blocking socket, connected to ADDRESS:PORT.
   using Take = std::function<void(int socket, const std::string& peer)>;
-  /// Begins to accept.
+  /// Starts to accept.
   void start(Take take);
-  /// `take` is not called any more.
+  /// `take` is not called afterwards.
   void stop();
 
-  /// As ConnectionBook::meet.
+  /// See ConnectionBook::meet().
   Status meet(const std::string& peer, const Identity& caller);
-  /// As ConnectionBook::part.
+  /// See ConnectionBook::part().
   void part(const std::string& peer);
-  /// A socket that is connecting to this port from inside, non-blocking, which is served whatever the limits.
-  /// UNAVAILABLE.
+  /// Connects to this port from inside. The connection is served despite the limits. Returns a non-blocking socket that
+  /// is still connecting. UNAVAILABLE.
   Result<int> dial();
 
  private:
@@ -52,11 +52,11 @@ class Listener {
   };
   Listener(std::vector<int> sockets, int port, int wake, std::size_t most);
   void run();
-  /// Whether all that came was taken.
+  /// Whether all pending connections were accepted.
   bool accept_all(int listening);
   void arrive(int fd, const std::string& peer);
   void look();
-  /// Forgets connections that are closed; looks ten times a second at most.
+  /// Drops closed connections, at most ten times per second.
   void sweep(Time now) LM_REQUIRES(mutex_);
   void shut(Id id) LM_REQUIRES(mutex_);
 
@@ -68,9 +68,9 @@ class Listener {
   ConnectionBook book_ LM_GUARDED_BY(mutex_);
   std::unordered_map<Id, Socket> open_ LM_GUARDED_BY(mutex_);
   std::unordered_map<Id, std::string> waiting_ LM_GUARDED_BY(mutex_);  ///< their peers
-  std::string own_ LM_GUARDED_BY(mutex_);                              ///< peer of the last dial, until it is accepted
+  std::string own_ LM_GUARDED_BY(mutex_);  ///< peer of the last dial(), until it is accepted
   Time swept_at_ LM_GUARDED_BY(mutex_){};
-  Time told_at_{};  ///< when the log was told that accept fails
+  Time told_at_{};  ///< when the log last reported that accept fails
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };

@@ -53,7 +53,7 @@ void SelfCheck::run() {
     const Status status = dial();
     const Hearing::Verdict verdict = hearing.note(status.ok(), clock_.now());
     if (verdict == Hearing::Verdict::deaf) {
-      on_deaf_(unavailable("port {} does not answer any more, dialled from inside: {}", listener_.port(),
+      on_deaf_(unavailable("port {} does not answer connections from this process any more: {}", listener_.port(),
                            message_of(status)));
       return;
     }
@@ -62,8 +62,8 @@ void SelfCheck::run() {
       if (hears) {
         spdlog::info("port {} answers again", listener_.port());
       } else {
-        spdlog::warn("port {} does not answer, dialled from inside: {}; health checks say so", listener_.port(),
-                     message_of(status));
+        spdlog::warn("port {} does not answer connections from this process: {}; health checks report this",
+                     listener_.port(), message_of(status));
       }
       on_hearing_(hears);
     }

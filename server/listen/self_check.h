@@ -1,4 +1,4 @@
-// Whether the coordinator's own port answers: dialled from inside again and again.
+// Self-check of the coordinator's port: connects to it regularly from inside.
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@
 
 namespace lightmill {
 
-/// What follows from dials that were answered or not.
+/// Verdict on a port from the results of dials.
 class Hearing {
  public:
   enum class Verdict { hears, doubtful, deaf };
@@ -20,9 +20,10 @@ class Hearing {
   explicit Hearing(Time now) : last_answer_(now) {}
   Verdict note(bool answered, Time now);
 
-  /// After so many dials without an answer, one after the other, it is doubtful.
+  /// Failed dials in a row until the port is doubtful.
   static constexpr int kDoubtful = 3;
-  /// Deaf is what has answered once, and then not for so long and so many dials. A machine may stand still for a while.
+  /// Failed dials in a row until the port is deaf, if it has answered before and is silent for kPatience. A machine may
+  /// stop for a while.
   static constexpr int kDeaf = 10;
   static constexpr Duration kPatience = std::chrono::minutes(2);
 
@@ -32,14 +33,14 @@ class Hearing {
   Time last_answer_;
 };
 
-/// Owns a thread, which dials.
+/// Owns a thread that dials.
 class SelfCheck {
  public:
-  /// Between two dials.
+  /// Time between two dials.
   static constexpr Duration kPause = std::chrono::seconds(5);
 
-  /// `on_hearing` is told whenever it becomes doubtful that the port answers, and when it does again; `on_deaf` once,
-  /// when there is no hope. Both from the thread.
+  /// `on_hearing` is called when the port becomes doubtful, and when it answers again. `on_deaf` is called once, when
+  /// the port is deaf. Both run on the thread.
   SelfCheck(Listener& listener, bool encrypted, const Clock& clock, std::function<void(bool)> on_hearing,
             std::function<void(const Status&)> on_deaf, Duration pause = kPause);
   ~SelfCheck();
@@ -49,7 +50,7 @@ class SelfCheck {
  private:
   void run();
   Status dial();
-  /// Whether it goes on.
+  /// False if it stops.
   bool pause();
 
   Listener& listener_;
@@ -61,7 +62,7 @@ class SelfCheck {
   Mutex mutex_;
   CondVar changed_;
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
-  int socket_ LM_GUARDED_BY(mutex_) = -1;  ///< of the dial under way
+  int socket_ LM_GUARDED_BY(mutex_) = -1;  ///< of the dial in progress
   std::thread thread_;
 };
 

@@ -49,7 +49,7 @@ class AssetFolder final : public AssetStore {
   const fs::path folder_;
   AssetBudget budget_;
   std::atomic<std::uint64_t> next_temporary_ = 0;
-  Mutex placing_;  ///< one upload at a time is put in place, and counted
+  Mutex placing_;  ///< one upload at a time is moved into place and counted
 };
 
 class FileUpload final : public AssetStore::Upload {
@@ -75,7 +75,7 @@ class FileReader final : public AssetStore::Reader {
  public:
   FileReader(fs::path path, int fd) : path_(std::move(path)), fd_(fd) {}
   ~FileReader() override { ::close(fd_); }
-  /// Removes the file that it reads from its place, if it is still there. Returns its size; 0 if it is not.
+  /// Deletes the file, unless another one has its path now. Returns its size in bytes, or 0.
   std::uint64_t remove_file() const;
   FileReader(const FileReader&) = delete;
   FileReader& operator=(const FileReader&) = delete;
@@ -148,7 +148,7 @@ Status FileUpload::finish() {
   fs::create_directories(path.parent_path(), error);
   bool there_already = false;
   {
-    // Whoever comes second finds the same bytes in place.
+    // If two uploads have the same digest, the second one replaces equal bytes.
     const MutexLock lock(store_.placing_);
     there_already = store_.has(digest_);
     if (::rename(temporary_.c_str(), path.c_str()) != 0) {
@@ -189,7 +189,7 @@ Result<std::string> FileReader::next(std::size_t limit_bytes) {
   }
 }
 
-// ---- forgetting ----
+// ---- deleting ----
 
 std::vector<Sha256> AssetFolder::digests() const {
   std::vector<Sha256> all;
@@ -215,7 +215,7 @@ std::uint64_t AssetFolder::collect(const std::set<Sha256>& wanted, std::int64_t 
       continue;
     }
     remove_unless_kept(digest, spare_age_seconds, [&] {
-      const MutexLock lock(placing_);  // an upload may have put a fresh one into its place meanwhile
+      const MutexLock lock(placing_);  // an upload may have replaced the file in the meantime
       const std::uintmax_t size_bytes = fs::file_size(path, error);
       if (error || fs::last_write_time(path, error) > oldest || !fs::remove(path, error)) {
         return false;

@@ -1,4 +1,4 @@
-// Assets on disk, named by their content: assets/ab/cdef….
+// Asset store in a folder. The path of an asset is its digest: assets/ab/cdef….
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,7 @@
 
 namespace lightmill {
 
-/// Creates the folder if need be, and removes what interrupted uploads left.
+/// Creates the folder if it does not exist. Removes the rest of interrupted uploads.
 Result<std::unique_ptr<AssetStore>> open_asset_folder(std::filesystem::path folder, AssetLimits limits);
 
 }  // namespace lightmill

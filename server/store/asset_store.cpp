@@ -3,8 +3,8 @@
 namespace lightmill {
 
 bool AssetStore::keep(const Sha256& digest) const {
-  // Marked first: what is found to be there afterwards, nobody removes. Looking, which may take a disk's or a
-  // database's time, keeps nobody waiting.
+  // The mark comes first: collect() does not remove an asset with a mark. The look-up may wait for a disk or a
+  // database, so it holds no lock.
   const Moment now = std::chrono::steady_clock::now();
   {
     const MutexLock lock(keeping_);

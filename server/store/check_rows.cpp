@@ -13,7 +13,7 @@
 namespace lightmill {
 namespace {
 
-/// Longer than any job has been rendered, in seconds; sums of such times stay exact.
+/// Seconds. Longer than any job takes; sums of such times stay exact.
 constexpr double kMaxStoredSeconds = 1e12;
 
 bool is_time(double seconds) {
@@ -25,35 +25,35 @@ Status check_record(const JobRecord& record) {
   LM_RETURN_IF_ERROR(check_film(spec.settings));
   LM_RETURN_IF_ERROR(check_goal(spec.goal));
   LM_RETURN_IF_ERROR(check_verify_share(spec.verify_share));
-  // What threads took is the sum of what workers say.
+  // The threads' time is a sum of what workers reported, so it has no limit.
   if (!is_time(record.active_seconds) || !(record.worker_seconds >= 0 && std::isfinite(record.worker_seconds))) {
-    return invalid_argument("it was rendered for {} s, by threads that took {} s", record.active_seconds,
+    return invalid_argument("its times are invalid: rendered for {} s, thread time {} s", record.active_seconds,
                             record.worker_seconds);
   }
   if (const std::size_t shares = record.allocation.shifts().size();
       shares != 0 && shares != grid_of(spec.settings).tile_count()) {
-    return invalid_argument("{} tiles have shares of its samples", shares);
+    return invalid_argument("its allocation has {} tiles, which is not the number of the film's tiles", shares);
   }
   if (record.state == JobState::done && record.reached == GoalLimit::none) {
-    return invalid_argument("it is done, and no limit has ended it");
+    return invalid_argument("it is done, but no limit was reached");
   }
   return ok_status();
 }
 
-/// That the samples are ones that a film can have.
+/// Checks that a film can have these samples.
 Status check_range(const SampleRange& range) {
   return range.level <= kMaxRangeLevel && range.end() <= kMaxSamples
              ? ok_status()
-             : invalid_argument("a range of samples is number {} of level {}", range.index, range.level);
+             : invalid_argument("invalid sample range: number {} of level {}", range.index, range.level);
 }
 
-/// Whether the film can have it.
+/// Whether the film can have this node.
 bool is_of(const FilmOutline& film, TileId tile, const NodeOutline& node) {
   return tile.value < film.grid().tile_count() && check_range(node.range).ok() &&
          node.values == film.expected_values(tile, node.range);
 }
 
-/// Of a tile's nodes, those that share samples with another one: one of them is not of this tile.
+/// The nodes of a tile that share samples with another one. One of each pair belongs to another tile.
 std::set<const NodeOutline*> overlapping(std::vector<const NodeOutline*> nodes) {
   std::set<const NodeOutline*> found;
   std::ranges::sort(nodes, {}, [](const NodeOutline* node) { return node->range.first(); });
@@ -66,11 +66,11 @@ std::set<const NodeOutline*> overlapping(std::vector<const NodeOutline*> nodes) 
   return found;
 }
 
-/// The nodes of a tile with a sample that not exactly one result records. Nodes share no samples.
+/// The nodes of a tile that have a sample without exactly one recorded result. The nodes share no samples.
 std::set<const NodeOutline*> unrecorded(std::vector<const NodeOutline*> nodes, std::vector<SampleRange> results) {
   std::ranges::sort(nodes, {}, [](const NodeOutline* node) { return node->range.first(); });
   std::ranges::sort(results, {}, [](const SampleRange& range) { return range.first(); });
-  std::map<const NodeOutline*, std::uint64_t> recorded;  // the end of the samples that are
+  std::map<const NodeOutline*, std::uint64_t> recorded;  // end of the samples with a result
   for (const NodeOutline* node : nodes) {
     recorded[node] = node->range.first();
   }
@@ -145,8 +145,7 @@ Status take_out_nonsense(StoredState& state, std::vector<StoreOp>& repairs) {
   std::erase_if(state.jobs, [&](const StoredState::StoredJob& job) {
     const Status status = check_record(job.record);
     if (!status.ok()) {
-      spdlog::error("job {} is left out: what is stored of it means nothing: {}", job.record.id.value,
-                    message_of(status));
+      spdlog::error("job {} is left out: its stored data is invalid: {}", job.record.id.value, message_of(status));
       state.damaged_jobs.push_back(job.record.id);
     }
     return !status.ok();

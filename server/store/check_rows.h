@@ -1,4 +1,4 @@
-// Whether what was read from a store can be a farm's state.
+// Checks of the loaded state: whether a coordinator can have written it.
 #pragma once
 
 #include <vector>
@@ -8,17 +8,17 @@
 
 namespace lightmill {
 
-/// Takes out, and says in the log, what no coordinator has written though its checksums fit. `repairs` are to be
-/// committed. DATA_LOSS where nothing can be gone on from.
+/// Removes what no coordinator writes, although its checksums match, and logs it. The caller commits `repairs`.
+/// DATA_LOSS if no consistent state remains.
 ///
-/// - Jobs without pixels, with times that are none, or done without a limit that ended them (`damaged_jobs`).
-/// - Nodes of tiles that the film does not have, nodes that share samples, and nodes that have a sample without a
-///   recorded result, or with several (`damaged`).
+/// - `damaged_jobs`: jobs without pixels, with impossible times, or done although no limit was reached.
+/// - `damaged`: nodes of tiles that the film does not have; nodes that share samples; nodes with a sample that has no
+///   recorded result, or several.
 /// - Results of tiles that the film does not have.
 Status take_out_nonsense(StoredState& state, std::vector<StoreOp>& repairs);
 
-/// Adds samples that results record and no node has to `damaged`, and says so in the log: a node is gone. The
-/// coordinator forgets these results, and has the samples rendered again. After take_out_nonsense.
+/// Adds samples to `damaged` that have a recorded result but no node, and logs them: a node is lost. The coordinator
+/// drops these results, and has the samples rendered again. Call it after take_out_nonsense().
 void name_lost_nodes(StoredState& state);
 
 }  // namespace lightmill

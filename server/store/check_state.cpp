@@ -18,7 +18,7 @@ double mib(std::uint64_t bytes) {
   return static_cast<double>(bytes) / (1 << 20);
 }
 
-/// Whether nodes that such a job has lost are rendered again.
+/// Whether a job in this state has its lost nodes rendered again.
 bool goes_on(JobState state) {
   return state != JobState::failed && state != JobState::cancelled;
 }
@@ -35,7 +35,7 @@ std::string who_has(std::span<const JobId> jobs) {
                      jobs.size() == 1 ? "has" : "have");
 }
 
-/// Reads the films of jobs that have ended, which load() has not.
+/// Reads the films of ended jobs. load() does not read their pixels.
 Status check_films(Store& store, StoredState& state, std::vector<StoreOp>& repairs) {
   const auto read = [&](JobId job, const FilmPlace& after) -> Result<FilmPiece> {
     LM_ASSIGN_OR_RETURN(FilmPiece piece, store.read_film(job, after));
@@ -52,13 +52,12 @@ Status check_films(Store& store, StoredState& state, std::vector<StoreOp>& repai
   return ok_status();
 }
 
-/// Takes them out.
+/// Reports damaged jobs, and removes them.
 Status report_jobs(const StoredState& state, Store& store, StateCheck& check) {
   std::vector<StoreOp> deletes;
   for (const JobId job : state.damaged_jobs) {
     check.report.push_back(fmt::format(
-        "job {}: what was stored of it is not what was written, so it is taken out: submit it again, or put a backup "
-        "in this farm's place",
+        "job {}: its stored data is damaged, so the job is removed. Submit it again, or restore a backup of this farm",
         job.value));
     deletes.push_back(DeleteJobRows{job});
   }
@@ -74,7 +73,7 @@ void report_nodes(const StoredState& state, StateCheck& check) {
   }
   for (const StoredState::StoredJob& job : state.jobs) {
     if (const auto found = damaged.find(job.record.id); found != damaged.end()) {
-      check.report.push_back(fmt::format("job {}: {} of its nodes {} damaged and taken out: {}", job.record.id.value,
+      check.report.push_back(fmt::format("job {}: {} of its nodes {} damaged and removed: {}", job.record.id.value,
                                          found->second, found->second == 1 ? "was" : "were",
                                          goes_on(job.record.state)
                                              ? "their samples are rendered again when a coordinator starts"
@@ -91,7 +90,7 @@ void report_assets(const StoredState& state, const AssetStore& assets, const Ass
   const std::set<Sha256> damaged(found.damaged.begin(), found.damaged.end());
   check.sound = check.sound && damaged.empty();
   for (const Sha256& digest : damaged) {
-    check.report.push_back(fmt::format("asset {}: damaged and forgotten", digest.hex()));
+    check.report.push_back(fmt::format("asset {}: damaged and deleted", digest.hex()));
   }
   std::map<Sha256, std::vector<JobId>> missing;
   for (const StoredState::StoredJob& job : state.jobs) {
@@ -102,14 +101,14 @@ void report_assets(const StoredState& state, const AssetStore& assets, const Ass
     }
   }
   for (const auto& [digest, jobs] : missing) {
-    check.report.push_back(
-        fmt::format("asset {} is not there: what {} still to render waits until a job with the same file is submitted",
-                    digest.hex(), who_has(jobs)));
+    check.report.push_back(fmt::format(
+        "asset {} is missing. It blocks the samples that {} not rendered yet. Submit a job with the same file",
+        digest.hex(), who_has(jobs)));
     check.whole = false;
   }
 }
 
-/// How many bytes the asset has; DATA_LOSS if they are others than its digest says.
+/// Size of the asset in bytes. DATA_LOSS if its bytes do not match its digest.
 Result<std::uint64_t> read_through(AssetStore::Reader& reader, const Sha256& digest) {
   Sha256Hasher hasher;
   std::uint64_t size_bytes = 0;
@@ -139,7 +138,7 @@ Result<AssetCheck> check_assets(AssetStore& store) {
     } else if (size_bytes.status().code() != StatusCode::kDataLoss) {
       return with_context(size_bytes.status(), fmt::format("asset {}", digest.hex()));
     } else {
-      spdlog::warn("asset {} is damaged and forgotten: {}", digest.hex(), message_of(size_bytes.status()));
+      spdlog::warn("asset {} is damaged and was deleted: {}", digest.hex(), message_of(size_bytes.status()));
       check.damaged.push_back(digest);
       store.forget(*reader);
     }
@@ -170,8 +169,7 @@ Result<StateCheck> check_state(Store& store, AssetStore& assets) {
   }
   StateCheck check;
   check.report.push_back(
-      fmt::format("{} jobs with {} nodes of {:.1f} MiB and {} assets of {:.1f} MiB have the checksums "
-                  "that they should have",
+      fmt::format("{} jobs with {} nodes of {:.1f} MiB and {} assets of {:.1f} MiB have correct checksums",
                   state.jobs.size(), nodes, mib(bytes), found.assets, mib(found.bytes)));
   LM_RETURN_IF_ERROR(report_jobs(state, store, check));
   report_nodes(state, check);

@@ -1,4 +1,4 @@
-// Looks through all that a coordinator has stored.
+// Offline check of everything that a coordinator has stored.
 #pragma once
 
 #include <string>
@@ -10,22 +10,24 @@
 namespace lightmill {
 
 struct AssetCheck {
-  std::uint64_t assets = 0, bytes = 0;  ///< that are as they should be
-  std::vector<Sha256> damaged;  ///< whose bytes had another digest, or were not all there: they are forgotten now
+  std::uint64_t assets = 0, bytes = 0;  ///< sound assets
+  std::vector<Sha256> damaged;          ///< deleted: their digest differed, or bytes were missing
 };
-/// Reads all assets. Nobody else may use the store meanwhile. The error of one that cannot be read now: none is
-/// forgotten then.
+/// Reads all assets. Nothing else may use the store meanwhile. If an asset cannot be read at all, it returns that error
+/// and deletes no asset.
 Result<AssetCheck> check_assets(AssetStore& store);
 
 struct StateCheck {
   std::vector<std::string> report;  ///< lines for people
-  bool sound = true;                ///< nothing was damaged
-  bool whole = true;                ///< nor is anything lost that is not rendered again by itself
+  bool sound = true;                ///< nothing is damaged
+  bool whole = true;                ///< everything lost will be rendered again
 };
-/// Reads everything that is stored and takes out what is damaged: nodes, and those that results went into of which it
-/// cannot be told any more who rendered them: their samples are rendered again once a coordinator starts; assets, which
-/// clients send again with the next job that has them; and whole jobs where what they render is not known any more.
-/// `store` has not been loaded yet; nobody else uses either. DATA_LOSS if the database itself is damaged.
+/// Reads everything in the store and removes what is damaged:
+/// - Nodes, and nodes with a result of unknown origin. The next coordinator has their samples rendered again.
+/// - Assets. Clients send them again with the next job that needs them.
+/// - Jobs whose scene or settings are lost.
+///
+/// `store` is not loaded yet, and nothing else uses `store` or `assets`. DATA_LOSS if the database itself is damaged.
 Result<StateCheck> check_state(Store& store, AssetStore& assets);
 
 }  // namespace lightmill

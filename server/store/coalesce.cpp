@@ -4,9 +4,9 @@ namespace lightmill {
 
 std::vector<StoreOp> coalesce(std::vector<StoreOp> ops) {
   std::vector<bool> keep(ops.size(), true);
-  std::map<NodeKey, std::size_t> put_nodes;  // nodes put here and not dropped yet
-  std::map<JobId, std::size_t> first_row;    // where the job's row is first written: what refers to it comes after
-  std::map<JobId, std::size_t> progress;     // where its progress was last written
+  std::map<NodeKey, std::size_t> put_nodes;  // put in this transaction, and not dropped yet
+  std::map<JobId, std::size_t> first_row;    // first write of the job's row: writes that refer to it come later
+  std::map<JobId, std::size_t> progress;     // last write of the job's progress
   for (std::size_t i = 0; i < ops.size(); ++i) {
     if (auto* put = std::get_if<PutJob>(&ops[i])) {
       const JobId job = put->record.id;
@@ -32,7 +32,7 @@ std::vector<StoreOp> coalesce(std::vector<StoreOp> ops) {
       put_nodes[NodeKey{node->job, node->tile, node->node->range}] = i;
     } else if (const auto* drop = std::get_if<DropNode>(&ops[i])) {
       if (const auto at = put_nodes.find(drop->key); at != put_nodes.end()) {
-        // A row of an earlier transaction may stand under the same key, so the drop itself stays.
+        // The drop stays, because an earlier transaction may have stored a row with this key.
         keep[at->second] = false;
         put_nodes.erase(at);
       }

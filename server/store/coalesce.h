@@ -1,4 +1,4 @@
-// Writes that later writes of the same transaction undo need not be written.
+// Removal of writes that a later write of the same transaction makes void.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,8 @@
 
 namespace lightmill {
 
-/// `ops` without nodes that are put and dropped again, and without job rows that are replaced later: applied in one
-/// transaction to a store, it leaves what `ops` would leave. Order is kept.
+/// Returns `ops` without nodes that are put and dropped again, and without job rows that are replaced later. The stored
+/// result of the transaction is the same. The order stays.
 std::vector<StoreOp> coalesce(std::vector<StoreOp> ops);
 
 }  // namespace lightmill

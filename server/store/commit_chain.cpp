@@ -14,12 +14,12 @@ namespace {
 constexpr std::uint64_t kMagic = 0x31'6e'69'61'68'63'4d'4c;  // "LMchain1"
 constexpr off_t kSlotBytes = 4096;
 
-/// A slot as it is in the file. Without padding.
+/// A slot as it is in the file. It has no padding.
 struct Slot {
   std::uint64_t magic = kMagic;
   std::array<std::uint8_t, 16> store{};
   std::uint64_t commits = 0, hash_high = 0, hash_low = 0, highest_job = 0;
-  std::uint64_t checksum = 0;  ///< XXH3-128, low word, of what stands before it
+  std::uint64_t checksum = 0;  ///< low word of the XXH3-128 of the fields above
 };
 static_assert(sizeof(Slot) == 64);
 
@@ -103,7 +103,7 @@ Status check_shared_chain(const std::optional<CommitMark>& chain, const CommitMa
   }
   if (chain && store.commits < chain->commits) {
     return failed_precondition(
-        "it ends with commit {}, and all up to {} were acknowledged: jobs up to {} and their results may be lost",
+        "its last commit is {}, but commits up to {} were acknowledged. Jobs up to {} and their results may be lost",
         store.commits, chain->commits, chain->highest_job);
   }
   return ok_status();
@@ -111,18 +111,18 @@ Status check_shared_chain(const std::optional<CommitMark>& chain, const CommitMa
 
 Status check_chain(const std::optional<CommitMark>& chain, const CommitMark& store) {
   if (!chain) {
-    return store.commits <= 1 ? ok_status()  // killed before the first record: nothing was acknowledged
+    return store.commits <= 1 ? ok_status()  // killed before the first record, so nothing was acknowledged
                               : failed_precondition(
-                                    "the record of the last commit is missing or damaged, so nobody can tell "
-                                    "whether the database has all of its commits");
+                                    "the record of the last commit is missing or damaged, so the database may have "
+                                    "lost commits");
   }
   LM_RETURN_IF_ERROR(check_shared_chain(chain, store));
   if (store.commits > chain->commits + 1) {
-    return failed_precondition("it ends with commit {}, and the record of the last commit is older: it says {}",
+    return failed_precondition("its last commit is {}, but the record of the last commit is older: it says {}",
                                store.commits, chain->commits);
   }
   if (store.commits == chain->commits && store.hash != chain->hash) {
-    return failed_precondition("up to commit {} it has other writes than were acknowledged", store.commits);
+    return failed_precondition("its writes up to commit {} differ from the acknowledged ones", store.commits);
   }
   return ok_status();
 }

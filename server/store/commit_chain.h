@@ -1,7 +1,7 @@
-// A record, beside the database, of the last commit that was acknowledged: shows that a database has lost commits.
+// Record of the last acknowledged commit, in a file of its own. It shows when a database has lost commits.
 //
-// SQLite reads its journal up to the first damaged frame and drops the rest without a word, so one flipped bit could
-// take acknowledged jobs. The record is written after each commit and before its acknowledgement.
+// SQLite reads its journal up to the first damaged frame and drops the rest silently. So one flipped bit could lose
+// acknowledged jobs. The record is written after each commit, before its acknowledgement.
 #pragma once
 
 #include <array>
@@ -14,17 +14,16 @@
 
 namespace lightmill {
 
-/// How far a store has come.
+/// How many commits a store has.
 struct CommitMark {
   std::array<std::uint8_t, 16> store{};  ///< the store's id
   std::uint64_t commits = 0;
-  Hash128 hash;                   ///< runs over all commits
-  std::uint64_t highest_job = 0;  ///< id; ids are never given twice
+  Hash128 hash;                   ///< running hash of all commits
+  std::uint64_t highest_job = 0;  ///< highest id of a job; ids are never reused
   friend bool operator==(const CommitMark&, const CommitMark&) = default;
 };
 
-/// A file of two slots that are written in turn, so that one of them is whole whenever the power fails.
-/// Not thread-safe.
+/// A file with two slots that are written in turn, so a power failure leaves one of them intact. Not thread-safe.
 class CommitChain {
  public:
   /// Opens or creates the file.
@@ -33,11 +32,11 @@ class CommitChain {
   CommitChain& operator=(CommitChain&& other) noexcept;
   ~CommitChain();
 
-  /// The mark with the most commits that is sound; nothing in a new file, or where both slots are damaged.
+  /// The intact mark with the most commits. Empty if the file is new, or both slots are damaged.
   const std::optional<CommitMark>& last() const { return last_; }
-  /// Durable when it returns.
+  /// The mark is durable when it returns.
   Status append(const CommitMark& mark);
-  /// Forgets what was acknowledged before: this is the last mark now.
+  /// Replaces all earlier marks.
   Status restart(const CommitMark& mark);
 
  private:
@@ -48,10 +47,10 @@ class CommitChain {
   std::optional<CommitMark> last_;
 };
 
-/// FAILED_PRECONDITION, saying what is lost, unless a store that has come to `store` holds all that was acknowledged,
-/// of which `chain` is the last. A store may be one commit ahead: it was not acknowledged yet.
+/// OK if a store at mark `store` has all acknowledged commits; `chain` is the mark of the last one. Otherwise
+/// FAILED_PRECONDITION, which says what is lost. A store may be one commit ahead, which is not acknowledged yet.
 Status check_chain(const std::optional<CommitMark>& chain, const CommitMark& store);
-/// The same of a store that others write too, so that it may be further by any number of commits.
+/// Like check_chain(), for a store that several coordinators write: it may be ahead by any number of commits.
 Status check_shared_chain(const std::optional<CommitMark>& chain, const CommitMark& store);
 
 }  // namespace lightmill

@@ -6,7 +6,7 @@ namespace fs = std::filesystem;
 Result<DataDirectory> DataDirectory::open(const fs::path& path) {
   std::error_code error;
   if (fs::create_directories(path, error)) {
-    fs::permissions(path, fs::perms::owner_all, error);  // pictures and assets are for whom the coordinator lets in
+    fs::permissions(path, fs::perms::owner_all, error);  // the coordinator decides who reads pictures and assets
   }
   if (error) {
     return make_error(StatusCode::kPermissionDenied, "cannot create the data directory {}: {}", path.string(),

@@ -1,4 +1,4 @@
-// The directory that holds all of a coordinator's state, and its exclusive lock.
+// The coordinator's data directory and its exclusive lock.
 #pragma once
 
 #include <filesystem>
@@ -8,11 +8,11 @@
 
 namespace lightmill {
 
-/// Holds the lock on a data directory while it lives; the lock falls with the process, however that ends.
+/// Holds the lock on a data directory. The lock ends with the process.
 class DataDirectory {
  public:
-  /// Creates the directory if need be and locks it. FAILED_PRECONDITION, naming the directory and the other process, if
-  /// another coordinator uses it.
+  /// Creates the directory if it does not exist, and locks it. FAILED_PRECONDITION if another coordinator uses it; the
+  /// message names the directory and the process.
   static Result<DataDirectory> open(const std::filesystem::path& path);
 
   const std::filesystem::path& path() const { return path_; }

@@ -4,9 +4,9 @@ namespace lightmill {
 namespace {
 
 constexpr std::size_t kBytesAtOnce = std::size_t{64} << 20;
-constexpr std::size_t kBytesOfAWrite = 256;  ///< of one without a node, about
+constexpr std::size_t kBytesOfAWrite = 256;  ///< rough size of a write without a node
 
-/// Collects writes and commits them piece by piece.
+/// Collects writes and commits them in batches.
 class Pieces {
  public:
   explicit Pieces(Store& store) : store_(store) {}

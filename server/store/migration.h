@@ -1,4 +1,4 @@
-// The step from one store format to the next: everything is read as it was and written as it is now.
+// Migration to the current store format: reads the old format and writes the new one.
 #pragma once
 
 #include "common/base/status.h"
@@ -7,8 +7,8 @@
 
 namespace lightmill {
 
-/// Writes what `state` holds into a store without jobs, some MiB a commit. Epoch, secret and next job id are the
-/// database's own to bring along.
+/// Writes `state` to a store without jobs, some MiB per commit. The databases copy epoch, secret and next job id
+/// themselves.
 Status write_state(const StoredState& state, Store& store);
 
 }  // namespace lightmill

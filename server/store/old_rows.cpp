@@ -10,7 +10,7 @@
 namespace lightmill::stored::old {
 namespace {
 
-/// What a row holds, one after the other: numbers as 8 bytes, texts and bytes with their lengths before them.
+/// Hash of a row's values in order. Numbers are 8 bytes; texts and bytes follow their lengths.
 class RowHasher {
  public:
   template <class... Values>
@@ -22,13 +22,13 @@ class RowHasher {
 
  private:
   void put(std::uint64_t number) { hasher_.append(std::as_bytes(std::span(&number, 1))); }
-  /// SQLite keeps whole numbers as such, and gives 0 for -0.
+  /// SQLite stores whole numbers as integers, and gives 0 for -0.
   void put(double number) { put(std::bit_cast<std::uint64_t>(number + 0.0)); }
   void put(ByteView bytes) {
     put(std::uint64_t{bytes.size()});
     hasher_.append(bytes);
   }
-  /// As the one of the stores writes it that takes least.
+  /// In PostgreSQL's form, whose texts allow the fewest characters.
   void put(std::string_view text) { put(as_byte_view(printable(text, true))); }
 
   Xxh3Hasher hasher_;
@@ -190,11 +190,11 @@ void JobCheck::finish(StoredState& state) {
     if (expected.empty()) {
       condemn(id, data_loss("its checksum is missing"));
     } else if (expected != std::string_view(reinterpret_cast<const char*>(actual.data()), actual.size())) {
-      condemn(id, data_loss("its checksum is another one"));
+      condemn(id, data_loss("its checksum is wrong"));
     }
   }
   for (const auto& [job, why] : damaged_) {
-    spdlog::error("job {} is left out: what is stored of it is not what was written: {}", job.value, why);
+    spdlog::error("job {} is left out: its stored data is damaged: {}", job.value, why);
     state.damaged_jobs.push_back(job);
   }
   std::erase_if(state.jobs, [&](const auto& job) { return damaged_.contains(job.record.id); });

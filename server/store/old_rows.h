@@ -1,6 +1,6 @@
-// Rows of the formats before this one, 12 of SQLite and 6 of PostgreSQL, for the step to it (server/store/migration.h).
+// Rows of the previous formats (12 of SQLite, 6 of PostgreSQL), for the migration (server/store/migration.h).
 //
-// They had a column a value, names for what has names, and one checksum over all rows of a job.
+// They had one column per value, names for enumerators, and one checksum over all rows of a job.
 #pragma once
 
 #include <map>
@@ -14,27 +14,28 @@
 
 namespace lightmill::stored::old {
 
-/// DATA_LOSS if nothing has this name.
+/// DATA_LOSS if the name is unknown.
 Result<JobState> state_named(std::string_view name);
 Result<GoalLimit> limit_named(std::string_view name);
 Result<Proof> proof_named(std::string_view name);
 Result<LayerKind> layer_kind_named(std::string_view name, std::uint64_t job);
 
-/// Of a job with settings, a byte a tile; DATA_LOSS if it has another number of tiles, or one no such share.
+/// Allocation of a job whose settings are known, one byte per tile. DATA_LOSS if the number of tiles differs or a share
+/// is invalid.
 Result<Allocation> allocation_in(std::string_view bytes, const JobRecord& job);
-/// Texts, one a line.
+/// Texts, one per line.
 std::vector<std::string> lines_in(std::string_view text);
-/// As names with commas; DATA_LOSS if one of the token's in the store is none.
+/// Names with commas between them. DATA_LOSS if a role of the token is unknown.
 Result<Roles> roles_in(std::string_view text, std::string_view token);
 
-/// Of a result's row, but for whether it has been verified since.
+/// Checksum of a result's row, without its audit state.
 std::int64_t checksum_of(const NodeKey& key, const Hash128& hash, const Renderer& by);
 
-/// Finds jobs whose rows say something else than was written.
+/// Finds jobs whose rows differ from what was written.
 class JobCheck {
  public:
   void expect(JobId job, std::string_view checksum) { expected_[job] = checksum; }
-  /// The value; one of the job's rows that means nothing condemns the job.
+  /// Returns the value. A row without a valid value makes its job damaged.
   template <class T>
   T sound(JobId job, Result<T> value) {
     if (!value.ok()) {
@@ -43,15 +44,15 @@ class JobCheck {
     return value.ok() ? *std::move(value) : T{};
   }
   void condemn(JobId job, const Status& why) { damaged_.try_emplace(job, message_of(why)); }
-  /// Takes what is damaged from `jobs` to `damaged_jobs`, and says so in the log. A job without a checksum is damaged.
+  /// Moves damaged jobs from `jobs` to `damaged_jobs`, and logs them. A job without a checksum is damaged.
   void finish(StoredState& state);
 
  private:
   std::map<JobId, std::string> expected_;
-  std::map<JobId, std::string> damaged_;  ///< and why
+  std::map<JobId, std::string> damaged_;  ///< with the reason
 };
 
-/// A token, or an entry of the farm's log, that cannot be read.
+/// Records a token, or an entry of the farm's log, that cannot be read.
 void leave_out(std::string what, const Status& why, StoredState& state);
 
 }  // namespace lightmill::stored::old

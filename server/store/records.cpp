@@ -97,7 +97,7 @@ std::string message_of(const QuarantineRecord& record) {
 
 // ---- messages to values ----
 
-const Status kNoMessage = data_loss("it is no message");
+const Status kNoMessage = data_loss("it is not a valid message");
 
 Status read_spec(std::string_view bytes, JobRecord& job) {
   v1::StoredSpec in;
@@ -105,7 +105,7 @@ Status read_spec(std::string_view bytes, JobRecord& job) {
     return kNoMessage;
   }
   LM_ASSIGN_OR_RETURN(JobSpec spec, from_wire(in.request()));
-  spec.goal = job.spec.goal;  // as they are now
+  spec.goal = job.spec.goal;  // the current ones, which job.spec has already
   spec.priority = job.spec.priority;
   job.spec = std::move(spec);
   job.spec.ends_with_page = in.ends_with_page();
@@ -113,7 +113,7 @@ Status read_spec(std::string_view bytes, JobRecord& job) {
   LM_RETURN_IF_ERROR(check_grid(job.spec.settings));
   const std::string& shares = in.allocation();
   if (const std::uint64_t tiles = grid_of(job.spec.settings).tile_count(); !shares.empty() && shares.size() != tiles) {
-    return data_loss("its samples are divided among {} tiles, not {}", shares.size(), tiles);
+    return data_loss("its allocation has {} tiles, not {}", shares.size(), tiles);
   }
   LM_ASSIGN_OR_RETURN(job.allocation, Allocation::of({shares.begin(), shares.end()}));
   return ok_status();
@@ -171,7 +171,7 @@ Result<Action> read_action(std::uint64_t number, std::string_view bytes) {
 }
 
 std::string damage_of(bool sound, const Status& status) {
-  return sound ? lightmill::message_of(status) : "its checksum does not fit";
+  return sound ? lightmill::message_of(status) : "its checksum is wrong";
 }
 
 }  // namespace
@@ -350,7 +350,7 @@ void StateReader::take_token(const std::string& id, std::string_view message, bo
     state_.tokens.push_back(*std::move(token));
     return;
   }
-  report(fmt::format("token {} lets nobody in any more: {}", printable(id, true), damage_of(sound, token.status())));
+  report(fmt::format("token {} is no longer valid: {}", printable(id, true), damage_of(sound, token.status())));
   repairs_.push_back(DropToken{id});
 }
 
@@ -360,7 +360,7 @@ void StateReader::take_action(std::uint64_t number, std::string_view message, bo
     state_.actions.push_back(*std::move(action));
     return;
   }
-  report(fmt::format("entry {} of the log is taken out: {}", number, damage_of(sound, action.status())));
+  report(fmt::format("entry {} of the log is removed: {}", number, damage_of(sound, action.status())));
   repairs_.push_back(DropAction{number});
 }
 
@@ -391,7 +391,7 @@ void StateReader::finish(StoredSpecs& specs) {
     }
   }
   for (const auto& [job, why] : condemned_) {
-    spdlog::error("job {} is left out: what is stored of it is not what was written: {}", job.value, why);
+    spdlog::error("job {} is left out: its stored data is damaged: {}", job.value, why);
     state_.damaged_jobs.push_back(job);
   }
   std::erase_if(state_.jobs, [&](const auto& job) { return condemned_.contains(job.record.id); });

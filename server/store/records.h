@@ -1,7 +1,7 @@
-// The store's small rows: a key, a message (proto/lightmill/stored/v1) and a checksum of both.
+// Small rows of the store: a key, a message (proto/lightmill/stored/v1) and a checksum of both.
 //
-// All databases keep them in tables of this one form. Only this file knows what the rows mean: a database puts, drops
-// and lists them. Nodes and results have tables with columns, because there are millions of them.
+// All databases have the same tables for them. Only this file knows what the rows mean. A database puts, drops and
+// lists them. Nodes and results have tables with columns, because there are millions of them.
 #pragma once
 
 #include <array>
@@ -17,14 +17,14 @@
 
 namespace lightmill::stored {
 
-/// In the order in which they are read.
+/// In the order of reading.
 enum class Table : std::uint8_t { jobs, job_specs, job_progress, tokens, actions, quarantine };
 inline constexpr std::size_t kTableCount = 6;
 
 struct TableInfo {
   const char* name;
-  const char* key;  ///< the column
-  bool numbered;    ///< keys are numbers, else bytes
+  const char* key;  ///< name of the key column
+  bool numbered;    ///< keys are numbers; otherwise bytes
 };
 inline constexpr std::array<TableInfo, kTableCount> kTables{{{"jobs", "id", true},
                                                              {"job_specs", "job", true},
@@ -36,7 +36,7 @@ constexpr const TableInfo& info_of(Table table) {
   return kTables[static_cast<std::size_t>(table)];
 }
 
-/// One of the two, as the table has it.
+/// A number or a name, as the table requires.
 struct Key {
   std::uint64_t number = 0;
   std::string name = {};
@@ -45,23 +45,23 @@ struct Key {
 struct RowChange {
   Table table;
   Key key;
-  std::optional<std::string> message;  ///< the row is dropped without one
+  std::optional<std::string> message;  ///< empty: drop the row
 };
 
 /// 64 bits of XXH3-128.
 std::int64_t checksum_of(Table table, const Key& key, std::string_view message);
 
-/// Which jobs have a specification in the store, so that it is not written again: it may be megabytes.
+/// Which jobs have a stored specification. It can be several MB large, so it is not written again.
 class StoredSpecs {
  public:
   bool contains(JobId job) const { return find(job) != Kept::none; }
-  /// Whether it has to be written: it is not stored, or was before a pilot decided.
+  /// True if it must be written: it is not stored, or was stored before a pilot decided.
   bool is_missing(const JobRecord& job) const { return find(job.id) != Kept::decided; }
   void put(const JobRecord& job);
   void drop(JobId job) { changes_[job] = Kept::none; }
-  /// The transaction is stored.
+  /// The transaction was stored.
   void keep();
-  /// The transaction is not stored.
+  /// The transaction was not stored.
   void forget() { changes_.clear(); }
 
  private:
@@ -71,44 +71,47 @@ class StoredSpecs {
   std::map<JobId, Kept> stored_, changes_;
 };
 
-/// What a write changes in these tables. A deleted job's rows go with the one in `jobs`. Empty for nodes and results.
+/// The changes of a write to the small tables. None for nodes and results. A deleted job's rows go with its row in
+/// `jobs`.
 std::vector<RowChange> changes_of(const StoreOp& op, StoredSpecs& specs);
 
-/// Which rows there are, so that one that vanishes is missed. Not thread-safe.
+/// The keys of all small rows, so that a missing row is noticed. Not thread-safe.
 class RowKeys {
  public:
-  /// A sum over each table's keys: XXH3 of each, joined by exclusive or.
+  /// Per table: XXH3 of each key, combined by exclusive or.
   using Sums = std::array<std::uint64_t, kTableCount>;
 
   void put(Table table, const Key& key) { change(table, key, true); }
-  /// A job's row takes its others along.
+  /// A job's row takes the job's other rows with it.
   void drop(Table table, const Key& key);
   const Sums& sums() const { return sums_; }
-  /// The transaction is stored.
+  /// The transaction was stored.
   void keep();
-  /// The transaction is not stored.
+  /// The transaction was not stored.
   void forget();
 
  private:
   void change(Table table, const Key& key, bool there);
 
   std::array<std::set<std::uint64_t>, kTableCount> hashes_;
-  std::vector<std::pair<Table, std::uint64_t>> changes_;  ///< since the last keep(), each of which turns around
+  std::vector<std::pair<Table, std::uint64_t>> changes_;  ///< since the last keep(); each one toggles a key
   Sums sums_{}, kept_{};
 };
 
-/// Fills a StoredState from rows that come table by table.
+/// Fills a StoredState from rows that arrive table by table.
 ///
-/// A row that is not what was written is named in the log and in the state. A job goes with its row or its
-/// specification
-/// (`damaged_jobs`); its progress begins anew; a token lets nobody in; an entry of the log is left out; a worker stays
-/// in quarantine.
+/// A damaged row is named in the log and in the state:
+/// - Job or specification: the job is removed (`damaged_jobs`).
+/// - Progress: it starts again from zero.
+/// - Token: it admits no user.
+/// - Entry of the log: it is left out.
+/// - Quarantine: the worker stays in quarantine.
 class StateReader {
  public:
-  /// `repairs` get what is to be written in place of damaged rows.
+  /// `repairs` receives the writes that replace damaged rows.
   StateReader(StoredState& state, std::vector<StoreOp>& repairs) : state_(state), repairs_(repairs) {}
   void take(Table table, const Key& key, std::string_view message, std::int64_t checksum);
-  /// After the last row: takes damaged jobs out. Tells `specs` what is stored.
+  /// Call it after the last row. Removes damaged jobs, and tells `specs` what is stored.
   void finish(StoredSpecs& specs);
 
  private:
@@ -124,7 +127,7 @@ class StateReader {
 
   StoredState& state_;
   std::vector<StoreOp>& repairs_;
-  std::map<JobId, std::size_t> places_;  ///< in state_.jobs
+  std::map<JobId, std::size_t> places_;  ///< index in state_.jobs
   std::map<JobId, std::string> condemned_;
   std::map<JobId, bool> has_spec_, has_progress_;
 };

@@ -73,7 +73,7 @@ std::shared_ptr<const Node> node_of(const SampleRange& range, std::uint64_t non_
   node->range = range;
   node->non_finite = non_finite;
   node->values.resize(values.size() / sizeof(float));
-  if (!node->values.empty()) {  // memcpy takes no null
+  if (!node->values.empty()) {  // memcpy does not accept null
     std::memcpy(node->values.data(), values.data(), node->values.size() * sizeof(float));
   }
   const std::array<std::uint8_t, 16> expected = bytes_of(hash_of(*node));
@@ -95,7 +95,7 @@ std::size_t take_node(JobId job, const FilmPlace& place, std::uint64_t non_finit
 
 void log_damage(const NodeKey& key) {
   const SampleRange& range = key.range;
-  const bool sound = range.level <= kMaxRangeLevel;  // else it has no samples that could be named
+  const bool sound = range.level <= kMaxRangeLevel;  // otherwise its sample numbers are unknown
   spdlog::error("job {}: stored samples {} of tile {} are damaged; they will be rendered again", key.job.value,
                 sound ? fmt::format("[{}, {})", range.first(), range.end())
                       : fmt::format("number {} of level {}", range.index, range.level),

@@ -1,4 +1,4 @@
-// How nodes and results stand in rows. The small rows are in server/store/records.h.
+// Conversion of nodes and results to rows and back. The small rows are in server/store/records.h.
 #pragma once
 
 #include <array>
@@ -20,26 +20,26 @@ namespace lightmill::stored {
 
 static_assert(std::endian::native == std::endian::little, "sums are stored as little-endian float32");
 
-/// The bytes of a digest; DATA_LOSS unless there are 32.
+/// A digest from its bytes. DATA_LOSS unless there are 32.
 Result<Sha256> digest_in(std::string_view bytes, std::string_view what);
 
-/// Of stored bytes_of; DATA_LOSS unless there are 16.
+/// A hash from the output of bytes_of(). DATA_LOSS unless there are 16 bytes.
 Result<Hash128> hash_in(std::string_view bytes);
 
-/// Whether a result is to be rendered again by another worker.
+/// Whether another worker has to render a result again, or has done so.
 enum class Audit : int { none = 0, wanted = 1, passed = 2 };
-/// Of a result's row. Its two lowest bits are `audit`, so that the change from wanted to passed needs no other value.
+/// Checksum of a result's row. Its two lowest bits are `audit`, so a change from wanted to passed changes only these
+/// bits.
 std::int64_t checksum_of(const NodeKey& key, const Hash128& hash, const Renderer& by, Audit audit);
 inline constexpr std::int64_t kAuditBits = 3;
 
-/// Whether a NodeKey can have these numbers.
+/// Whether these numbers form a valid NodeKey.
 bool is_key(std::int64_t tile, std::int64_t level, std::int64_t index);
-/// A result's row that is damaged: it goes with `repairs`. The node that it went into does so later, as one of which
-/// not all is known (take_out_nonsense): if somebody is found to have rendered wrong, nobody could tell whether it was
-/// theirs.
+/// Drops a damaged row of a result with `repairs`. take_out_nonsense() later drops the node that contains it, because
+/// the origin of its samples is unknown. If a worker is found guilty, nothing could tell whether they were its samples.
 void leave_out_result(const DropResultRow& row, StoredState& state, std::vector<StoreOp>& repairs);
 
-/// Gives everybody who rendered something a number, from 0 on.
+/// Numbers everyone who rendered a result, from 0.
 class RendererTable {
  public:
   std::uint32_t index_of(Renderer renderer);
@@ -50,22 +50,22 @@ class RendererTable {
   std::map<Renderer, std::uint32_t> indices_;
 };
 
-/// High word first, each with its highest byte first.
+/// High word first, big-endian.
 std::array<std::uint8_t, 16> bytes_of(const Hash128& hash);
 
-/// The node of a row; null if `hash`, its stored hash_of, shows that it is damaged.
+/// The node of a row. Null if it does not match its stored hash_of(), `hash`.
 std::shared_ptr<const Node> node_of(const SampleRange& range, std::uint64_t non_finite, std::string_view hash,
                                     std::string_view values);
-/// Says in the log what is lost.
+/// Logs what is lost.
 void log_damage(const NodeKey& key);
 
-/// So much of a film is read at once: commits wait for no more.
+/// Bytes of a film that are read at a time. A commit waits for one such read at most.
 inline constexpr std::size_t kFilmPieceBytes = std::size_t{16} << 20;
-/// Adds the node of a row to `piece`, unless it is damaged. Returns the bytes of its values.
+/// Adds the node of a row to `piece`, unless it is damaged. Returns the size of its values in bytes.
 std::size_t take_node(JobId job, const FilmPlace& place, std::uint64_t non_finite, std::string_view hash,
                       std::string_view values, FilmPiece& piece);
-/// Puts the values of its nodes into a job that goes on; `read` gives them as Store::read_film does. What is damaged
-/// goes with `repairs`.
+/// Loads the values of all nodes of an unfinished job. `read` works like Store::read_film(). Drops damaged nodes with
+/// `repairs`.
 template <class Read>
 Status load_values(StoredState::StoredJob& job, StoredState& state, std::vector<StoreOp>& repairs, const Read& read) {
   std::set<std::pair<TileId, SampleRange>> lost;

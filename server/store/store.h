@@ -1,4 +1,4 @@
-// Where a coordinator's state outlives it: progress and pixels, committed together.
+// Store interface: keeps a coordinator's state, with progress and pixels in one transaction.
 #pragma once
 
 #include <memory>
@@ -10,32 +10,32 @@
 
 namespace lightmill {
 
-/// Key of a node within its film, as the rows have it.
+/// Key of a node within its film, as in the rows.
 struct FilmPlace {
   std::int64_t tile = -1, level = -1, index = -1;
 };
-/// Some nodes of a film, and the last one's place if there may be more.
+/// Some nodes of a film. `last` is the place of the last one, if more may follow.
 struct FilmPiece {
   StoredFilm nodes;
   std::optional<FilmPlace> last = {};
 };
 
-/// A transactional store. One user at a time, from one thread.
+/// A transactional store, used by one thread.
 class Store {
  public:
   virtual ~Store() = default;
-  /// Reads everything but the values of ended jobs' films, and takes the next epoch. Call once, first. Damaged nodes
-  /// are not stored any more then.
+  /// Reads everything except the values of ended jobs' films, and begins the next epoch. Call it once, before
+  /// everything else. It removes damaged nodes from the store.
   virtual Result<StoredState> load() = 0;
-  /// Reads the next nodes of a job's film, some MiB of them, from behind `after`. Commits may come between two pieces.
-  /// Damaged nodes are left out, and named in the log.
+  /// Reads the next nodes of a job's film after `after`, some MiB at a time. Commits may come between two calls.
+  /// Damaged nodes are logged and left out.
   virtual Result<FilmPiece> read_film(JobId job, const FilmPlace& after) = 0;
-  /// DATA_LOSS, saying what is wrong, if the database is damaged as such, whatever its rows hold. Takes as long as
-  /// reading it all.
+  /// DATA_LOSS with the reason if the database itself is damaged; it does not check what rows contain. Takes as long as
+  /// reading the whole database.
   virtual Status check_structure() = 0;
-  /// Applies `ops` in order in one transaction; durable when it returns. On an error nothing of it is stored.
+  /// Applies `ops` in order in one transaction, which is durable when it returns. After an error nothing is stored.
   virtual Status commit(std::span<const StoreOp> ops) = 0;
-  /// Gives the disk back a part of what deleted jobs have left, in some 0.1 s; whether there is more of it.
+  /// Returns space of deleted jobs to the disk, for about 0.1 s. True if more remains.
   virtual bool tidy() { return false; }
 };
 

@@ -8,8 +8,8 @@ Status check_store_format(std::string_view place, std::int64_t found, std::int64
   }
   if (found < 1) {
     return failed_precondition(
-        "{} has store format {}, which no lightmill-server writes: put a backup in its place, or choose {}", place,
-        found, elsewhere);
+        "{} has store format {}, which no lightmill-server writes: restore a backup, or choose {}", place, found,
+        elsewhere);
   }
   const std::string_view age = found > known ? "newer" : "older";
   return failed_precondition(

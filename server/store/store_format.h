@@ -1,4 +1,4 @@
-// The check that a store has the format that this program reads and writes.
+// Check of a store's format version.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace lightmill {
 
-/// FAILED_PRECONDITION unless `found`, the format of the store at `place`, is `known`. The message says what to do;
-/// `elsewhere` is what to choose instead, "another directory with --data".
+/// FAILED_PRECONDITION unless `found`, the format of the store at `place`, is `known`. The message says what to do.
+/// `elsewhere` is the alternative, such as "another directory with --data".
 Status check_store_format(std::string_view place, std::int64_t found, std::int64_t known, std::string_view elsewhere);
 
 }  // namespace lightmill

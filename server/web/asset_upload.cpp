@@ -17,11 +17,11 @@ namespace asio = boost::asio;
 namespace http = boost::beast::http;
 using boost::system::error_code;
 
-/// What one connection holds of its asset.
+/// Bytes of its asset that a connection holds.
 constexpr std::size_t kPieceBytes = std::size_t{128} << 10;
 
-/// Reads a piece, writes it, reads the next: nothing is read ahead, so who sends waits for the disk. All of it belongs
-/// to the web's thread, but for what `on_disk` runs meanwhile.
+/// Reads a piece, writes it, and reads the next. Nothing is read ahead, so the sender waits for the disk. Everything
+/// runs on the web thread, except the functions of on_disk().
 class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
  public:
   AssetUpload(const UploadWay& way, HeadParser&& head, const Sha256& digest, Call call, UploadDone done)
@@ -32,8 +32,8 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
         head_(head.get()),
         length_(head.content_length().value_or(0)),
         parser_(std::move(head)) {
-    parser_.body_limit(std::numeric_limits<std::uint64_t>::max());  // the store has limits of its own
-    parser_.eager(true);                                            // a piece may come in many reads
+    parser_.body_limit(std::numeric_limits<std::uint64_t>::max());  // the store has its own limits
+    parser_.eager(true);                                            // a piece may need many reads
   }
 
   void start() {
@@ -53,7 +53,7 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
   void read_piece() {
     piece_.resize(kPieceBytes);
     parser_.get().body() = {piece_.data(), piece_.size(), true};
-    // The disk's time is not the sender's, and what came fast before lets nobody be silent for longer.
+    // The time of the disk does not count. Fast data earlier does not allow a longer pause now.
     way_.stream.tcp().expires_at(
         std::min(began_ + time_to_send(received_bytes_), SteadyClock::now() + time_to_send(kPieceBytes)));
     call_.place->stands_still();
@@ -73,7 +73,7 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
   void take_piece(error_code error) {
     call_.place->moves();
     if (error) {
-      asio::post(way_.disk, [upload = std::move(upload_)] {});  // what was written goes from the disk
+      asio::post(way_.disk, [upload = std::move(upload_)] {});  // deletes the written part from the disk
       return;
     }
     piece_.resize(kPieceBytes - parser_.get().body().size);
@@ -95,7 +95,7 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
     return status;
   }
 
-  /// Runs `work` where it may wait for the disk, then `next` on the web's thread, if that went well.
+  /// Runs `work` on a thread that may wait for the disk. If it succeeds, runs `next` on the web thread.
   void on_disk(Status (AssetUpload::*work)(), void (*next)(AssetUpload&)) {
     asio::post(way_.disk, [self = shared_from_this(), work, next]() mutable {
       const Status status = ((*self).*work)();
@@ -111,10 +111,10 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
 
   const UploadWay way_;
   const Sha256 digest_;
-  const Call call_;  ///< its place among the streams
+  const Call call_;  ///< holds the place among the streams
   const UploadDone done_;
   const RequestHead head_;
-  const std::uint64_t length_;  ///< as the sender says; 0: unknown
+  const std::uint64_t length_;  ///< according to the sender; 0: unknown
   http::request_parser<http::buffer_body> parser_;
   std::unique_ptr<AssetStore::Upload> upload_;
   std::vector<char> piece_;

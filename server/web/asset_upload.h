@@ -1,4 +1,4 @@
-// An asset on its way in over a connection: what comes is written piece by piece, and never off the disk's thread.
+// Upload of an asset over HTTP, written in pieces. Only the disk threads wait for the disk.
 #pragma once
 
 #include <boost/asio/thread_pool.hpp>
@@ -13,7 +13,7 @@
 
 namespace lightmill {
 
-/// Belongs to the connection, which lives as long as `done` does.
+/// References to parts of the connection. It lives as long as `done`.
 struct UploadWay {
   WebStream& stream;
   boost::beast::flat_buffer& buffer;
@@ -25,8 +25,8 @@ struct UploadWay {
 /// `whole`: the body was read to its end.
 using UploadDone = std::function<void(const Status& status, bool whole)>;
 
-/// Takes in the body of a call that was admitted. `done` says whether the asset is in place, durably: errors as
-/// AssetStore has them. It is let go without that where the connection ends before, or is too slow; then nothing stays.
+/// Receives the body of an admitted call. `done` gets OK once the asset is stored durably, or an error of AssetStore.
+/// If the connection ends or is too slow, `done` is destroyed without a call, and nothing is stored.
 void receive_asset(const UploadWay& way, HeadParser&& head, const Sha256& digest, Call call, UploadDone done);
 
 }  // namespace lightmill

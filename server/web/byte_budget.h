@@ -1,4 +1,4 @@
-// What requests and answers may hold together: beyond that they are refused.
+// Memory limit for requests and replies together. What exceeds it is refused.
 #pragma once
 
 #include <array>
@@ -14,15 +14,15 @@
 
 namespace lightmill {
 
-/// Copies share what there is. Thread-safe.
+/// Copies share the same budget. Thread-safe.
 class ByteBudget {
  public:
-  /// A share of it, given back with its last copy.
+  /// A reservation. It ends with its last copy.
   using Place = std::shared_ptr<const void>;
 
   explicit ByteBudget(std::uint64_t most_bytes) : most_bytes_(most_bytes) {}
 
-  /// Null if there is not so much left.
+  /// Null if fewer bytes are left.
   Place take(std::uint64_t bytes) const {
     if (taken_->fetch_add(bytes) + bytes > most_bytes_) {
       *taken_ -= bytes;
@@ -37,13 +37,13 @@ class ByteBudget {
   std::shared_ptr<std::atomic<std::uint64_t>> taken_ = std::make_shared<std::atomic<std::uint64_t>>(0);
 };
 
-/// A budget that gives callers of one name, and callers at one address, half of its bytes at most. Not thread-safe;
-/// places may end on any thread.
+/// A budget that gives one name, and one address, at most half of its bytes. Not thread-safe, but reservations may end
+/// on any thread.
 class CallersBudget {
  public:
   explicit CallersBudget(std::uint64_t most_bytes) : most_bytes_(most_bytes), all_(most_bytes) {}
 
-  /// So many bytes more than `before`; null, and `before` is kept, if they are not left.
+  /// Reserves `bytes` in addition to `before`. Null if they are not left; then `before` stays.
   ByteBudget::Place take(const Holder& holder, std::uint64_t bytes, const ByteBudget::Place& before = nullptr) {
     std::erase_if(halves_, [](const auto& entry) { return entry.second.is_whole(); });
     const ByteBudget::Place of_name = half_of("name " + holder.name).take(bytes);
@@ -60,10 +60,10 @@ class CallersBudget {
 
   const std::uint64_t most_bytes_;
   const ByteBudget all_;
-  std::map<std::string, ByteBudget> halves_;  ///< of who has taken something
+  std::map<std::string, ByteBudget> halves_;  ///< of callers with reservations
 };
 
-/// The bytes, with their place until nobody holds them any more.
+/// Bytes that keep their reservation until their last user ends.
 inline SharedBytes placed_bytes(std::string bytes, ByteBudget::Place place) {
   const auto placed =
       std::make_shared<const std::pair<std::string, ByteBudget::Place>>(std::move(bytes), std::move(place));

@@ -1,4 +1,4 @@
-// The newest values by their keys, and which of them changed since somebody looked: what viewers get are differences.
+// Newest values by key, with a log of changes. Viewers get only differences.
 #pragma once
 
 #include <cstdint>
@@ -14,15 +14,15 @@ namespace lightmill {
 /// Bytes that many viewers share.
 using SharedBytes = std::shared_ptr<const std::string>;
 
-/// Up to where a reader knows everything.
+/// Position of a reader in the log.
 struct ChangeCursor {
-  bool begun = false;       ///< else it knows nothing, and has to be told even of an empty log
+  bool begun = false;       ///< otherwise it knows nothing, and has to be told even of an empty log
   std::uint64_t seen = 0;   ///< a stamp
-  std::uint64_t floor = 0;  ///< removals up to here do not concern it: it began after them
+  std::uint64_t floor = 0;  ///< removals up to this stamp do not concern it, because it began later
 };
 
-/// Every change gets the next stamp. What changes again moves to the end, so that readers who come seldom get each key
-/// once, with its newest value. Not thread-safe.
+/// Every change gets the next stamp. A key that changes again moves to the end. So slow readers get each key once, with
+/// its newest value. Not thread-safe.
 template <class Key>
 class ChangeLog {
  public:
@@ -31,12 +31,12 @@ class ChangeLog {
     std::string owner;
   };
   struct Changes {
-    bool whole = false;  ///< what the reader has is to be forgotten first
-    bool more = false;   ///< there are more than were asked for
+    bool whole = false;  ///< the reader has to drop what it has
+    bool more = false;   ///< more entries follow
     std::vector<std::pair<Key, const Entry*>> entries;
   };
 
-  /// So many removed keys are remembered; readers who have missed more begin again.
+  /// Number of removed keys that are kept. Readers that have missed more start again.
   explicit ChangeLog(std::size_t removals_kept = 1'000) : removals_kept_(removals_kept) {}
 
   /// Equal bytes are no change.
@@ -63,7 +63,7 @@ class ChangeLog {
   }
 
   bool news_for(const ChangeCursor& reader) const { return !reader.begun || reader.seen < stamp_; }
-  /// What the reader does not know yet, oldest first and at most so many; it knows them then. The entries are valid
+  /// The next `most` changes for the reader at most, oldest first. Moves the reader behind them. The entries are valid
   /// until the next change.
   Changes since(ChangeCursor& reader, std::size_t most) const {
     Changes changes;
@@ -85,7 +85,7 @@ class ChangeLog {
     reader.seen = stamp_;
     return changes;
   }
-  /// Of what is not removed.
+  /// Keys that are not removed.
   std::vector<Key> keys() const {
     std::vector<Key> keys;
     for (const auto& [key, at] : entries_) {

@@ -3,7 +3,7 @@
 namespace lightmill {
 namespace {
 
-/// Rates, times and what a job waits for change without an event of the job's.
+/// Rates, times and wait reasons change without an event of the job.
 constexpr Duration kReviewInterval = std::chrono::seconds(2);
 
 }  // namespace

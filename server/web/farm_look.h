@@ -1,4 +1,4 @@
-// Looks at the farm's lists: which jobs and workers changed since the look before.
+// Changes of the farm's lists of jobs and workers since the last call.
 #pragma once
 
 #include <map>
@@ -14,16 +14,16 @@ struct FarmNews {
   std::vector<JobStatus> jobs;  ///< new and changed ones
   std::vector<JobId> removed;
   std::vector<WorkerStatus> workers;  ///< all
-  std::vector<JobId> revived;         ///< of those asked for, which have not ended
+  std::vector<JobId> revived;         ///< jobs of `ended` that run again
 };
 
-/// Belongs to the farm thread.
+/// Used on the farm thread.
 class FarmLook {
  public:
-  /// So many jobs are listed, the newest.
+  /// Jobs in the list. The newest ones are listed.
   static constexpr std::size_t kMostJobs = 1'000;
 
-  /// `ended` are jobs whose coming back to life matters.
+  /// `ended`: ended jobs that the caller watches, in case they are resumed.
   FarmNews look(const Coordinator& farm, Time now, std::span<const JobId> ended);
 
  private:

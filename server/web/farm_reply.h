@@ -1,4 +1,4 @@
-// The way from a request to the farm thread and back: what answers the JSON API goes it.
+// Round trip of an HTTP request to the farm thread and back.
 #pragma once
 
 #include <functional>
@@ -11,10 +11,10 @@
 
 namespace lightmill {
 
-/// Called once, on the web's thread.
+/// Called once, on the web thread.
 using Reply = std::function<void(ApiReply)>;
 
-/// Takes an answer from any thread to the reply that waits for it, if that still does.
+/// Passes an answer from any thread to its waiting reply, if that still exists.
 class FarmReply {
  public:
   using Waiting = std::map<std::uint64_t, Reply>;
@@ -23,24 +23,24 @@ class FarmReply {
   void operator()(ApiReply answer) const {
     compute([answer = std::move(answer)] { return answer; });
   }
-  /// The answer is worked out on the web's thread.
+  /// Computes the answer on the web thread.
   void compute(std::function<ApiReply()> answer) const;
 
  private:
   OnWebThread on_web_thread_;
-  std::weak_ptr<Waiting> waiting_;  ///< belongs to the web's thread
+  std::weak_ptr<Waiting> waiting_;  ///< used on the web thread
   std::uint64_t id_;
 };
 
-/// Belongs to the web's thread.
+/// Used on the web thread.
 class FarmDesk {
  public:
   FarmDesk(FarmLoop& loop, OnWebThread on_web_thread) : loop_(loop), on_web_thread_(std::move(on_web_thread)) {}
 
-  /// What is to be called in place of the reply.
+  /// Registers `reply`. The caller calls the result in its place.
   FarmReply expect(Reply reply);
 
-  /// Runs `task` on the farm thread, which calls the reply, at once or after the commit.
+  /// Runs `task` on the farm thread. The task calls the reply at once, or after the commit.
   using FarmTask = std::function<void(FarmLoop::Turn&, const FarmReply&)>;
   void ask(Reply reply, FarmTask task);
 

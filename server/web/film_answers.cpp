@@ -42,7 +42,7 @@ Result<ApiReply> make_thumbnail(const PixelRect& crop, const std::vector<TileSna
   return ApiReply{200, "image/png", std::move(png)};
 }
 
-/// A flux is that of a patch of area 1: the coordinator does not know the scene.
+/// Assumes an area of 1 for flux, because the coordinator does not know the scene.
 Result<ApiReply> make_readings(const PixelRect&, const std::vector<TileSnapshot>& meters) {
   const Meter meter{"", IrradianceMeter{}};
   v1::MeterReadings wire;
@@ -65,7 +65,8 @@ Result<ApiReply> make_readings(const PixelRect&, const std::vector<TileSnapshot>
 const FilmAnswers::Kind kThumbnailAnswer{picture_of, check_thumbnail, make_thumbnail};
 const FilmAnswers::Kind kMetersAnswer{meters_of, [](JobId, const FilmOutline&) { return ok_status(); }, make_readings};
 
-/// Takes the tiles on the farm thread, and adds them up on the web's unless that was done for just this film.
+/// Takes the tiles on the farm thread. The web thread adds them up, unless the cached answer is of this state of the
+/// film.
 void FilmAnswers::send(const Call& call, JobId job, Reply reply) {
   const auto kept = made_->find(job);
   const std::uint64_t known = kept == made_->end() ? 0 : kept->second.film_version;
@@ -82,11 +83,12 @@ void FilmAnswers::send(const Call& call, JobId job, Reply reply) {
     }
     const std::uint64_t version = film->version();
     const bool recent =
-        fresh && !has_ended(turn.farm.status(job, turn.now)->state);  // nobody asks again of the last one
+        fresh && !has_ended(turn.farm.status(job, turn.now)->state);  // a cached answer would remain the last one
     if (recent || (version == known && known != 0)) {
       return back.compute([job, made] {
         const auto at = made->find(job);
-        return at != made->end() ? at->second.answer : error_reply(unavailable("that is gone: try again"));
+        return at != made->end() ? at->second.answer
+                                 : error_reply(unavailable("this state of the film is gone: try again"));
       });
     }
     turn.with_film(job, [job, kind, made, back](FarmLoop::Turn& later, const Status& here) {

@@ -1,5 +1,5 @@
-// What is asked of a job's film by many, and made once for each state of the film, at most once a second while its job
-// is at work: thumbnails, meters' readings.
+// Cached answers that are computed from a film: thumbnails and readings of meters. They are computed once per state of
+// the film, and at most once per second while the job runs.
 #pragma once
 
 #include <chrono>
@@ -15,17 +15,17 @@ namespace lightmill {
 class Film;
 class FilmOutline;
 
-/// Answers of one kind. Belongs to the web's thread.
+/// Answers of one kind. Used on the web thread.
 class FilmAnswers {
  public:
   struct Kind {
-    std::vector<TileSnapshot> (*take)(const Film& film);  ///< on the farm thread: the tiles that it is made of
-    Status (*check)(JobId job, const FilmOutline& film);  ///< whether there is such an answer
+    std::vector<TileSnapshot> (*take)(const Film& film);  ///< on the farm thread: the tiles that the answer needs
+    Status (*check)(JobId job, const FilmOutline& film);  ///< whether such an answer exists
     Result<ApiReply> (*make)(const PixelRect& crop, const std::vector<TileSnapshot>& tiles);
   };
   FilmAnswers(FarmDesk& desk, const Gate& gate, const Kind& kind) : desk_(desk), gate_(gate), kind_(kind) {}
 
-  /// The call was admitted; whether it may see this job is asked here.
+  /// The call is admitted. This checks whether it may read the job.
   void send(const Call& call, JobId job, Reply reply);
 
  private:
@@ -43,9 +43,9 @@ class FilmAnswers {
   const std::shared_ptr<AllMade> made_ = std::make_shared<AllMade>();
 };
 
-/// A PNG; NOT_FOUND of films without samples, or too large.
+/// A PNG. NOT_FOUND for films without samples, or with too many tiles.
 extern const FilmAnswers::Kind kThumbnailAnswer;
-/// lightmill.v1.MeterReadings: one of each meter that the job's method reads, in the scene's order.
+/// lightmill.v1.MeterReadings: one per meter that the job's method reads, in the scene's order.
 extern const FilmAnswers::Kind kMetersAnswer;
 
 }  // namespace lightmill

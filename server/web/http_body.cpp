@@ -21,7 +21,7 @@ Status check_framing(const RequestHead& request) {
   }
   if (const auto host = request[http::field::host];
       request.count(http::field::host) > 0 && !is_host({host.data(), host.size()})) {
-    return invalid_argument("Host: '{}' is no name with a port", printable({host.data(), host.size()}));
+    return invalid_argument("Host: '{}' is not HOST or HOST:PORT", printable({host.data(), host.size()}));
   }
   if (request.count(http::field::content_length) > 1) {
     return invalid_argument("Content-Length: a request has at most one, this one has {}",
@@ -31,8 +31,7 @@ Status check_framing(const RequestHead& request) {
   if (coding != request.end() &&
       (request.version() < 11 || request.count(http::field::transfer_encoding) > 1 ||
        request.count(http::field::content_length) > 0 || !boost::beast::iequals(coding->value(), "chunked"))) {
-    return invalid_argument(
-        "Transfer-Encoding: only one that says 'chunked' is taken, of HTTP/1.1, without Content-Length");
+    return invalid_argument("Transfer-Encoding: must be one 'chunked', in HTTP/1.1, without Content-Length");
   }
   return ok_status();
 }

@@ -1,4 +1,4 @@
-// How bodies of requests are taken in: what is common to all that read one.
+// Reading of request bodies: what all readers share.
 #pragma once
 
 #include <boost/beast/core/flat_buffer.hpp>
@@ -16,29 +16,29 @@ namespace lightmill {
 
 using SteadyClock = std::chrono::steady_clock;
 
-/// A request whose body is still on its way.
+/// A request whose body is still incomplete.
 using RequestHead = boost::beast::http::request<boost::beast::http::empty_body>;
 using HeadParser = boost::beast::http::request_parser<boost::beast::http::empty_body>;
 
-/// Who says nothing for so long is hung up on.
+/// A connection is closed after this time of silence.
 inline constexpr auto kRequestPatience = std::chrono::seconds(30);
-/// Who sends a large body more slowly is, too.
+/// A connection that sends a large body more slowly is closed, too.
 inline constexpr std::uint64_t kLeastBytesPerSecondSent = std::uint64_t{128} << 10;
 inline std::chrono::seconds time_to_send(std::uint64_t bytes) {
   return kRequestPatience + std::chrono::seconds(bytes / kLeastBytesPerSecondSent);
 }
 
-/// INVALID_ARGUMENT if a proxy in front of this server might read another host, or another end of the body, from the
-/// head (RFC 9112: 3.2, 6.1, 6.3). Beast refuses Content-Length beside chunks, and lengths that differ.
+/// INVALID_ARGUMENT if a proxy in front of this server could read another host or another end of the body from the head
+/// (RFC 9112: 3.2, 6.1, 6.3). Beast refuses Content-Length together with chunks, and different lengths.
 Status check_framing(const RequestHead& request);
 
-/// Whether what came is no HTTP, and not just too long or not all.
+/// Whether the input is not HTTP. False if it is too long or incomplete.
 bool is_malformed(boost::system::error_code error);
 
-/// Who asks first whether it may send its body is told so; then goes on, unless the connection has ended.
+/// Answers "Expect: 100-continue" if the client sent it. Then calls `then`, unless the connection has ended.
 void invite_body(WebStream& stream, const RequestHead& request, std::function<void()> then);
 
-/// Lets the parser take what `buffer` holds, or reads until it makes progress. `then` gets the error of either.
+/// Parses what `buffer` holds, or reads until the parser makes progress. `then` gets the error.
 void parse_more(WebStream& stream, boost::beast::flat_buffer& buffer, boost::beast::http::basic_parser<true>& parser,
                 std::function<void(boost::system::error_code)> then);
 

@@ -11,7 +11,8 @@ namespace {
 
 using google::protobuf::FieldDescriptor;
 
-/// What stands before `mark`, which is taken away from `text` with it; all of it if there is none.
+/// Removes the text up to `mark` and the mark from `text`, and returns what was before the mark. Without a mark it
+/// takes everything.
 std::string_view take_until(std::string_view& text, std::string_view mark) {
   const std::string_view before = text.substr(0, text.find(mark));
   text.remove_prefix(std::min(text.size(), before.size() + mark.size()));
@@ -24,7 +25,7 @@ const FieldDescriptor& field_of(const Operation& operation, std::string_view nam
   return *field;
 }
 
-/// The route of the operation if the path is one of its.
+/// The route of the operation, if the path matches.
 std::optional<HttpRoute> route_of(const Operation& operation, std::string_view path) {
   std::string_view form = operation.http;
   HttpRoute route{&operation, take_until(form, " ") == "POST", "", "", ""};
@@ -43,7 +44,7 @@ std::optional<HttpRoute> route_of(const Operation& operation, std::string_view p
   return is_text || parse_number<std::uint64_t>(route.value) ? std::optional(route) : std::nullopt;
 }
 
-/// A number in `range`, "1..1000"; empty: any.
+/// A number in `range`, such as "1..1000". Empty: any number.
 template <class Number>
 Result<Number> number_of(std::string_view name, std::string_view text, std::string_view range) {
   const Number least =

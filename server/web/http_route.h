@@ -1,4 +1,4 @@
-// The paths of operations over HTTP, and what they and their queries say of a request.
+// HTTP paths of operations, and the parameters in paths and queries.
 #pragma once
 
 #include <optional>
@@ -9,18 +9,18 @@
 
 namespace lightmill {
 
-/// What a path means.
+/// An operation's path that matches a request.
 struct HttpRoute {
   const Operation* operation;
-  bool post;               ///< else GET
-  std::string_view field;  ///< of the path's parameter; empty: it has none
-  std::string value;       ///< of the same
+  bool post;               ///< otherwise GET
+  std::string_view field;  ///< field of the path's parameter; empty: none
+  std::string value;       ///< value of the path's parameter
   std::string_view query;  ///< fields that the query may have
 };
-/// `path` is what stands behind /api/v1/. One that is asked for by the other method, if no other fits.
+/// `path` is the part after /api/v1/. If no route fits, returns one with the other method.
 std::optional<HttpRoute> find_route(std::string_view path, bool post);
 
-/// Puts the path's parameter, and what the query has of its fields, into the request. INVALID_ARGUMENT.
+/// Copies the parameters of path and query to the request. INVALID_ARGUMENT.
 Status fill_request(const HttpRoute& route, std::string_view query, WireMessage& request);
 
 }  // namespace lightmill

@@ -30,22 +30,22 @@ using boost::system::error_code;
 constexpr std::uint32_t kMostHeaderBytes = 8 << 10;
 constexpr std::uint64_t kMostBodyBytes = 16 << 10;
 constexpr auto kTlsPatience = std::chrono::seconds(5);
-/// Of the room for large bodies so much is taken at a time.
+/// Step in which a body reserves memory for large bodies.
 constexpr std::uint64_t kHeldAtOnce = 1 << 20;
-/// Who reads a large file more slowly is hung up on.
+/// A connection that reads a large file more slowly is closed.
 constexpr std::size_t kLeastBytesPerSecond = 1 << 20;
-/// Of a body that is refused so much is read, for so long.
+/// Limits for reading a refused body.
 constexpr std::size_t kMostThrownAway = std::size_t{64} << 20;
 constexpr auto kThrowAwayPatience = std::chrono::seconds(10);
 constexpr std::string_view kApi = "/api/v1/";
 constexpr std::string_view kAssets = "/api/v1/assets/";
 constexpr std::string_view kJson = "application/json", kBytes = "application/octet-stream";
 constexpr std::string_view kLive = "/api/v1/live";
-/// Nothing from elsewhere, nothing inline, in nobody's frame.
+/// Allows only the page's own files, no inline code, and no frames.
 constexpr std::string_view kContentPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-/// A year in which browsers ask this host by https:// alone.
+/// For a year, browsers use only https:// for this host.
 constexpr std::string_view kAlwaysEncrypted = "max-age=31536000";
 
 std::string_view as_std(beast::string_view text) {
@@ -55,7 +55,7 @@ beast::string_view as_beast(std::string_view text) {
   return {text.data(), text.size()};
 }
 
-/// Its body is somebody else's: files are not copied.
+/// Does not own its body, so files are not copied.
 using Response = http::response<http::span_body<const char>>;
 
 RequestOrigin origin_of(const RequestHead& request) {
@@ -88,7 +88,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
                               }
                             });
   }
-  /// A browser that was not told https:// gets an answer, and nothing else.
+  /// Redirects unencrypted requests to https://, and serves nothing else.
   void read_unencrypted() {
     to_https_ = true;
     read();
@@ -96,26 +96,26 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   void point_to_https() {
     const std::string_view host = as_std(request_[http::field::host]);
     if (const Status status = check_rules(false, ""); !status.ok() || host.empty()) {
-      return refuse_rest(error_reply(status.ok() ? invalid_argument("ask by https://") : status));
+      return refuse_rest(error_reply(status.ok() ? invalid_argument("use https://") : status));
     }
     Response response = response_of(http::status::temporary_redirect);
     response.keep_alive(false);
-    body_read_ = head_->is_done();  // it has none
+    body_read_ = head_->is_done();  // there is no body
     const std::string_view target = as_std(request_.target());
     response.set(http::field::location, fmt::format("https://{}{}", host, target.starts_with('/') ? target : "/"));
     set_body(response, "text/plain; charset=utf-8",
-             shared("this address takes encrypted connections alone: put https:// before it\n"));
+             shared("this address accepts only encrypted connections: use https://\n"));
     write(std::move(response));
   }
   void read() {
     head_.emplace();
     head_->header_limit(kMostHeaderBytes);
-    head_->body_limit(std::numeric_limits<std::uint64_t>::max());  // what a body may have is asked below
+    head_->body_limit(std::numeric_limits<std::uint64_t>::max());  // the limit of the body is checked later
     body_parser_.reset();
     body_read_ = false;
     place_ = nullptr;
     call_.reset();
-    parts_.listener->part(peer_);  // who has sent half a request holds no place for callers
+    parts_.listener->part(peer_);  // a connection with half a request holds no caller's place
     stream_.tcp().expires_after(kRequestPatience);
     read_head();
   }
@@ -151,7 +151,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     }
     read_body(kMostBodyBytes);
   }
-  /// Nothing large is taken from those who may not send it.
+  /// Checks the caller before it reads a large body.
   void take_large(const Operation& large) {
     Result<Call> call = admit_now(large.rpc, kJson);
     if (!call.ok()) {
@@ -195,7 +195,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     held_bytes_ = kMostBodyBytes;
     invite_body(stream_, request_, [self = shared_from_this(), most_bytes] { self->read_more(most_bytes); });
   }
-  /// Piece by piece: who sends nothing holds neither room nor a connection for long.
+  /// Reads in pieces. A silent sender does not keep memory or a connection for long.
   void read_more(std::uint64_t most_bytes) {
     if (body_parser_->is_done()) {
       return handle();
@@ -204,9 +204,9 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     if (std::min(there + kMostBodyBytes, most_bytes) > held_bytes_) {
       ByteBudget::Place more = parts_.large_bodies.take(holder_of(call_->caller, call_->peer), kHeldAtOnce, place_);
       if (more == nullptr) {
-        body_parser_.reset();  // its room is somebody else's now
+        body_parser_.reset();  // its memory is free for others now
         place_ = nullptr;
-        return refuse_rest(error_reply(resource_exhausted("too much is sent to the farm at once: try again")));
+        return refuse_rest(error_reply(resource_exhausted("the farm receives too much data at once: try again")));
       }
       place_ = std::move(more);
       held_bytes_ += kHeldAtOnce;
@@ -229,7 +229,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   void refuse_malformed(error_code error) {
     refuse_rest(error_reply(invalid_argument("the request is not HTTP/1.1: {}", error.message())));
   }
-  /// What follows on the connection is not understood any more.
+  /// Ends the connection after the reply, because the rest of the input is not understood.
   void refuse_rest(const ApiReply& reply) {
     request_.keep_alive(false);
     answer(reply);
@@ -255,7 +255,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       return go_live(shown);
     }
     if (!changes && request_.method() != http::verb::get && request_.method() != http::verb::head) {
-      return answer(error_reply(make_error(StatusCode::kUnimplemented, "the API takes GET and POST")));
+      return answer(error_reply(make_error(StatusCode::kUnimplemented, "the API accepts GET and POST")));
     }
     const std::string_view target = as_std(request_.target());
     const std::string_view query = path().size() < target.size() ? target.substr(path().size() + 1) : "";
@@ -271,7 +271,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
                        [self = shared_from_this()](const ApiReply& reply) { self->answer(reply); });
   }
 
-  /// What is asked of every request before anything else is looked at; `content_type`: that its body must have.
+  /// Checks of every request, before anything else. `content_type`: required type of the body.
   Status check_rules(bool from_here, std::string_view content_type) const {
     const RequestOrigin origin = origin_of(request_);
     const HostRules rules = parts_.host_rules();
@@ -296,7 +296,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
             stream_.encrypted() || as_std(request_[http::field::origin]).starts_with("https://")};
   }
 
-  /// Whose the request is. The connection is no stranger's then, unless the caller has its share of them.
+  /// Identifies the caller. The connection is no stranger's afterwards, unless the caller has its share of connections.
   Result<Identity> identify(const ShownLogin& shown) const {
     LM_ASSIGN_OR_RETURN(Identity caller, parts_.logins.identify(shown));
     parts_.listener->meet(peer_, caller).IgnoreError();
@@ -321,7 +321,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   void send_page(std::string_view path) {
     const PageFile* const file = parts_.pages.find(path);
     if (request_.method() != http::verb::get && request_.method() != http::verb::head) {
-      return answer(error_reply(make_error(StatusCode::kUnimplemented, "pages are asked for by GET")));
+      return answer(error_reply(make_error(StatusCode::kUnimplemented, "pages must be requested with GET")));
     }
     if (file == nullptr) {
       Response response = response_of(http::status::not_found);
@@ -381,7 +381,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     response.prepare_payload();
   }
   void write(Response response) {
-    // The answer to HEAD says how long a body would be, and has none.
+    // A reply to HEAD has the length of the body, but no body.
     const bool head = request_.method() == http::verb::head;
     response_ = std::move(response);
     if (head) {
@@ -405,7 +405,8 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       self->throw_away(kMostThrownAway);
     });
   }
-  /// Who is hung up on while sending may never see the answer: what still comes is read, for a while.
+  /// Reads the rest of the request for a while. If the connection closed while the client sends, the client might not
+  /// see the reply.
   void throw_away(std::size_t most_bytes) {
     if (most_bytes == 0 || body_read_) {
       return stream_.async_end([self = shared_from_this()](error_code) {});
@@ -426,13 +427,13 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   std::optional<http::request_parser<http::string_body>> body_parser_;
   bool body_read_ = false;
   SteadyClock::time_point body_began_;
-  std::uint64_t held_bytes_ = 0;  ///< of its body: so much may come before more room is asked for
-  ByteBudget::Place place_;       ///< of its body, if that is large
-  std::optional<Call> call_;      ///< if it was admitted before its body came, as all with large bodies are
+  std::uint64_t held_bytes_ = 0;  ///< of its body: bytes that may arrive before the next reservation
+  ByteBudget::Place place_;       ///< of its body, if it is large
+  std::optional<Call> call_;      ///< if it was admitted before its body arrived, as with large bodies
   SharedBytes body_;              ///< of the response
   Response response_;
-  std::string response_head_;  ///< as it is sent
-  bool to_https_ = false;      ///< an unencrypted request where all are to be encrypted
+  std::string response_head_;  ///< as sent
+  bool to_https_ = false;      ///< an unencrypted request to an encrypted server
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Requests and answers of the JSON API as text.
+// Requests and replies of the JSON API as text.
 #pragma once
 
 #include <charconv>
@@ -19,19 +19,19 @@ struct ApiReply {
   unsigned status = 200;
   std::string content_type;
   std::string body;
-  SharedBytes file = nullptr;   ///< in place of the body, if given
-  std::string set_cookie = {};  ///< the header of that name; empty: none
-  std::string file_name = {};   ///< under which browsers keep the body; empty: they show it
+  SharedBytes file = nullptr;   ///< replaces the body, if given
+  std::string set_cookie = {};  ///< value of the header Set-Cookie; empty: none
+  std::string file_name = {};   ///< name for a download; empty: browsers show the body
 };
 
-/// {"error": {"code": "NOT_FOUND", "message": "…"}} with the HTTP status that belongs to the code.
+/// {"error": {"code": "NOT_FOUND", "message": "…"}} with the HTTP status of the code.
 ApiReply error_reply(const Status& status);
-/// In protobuf's JSON form, with the fields' own names.
+/// Protobuf's JSON, with original field names.
 ApiReply json_reply(const google::protobuf::Message& message);
-/// Fills `message` with the JSON of a body; an empty body leaves it as it is. INVALID_ARGUMENT.
+/// Parses the JSON of a body into `message`. An empty body changes nothing. INVALID_ARGUMENT.
 Status read_json(const std::string& body, google::protobuf::Message& message);
 
-/// All of it, or nothing.
+/// The number, if it is the whole text.
 template <class Number>
 std::optional<Number> parse_number(std::string_view text) {
   Number number{};
@@ -40,9 +40,9 @@ std::optional<Number> parse_number(std::string_view text) {
                                                                                    : std::nullopt;
 }
 
-/// The value of a query's field; empty if there is none.
+/// The value of a field of the query. Empty if there is none.
 std::string_view query_value(std::string_view query, std::string_view name);
-/// INVALID_ARGUMENT for what is no percent-encoding.
+/// INVALID_ARGUMENT if the percent-encoding is invalid.
 Result<std::string> percent_decoded(std::string_view text);
 
 }  // namespace lightmill

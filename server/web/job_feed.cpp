@@ -2,7 +2,7 @@
 
 namespace lightmill {
 
-/// Takes one update at a time: the farm keeps the newest until the web's thread has encoded the one before.
+/// Takes one update at a time. The farm keeps only the newest one until the web thread has encoded the last one.
 class JobFeed::Sink final : public WatchSink, public std::enable_shared_from_this<Sink> {
  public:
   Sink(std::weak_ptr<JobFeed> feed, FarmLoop& loop, OnWebThread on_web_thread)
@@ -33,7 +33,7 @@ class JobFeed::Sink final : public WatchSink, public std::enable_shared_from_thi
   void close() { closed_ = true; }
 
  private:
-  /// Null if the feed is gone, or has begun again.
+  /// Null if the feed is gone or was started again.
   std::shared_ptr<JobFeed> feed() const {
     const std::shared_ptr<JobFeed> feed = feed_.lock();
     return feed != nullptr && feed->sink_.get() == this && !closed_ ? feed : nullptr;
@@ -96,8 +96,8 @@ void JobFeed::take(const WatchUpdate& update) {
   on_news_();
 }
 
-/// For the whole picture at once, so that one that is shown is shown to its end. Without room for it, the job is
-/// watched without its tiles.
+/// Reserves room for the whole picture, so a picture that is shown can be completed. Without room, the job is watched
+/// without tiles.
 bool JobFeed::make_room(const JobStatus& job) {
   picture_tiles_ = TileGrid(job.crop).picture_tiles();
   if (!has_room_ && fits()) {
@@ -107,17 +107,16 @@ bool JobFeed::make_room(const JobStatus& job) {
   }
   if (!has_room_) {
     picture_failure_ = resource_exhausted(
-        "it has {} tiles; the pictures that are looked at on this farm's pages may have {} together, and others have "
-        "{}: "
+        "it has {} tiles. The pictures on all open pages of this farm may have {} together, and others have {}: "
         "{}lightmill fetch gets it",
         picture_tiles_, room_->most, room_->taken,
-        picture_tiles_ <= room_->most ? "it comes when these are looked at no longer; " : "");
+        picture_tiles_ <= room_->most ? "it appears when those pages are closed; " : "");
     watch();
   }
   return has_room_;
 }
 
-/// Where the layer lies in the film; none if it is not there, or holds no colours.
+/// Place of the layer in the film. None if the layer does not exist or has no colours.
 std::optional<LayerPlace> JobFeed::layer_place(const JobStatus& job) const {
   if (layer_.empty()) {
     return LayerPlace{};

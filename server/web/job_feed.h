@@ -1,4 +1,5 @@
-// One layer of a watched job as all its viewers share it: the job's state, and the tiles, each encoded once.
+// Feed of one layer of a watched job, shared by all its viewers. It has the job's state and its tiles, each encoded
+// once.
 #pragma once
 
 #include <atomic>
@@ -14,32 +15,32 @@
 
 namespace lightmill {
 
-/// Runs something on the web's thread. Thread-safe.
+/// Runs a function on the web thread. Thread-safe.
 using OnWebThread = std::function<void(std::function<void()>)>;
 
-/// Room for the tiles of all feeds together. A picture that would need more waits until others are looked at no longer.
+/// Limit for the tiles of all feeds. A picture that exceeds it waits until others are closed.
 struct TileRoom {
   static constexpr std::size_t kTileBytes = 32 << 10;
   std::size_t most = 0, taken = 0;  ///< tiles
 };
 
-/// Belongs to the web's thread; shared, since what the farm thread has under way for it may come late.
+/// Used on the web thread. It is shared, because functions on the farm thread may end later than the feed.
 class JobFeed : public std::enable_shared_from_this<JobFeed> {
  public:
-  /// `layer`: empty for beauty; one that the film does not have gives no tiles. `on_news` runs after every
-  /// change.
+  /// `layer`: empty for beauty. A layer that the film does not have gives no tiles. `on_news` runs after each change.
   JobFeed(JobId job, std::string layer, FarmLoop& loop, OnWebThread on_web_thread, std::shared_ptr<TileRoom> room,
           std::function<void()> on_news);
   ~JobFeed();
 
-  /// Begins to watch, or begins again. What failed stays said until something comes.
+  /// Starts to watch, or starts again. An earlier failure stays until an update arrives.
   void watch();
-  /// Whether it failed, or its picture did, and may do better.
+  /// Whether it or its picture failed, and another attempt may succeed.
   bool may_retry() const { return !failure_.ok() || (!picture_failure_.ok() && fits()); }
 
   const std::string& owner() const { return owner_; }
-  const Status& failure() const { return failure_; }                  ///< why it is not watched
-  const Status& picture_failure() const { return picture_failure_; }  ///< why it has no tiles, though it is watched
+  const Status& failure() const { return failure_; }  ///< why the job is not watched
+  /// why it has no tiles, although the job is watched
+  const Status& picture_failure() const { return picture_failure_; }
   bool known() const { return !state_.empty(); }
   bool ended() const { return ended_; }
   const std::string& state() const { return state_; }  ///< a lightmill.v1.Job
@@ -65,7 +66,7 @@ class JobFeed : public std::enable_shared_from_this<JobFeed> {
   std::string owner_, state_;
   Status failure_, picture_failure_;
   std::uint64_t state_version_ = 0;
-  std::size_t picture_tiles_ = 0;  ///< of the whole picture; 0 until they are known
+  std::size_t picture_tiles_ = 0;  ///< of the whole picture; 0: unknown yet
   bool ended_ = false, every_tile_has_samples_ = false, with_tiles_ = false, has_room_ = false;
   ChangeLog<std::pair<int, int>> tiles_;
 };

@@ -7,7 +7,7 @@
 namespace lightmill {
 namespace {
 
-/// Beauty, halves, errors and counts, and what a layer takes at most.
+/// Upper limits: beauty, halves, errors and counts; values of one layer.
 constexpr std::uint64_t kValuesPerPixel = 16, kValuesPerLayer = 12;
 
 std::uint64_t bytes_of(const v1::FilmHeader& header) {
@@ -28,16 +28,16 @@ Result<std::string> encoded(const FilmSnapshot& film, PictureFormat format, std:
 
 }  // namespace
 
-/// A picture that is to be made.
+/// A picture to be made.
 struct JobPictures::Order {
   FilmSnapshot film;
   PictureFormat format = PictureFormat::exr;
   std::int64_t unix_ms = 0;
-  ByteBudget::Place place;  ///< until nobody holds the file any more
+  ByteBudget::Place place;  ///< kept until the file has no user
   FarmReply back;
 };
 
-/// Shared with what the farm thread has under way.
+/// Shared with functions on the farm thread.
 struct JobPictures::Queue {
   explicit Queue(std::uint64_t most_bytes)
       : budget(most_bytes), most_bytes_of_one(std::min(most_bytes / 2, kMostBytesOfOne)) {}
@@ -46,10 +46,10 @@ struct JobPictures::Queue {
   CondVar changed;
   std::deque<Order> orders LM_GUARDED_BY(mutex);
   bool stopping LM_GUARDED_BY(mutex) = false;
-  CallersBudget budget;  ///< the farm thread's own
+  CallersBudget budget;  ///< used on the farm thread
   const std::uint64_t most_bytes_of_one;
 
-  /// For the picture of this film, if there can be one. RESOURCE_EXHAUSTED says what to do.
+  /// Reserves memory for the picture of this film. RESOURCE_EXHAUSTED says what to do.
   Result<ByteBudget::Place> take_place(const Call& call, const v1::FilmHeader& film) {
     const std::uint64_t wanted = bytes_of(film);
     if (wanted > most_bytes_of_one) {
@@ -72,7 +72,7 @@ struct JobPictures::Queue {
     orders.push_back(std::move(order));
     changed.notify_all();
   }
-  /// Waits; none once it stops.
+  /// Waits. Empty once it stops.
   std::optional<Order> pop() {
     const MutexLock lock(mutex);
     while (orders.empty() && !stopping) {

@@ -1,4 +1,4 @@
-// The pictures of jobs as files for people: OpenEXR with all that the film holds, and PNG.
+// Downloads of job pictures: OpenEXR with the whole film, and PNG.
 #pragma once
 
 #include <deque>
@@ -13,21 +13,21 @@
 
 namespace lightmill {
 
-/// Belongs to the web's thread. Pictures are put together and encoded by a thread of its own, one after the other.
+/// Used on the web thread. Its own thread makes the pictures, one at a time.
 class JobPictures {
  public:
-  /// What one picture may take, by the values of its film.
+  /// Limit of one picture, by the values of its film.
   static constexpr std::uint64_t kMostBytesOfOne = std::uint64_t{1} << 30;
 
-  /// `most_bytes`: what the pictures that are made, or on their way, may take together.
+  /// `most_bytes`: limit of all pictures that are made or sent at a time.
   JobPictures(FarmDesk& desk, const Gate& gate, std::uint64_t most_bytes);
-  /// Waits for the one that is being made.
+  /// Waits for the current picture.
   ~JobPictures();
   JobPictures(const JobPictures&) = delete;
   JobPictures& operator=(const JobPictures&) = delete;
 
-  /// Answers with the file that `lightmill fetch -o` would write. The call was admitted; whether it may see this job is
-  /// asked here.
+  /// Answers with the file that `lightmill fetch -o` writes. The call is admitted. This checks whether it may read the
+  /// job.
   void send(const Call& call, JobId job, PictureFormat format, Reply reply);
 
  private:

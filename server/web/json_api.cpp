@@ -15,20 +15,20 @@ constexpr std::string_view kPrefix = "/api/v1/";
 constexpr std::string_view kThumbnail = "thumbnail.png", kExr = "picture.exr", kPng = "picture.png", kMeters = "meters";
 
 Status unknown_path(const ApiRequest& request) {
-  return not_found("there is no {}: /openapi.json says what there is", printable(request.path));
+  return not_found("there is no {}: see /openapi.json", printable(request.path));
 }
 
 Status other_method(const ApiRequest& request, std::string_view method) {
-  return make_error(StatusCode::kUnimplemented, "{} is asked for by {}", printable(request.path), method);
+  return make_error(StatusCode::kUnimplemented, "{} must be requested with {}", printable(request.path), method);
 }
 
-/// The JSON of a body, with what path and query say. INVALID_ARGUMENT.
+/// Parses the JSON of a body, and the parameters of path and query. INVALID_ARGUMENT.
 Status read_request(const HttpRoute& route, const std::string& body, std::string_view query, WireMessage& request) {
   LM_RETURN_IF_ERROR(route.post ? read_json(body, request) : ok_status());
   return fill_request(route, query, request);
 }
 
-/// A large answer, made JSON elsewhere if there is room for it. On the farm thread.
+/// Sends a large reply if there is memory for it. Another thread makes its JSON. On the farm thread.
 void send_large(const std::shared_ptr<OperationCall>& done, const Holder& holder, CallersBudget& budget,
                 const OnSideThread& on_side_thread, const FarmReply& back) {
   const std::uint64_t bytes = done->reply().ByteSizeLong();
@@ -87,7 +87,7 @@ void JsonApi::handle(ApiRequest request, Reply reply) {
   reply(error_reply(route || is_upload ? other_method(request, request.post ? "GET" : "POST") : unknown_path(request)));
 }
 
-/// Admits the call unless that has been done, reads its body, and has the operation done.
+/// Admits the call unless it is admitted, reads its body, and runs the operation.
 void JsonApi::run(const HttpRoute& route, ApiRequest request, Reply reply) {
   const Operation& operation = *route.operation;
   const auto asked = std::make_shared<OperationCall>(runtime_, operation);
@@ -125,7 +125,7 @@ void JsonApi::run(const HttpRoute& route, ApiRequest request, Reply reply) {
   operation.traits.most_body_bytes > 0 ? on_side_thread_(std::move(work)) : work();
 }
 
-// ---- who asks ----
+// ---- identity and sessions ----
 
 ApiReply JsonApi::handle_caller(const ApiRequest& request, std::string_view what) {
   if (request.post != (what != "farm")) {
@@ -166,7 +166,7 @@ ApiReply JsonApi::log_in(const ApiRequest& request) {
   return reply;
 }
 
-/// Also of who is not logged in: afterwards nobody is.
+/// Succeeds without a session, too.
 ApiReply JsonApi::log_out(const ApiRequest& request) {
   logins_.log_out(request.login);
   ApiReply reply{200, "application/json", "{}\n"};
@@ -174,9 +174,9 @@ ApiReply JsonApi::log_out(const ApiRequest& request) {
   return reply;
 }
 
-// ---- what is no operation ----
+// ---- requests that are not operations ----
 
-/// What is made of a job's film; false if the path is none of these.
+/// Thumbnails, meters and pictures of a job. False if the path is another one.
 bool JsonApi::show_film(const ApiRequest& request, std::string_view path, Reply& reply) {
   constexpr std::string_view kJobs = "jobs/";
   const std::size_t slash = path.find('/', kJobs.size());

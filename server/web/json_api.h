@@ -1,4 +1,4 @@
-// /api/v1: what programs and the page ask for over HTTP, as JSON. docs/reference/http-api.md shows it;
+// The JSON API under /api/v1/, for the page and for programs. docs/reference/http-api.md explains it, and
 // client/web/public/openapi.json describes it.
 #pragma once
 
@@ -18,31 +18,31 @@
 
 namespace lightmill {
 
-/// The operation that is asked for by POST at this path, if its bodies may be large: whether the call may be made is
-/// asked before its body is taken in. Else null.
+/// The operation for a POST to this path, if its body may be large. Such a call is admitted before its body is read.
+/// Otherwise null.
 const Operation* find_large_operation(std::string_view path);
 
 struct LargeBody {
   std::string text;
-  ByteBudget::Place place;  ///< null: it is small
+  ByteBudget::Place place;  ///< null: the body is small
 };
 
 struct ApiRequest {
-  bool post = false;  ///< else GET
+  bool post = false;  ///< otherwise GET
   std::string path;   ///< without the query: /api/v1/…, or kMetricsPath
   std::string query;  ///< without '?'
   LargeBody body;
-  std::optional<Call> call;  ///< if it was admitted before its body was taken in
+  std::optional<Call> call;  ///< if it was admitted before its body was read
   Result<Identity> caller;
   std::string login;  ///< the secret in the cookie; empty: none
   std::string peer;   ///< ADDRESS:PORT
   CookiePlace cookie;
 };
 
-/// Runs something on a thread for what takes its time; drops it when the web ends. Thread-safe.
+/// Runs a slow function on another thread. Drops it when the web server ends. Thread-safe.
 using OnSideThread = std::function<void(std::function<void()>)>;
 
-/// What the API works with.
+/// What the API uses.
 struct ApiParts {
   Runtime& runtime;
   Logins& logins;
@@ -53,14 +53,14 @@ struct ApiParts {
   std::uint64_t picture_bytes;  ///< WebOptions::file_bytes
 };
 
-/// Belongs to the web's thread.
+/// Used on the web thread.
 class JsonApi {
  public:
-  /// What large answers may hold together until they are read; those of one caller half.
+  /// Memory limit of large replies until they are read. One caller gets at most half.
   static constexpr std::uint64_t kMostAnswerBytes = std::uint64_t{256} << 20;
   explicit JsonApi(ApiParts parts);
 
-  /// Asks the gate, then the farm. A call with a large body has been admitted.
+  /// Admits the call, then asks the farm. A call with a large body is admitted already.
   void handle(ApiRequest request, Reply reply);
 
  private:
@@ -81,8 +81,7 @@ class JsonApi {
   FarmDesk desk_;
   FilmAnswers thumbnails_, meters_;
   JobPictures pictures_;
-  /// Of answers; bodies have one of their own, so that who reads slowly holds up nobody who sends. The farm thread's
-  /// own.
+  /// For replies. Bodies have their own budget, so a slow reader does not block senders. Used on the farm thread.
   const std::shared_ptr<CallersBudget> budget_ = std::make_shared<CallersBudget>(kMostAnswerBytes);
 };
 

@@ -10,13 +10,13 @@ namespace {
 constexpr Duration kLookInterval = std::chrono::milliseconds(500);
 constexpr Duration kRetryInterval = std::chrono::seconds(2);
 constexpr Duration kCheckInterval = std::chrono::seconds(1);
-/// So often a page hears that the connection stands, if it hears nothing else.
+/// An idle connection gets a message at this interval, so the page knows that it works.
 constexpr Duration kHeartbeat = std::chrono::seconds(5);
 constexpr Duration kPictureInterval = std::chrono::milliseconds(200);
 constexpr Duration kFirstRoundInterval = std::chrono::milliseconds(40);
-/// Messages that the page has not taken in yet.
+/// Limit of messages that the page has not confirmed.
 constexpr std::uint64_t kWindow = 2;
-/// 32 KiB each.
+/// Tiles of 32 KiB each.
 constexpr std::size_t kTilesPerMessage = 96;
 constexpr std::size_t kEntriesPerMessage = 500;
 
@@ -48,7 +48,7 @@ Status LiveHub::ask(LiveLink& link, std::string_view message) {
   LM_ASSIGN_OR_RETURN(const ViewRequest request, parse_view_request(message));
   Viewer& viewer = viewers_.at(&link);
   if (request.seen > viewer.sent) {
-    return invalid_argument("seen: {} messages, of {} that were sent", request.seen, viewer.sent);
+    return invalid_argument("seen: {} messages, but {} were sent", request.seen, viewer.sent);
   }
   LM_RETURN_IF_ERROR(name_page(viewer, request.page));
   if (request.job != viewer.request.job) {
@@ -79,7 +79,7 @@ Status LiveHub::name_page(Viewer& viewer, const std::string& page) {
   return ok_status();
 }
 
-/// What is watched already goes on where it is.
+/// Layers that are watched already continue at their position.
 void LiveHub::watch(Viewer& viewer, const ViewRequest& request) {
   std::vector<Watched> before = std::exchange(viewer.layers, {});
   const auto add = [&](const std::string& layer) {
@@ -108,7 +108,7 @@ void LiveHub::tick() {
   serve_all();
 }
 
-/// Who is not served, as hidden pages are not, is looked at now and then.
+/// Also checks viewers that are not served, such as hidden pages.
 void LiveHub::check_viewers() {
   if (clock_.now() < next_check_) {
     return;
@@ -119,7 +119,7 @@ void LiveHub::check_viewers() {
   }
 }
 
-/// Sends the viewer away if what was shown does not hold any more.
+/// Closes the viewer's socket if its credentials have expired.
 bool LiveHub::holds(LiveLink& link, Viewer& viewer) {
   const Status status = viewer.holds();
   if (!status.ok() && !viewer.sent_away) {
@@ -129,7 +129,7 @@ bool LiveHub::holds(LiveLink& link, Viewer& viewer) {
   return status.ok();
 }
 
-/// Asks the farm thread what is new, if somebody wants to know and the last answer is old enough.
+/// Asks the farm thread for changes, if a viewer wants them and the last answer is old enough.
 void LiveHub::look() {
   const Time now = clock_.now();
   const bool wanted =
@@ -201,7 +201,7 @@ void LiveHub::drop_unwatched_feeds() {
   std::erase_if(feeds_, [](const auto& each) { return each.second.use_count() == 1; });
 }
 
-/// Also a job that is not there may come.
+/// A missing job is retried, too: it may be submitted later.
 void LiveHub::retry_failed_feeds() {
   if (clock_.now() < next_retry_) {
     return;
@@ -297,7 +297,7 @@ void LiveHub::add_job(Viewer& viewer, Message& message) const {
   }
   if (const std::string text = message_of(failure); text != viewer.failure_sent) {
     viewer.failure_sent = text;
-    viewer.job_version = 0;  // what is sent of the job again ends the failure
+    viewer.job_version = 0;  // the next state of the job ends the failure
     if (!failure.ok()) {
       message.head.job_failure(failure);
       message.any = true;
@@ -313,7 +313,7 @@ void LiveHub::add_job(Viewer& viewer, Message& message) const {
   }
 }
 
-/// One that cannot be shown leaves the job and its other layers as they are.
+/// A layer that cannot be shown does not affect the job and its other layers.
 void LiveHub::add_layer_failures(Viewer& viewer, Message& message) const {
   for (Watched& layer : viewer.layers) {
     Status failure = layer.feed->failure();
@@ -331,7 +331,7 @@ void LiveHub::add_tiles(Viewer& viewer, Time now, Message& message) const {
     return;
   }
   bool more = false;
-  // In turns: a picture that changes faster than it can be sent leaves room for others.
+  // Layers take turns, so a picture that changes faster than it can be sent does not block others.
   const std::size_t begin = viewer.next_layer;
   for (std::size_t i = 0; i < viewer.layers.size(); ++i) {
     const std::size_t at = (begin + i) % viewer.layers.size();

@@ -1,4 +1,4 @@
-// Who looks at the page: tells each viewer what changed since its last message, as fast as it reads.
+// Live updates for open pages: tells each viewer what changed since its last message, as fast as it reads.
 #pragma once
 
 #include <functional>
@@ -14,7 +14,7 @@
 
 namespace lightmill {
 
-/// One WebSocket message: these bytes one after the other.
+/// One WebSocket message: the concatenation of these bytes.
 using MessageParts = std::vector<SharedBytes>;
 
 /// The socket of one viewer.
@@ -24,17 +24,17 @@ class LiveLink {
   /// Whether the last message is still being written.
   virtual bool busy() const = 0;
   virtual void send(MessageParts parts) = 0;
-  /// Ends it: what let the viewer in holds no longer.
+  /// Closes the socket, because the viewer's credentials have expired.
   virtual void send_away(const Status& why) = 0;
 };
 
-/// Belongs to the web's thread. Nothing is queued: what a viewer has missed is found in the change logs when it can
-/// take something again. Hidden pages get nothing.
+/// Used on the web thread. There are no queues: when a viewer can take a message, the change logs give what it has
+/// missed. Hidden pages get nothing.
 class LiveHub {
  public:
-  /// Whether what let a viewer in holds still.
+  /// Whether a viewer's credentials are still valid.
   using Holds = std::function<Status()>;
-  /// Is told of jobs that a viewer may not see.
+  /// Called for jobs that a viewer may not see.
   using OnRefused = std::function<void(const Call&, JobId, const Status&)>;
   LiveHub(
       FarmLoop& loop, FarmGreeting greeting, OnWebThread on_web_thread, const Clock& clock,
@@ -44,20 +44,20 @@ class LiveHub {
 
   PageJobs& page_jobs() { return page_jobs_; }
 
-  /// `link` is the viewer's until remove.
+  /// `link` is used until remove().
   void add(
       LiveLink& link, Call call, Holds holds = [] { return ok_status(); });
   void remove(LiveLink& link);
-  /// What the viewer wants from now on. INVALID_ARGUMENT.
+  /// Sets what the viewer wants from now on. INVALID_ARGUMENT.
   Status ask(LiveLink& link, std::string_view message);
-  /// The link is free again.
+  /// The link can send again.
   void written(LiveLink& link);
-  /// Whenever kTick is over.
+  /// Call it every kTick.
   void tick();
   static constexpr Duration kTick = std::chrono::milliseconds(50);
 
  private:
-  /// One layer of the job that is looked at.
+  /// One layer of the watched job.
   struct Watched {
     std::string layer;
     std::shared_ptr<JobFeed> feed;
@@ -70,13 +70,13 @@ class LiveHub {
     bool sent_away = false;
     ViewRequest request;
     bool asked = false, greeted = false;
-    std::uint64_t sent = 0;  ///< messages
+    std::uint64_t sent = 0;  ///< number of messages
     ChangeCursor jobs, workers;
     std::uint64_t job_version = 0;
     std::string failure_sent;
     Time next_picture{}, last_sent{};
-    std::vector<Watched> layers;  ///< beauty first; empty while no job is looked at
-    std::size_t next_layer = 0;   ///< whose turn it is to be sent first
+    std::vector<Watched> layers;  ///< beauty first; empty if no job is watched
+    std::size_t next_layer = 0;   ///< which layer is sent first next time
   };
   struct Message {
     ViewUpdateWriter head;
@@ -106,7 +106,7 @@ class LiveHub {
   const Clock& clock_;
   const OnRefused on_refused_;
   PageJobs page_jobs_;
-  /// What is under way elsewhere finds out by this that the hub is gone.
+  /// Lets functions on other threads notice that the hub is gone.
   const std::shared_ptr<LiveHub*> self_ = std::make_shared<LiveHub*>(this);
   std::map<LiveLink*, Viewer> viewers_;
   std::map<std::pair<JobId, std::string>, std::shared_ptr<JobFeed>> feeds_;  ///< by job and layer

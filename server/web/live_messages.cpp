@@ -17,14 +17,14 @@ void append_varint(std::string& out, std::uint64_t value) {
   out.push_back(static_cast<char>(value));
 }
 
-/// A length-delimited field, as protobuf's encoding has it.
+/// A length-delimited field in protobuf's encoding.
 void append_field(std::string& out, int field, std::string_view bytes) {
   append_varint(out, static_cast<std::uint64_t>(field) << 3 | 2);
   append_varint(out, bytes.size());
   out.append(bytes);
 }
 
-/// JobChanges and WorkerChanges: what remains of `changes`, which holds the small fields, are the entries.
+/// Encodes JobChanges or WorkerChanges: `changes` has the small fields, and `entries` the encoded rest.
 template <class Changes>
 std::string with_entries(const Changes& changes, int field, const std::vector<SharedBytes>& entries) {
   std::string bytes = changes.SerializeAsString();
@@ -39,10 +39,10 @@ std::string with_entries(const Changes& changes, int field, const std::vector<Sh
 Result<ViewRequest> parse_view_request(std::string_view bytes) {
   v1::ViewRequest wire;
   if (!wire.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-    return invalid_argument("{} bytes came that are no ViewRequest", bytes.size());
+    return invalid_argument("the message of {} bytes is not a ViewRequest", bytes.size());
   }
   if (wire.layers_size() > kMostViewLayers) {
-    return invalid_argument("layers: {} are asked for, at most {} are sent", wire.layers_size(), kMostViewLayers);
+    return invalid_argument("layers: {} were requested, the limit is {}", wire.layers_size(), kMostViewLayers);
   }
   ViewRequest request{wire.hidden(), wire.jobs(), wire.workers(), JobId{wire.job()}, wire.seen(), {}, wire.page()};
   for (const std::string& layer : wire.layers()) {

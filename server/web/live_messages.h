@@ -1,4 +1,4 @@
-// The messages of the page's WebSocket (lightmill/v1/web.proto) as bytes: what many viewers get is encoded once.
+// Messages of the page's WebSocket (lightmill/v1/web.proto) as bytes. What many viewers get is encoded once.
 #pragma once
 
 #include <string>
@@ -19,40 +19,40 @@ namespace v1 {
 class FarmGreeting;
 }
 
-/// What a viewer wants to know: lightmill.v1.ViewRequest.
+/// A viewer's request: lightmill.v1.ViewRequest.
 struct ViewRequest {
   bool hidden = false, jobs = false, workers = false;
   JobId job;  ///< 0: none
   std::uint64_t seen = 0;
-  std::vector<std::string> layers;  ///< besides beauty, each once
-  std::string page;                 ///< by which its jobs know it (PageJobs); empty: it has none
+  std::vector<std::string> layers;  ///< besides beauty, without duplicates
+  std::string page;                 ///< name of the page for its jobs (PageJobs); empty: none
 };
 
 inline constexpr int kMostViewLayers = 16;
 
-/// Any bytes; INVALID_ARGUMENT if they are no ViewRequest, or ask for too many layers.
+/// Accepts any bytes. INVALID_ARGUMENT if they are not a ViewRequest, or ask for too many layers.
 Result<ViewRequest> parse_view_request(std::string_view bytes);
 
-/// What a page is told first.
+/// First message to a page.
 struct FarmGreeting {
   std::string version;
   std::vector<std::string> notices;
   Identity caller;
-  bool asks = false;  ///< callers have to show who they are
+  bool asks = false;  ///< callers must authenticate
 };
 void to_wire(const FarmGreeting& greeting, v1::FarmGreeting* out);
 
-/// With this a WebSocket is closed whose caller has shown what holds no longer.
+/// Code that closes a WebSocket when the caller's credentials have expired.
 inline constexpr std::uint16_t kNoLongerAllowed = 4401;
 
-/// A lightmill.v1.Job; with its history if `whole`.
+/// A lightmill.v1.Job, with its history if `whole`.
 std::string job_bytes(const JobStatus& job, bool whole);
 std::string worker_bytes(const WorkerStatus& worker);
-/// A tile of one layer (empty: beauty) as it stands in a ViewUpdate, tag and length included: such bytes may follow any
-/// ViewUpdate's. `place`: where the layer lies.
+/// A tile of one layer (empty: beauty) as a field of ViewUpdate, with tag and length. These bytes may follow those of
+/// any ViewUpdate. `place`: the layer's place in the film.
 std::string tile_field(JobId job, const std::string& layer, const LayerPlace& place, const TileSnapshot& tile);
 
-/// Builds the ViewUpdate of one viewer, but for its tiles.
+/// Builds the ViewUpdate of one viewer, without tiles.
 class ViewUpdateWriter {
  public:
   void greet(const FarmGreeting& greeting);
@@ -60,7 +60,7 @@ class ViewUpdateWriter {
   void workers(const std::vector<SharedBytes>& workers, const std::vector<std::string>& removed, bool whole);
   void job(const std::string& bytes);
   void job_failure(const Status& why);
-  /// OK: the layer's pixels are sent.
+  /// OK: the layer's pixels follow.
   void layer_failure(JobId job, const std::string& layer, const Status& why);
   std::string take() { return std::move(bytes_); }
 

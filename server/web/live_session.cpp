@@ -21,7 +21,7 @@ constexpr auto kHandshakePatience = std::chrono::seconds(30);
 constexpr auto kLivePatience = std::chrono::seconds(30);
 constexpr std::size_t kMostReasonBytes = 100;
 
-/// As much of it as a closing frame takes, in whole characters.
+/// The part that fits in a close frame, cut at a character.
 std::string reason_text(const Status& why) {
   std::string text = as_name(message_of(why));
   std::size_t end = std::min(text.size(), kMostReasonBytes);
@@ -107,13 +107,13 @@ class LiveSession final : public LiveLink, public std::enable_shared_from_this<L
     });
   }
   void close(const Status& why, websocket::close_code code) {
-    spdlog::info("a viewer is sent away: {}", message_of(why));
+    spdlog::info("the connection of a viewer is closed: {}", message_of(why));
     closing_ = true;
     stream_.async_close(websocket::close_reason(code, reason_text(why)), [self = shared_from_this()](error_code) {});
   }
 
   WebParts& parts_;
-  websocket::stream<WebStream, false> stream_;  ///< without compression: pictures have theirs
+  websocket::stream<WebStream, false> stream_;  ///< without compression, because pictures are compressed
   const Call call_;
   const LiveHub::Holds holds_;
   beast::flat_static_buffer<kMostViewRequestBytes> buffer_;

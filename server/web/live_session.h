@@ -1,4 +1,4 @@
-// The WebSocket of one viewer.
+// WebSocket of one viewer.
 #pragma once
 
 #include "server/web/http_body.h"
@@ -6,8 +6,7 @@
 
 namespace lightmill {
 
-/// Answers a request that asks for a WebSocket, and serves it as long as it lasts: as long as `holds` says so of what
-/// the caller has shown.
+/// Answers a WebSocket upgrade, and serves the connection until it ends or `holds` returns an error.
 void start_live_session(WebParts& parts, WebStream&& stream, const RequestHead& request, Call call,
                         LiveHub::Holds holds);
 

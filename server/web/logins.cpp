@@ -6,7 +6,7 @@
 namespace lightmill {
 namespace {
 
-/// Browsers let no unencrypted page set, or change, a cookie with this in front of its name.
+/// Browsers do not let an unencrypted page set or change a cookie with this prefix.
 constexpr std::string_view kSecurePrefix = "__Host-";
 
 std::string cookie_name(std::string_view host) {

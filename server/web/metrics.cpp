@@ -19,7 +19,7 @@ namespace {
 constexpr std::array<std::string_view, kJobStates.size()> kStateNames{"queued", "running", "paused",
                                                                       "done",   "failed",  "cancelled"};
 
-/// Lines of the text format. All labels and helps are the program's own: nothing in them has to be escaped.
+/// Lines of the text format. All labels and help texts are constants, so nothing is escaped.
 class MetricLines {
  public:
   using Labelled = std::initializer_list<std::pair<std::string_view, double>>;
@@ -69,63 +69,58 @@ class MetricLines {
 
 void add_work(const FarmTotals& totals, MetricLines& out) {
   const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
-  out.counter("lightmill_units_leased_total", "Units given to workers, also a second time and to verify.",
+  out.counter("lightmill_units_leased_total", "Units leased to workers, including copies and audits.",
               number(totals.units_leased));
   out.counter("lightmill_units_lost_total", "Units that a worker did not finish.", number(totals.units_lost));
-  out.counters("lightmill_results_total",
-               "Tiles of units that workers sent: merged, or dropped since they had been merged before.", "outcome",
-               {{"merged", number(totals.results_merged)}, {"repeated", number(totals.results_repeated)}});
-  out.counters(
-      "lightmill_audits_total",
-      "Results that another identity rendered again: found right, or wrong, for which their worker was put into "
-      "quarantine.",
-      "outcome", {{"right", number(totals.results_verified)}, {"wrong", number(totals.results_wrong)}});
-  out.counter("lightmill_pixel_samples_total", "Samples that were merged, of all pixels.",
-              number(totals.pixel_samples));
+  out.counters("lightmill_results_total", "Tiles from workers: merged, or dropped because they had been merged before.",
+               "outcome", {{"merged", number(totals.results_merged)}, {"repeated", number(totals.results_repeated)}});
+  out.counters("lightmill_audits_total", "Audited results: right, or wrong, which put their worker into quarantine.",
+               "outcome", {{"right", number(totals.results_verified)}, {"wrong", number(totals.results_wrong)}});
+  out.counter("lightmill_pixel_samples_total", "Merged samples of all pixels.", number(totals.pixel_samples));
   out.counter("lightmill_jobs_failed_total", "Jobs that failed.", number(totals.jobs_failed));
-  out.histogram("lightmill_first_picture_seconds", "From a job's submission until each of its pixels had a sample.",
-                totals.first_picture);
+  out.histogram("lightmill_first_picture_seconds",
+                "Time from a job's submission until each of its pixels had a sample.", totals.first_picture);
 }
 
 void add_farm(const FarmMetrics& farm, MetricLines& out) {
   const FarmSnapshot& snapshot = farm.snapshot;
-  out.begin("lightmill_jobs", "Jobs by their state.", "gauge");
+  out.begin("lightmill_jobs", "Jobs by state.", "gauge");
   for (std::size_t i = 0; i < snapshot.jobs.size(); ++i) {
     out.line(fmt::format("lightmill_jobs{{state=\"{}\"}}", kStateNames[i]), static_cast<double>(snapshot.jobs[i]));
   }
   out.gauge("lightmill_units_out", "Units that workers have now.", static_cast<double>(snapshot.units_out));
   out.gauge("lightmill_queue_pixel_samples",
-            "Samples of all pixels that nobody has begun, of jobs that go on, as far as they are wanted by now; not of "
-            "those that time alone ends.",
+            "Samples of all pixels that unfinished jobs want now and that were not given out. Without jobs that end "
+            "only by time.",
             static_cast<double>(snapshot.free_pixel_samples));
-  out.gauges("lightmill_workers", "Workers that are connected, by what they do.", "state",
+  out.gauges("lightmill_workers", "Connected workers by state.", "state",
              {{"rendering", static_cast<double>(snapshot.rendering)},
               {"idle", static_cast<double>(snapshot.idle)},
               {"draining", static_cast<double>(snapshot.draining)},
               {"quarantined", static_cast<double>(snapshot.quarantined)}});
   out.gauge("lightmill_worker_threads", "Threads of all connected workers.", static_cast<double>(snapshot.threads));
   out.gauge("lightmill_results_rate_bytes",
-            "What all workers together send of results in a second, at most: the limit, or less while they wait long.",
+            "Limit of results from all workers together, per second. Lower while results wait long.",
             snapshot.results_rate);
   out.gauge("lightmill_wanted_workers", "Workers that the farm could use now.", farm.wanted_workers);
-  out.gauge("lightmill_storing", "1 if what is rendered can be stored, 0 if no work is handed out until it can.",
+  out.gauge("lightmill_storing", "1 if results can be stored, 0 while no work is given out because they cannot.",
             farm.storing ? 1 : 0);
 }
 
 void add_traffic(const Traffic& traffic, MetricLines& out) {
   const auto number = [](const std::atomic<std::uint64_t>& count) { return static_cast<double>(count.load()); };
-  out.counters("lightmill_received_bytes_total", "What came in: workers' results, and uploaded assets.", "what",
+  out.counters("lightmill_received_bytes_total", "Received bytes: workers' results and uploaded assets.", "what",
                {{"results", number(traffic.results_in)}, {"assets", number(traffic.assets_in)}});
-  out.counters("lightmill_sent_bytes_total",
-               "What went out: assets, films, live pictures, and answers of the JSON API.", "what",
+  out.counters("lightmill_sent_bytes_total", "Sent bytes: assets, films, live pictures and replies of the JSON API.",
+               "what",
                {{"assets", number(traffic.assets_out)},
                 {"films", number(traffic.films_out)},
                 {"previews", number(traffic.previews_out)},
                 {"answers", number(traffic.answers_out)}});
 }
 
-/// proc(5): field 22 of stat, after a name in parentheses that may have spaces, counts clock ticks since the system's
-/// start, which is btime of /proc/stat.
+/// proc(5): field 22 of stat counts clock ticks since the system's start, which is btime of /proc/stat. The name before
+/// it is in parentheses and may have spaces.
 double started_unix_seconds() {
   std::string stat, word;
   std::ifstream own("/proc/self/stat");
@@ -171,13 +166,14 @@ std::string metrics_text(const FarmMetrics& farm, const Histogram& commit_second
   out.gauges("lightmill_build_info", "1, with the program's version.", "version", {{version, 1.0}});
   add_work(farm.totals, out);
   add_farm(farm, out);
-  out.histogram("lightmill_commit_seconds", "How long it took to make a transaction durable.", commit_seconds);
+  out.histogram("lightmill_commit_seconds", "Time to make a transaction durable.", commit_seconds);
   add_traffic(traffic, out);
   out.counter("process_cpu_seconds_total", "Processor time of the coordinator.", process.cpu_seconds);
-  out.gauge("process_start_time_seconds", "When it started, in Unix time.", process.started_unix_seconds);
-  out.gauge("process_resident_memory_bytes", "Memory that it has.", static_cast<double>(process.resident_bytes));
-  out.gauge("process_open_fds", "Files and connections that it has open.", static_cast<double>(process.open_files));
-  out.gauge("process_max_fds", "The most that it may have open.", static_cast<double>(process.most_open_files));
+  out.gauge("process_start_time_seconds", "Start of the coordinator in Unix time.", process.started_unix_seconds);
+  out.gauge("process_resident_memory_bytes", "Resident memory of the coordinator.",
+            static_cast<double>(process.resident_bytes));
+  out.gauge("process_open_fds", "Open files and connections.", static_cast<double>(process.open_files));
+  out.gauge("process_max_fds", "Limit of open files and connections.", static_cast<double>(process.most_open_files));
   return out.take();
 }
 

@@ -1,4 +1,4 @@
-// The farm's figures as Prometheus reads them. docs/operate/monitoring.md says what they tell.
+// The farm's metrics for Prometheus. docs/operate/monitoring.md explains them.
 #pragma once
 
 #include <cstdint>
@@ -14,24 +14,24 @@ namespace lightmill {
 inline constexpr std::string_view kMetricsPath = "/metrics";
 inline constexpr std::string_view kMetricsType = "text/plain; version=0.0.4; charset=utf-8";
 
-/// What the farm thread knows.
+/// Values from the farm thread.
 struct FarmMetrics {
   FarmTotals totals;
   FarmSnapshot snapshot;
   std::uint32_t wanted_workers = 0;
-  bool storing = true;  ///< there is room for what is rendered, and it can be made durable
+  bool storing = true;  ///< results can be stored durably, and there is space for them
 };
 
-/// What the kernel knows of this process.
+/// Values of this process from the kernel.
 struct ProcessFigures {
   double cpu_seconds = 0;
-  double started_unix_seconds = 0;  ///< 0 if it does not tell
+  double started_unix_seconds = 0;  ///< 0: unknown
   std::uint64_t resident_bytes = 0;
   std::uint64_t open_files = 0, most_open_files = 0;
 };
 ProcessFigures process_figures();
 
-/// In Prometheus' text format, version 0.0.4.
+/// Prometheus text format, version 0.0.4.
 std::string metrics_text(const FarmMetrics& farm, const Histogram& commit_seconds, const Traffic& traffic,
                          const ProcessFigures& process, std::string_view version);
 

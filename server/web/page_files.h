@@ -1,4 +1,4 @@
-// The files of the page, read once at the start: what a request names is looked up here and never on the disk.
+// Files of the page, read once at the start. Requests are looked up here, never on the disk.
 #pragma once
 
 #include <filesystem>
@@ -13,17 +13,17 @@ namespace lightmill {
 
 struct PageFile {
   SharedBytes bytes;
-  SharedBytes gzip;  ///< the same compressed; null if there is no such file
+  SharedBytes gzip;  ///< compressed; null if there is no such file
   std::string content_type;
   std::string etag;
-  bool immutable = false;  ///< its name changes with its content
+  bool immutable = false;  ///< the name changes with the content
 };
 
 class PageFiles {
  public:
-  /// Whatever there is of known types in the folder, "index.html" as "/" too. NOT_FOUND says how to build it.
+  /// Loads all files of known types in the folder. "index.html" is also "/". NOT_FOUND says how to build the page.
   static Result<PageFiles> load(const std::filesystem::path& folder);
-  /// `path` begins with '/'; null if there is no such file.
+  /// `path` begins with '/'. Null if there is no such file.
   const PageFile* find(std::string_view path) const;
 
  private:

@@ -5,7 +5,7 @@
 namespace lightmill {
 namespace {
 
-/// A deletion that failed, as while nothing can be stored, is tried again so often.
+/// Interval for repeating a failed deletion, for example while nothing can be stored.
 constexpr Duration kTryInterval = std::chrono::seconds(1);
 constexpr std::size_t kMostNameBytes = 64;
 
@@ -20,14 +20,14 @@ PageJobs::PageJobs(OnWebThread on_web_thread, const Clock& clock, Discard discar
 
 Status PageJobs::connected(const std::string& page, const Call& call) {
   if (page.size() > kMostNameBytes) {
-    return invalid_argument("page: a name of {} bytes, and {} are possible", page.size(), kMostNameBytes);
+    return invalid_argument("page: the name has {} bytes, the limit is {}", page.size(), kMostNameBytes);
   }
   const auto [at, is_new] = pages_.try_emplace(page);
   if (is_new) {
     at->second.call = {call.caller, call.rpc, call.peer};
   }
   if (!are_same(at->second.call, call)) {
-    return make_error(StatusCode::kPermissionDenied, "page: another caller's has this name");
+    return make_error(StatusCode::kPermissionDenied, "page: another caller uses this name");
   }
   ++at->second.connections;
   return ok_status();

@@ -10,7 +10,7 @@
 namespace lightmill {
 namespace {
 
-/// Without port and brackets, in small letters.
+/// Lower case, without port and brackets.
 std::string host_name(std::string_view host) {
   const bool bracket = host.starts_with('[') && host.find(']') != std::string_view::npos;
   std::string name(bracket ? host.substr(1, host.find(']') - 1) : host.substr(0, host.find(':')));
@@ -25,7 +25,7 @@ bool is_address(const std::string& name) {
          ::inet_pton(AF_INET6, name.c_str(), bytes.data()) == 1;
 }
 
-/// Whether it is one of `names`, of which "*.example" stands for every name with one more part.
+/// Whether it is one of `names`. "*.example" matches every name with one more label.
 bool is_among(const std::string& name, std::span<const std::string> names) {
   return std::ranges::any_of(names, [&](const std::string& each) {
     const std::string known = host_name(each);
@@ -54,8 +54,8 @@ Status check_host(const RequestOrigin& request, const HostRules& rules) {
     return ok_status();
   }
   return make_error(StatusCode::kPermissionDenied,
-                    "'{}' is no name of this page: call it by its address, localhost or a name in the coordinator's "
-                    "certificate; others are given with --http-name",
+                    "'{}' is not a name of this page: use its address, localhost or a name in the coordinator's "
+                    "certificate, or add the name with --http-name",
                     printable(request.host));
 }
 
@@ -69,7 +69,7 @@ Status check_origin(const RequestOrigin& request, const HostRules& rules) {
       request.fetch_site.empty() || request.fetch_site == "same-origin" || request.fetch_site == "none";
   return same_origin && same_site
              ? ok_status()
-             : make_error(StatusCode::kPermissionDenied, "a page of another origin ('{}') asked for this",
+             : make_error(StatusCode::kPermissionDenied, "a page of another origin ('{}') sent this request",
                           printable(request.origin));
 }
 

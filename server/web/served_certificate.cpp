@@ -8,7 +8,7 @@ Status ServedCertificate::look(std::int64_t now_unix_s) {
   if (files_.certificate.empty()) {
     return ok_status();
   }
-  const TlsFiles own{"", files_.certificate, files_.key};  // callers show tokens here, and no certificates
+  const TlsFiles own{"", files_.certificate, files_.key};  // callers use tokens here, not certificates
   LM_ASSIGN_OR_RETURN(TlsTexts texts, read_tls_files(own, now_unix_s));
   if (context_ != nullptr && texts.certificate == texts_.certificate && texts.key == texts_.key) {
     return ok_status();

@@ -1,5 +1,4 @@
-// The certificate under which the page is served: read again when its files change, for the connections that come
-// after.
+// Certificate of the page. It is read again when its files change, and serves new connections.
 #pragma once
 
 #include <boost/asio/ssl/context.hpp>
@@ -15,15 +14,15 @@ namespace lightmill {
 /// Not thread-safe.
 class ServedCertificate {
  public:
-  /// Nothing is encrypted if none is given.
+  /// Without a certificate, nothing is encrypted.
   explicit ServedCertificate(TlsFiles files) : files_(std::move(files)) {}
 
-  /// Looks at the files, and takes what they hold if that is new. Errors as read_tls_files has them; then what was
-  /// taken before stays.
+  /// Checks the files, and loads them if they are new. Errors are those of read_tls_files(); then the loaded
+  /// certificate stays.
   Status look(std::int64_t now_unix_s);
-  /// For the next connection; null where connections are not encrypted.
+  /// For the next connection. Null if connections are not encrypted.
   const std::shared_ptr<boost::asio::ssl::context>& context() const { return context_; }
-  /// That it is for.
+  /// Host names in the certificate.
   const std::vector<std::string>& hosts() const { return hosts_; }
 
  private:

@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-/// Where a pixel of the crop falls, of `to` pixels in place of `from`.
+/// Scales a coordinate from `from` pixels to `to` pixels.
 std::size_t scaled(int at, int from, int to) {
   return static_cast<std::size_t>(std::int64_t{at} * to / from);
 }

@@ -1,4 +1,4 @@
-// A picture of a few pixels for lists.
+// Small picture of a film, for lists.
 #pragma once
 
 #include <string>
@@ -10,11 +10,11 @@
 namespace lightmill {
 
 inline constexpr int kThumbnailSide = 128;
-/// A film of more tiles has no thumbnail: its pixels would take too long to add up.
+/// Films with more tiles have no thumbnail, because adding up their pixels would take too long.
 inline constexpr std::uint32_t kMostThumbnailTiles = 8192;
 
-/// An 8-bit sRGB PNG whose longer side has at most kThumbnailSide pixels, each the mean of the crop's pixels that fall
-/// into it; black where there are no samples.
+/// An 8-bit sRGB PNG whose longer side has at most kThumbnailSide pixels. Each is the mean of the crop's pixels that it
+/// covers; black without samples.
 Result<std::string> thumbnail_png(const PixelRect& crop, const std::vector<TileSnapshot>& tiles);
 
 }  // namespace lightmill

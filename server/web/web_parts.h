@@ -1,4 +1,4 @@
-// What the web's thread works with: for the files that serve connections, alone.
+// Parts of the web server, for the files that serve connections.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -22,7 +22,7 @@
 
 namespace lightmill {
 
-/// Where others leave tasks for the web's thread, also when it is gone.
+/// Lets other threads post tasks to the web thread, even after it has ended.
 struct Mailbox {
   Mutex mutex;
   boost::asio::io_context* io LM_GUARDED_BY(mutex) = nullptr;
@@ -39,14 +39,14 @@ struct Mailbox {
   }
 };
 
-/// All of it belongs to the thread that runs `io`, but for the mailbox and the listener.
+/// Used on the thread that runs `io`, except the mailbox and the listener.
 struct WebParts {
   WebParts(Runtime& runtime, const WebOptions& web, ServedCertificate served, PageFiles files);
   ~WebParts();
 
   HostRules host_rules() const { return {certificate.hosts(), options.names, certificate.context() != nullptr}; }
 
-  /// What large bodies, and answers with scenes, may have together.
+  /// Memory limit of large bodies.
   static constexpr std::uint64_t kMostLargeBytes = std::uint64_t{256} << 20;
 
   const Gate& gate;
@@ -57,7 +57,7 @@ struct WebParts {
   ServedCertificate certificate;
   const std::shared_ptr<Mailbox> mailbox = std::make_shared<Mailbox>();
   CallersBudget large_bodies{kMostLargeBytes};
-  /// For what takes its time, and for what waits for the disk: a slow one keeps nobody else waiting.
+  /// Threads for slow work, and for work that waits for the disk. A slow disk blocks nothing else.
   std::shared_ptr<boost::asio::thread_pool> side = std::make_shared<boost::asio::thread_pool>(2),
                                             disk = std::make_shared<boost::asio::thread_pool>(2);
   Logins logins;

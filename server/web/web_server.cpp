@@ -75,7 +75,7 @@ void tick_on(WebParts& parts) {
   });
 }
 
-/// Reads the certificate again whenever it is renewed; what is wrong with it, the upkeep says.
+/// Reads a renewed certificate. Upkeep reports its errors.
 void renew_on(WebParts& parts) {
   parts.renewal->expires_after(kRenewalInterval);
   parts.renewal->async_wait([&parts](error_code error) {
@@ -93,7 +93,7 @@ Result<std::unique_ptr<WebServer>> WebServer::start(Runtime& runtime, const WebO
   ServedCertificate certificate(options.tls);
   LM_RETURN_IF_ERROR(certificate.look(system_clock().unix_milliseconds() / 1000));
   if (!is_loopback(listen.host) && certificate.context() == nullptr && !options.open_to_all) {
-    return invalid_argument("{}: without a certificate the page is served to this machine alone", options.listen);
+    return invalid_argument("{}: without a certificate, the page is served only to this machine", options.listen);
   }
   Result<PageFiles> pages = PageFiles::load(options.pages);
   if (!pages.ok()) {
@@ -130,7 +130,7 @@ WebParts::WebParts(Runtime& runtime, const WebOptions& web, ServedCertificate se
   mailbox->set(&*io);
 }
 
-/// Connections die with what waits for them: the side threads' tasks, replies of the API, or `io`.
+/// Connections are destroyed with what holds them: tasks of the side threads, replies of the API, or `io`.
 WebParts::~WebParts() {
   if (listener != nullptr) {
     listener->stop();

@@ -1,4 +1,4 @@
-// One connection of a browser, encrypted or not: what Beast reads from and writes to.
+// One connection of a browser, encrypted or not. Beast reads from it and writes to it.
 #pragma once
 
 #include <boost/asio/buffer.hpp>
@@ -15,8 +15,8 @@
 
 namespace lightmill {
 
-/// A completion handler of any type, which takes an error and, if it asks for it, a number of bytes. It has no executor
-/// of its own: the stream's applies. It is called at most once.
+/// A completion handler of any type. It takes an error and, optionally, a number of bytes. It has no executor: the
+/// stream's applies. It is called at most once.
 class StreamHandler {
  public:
   template <class Handler>
@@ -47,7 +47,7 @@ class StreamHandler {
   std::unique_ptr<HeldBase> held_;
 };
 
-/// Begins unencrypted. Buffers and handlers lose their types here, so TCP and TLS are compiled once, and not for every
+/// Starts unencrypted. It erases the types of buffers and handlers, so TCP and TLS are compiled once, not for every
 /// operation of Beast and every lambda. One read and one write at a time, on the thread of its io_context.
 class WebStream {
  public:
@@ -59,20 +59,20 @@ class WebStream {
   ~WebStream();
 
   bool encrypted() const;
-  /// Of the connection, with its timeouts.
+  /// The TCP stream, with its timeouts.
   boost::beast::tcp_stream& tcp();
   const boost::beast::tcp_stream& tcp() const { return const_cast<WebStream*>(this)->tcp(); }
   executor_type get_executor();
   lowest_layer_type& lowest_layer() { return *this; }
 
-  /// Encrypts from here on; `begun` are bytes of the handshake that were read already. The handler is told how many
-  /// were used.
+  /// Encrypts from now on. `begun`: bytes of the handshake that were read already. The handler gets the number of used
+  /// bytes.
   template <class Handler>
   void async_handshake(std::shared_ptr<boost::asio::ssl::context> context, boost::asio::const_buffer begun,
                        Handler&& handler) {
     shake_hands(std::move(context), begun, std::forward<Handler>(handler));
   }
-  /// Reads into the first buffer that has room.
+  /// Reads to the first buffer with room.
   template <class Buffers, class Handler>
   void async_read_some(const Buffers& buffers, Handler&& handler) {
     const boost::asio::mutable_buffer buffer = first_with_room(buffers);
@@ -87,20 +87,20 @@ class WebStream {
     }
     write_some(gathered_, std::forward<Handler>(handler));
   }
-  /// Says that nothing more comes.
+  /// Ends sending.
   template <class Handler>
   void async_end(Handler&& handler) {
     end(std::forward<Handler>(handler));
   }
 
-  // What Beast's WebSocket looks for.
+  // Functions that Beast's WebSocket requires.
   template <class Handler>
   friend void async_teardown(boost::beast::role_type role, WebStream& stream, Handler&& handler) {
     stream.tear_down(role, std::forward<Handler>(handler));
   }
   friend void beast_close_socket(WebStream& stream) { boost::beast::close_socket(stream.tcp()); }
 
-  /// What carries the bytes: TCP, or TLS over it.
+  /// Transport of the bytes: TCP, or TLS over TCP.
   class Layer;
 
  private:

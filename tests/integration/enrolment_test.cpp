@@ -171,8 +171,8 @@ TEST_F(Enrolment, WorkersOfOneMachineHaveAnIdentityEachAndBeyondTheUsesNone) {
   const auto three = worker(file, "three");
   EXPECT_TRUE(says("refused by", "three"));
   EXPECT_TRUE(says("enrolment with --enrol-file " + file, "three")) << secure_.farm().log("three");
-  EXPECT_TRUE(
-      says("has enrolled all of its 2 workers: an admin makes another by `lightmill tokens create render", "three"));
+  EXPECT_TRUE(says(
+      "has enrolled all of its 2 workers: an admin can create another with `lightmill tokens create render", "three"));
   secure_.write("enrol", enrolment_token(1));
   EXPECT_TRUE(come_to_be({first_, second_, first_ + "-3"})) << "with another file" << secure_.farm().log("three");
 }
@@ -231,7 +231,7 @@ TEST_F(Enrolment, AWorkerThatCannotEnrolSaysWhatToDo) {
         fmt::format("this worker has no token in {} yet: --enrol-file {}", state("1"), secure_.path("none")));
   const std::string file = secure_.write("enrol", enrolment_token(1));
   fails(file, {"--token-file", file}, 2, "--enrol-file is given, and a token (--token-file or LIGHTMILL_TOKEN)");
-  fails(file, {}, 1, "cannot make the state folder " + file + "/1", "enrol");
+  fails(file, {}, 1, "cannot create the state folder " + file + "/1", "enrol");
   std::filesystem::permissions(file, std::filesystem::perms::all);
   fails(file, {}, 1, "chmod 600");
 }

@@ -295,7 +295,7 @@ TEST(Keeping, ADatabaseThatHasLostCommitsIsRefusedUntilThatIsAccepted) {
     command.emplace_back("check");
     return command;
   }());
-  EXPECT_TRUE(says(accepted.out + accepted.err, "--accept-loss: it ends with commit")) << accepted.err;
+  EXPECT_TRUE(says(accepted.out + accepted.err, "--accept-loss: its last commit is")) << accepted.err;
   farm.start_server();
   EXPECT_EQ(client.submit({}, "another").id(), lost + 1) << "a lost job's number is not given again";
   expect_reference_film(farm.client(), lost + 1);

@@ -37,7 +37,7 @@ TEST(Limits, RequestsASecond) {
   EXPECT_GE(taken, 15);
   EXPECT_LE(taken, 21 + 2 * seconds) << "however slow the machine is";
   EXPECT_EQ(refused.error_code(), StatusCode::RESOURCE_EXHAUSTED);
-  EXPECT_TRUE(says(refused, "2 requests a second of one caller (--caller-requests): try again in "))
+  EXPECT_TRUE(says(refused, "2 requests per second from one caller (--caller-requests): try again in "))
       << refused.error_message();
   EXPECT_TRUE(eventually([&] { return list(client.stub()).ok(); })) << "after what it has said";
 }

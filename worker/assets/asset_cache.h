@@ -1,4 +1,4 @@
-// Assets that a worker holds in memory, each fetched once and checked against its digest.
+// In-memory cache of assets. Each is fetched once, and checked against its digest.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +13,16 @@
 
 namespace lightmill {
 
-/// Gets the bytes of an asset from somewhere; may take long.
+/// Fetches the bytes of an asset. May take long.
 using AssetFetch = std::function<Result<std::string>(const Sha256&)>;
 
-/// Least recently used first to go. Thread-safe; two threads that ask for the same missing asset may both fetch it.
+/// Drops the least recently used asset first. Thread-safe. Two threads that need the same missing asset may both fetch
+/// it.
 class AssetCache {
  public:
   AssetCache(AssetFetch fetch, std::uint64_t limit_bytes) : fetch_(std::move(fetch)), limit_bytes_(limit_bytes) {}
 
-  /// UNAVAILABLE if what was fetched has another digest; else the errors of the fetch.
+  /// UNAVAILABLE if the fetched bytes have another digest. Otherwise the errors of the fetch.
   Result<std::string> get(const Sha256& digest);
   void clear();
   std::uint64_t bytes() const;
@@ -34,7 +35,7 @@ class AssetCache {
   const AssetFetch fetch_;
   const std::uint64_t limit_bytes_;
   mutable Mutex mutex_;
-  std::list<Entry> entries_ LM_GUARDED_BY(mutex_);  ///< last used first
+  std::list<Entry> entries_ LM_GUARDED_BY(mutex_);  ///< most recently used first
   std::unordered_map<Sha256, std::list<Entry>::iterator> index_ LM_GUARDED_BY(mutex_);
   std::uint64_t bytes_ LM_GUARDED_BY(mutex_) = 0;
 };

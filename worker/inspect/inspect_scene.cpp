@@ -14,12 +14,12 @@
 namespace lightmill {
 namespace {
 
-/// What a report may hold of each kind, and of each text; a scene can be made to give more.
+/// Limits of a report: rows of each kind, and bytes of each text. A malicious scene could produce more.
 constexpr std::size_t kMostRows = 500;
 constexpr std::size_t kMostTextBytes = 1000;
 constexpr std::uint64_t kFilesShare = 8;
 
-/// The scene's mistakes are its sender's, be a file damaged or missing.
+/// Errors of the scene are errors of its sender, even if a file is damaged or missing.
 Status as_senders(const Status& status) {
   return status.code() == StatusCode::kNotFound || status.code() == StatusCode::kFailedPrecondition ||
                  status.code() == StatusCode::kOutOfRange
@@ -27,7 +27,7 @@ Status as_senders(const Status& status) {
              : status;
 }
 
-/// Names and lines of the files may have any bytes, of which no message is made.
+/// Names and lines of the files may contain any bytes, but a message must be valid UTF-8.
 std::string cut(std::string_view raw) {
   return cut_text(printable(raw, true), kMostTextBytes);
 }
@@ -42,7 +42,7 @@ std::vector<std::string> cut_all(std::vector<std::string> texts) {
   return texts;
 }
 
-/// Looks into the headers of images: decoding is for those who render.
+/// Reads only the headers of images. Workers that render decode them.
 Status check_images(const LoadedScene& loaded, const SceneLimits& limits, DecoderProcess& images,
                     const InspectionHands& hands) {
   for (const ImageAsset& image : loaded.images) {
@@ -73,11 +73,11 @@ Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& li
     LM_RETURN_IF_ERROR(hands.go_on());
     LM_ASSIGN_OR_RETURN(std::string file, hands.fetch(digest));
     bytes += file.size();
-    // Text takes several times its bytes while it is read, beside the scenes that are rendered.
+    // A reader needs several times the size of its text, next to scenes that are being rendered.
     if (bytes > limits.bytes / kFilesShare) {
       return resource_exhausted(
           "the scene's files have more than {}, a {}th of what --scene-gib of its worker allows: `lightmill submit` "
-          "reads them where they are",
+          "reads them on your machine",
           human_bytes(limits.bytes / kFilesShare), kFilesShare);
     }
     return file;
@@ -114,7 +114,7 @@ Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& 
                               kMaxAssets);
   }
   for (const auto& [digest, bytes] : loaded->assets) {
-    out.assets.push_back(digest);  // a map: sorted, each once
+    out.assets.push_back(digest);  // a map: sorted, without duplicates
   }
   LM_RETURN_IF_ERROR(hands.upload(loaded->assets, hands.go_on));
   out.notices = cut_all(loaded->notices);

@@ -1,4 +1,4 @@
-// What scene files hold that somebody has handed over: the scene, ready to be submitted, and what people should know.
+// Inspection of uploaded scene files: makes a scene that can be submitted, and notices for its author.
 #pragma once
 
 #include <functional>
@@ -14,16 +14,16 @@ namespace lightmill {
 
 struct InspectionHands {
   AssetFetch fetch;
-  /// Asked before every file and every longer step; an error ends the inspection.
+  /// Called before each file and each long step. An error ends the inspection.
   using GoOn = std::function<Status()>;
   GoOn go_on;
-  /// Brings those assets that the farm lacks.
+  /// Uploads the assets that the farm lacks.
   using Upload = std::function<Status(const std::map<Sha256, std::string>& assets, const GoOn& go_on)>;
   Upload upload;
 };
 
-/// Reads nothing but the files of the request. INVALID_ARGUMENT for what is wrong with them, RESOURCE_EXHAUSTED for
-/// what is beyond `limits`, else the errors of the hands.
+/// Reads only the files of the request. INVALID_ARGUMENT if they are wrong, RESOURCE_EXHAUSTED if they exceed `limits`.
+/// Otherwise the errors of `hands`.
 Result<Inspection> inspect_scene(const InspectionRequest& request, const SceneLimits& limits, DecoderProcess& images,
                                  const InspectionHands& hands);
 

@@ -67,7 +67,8 @@ void Inspector::work() {
       report.found =
           found.ok() ? Result<std::shared_ptr<const Inspection>>(std::make_shared<const Inspection>(*std::move(found)))
                      : found.status();
-    } catch (const std::exception& error) {  // whatever a library throws at strange files: others are rendered here
+      // a library may throw anything for malformed files; the worker also renders other jobs
+    } catch (const std::exception& error) {
       report.found = internal_error("the scene cannot be read: {}", error.what());
     }
     if (!stop.stop_requested()) {

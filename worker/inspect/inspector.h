@@ -1,4 +1,4 @@
-// Reads strangers' scene files on a thread of its own, so that rendering and heartbeats go on.
+// Thread that reads strangers' scene files, so that rendering and heartbeats continue.
 #pragma once
 
 #include <functional>
@@ -13,18 +13,18 @@
 
 namespace lightmill {
 
-/// One inspection after the other; `done` is called from its thread, for each that is not dropped. What goes on for
-/// more than a minute ends with DEADLINE_EXCEEDED at its next file or step.
+/// Runs one inspection at a time. Its thread calls `done` for each one that is not dropped. After one minute, an
+/// inspection ends with DEADLINE_EXCEEDED at its next file or step.
 class Inspector {
  public:
   using Upload = InspectionHands::Upload;
   using Done = std::function<void(InspectReport)>;
   Inspector(AssetCache& assets, const SceneLimits& limits, const DecoderOptions& decoder, Upload upload, Done done,
             const Clock& clock = system_clock());
-  /// Ends after the step that is under way.
+  /// Ends after the current step.
   ~Inspector();
 
-  /// Instead of one that still waits, or is being read.
+  /// Replaces an inspection that waits or runs.
   void add(std::shared_ptr<const InspectGrant> grant);
   void drop();
 
@@ -34,14 +34,14 @@ class Inspector {
 
   AssetCache& assets_;
   const SceneLimits limits_;
-  DecoderProcess decoder_;  // the thread's own
+  DecoderProcess decoder_;  // used by the thread only
   const Upload upload_;
   const Done done_;
   const Clock& clock_;
   Mutex mutex_;
   CondVar changed_;
   std::shared_ptr<const InspectGrant> waiting_ LM_GUARDED_BY(mutex_);
-  std::stop_source stop_ LM_GUARDED_BY(mutex_);  ///< of the one that waits or is being read
+  std::stop_source stop_ LM_GUARDED_BY(mutex_);  ///< of the inspection that waits or runs
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };

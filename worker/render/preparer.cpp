@@ -10,7 +10,7 @@
 namespace lightmill {
 namespace {
 
-/// The parts of the settings that decide what is compiled.
+/// Key of the settings that affect the compiled scene.
 Sha256 scene_key(const RenderSettings& settings, const MethodSpec& method) {
   Sha256Hasher hasher;
   hasher.append(fmt::format("{}x{} {} {} ", settings.width, settings.height, method.brute_force ? "brute-force" : "",

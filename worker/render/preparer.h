@@ -1,5 +1,5 @@
-// Makes jobs ready to be rendered, on a thread of its own: scene document → assets → compiled scene → method; and runs
-// the pilots that choose methods and allocate samples.
+// Thread that prepares jobs (scene document → assets → compiled scene → method) and runs the pilots that choose methods
+// and allocate samples.
 #pragma once
 
 #include <deque>
@@ -21,38 +21,37 @@
 
 namespace lightmill {
 
-/// What rendering a job's tiles takes. Immutable, shared by threads.
+/// What threads need to render a job's tiles. Immutable and shared.
 struct PreparedJob {
   TileGrid grid;
   std::shared_ptr<const Method> method;
 };
 
-/// Jobs and pilots are taken one after the other; `done` and `pilot_done` are called from the preparer's thread, for
-/// each that is not dropped.
+/// Runs one job or pilot at a time. Its thread calls `done` and `pilot_done` for each one that is not dropped.
 class Preparer {
  public:
   using Done = std::function<void(std::shared_ptr<const JobDescription>, Result<PreparedJob>)>;
   using PilotDone = std::function<void(LeaseId, Result<PilotReport>)>;
   Preparer(AssetCache& assets, SceneCacheLimits kept, const SceneLimits& limits, const DecoderOptions& decoder,
            Done done, PilotDone pilot_done);
-  /// Ends after the scene, or the pilot's patch, that is under way; the rest is dropped.
+  /// Ends after the current scene or pilot patch, and drops the rest.
   ~Preparer();
 
-  /// Instead of what still waits for the same job.
+  /// Replaces a waiting task of the same job.
   void add(std::shared_ptr<const JobDescription> description);
   void add(std::shared_ptr<const PilotGrant> pilot);
-  /// If it still waits.
+  /// Drops the job if it still waits.
   void drop(JobId job);
-  /// Also while it is run.
+  /// Drops the pilot, even while it runs.
   void drop(LeaseId pilot);
-  /// Memory has ended elsewhere: compiled scenes and assets are not kept any longer.
+  /// Frees cached scenes and assets, because another thread has run out of memory.
   void drop_caches();
 
  private:
   struct DropCaches {};
   using Task = std::variant<std::shared_ptr<const JobDescription>, std::shared_ptr<const PilotGrant>, DropCaches>;
   void work();
-  /// What `make` returns. If memory ends meanwhile, it is called once more without the caches.
+  /// Returns the result of `make`. If it runs out of memory, calls it once more without the caches.
   template <class Make>
   auto within_memory(const Make& make) -> decltype(make());
   void clear_caches();
@@ -63,15 +62,15 @@ class Preparer {
 
   AssetCache& assets_;
   const SceneLimits limits_;
-  SceneCache scenes_;       // the thread's own
-  DecoderProcess decoder_;  // likewise
+  SceneCache scenes_;       // used by the thread only
+  DecoderProcess decoder_;  // used by the thread only
   const Done done_;
   const PilotDone pilot_done_;
   Mutex mutex_;
   CondVar changed_;
   std::deque<Task> waiting_ LM_GUARDED_BY(mutex_);
   std::optional<LeaseId> running_pilot_ LM_GUARDED_BY(mutex_);
-  std::stop_source stop_pilot_ LM_GUARDED_BY(mutex_);  ///< of the one that is run
+  std::stop_source stop_pilot_ LM_GUARDED_BY(mutex_);  ///< of the running pilot
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };

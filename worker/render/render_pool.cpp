@@ -10,7 +10,7 @@
 namespace lightmill {
 namespace {
 
-/// The workspaces of one thread, for the methods that it used last. They do not keep methods, nor their scenes.
+/// Workspaces of one thread for its last methods. They keep neither methods nor scenes alive.
 class Workspaces {
  public:
   Workspace& of(const std::shared_ptr<const Method>& method) {
@@ -136,7 +136,7 @@ void RenderPool::run() {
     if (node.ok()) {
       tile.node = *std::move(node);
     } else {
-      workspaces.clear();  // nobody knows in what state the last one is
+      workspaces.clear();  // the state of the last workspace is unknown
       tile.lacks = message_of(node.status());
     }
     if (tamper_ && !tile.node.values.empty()) {

@@ -1,4 +1,4 @@
-// The threads that render tiles.
+// Pool of threads that render tiles.
 #pragma once
 
 #include <time.h>
@@ -19,7 +19,7 @@
 
 namespace lightmill {
 
-/// CPU time of one thread since this was made by it. Others may read it while the thread lives.
+/// CPU time of one thread since the thread constructed this clock. Other threads may read it while the thread lives.
 class CpuClock {
  public:
   CpuClock();
@@ -32,34 +32,34 @@ class CpuClock {
 };
 
 struct RenderTask {
-  std::uint64_t ticket = 0;  ///< given back with the tile
+  std::uint64_t ticket = 0;  ///< returned with the tile
   SampleRange range;
   PixelRect rect;
   std::shared_ptr<const Method> method;
 };
 
-/// Takes tasks in order, but those of first samples before others, as a picture waits for them; `done` is called from
-/// the threads. Who adds bounds the queue (the session: two per thread).
+/// Runs tasks in order, but first samples before others, because a picture waits for them. The threads call `done`. The
+/// caller bounds the queue (the session: two tasks per thread).
 class RenderPool {
  public:
   using Done = std::function<void(RenderedTile)>;
-  /// Changes a node before it is hashed.
+  /// For tests: changes a node before it is hashed.
   using Tamper = std::function<void(Node&)>;
   /// std::system_error if a thread cannot start.
   RenderPool(std::uint32_t threads, Done done, Tamper tamper = {});
-  /// Stops the tiles under way; what waits is dropped.
+  /// Stops the current tiles, and drops waiting tasks.
   ~RenderPool();
 
   void add(RenderTask task);
-  /// Ends a task that waits or is under way soon: its node has no values then. Does nothing for one that is done.
+  /// Soon ends a task that waits or runs. Its node then has no values. Does nothing for a completed task.
   void stop(std::uint64_t ticket);
-  /// Tickets that threads work on, and for how many seconds of their CPU time.
+  /// Tickets that threads work on, and the CPU seconds spent on each.
   std::vector<std::pair<std::uint64_t, double>> at_work() const;
 
  private:
   struct State {
     std::stop_source stop;
-    std::optional<CpuClock> cpu;  ///< once a thread works on it
+    std::optional<CpuClock> cpu;  ///< set once a thread works on it
   };
   void run();
   void end();
@@ -69,7 +69,7 @@ class RenderPool {
   mutable Mutex mutex_;
   CondVar changed_;
   std::deque<RenderTask> tasks_ LM_GUARDED_BY(mutex_);
-  std::map<std::uint64_t, State> states_ LM_GUARDED_BY(mutex_);  ///< by ticket, of tasks that are not done
+  std::map<std::uint64_t, State> states_ LM_GUARDED_BY(mutex_);  ///< unfinished tasks, by ticket
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;
 };

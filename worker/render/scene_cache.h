@@ -1,4 +1,4 @@
-// Compiled scenes that a worker keeps: its threads and its jobs share them.
+// Cache of a worker's compiled scenes, shared by its threads and jobs.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +15,13 @@ struct SceneCacheLimits {
   std::uint64_t bytes = std::uint64_t{4} << 30;
 };
 
-/// Least recently used first to go; the newest always stays. A scene in use lives on with its users. Not thread-safe.
+/// Drops the least recently used scene first, but never the newest. A dropped scene lives until its last user ends. Not
+/// thread-safe.
 class SceneCache {
  public:
   explicit SceneCache(SceneCacheLimits limits) : limits_(limits) {}
 
-  /// Null if it is not there.
+  /// Null if the scene is not cached.
   std::shared_ptr<const CompiledScene> find(const Sha256& key);
   void clear();
   void insert(const Sha256& key, std::shared_ptr<const CompiledScene> scene);
@@ -31,7 +32,7 @@ class SceneCache {
     std::shared_ptr<const CompiledScene> scene;
   };
   SceneCacheLimits limits_;
-  std::list<Entry> entries_;  ///< last used first
+  std::list<Entry> entries_;  ///< most recently used first
   std::uint64_t bytes_ = 0;
 };
 

@@ -18,8 +18,8 @@ Status check_memory(const Scene& scene, const CompiledScene::AssetSource& assets
   return memory.bytes <= max_bytes
              ? ok_status()
              : resource_exhausted(
-                   "the scene takes some {:.3g} GiB of memory, more than --scene-gib {:.3g} of this worker allows; {} "
-                   "takes {:.3g} of them",
+                   "the scene takes about {:.3g} GiB of memory, more than --scene-gib {:.3g} of this worker allows; "
+                   "{} takes {:.3g} of them",
                    gib(memory.bytes), gib(max_bytes), memory.largest, gib(memory.largest_bytes));
 }
 

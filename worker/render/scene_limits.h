@@ -1,4 +1,4 @@
-// What one scene may take of a worker.
+// Limits of one scene on a worker.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,16 @@
 
 namespace lightmill {
 
-/// One that is beyond is refused with RESOURCE_EXHAUSTED and the setting's name.
+/// A scene beyond a limit is refused with RESOURCE_EXHAUSTED and the name of the setting.
 struct SceneLimits {
-  std::uint64_t bytes = std::uint64_t{16} << 30;        ///< while it is compiled, as estimated before
+  std::uint64_t bytes = std::uint64_t{16} << 30;        ///< estimate for compiling, made before it starts
   std::uint64_t triangles = kMaxSceneTriangles;         ///< instances of a mesh count once
-  std::int64_t image_pixels = kMaxTexturePixels;        ///< of one image, decoded
-  std::uint64_t images_bytes = std::uint64_t{8} << 30;  ///< of all, decoded
+  std::int64_t image_pixels = kMaxTexturePixels;        ///< of one decoded image
+  std::uint64_t images_bytes = std::uint64_t{8} << 30;  ///< of all decoded images
 };
 
-/// Before anything is decoded: a worker whose memory ends is killed, and takes with it what others had it render.
+/// Checks the memory before anything is decoded. The system kills a worker that runs out of memory, and other jobs on
+/// it lose their results.
 Status check_memory(const Scene& scene, const CompiledScene::AssetSource& assets, DecoderProcess& images,
                     std::uint64_t max_bytes);
 

@@ -1,4 +1,4 @@
-// What a worker does when memory or threads end while it prepares, renders or reads: it says so, and takes other work.
+// Handling of exhausted memory or threads while a worker prepares, renders or reads: an error instead of a crash.
 #pragma once
 
 #include <new>
@@ -10,11 +10,11 @@
 
 namespace lightmill {
 
-/// "out of memory while samples were rendered: …", with what to do.
+/// "out of memory while samples were rendered: …", with advice.
 Status memory_ended(std::string_view while_what);
 Status threads_ended(std::string_view while_what, const std::system_error& error);
 
-/// What `make` returns, a Result. RESOURCE_EXHAUSTED if memory ends meanwhile, or a thread cannot start.
+/// Returns the Result of `make`. RESOURCE_EXHAUSTED if memory runs out, or a thread cannot start.
 template <class Make>
 auto within_limits(std::string_view while_what, const Make& make) -> decltype(make()) {
   try {

@@ -17,23 +17,23 @@
 namespace lightmill {
 namespace {
 
-/// A packed scene may have 16 MiB.
+/// A packed scene can have 16 MiB.
 constexpr int kMaxMessageBytes = 20 << 20;
 constexpr std::chrono::seconds kTransferLimit = std::chrono::minutes(10), kEnrolmentLimit(30);
 constexpr std::size_t kChunkBytes = std::size_t{256} << 10;
 
-/// `quickly`: there is another coordinator to try when this one does not answer.
+/// `quickly`: there is another coordinator to try if this one does not answer.
 std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const TlsTexts& tls, bool quickly) {
   grpc::ChannelArguments arguments;
-  // A dead link is found within some 20 s. A coordinator of thousands of workers may take seconds to answer, and must
-  // not lose all of them for that: each would come back with all that it holds.
+  // Detects a dead link within about 20 s. A coordinator with thousands of workers may take seconds to answer. It must
+  // not lose them all for this, because each would send all its results again.
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 5'000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 15'000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
-  // The session decides when to try again, so each attempt is a connection of its own.
+  // The session decides when to reconnect, so each attempt has its own connection.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  // How long a connection may take to come about: a machine that is very busy takes seconds to answer.
+  // Time limit to connect: a very busy machine takes seconds to answer.
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, quickly ? 3'000 : 10'000);
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
   return grpc::CreateCustomChannel(address,
@@ -61,7 +61,7 @@ struct FarmLink::Connection {
   std::unique_ptr<v1::WorkerService::Stub> work;
   std::unique_ptr<v1::RenderService::Stub> render;
   std::unique_ptr<v1::AccessService::Stub> access;
-  std::set<grpc::ClientContext*> calls;  ///< under way; guarded by the link's mutex
+  std::set<grpc::ClientContext*> calls;  ///< in progress; guarded by the link's mutex
 };
 
 FarmLink::FarmLink(FarmAddress farm, LinkHandlers handlers)
@@ -70,7 +70,7 @@ FarmLink::FarmLink(FarmAddress farm, LinkHandlers handlers)
   gpr_set_log_function([](gpr_log_func_args* line) { spdlog::debug("grpc: {}", line->message); });
 }
 
-/// A worker's own token that the farm does not know any more is of no use.
+/// Notices when the farm refuses the worker's own token, which is useless then.
 LinkHandlers FarmLink::watching_refusals(LinkHandlers handlers) {
   handlers.disconnected = [this, tell = std::move(handlers.disconnected)](
                               std::uint64_t stream, const std::string& address, const Status& status) {
@@ -84,7 +84,7 @@ LinkHandlers FarmLink::watching_refusals(LinkHandlers handlers) {
 }
 
 FarmLink::~FarmLink() {
-  close();  // also an enrolment
+  close();  // also ends an enrolment
   if (enrolling_.joinable()) {
     enrolling_.join();
   }
@@ -171,7 +171,7 @@ bool FarmLink::has_to_enrol() {
   return farm_.enrolment && (token_refused_ || !farm_.enrolment->state->has_token());
 }
 
-/// Gets a token for this worker and keeps it.
+/// Gets a token for this worker, and stores it.
 Status FarmLink::enrol(const std::string& server) {
   const EnrolmentFiles& enrolment = *farm_.enrolment;
   CallerFiles files = farm_.caller;
@@ -260,7 +260,7 @@ Status FarmLink::call(std::chrono::seconds limit, const Run& run) {
     const MutexLock lock(mutex_);
     connection->calls.erase(&context);
   }
-  if (status.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED) {  // it is busy: nothing is wrong with the job
+  if (status.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED) {  // the coordinator is busy; the job is fine
     return unavailable("{}", status.error_message());
   }
   return status.ok() ? ok_status()
@@ -279,7 +279,7 @@ Result<std::string> FarmLink::download(const Sha256& digest) {
     }
     return reader->Finish();
   });
-  if (status.code() == StatusCode::kNotFound) {  // it was there when the job was submitted, and may be so again
+  if (status.code() == StatusCode::kNotFound) {  // it existed at submission, and a client may send it again
     return unavailable("asset {} is not in the farm's store: submit a job with the same file again", digest.hex());
   }
   return status.ok() ? Result<std::string>(std::move(bytes)) : with_context(status, "asset " + digest.hex());
@@ -317,7 +317,7 @@ Status FarmLink::upload(const Sha256& digest, ByteView bytes) {
       const ByteView chunk = bytes.subspan(sent, std::min(kChunkBytes, bytes.size() - sent));
       request.set_chunk(chunk.data(), chunk.size());
       if (!writer->Write(request)) {
-        break;  // Finish says why
+        break;  // Finish() returns the reason
       }
       request.clear_digest();
       sent += chunk.size();

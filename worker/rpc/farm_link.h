@@ -1,4 +1,4 @@
-// The worker's connection to a coordinator: one stream of messages, and assets to download.
+// The worker's connection to a coordinator: one stream of messages, and transfers of assets.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ namespace lightmill {
 
 class LinkStream;
 
-/// What happens on the stream that `open` numbered; called from gRPC's threads. Each number ends with one
+/// Events of the stream with the number that open() returned. gRPC's threads call them. Each stream ends with one
 /// `disconnected`.
 struct LinkHandlers {
   std::function<void(std::uint64_t stream, const std::string& address)> connected;
@@ -31,45 +31,45 @@ struct LinkHandlers {
 
 inline constexpr const char* kEnrolFileOption = "--enrol-file";
 
-/// How a worker gets a token of its own, and where it keeps it.
+/// How a worker gets its own token, and where it keeps it.
 struct EnrolmentFiles {
   std::string file;              ///< has an enrolment token; read only when the worker enrols
   StateFolder* state = nullptr;  ///< outlives the link
-  std::string host;              ///< what the machine calls itself
+  std::string host;              ///< the machine's own name
 };
 
-/// Where the farm is, and how it knows the worker.
+/// The farm's addresses and the worker's credentials.
 struct FarmAddress {
   std::vector<std::string> servers;  ///< HOST:PORT; each attempt takes the next one
-  CallerFiles caller;                ///< read for each attempt, so that renewed ones come into use
-  /// Without a token in `caller`. A worker whose own token is refused enrols again.
+  CallerFiles caller;                ///< read for each attempt, so that renewed files are used
+  /// Only without a token in `caller`. A worker enrols again when its own token is refused.
   std::optional<EnrolmentFiles> enrolment = {};
 };
 
-/// Thread-safe. At most one stream at a time.
+/// Thread-safe. Has one stream at most.
 class FarmLink {
  public:
   FarmLink(FarmAddress farm, LinkHandlers handlers);
-  /// Ends the stream; no handler is called afterwards.
+  /// Ends the stream. No handler is called afterwards.
   ~FarmLink();
 
-  /// Starts to open a stream and returns its number. An earlier one has been disconnected, as its handler has been
-  /// told, which has returned when this does: not to be called by a handler.
+  /// Starts to open a stream, and returns its number. Before it returns, an earlier stream is disconnected and its
+  /// handler has returned. So handlers must not call it.
   std::uint64_t open();
-  /// Queues a message; it is dropped if the stream is down (the session sends it again on the next).
+  /// Queues a message. It is dropped if the stream is down; the session sends it again on the next one.
   void send(std::shared_ptr<const WorkerMessage> message);
-  /// Says that nothing more comes, once everything queued has been written. Transfers under way are given up.
+  /// Ends sending after all queued messages are written. Aborts transfers.
   void close();
 
-  /// Why a stream to `server` broke, in words: looks into it if the failure says only that there was no connection,
-  /// which may take some seconds.
+  /// Explains why a stream to `server` broke. If the failure says only that there was no connection, it tests the
+  /// connection, which may take seconds.
   std::string explain(const std::string& server, const Status& failure) const;
 
-  /// Downloads an asset from the coordinator of the last stream; blocks. UNAVAILABLE, also where it
-  /// has been lost: it may come again.
+  /// Downloads an asset from the coordinator of the last stream. Blocks. UNAVAILABLE also if the asset is lost, because
+  /// clients may send it again.
   Result<std::string> download(const Sha256& digest);
-  /// Uploads those of the assets that the coordinator lacks; blocks. As download, what uploads are refused with, and
-  /// what `go_on` says, which is asked before each.
+  /// Uploads the assets that the coordinator lacks. Blocks. Returns errors like download(), refusals of uploads, and
+  /// errors of `go_on`, which is called before each asset.
   Status upload_missing(const std::map<Sha256, std::string>& assets, const std::function<Status()>& go_on);
 
  private:
@@ -80,7 +80,7 @@ class FarmLink {
   Status enrol(const std::string& server);
   void open_stream(std::uint64_t number, const std::string& server);
   std::shared_ptr<Connection> connect(const std::string& server, CallerTexts caller) const;
-  /// The connection, of which this is a call until the end of `run`: close() gives it up. UNAVAILABLE.
+  /// Runs a call on the connection; close() aborts it. UNAVAILABLE.
   template <class Run>
   Status call(std::chrono::seconds limit, const Run& run);
   Status upload(const Sha256& digest, ByteView bytes);
@@ -92,7 +92,7 @@ class FarmLink {
   std::shared_ptr<LinkStream> stream_ LM_GUARDED_BY(mutex_);
   std::uint64_t streams_ LM_GUARDED_BY(mutex_) = 0;
   bool closed_ LM_GUARDED_BY(mutex_) = false;
-  bool token_refused_ LM_GUARDED_BY(mutex_) = false;  ///< the worker's own
+  bool token_refused_ LM_GUARDED_BY(mutex_) = false;  ///< the worker's own token
   std::jthread enrolling_;                            ///< enrols, then opens the stream
 };
 

@@ -7,7 +7,7 @@ namespace lightmill {
 
 void LinkStream::start(v1::WorkerService::Stub& stub) {
   stub.async()->Work(&context_, this);
-  AddHold();  // writes start outside of reactions
+  AddHold();  // writes start outside gRPC's callbacks
   StartRead(&response_);
   StartCall();
 }
@@ -49,7 +49,7 @@ void LinkStream::write_next() {
   StartWrite(&request_);
 }
 
-/// Reading has ended, so the stream is over: lets gRPC finish it, after a write under way.
+/// Reading has ended, so the stream is over. Lets gRPC finish it after a write in progress.
 void LinkStream::end() {
   bool release = false;
   {

@@ -1,4 +1,4 @@
-// One stream of WorkerService.Work, from its opening to its end.
+// One stream of WorkerService.Work, from start to end.
 #pragma once
 
 #include <deque>
@@ -8,21 +8,21 @@
 
 namespace lightmill {
 
-/// Who has started it waits for its end before it lets go of it: its context owns the channel, with the last of which
-/// gRPC joins its own threads, so that none of them may be the one that destroys it. Operations are started under the
-/// mutex, so that none is started after the end.
+/// The owner waits for the stream's end before it releases the stream. The stream's context owns the channel. The last
+/// owner of a channel joins gRPC's threads, so none of them may destroy it. Operations start under the mutex, so
+/// nothing starts after the end.
 class LinkStream final : public grpc::ClientBidiReactor<v1::WorkRequest, v1::WorkResponse> {
  public:
   LinkStream(std::uint64_t number, std::string address, const LinkHandlers& handlers)
       : number_(number), address_(std::move(address)), handlers_(handlers) {}
 
-  /// To be changed before start().
+  /// Change it only before start().
   grpc::ClientContext& context() { return context_; }
   void start(v1::WorkerService::Stub& stub);
   void send(std::shared_ptr<const WorkerMessage> message);
   void close();
   void cancel() { context_.TryCancel(); }
-  /// Waits until gRPC has done with it.
+  /// Waits until gRPC is done with the stream.
   void wait();
 
   void OnReadInitialMetadataDone(bool ok) override;
@@ -38,7 +38,7 @@ class LinkStream final : public grpc::ClientBidiReactor<v1::WorkRequest, v1::Wor
   const std::string address_;
   const LinkHandlers handlers_;
   grpc::ClientContext context_;
-  v1::WorkResponse response_;  // belongs to the read under way
+  v1::WorkResponse response_;  // used by the read in progress
   Status problem_;             // found while reading
 
   Mutex mutex_;
@@ -46,9 +46,9 @@ class LinkStream final : public grpc::ClientBidiReactor<v1::WorkRequest, v1::Wor
   v1::WorkRequest request_ LM_GUARDED_BY(mutex_);  // unchanged while writing_
   std::deque<std::shared_ptr<const WorkerMessage>> outgoing_ LM_GUARDED_BY(mutex_);
   bool writing_ LM_GUARDED_BY(mutex_) = false;
-  bool closing_ LM_GUARDED_BY(mutex_) = false;  // half-close after what is queued
-  bool ended_ LM_GUARDED_BY(mutex_) = false;    // nothing may be started any more
-  bool held_ LM_GUARDED_BY(mutex_) = true;      // gRPC waits for us
+  bool closing_ LM_GUARDED_BY(mutex_) = false;  // half-close after the queued messages
+  bool ended_ LM_GUARDED_BY(mutex_) = false;    // nothing may start any more
+  bool held_ LM_GUARDED_BY(mutex_) = true;      // gRPC waits for our RemoveHold()
   bool done_ LM_GUARDED_BY(mutex_) = false;
 };
 

@@ -16,7 +16,7 @@ void Session::send(WorkerMessage message, SessionActions& actions) {
   actions.push_back(SendMessage{std::make_shared<const WorkerMessage>(std::move(message))});
 }
 
-// ---- what the coordinator says ----
+// ---- messages of the coordinator ----
 
 void Session::message(const CoordinatorMessage& message, Time now, SessionActions& actions) {
   if (exited_ || link_ != Link::up) {
@@ -44,8 +44,7 @@ void Session::describe_job(const JobDescription& description, SessionActions& ac
     if (found->second.description->render_digest == description.render_digest) {
       return;
     }
-    // Another job under the same number: another farm answers at this address now. What is left of the old one is
-    // worthless.
+    // Another job has the same number, so another farm answers at this address now. Work for the old job is worthless.
     erase_leases_of(description.job, actions);
     forget_job(description.job, actions);
     std::erase_if(results_, [&](const auto& entry) {
@@ -80,7 +79,7 @@ void Session::grant_lease(const LeaseGrant& grant, SessionActions& actions) {
   }
   lease.description = job->second.description;
   for (const TileId tile : grant.unit.tiles) {
-    // What waits to be acknowledged here (it was leased before, and taken for lost) needs nothing more.
+    // Results of an earlier lease that still wait for their acknowledgement are not rendered again.
     if (!results_.contains({grant.unit.job, tile, grant.unit.range})) {
       lease.queued.push_back(tile);
     }
@@ -144,7 +143,7 @@ void Session::drop_pilots(SessionActions& actions) {
 void Session::pilot_done(PilotReport report, Time now, SessionActions& actions) {
   extend_drain(now);
   if (exited_ || pilots_.erase(report.lease) == 0) {
-    return;  // cancelled, or its stream is broken: it is granted again
+    return;  // cancelled, or its stream broke and the pilot is granted again
   }
   send(std::move(report), actions);
   advance(actions);
@@ -172,7 +171,7 @@ void Session::pilot_unavailable(LeaseId lease, Time now, SessionActions& actions
 
 void Session::grant_inspection(const InspectGrant& grant, SessionActions& actions) {
   if (draining_ || inspection_ == grant.inspection) {
-    return;  // a coordinator that hears of the drain gives it to another worker
+    return;  // the coordinator learns of the drain and chooses another worker
   }
   inspection_ = grant.inspection;
   actions.push_back(RunInspection{std::make_shared<const InspectGrant>(grant)});
@@ -230,7 +229,7 @@ void Session::refuse(JobId id, const Refused& refused, SessionActions& actions) 
   if (link_ == Link::up) {
     send(WorkerRefusal{id, refused.reason, refused.own_limits}, actions);
   }
-  // Its leases are not held any more: a coordinator that did not hear the refusal gives them again, and hears it then.
+  // The leases are dropped. If the coordinator missed the refusal, it grants them again and gets another refusal.
   erase_leases_of(id, actions);
   forget_job(id, actions);
   stop_tiles([id](const Rendering& rendering) { return rendering.key.job == id; }, actions);
@@ -255,7 +254,7 @@ void Session::forget_job(JobId id, SessionActions& actions) {
 }
 
 void Session::forget_job_if_idle(JobId id, SessionActions& actions) {
-  // A job that was just described waits for the lease that follows: the description is kept while it is being prepared.
+  // A job that was just described waits for its lease. The description is kept while the job is prepared.
   const auto found = jobs_.find(id);
   if (found != jobs_.end() && found->second.leases == 0 && found->second.state != Job::State::preparing &&
       found->second.had_lease) {
@@ -270,7 +269,7 @@ void Session::advance(SessionActions& actions) {
     return;
   }
   std::vector<LeaseId> finished;
-  for (const bool first_samples : {true, false}) {  // a picture waits for those
+  for (const bool first_samples : {true, false}) {  // a picture waits for first samples
     for (auto& [id, lease] : leases_) {
       if ((lease.unit.range.first() == 0) == first_samples && hand_out(id, lease, actions)) {
         finished.push_back(id);
@@ -295,7 +294,7 @@ void Session::advance(SessionActions& actions) {
       erase_lease(id, actions);
     }
   }
-  // A coordinator that is away takes nothing back; it notices that the leases' worker is gone.
+  // A coordinator that is away cannot take anything back. It will notice that the worker is gone.
   if ((leases_.empty() || link_ != Link::up) && pilots_.empty() && rendering_.empty() && results_.empty()) {
     exit("drained", false, actions);
   }
@@ -310,7 +309,8 @@ bool Session::hand_out(LeaseId id, Lease& lease, SessionActions& actions) {
          result_bytes_ < config_.unacknowledged_bytes) {
     const TileId tile = lease.queued.front();
     lease.queued.pop_front();
-    if (!results_.contains({lease.unit.job, tile, lease.unit.range})) {  // rendered for a lease that had it before
+    // may be rendered already, for an earlier lease
+    if (!results_.contains({lease.unit.job, tile, lease.unit.range})) {
       render(lease, id, tile, actions);
     }
   }
@@ -325,7 +325,7 @@ void Session::render(Lease& lease, LeaseId id, TileId tile, SessionActions& acti
     rendering.key = key;
     actions.push_back(RenderTile{next_ticket_++, lease.description, key, id, lease.trace});
   } else if (const auto former = leases_.find(rendering.lease); former != leases_.end()) {
-    former->second.rendering.erase(tile);  // it is being rendered already; the result will be this lease's
+    former->second.rendering.erase(tile);  // it is being rendered; the result will belong to this lease
   }
   rendering.lease = id;
   lease.rendering.insert(tile);

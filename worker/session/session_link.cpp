@@ -1,4 +1,4 @@
-// The session's stream, its time, and how it ends.
+// The session's connection, timers and end.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -38,7 +38,7 @@ void Session::connected(Time now, SessionActions& actions) {
                     config_.machine,
                     true};
   for (auto& [id, lease] : leases_) {
-    // What is neither queued, with the threads nor waiting for its acknowledgement is done with.
+    // Tiles that are not queued, rendering or unacknowledged are complete.
     HeldLease held{id, lease.epoch, lease.description->render_digest, {lease.unit.job, lease.unit.range, {}}, {}};
     held.unit.tiles.assign(lease.queued.begin(), lease.queued.end());
     held.unit.tiles.insert(held.unit.tiles.end(), lease.rendering.begin(), lease.rendering.end());
@@ -83,7 +83,7 @@ void Session::send_results_again(SessionActions& actions) {
 }
 
 void Session::drop_everything(SessionActions& actions) {
-  actions.push_back(Say{"another farm answers at this address now: what was rendered for the former one is dropped"});
+  actions.push_back(Say{"another farm answers at this address now: results for the old farm are dropped"});
   stop_tiles([](const Rendering&) { return true; }, actions);
   while (!leases_.empty()) {
     erase_lease(leases_.begin()->first, actions);
@@ -121,7 +121,7 @@ void Session::tick(Time now, SessionActions& actions) {
   if (draining_ && (now >= drain_deadline_ || (away_deadline_ && now >= *away_deadline_))) {
     exit(fmt::format("{}; {} tiles are dropped, the coordinator will have them rendered again",
                      link_ != Link::up    ? "the coordinator is away"
-                     : rendering_.empty() ? "the coordinator did not take the last results in time"
+                     : rendering_.empty() ? "the coordinator did not acknowledge the last results in time"
                                           : "the last tiles take too long",
                      results_.size() + rendering_.size()),
          false, actions);
@@ -228,12 +228,12 @@ void Session::begin_drain(bool give_back, Time now, SessionActions& actions) {
   }
 }
 
-/// There is progress, or all that is begun is still to come.
+/// Progress was made, so the deadline moves. Tiles with threads get more time.
 void Session::extend_drain(Time now) {
   drain_deadline_ = now + config_.drain_limit + (rendering_.empty() ? Duration{} : 2 * longest_tile_);
 }
 
-/// A drain waits only so long for a coordinator that is away.
+/// Limits the time that a drain waits for a coordinator that is away.
 void Session::limit_absence(Time now) {
   if (draining_ && link_ != Link::up && !away_deadline_) {
     away_deadline_ = now + config_.drain_away_limit;

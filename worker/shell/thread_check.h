@@ -1,4 +1,4 @@
-// Check that a worker can have as many threads as it needs, before libraries try to start theirs: those abort.
+// Check that enough threads can start. Libraries abort if they cannot start theirs.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace lightmill {
 
-/// Starts so many threads at once, and ends them. RESOURCE_EXHAUSTED if one cannot start.
+/// Starts `count` threads at once, and ends them. RESOURCE_EXHAUSTED if one cannot start.
 Status check_threads(std::uint32_t count);
 
 }  // namespace lightmill

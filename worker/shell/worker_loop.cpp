@@ -7,13 +7,13 @@
 namespace lightmill {
 namespace {
 
-/// What was sent last has so long to be written.
+/// Time for the last messages to be written.
 constexpr Duration kExitPatience = std::chrono::seconds(2);
-/// Workers that lost the same coordinator come back spread over at most so long.
+/// Longest jitter. It spreads the reconnects of workers that lost the same coordinator.
 constexpr Duration kMaxJitter = std::chrono::milliseconds(500);
 constexpr Duration kJitterStep = std::chrono::milliseconds(10);
 
-/// Whether asking again may help.
+/// Whether another attempt may help.
 bool is_passing(const Status& status) {
   switch (status.code()) {
     case StatusCode::kUnavailable:
@@ -27,7 +27,7 @@ bool is_passing(const Status& status) {
   }
 }
 
-/// Whether the coordinator does not let this worker in until people do something, or others have left.
+/// Whether the coordinator refuses this worker until a person acts, or another worker leaves.
 bool is_refusal(const Status& status) {
   return status.code() == StatusCode::kPermissionDenied || status.code() == StatusCode::kUnauthenticated ||
          status.code() == StatusCode::kResourceExhausted;
@@ -39,7 +39,7 @@ std::string text_of(const NodeKey& key) {
                      key.tile.value);
 }
 
-/// What is too large for this worker (Preparer), or takes what it lacks, may suit another.
+/// Another worker may render a job that exceeds this worker's limits (Preparer), or needs something that it lacks.
 Refused refused(const Status& status) {
   return {message_of(status),
           status.code() == StatusCode::kResourceExhausted || status.code() == StatusCode::kFailedPrecondition};
@@ -122,7 +122,7 @@ void WorkerLoop::post(Event event) {
 
 void WorkerLoop::drain() {
   post([this](Time now) {
-    spdlog::info("draining: what is begun is finished, the rest given back");
+    spdlog::info("draining: finishes what it has begun, and gives back the rest");
     session_.drain(now, actions_);
   });
 }
@@ -151,7 +151,7 @@ Status WorkerLoop::run() {
   }
 }
 
-/// Waits for events, or until something is due.
+/// Waits until there are events, or something is due.
 std::vector<WorkerLoop::Event> WorkerLoop::wait() {
   std::optional<Time> due = session_.next_deadline();
   for (const std::optional<Time>& other : {open_at_, exit_by_}) {
@@ -174,7 +174,7 @@ std::vector<WorkerLoop::Event> WorkerLoop::wait() {
   return std::exchange(events_, {});
 }
 
-// ---- what the session asks for ----
+// ---- actions of the session ----
 
 void WorkerLoop::perform() {
   while (!actions_.empty()) {
@@ -194,7 +194,7 @@ void WorkerLoop::open_if_due(Time now) {
   }
 }
 
-/// Uniform below a bound that grows with the failures in a row; nothing at first.
+/// Uniform below a bound that grows with the failures in a row. Zero at first.
 Duration WorkerLoop::jitter() {
   const Duration bound = std::min<Duration>(kMaxJitter, kJitterStep * std::min(failures_ * failures_, 100));
   random_ = random_ * 6364136223846793005u + 1442695040888963407u;
@@ -252,13 +252,13 @@ void WorkerLoop::perform(const Exit& action) {
   link_.close();
 }
 
-// ---- what happens ----
+// ---- events ----
 
 void WorkerLoop::job_prepared(const JobDescription& description, const Result<PreparedJob>& prepared, Time now) {
   const JobId job = description.job;
   const auto at = jobs_.find(job);
   if (at == jobs_.end() || at->second.description.get() != &description) {
-    return;  // forgotten meanwhile, or asked for anew
+    return;  // dropped meanwhile, or requested again
   }
   if (prepared.ok()) {
     at->second.prepared = *prepared;
@@ -299,15 +299,15 @@ void WorkerLoop::stream_broke(const std::string& address, const Status& status, 
     std::string why = message_of(status);
     if (std::string& said = refusals_[address]; said != why) {
       spdlog::warn(
-          "refused by {}: {}; asks again in {:.0f} s, then less often, at last every {:.0f} s, and says so "
-          "when the reason changes",
+          "refused by {}: {}; tries again in {:.0f} s, then less often, up to every {:.0f} s, and logs only a new "
+          "reason",
           address, printable(why), to_seconds(refused_least_), to_seconds(refused_most_));
       said = std::move(why);
     } else {
       spdlog::debug("refused again, by {}", address);
     }
   } else if ((failures_ == 0 || refused_last_) && !refused && !exit_) {
-    // It may take seconds, in which the session has to find another coordinator.
+    // This may take seconds. Meanwhile the session has to find another coordinator.
     try {
       explaining_ = std::jthread([this, address, status] {
         spdlog::warn("no connection to {}: {}; trying again", address, link_.explain(address, status));

@@ -1,4 +1,4 @@
-// The worker's main thread: feeds the session with what happens, and does what it asks.
+// The worker's main thread: passes events to the session, and performs its actions.
 #pragma once
 
 #include <functional>
@@ -23,17 +23,17 @@ struct WorkerOptions {
   SceneCacheLimits scenes;
   SceneLimits scene;
   DecoderOptions decoder;
-  std::uint64_t asset_bytes = std::uint64_t{1} << 30;  ///< of assets kept in memory
-  std::function<void()> connected = {};                ///< called once, when all threads have been started
-  RenderPool::Tamper tamper = {};                      ///< none, but in tests of what a farm does about liars
+  std::uint64_t asset_bytes = std::uint64_t{1} << 30;  ///< limit of cached assets
+  std::function<void()> connected = {};  ///< called once, at the first connection; all threads run by then
+  RenderPool::Tamper tamper = {};        ///< only for tests of dishonest workers
 };
 
 class WorkerLoop {
  public:
   WorkerLoop(const WorkerOptions& options, const Clock& clock);
-  /// Works until the session's life is over. An error if it was dismissed.
+  /// Runs until the session ends. Returns an error if it was dismissed.
   Status run();
-  /// Finish or give back what is there, then leave. Thread-safe.
+  /// Finishes or gives back current work, then leaves. Thread-safe.
   void drain();
 
  private:
@@ -73,12 +73,12 @@ class WorkerLoop {
     std::optional<PreparedJob> prepared;
   };
   std::map<JobId, Job> jobs_;
-  std::optional<Time> open_at_;                  ///< when the stream that was asked for is to be opened
+  std::optional<Time> open_at_;                  ///< when to open the requested stream
   std::uint64_t stream_ = 0;                     ///< number of the current stream
-  bool stream_open_ = false;                     ///< it has not been disconnected
-  bool refused_last_ = false;                    ///< the last of them was a refusal
-  int failures_ = 0;                             ///< attempts to connect that failed one after the other
-  std::map<std::string, std::string> refusals_;  ///< by address: why it did not let the worker in last
+  bool stream_open_ = false;                     ///< not disconnected yet
+  bool refused_last_ = false;                    ///< the last disconnection was a refusal
+  int failures_ = 0;                             ///< failed attempts to connect in a row
+  std::map<std::string, std::string> refusals_;  ///< by address: the reason of the last refusal
   std::uint64_t random_ = 0;                     ///< state of the jitter's generator
   std::optional<Exit> exit_;
   std::optional<Time> exit_by_;
@@ -87,9 +87,9 @@ class WorkerLoop {
   CondVar changed_;
   std::vector<Event> events_ LM_GUARDED_BY(mutex_);
 
-  // Their threads post events, so they end first.
+  // These threads post events, so they end first.
   FarmLink link_;
-  std::jthread explaining_;  ///< says why there is no connection; uses link_
+  std::jthread explaining_;  ///< explains why there is no connection; uses link_
   AssetCache assets_;
   Preparer preparer_;
   Inspector inspector_;

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 constexpr int kMostWorkers = 4'096;
 constexpr std::uint64_t kMaxTokenFileBytes = 4'096;
 
-/// In a folder that all may write to, such as /var/tmp, another user may have made it first.
+/// In a shared folder such as /var/tmp, another user may have created it first.
 bool is_own(const fs::path& folder) {
   struct stat info {};
   return ::lstat(folder.c_str(), &info) == 0 && S_ISDIR(info.st_mode) && info.st_uid == ::geteuid() &&
@@ -32,12 +32,13 @@ Result<StateFolder> StateFolder::take(const fs::path& root) {
       fs::permissions(path, fs::perms::owner_all, error);
     }
     if (error) {
-      return make_error(StatusCode::kPermissionDenied, "cannot make the state folder {}: {}; give another with --state",
-                        path.string(), error.message());
+      return make_error(StatusCode::kPermissionDenied,
+                        "cannot create the state folder {}: {}; give another with --state", path.string(),
+                        error.message());
     }
     if (!is_own(path)) {
       return failed_precondition(
-          "the state folder {} belongs to another user, or everybody may write to it; give another with --state",
+          "the state folder {} belongs to another user, or everyone may write to it; give another with --state",
           path.string());
     }
     Result<FileLock> lock = FileLock::acquire(path / "lock", "in use");
@@ -48,7 +49,7 @@ Result<StateFolder> StateFolder::take(const fs::path& root) {
       return make_error(lock.status().code(), "{}; give another state folder with --state", message_of(lock.status()));
     }
   }
-  return resource_exhausted("{} workers have a folder in {}, and no more find one: give another with --state",
+  return resource_exhausted("{} workers have a folder in {}, which is the limit: give another with --state",
                             kMostWorkers, root.string());
 }
 

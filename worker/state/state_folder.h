@@ -1,4 +1,4 @@
-// What a worker keeps from one start to the next: the token by which its farm knows it.
+// Persistent state of a worker: its token.
 #pragma once
 
 #include <filesystem>
@@ -10,21 +10,21 @@
 
 namespace lightmill {
 
-/// A folder that one worker has for itself while it runs. Not thread-safe.
+/// A folder that one running worker uses exclusively. Not thread-safe.
 class StateFolder {
  public:
-  /// Takes the first of ROOT/1, ROOT/2 and so on that no running worker has; made if need be. So workers that share
-  /// ROOT have a token each, and find it again. Errors name the folder.
+  /// Takes the first of ROOT/1, ROOT/2, … that no running worker has, and creates it if it does not exist. So each
+  /// worker that shares ROOT has its own token, and finds it again. Errors name the folder.
   static Result<StateFolder> take(const std::filesystem::path& root);
 
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path token_file() const { return path_ / "token"; }
   bool has_token() const;
 
-  /// The token that the worker asks its farm for. It is kept until the farm has said yes, so that a request whose
-  /// answer was lost is repeated and is not another one.
+  /// The token that the worker requests from its farm. It is kept until the farm confirms it. If the reply is lost, the
+  /// repeated request is the same request.
   Result<NewToken> asked_token();
-  /// The farm knows the token that was asked for: it takes the place of the one before.
+  /// The farm has confirmed the requested token. It replaces the old one.
   Status keep_asked_token();
 
  private:
@@ -35,7 +35,7 @@ class StateFolder {
   FileLock lock_;
 };
 
-/// $XDG_STATE_HOME/lightmill-worker, or ~/.local/state/lightmill-worker. FAILED_PRECONDITION without both.
+/// $XDG_STATE_HOME/lightmill-worker or ~/.local/state/lightmill-worker. FAILED_PRECONDITION if neither variable is set.
 Result<std::filesystem::path> default_state_root();
 
 }  // namespace lightmill

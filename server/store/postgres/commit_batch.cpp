@@ -9,7 +9,7 @@ namespace {
 using stored::bytes_of;
 using stored::view_of;
 
-/// PostgreSQL takes 1 GiB in one value.
+/// PostgreSQL limits a value to 1 GiB.
 constexpr std::size_t kMostNodeBytes = std::size_t{512} << 20;
 
 /// In the order of kStatements.
@@ -24,7 +24,7 @@ enum Sql : int {
   kPutVerified,
   kDropResults,
   kDropResultRow,
-  kPutRecord,  ///< and those of the other tables (stored::Table)
+  kPutRecord,  ///< the first of one per table (stored::Table)
   kDropRecord = kPutRecord + static_cast<int>(stored::kTableCount),
   kSqlCount = kDropRecord + static_cast<int>(stored::kTableCount)
 };
@@ -41,7 +41,7 @@ constexpr std::array<const char*, kSqlCount> kStatements{
     "DO UPDATE SET hash = $5, worker = $6, machine = $7, audit = $8, fingerprint_class = $9, checksum = $10",
     "UPDATE results SET audit = 2, checksum = (checksum & ~3::bigint) | 2 WHERE job = $1 AND tile = $2 AND level = $3 "
     "AND range_index = $4",
-    // In whichever order the conditions are looked at, no shift is one that cannot be.
+    // PostgreSQL may evaluate the conditions in any order, so the shift must always be valid.
     "DELETE FROM results WHERE job = $1 AND tile = $2 AND level <= $3 AND "
     "range_index >> ($3 - LEAST(GREATEST(level, 0), $3))::integer = $4",
     "DELETE FROM results WHERE job = $1 AND tile = $2 AND level = $3 AND range_index = $4",
@@ -49,7 +49,7 @@ constexpr std::array<const char*, kSqlCount> kStatements{
     "INSERT INTO job_specs VALUES ($1, $2, $3) ON CONFLICT (job) DO UPDATE SET message = $2, checksum = $3",
     "INSERT INTO job_progress VALUES ($1, $2, $3) ON CONFLICT (job) DO UPDATE SET message = $2, checksum = $3",
     "INSERT INTO tokens VALUES ($1, $2, $3) ON CONFLICT (id) DO UPDATE SET message = $2, checksum = $3",
-    "INSERT INTO actions VALUES ($1, $2, $3) ON CONFLICT (number) DO NOTHING",  // an entry of the log never changes
+    "INSERT INTO actions VALUES ($1, $2, $3) ON CONFLICT (number) DO NOTHING",  // entries of the log never change
     "INSERT INTO quarantine VALUES ($1, $2, $3) ON CONFLICT (worker) DO UPDATE SET message = $2, checksum = $3",
     "DELETE FROM jobs WHERE id = $1",
     "DELETE FROM job_specs WHERE job = $1",
@@ -59,7 +59,7 @@ constexpr std::array<const char*, kSqlCount> kStatements{
     "DELETE FROM quarantine WHERE worker = $1",
 };
 
-/// Turns writes into statements for `Sink::add(statement, parameters)`.
+/// Converts writes to calls of `Sink::add(statement, parameters)`.
 template <class Sink>
 class Sender {
  public:
@@ -97,7 +97,7 @@ class Sender {
   void operator()(const DropResultRow& op) {
     sink_.add(kDropResultRow, Parameters(op.job.value, op.tile, op.level, op.index));
   }
-  /// After the last write: the highest id that was ever given.
+  /// After the last write: stores the highest job id ever used.
   void finish() {
     if (highest_job_ > 0) {
       sink_.add(kHighestJob, Parameters(highest_job_));
@@ -123,7 +123,7 @@ class Sender {
   std::uint64_t highest_job_ = 0;
 };
 
-/// Runs statements one by one, without preparing them.
+/// Runs each statement at once, unprepared.
 class OneByOne {
  public:
   explicit OneByOne(Session& session) : session_(session) {}

@@ -1,4 +1,4 @@
-// The statements of a commit, and what each write becomes.
+// Statements of a commit, and their parameters for each write.
 #pragma once
 
 #include <span>
@@ -8,14 +8,14 @@
 
 namespace lightmill::postgres {
 
-/// For Session: prepared once a connection.
+/// Statements that a Session prepares for each connection.
 std::span<const char* const> commit_statements();
 
-/// Stores `ops` as the transaction `number` of the epoch. ALREADY_EXISTS with kStoredAlready if that one is stored.
+/// Stores `ops` as transaction `number` of the epoch. ALREADY_EXISTS with kStoredAlready if that transaction is stored.
 Status send_commit(Session& session, std::uint64_t epoch, std::uint64_t number, std::span<const StoreOp> ops,
                    stored::StoredSpecs& specs);
 
-/// Stores `ops` within the caller's transaction, statement by statement, on tables that may be new.
+/// Stores `ops` in the caller's transaction, one statement at a time. The tables may be new, so nothing is prepared.
 Status send_writes(Session& session, std::span<const StoreOp> ops, stored::StoredSpecs& specs);
 
 }  // namespace lightmill::postgres

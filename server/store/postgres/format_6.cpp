@@ -240,7 +240,7 @@ Status load_actions_of_format_6(Session& session, StoredState& state) {
   return ok_status();
 }
 
-/// All but nodes, which the database copies by itself.
+/// Reads all but nodes, which the database copies itself.
 Result<StoredState> load_format_6(Session& session) {
   StoredState state;
   old::JobCheck check;
@@ -263,20 +263,20 @@ Result<StoredState> load_format_6(Session& session) {
   return state;
 }
 
-/// Nobody is at work on it.
+/// FAILED_PRECONDITION if a coordinator uses the database.
 Status check_idle(Session& session) {
   LM_ASSIGN_OR_RETURN(const Rows lease, session.query("SELECT expires > clock_timestamp(), holder FROM lease"));
   return lease.size() == 1 && lease.flag(0, 0)
-             ? failed_precondition("{}: a coordinator of the version before is at work on it ({}): stop it first",
+             ? failed_precondition("{}: a coordinator of the previous version uses it ({}): stop that one first",
                                    session.place(), lease.text(0, 1))
              : ok_status();
 }
 
-/// Writes within the caller's transaction.
+/// A store that writes in the caller's transaction.
 class InTransaction final : public Store {
  public:
   explicit InTransaction(Session& session) : session_(session) {}
-  Result<StoredState> load() override { return internal_error("nothing is read from a store that is being made"); }
+  Result<StoredState> load() override { return internal_error("a store that is being created cannot be read"); }
   Result<FilmPiece> read_film(JobId, const FilmPlace&) override { return load().status(); }
   Status check_structure() override { return ok_status(); }
   Status commit(std::span<const StoreOp> ops) override {
@@ -306,7 +306,7 @@ Status migrate(Session& session) {
   LM_RETURN_IF_ERROR(session.execute(kBeginMigration));
   LM_ASSIGN_OR_RETURN(const Rows format, session.query("SELECT format FROM meta"));
   if (format.integer(0, 0) != kFormatBefore) {
-    return session.execute("ROLLBACK");  // another coordinator has done it
+    return session.execute("ROLLBACK");  // another coordinator has migrated it
   }
   LM_RETURN_IF_ERROR(check_idle(session));
   LM_ASSIGN_OR_RETURN(const StoredState state, load_format_6(session));
@@ -321,14 +321,13 @@ Status migrate(Session& session) {
 }  // namespace
 
 Status migrate_from_format_6(Session& session) {
-  spdlog::info("{} has store format {}; its tables are made anew in format {}", session.place(), kFormatBefore,
-               kFormat);
+  spdlog::info("{} has store format {}; converting its tables to format {}", session.place(), kFormatBefore, kFormat);
   if (const Status status = migrate(session); !status.ok()) {
-    session.close();  // which ends the transaction
+    session.close();  // this ends the transaction
     return status;
   }
   spdlog::info(
-      "the tables of format {} are kept in the schema lightmill_format_6: they are the way back to an older "
+      "the tables of format {} are kept in the schema lightmill_format_6, in case you return to an older "
       "lightmill-server. DROP SCHEMA lightmill_format_6 CASCADE frees their space",
       kFormatBefore);
   return ok_status();

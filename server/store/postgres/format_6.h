@@ -1,4 +1,4 @@
-// Brings a database of format 6, the one before this, to this format.
+// Migration of a database from format 6, the previous one.
 #pragma once
 
 #include "server/store/postgres/session.h"
@@ -7,8 +7,8 @@ namespace lightmill::postgres {
 
 inline constexpr int kFormatBefore = 6;
 
-/// Makes the schema `lightmill` anew, in one transaction; the one before is kept as `lightmill_format_6`. Nobody else
-/// may use the database. `session` prepares no statements, and has the patience that copying all pixels takes.
+/// Creates the schema `lightmill` again in one transaction, and keeps the old one as `lightmill_format_6`. Nothing else
+/// may use the database. `session` prepares no statements; its time limit must allow a copy of all pixels.
 Status migrate_from_format_6(Session& session);
 
 }  // namespace lightmill::postgres

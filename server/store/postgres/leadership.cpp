@@ -12,14 +12,14 @@
 namespace lightmill::postgres {
 namespace {
 
-/// Of what concerns the lease; a lease runs out meanwhile at worst.
+/// Time limit of calls for the lease. At worst, a lease expires meanwhile.
 constexpr auto kLeaseCallPatience = std::chrono::milliseconds(2'000);
-/// For a statement that copies all pixels.
+/// Time limit of a statement that copies all pixels.
 constexpr auto kMigrationPatience = std::chrono::hours(6);
-/// How often one that stands by looks.
+/// Pause between two looks of a standby coordinator.
 constexpr auto kLookPause = std::chrono::milliseconds(300);
-/// A coordinator without a connection at so many looks in a row is gone. Where the database was away for a moment, it
-/// has the time to come back.
+/// A coordinator without a connection in so many looks in a row is gone. Fewer looks may be a short outage of the
+/// database.
 constexpr int kLooksUntilGone = 4;
 
 std::string random_instance() {
@@ -27,12 +27,12 @@ std::string random_instance() {
   return fmt::format("{:08x}{:08x}", device(), device());
 }
 
-/// Numbers the commits of all epochs: grows from one to the next.
+/// Number of a commit across epochs. Increases with epoch and commit.
 std::uint64_t mark_of(std::uint64_t epoch, std::uint64_t commits) {
   return epoch << 32 | commits;
 }
 
-/// "HOST, process N": for people.
+/// "HOST, process N", for people.
 std::string own_name() {
   std::array<char, 256> host{};
   if (::gethostname(host.data(), host.size() - 1) != 0) {
@@ -41,8 +41,8 @@ std::string own_name() {
   return fmt::format("{}, process {}", host.data(), ::getpid());
 }
 
-/// Makes the tables in a database that has none, unless it is `only_look`; refuses those of another format, but for the
-/// one before: `is_before` says so.
+/// Creates the tables in an empty database, unless `only_look`. Refuses tables of another format. Sets `is_before` for
+/// tables of the previous format, which can be migrated.
 Status check_tables(Session& session, bool only_look, bool& is_before) {
   LM_ASSIGN_OR_RETURN(const Rows there,
                       session.query("SELECT to_regnamespace('lightmill') IS NOT NULL, to_regclass('lightmill.meta') IS "
@@ -51,7 +51,7 @@ Status check_tables(Session& session, bool only_look, bool& is_before) {
   const bool has_schema = there.flag(0, 0), has_meta = there.flag(0, 1), has_others = there.flag(0, 2);
   if (!has_meta && has_others) {
     return failed_precondition(
-        "{}: the schema 'lightmill' is not of a Lightmill store: choose another database with --store",
+        "{}: the schema 'lightmill' does not belong to a Lightmill store: choose another database with --store",
         session.place());
   }
   if (!has_meta && only_look) {
@@ -70,7 +70,7 @@ Status check_tables(Session& session, bool only_look, bool& is_before) {
                    : check_store_format(session.place(), format, kFormat, "another database with --store");
 }
 
-/// Coordinators that start at once do this one after the other.
+/// Coordinators that start together run this one at a time.
 Status prepare_tables(Session& session, const Target& target, bool only_look) {
   LM_RETURN_IF_ERROR(session.execute("BEGIN; SELECT pg_advisory_xact_lock(x'4c4d494c'::int);"));
   bool is_before = false;
@@ -138,9 +138,9 @@ Result<std::string> Leadership::try_to_take(Session& session) {
 Status Leadership::stand_by() {
   std::string told;
   for (bool first = true;; first = false) {
-    // What kept this one from the database may have kept the one at work from renewing: it gets the time to do so.
+    // The same outage may have kept the active coordinator from renewing its lease, so it gets time to do so.
     if (!first && !session_.connected() && session_.connect().ok() && !options_.wait(options_.lease)) {
-      return cancelled("stopped while it stood by");
+      return cancelled("stopped while standing by");
     }
     Status whole = look_at_chain(session_);
     whole = whole.ok() ? end_lease_of_gone(session_) : whole;
@@ -149,22 +149,23 @@ Status Leadership::stand_by() {
       return ok_status();
     }
     if (holder.ok() && options_.only_look) {
-      return failed_precondition("{}: a coordinator is at work on it ({}): stop it first", session_.place(), *holder);
+      return failed_precondition("{}: a coordinator uses it ({}): stop that one first", session_.place(), *holder);
     }
     if (!holder.ok() && (first || holder.status().code() != StatusCode::kUnavailable)) {
       return holder.status();
     }
     const std::string news =
         holder.ok()
-            ? fmt::format("standing by: {} is at work on {}; this one takes over when it is not heard for {:g} s",
-                          *holder, session_.place(), std::chrono::duration<double>(options_.lease).count())
+            ? fmt::format(
+                  "standing by: {} is active on {}; this coordinator takes over when that one is silent for {:g} s",
+                  *holder, session_.place(), std::chrono::duration<double>(options_.lease).count())
             : fmt::format("standing by, but {}", message_of(holder.status()));
     if (news != told) {
       spdlog::info("{}", news);
       told = news;
     }
     if (!options_.wait(kLookPause)) {
-      return cancelled("stopped while it stood by");
+      return cancelled("stopped while standing by");
     }
   }
 }
@@ -179,7 +180,7 @@ Status Leadership::end_lease_of_gone(Session& session) {
     seen_ = at_work;
     looks_without_it_ = 0;
   }
-  // One that was never seen with a connection is behind something that hides it: its lease alone counts.
+  // If the active instance was never seen with a connection, something hides it. Then only its lease counts.
   if (at_work.empty() || at_work != seen_ || rows.flag(0, 1) || ++looks_without_it_ < kLooksUntilGone) {
     return ok_status();
   }
@@ -193,8 +194,7 @@ Status Leadership::look_at_chain(Session& session) {
   LM_ASSIGN_OR_RETURN(const Rows rows,
                       session.query("SELECT epoch, commits, highest_job, secret FROM turn, audit_secret"));
   if (rows.size() != 1) {
-    return data_loss("{}: the row that says how far it has come is missing; put a backup in its place",
-                     session.place());
+    return data_loss("{}: the row that counts its commits is missing; restore a backup", session.place());
   }
   const Sha256 id = sha256(rows.view(0, 3));
   std::copy_n(id.bytes.begin(), store_.size(), store_.begin());
@@ -202,9 +202,8 @@ Status Leadership::look_at_chain(Session& session) {
   const Status whole = check_shared_chain(chain_->last(), mark);
   if (!whole.ok() && !options_.accept_loss) {
     return failed_precondition(
-        "{}: {}. Put a backup in its place, or start once with --accept-loss, which goes on with "
-        "what is left",
-        session.place(), message_of(whole));
+        "{}: {}. Restore a backup, or start once with --accept-loss to continue with what is left", session.place(),
+        message_of(whole));
   }
   highest_job_ = mark.highest_job = std::max(mark.highest_job, chain_->last() ? chain_->last()->highest_job : 0);
   if (!whole.ok()) {
@@ -237,7 +236,7 @@ void Leadership::keep_renewing() {
   } while (renew());
 }
 
-/// False once another coordinator has taken over. An outage is no end: the lease holds until somebody takes it.
+/// False once another coordinator has taken over. The lease survives an outage until another coordinator takes it.
 bool Leadership::renew() {
   const double seconds = std::chrono::duration<double>(options_.lease).count();
   const Result<Rows> renewed = session_.query(
@@ -260,8 +259,8 @@ Status Leadership::explain(Status failure) const {
     return failure;
   }
   return failed_precondition(
-      "{}: another coordinator has taken over from epoch {} (this one was not heard for {:g} s); nothing more is stored "
-      "here, so this one ends. Started again, it stands by",
+      "{}: another coordinator has taken over from epoch {} (this one was silent for {:g} s). This one cannot store "
+      "anything any more and stops. Start it again as a standby",
       session_.place(), epoch(), std::chrono::duration<double>(options_.lease).count());
 }
 

@@ -7,7 +7,7 @@
 namespace lightmill::postgres {
 namespace {
 
-/// Nodes are some 100 KB, and several MB with many layers.
+/// Nodes have about 100 KB, or several MB with many layers.
 constexpr std::int64_t kNodesAtOnce = 32;
 /// A packed scene has up to 16 MiB.
 constexpr std::int64_t kSpecsAtOnce = 8;
@@ -82,7 +82,7 @@ Status load_secret(Session& session, StoredState& state) {
   LM_ASSIGN_OR_RETURN(const Sha256 checksum, stored::digest_in(rows.view(0, 1), "its checksum"));
   return checksum == sha256(rows.view(0, 0))
              ? ok_status()
-             : data_loss("the secret of audits in the database is damaged; put a backup in its place");
+             : data_loss("the secret of audits in the database is damaged; restore a backup");
 }
 
 Status load_next_job_id(Session& session, StoredState& state) {
@@ -91,7 +91,7 @@ Status load_next_job_id(Session& session, StoredState& state) {
   return ok_status();
 }
 
-/// Without their values, which the length does not read.
+/// Reads nodes without their values. octet_length() does not read them.
 Status load_outlines(Session& session, StoredState::StoredJob& job) {
   FilmPlace place;
   for (;;) {

@@ -1,4 +1,4 @@
-// Reads all of a coordinator's state from the database.
+// Loads the coordinator's state from a PostgreSQL store.
 #pragma once
 
 #include "server/store/postgres/session.h"
@@ -7,12 +7,12 @@
 
 namespace lightmill::postgres {
 
-/// All but the epoch, and the values of ended jobs' nodes. Damaged rows are logged and left out; `repairs` are to be
-/// committed. Tells `specs` which specifications are stored. Nobody else may write meanwhile. Memory: the state, and
-/// some MiB of rows at a time.
+/// Reads all but the epoch and the values of ended jobs' nodes. Damaged rows are logged and left out. The caller
+/// commits `repairs`. `specs` learns which specifications are stored. Nothing else may write meanwhile. Memory: the
+/// state, and some MiB of rows at a time.
 Result<StoredState> load_state(Session& session, stored::StoredSpecs& specs, std::vector<StoreOp>& repairs);
 
-/// As Store::read_film.
+/// Implements Store::read_film().
 Result<FilmPiece> read_film(Session& session, JobId job, const FilmPlace& after);
 
 }  // namespace lightmill::postgres

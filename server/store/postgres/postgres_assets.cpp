@@ -13,12 +13,12 @@ namespace {
 
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 constexpr auto kAssetCallPatience = std::chrono::seconds(30);
-/// Connections at most; more uploads and downloads share them.
+/// Connections at most. Uploads and downloads share them.
 constexpr std::size_t kMostSessions = 4;
 constexpr int kMostTries = 3;
 constexpr std::string_view kUniqueViolation = "23505";
 
-/// Sessions that are lent, one user at a time. Thread-safe.
+/// Lends sessions to one user at a time. Thread-safe.
 class SessionPool {
  public:
   explicit SessionPool(Target target) : target_(std::move(target)) {}
@@ -51,7 +51,7 @@ class SessionPool {
   std::size_t lent_ LM_GUARDED_BY(mutex_) = 0;
 };
 
-/// A session of the pool for a scope.
+/// Borrows a session of the pool for a scope.
 class Borrowed {
  public:
   explicit Borrowed(SessionPool& pool) : pool_(pool), session_(pool.borrow()) {}
@@ -60,7 +60,7 @@ class Borrowed {
   Borrowed& operator=(const Borrowed&) = delete;
   const std::string& last_state() const { return session_->last_state(); }
 
-  /// A connection that has died since it was last used is made again.
+  /// Reconnects if the connection has died since its last use.
   Result<Rows> query(const char* sql, const Parameters& parameters) {
     const bool was_connected = session_->connected();
     Result<Rows> rows = session_->query(sql, parameters);
@@ -113,7 +113,7 @@ class PostgresAssets final : public AssetStore {
     const MutexLock lock(mutex_);
     entries_.insert_or_assign(digest, entry);
   }
-  /// Returns whether it was there: what was sent again since is another entry, and stays.
+  /// True if this entry was there. An asset that was sent again is another entry, and stays.
   bool erase(const Sha256& digest, const Entry& entry) {
     const MutexLock lock(mutex_);
     const auto at = entries_.find(digest);
@@ -123,7 +123,7 @@ class PostgresAssets final : public AssetStore {
     }
     return found;
   }
-  /// Whoever finds this coordinator deposed may find another one.
+  /// If this coordinator is deposed, callers may find the new one: UNAVAILABLE.
   Status explain(const Status& status) const {
     const Status explained = leadership_->explain(status);
     return explained.code() == StatusCode::kFailedPrecondition ? unavailable("{}", message_of(explained)) : explained;
@@ -151,7 +151,7 @@ class PostgresUpload final : public AssetStore::Upload {
 
   PostgresAssets& store_;
   const Sha256 digest_;
-  std::optional<std::uint64_t> id_;  ///< once something is in the database
+  std::optional<std::uint64_t> id_;  ///< set once the database has a row
   std::string unsent_;
   std::int64_t next_position_ = 0;
   std::uint64_t size_bytes_ = 0;
@@ -198,7 +198,7 @@ PostgresUpload::~PostgresUpload() {
   }
 }
 
-/// What cannot be removed now is when the next coordinator starts.
+/// The next coordinator removes what cannot be removed now.
 void PostgresUpload::remove() {
   if (!id_) {
     return;
@@ -209,7 +209,7 @@ void PostgresUpload::remove() {
                  Parameters(store_.leadership_->epoch(), *id_))
           .status();
   if (!status.ok()) {
-    spdlog::warn("what was sent of asset {} stays in the database until a coordinator starts: {}", digest_.hex(),
+    spdlog::warn("the incomplete asset {} stays in the database until a coordinator starts: {}", digest_.hex(),
                  message_of(status));
   }
 }
@@ -239,7 +239,7 @@ Status PostgresUpload::send_piece(std::string_view piece) {
     }
     id_ = made->natural(0, 0);
   }
-  // One that was sent twice, because its answer was lost, is there once.
+  // A piece that is sent twice, because the reply was lost, is stored once.
   const Status status =
       session
           .query(
@@ -276,8 +276,8 @@ Status PostgresUpload::finish() {
     if (session.last_state() != kUniqueViolation) {
       return store_.explain(status);
     }
-    // Whoever comes second finds the same bytes in place; its own go with it. What is there may be old: from now on it
-    // is kept, and what has been forgotten just now is put in place by the next try.
+    // If another upload was first, the same bytes are in place, and this upload's bytes are removed. The stored asset
+    // may be old, so it is marked as kept now. If it was deleted just now, the next attempt stores these bytes.
     (void)store_.keep(digest_);
     LM_ASSIGN_OR_RETURN(const Rows first,
                         session.query("SELECT id, size_bytes FROM assets WHERE digest = $1", Parameters(digest)));
@@ -286,7 +286,7 @@ Status PostgresUpload::finish() {
       return ok_status();
     }
   }
-  return unavailable("asset {} was forgotten while it was sent again: send it once more", digest_.hex());
+  return unavailable("asset {} was deleted while it was uploaded again: upload it once more", digest_.hex());
 }
 
 // ---- reading ----
@@ -322,7 +322,7 @@ Result<std::string> PostgresReader::next(std::size_t limit_bytes) {
   return bytes;
 }
 
-// ---- forgetting ----
+// ---- deleting ----
 
 std::uint64_t PostgresAssets::collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) {
   Borrowed session(pool_);
@@ -347,7 +347,7 @@ std::uint64_t PostgresAssets::collect(const std::set<Sha256>& wanted, std::int64
       return failure.ok();
     });
     if (!failure.ok()) {
-      spdlog::warn("cannot forget assets: {}", message_of(failure));
+      spdlog::warn("cannot delete assets: {}", message_of(failure));
       break;
     }
     freed_bytes += removed ? entry->size_bytes : 0;
@@ -367,7 +367,7 @@ void PostgresAssets::forget(const Reader& damaged) {
   const auto& read = static_cast<const PostgresReader&>(damaged);
   Borrowed session(pool_);
   if (const Status status = remove(session, read.entry()); !status.ok()) {
-    spdlog::warn("cannot forget asset {}: {}", read.digest().hex(), message_of(status));
+    spdlog::warn("cannot delete asset {}: {}", read.digest().hex(), message_of(status));
     return;
   }
   if (erase(read.digest(), read.entry())) {
@@ -392,7 +392,7 @@ Result<std::unique_ptr<AssetStore>> open_postgres_assets(std::shared_ptr<Leaders
     Sha256 digest;
     const std::string_view bytes = rows.view(row, 0);
     if (bytes.size() != digest.bytes.size()) {
-      return data_loss("{}: an asset is named by {} bytes, not 32", session.place(), bytes.size());
+      return data_loss("{}: the digest of an asset has {} bytes, not 32", session.place(), bytes.size());
     }
     std::memcpy(digest.bytes.data(), bytes.data(), bytes.size());
     entries.emplace(digest, Entry{rows.natural(row, 1), rows.natural(row, 2)});

@@ -1,4 +1,4 @@
-// Assets in the database, in pieces of at most 1 MiB.
+// Asset store in the database, in pieces of at most 1 MiB.
 #pragma once
 
 #include <memory>
@@ -8,8 +8,8 @@
 
 namespace lightmill::postgres {
 
-/// Removes what interrupted uploads left. What assets there are is known from then on without asking: nobody else adds
-/// or removes any within the epoch.
+/// Removes the rest of interrupted uploads. Afterwards it knows all assets without a query, because nothing else
+/// changes them within the epoch.
 Result<std::unique_ptr<AssetStore>> open_postgres_assets(std::shared_ptr<Leadership> leadership, AssetLimits limits);
 
 }  // namespace lightmill::postgres

@@ -15,7 +15,7 @@ namespace {
 using postgres::Leadership;
 using postgres::Session;
 
-/// A job of a large film is deleted in one statement, which may take a while.
+/// One statement deletes a job, and takes a while for a large film.
 constexpr auto kCommitPatience = std::chrono::minutes(5);
 
 std::uint64_t highest_job_in(std::span<const StoreOp> ops) {
@@ -36,7 +36,7 @@ class PostgresStore final : public Store {
   Result<StoredState> load() override;
   Result<FilmPiece> read_film(JobId job, const FilmPlace& after) override;
   Status commit(std::span<const StoreOp> ops) override;
-  /// The database server sees to that itself (its data checksums).
+  /// The database server checks itself (data checksums).
   Status check_structure() override { return ok_status(); }
 
  private:
@@ -46,9 +46,9 @@ class PostgresStore final : public Store {
   Session session_;
   stored::StoredSpecs specs_;
   bool loaded_ = false;
-  std::uint64_t commits_ = 0;             ///< stored in this epoch
-  std::uint64_t highest_job_ = 0;         ///< id that was given
-  std::optional<std::size_t> undecided_;  ///< writes of a commit that may have been stored
+  std::uint64_t commits_ = 0;             ///< in this epoch
+  std::uint64_t highest_job_ = 0;         ///< id in use
+  std::optional<std::size_t> undecided_;  ///< number of writes of a commit that may be stored
 };
 
 Result<StoredState> PostgresStore::load() {
@@ -77,7 +77,7 @@ Result<FilmPiece> PostgresStore::read_film(JobId job, const FilmPlace& after) {
   const bool was_connected = session_.connected();
   Result<FilmPiece> piece = postgres::read_film(session_, job, after);
   if (!piece.ok() && was_connected && !session_.connected()) {
-    piece = postgres::read_film(session_, job, after);  // the connection may have been dead for long
+    piece = postgres::read_film(session_, job, after);  // the connection may have been dead for a long time
   }
   return piece;
 }
@@ -87,7 +87,7 @@ Status PostgresStore::commit(std::span<const StoreOp> ops) {
   const bool was_connected = session_.connected();
   Status status = try_to_commit(ops);
   if (was_connected && !session_.connected()) {
-    status = try_to_commit(ops);  // the connection may have been dead for long
+    status = try_to_commit(ops);  // the connection may have been dead for a long time
   }
   return status;
 }
@@ -96,14 +96,14 @@ Status PostgresStore::try_to_commit(std::span<const StoreOp> ops) {
   Status status = postgres::send_commit(session_, leadership_->epoch(), commits_ + 1, ops, specs_);
   if (session_.connected() && session_.last_state() == postgres::kStoredAlready && !status.ok()) {
     LM_CHECK(undecided_.has_value());
-    spdlog::info("the commit that the connection was lost in is stored");
+    spdlog::info("the commit during which the connection was lost is stored");
     status = ok_status();
   }
   if (status.ok()) {
     const std::uint64_t highest_job = std::max(highest_job_, highest_job_in(ops));
     if (Status recorded = leadership_->record_commit(commits_ + 1, highest_job); !recorded.ok()) {
       specs_.forget();
-      undecided_ = ops.size();  // it is stored, and not acknowledged
+      undecided_ = ops.size();  // stored, but not acknowledged
       return recorded;
     }
     highest_job_ = highest_job;

@@ -1,5 +1,4 @@
-// The store in a PostgreSQL database, which coordinators on several machines can share: one is at work, others stand
-// by.
+// Store in a PostgreSQL database that coordinators on several machines share: one is active, the others stand by.
 #pragma once
 
 #include <chrono>
@@ -16,21 +15,21 @@ namespace lightmill {
 struct PostgresOptions {
   std::string url;  ///< postgres://USER@HOST:PORT/DATABASE, as libpq takes it
   AssetLimits assets;
-  /// A coordinator that is not heard for so long is replaced by one that stands by.
+  /// A standby coordinator takes over after so long without a renewal.
   std::chrono::milliseconds lease = std::chrono::milliseconds(2'500);
-  /// No tables are made, and nobody is waited for: NOT_FOUND where there is no farm, FAILED_PRECONDITION where a
-  /// coordinator is at work.
+  /// Creates no tables and does not wait. NOT_FOUND if there is no farm, FAILED_PRECONDITION if a coordinator is
+  /// active.
   bool only_look = false;
-  /// Where this coordinator records the last commit that it knows of (commit_chain.h); empty: nowhere.
+  /// File for the record of the last known commit (commit_chain.h). Empty: no record.
   std::filesystem::path chain = {};
-  bool accept_loss = false;  ///< go on with a database that is behind that record
-  /// Waits so long; false if the coordinator is to stop instead of standing by.
+  bool accept_loss = false;  ///< start with a database that is behind the record
+  /// Waits for the given time. False if the coordinator is to stop instead of standing by.
   std::function<bool(std::chrono::milliseconds)> wait;
-  /// Another coordinator has taken over, and nothing can be stored here any more. Called once, from another thread.
+  /// Called once from another thread when another coordinator has taken over. This one can store nothing afterwards.
   std::function<void(const Status&)> on_deposed;
 };
 
-/// Whether `url` can be one; INVALID_ARGUMENT. Asks no server.
+/// INVALID_ARGUMENT unless `url` is valid. Contacts no server.
 Status check_postgres_url(const std::string& url);
 
 struct PostgresStores {
@@ -39,14 +38,14 @@ struct PostgresStores {
   std::string place;                   ///< for people, without the password
 };
 
-/// Makes the tables in the schema `lightmill` if there are none, and waits until no other coordinator is at work on
-/// them. UNAVAILABLE if there is no connection, FAILED_PRECONDITION if the tables have another format, the schema is
-/// something else's, or the database has lost commits that were acknowledged, CANCELLED if options.wait ended the
-/// waiting.
+/// Creates missing tables in the schema `lightmill`, and waits until no other coordinator is active.
+/// - UNAVAILABLE: no connection.
+/// - FAILED_PRECONDITION: the tables have another format, the schema belongs to another program, or acknowledged
+///   commits are lost.
+/// - CANCELLED: options.wait ended the wait.
 ///
-/// Every transaction is checked to be of the current epoch, so that a coordinator that was deposed stores nothing.
-/// While the database is away, commits fail with UNAVAILABLE and can be repeated: what is stored already is not stored
-/// twice.
+/// Every transaction checks the epoch, so a deposed coordinator stores nothing. While the database is away, commits
+/// fail with UNAVAILABLE and can be repeated. A repeated commit is stored once.
 Result<PostgresStores> open_postgres(PostgresOptions options);
 
 }  // namespace lightmill

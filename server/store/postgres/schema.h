@@ -1,19 +1,19 @@
-// The tables and functions in the schema `lightmill` of the database, format 7.
+// Tables and functions of the schema `lightmill`, format 7.
 #pragma once
 
 namespace lightmill::postgres {
 
-/// Kept in the table `meta`.
+/// In the table `meta`.
 inline constexpr int kFormat = 7;
 
-// `turn` has one row. A commit counts itself there, which locks the row (not its key) until the commit's end: so
-// commits of one epoch follow each other, one that comes twice is noticed, and a new epoch, which changes the key,
-// begins between two. Other writers share the key. `lease` says who is at work, and until when it is believed without
-// news.
+// `turn` has one row with the epoch and the number of commits. A commit updates the number, which locks the row (not
+// its key) until the commit ends. So commits of one epoch follow each other, and a repeated commit is noticed. A new
+// epoch changes the key, so it begins between two commits. Other writers share the key. `lease` names the active
+// coordinator, and when its lease expires.
 //
-// Small rows have one form (server/store/records.h). A job's specification may be megabytes and is written once or
-// twice; its progress changes with every commit and is small. Numbers of 64 bits without sign are stored by their bits.
-// Pixels and assets do not compress, so they are stored as they are.
+// Small rows have one form (server/store/records.h). A job's specification can be several MB large, and is written once
+// or twice. Its progress is small, and changes with every commit. Unsigned 64-bit numbers keep their bits. Pixels and
+// assets do not compress, so they are stored uncompressed.
 inline constexpr const char* kSchema = R"sql(
 CREATE TABLE meta (format BIGINT NOT NULL);
 INSERT INTO meta VALUES (7);
@@ -21,18 +21,18 @@ INSERT INTO meta VALUES (7);
 CREATE TABLE turn (
   epoch BIGINT PRIMARY KEY,
   commits BIGINT NOT NULL,
-  highest_job BIGINT NOT NULL -- ids are never used again, also after deletes
+  highest_job BIGINT NOT NULL -- ids are never reused, even after deletes
 ) WITH (fillfactor = 50);
 INSERT INTO turn VALUES (0, 0, 0);
 
 CREATE TABLE lease (
-  instance TEXT NOT NULL, -- of the coordinator at work; a part of its connections' application_name
-  holder TEXT NOT NULL,   -- the same for people
+  instance TEXT NOT NULL, -- of the active coordinator; part of its connections' application_name
+  holder TEXT NOT NULL,   -- the coordinator's name for people
   expires TIMESTAMPTZ NOT NULL
 ) WITH (fillfactor = 50);
 INSERT INTO lease VALUES ('', '', '-infinity');
 
--- The transaction numbered so within the caller's epoch begins.
+-- Begins the transaction with this number in the caller's epoch.
 CREATE FUNCTION take_turn(mine BIGINT, number BIGINT) RETURNS VOID LANGUAGE plpgsql AS $$
 DECLARE
   last RECORD;
@@ -48,7 +48,7 @@ BEGIN
   END IF;
 END $$;
 
--- What follows in this transaction is done within the caller's epoch.
+-- Fails if the caller's epoch is over. Otherwise it lasts until this transaction ends.
 CREATE FUNCTION fence(mine BIGINT) RETURNS VOID LANGUAGE plpgsql AS $$
 BEGIN
   PERFORM 1 FROM turn WHERE epoch = mine FOR KEY SHARE;
@@ -57,14 +57,14 @@ BEGIN
   END IF;
 END $$;
 
--- Begins an epoch, unless another coordinator is at work: then new_epoch is 0. What the one before has left undone is
--- ended with its connections.
+-- Begins an epoch. new_epoch is 0 if another coordinator is active. Ends the connections of the previous coordinator,
+-- with their open transactions.
 CREATE FUNCTION take_lease(mine TEXT, my_name TEXT, seconds DOUBLE PRECISION, OUT new_epoch BIGINT, OUT held_by TEXT)
 LANGUAGE plpgsql AS $$
 DECLARE
   old RECORD;
 BEGIN
-  -- Who only looks locks nothing.
+  -- A read without a lock comes first, so a standby coordinator locks nothing.
   SELECT instance, holder, expires <= clock_timestamp() AS expired INTO old FROM lease;
   IF old.instance = mine OR old.expired THEN
     SELECT instance, holder, expires <= clock_timestamp() AS expired INTO old FROM lease FOR UPDATE;
@@ -100,7 +100,7 @@ CREATE TABLE job_progress (
   checksum BIGINT NOT NULL
 ) WITH (fillfactor = 50);
 
--- The films: each row one node of a tile's forest; hash is hash_of(node), 16 bytes, high word first. Nodes live shortly.
+-- Films. A row is a node of a tile's forest. `hash` is hash_of(node), 16 bytes, high word first. Nodes are short-lived.
 CREATE TABLE nodes (
   job BIGINT NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
   tile BIGINT NOT NULL,
@@ -113,7 +113,7 @@ CREATE TABLE nodes (
 ) WITH (autovacuum_vacuum_scale_factor = 0.05, toast.autovacuum_vacuum_scale_factor = 0.05);
 ALTER TABLE nodes ALTER COLUMN samples SET STORAGE EXTERNAL;
 
--- Who computed every merged result.
+-- The origin of each merged result.
 CREATE TABLE results (
   job BIGINT NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
   tile BIGINT NOT NULL,
@@ -122,13 +122,13 @@ CREATE TABLE results (
   hash BYTEA NOT NULL,
   worker BYTEA NOT NULL,
   machine BYTEA NOT NULL,
-  audit BIGINT NOT NULL, -- 1: to be rendered again by another worker; 2: was, with the same bits
-  fingerprint_class BYTEA NOT NULL, -- of jobs that allow mixed ones
+  audit BIGINT NOT NULL, -- 1: another worker has to render it again; 2: one did, with the same bits
+  fingerprint_class BYTEA NOT NULL, -- set for jobs that mix fingerprint classes
   checksum BIGINT NOT NULL, -- of the row; its two lowest bits are `audit`
   PRIMARY KEY (job, tile, level, range_index)
 );
 
--- Assets; those without a digest are being uploaded.
+-- Assets. Uploads in progress have no digest.
 CREATE TABLE assets (
   id BIGINT GENERATED ALWAYS AS IDENTITY PRIMARY KEY,
   digest BYTEA UNIQUE,
@@ -161,7 +161,7 @@ CREATE TABLE quarantine (
   checksum BIGINT NOT NULL
 );
 
--- One row: what decides which results are audited. Random UUIDs are drawn as keys are; each has 122 random bits.
+-- One row: the secret that selects results for audits. A random UUID has 122 bits of cryptographic quality.
 CREATE TABLE audit_secret (
   secret BYTEA NOT NULL,
   checksum BYTEA NOT NULL -- SHA-256 of it

@@ -13,10 +13,10 @@
 namespace lightmill::postgres {
 namespace {
 
-/// A batch buffers no more than this and a statement before it is sent.
+/// A batch buffers at most this, plus one statement, before it is sent.
 constexpr std::size_t kMostUnsentBytes = std::size_t{1} << 20;
 
-/// Dead peers are found within seconds, and a server that takes no writes is none for us. The URL may say otherwise.
+/// Finds dead peers within seconds, and refuses read-only servers. The URL may set other values.
 constexpr std::array<std::pair<const char*, const char*>, 9> kDefaults{{{"connect_timeout", "5"},
                                                                         {"keepalives", "1"},
                                                                         {"keepalives_idle", "5"},
@@ -27,8 +27,8 @@ constexpr std::array<std::pair<const char*, const char*>, 9> kDefaults{{{"connec
                                                                         {"dbname", nullptr},
                                                                         {"application_name", nullptr}}};
 
-/// A commit that returns must be durable, whatever the database's default; who is stopped in the middle of a
-/// transaction must not hold its locks for ever.
+/// A commit must be durable when it returns, whatever the database's default is. A coordinator that is stopped in a
+/// transaction must not keep its locks.
 constexpr const char* kSettings = R"sql(
 SET client_min_messages = warning;
 SET client_encoding = 'UTF8';
@@ -71,7 +71,7 @@ Result<std::string> Target::describe() const {
   char* problem = nullptr;
   PQconninfoOption* options = PQconninfoParse(url.c_str(), &problem);
   if (options == nullptr) {
-    Status status = invalid_argument("no URL of a PostgreSQL database (postgres://USER@HOST/DATABASE): {}",
+    Status status = invalid_argument("not the URL of a PostgreSQL database (postgres://USER@HOST/DATABASE): {}",
                                      library_text(problem != nullptr ? problem : "out of memory"));
     PQfreemem(problem);
     return status;
@@ -144,7 +144,7 @@ Status Session::set_up() {
   LM_RETURN_IF_ERROR(execute(kSettings));
   LM_ASSIGN_OR_RETURN(const Rows rows, query("SELECT current_setting('server_encoding')"));
   if (rows.view(0, 0) != "UTF8") {
-    return failed_precondition("{}: the database's encoding is {}; make one with ENCODING 'UTF8'", place_,
+    return failed_precondition("{}: the database's encoding is {}; create it with ENCODING 'UTF8'", place_,
                                rows.view(0, 0));
   }
   return prepare_all();
@@ -163,7 +163,7 @@ Status Session::prepare_all() {
   return finish_batch();
 }
 
-/// The connection cannot be used any more, and is closed.
+/// Closes the connection, which cannot be used any more.
 Status Session::lost(std::string_view what) {
   std::string reason = connection_ != nullptr ? library_text(PQerrorMessage(connection_)) : "out of memory";
   if (!reason.empty()) {
@@ -177,7 +177,7 @@ Status Session::lost(std::string_view what) {
 Status Session::failure_of(const PGresult* result) {
   const char* state = PQresultErrorField(result, PG_DIAG_SQLSTATE);
   last_state_ = state != nullptr ? state : "";
-  if (last_state_.empty()) {  // libpq's own: the connection broke
+  if (last_state_.empty()) {  // an error of libpq itself: the connection broke
     return lost("the connection is lost");
   }
   const char* message = PQresultErrorField(result, PG_DIAG_MESSAGE_PRIMARY);
@@ -202,7 +202,7 @@ Status Session::flush() {
       continue;
     }
     if (ready <= 0) {
-      return lost(fmt::format("takes nothing for {} s", patience_.count() / 1000));
+      return lost(fmt::format("has accepted no data for {} s", patience_.count() / 1000));
     }
     if ((socket.revents & ~POLLOUT) != 0 && PQconsumeInput(connection_) == 0) {
       return lost("the connection is lost");

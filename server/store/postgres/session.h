@@ -1,5 +1,4 @@
-// A thin owner of a PostgreSQL connection: binary parameters and rows, pipelines, patience with an end, errors as
-// Status.
+// PostgreSQL connection: binary parameters and rows, pipelines, time limits. Errors are Status.
 #pragma once
 
 #include <chrono>
@@ -15,42 +14,41 @@ struct pg_conn;
 namespace lightmill::postgres {
 
 /// SQLSTATEs that the functions of our schema raise.
-inline constexpr std::string_view kDeposed = "LM001";        ///< the epoch is another one
-inline constexpr std::string_view kStoredAlready = "LM002";  ///< a transaction of this number is stored
+inline constexpr std::string_view kDeposed = "LM001";        ///< another epoch has begun
+inline constexpr std::string_view kStoredAlready = "LM002";  ///< a transaction with this number is stored
 
 struct Target {
   std::string url;          ///< postgres://…
-  std::string application;  ///< how the connection is called in the server's lists; at most 63 bytes
+  std::string application;  ///< name of the connection in the server's lists; at most 63 bytes
 
-  /// "PostgreSQL at HOST:PORT, database NAME", without the password; INVALID_ARGUMENT if the URL is none.
+  /// "PostgreSQL at HOST:PORT, database NAME", without the password. INVALID_ARGUMENT if the URL is invalid.
   Result<std::string> describe() const;
 };
 
-/// One connection that is made when it is needed, and made again when it was lost. Not thread-safe.
+/// One connection, made when it is needed and again after it was lost. Not thread-safe.
 ///
-/// Errors: UNAVAILABLE where trying again may help (no connection, a server that stops, a deadlock), RESOURCE_EXHAUSTED
-/// for a full disk, PERMISSION_DENIED, DATA_LOSS for damage, INTERNAL for the rest; the message names the database.
+/// Errors: UNAVAILABLE if another attempt may help (no connection, a server that stops, a deadlock), RESOURCE_EXHAUSTED
+/// for a full disk, PERMISSION_DENIED, DATA_LOSS for damage, otherwise INTERNAL. The message names the database.
 class Session {
  public:
-  /// `statements` are prepared for batches. A server that is silent for `patience` while something is asked of it is
-  /// taken for dead.
+  /// Prepares `statements` for batches. A server that is silent for `patience` during a call counts as dead.
   Session(Target target, std::span<const char* const> statements, std::chrono::milliseconds patience);
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Connects unless it stands.
+  /// Connects if there is no connection.
   Status connect();
   bool connected() const { return connection_ != nullptr; }
   void close();
 
-  /// Statements without parameters whose rows do not matter.
+  /// Runs statements without parameters, and ignores their rows.
   Status execute(const std::string& sql);
   Result<Rows> query(const char* sql, const Parameters& parameters);
   Result<Rows> query(const char* sql) { return query(sql, Parameters()); }
 
-  /// A batch of prepared statements, sent without waiting for the answers: begin, add …, finish. Errors of add() come
-  /// out of finish(). Statements after a failing one are not run.
+  /// A batch of prepared statements, sent without waiting for replies: begin, add …, finish. finish_batch() returns the
+  /// errors of add(). Statements after a failed one do not run.
   Status begin_batch();
   void add(int statement, const Parameters& parameters);
   void add(int statement) { add(statement, Parameters()); }
@@ -65,9 +63,9 @@ class Session {
   Status prepare_all();
   Status lost(std::string_view what);
   Status failure_of(const pg_result* result);
-  /// Waits until all is sent.
+  /// Waits until everything is sent.
   Status flush();
-  /// The next result; null when there is no more of the current statement.
+  /// The next result. Null at the end of the current statement.
   Result<pg_result*> next_result();
 
   const Target target_;

@@ -1,4 +1,4 @@
-// What goes into statements and comes out of them, in PostgreSQL's binary forms.
+// Parameters of statements and rows of results, in PostgreSQL's binary format.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ struct pg_result;
 
 namespace lightmill::postgres {
 
-/// The parameters $1, $2, … of one statement. What they view must outlive it.
+/// The parameters $1, $2, … of one statement. The viewed data must outlive it.
 class Parameters {
  public:
   template <class... Args>
@@ -27,7 +27,7 @@ class Parameters {
   int count() const { return count_; }
   const char* const* values() const { return values_.data(); }
   const int* lengths() const { return lengths_.data(); }
-  /// All are sent in their binary form.
+  /// All are binary.
   const int* formats() const;
   std::size_t size_bytes() const { return size_bytes_; }
 
@@ -38,7 +38,7 @@ class Parameters {
   void add(std::int32_t value) { add(std::int64_t{value}); }
   void add(std::uint32_t value) { add(std::int64_t{value}); }
   void add(double value);
-  /// PostgreSQL's texts have neither zeros nor what is not UTF-8: such bytes are written out as printable() does.
+  /// PostgreSQL's texts allow only UTF-8 without zeros. printable() escapes other bytes.
   void add(std::string_view text);
   void add(const std::string& text) { add(std::string_view(text)); }
   void add(const char* text) { add(std::string_view(text)); }
@@ -53,7 +53,7 @@ class Parameters {
   std::deque<std::string> texts_;
 };
 
-/// What a query gave, in binary: BIGINT, DOUBLE PRECISION, BOOLEAN, TEXT and BYTEA columns without NULL.
+/// The rows of a query, in binary: BIGINT, DOUBLE PRECISION, BOOLEAN, TEXT and BYTEA columns without NULL.
 class Rows {
  public:
   explicit Rows(pg_result* result) : result_(result) {}

@@ -16,7 +16,7 @@ Status error_of(int code, sqlite3* database, std::string_view what) {
     case SQLITE_CANTOPEN:
       status = StatusCode::kUnavailable;
       break;
-    case SQLITE_ERROR:  // statements are this program's own: a table or column that they name is not there
+    case SQLITE_ERROR:  // the statements are ours: a table or column is missing
     case SQLITE_CORRUPT:
     case SQLITE_NOTADB:
       status = StatusCode::kDataLoss;

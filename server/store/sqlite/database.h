@@ -1,4 +1,4 @@
-// A thin owner of an SQLite connection and its prepared statements; errors are Status and name the file.
+// Thin owners of an SQLite connection and its prepared statements. Errors are Status, and name the file.
 #pragma once
 
 #include <sqlite3.h>
@@ -13,8 +13,8 @@
 
 namespace lightmill::sqlite {
 
-/// The Status of an SQLite error code: RESOURCE_EXHAUSTED for a full disk, UNAVAILABLE for failing I/O and locks,
-/// DATA_LOSS for a damaged file, INTERNAL for the rest.
+/// The Status of an SQLite error code: RESOURCE_EXHAUSTED for a full disk, UNAVAILABLE for I/O errors and locks,
+/// DATA_LOSS for a damaged file, otherwise INTERNAL.
 Status error_of(int code, sqlite3* database, std::string_view what);
 
 /// One prepared statement. Bound views must stay alive until the next reset. Not thread-safe.
@@ -34,15 +34,15 @@ class Statement {
   void bind_all(const Args&... args) {
     bind_from(1, args...);
   }
-  /// The same from ?`index` on.
+  /// Like bind_all(), from ?`index` on.
   template <class... Args>
   void bind_from(int index, const Args&... args) {
     (bind(index++, args), ...);
   }
 
-  /// True while there is a row to read.
+  /// True if there is a row to read.
   Result<bool> step();
-  /// Runs a statement that gives no rows and makes it ready for the next use.
+  /// Runs a statement without result rows, and resets it.
   Status run();
   void reset();
 
@@ -87,12 +87,12 @@ class Database {
   /// Opens or creates the file.
   static Result<Database> open(const std::filesystem::path& path);
 
-  /// Runs statements that give no rows or whose rows do not matter.
+  /// Runs statements and ignores their rows.
   Status execute(const std::string& sql);
   Result<Statement> prepare(std::string_view sql);
   /// The first column of the only row of `sql`.
   Result<std::int64_t> number(std::string_view sql);
-  /// Whether closing it writes the journal into the file, and deletes the journal.
+  /// Whether closing writes the journal to the file, and deletes the journal.
   void checkpoint_at_close(bool wanted) const;
   bool in_transaction() const { return sqlite3_get_autocommit(handle_) == 0; }
 

@@ -1,4 +1,4 @@
-// Reads a store of format 12, the one before this.
+// Reader of stores of format 12, the previous one.
 #pragma once
 
 #include "server/domain/effects.h"
@@ -8,7 +8,7 @@ namespace lightmill::sqlite {
 
 inline constexpr int kFormatBefore = 12;
 
-/// All of it, the secret and the last epoch too. What is damaged is logged and left out. Changes nothing.
+/// Reads everything, including the secret and the last epoch. Damaged rows are logged and left out. Changes nothing.
 Result<StoredState> load_format_12(Database& database);
 
 }  // namespace lightmill::sqlite

@@ -11,13 +11,13 @@ namespace lightmill::sqlite {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 32, kFrameHeaderBytes = 24;
-constexpr std::uint32_t kMagic = 0x377f0682;  ///< and one more where checksums are of big-endian words
+constexpr std::uint32_t kMagic = 0x377f0682;  ///< 1 more if checksums are of big-endian words
 
 std::uint32_t big_endian(const unsigned char* at) {
   return std::uint32_t{at[0]} << 24 | std::uint32_t{at[1]} << 16 | std::uint32_t{at[2]} << 8 | at[3];
 }
 
-/// The sum that runs over the header and all frames.
+/// Running checksum of the header and all frames.
 class Checksum {
  public:
   explicit Checksum(bool big_endian_words) : big_(big_endian_words) {}
@@ -61,11 +61,11 @@ JournalScan scan_journal(const std::filesystem::path& journal) {
   bool sound = checksum.is(&header[24]) && page_bytes >= 512 && page_bytes <= kMostPageBytes;
   if (!sound) {
     scan.damaged = true;
-    return scan;  // SQLite takes nothing of it
+    return scan;  // SQLite ignores the whole journal
   }
   std::vector<unsigned char> frame(kFrameHeaderBytes + page_bytes);
   while (read(file, frame)) {
-    if (std::memcmp(&frame[8], &header[16], 8) != 0) {  // the salts: of an earlier run, which is in the database
+    if (std::memcmp(&frame[8], &header[16], 8) != 0) {  // other salts: an earlier run, which is in the database already
       sound = false;
       continue;
     }

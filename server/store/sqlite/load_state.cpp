@@ -29,7 +29,7 @@ Status load_next_job_id(Database& database, StoredState& state) {
   return ok_status();
 }
 
-/// Without their values. The length of a BLOB stands in its row's header: its pages are not read.
+/// Reads nodes without their values. The header of a row has the length of a BLOB, so SQLite reads none of its pages.
 Status load_outlines(Database& database, StoredState& state) {
   LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT id, tile, level, range_index, non_finite, "
                                                        "length(samples) FROM nodes WHERE job = ?1 ORDER BY id"));

@@ -1,4 +1,4 @@
-// From rows to the state that a coordinator starts with.
+// Loads the coordinator's state from an SQLite store.
 #pragma once
 
 #include "server/store/records.h"
@@ -7,15 +7,16 @@
 
 namespace lightmill::sqlite {
 
-/// All jobs with their nodes and results, and all small rows, but the epoch, the secret, and the values of ended jobs'
-/// nodes; within the caller's transaction. Damaged rows are logged; jobs are left out, and nodes are removed. `repairs`
-/// are to be applied in the same transaction. Tells `specs` which specifications are stored.
+/// Reads all jobs with their nodes and results, and all small rows, in the caller's transaction. It does not read the
+/// epoch, the secret, or the values of ended jobs' nodes. Damaged rows are logged; such jobs are left out, and such
+/// nodes are removed. The caller applies `repairs` in the same transaction. `specs` learns which specifications are
+/// stored.
 Result<StoredState> load_state(Database& database, stored::StoredSpecs& specs, std::vector<StoreOp>& repairs);
 
-/// As Store::read_film.
+/// Implements Store::read_film().
 Result<FilmPiece> read_film(Database& database, JobId job, const FilmPlace& after);
 
-/// Which small rows there are.
+/// Keys of all small rows.
 Result<stored::RowKeys> load_keys(Database& database);
 
 }  // namespace lightmill::sqlite

@@ -1,17 +1,17 @@
-// The tables of the store's file, format 13.
+// Tables of the SQLite store, format 13.
 #pragma once
 
 namespace lightmill::sqlite {
 
-/// "LMIL": what PRAGMA application_id says of our files.
+/// "LMIL": the PRAGMA application_id of our files.
 inline constexpr int kApplicationId = 0x4C4D494C;
 
-// AUTOINCREMENT keeps the highest id ever used, also after deletes. Small rows have one form (server/store/records.h).
-// A job's specification may be megabytes and is written once or twice; its progress changes with every commit and is
-// small. Numbers of 64 bits without sign are stored by their bits.
+// AUTOINCREMENT keeps the highest id ever used, even after deletes. Small rows have one form (server/store/records.h).
+// A job's specification can be several MB large, and is written once or twice. Its progress is small, and changes with
+// every commit. Unsigned 64-bit numbers keep their bits.
 inline constexpr const char* kSchema = R"sql(
--- One row: what tells this store from others, what decides which results are audited, and how far it has come. `hash`
--- runs over all that was ever committed.
+-- One row: the store's id, the secret that selects results for audits, and the state of the last commit. `hash` is a
+-- running hash of all commits.
 CREATE TABLE store (
   id BLOB NOT NULL,
   secret BLOB NOT NULL,
@@ -53,7 +53,7 @@ CREATE TABLE nodes (
   UNIQUE (job, tile, level, range_index)
 );
 
--- Who computed every merged result.
+-- The origin of each merged result.
 CREATE TABLE results (
   job INTEGER NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
   tile INTEGER NOT NULL,

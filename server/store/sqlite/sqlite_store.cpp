@@ -25,16 +25,15 @@ using stored::bytes_of;
 using stored::view_of;
 
 constexpr const char* kLossAdvice =
-    "Put a backup of the whole data folder in its place, or start once with --accept-loss, which goes on with what is "
-    "left";
+    "Restore a backup of the whole data folder, or start once with --accept-loss to continue with what is left";
 
-/// Kept for what comes next.
+/// Free pages that the file keeps for later writes.
 constexpr std::int64_t kSparePages = 1024;  // 16 MiB
 constexpr const char* kGiveBack = "PRAGMA incremental_vacuum(512)";
-/// The file shrinks with it, and the journal too.
+/// Shrinks the file and the journal.
 constexpr const char* kTruncate = "PRAGMA wal_checkpoint(TRUNCATE)";
 
-/// Every statement that a commit runs, prepared once.
+/// All statements of a commit, prepared once.
 struct Statements {
   Statement begin, commit, rollback;
   std::array<Statement, stored::kTableCount> put_record, drop_record;
@@ -76,7 +75,7 @@ class SqliteStore final : public Store {
   Status run(Statement& statement, const NodeKey& key);
   Status chain();
   Status roll_back(Status cause);
-  /// Adds numbers of the commit under way to the hash over all commits.
+  /// Adds numbers of the current commit to the running hash.
   template <class... Numbers>
   void add_to_hash(Numbers... numbers) {
     const std::array<std::uint64_t, sizeof...(Numbers)> all{static_cast<std::uint64_t>(numbers)...};
@@ -86,14 +85,15 @@ class SqliteStore final : public Store {
   Database database_;
   Statements statements_;
   CommitChain chain_;
-  sqlite::StoreRow row_;           ///< as it is stored
-  std::uint64_t next_job_id_;      ///< as it is stored
-  std::uint64_t highest_job_ = 0;  ///< of the commit under way
+  sqlite::StoreRow row_;           ///< as stored
+  std::uint64_t next_job_id_;      ///< as stored
+  std::uint64_t highest_job_ = 0;  ///< of the current commit
   stored::StoredSpecs specs_;
   stored::RowKeys keys_;
-  std::optional<Xxh3Hasher> writes_;      ///< of the commit under way
-  std::size_t writes_in_commit_ = 0;      ///< of the commit under way
-  std::optional<std::size_t> unchained_;  ///< writes of a commit that is stored, and of which the chain has no record
+  std::optional<Xxh3Hasher> writes_;  ///< of the current commit
+  std::size_t writes_in_commit_ = 0;  ///< of the current commit
+  /// number of writes of a commit that is stored, but not recorded in the chain
+  std::optional<std::size_t> unchained_;
 };
 
 Result<StoredState> SqliteStore::load() {
@@ -140,10 +140,10 @@ bool SqliteStore::tidy() {
   }
   const std::int64_t left = free_pages();
   if (left >= before) {
-    return false;  // a file without auto_vacuum keeps its pages
+    return false;  // files without auto_vacuum keep their pages
   }
   if (const Status status = database_.execute(kTruncate); !status.ok()) {
-    spdlog::debug("what was given back stays in the journal: {}", message_of(status));
+    spdlog::debug("the freed space stays in the journal: {}", message_of(status));
   }
   return left > kSparePages;
 }
@@ -151,7 +151,7 @@ bool SqliteStore::tidy() {
 // ---- commits ----
 
 Status SqliteStore::commit(std::span<const StoreOp> ops) {
-  if (unchained_) {  // it is stored, and its record is not
+  if (unchained_) {  // stored, but not recorded in the chain
     LM_CHECK(*unchained_ == ops.size(), "only the same commit may be tried again");
     return chain();
   }
@@ -177,7 +177,7 @@ Status SqliteStore::write(std::span<const StoreOp> ops) {
   return ok_status();
 }
 
-/// COMMIT, then the chain's record: what is acknowledged afterwards is known in two places.
+/// COMMIT, then the record in the chain: an acknowledged commit is known in two places.
 Status SqliteStore::finish(sqlite::StoreRow next) {
   ++next.commits;
   next.hash = writes_->finish();
@@ -201,14 +201,14 @@ Status SqliteStore::chain() {
 Status SqliteStore::roll_back(Status cause) {
   specs_.forget();
   keys_.forget();
-  // Some errors (a full disk) roll back by themselves.
+  // Some errors, such as a full disk, roll back by themselves.
   if (database_.in_transaction()) {
     if (Status status = statements_.rollback.run(); !status.ok()) {
       spdlog::error("cannot roll back: {}", message_of(status));
     }
   }
   if (cause.code() == StatusCode::kResourceExhausted) {
-    (void)database_.execute(kTruncate);  // the journal's room is for the next try
+    (void)database_.execute(kTruncate);  // frees the journal's space for the next attempt
   }
   return cause;
 }
@@ -287,8 +287,8 @@ Status SqliteStore::apply(const DropResultRow& op) {
 
 // ---- opening ----
 
-/// An exclusive lock on the file spares shared memory; secure_delete (on in Debian) would write every dropped node
-/// again; large pages and rare checkpoints suit rows of 100 KB that live shortly.
+/// An exclusive lock on the file avoids shared memory. secure_delete (on in Debian) would overwrite every dropped node.
+/// Large pages and rare checkpoints suit short-lived rows of 100 KB.
 constexpr const char* kSettings = R"sql(
 PRAGMA locking_mode = EXCLUSIVE;
 PRAGMA journal_mode = WAL;
@@ -301,7 +301,7 @@ PRAGMA cache_size = -32768;
 PRAGMA temp_store = MEMORY;
 )sql";
 
-/// `may_be_new`: nothing was ever acknowledged here, so an empty file gets its tables, and what `first` says.
+/// `may_be_new`: nothing was ever acknowledged here, so an empty file gets its tables and the values of `first`.
 Status prepare_file(Database& database, const std::filesystem::path& file, bool is_new, bool may_be_new,
                     const sqlite::Beginning& first) {
   if (is_new) {
@@ -319,7 +319,7 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
     return database.execute("COMMIT");
   }
   if (tables == 0 && version == 0) {
-    return failed_precondition("{} is empty, and commits were acknowledged. {}", file.string(), kLossAdvice);
+    return failed_precondition("{} is empty, but commits were acknowledged. {}", file.string(), kLossAdvice);
   }
   if (application != sqlite::kApplicationId) {
     return failed_precondition(
@@ -337,7 +337,7 @@ Result<Statements> prepare_statements(Database& database) {
   for (std::size_t i = 0; i < stored::kTableCount; ++i) {
     const stored::Table table{static_cast<std::uint8_t>(i)};
     const stored::TableInfo& info = stored::info_of(table);
-    // An entry of the log never changes.
+    // Entries of the log never change.
     const char* const again = table == stored::Table::actions ? "NOTHING" : "UPDATE SET message = ?2, checksum = ?3";
     LM_ASSIGN_OR_RETURN(all.put_record[i],
                         database.prepare(fmt::format("INSERT INTO {} VALUES (?1,?2,?3) ON CONFLICT ({}) DO {}",
@@ -367,18 +367,17 @@ Result<Statements> prepare_statements(Database& database) {
   return all;
 }
 
-/// FAILED_PRECONDITION unless the small rows are those that were written.
+/// FAILED_PRECONDITION unless the keys of the small rows are those that were written.
 Status check_keys(const stored::RowKeys::Sums& found, const stored::RowKeys::Sums& written) {
   for (std::size_t table = 0; table < stored::kTableCount; ++table) {
     if (found[table] != written[table]) {
-      return failed_precondition("its table {} has lost rows, or has some that were deleted",
-                                 stored::kTables[table].name);
+      return failed_precondition("its table {} has lost rows, or still has deleted rows", stored::kTables[table].name);
     }
   }
   return ok_status();
 }
 
-/// The state of a journal that explains a loss.
+/// Explains a loss by the state of the journal.
 std::string damage_of(const sqlite::JournalScan& journal) {
   return journal.damaged ? fmt::format(" Its journal is damaged at frame {} of {}.", journal.sound_frames + 1,
                                        std::max(journal.frames, journal.sound_frames + 1))
@@ -396,11 +395,11 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
   const bool is_new = ignored || size_bytes == 0;
   LM_ASSIGN_OR_RETURN(CommitChain chain, CommitChain::open(with_suffix(file, "-chain")));
   const sqlite::JournalScan journal = sqlite::scan_journal(with_suffix(file, "-wal"));
-  if (is_new && chain.last() && !options.accept_loss) {  // SQLite would remove its journal
-    return failed_precondition("{} is empty or gone, and commits were acknowledged. {}", file.string(), kLossAdvice);
+  if (is_new && chain.last() && !options.accept_loss) {  // SQLite would delete its journal
+    return failed_precondition("{} is empty or gone, but commits were acknowledged. {}", file.string(), kLossAdvice);
   }
   LM_ASSIGN_OR_RETURN(Database database, Database::open(file));
-  database.checkpoint_at_close(false);  // a store that is refused stays as it is
+  database.checkpoint_at_close(false);  // a refused store is not changed
   LM_RETURN_IF_ERROR(prepare_file(database, file, is_new, !chain.last() || options.accept_loss, first));
   LM_ASSIGN_OR_RETURN(const sqlite::StoreRow row, sqlite::read_store_row(database));
   LM_ASSIGN_OR_RETURN(const std::int64_t highest,
@@ -413,7 +412,7 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
     return failed_precondition("{}: {}.{} {}", file.string(), message_of(complete), damage_of(journal), kLossAdvice);
   }
   if (chain.last()) {
-    found.highest_job = std::max(found.highest_job, chain.last()->highest_job);  // of a job that is lost, too
+    found.highest_job = std::max(found.highest_job, chain.last()->highest_job);  // also of lost jobs
   }
   if (!complete.ok()) {
     spdlog::warn("--accept-loss: {}.{}", message_of(complete), damage_of(journal));
@@ -425,16 +424,16 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
       std::move(database), std::move(statements), std::move(chain), row, found.highest_job + 1, std::move(keys)));
 }
 
-// ---- the step from the format before ----
+// ---- migration ----
 
-/// What the file holds, if it has that format.
+/// The state in the file, if it has the previous format.
 Result<std::optional<StoredState>> read_format_before(const fs::path& file) {
   std::error_code ignored;
   if (fs::file_size(file, ignored) == 0 || ignored) {
     return std::nullopt;
   }
   LM_ASSIGN_OR_RETURN(Database database, Database::open(file));
-  database.checkpoint_at_close(false);  // a store that is refused stays as it is
+  database.checkpoint_at_close(false);  // a refused store is not changed
   LM_RETURN_IF_ERROR(database.execute("PRAGMA locking_mode = EXCLUSIVE"));
   LM_ASSIGN_OR_RETURN(const std::int64_t application, database.number("PRAGMA application_id"));
   LM_ASSIGN_OR_RETURN(const std::int64_t version, database.number("PRAGMA user_version"));
@@ -442,12 +441,12 @@ Result<std::optional<StoredState>> read_format_before(const fs::path& file) {
     return std::nullopt;
   }
   LM_ASSIGN_OR_RETURN(StoredState state, sqlite::load_format_12(database));
-  database.checkpoint_at_close(true);  // the file that is kept has all of it
+  database.checkpoint_at_close(true);  // the file that is kept is complete without its journal
   return state;
 }
 
-/// A new file takes the place of one of the format before, which is kept beside it. Whenever the power fails, one of
-/// the two is in place.
+/// Replaces a file of the previous format by a new one, and keeps the old one next to it. After a power failure at any
+/// time, one of the two is in place.
 Status migrate(const fs::path& file) {
   LM_ASSIGN_OR_RETURN(const std::optional<StoredState> state, read_format_before(file));
   if (!state) {
@@ -455,7 +454,7 @@ Status migrate(const fs::path& file) {
   }
   const fs::path fresh = with_suffix(file, ".new"),
                  kept = with_suffix(file, fmt::format(".format-{}", sqlite::kFormatBefore));
-  spdlog::info("{} has store format {}; it is written anew in format {}", file.string(), sqlite::kFormatBefore,
+  spdlog::info("{} has store format {}; converting it to format {}", file.string(), sqlite::kFormatBefore,
                kSqliteFormatVersion);
   for (const char* const suffix : {"", "-wal", "-chain"}) {
     fs::remove(with_suffix(fresh, suffix));
@@ -471,10 +470,10 @@ Status migrate(const fs::path& file) {
     fs::copy_file(file, kept);
   }
   fs::rename(with_suffix(fresh, "-chain"), with_suffix(file, "-chain"));
-  sync_folder_of(file);  // before the file that needs it
+  sync_folder_of(file);  // the chain goes before the file that needs it
   fs::rename(fresh, file);
   sync_folder_of(file);
-  spdlog::info("the store of format {} is kept as {}: it is the way back to an older lightmill-server",
+  spdlog::info("the store of format {} is kept as {}, in case you return to an older lightmill-server",
                sqlite::kFormatBefore, kept.string());
   return ok_status();
 }
@@ -485,7 +484,7 @@ Result<std::unique_ptr<Store>> open_sqlite_store(const fs::path& file, const Sql
   try {
     LM_RETURN_IF_ERROR(migrate(file));
   } catch (const fs::filesystem_error& failure) {
-    return unavailable("{} cannot be brought to format {}: {}", file.string(), kSqliteFormatVersion, failure.what());
+    return unavailable("{} cannot be converted to format {}: {}", file.string(), kSqliteFormatVersion, failure.what());
   }
   return open_file(file, options);
 }

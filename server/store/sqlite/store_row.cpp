@@ -18,7 +18,7 @@ std::int64_t checksum_of(const StoreRow& row) {
 }
 
 Status damaged(std::string_view what) {
-  return data_loss("the row that says which store this is is damaged: {}; put a backup in its place", what);
+  return data_loss("the row that identifies the store is damaged: {}; restore a backup", what);
 }
 
 }  // namespace
@@ -59,7 +59,7 @@ Result<StoreRow> read_store_row(Database& database) {
     return damaged("its sums over keys");
   }
   std::memcpy(row.keys.data(), rows.view(5).data(), sizeof(row.keys));
-  return rows.integer(6) == checksum_of(row) ? Result<StoreRow>(row) : damaged("its checksum does not fit");
+  return rows.integer(6) == checksum_of(row) ? Result<StoreRow>(row) : damaged("its checksum is wrong");
 }
 
 Result<StoreRowWriter> StoreRowWriter::prepare(Database& database) {

@@ -1,4 +1,4 @@
-// The one row that says which store this is and how far it has come.
+// The row that identifies a store and has its epoch, commits and running hash.
 #pragma once
 
 #include <array>
@@ -15,23 +15,23 @@ struct StoreRow {
   Sha256 secret;
   std::uint64_t epoch = 0;
   std::uint64_t commits = 0;
-  Hash128 hash;  ///< XXH3-128 of the hash before and of the commit's writes
+  Hash128 hash;  ///< XXH3-128 of the previous hash and the commit's writes
   stored::RowKeys::Sums keys{};
 };
 
-/// What a new store begins with, where it follows another one.
+/// First values of a new store that continues another one.
 struct Beginning {
-  std::optional<Sha256> secret = {};  ///< a random one without it
-  std::uint64_t epoch = 0;            ///< the last one
-  std::uint64_t highest_job = 0;      ///< the last id that was given
+  std::optional<Sha256> secret = {};  ///< random if empty
+  std::uint64_t epoch = 0;            ///< the last one in use
+  std::uint64_t highest_job = 0;      ///< the last id in use
 };
 
-/// Writes the first one, with a random id; and the highest id among jobs.
+/// Writes the first row with a random store id, and sets the highest job id.
 Status create_store_row(Database& database, const Beginning& first);
-/// DATA_LOSS if it is damaged.
+/// DATA_LOSS if the row is damaged.
 Result<StoreRow> read_store_row(Database& database);
 
-/// Writes it anew.
+/// Replaces the row.
 class StoreRowWriter {
  public:
   static Result<StoreRowWriter> prepare(Database& database);

@@ -128,7 +128,7 @@ TEST_F(PostgresStoreTest, AnotherFormatIsRefusedWithWhatToDo) {
                 "that wrote it, or choose another database with --store");
   EXPECT_EQ(refusal_after("DELETE FROM lightmill.meta"),
             place +
-                " has store format 0, which no lightmill-server writes: put a backup in its place, or choose another "
+                " has store format 0, which no lightmill-server writes: restore a backup, or choose another "
                 "database with --store");
   sql(fmt::format("INSERT INTO lightmill.meta VALUES ({})", postgres::kFormat));
   EXPECT_EQ(stored().jobs.size(), 1u) << "nothing was changed";
@@ -140,7 +140,7 @@ TEST_F(PostgresStoreTest, ADatabaseOfTheFormatBeforeIsBroughtAlongAndKept) {
   sql("UPDATE lightmill.lease SET expires = clock_timestamp() + interval '1 hour'");
   const Status busy = open_postgres(options()).status();
   EXPECT_EQ(busy.code(), StatusCode::kFailedPrecondition);
-  EXPECT_NE(message_of(busy).find("a coordinator of the version before is at work on it"), std::string::npos) << busy;
+  EXPECT_NE(message_of(busy).find("a coordinator of the previous version uses it"), std::string::npos) << busy;
   sql("UPDATE lightmill.lease SET expires = '-infinity'");
   for (const std::uint64_t epoch : {2u, 3u}) {
     const PostgresStores stores = opened(options());
@@ -227,7 +227,7 @@ TEST_F(PostgresStoreTest, WhoOnlyLooksMakesNoFarmAndWaitsForNobody) {
     const PostgresStores at_work = opened(options());
     const Status busy = open_postgres(look).status();
     EXPECT_EQ(busy.code(), StatusCode::kFailedPrecondition);
-    EXPECT_NE(message_of(busy).find("a coordinator is at work on it"), std::string::npos) << busy;
+    EXPECT_NE(message_of(busy).find("a coordinator uses it"), std::string::npos) << busy;
   }
   EXPECT_TRUE(open_postgres(look).ok());
 }

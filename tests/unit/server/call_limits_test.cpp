@@ -18,7 +18,7 @@ TEST(CallLimitsTest, RequestsOfOneCallerTakeNothingFromAnother) {
   const Status refused = limits.take_request("ada", call_time(0.25));
   EXPECT_EQ(refused.code(), StatusCode::kResourceExhausted);
   EXPECT_EQ(message_of(refused),
-            "the farm takes 2 requests a second of one caller (--caller-requests): try again in 250 ms");
+            "the farm accepts 2 requests per second from one caller (--caller-requests): try again in 250 ms");
   EXPECT_TRUE(limits.take_request("bob", call_time(0.25)).ok());
   EXPECT_TRUE(limits.take_request("ada", call_time(0.5)).ok());
 }

@@ -82,8 +82,8 @@ TEST_F(EnrolmentTest, UsesEnd) {
   const Status refused = enrol("c").status();
   EXPECT_EQ(refused.code(), kPermissionDenied);
   EXPECT_EQ(message_of(refused),
-            fmt::format("the enrolment token {} of 'render' has enrolled all of its 2 workers: an admin makes another "
-                        "by `lightmill tokens create render --enrol N`",
+            fmt::format("the enrolment token {} of 'render' has enrolled all of its 2 workers: an admin can create "
+                        "another with `lightmill tokens create render --enrol N`",
                         token_.id));
   // To revoke a machine's token gives no use back: whoever is thrown out would come again without end.
   ASSERT_TRUE(book_.remove(book_.enrolled_by(token_.id).front()).ok());

@@ -52,7 +52,7 @@ TEST(Rights, WorkingIsForWorkersAndBeyondItTheyFetchAndBringAssetsAlone) {
 
 TEST(Rights, RefusalsSayWhatWouldDo) {
   EXPECT_EQ(message_of(check_call(ada({Role::view}), Rpc::drain_worker)),
-            "DrainWorker is for the roles operate, admin, which 'ada' (roles: view; by certificate) has not");
+            "DrainWorker is for the roles operate, admin, which 'ada' (roles: view; by certificate) does not have");
 }
 
 TEST(Rights, WhatIsAllowedIsWhatIsLetThrough) {
@@ -75,7 +75,7 @@ TEST(Rights, AnRpcWithoutALineIsNotServed) {
   methods.push_back("lightmill.v1.RenderService/Shutdown");
   EXPECT_NE(message_of(check_rules(methods)).find("RenderService/Shutdown is not served"), std::string::npos);
   methods.resize(methods.size() - 2);
-  EXPECT_NE(message_of(check_rules(methods)).find("GetMetrics, which there is not"), std::string::npos);
+  EXPECT_NE(message_of(check_rules(methods)).find("GetMetrics, which does not exist"), std::string::npos);
 }
 
 TEST(Identities, AWorkersNameIsItsOwnersFirst) {

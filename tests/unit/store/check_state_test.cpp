@@ -93,7 +93,7 @@ TEST_F(CheckStateTest, DamagedNodesAreTakenOutAndNamed) {
   EXPECT_TRUE(found.whole) << "it is rendered again";
   ASSERT_EQ(found.report.size(), 2u);
   EXPECT_EQ(found.report[1],
-            "job 2: 1 of its nodes was damaged and taken out: their samples are rendered again when a coordinator "
+            "job 2: 1 of its nodes was damaged and removed: their samples are rendered again when a coordinator "
             "starts");
   EXPECT_TRUE(check()->sound) << "once repaired";
 }
@@ -111,7 +111,7 @@ TEST_F(CheckStateTest, AnEntryOfTheLogThatCannotBeReadIsTakenOutAndNamed) {
   const StateCheck found = check().value();
   EXPECT_FALSE(found.sound || found.whole);
   ASSERT_EQ(found.report.size(), 2u);
-  EXPECT_TRUE(found.report[1].starts_with("entry 7 of the log is taken out: ")) << found.report[1];
+  EXPECT_TRUE(found.report[1].starts_with("entry 7 of the log is removed: ")) << found.report[1];
   EXPECT_TRUE(check()->sound) << "once repaired";
 }
 
@@ -263,8 +263,8 @@ TEST_F(CheckStateTest, DamagedAndMissingAssetsAreFoundAndForgotten) {
   EXPECT_FALSE(found.sound || found.whole);
   ASSERT_EQ(found.report.size(), 1u + 2 + 1) << "two assets, and two jobs that need one of them";
   EXPECT_EQ(found.report.back(), "asset " + sha256("two").hex() +
-                                     " is not there: what jobs 1, 2 have still to render waits until a job with the "
-                                     "same file is submitted");
+                                     " is missing. It blocks the samples that jobs 1, 2 have not rendered yet. "
+                                     "Submit a job with the same file");
   EXPECT_TRUE(open_assets()->has(sha256("one")));
   EXPECT_FALSE(open_assets()->has(sha256("two")) || open_assets()->has(sha256("three")));
   const StateCheck again = check().value();

@@ -119,7 +119,7 @@ TEST_F(SqliteStoreTest, AnotherFormatIsRefusedWithWhatToDo) {
                 "lightmill-server that wrote it, or choose another directory with --data");
   for (const int nonsense : {0, -1}) {
     EXPECT_EQ(refusal_of(nonsense),
-              fmt::format("{} has store format {}, which no lightmill-server writes: put a backup in its place, or "
+              fmt::format("{} has store format {}, which no lightmill-server writes: restore a backup, or "
                           "choose another directory with --data",
                           file_.string(), nonsense));
   }
@@ -219,9 +219,9 @@ TEST(CommitChain, OnlyAStoreWithAllAcknowledgedCommitsPasses) {
   EXPECT_TRUE(check_chain(std::nullopt, mark(0)).ok());
   EXPECT_TRUE(check_chain(std::nullopt, mark(1)).ok()) << "a new store, killed before its first record";
   for (const auto& [chain, store, why] : std::vector<std::tuple<std::optional<CommitMark>, CommitMark, std::string>>{
-           {mark(5), mark(4), "it ends with commit 4, and all up to 5 were acknowledged"},
+           {mark(5), mark(4), "its last commit is 4, but commits up to 5 were acknowledged"},
            {mark(5), mark(7), "is older: it says 5"},
-           {mark(5), mark(5, 1), "has other writes than were acknowledged"},
+           {mark(5), mark(5, 1), "differ from the acknowledged ones"},
            {mark(5), mark(5, 0, 2), "belongs to another store"},
            {std::nullopt, mark(2), "is missing or damaged"}}) {
     const Status status = check_chain(chain, store);

@@ -409,7 +409,7 @@ TEST_P(StoreConformance, TokensAreKeptUntilTheyAreDropped) {
     const StoredState state = loaded(*open());
     EXPECT_EQ(describe(state), describe(expected)) << damage;
     ASSERT_EQ(state.damaged_entries.size(), 1u) << damage;
-    EXPECT_TRUE(state.damaged_entries[0].starts_with("token ffeeddccbbaa lets nobody in any more"));
+    EXPECT_TRUE(state.damaged_entries[0].starts_with("token ffeeddccbbaa is no longer valid"));
     EXPECT_TRUE(loaded(*open()).damaged_entries.empty()) << "it is gone from the store too";
   }
 }

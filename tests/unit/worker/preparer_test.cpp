@@ -167,7 +167,7 @@ TEST_F(PreparerTest, ASceneThatIsTooLargeIsRefusedByNameAndTheNextIsPrepared) {
   };
   const Status refused = prepared_with({.bytes = 1000});
   EXPECT_EQ(refused.code(), StatusCode::kResourceExhausted);
-  EXPECT_TRUE(message_of(refused).starts_with("the scene takes some ")) << refused;
+  EXPECT_TRUE(message_of(refused).starts_with("the scene takes about ")) << refused;
   EXPECT_NE(message_of(refused).find("more than --scene-gib"), std::string::npos) << refused;
   EXPECT_TRUE(prepared_with({.bytes = std::uint64_t{1} << 30}).ok());
 }
