@@ -80,7 +80,7 @@ Status build_grid(std::uint32_t side) {
   return accel.commit();
 }
 
-TEST(Accel, MemoryThatEndsWhileItIsBuiltIsAnException) {
+TEST(Accel, AnOutOfMemoryBuildThrows) {
   if (!test::kMemoryCanEnd) {
     GTEST_SKIP() << "address space cannot be limited under a sanitizer";
   }
@@ -103,7 +103,7 @@ TEST(Accel, MemoryThatEndsWhileItIsBuiltIsAnException) {
   EXPECT_GT(ended, 10);
 }
 
-TEST(Accel, TryingEverythingFindsWhatTheHierarchyFinds) {
+TEST(Accel, BruteForceFindsTheSameHitsAsTheHierarchy) {
   const auto fast = soup(Accel::Kind::robust), brute = soup(Accel::Kind::brute_force);
   int hits = 0, other = 0, blocked = 0;
   std::array<int, 6> seen{};
@@ -135,7 +135,7 @@ TEST(Accel, TryingEverythingFindsWhatTheHierarchyFinds) {
 
 // The squared area of such triangles is zero in single precision, so they have no normal: glass refracts to nowhere.
 // Samples that see them are counted as not finite, and the others are as they would be.
-TEST(Accel, TrianglesWithoutANormalCostSamplesAndNothingElse) {
+TEST(Accel, TrianglesWithoutANormalOnlyCostSamples) {
   Scene scene;
   std::map<Sha256, std::string> assets;
   const auto add = [&](std::uint32_t material, double size, double z) {

@@ -65,7 +65,7 @@ TEST(CompiledMeshes, AThousandCopiesOfALargeMeshAreHeldOnce) {
   }
 }
 
-TEST(CompiledMeshes, CopiesThatGlowAreHeldOneByOne) {
+TEST(CompiledMeshes, EmissiveCopiesAreHeldSeparately) {
   const std::map<std::string, std::string> files{{"grid.obj", grid_obj(318)}};
   const std::string lamp =
       R"({"name": "m", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "emission": {"rgb": [1, 1, 1]}})";
@@ -101,11 +101,11 @@ std::uint64_t bytes_with_image_of(int side) {
 }
 
 // Images of 16 bits, which are made linear once.
-TEST(CompiledTextures, CountInTheSceneAndShareTheirImage) {
+TEST(CompiledTextures, CountTowardsTheSceneAndShareTheirImage) {
   EXPECT_EQ(bytes_with_image_of(256) - bytes_with_image_of(1), kImageBytes - 4 * sizeof(float));
 }
 
-TEST(CompiledTextures, HaveALimitForAllTogether) {
+TEST(CompiledTextures, HaveACommonLimit) {
   const auto image = [](ByteView, const std::string&) -> Result<Texels> {
     return Texels{256, 256, {}, std::vector<float>(256 * 256 * 4, 0.5f), false};
   };
@@ -118,7 +118,7 @@ TEST(CompiledTextures, HaveALimitForAllTogether) {
             "textures[1] \"b\": the scene's images need more than --images-gib 0.0009766 of the worker allows");
 }
 
-TEST(CompiledMeshes, HaveALimitOfTrianglesInWhichInstancesCountOnce) {
+TEST(CompiledMeshes, TheTriangleLimitCountsInstancesOnce) {
   Mesh strip;  // as many triangles as make an instance
   for (std::uint32_t i = 0; i < 66; ++i) {
     strip.positions.push_back({0.1 * i, i % 2 * 1.0, 0});
@@ -155,7 +155,7 @@ std::string ball_under(const std::string& light, const std::string& textures = "
 }
 
 // Of 256 · 128 pixels: 28 bytes each from floats; with 8 bits a channel 24, and 4 more a row for the ends of sums.
-TEST(CompiledEnvironment, CountsAsItsPreparationDoes) {
+TEST(CompiledEnvironment, CountsTheBytesOfItsPreparation) {
   const std::string sky = R"([{"name": "sky", "environment": {"file": "sky.exr"}}])";
   constexpr std::uint64_t kPixels = 256 * 128;
   const auto compiled = [&](const CompiledScene::ImageDecoder& images, std::uint64_t limit, const std::string& scene) {
@@ -181,7 +181,7 @@ TEST(CompiledEnvironment, CountsAsItsPreparationDoes) {
   EXPECT_TRUE(compiled(bytes, 28 * kPixels + 4 * 128 - 1, textured).starts_with(refused));
 }
 
-TEST(CompiledEnvironment, HasAnImageOfBoundedSides) {
+TEST(CompiledEnvironment, LimitsTheSidesOfItsImage) {
   const auto strip = [](ByteView, const std::string&) -> Result<Texels> {
     return Texels{65537, 1, std::vector<std::uint32_t>(65537, 0xff808080), {}, true};
   };
@@ -193,7 +193,7 @@ TEST(CompiledEnvironment, HasAnImageOfBoundedSides) {
 }
 
 // Files of 2 · 2 values each when they are the same all round; one that two lights name counts once.
-TEST(CompiledProfiles, HaveALimitForAllTogether) {
+TEST(CompiledProfiles, HaveACommonLimit) {
   const auto ies = [](const std::string& candela) {
     return fmt::format("IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 2 1 1 2 0.1 0.2 0\n1 1 100\n0 90\n0\n{}\n", candela);
   };

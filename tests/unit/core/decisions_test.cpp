@@ -9,7 +9,7 @@
 namespace lightmill::tracer {
 namespace {
 
-TEST(Decisions, NoTwoOfASampleHaveOneNumber) {
+TEST(Decisions, HaveDifferentNumbersWithinASample) {
   std::set<std::uint32_t> numbers{kFilterDecision, kLensDecision};
   std::size_t count = 2;
   // The largest number of bounces that the client lets through too.
@@ -24,7 +24,7 @@ TEST(Decisions, NoTwoOfASampleHaveOneNumber) {
   EXPECT_EQ(numbers.size(), count);
 }
 
-TEST(SamplePlan, SplitPathsOfAHalfTakeThePointsOneAfterTheOther) {
+TEST(SamplePlan, SplitPathsOfAHalfTakeConsecutivePoints) {
   for (const std::uint32_t splits : {1u, 2u, 4u, 8u}) {
     for (const std::uint32_t split_below : {2u, 16u, 64u, 256u}) {
       for (const std::uint64_t half : {0, 1}) {
@@ -46,7 +46,7 @@ float drawn(const Vec3& share, float u) {
   return out[5];
 }
 
-TEST(DrawnChannel, IsTheOneWhoseShareTheNumberFallsInto) {
+TEST(DrawnChannel, FollowsTheSharesOfTheChannels) {
   const Vec3 share(0.25f, 0.5f, 0.25f);
   EXPECT_EQ(drawn(share, 0), 1);
   EXPECT_EQ(drawn(share, 0.24f), 1);
@@ -57,7 +57,7 @@ TEST(DrawnChannel, IsTheOneWhoseShareTheNumberFallsInto) {
 }
 
 // The sum of rounded shares may be below the largest number that is drawn.
-TEST(DrawnChannel, HasAShare) {
+TEST(DrawnChannel, NeverHasAShareOfZero) {
   const float last = 0x1.fffffep-1f, below_one = 0x1.fffffcp-1f;
   EXPECT_EQ(drawn(Vec3(below_one / 2, below_one / 2, 0), last), 1);
   EXPECT_EQ(drawn(Vec3(0.25f, below_one - 0.25f, 0), last), 2);

@@ -69,7 +69,7 @@ test::TestScene tilted_quad() {
 }
 
 // A shell of index 1 is not there, whatever looks at the scene: in layers as in the picture.
-TEST(Layers, BoundariesThatLightDoesNotNoticeAreNotShown) {
+TEST(Layers, BoundariesOfIndexOneAreInvisible) {
   const auto scene = [](bool with_shell) {
     const std::string shell = R"(, {"name": "shell", "material": "air", "sphere": {"center": [0, 0, 0], "radius": 2}})";
     return test::TestScene::from_text(
@@ -161,7 +161,7 @@ TEST_P(LightLayers, GroupsAndTheRestSumToBeauty) {
   }
 }
 
-TEST_P(LightLayers, AGroupIsThePictureOfItsLightsAlone) {
+TEST_P(LightLayers, AGroupEqualsThePictureWithOnlyItsLights) {
   const Layers grouped = render(grouped_lights(), {"light:key", "light:fill", "light:sky"}, {6, 0}, GetParam());
   const auto alone = [](const std::string& group) {
     test::TestScene original = grouped_lights();
@@ -211,7 +211,7 @@ TEST_P(LightLayers, ChangeNoBitOfBeauty) {
   }
 }
 
-TEST_P(LightLayers, OneScatteringIsDirect) {
+TEST_P(LightLayers, LightScatteredOnceIsDirect) {
   // Cut after one scattering, nothing is indirect; of more, direct light stays what it was.
   const Layers one = render(balls(), {"direct", "indirect"}, {4, 0}, GetParam(), 1);
   const Layers all = render(balls(), {"direct", "indirect"}, {4, 0}, GetParam());
@@ -224,7 +224,7 @@ TEST_P(LightLayers, OneScatteringIsDirect) {
 
 class SurfaceLayers : public testing::TestWithParam<std::string> {};
 
-TEST_P(SurfaceLayers, ShowWhatTheCameraSeesFirst) {
+TEST_P(SurfaceLayers, ShowTheFirstVisibleSurface) {
   const Layers layers = render(tilted_quad(), {"albedo", "normal", "depth", "id"}, {5, 0}, GetParam());
   const double pixel_size = 2 * std::tan(10 * M_PI / 180) / 64;  // at distance 1
   for (const std::size_t row : {5u, 40u}) {
@@ -253,7 +253,7 @@ TEST_P(SurfaceLayers, ShowWhatTheCameraSeesFirst) {
     EXPECT_EQ(layers.first("id", 15, sky), 0);
   }
 }
-TEST(Layers, TheNormalIsTheGeometricOneWhereAMethodIsFlat) {
+TEST(Layers, FlatMethodsGiveTheGeometricNormal) {
   const auto scene = test::TestScene::from_text(R"({
     "camera": {"eye": [0, 0, 4], "look_at": [0, 0, 0], "vertical_fov_degrees": 20},
     "film": {"width": 64, "height": 64, "filter": {"kind": "BOX"}},
@@ -273,7 +273,7 @@ TEST(Layers, TheNormalIsTheGeometricOneWhereAMethodIsFlat) {
 INSTANTIATE_TEST_SUITE_P(Methods, SurfaceLayers, testing::Values("path", "caustic", "vcm", "preview"),
                          [](const auto& info) { return info.param; });
 
-TEST(Layers, AMethodThatLacksOneSaysSo) {
+TEST(Layers, AnUnsupportedLayerIsRefused) {
   const auto scene = balls();
   const auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   const auto method = make_method(*compiled, {"preview", 0, 0, *film_layers(std::vector<std::string>{"direct"})});

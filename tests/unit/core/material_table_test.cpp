@@ -11,7 +11,7 @@ float number(std::uint32_t i) {
 }
 
 // Columns of up to eight rows are looked up in another way than longer ones.
-TEST(MaterialTable, HasEachMaterialsParametersByTheirNames) {
+TEST(MaterialTable, ReturnsTheParametersOfEachMaterial) {
   for (const std::uint32_t of_each_kind : {3u, 8u, 21u}) {
     Scene scene;
     for (std::uint32_t i = 0; i < of_each_kind; ++i) {

@@ -71,7 +71,7 @@ Found compare(const MergeRadii& radii, std::uint32_t seed) {
   return found;
 }
 
-TEST(MergeMap, FindsWhatTryingAllDepositsFindsOverManyOctavesOfRadii) {
+TEST(MergeMap, MatchesBruteForceOverManyOctavesOfRadii) {
   for (const float per_length : {0.001f, 0.02f, 0.2f, 0.34f, 0.6f}) {
     const Found found = compare({kEye, per_length, per_length / 256, 8 * per_length}, 1);
     EXPECT_GT(found.photons, 1000u) << per_length;
@@ -79,17 +79,17 @@ TEST(MergeMap, FindsWhatTryingAllDepositsFindsOverManyOctavesOfRadii) {
   }
 }
 
-TEST(MergeMap, AlsoWhereRadiiGrowFasterThanTheWay) {
+TEST(MergeMap, MatchesBruteForceWhenRadiiGrowFasterThanDistance) {
   for (const float per_length : {0.99f, 1.0f, 3.0f}) {
     EXPECT_GT(compare({kEye, per_length, per_length / 256, 8 * per_length}, 2).photons, 1000u) << per_length;
   }
 }
 
-TEST(MergeMap, OfOneRadiusEverywhere) {
+TEST(MergeMap, MatchesBruteForceWithOneRadius) {
   EXPECT_GT(compare({kEye, 0.5f, 0.1f, 0.1f}, 3).photons, 1000u);
 }
 
-TEST(MergeMap, FilesADepositTwiceAtMost) {
+TEST(MergeMap, StoresAPhotonTwiceAtMost) {
   Points points(4);
   std::vector<Photon> photons(1 << 14);
   for (Photon& photon : photons) {
@@ -102,7 +102,7 @@ TEST(MergeMap, FilesADepositTwiceAtMost) {
   }
 }
 
-TEST(MergeMap, OfNoDepositsFindsNone) {
+TEST(MergeMap, FindsNothingWithoutPhotons) {
   std::vector<std::uint32_t> found;
   MergeMap({}, {kEye, 0.1f, 0.001f, 1}).find(kEye, 0.5f, found);
   EXPECT_TRUE(found.empty());

@@ -81,14 +81,14 @@ TEST_P(Methods, APixelHasTheSameBitsInEveryRectangle) {
   }
 }
 
-TEST_P(Methods, AWorkspaceKeepsNothingThatMatters) {
+TEST_P(Methods, AReusedWorkspaceDoesNotChangeBits) {
   const auto workspace = method_->make_workspace();
   const Node first = method_->render({0, 0, 64, 64}, {2, 0}, *workspace);
   method_->render({64, 64, 36, 26}, {4, 3}, *workspace);
   EXPECT_EQ(method_->render({0, 0, 64, 64}, {2, 0}, *workspace).values, first.values);
 }
 
-TEST_P(Methods, TheCallersFloatingPointModeChangesNothingAndComesBack) {
+TEST_P(Methods, TheCallersFloatingPointModeHasNoEffectAndIsRestored) {
   const Node plain = render({0, 0, 64, 64}, {2, 0});
   const unsigned saved = _mm_getcsr();
   const unsigned odd_mode = saved | 0x8040u | 0x6000u;  // flush and take denormals as zero, round towards zero
@@ -107,7 +107,7 @@ TEST_P(Methods, AnotherSeedGivesAnotherPicture) {
   EXPECT_NE((*other)->render(tile, {2, 0}, *(*other)->make_workspace()).values, render(tile, {2, 0}).values);
 }
 
-TEST_P(Methods, TheSpecSaysWhetherLightsAndBouncesMatter) {
+TEST_P(Methods, TheSpecStatesWhetherLightsAndBouncesMatter) {
   const std::string name = parse_method(GetParam().name)->name;
   const auto picture = [](std::shared_ptr<const CompiledScene> scene, std::uint32_t max_bounces) {
     const auto method = make_method(std::move(scene), {GetParam().name, 42, max_bounces});
@@ -148,7 +148,7 @@ INSTANTIATE_TEST_SUITE_P(
       return name + (info.param.layers.empty() ? "" : "WithLayers");
     });
 
-TEST(Method, AnUnknownNameIsRefusedWithTheKnownOnes) {
+TEST(Method, AnUnknownNameIsRefusedWithTheKnownNames) {
   const auto scene = test::TestScene(test::source_file("scenes/cornell-bench-balls.json"));
   auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   ASSERT_TRUE(compiled.ok());
@@ -194,7 +194,7 @@ TEST(Method, ParametersAreCheckedByName) {
   EXPECT_EQ(message_of(parse_method("path:distance=1").status()), "path takes brute-force; got 'distance=1'");
 }
 
-TEST(Method, RangesOfSharedSamplesFitWhatIsHeld) {
+TEST(Method, RangesOfSharedSamplesFitTheHeldPasses) {
   EXPECT_EQ(shared_samples(*parse_method("path")), 0u);
   EXPECT_EQ(shared_samples(*parse_method("caustic:photons=1000")), 32u);
   EXPECT_EQ(shared_samples(*parse_method("ppm:photons=1000")), 32u);
@@ -204,7 +204,7 @@ TEST(Method, RangesOfSharedSamplesFitWhatIsHeld) {
   EXPECT_EQ(level_at_a_time(*parse_method("vcm"), 4), 0u) << "the next tile finds the pass, however heavy";
 }
 
-TEST(Method, WhittedFollowsLightOnlySoFar) {
+TEST(Method, WhittedLimitsItsBounces) {
   EXPECT_TRUE(check_max_bounces("whitted", 0).ok());
   EXPECT_TRUE(check_max_bounces("whitted", kMaxWhittedBounces).ok());
   EXPECT_TRUE(check_max_bounces("path", kMostBounces).ok());

@@ -34,7 +34,7 @@ double sum_of(const HalfImages& image, int channel = 0) {
 // All photons that the lamp gives power fall on the floor and are seen: the sum of the dots is their number. Light from
 // 15 degrees about the axis falls within 0.81 of the middle. The lamp is within the sphere around the scene, so photons
 // start in all directions alike, and the share that is in the lamp's cone is (1 − cos 15°)/2.
-TEST(PhotonDots, OneForEachPhotonOnAFloor) {
+TEST(PhotonDots, CountEachPhotonOnAFloorOnce) {
   const TestScene scene = floor_under_lamp();
   const HalfImages image = scene.render({"photon-dots:photons=100000", 1, 1}, 1);
   double largest = 0;
@@ -47,7 +47,7 @@ TEST(PhotonDots, OneForEachPhotonOnAFloor) {
   EXPECT_NEAR(sum_of(image), expected, 5 * std::sqrt(expected));
 }
 
-TEST(PhotonDots, TheSameHoweverManySamples) {
+TEST(PhotonDots, DoNotDependOnTheNumberOfSamples) {
   const TestScene scene = floor_under_lamp();
   const HalfImages few = scene.render({"photon-dots:photons=2000", 1, 0}, 1);
   const HalfImages many = scene.render({"photon-dots:photons=2000", 1, 0}, 4);
@@ -56,7 +56,7 @@ TEST(PhotonDots, TheSameHoweverManySamples) {
   }
 }
 
-TEST(PhotonDots, OfCausticsAloneThereAreNoneWithoutGlass) {
+TEST(PhotonDots, CausticPhotonsNeedGlass) {
   EXPECT_EQ(sum_of(floor_under_lamp().render({"photon-dots:caustic,photons=2000", 1, 0}, 1)), 0);
   const std::string glass = also(named("glass", R"("dielectric": {"ior": 1.5})"));
   const TestScene ball = floor_under_lamp(glass, also(sphere("glass", "[0, 1, 0.9]", 0.5)));
@@ -65,7 +65,7 @@ TEST(PhotonDots, OfCausticsAloneThereAreNoneWithoutGlass) {
 }
 
 /// The lamp through a slab of index 1 that absorbs: on the way to the floor, and again to the eye above.
-TEST(PhotonDots, AbsorptionMakesThemDarkerUnlessItIsLeftOut) {
+TEST(PhotonDots, AbsorptionDarkensThemUnlessDisabled) {
   const std::string amber =
       also(named("amber", R"("dielectric": {"ior": 1}, "interior": {"absorption": {"rgb": [0.1, 1, 0]}})"));
   const std::map<std::string, std::string> slab{{"slab.obj", box(-3, 3, 1, 2, -3, 3)}};

@@ -37,7 +37,7 @@ TEST(SampleSums, ANodeHasTheBitsOfJoiningItsOneSampleNodes) {
   }
 }
 
-TEST(SampleSums, AMillionSamplesLoseNextToNothing) {
+TEST(SampleSums, AMillionSamplesLoseAlmostNoPrecision) {
   // Of a tree of 19 additions each half a last place off at most: 19 · 2^-24. One after the other they would lose whole
   // per cents, and all that is added to a hundred million.
   constexpr std::uint32_t kLevel = 20;
@@ -58,7 +58,7 @@ TEST(SampleSums, AMillionSamplesLoseNextToNothing) {
   }
 }
 
-TEST(SampleSums, AReusedOneStartsFromZero) {
+TEST(SampleSums, ReusedSumsStartFromZero) {
   SampleSums sums;
   for (int repeat = 0; repeat < 2; ++repeat) {
     for (const std::size_t pixels : {7u, 11u}) {

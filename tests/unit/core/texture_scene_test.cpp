@@ -58,7 +58,7 @@ TEST(ReadImage, ColoursAreNotMultipliedByAlpha) {
   }
 }
 
-TEST(ReadImage, GoesByHowItBeginsAndNotByItsName) {
+TEST(ReadImage, DetectsTheFormatByContentNotByName) {
   const std::string png = small_png();
   for (const std::string name : {"a.png", "a.PNG", "a.jpg", "noending", "a.b c.tif"}) {
     const auto texels = read_image(as_byte_view(png), name);
@@ -69,7 +69,7 @@ TEST(ReadImage, GoesByHowItBeginsAndNotByItsName) {
             std::string::npos);
 }
 
-TEST(ReadImage, WhatIsNoImageIsAnErrorThatNamesTheFile) {
+TEST(ReadImage, AnErrorNamesTheFileThatIsNoImage) {
   const std::string garbage = "this is no image";
   for (const std::string name : {"a.png", "b.exr", "c.hdr", "d.jpg", "e.tif", "noending"}) {
     const auto texels = read_image(as_byte_view(garbage), name);
@@ -160,7 +160,7 @@ double irradiance_by(std::array<double, 2> p, double side, bool triangle, Radian
 }
 
 // Without points that are drawn on the lamp these would be too noisy by far, but for those beneath large lamps.
-TEST(TexturedLamp, LightsByItsTexels) {
+TEST(TexturedLight, EmitsByItsTexels) {
   // Luminances: red and green above blue and grey.
   const std::array<double, 4> texels{0.2126, 0.7152, 0.0722, std::pow((188 / 255.0 + 0.055) / 1.055, 2.4)};
   const auto by_texels = [&](double u, double v) { return 3 * texels[(v > 0.5 ? 0 : 2) + (u > 0.5 ? 1 : 0)]; };
@@ -197,7 +197,7 @@ TEST(TexturedLamp, LightsByItsTexels) {
   expect_reading(read(mesh, bent, {0, 0}), irradiance_by({0, 0}, 0.1, false, by_halves), 4e-2);
 }
 
-TEST(TexturedLamp, IsAPointOfItsMeanColourToRaycast) {
+TEST(TexturedLight, IsAPointOfItsMeanColourInRaycast) {
   const std::string text = R"({"camera": {"eye": [0, 0, 0.5], "look_at": [0, 0.0001, 0], "vertical_fov_degrees": 0.01},
       "film": {"width": 8, "height": 8, "filter": {"kind": "BOX", "radius_pixels": 0.5}},
       "textures": [)" + kNearest +
@@ -259,7 +259,7 @@ TEST(TextureScene, RoughnessAndMetallicTakeOneChannel) {
   EXPECT_NEAR(mapped.mean(red), smooth.mean(red), 1e-4);
 }
 
-TEST(TextureScene, WhittedFollowsWhatATextureMakesSmooth) {
+TEST(TextureScene, WhittedFollowsReflectionsOfTexturedSmoothSurfaces) {
   const std::string data = R"({"name": "t", "file": "small.png", "filter": "NEAREST"})";
   const std::string map = R"(, "roughness_map": {"texture": "t", "channel": "G"})";
   const auto at = [](const HalfImages& image, int x, int y) {
@@ -283,7 +283,7 @@ TEST(TextureScene, WhittedFollowsWhatATextureMakesSmooth) {
   }
 }
 
-TEST(TextureScene, ATextureOfColoursAndDataIsDecodedForBothUnlessItSaysOtherwise) {
+TEST(TextureScene, ATextureForColourAndDataIsDecodedForBothByDefault) {
   const std::string both = R"("principled": {"base_color": {"texture": "t"}, "metallic": 1, "roughness": 0.6},
       "roughness_map": {"texture": "t", "channel": "G"})";
   const double gray = std::pow((188 / 255.0 + 0.055) / 1.055, 2.4);
@@ -294,7 +294,7 @@ TEST(TextureScene, ATextureOfColoursAndDataIsDecodedForBothUnlessItSaysOtherwise
   EXPECT_NEAR(mapped.mean(i), plain.mean(i), 1e-4 * plain.mean(i));
 }
 
-TEST(TextureScene, TexelsThatAreNoReflectanceAreCut) {
+TEST(TextureScene, TexelsAreClampedToReflectances) {
   // 2, −1 and 0.5 of an EXR file count as 1, 0 and 0.5, so that energy is conserved; of emission only −1 is cut.
   const std::string exr =
       *encode_exr({{0, 0, 1, 1},

@@ -24,7 +24,7 @@ photons::PhotonPasses passes_of(const TestScene& scene, std::uint64_t seed, std:
       {.seed = seed, .max_bounces = kMaxBounces, .photons = light_paths, .kind = photons::PhotonKind::light_path});
 }
 
-TEST(VcmMemory, ConnectionsTracedInPiecesAreTheSameBits) {
+TEST(VcmMemory, TracingConnectionsInPiecesDoesNotChangeBits) {
   const auto scene = TestScene(source_file("scenes/cornell-bench-balls.json")).resized(64, 64);
   const MethodSettings settings{"vcm:photons=1000", 42, 0,
                                 *film_layers(std::vector<std::string>{"direct", "indirect"})};
@@ -51,7 +51,7 @@ Vertices vertices_of(double albedo) {
 
 // 2^16 paths of 512×512 pixels would have 6.5 and 65 million. The paths tried take three of their standard errors off,
 // which may be three more or less: a pass of fewer than 0.75 of what is allowed, or more, comes once in 100,000.
-TEST(VcmMemory, APassHasSoManyVerticesInAClosedRoomAsIsStatedAndNoFewerThanItMay) {
+TEST(VcmMemory, APassInAClosedRoomNearlyFillsTheVertexLimit) {
   for (const double albedo : {0.99, 1.0}) {
     const TestScene scene = closed_room(albedo, 512);
     RenderCounters counters;
@@ -68,7 +68,7 @@ TEST(VcmMemory, APassHasSoManyVerticesInAClosedRoomAsIsStatedAndNoFewerThanItMay
 }
 
 // The same of photons that are gathered, each of which stays wherever it meets a wall.
-TEST(PhotonMemory, APassLeavesNoMoreInAClosedRoomThanIsStated) {
+TEST(PhotonMemory, APassInAClosedRoomStaysWithinThePhotonLimit) {
   for (const double albedo : {0.99, 1.0}) {
     const TestScene scene = closed_room(albedo, 512);
     RenderCounters counters;
@@ -85,20 +85,20 @@ TEST(PhotonMemory, APassLeavesNoMoreInAClosedRoomThanIsStated) {
   }
 }
 
-TEST(VcmMemory, LightPathsAreAsManyAsAreAskedForWhereTheyHaveFewVertices) {
+TEST(VcmMemory, ShortLightPathsKeepTheirRequestedNumber) {
   EXPECT_EQ(passes_of(closed_room(0.5, 512), 7).photons(), 1u << 16) << "of 512×512 pixels";
   const TestScene five_each = closed_room(0.8, 16);
   EXPECT_EQ(passes_of(five_each, 7, 150'000).photons(), 150'000u);
   EXPECT_LT(passes_of(five_each, 7, 300'000).photons() * 5, photons::kMostStored);
 }
 
-TEST(VcmMemory, TheNumberOfLightPathsIsTheScenesNotTheSeeds) {
+TEST(VcmMemory, TheNumberOfLightPathsDependsOnTheSceneNotTheSeed) {
   const TestScene scene = closed_room(0.99, 512);
   EXPECT_EQ(passes_of(scene, 1).photons(), passes_of(scene, 2).photons());
 }
 
 // What arrives after k − 1 scatterings is the lamp's power times the albedo to that power, however few paths bring it.
-TEST(VcmMemory, FewerPathsBringAllLight) {
+TEST(VcmMemory, FewerPathsCarryAllLight) {
   constexpr double kAlbedo = 0.97;
   const TestScene scene = closed_room(kAlbedo, 512);
   RenderCounters counters;

@@ -134,7 +134,7 @@ std::vector<Strategy> strategies(const RandomPath& path) {
   return all;
 }
 
-TEST(VcmWeights, OfAllStrategiesOfAPathAreTheBalanceHeuristicAndSumToOne) {
+TEST(VcmWeights, AreTheBalanceHeuristicAndSumToOne) {
   std::mt19937 engine(1);
   int found = 0;
   for (int i = 0; i < 20000; ++i) {
