@@ -79,7 +79,7 @@ TEST(Flip, HdrTakesTheWorstOfItsExposures) {
   EXPECT_NEAR(mean_flip(scaled), mean_flip(map), kTolerance);
 }
 
-TEST(Flip, HdrSeesWhatIsBlackOrDarkForTheMost) {
+TEST(Flip, HdrComparesMostlyBlackAndDarkPictures) {
   RgbImage reference = uniform(0, 0, 0);
   EXPECT_EQ(mean_flip(hdr_flip_map(reference, reference).value()), 0);
   EXPECT_GT(mean_flip(hdr_flip_map(uniform(1, 1, 1), reference).value()), 0.9);
@@ -88,7 +88,7 @@ TEST(Flip, HdrSeesWhatIsBlackOrDarkForTheMost) {
   EXPECT_GT(mean_flip(hdr_flip_map(uniform(0, 0, 0), reference).value()), 0);
 }
 
-TEST(Flip, WhatCannotBeComparedIsRefused) {
+TEST(Flip, IncomparablePicturesAreRefused) {
   RgbImage broken = uniform(1, 1, 1);
   broken.values[14] = std::numeric_limits<float>::infinity();
   EXPECT_EQ(flip_map(broken, uniform(1, 1, 1)).status().code(), StatusCode::kInvalidArgument);
