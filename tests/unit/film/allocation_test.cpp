@@ -12,7 +12,7 @@ Allocation of(std::vector<std::int8_t> shifts) {
   return Allocation::of(std::move(shifts)).value();
 }
 
-TEST(Allocation, PartsAreRoundedUpAndTellWhatTheFrameHas) {
+TEST(Allocation, PartsAreRoundedUpAndDetermineTheFramesCount) {
   const Allocation allocation = of({-2, -1, 0, 1, 2});
   for (std::uint32_t i = 0; i < 7; ++i) {
     const TileId tile{i};
@@ -86,7 +86,7 @@ TEST(Allocate, NoisyTilesGetMore) {
   EXPECT_TRUE(allocate(std::vector<TileNoise>{{10, 100, 100}, {10, 1, 1}}, 0).allocation.even());
 }
 
-TEST(Allocate, IsEvenWhereNothingIsGained) {
+TEST(Allocate, IsEvenWithoutAGain) {
   EXPECT_TRUE(allocate(std::vector<TileNoise>(9, {4096, 0.3, 5}), 0).allocation.even());
   EXPECT_TRUE(allocate(std::vector<TileNoise>(9, {4096, 0, 5}), 0).allocation.even());
   EXPECT_TRUE(allocate(std::vector<TileNoise>{}, 0).allocation.even());
@@ -97,7 +97,7 @@ TEST(Allocate, IsEvenWhereNothingIsGained) {
 }
 
 // However few tiles are noisy, and however alike the others are: who asks for n samples gets them.
-TEST(Allocate, SpendsAsManyAsWereAskedFor) {
+TEST(Allocate, SpendsTheRequestedSamples) {
   for (const std::size_t count : {64u, 65u, 1000u}) {
     for (const std::size_t noisy : {1u, 6u, 15u, 16u, 30u, 60u}) {
       for (const double quiet : {0.0, 0.01, 1.0}) {
@@ -114,7 +114,7 @@ TEST(Allocate, SpendsAsManyAsWereAskedFor) {
 }
 
 // Of all allocations of five tiles that have one sample on average, but for what no tile's next step fits into.
-TEST(Allocate, IsNearlyTheBestThereIs) {
+TEST(Allocate, IsNearlyOptimal) {
   constexpr std::size_t kTiles = 5;
   std::mt19937 random(5);
   std::lognormal_distribution<double> variance(0, 2), cost(0, 0.5);

@@ -82,7 +82,7 @@ double own_error(const Film& film, double mean) {
   return sum / (static_cast<double>(sums.size()) / 2);
 }
 
-TEST(ErrorEstimate, IntervalHoldsThePicturesOwnErrorNineteenTimesInTwenty) {
+TEST(ErrorEstimate, IntervalCoversThePicturesErrorInNineteenOfTwentyRuns) {
   // Of 12,288 values, the estimate's and the picture's own error have a relative variance of 2/12,288 each: 95 % of
   // their differences are below 3.54 % of the error. With 10 % for the limit's sake that makes 10.6 %, which is six
   // standard deviations.
@@ -115,13 +115,13 @@ double estimate_with(double a, double b, double beside) {
   return estimate_tile_error(sums, kSide, kSide, 1, {8, 8}).sum;
 }
 
-TEST(ErrorEstimate, ARareBrightSampleIsComparedWithWhatIsThereWithoutIt) {
+TEST(ErrorEstimate, ARareBrightSampleIsComparedWithThePictureWithoutIt) {
   // 101 in one half, 1 in the other, around them ones: the mean is off by 50, where there ought to be 1.
   EXPECT_NEAR(estimate_with(101, 1, 1), 2500 / 1.01, 1);
   EXPECT_NEAR(estimate_with(1, 101, 1), 2500 / 1.01, 1);
 }
 
-TEST(ErrorEstimate, AtTheEdgeOfSomethingBrightItIsComparedWithTheMean) {
+TEST(ErrorEstimate, AnEdgeOfABrightAreaIsComparedWithTheMean) {
   // Beside it both halves have 500, five times as much: the pixel is one that this covers in part.
   EXPECT_NEAR(estimate_with(101, 1, 500), 2500.0 / (51 * 51 + 0.01), 1e-3);
 }
@@ -139,7 +139,7 @@ double gathered_at(double x, double radius) {
   return lit / all;
 }
 
-TEST(ErrorEstimate, BiasOfGathersCountsByWhatHalfTheRadiusChanges) {
+TEST(ErrorEstimate, BiasOfGathersFollowsFromHalfTheRadius) {
   // The edge of light 0.2 on a ground of 1, gathered on discs. Beside its bias the picture has noise of its own, as has
   // the layer: more than it shows, but independent in the two halves.
   constexpr int kSide = 64;
@@ -200,7 +200,7 @@ TEST(ErrorEstimate, BrightSamplesInATextureAreNotHiddenByItsBrightSpots) {
   }
 }
 
-TEST(ErrorEstimate, IsUnknownUntilBothHalvesAreEverywhere) {
+TEST(ErrorEstimate, IsUnknownUntilAllTilesHaveBothHalves) {
   Film film(TileGrid({0, 0, 128, 64}), 3);
   ErrorEstimator estimator;
   EXPECT_FALSE(estimator.update(film).known);
@@ -214,7 +214,7 @@ TEST(ErrorEstimate, IsUnknownUntilBothHalvesAreEverywhere) {
 }
 
 // A film of 65×65 pixels has a tile of a single one in its corner; it must not hide the error of all the others.
-TEST(ErrorEstimate, ACornerOfOnePixelLeavesTheFramesErrorKnown) {
+TEST(ErrorEstimate, ATileOfOnePixelLeavesTheFramesErrorKnown) {
   const double expected = 0.01 / 16 / 1.01;
   double sum = 0, widths = 0, plain_widths = 0;
   for (std::uint32_t seed = 0; seed < 20; ++seed) {
@@ -230,7 +230,7 @@ TEST(ErrorEstimate, ACornerOfOnePixelLeavesTheFramesErrorKnown) {
 }
 
 // Radiances of 1e25 have squares beyond single precision.
-TEST(ErrorEstimate, IsRelativeHoweverBrightTheLight) {
+TEST(ErrorEstimate, IsRelativeAtAnyBrightness) {
   const FrameError error = estimate(1, {0, 0, 64, 64}, 1e25, 1e24);
   const double expected = 0.01 / 16;
   EXPECT_NEAR(error.rel_mse, expected, 0.1 * expected);  // a relative standard deviation of 1.3 %

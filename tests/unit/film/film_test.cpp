@@ -94,7 +94,7 @@ class FilmTest : public testing::TestWithParam<std::vector<std::string>> {
   }
 };
 
-TEST_P(FilmTest, SameBitsInAnyOrderAndHoweverCut) {
+TEST_P(FilmTest, MergeOrderAndSplitDoNotChangeBits) {
   const std::uint32_t seeds = GetParam().empty() ? 200 : 15;  // with layers there is more to compute
   for (std::uint32_t seed = 0; seed < seeds; ++seed) {
     std::mt19937 bits(seed);
@@ -153,7 +153,7 @@ TEST_P(FilmTest, OutcomesDescribeTheStoredForest) {
   }
 }
 
-TEST_P(FilmTest, ExtendingGivesTheBitsOfAskingAtOnce) {
+TEST_P(FilmTest, ExtendingGivesTheBitsOfOneRequest) {
   Film extended = make_film();
   Film at_once = make_film();
   for (std::uint32_t tile = 0; tile < 2; ++tile) {
@@ -170,7 +170,7 @@ TEST_P(FilmTest, ExtendingGivesTheBitsOfAskingAtOnce) {
   EXPECT_EQ(ranges_of(at_once, TileId{0}), (std::vector<SampleRange>{{8, 0}, {5, 8}, {3, 36}, {2, 74}}));
 }
 
-TEST_P(FilmTest, DropsWhatIsCovered) {
+TEST_P(FilmTest, DropsCoveredNodes) {
   Film film = make_film();
   film.merge(TileId{0}, make_node(film, TileId{0}, {3, 0}));
   const std::uint64_t version = film.version();
@@ -186,7 +186,7 @@ TEST_P(FilmTest, DropsWhatIsCovered) {
   EXPECT_FALSE(film.covered(TileId{1}, {0, 7}));
 }
 
-TEST_P(FilmTest, AncestorsReplaceWhatTheyContain) {
+TEST_P(FilmTest, AncestorsReplaceTheirDescendants) {
   Film film = make_film();
   film.merge(TileId{0}, make_node(film, TileId{0}, {0, 1}));
   film.merge(TileId{0}, make_node(film, TileId{0}, {1, 3}));
@@ -197,7 +197,7 @@ TEST_P(FilmTest, AncestorsReplaceWhatTheyContain) {
   EXPECT_EQ(film.samples(TileId{0}), 8u);
 }
 
-TEST_P(FilmTest, FindsEqualRangesWithOtherBits) {
+TEST_P(FilmTest, FindsEqualRangesWithDifferentBits) {
   Film film = make_film();
   // The two siblings are joined to the parent's range, whose own bits must then be equal.
   film.merge(TileId{0}, make_node(film, TileId{0}, {1, 0}));
@@ -275,7 +275,7 @@ TEST(FirstLayers, AreMadeOfSamples0To15AndKeptWhenTheFilmJoins) {
   EXPECT_EQ(film.expected_values(tile, {0, 16}), 4u);
 }
 
-TEST(FilmLayers, ComeInOneOrderAndLightGroupsBringTheRest) {
+TEST(FilmLayers, HaveOneOrderAndLightGroupsAddTheRest) {
   const auto layers =
       film_layers(std::vector<std::string>{"id", "light:key", "albedo", "depth", "light:fill", "direct"});
   ASSERT_TRUE(layers.ok());
@@ -298,7 +298,7 @@ TEST(FilmLayers, ComeInOneOrderAndLightGroupsBringTheRest) {
   EXPECT_FALSE(check_layers({}).ok());
 }
 
-TEST(FilmLayers, AreRefusedWithTheReason) {
+TEST(FilmLayers, BadListsAreRefusedWithTheReason) {
   const auto error = [](std::vector<std::string> names) { return message_of(film_layers(names).status()); };
   EXPECT_EQ(error({"normals"}),
             "unknown layer \"normals\"; the layers are direct, indirect, caustic, bias, albedo, normal, depth, id, and "
@@ -313,7 +313,7 @@ TEST(FilmLayers, AreRefusedWithTheReason) {
   EXPECT_EQ(error(many), "a film has at most 8 light groups, got 9");
 }
 
-TEST(TileGrid, MetersHaveTilesAfterThePictures) {
+TEST(TileGrid, MeterTilesFollowThePictureTiles) {
   const TileGrid grid(PixelRect{60, 130, 10, 70}, 2);
   EXPECT_EQ(grid.tile_count(), 6u);
   EXPECT_EQ(grid.picture_tiles(), 4u);
@@ -324,7 +324,7 @@ TEST(TileGrid, MetersHaveTilesAfterThePictures) {
   EXPECT_EQ(grid.pixel_count(), 700u + 2 * 4096u);
 }
 
-TEST(TileGrid, TilesAreThoseOfTheFullFilm) {
+TEST(TileGrid, ACropHasTheTilesOfTheFullFilm) {
   const TileGrid grid(PixelRect{60, 130, 10, 70});
   EXPECT_EQ(grid.columns(), 2);
   EXPECT_EQ(grid.rows(), 2);
@@ -334,7 +334,7 @@ TEST(TileGrid, TilesAreThoseOfTheFullFilm) {
   EXPECT_EQ(grid.tile_rect(TileId{3}), (PixelRect{64, 192, 6, 8}));
 }
 
-TEST(Film, TellsOfHowManyOfTheFramesSamplesAllTilesHaveTheirPart) {
+TEST(Film, FrameSamplesCountWhatAllTilesHave) {
   Film film(TileGrid(kCrop), 3, Allocation::of({-1, 2}).value());
   const TileId quiet{0}, noisy{1};
   film.merge(quiet, make_node(film, quiet, {3, 0}));  // 8: half of 16
@@ -353,7 +353,7 @@ TEST(Film, TellsOfHowManyOfTheFramesSamplesAllTilesHaveTheirPart) {
   EXPECT_EQ(film.max_samples(), 65u);
 }
 
-TEST(Film, WhatIsDroppedIsFreeAgainAndComesBackWithTheSameBits) {
+TEST(Film, DroppedRangesMergeAgainWithTheSameBits) {
   Film film{TileGrid(kCrop), NodeLayout()};
   const TileId tile{1};
   for (const SampleRange range : {SampleRange{2, 0}, SampleRange{0, 4}, SampleRange{1, 3}}) {
