@@ -69,7 +69,7 @@ TEST(IesProfile, SymmetriesAreMadeExplicit) {
   EXPECT_DOUBLE_EQ(side.at(10, 315), 5.5);
 }
 
-TEST(IesProfile, FactorsMultiplyWhatTheFileSays) {
+TEST(IesProfile, FactorsMultiplyTheFilesIntensities) {
   std::string text = file("0 90", 2, "0", 1, "8 2", "IESNA:LM-63-1995", 2.5);
   text.replace(text.find("\r\n1 1 100"), 10, "\r\n0.5 0.8 9");
   EXPECT_DOUBLE_EQ(profile_of(text).at(0, 0), 8 * 2.5 * 0.5 * 0.8);
@@ -86,7 +86,7 @@ TEST(IesProfile, FactorsMultiplyWhatTheFileSays) {
   EXPECT_DOUBLE_EQ(with_head("CATALOG 201907"), 8 * 2.5 * 0.5 * 0.8);
 }
 
-TEST(IesProfile, TiltIsReadOver) {
+TEST(IesProfile, TiltFactorsAreSkipped) {
   std::string text = file("0 90", 2, "0", 1, "8 2");
   text.replace(text.find("TILT=NONE\r\n"), 11, "TILT=INCLUDE\r\n1\r\n3\r\n0 45 90\r\n1 0.9 0.8\r\n");
   EXPECT_DOUBLE_EQ(profile_of(text).at(0, 0), 8);
@@ -160,7 +160,7 @@ double sent(const IesProfile& profile, const Vec3d& direction) {
   return weight[3] * 4;  // at distance 2
 }
 
-TEST(IesLight, ItsLanesAgreeWithTheProfile) {
+TEST(IesLight, LanesAgreeWithTheProfile) {
   const IesProfile p =
       profile_of(file("0 20 70 130", 4, "0 90 180 300 360", 5, "9 8 4 1  9 7 5 2  9 1 1 1  9 3 6 2  9 8 4 1"));
   for (double v = 1; v < 130; v += 7.3) {

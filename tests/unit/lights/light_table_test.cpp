@@ -36,7 +36,7 @@ TEST(LightTable, CountsTheRowsOfAllLights) {
   EXPECT_LE(profile, 4u * (2 + 3 + 6 + 1000 + 2 + 2000) + 200);
 }
 
-TEST(SpotLights, OfAllDirectionsShineBackwardsToo) {
+TEST(SpotLights, ASpotOfAllDirectionsAlsoShinesBackwards) {
   SpotLights spots;
   spots.add({{0, 2, 0}, {0, 1, 0}, Vec3(4), 2, 2});
   for (const float aside : {0.0f, 1e-6f, 1e-5f, 1e-4f, 1e-3f, 1e-2f}) {
