@@ -38,7 +38,7 @@ struct Mill {
   }
 };
 
-TEST(HelpPage, NamesWhatACommandTakes) {
+TEST(HelpPage, ListsTheArgumentsOfACommand) {
   Mill mill;
   EXPECT_EQ(help_page(mill.grind(), 80), R"(Grind grain.
 
