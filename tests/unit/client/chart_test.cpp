@@ -105,7 +105,7 @@ TEST(Chart, BarsReachFromLowToHigh) {
   EXPECT_NE(svg.find("<title>a &amp; b</title>"), std::string::npos);
 }
 
-TEST(Chart, WhatCannotBeDrawnIsLeftOut) {
+TEST(Chart, UndrawablePointsAreLeftOut) {
   Chart chart;
   chart.title = "a < b & \"c\"";
   chart.series = {{"none", {at(0, 1), at(1, -1), at(1, std::nan("")), at(INFINITY, 1)}}};

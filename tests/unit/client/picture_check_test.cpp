@@ -127,7 +127,7 @@ TEST_F(PictureFile, AChangedAttributeIsFound) {
   }
 }
 
-TEST_F(PictureFile, AChangedBitOfTheHeaderOrOfTheLinesPlacesIsFound) {
+TEST_F(PictureFile, AChangedBitOfTheHeaderOrTheLineTableIsFound) {
   write(kTwoBlocksOfLines);
   const std::string& whole = bytes();
   const std::size_t end = whole.find("screenWindowWidth") + 40;  // its header, and a part of the table of lines
@@ -140,7 +140,7 @@ TEST_F(PictureFile, AChangedBitOfTheHeaderOrOfTheLinesPlacesIsFound) {
   }
 }
 
-TEST_F(PictureFile, BytesAfterItAreFound) {
+TEST_F(PictureFile, TrailingBytesAreFound) {
   EXPECT_EQ(loaded(bytes() + "x").code(), StatusCode::kDataLoss);
 }
 
@@ -157,7 +157,7 @@ TEST_F(PictureFile, ATruncatedFileIsFound) {
   }
 }
 
-TEST_F(PictureFile, AReceiptThatContradictsItselfIsFoundUnderAnyChecksum) {
+TEST_F(PictureFile, AContradictoryReceiptIsFoundUnderAnyChecksum) {
   const auto forged = [&](const char* name, const char* value) {
     const Status status = loaded(with([&](Image& changed) {
       changed.attributes[name] = std::string(value);
@@ -174,13 +174,13 @@ TEST_F(PictureFile, AReceiptThatContradictsItselfIsFoundUnderAnyChecksum) {
   }
 }
 
-TEST(PictureSettings, AreThoseOfItsSceneAlone) {
+TEST(PictureSettings, AnotherSceneOrAssetIsRefused) {
   const FilmPicture picture = example(kSixTiles);
   EXPECT_EQ(settings_of(picture, "another scene", {}).status().code(), StatusCode::kInvalidArgument);
   EXPECT_EQ(settings_of(picture, "scene", {sha256("asset")}).status().code(), StatusCode::kInvalidArgument);
 }
 
-TEST(DrawnTiles, AreAShareOfThemAtLeastOneAndAllAlike) {
+TEST(DrawnTiles, AreAShareOfAtLeastOneWithEqualChances) {
   const FilmPicture picture = example(kSixTiles);
   EXPECT_EQ(draw_tiles(picture, 0, 1).size(), 1u);
   EXPECT_EQ(draw_tiles(picture, 0.5, 1).size(), 3u);

@@ -7,7 +7,7 @@
 namespace lightmill::cli {
 namespace {
 
-TEST(Signals, ASecondCtrlCEndsTheProcessButNotBeforeItsLastWork) {
+TEST(Signals, ASecondCtrlCEndsTheProcessAfterItsCleanup) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto interrupt_twice = [] {
     Signals signals;

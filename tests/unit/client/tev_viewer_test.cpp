@@ -140,7 +140,7 @@ bool is_ready(const std::future<void>& what) {
   return what.wait_for(kHang) == std::future_status::ready;
 }
 
-TEST_F(TevViewerTest, ASlowViewerGetsAllOfAPictureWhoseTopChangesFasterThanItIsSent) {
+TEST_F(TevViewerTest, ASlowViewerGetsAllTilesWhileTheTopKeepsChanging) {
   const TevListener listener(0, kSmallBuffer);
   start(listener.port());
   viewer_->update(rows(0, kRows - 1, 1));
@@ -161,7 +161,7 @@ TEST_F(TevViewerTest, ASlowViewerGetsAllOfAPictureWhoseTopChangesFasterThanItIsS
   }
 }
 
-TEST_F(TevViewerTest, TheLastPictureIsSentForAsLongAsItIsTaken) {
+TEST_F(TevViewerTest, TheLastPictureIsSentWhileTheViewerReads) {
   const TevListener listener(0, kSmallBuffer);
   start(listener.port(), {milliseconds(100), milliseconds(100), seconds(2)});
   viewer_->update(rows(0, kRows - 1, 1));
@@ -178,7 +178,7 @@ TEST_F(TevViewerTest, TheLastPictureIsSentForAsLongAsItIsTaken) {
   EXPECT_TRUE(said().empty());
 }
 
-TEST_F(TevViewerTest, WhoTakesNothingAtTheEndIsGivenUp) {
+TEST_F(TevViewerTest, AViewerThatReadsNothingAtTheEndTimesOut) {
   const TevListener listener(0, kSmallBuffer);
   // Long enough that a busy machine finishes before a viewer that takes nothing is given up and tried again.
   start(listener.port(), {milliseconds(100), milliseconds(100), seconds(2)});
@@ -214,7 +214,7 @@ bool waits(pid_t thread) {
   return text.substr(text.rfind(')') + 1).starts_with(" S");
 }
 
-TEST_F(TevViewerTest, AnInterruptionEndsTheLastPictureAtOnce) {
+TEST_F(TevViewerTest, AnInterruptionStopsTheLastPictureAtOnce) {
   const TevListener listener(0, kSmallBuffer);
   start(listener.port(), kPatient);
   viewer_->update(rows(0, kRows - 1, 1));
@@ -231,7 +231,7 @@ TEST_F(TevViewerTest, AnInterruptionEndsTheLastPictureAtOnce) {
   window.close();  // or the test would wait for an hour, too
 }
 
-TEST_F(TevViewerTest, ItEndsAtOnceWhileNothingIsTaken) {
+TEST_F(TevViewerTest, DestructionDoesNotWaitForAStalledViewer) {
   const TevListener listener(0, kSmallBuffer);
   start(listener.port(), kPatient);
   viewer_->update(rows(0, kRows - 1, 1));
@@ -281,7 +281,7 @@ class DeafPort {
   std::vector<int> waiting_;
 };
 
-TEST_F(TevViewerTest, WhoDoesNotAnswerIsSaidToInPlainWordsAndOnce) {
+TEST_F(TevViewerTest, AnUnansweredConnectionIsReportedOnce) {
   const DeafPort deaf;
   std::set<unsigned> tries = deaf.knocking();
   const std::size_t others = tries.size();
@@ -295,7 +295,7 @@ TEST_F(TevViewerTest, WhoDoesNotAnswerIsSaidToInPlainWordsAndOnce) {
   EXPECT_NE(said[0].find("(no answer for 0.2 s): start tev or HDRView there"), std::string::npos) << said[0];
 }
 
-TEST_F(TevViewerTest, ItEndsAtOnceWhileItWaitsForAnAnswer) {
+TEST_F(TevViewerTest, DestructionDoesNotWaitForAnAnswer) {
   const DeafPort deaf;
   const std::size_t others = deaf.knocking().size();
   start(deaf.port(), kPatient);
@@ -307,7 +307,7 @@ TEST_F(TevViewerTest, ItEndsAtOnceWhileItWaitsForAnAnswer) {
   EXPECT_TRUE(said().empty());
 }
 
-TEST_F(TevViewerTest, APortThatHangsUpIsTriedNowAndThenAndTheConsoleHearsOfItOnce) {
+TEST_F(TevViewerTest, AClosingPortIsRetriedWithPausesAndReportedOnce) {
   const TevListener tunnel;
   constexpr milliseconds kRetry{200};
   start(tunnel.port(), {kRetry, seconds(20), seconds(20)});
@@ -323,7 +323,7 @@ TEST_F(TevViewerTest, APortThatHangsUpIsTriedNowAndThenAndTheConsoleHearsOfItOnc
   EXPECT_NE(said[0].find("start tev or HDRView there; it is tried again"), std::string::npos) << said[0];
 }
 
-TEST_F(TevViewerTest, AViewerThatIsClosedAndComesBackWhileNothingChangesGetsAllOfThePicture) {
+TEST_F(TevViewerTest, AReopenedViewerGetsTheWholePicture) {
   const TevListener listener;
   start(listener.port());
   viewer_->update(rows(0, kRows - 1, 1));
@@ -347,7 +347,7 @@ TEST_F(TevViewerTest, AViewerThatIsClosedAndComesBackWhileNothingChangesGetsAllO
   EXPECT_TRUE(said[1].starts_with("the picture goes to the viewer at 127.0.0.1:")) << said[1];
 }
 
-TEST_F(TevViewerTest, AnUnknownNameIsSaidToBeOne) {
+TEST_F(TevViewerTest, AnUnknownHostIsReported) {
   viewer_.emplace(HostPort{"viewer.invalid", 14158}, 7, console_, kQuick);
   EXPECT_FALSE(viewer_->finish());
   const std::vector<std::string> said = this->said();
