@@ -9,7 +9,7 @@
 namespace lightmill {
 namespace {
 
-TEST(Admit, PathFindsAllButWhatLampsWithoutExtentSendThroughSmoothSurfaces) {
+TEST(Admit, PathMissesOnlyPointAndSunLightThroughSmoothSurfaces) {
   EXPECT_TRUE(path_finds_all({kWhite}, {kBulb}));
   EXPECT_TRUE(path_finds_all({kWhite, kGlass, lamp()}, {}));
   EXPECT_TRUE(path_finds_all({kWhite, kGlass, kMirror}, {kSky}));
@@ -22,7 +22,7 @@ TEST(Admit, PathFindsAllButWhatLampsWithoutExtentSendThroughSmoothSurfaces) {
   }
 }
 
-TEST(Admit, PathDoesNotFindThroughNarrowLobesWhatItFindsThroughWideOnes) {
+TEST(Admit, PathMissesPointLightThroughNarrowLobesNotWideOnes) {
   // Measured in tests/atlas: light of a point over such surfaces.
   EXPECT_FALSE(path_finds_all({kWhite, metal(0.0101)}, {kBulb}));
   EXPECT_FALSE(path_finds_all({kWhite, metal(0.05)}, {kBulb}));
@@ -50,7 +50,7 @@ TEST(Admit, PathDoesNotFindThroughNarrowLobesWhatItFindsThroughWideOnes) {
   EXPECT_FALSE(admit(gloss, "caustic").admitted);
 }
 
-TEST(Admit, PathHardlyMeetsSmallLamps) {
+TEST(Admit, PathRarelyMeetsSmallEmitters) {
   // Spheres stand 3 apart: from the mirror's surface the lamp's centre is 2 away, and fills (r/2)²/4 of all directions.
   const double edge = 4 * std::sqrt(kSmallShare);
   const auto lit_by = [&](double radius, const Material& other) {
@@ -100,7 +100,7 @@ TEST(Admit, PathHardlyMeetsSmallLamps) {
   EXPECT_TRUE(admit(read_facts(triangle), "path").admitted);
 }
 
-TEST(Admit, ASpotHidesOnlyWhatItMayShineOn) {
+TEST(Admit, ASpotMattersOnlyWhereItShines) {
   // The ball lies 3 off the spot's foot, 5 below it, with a radius of 1: from 20.9° to 41° off the straight way down.
   const auto path_finds_all = [](const Point3d& direction, double cutoff_degrees) {
     const Light spot{"spot", SpotLight{{0, 5, 0}, direction, {1, 1, 1}, cutoff_degrees}};
@@ -113,7 +113,7 @@ TEST(Admit, ASpotHidesOnlyWhatItMayShineOn) {
   EXPECT_FALSE(path_finds_all({3, -5, 0}, 1));
 }
 
-TEST(Admit, CausticDoesNotCoverPlanesWithoutEndFromAfar) {
+TEST(Admit, CausticDoesNotCoverInfinitePlanesUnderDistantLight) {
   Light window = kSky;
   std::get<EnvironmentLight>(window.kind).has_image = true;
   const auto over_plane = [](const Material& material, const Light& light) {
@@ -133,7 +133,7 @@ TEST(Admit, CausticDoesNotCoverPlanesWithoutEndFromAfar) {
   }
 }
 
-TEST(Admit, VcmDoesNotCoverSmoothCoatsWithoutEndFromAfar) {
+TEST(Admit, VcmDoesNotCoverInfiniteSmoothCoatsUnderDistantLight) {
   const auto over_plane = [](const Material& material, const Light& light) {
     Scene scene = scene_of({kGray, material}, {light});
     scene.objects[1].shape = PlaneShape{{0, -2, 0}, {0, 1, 0}};
@@ -153,7 +153,7 @@ TEST(Admit, VcmDoesNotCoverSmoothCoatsWithoutEndFromAfar) {
 }
 
 /// Photons never start at spheres that glow by a texture, and nothing draws points of them.
-TEST(Admit, NoMethodFindsSmallLampsThatAreNeverSampled) {
+TEST(Admit, NoMethodFindsSmallUnsampledEmitters) {
   const double edge = 4 * std::sqrt(kSmallShare);  // 2 away from the other ball: as above
   const auto lit_by = [&](double radius, const Material& other) {
     Material lamp_of_texture = lamp();
@@ -191,7 +191,7 @@ TEST(Admit, NoMethodFindsSmallLampsThatAreNeverSampled) {
   EXPECT_TRUE(admit(read_facts(metered), "path").admitted) << "nobody says how near the plane is, which was moved";
 }
 
-TEST(Admit, WithoutAReceiverNothingIsMissing) {
+TEST(Admit, NoLightIsMissedWithoutAReceiver) {
   EXPECT_TRUE(path_finds_all({kMirror, kGlass}, {kBulb}));
   EXPECT_TRUE(path_finds_all({kBlack, kGlass}, {kBulb}));
   EXPECT_TRUE(path_finds_all({material("ground", HoldoutMaterial{}), kGlass}, {kBulb}))
@@ -209,7 +209,7 @@ TEST(Admit, WithoutAReceiverNothingIsMissing) {
   EXPECT_FALSE(path_finds_all({milk}, {kBulb}));
 }
 
-TEST(Admit, OnlyWhatIsThereCounts) {
+TEST(Admit, UnusedMaterialsAndLightsDoNotCount) {
   Scene scene = scene_of({kWhite, kGlass}, {kBulb});
   scene.objects.pop_back();
   EXPECT_TRUE(admit(read_facts(scene), "path").admitted) << "no object is of glass";
@@ -229,7 +229,7 @@ TEST(Admit, ASmoothLayerOverADiffuseBaseHidesLightFromPathAndCaustic) {
   EXPECT_TRUE(path_finds_all({kWhite, lacquer(0)}, {kSky}));
 }
 
-TEST(Admit, ReasonsNameTheLampAndTheGlass) {
+TEST(Admit, ReasonsNameTheLightAndTheGlass) {
   const std::string reason = admit(read_facts(scene_of({kWhite, kGlass, kMirror}, {kBulb, kSun})), "path").reason;
   for (const char* part : {"the point light 'bulb'", "(and 1 more light)", "(and 1 more object)",
                            "the glass 'glass ball'", "never meet"}) {
@@ -248,7 +248,7 @@ TEST(Admit, EveryMethodHasAVerdict) {
   }
 }
 
-TEST(Admit, PpmFindsAllThatPhotonsCanStartFrom) {
+TEST(Admit, PpmFindsAllLightThatEmitsPhotons) {
   const auto admitted = [](const std::vector<Material>& materials, const std::vector<Light>& lights) {
     return admit(read_facts(scene_of(materials, lights)), "ppm").admitted;
   };
@@ -283,7 +283,7 @@ TEST(Admit, PpmNeedsASceneThatFillsMuchOfThePicture) {
   EXPECT_NE(verdict(4, 0.04).reason.find("one photon of 4e+10"), std::string::npos) << verdict(4, 0.04).reason;
 }
 
-TEST(Admit, VcmFindsAllButWhatMediaScatter) {
+TEST(Admit, VcmMissesOnlyLightScatteredInMedia) {
   const SceneFacts coated = read_facts(scene_of({kWhite, lacquer(0)}, {kBulb}));
   EXPECT_TRUE(admit(coated, "vcm").admitted);
   EXPECT_EQ(plan_method(coated, "auto").candidates, std::vector<std::string>{"vcm"});

@@ -26,14 +26,14 @@ class PilotRun : public ::testing::Test {
 };
 std::shared_ptr<const CompiledScene> PilotRun::compiled_;
 
-TEST_F(PilotRun, TheSameMethodTwiceIsNoReasonToLeaveTheFirst) {
+TEST_F(PilotRun, TheFirstOfTwoEqualMethodsWins) {
   const Result<PilotChoice> made = run({"path", "path"});
   ASSERT_TRUE(made.ok()) << made.status();
   EXPECT_EQ(made->choice, 0u);
   EXPECT_NE(made->reasons.at(0).find("needs 1 or 1 times"), std::string::npos) << made->reasons[0];
 }
 
-TEST_F(PilotRun, OneThatIsStoppedSaysSo) {
+TEST_F(PilotRun, AStoppedRunReturnsCancelled) {
   std::stop_source source;
   source.request_stop();
   // All of these would take an hour.
@@ -41,21 +41,21 @@ TEST_F(PilotRun, OneThatIsStoppedSaysSo) {
   EXPECT_EQ(run_pilot(compiled_, settings, source.get_token()).status().code(), StatusCode::kCancelled);
 }
 
-TEST_F(PilotRun, WhatMissesLightIsLeft) {
+TEST_F(PilotRun, AMethodThatMissesLightIsRejected) {
   // Nothing of raycast is random but where in the pixel a ray goes: it would be the cheapest by far.
   EXPECT_EQ(run({"path", "raycast"})->choice, 0u);
   EXPECT_EQ(run({"raycast", "path"})->choice, 1u);
 }
 
 // Measured over 256 samples: path has some ten times the error × seconds of caustic here.
-TEST_F(PilotRun, MirrorAndGlassUnderALampAreLeftToPhotons) {
+TEST_F(PilotRun, MirrorAndGlassUnderAnEmitterChooseCaustic) {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     EXPECT_EQ(run_pilot(compiled_, {{"path", "caustic"}, seed, 0, {0, 0, 96, 80}})->choice, 1u) << seed;
   }
 }
 
 // A film of 96×80 shares few photons among its pixels, so that eight times as many are most of the work.
-TEST_F(PilotRun, PhotonsAreWorkOfTheFilm) {
+TEST_F(PilotRun, PhotonsCountAsWorkOfTheFilm) {
   EXPECT_EQ(run({"caustic:photons=4096", "caustic:photons=32768"})->choice, 0u);
   const auto method = make_method(compiled_, {"caustic:photons=3000", 1}).value();
   const auto workspace = method->make_workspace();
@@ -90,7 +90,7 @@ test::TestScene ball_under_a_lamp(double radiance, double radius) {
 
 // Paths that meet so small a lamp by way of the ball are so rare that a pilot meets few or none. Over 64 samples a
 // pixel path had 39 times the relMSE × seconds of caustic (tests/bench/planner_bench).
-TEST(Pilot, WhatPathFindsByRareChanceIsForeseen) {
+TEST(Pilot, LightThatPathRarelyFindsIsForeseen) {
   const test::TestScene scene = ball_under_a_lamp(400, 0.1);
   const auto compiled = *CompiledScene::compile(scene.scene(), scene.assets());
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
@@ -100,7 +100,7 @@ TEST(Pilot, WhatPathFindsByRareChanceIsForeseen) {
   }
 }
 
-TEST(Pilot, LampsAreAsBrightAsTheyAre) {
+TEST(Pilot, ShownRadianceIsTheEmittersRadiance) {
   const test::TestScene scene = ball_under_a_lamp(40, 0.1);
   const Vec3 radiance = shown_lamp_radiance(**CompiledScene::compile(scene.scene(), scene.assets()));
   EXPECT_NEAR(radiance.x, 40, 1e-3);
@@ -131,7 +131,7 @@ std::shared_ptr<const CompiledScene> metal_ball(double roughness, const std::str
 }
 
 // The lobe of a ball's side, α = .59 · .3²: the mean of its density, weighted with itself, is ∫ K² = 1/(12πα²).
-TEST(Pilot, ARoughCasterShowsASunAsWideAsItsLobe) {
+TEST(Pilot, ARoughCasterSpreadsTheSunOverItsLobe) {
   const auto sun = metal_ball(0.3, R"({"directional": {"direction": [1, -2, -1], "irradiance": {"rgb": [3, 2, 1]}}})");
   const double alpha = 0.59 * 0.09, brightness = 1 / (12 * 3.14159265 * alpha * alpha);
   const Vec3 shown = shown_lamp_radiance(*sun);
@@ -141,7 +141,7 @@ TEST(Pilot, ARoughCasterShowsASunAsWideAsItsLobe) {
 }
 
 // A lobe much narrower than a lamp shows it as it is, a wide one no more than it is.
-TEST(Pilot, RoughCastersShowNoMoreThanLampsHave) {
+TEST(Pilot, RoughCastersShowAtMostTheEmittersRadiance) {
   for (const double roughness : {0.02, 0.1, 0.2}) {
     const float shown = shown_lamp_radiance(*metal_ball(roughness, "", 6)).x;
     EXPECT_LE(shown, 2.0001f) << roughness;

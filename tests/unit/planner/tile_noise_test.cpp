@@ -43,7 +43,7 @@ TEST(TileNoise, PatchesLieInTheMiddleOfCells) {
   EXPECT_EQ(noise_patches({64, 0, 64, 64}, 64), (std::vector<PixelRect>{{64 + 31, 31, 2, 2}}));
 }
 
-TEST(TileNoise, LargePicturesAreLookedAtInNoMorePixels) {
+TEST(TileNoise, LargePicturesTakeNoMorePixels) {
   const std::int64_t most = TileNoiseSettings{}.most_pixels;
   for (const auto& [width, height] : {std::pair{1, 1},
                                       {640, 480},
@@ -69,7 +69,7 @@ TEST(TileNoise, LargePicturesAreLookedAtInNoMorePixels) {
   }
 }
 
-TEST(TileNoise, TilesOfARegionAreTakenToBeAlike) {
+TEST(TileNoise, TilesOfARegionShareAnEstimate) {
   // So few pixels that each half of the picture, 2×2 tiles, is one region.
   const Gain gain =
       find_allocation(half_dark().compiled(), {"path", 3, 0, TileGrid({0, 0, 256, 128}, 1), 1 << 10}).value();
@@ -95,14 +95,14 @@ TEST(TileNoise, BlackTilesGiveTheirSamplesToTheOthers) {
   EXPECT_NE(describe(path).find("times the mean"), std::string::npos) << describe(path);
 }
 
-TEST(TileNoise, WhereThereIsNoneAllGetTheSame) {
+TEST(TileNoise, ANoiselessPictureHasAnEvenAllocation) {
   const auto scene = half_dark().compiled();
   const Gain gain = find_allocation(scene, {"preview", 3, 0, TileGrid({0, 0, 64, 64})}).value();
   EXPECT_TRUE(gain.allocation.even());
   EXPECT_EQ(gain.gain, 1);
 }
 
-TEST(TileNoise, OneThatIsStoppedSaysSo) {
+TEST(TileNoise, AStoppedSearchReturnsCancelled) {
   std::stop_source source;
   source.request_stop();
   EXPECT_EQ(find_allocation(half_dark().compiled(), {"path", 3, 0, TileGrid({0, 0, 256, 128})}, source.get_token())
