@@ -55,7 +55,7 @@ TEST(DecoderProcess, EachFormatHasThePixelsThatItsReaderGives) {
   }
 }
 
-TEST(DecoderProcess, OtherFormatsAreRefusedWhateverTheirName) {
+TEST(DecoderProcess, OtherFormatsAreRefusedUnderAnyName) {
   DecoderProcess decoder(built());
   std::vector<ImageFile> files = refused_image_files();
   files.push_back({"png", ""});
@@ -75,7 +75,7 @@ TEST(DecoderProcess, TheSceneFormatsPageListsTheFormats) {
   EXPECT_NE(page.find(std::string("has one of these formats: ") + kImageFormats + "."), std::string::npos);
 }
 
-TEST(DecoderProcess, CutFilesAreRefusedOrReadAndTheNextIsRead) {
+TEST(DecoderProcess, TruncatedFilesDoNotAffectTheNextFile) {
   DecoderProcess decoder(built());
   const std::string png = small_png();
   for (const ImageFile& file : readable_image_files()) {
@@ -92,7 +92,7 @@ TEST(DecoderProcess, CutFilesAreRefusedOrReadAndTheNextIsRead) {
   }
 }
 
-TEST(DecoderProcess, OneThatIsKilledIsStartedAgain) {
+TEST(DecoderProcess, AKilledDecoderIsRestarted) {
   DecoderProcess decoder(built());
   const std::string png = small_png();
   EXPECT_EQ(decoder.pid(), 0);
@@ -114,7 +114,7 @@ TEST(DecoderProcess, EndsWithTheObjectThatStartedIt) {
   EXPECT_EQ(errno, ESRCH);
 }
 
-TEST(DecoderProcess, LimitsAreSaidByName) {
+TEST(DecoderProcess, ErrorsNameTheLimit) {
   const std::string large = *encode_png(64, 64, std::vector<std::uint8_t>(3 * 64 * 64, 9));
   DecoderProcess decoder(built());
   const Status pixels = decoder.decode(as_byte_view(large), "a.png", 4095).status();
@@ -122,7 +122,7 @@ TEST(DecoderProcess, LimitsAreSaidByName) {
   EXPECT_EQ(message_of(pixels), "a.png: 64x64 pixels are more than --image-megapixels 0.003905 of the worker allows");
 }
 
-TEST(DecoderProcess, AProgramWithoutItsDecoderSaysSo) {
+TEST(DecoderProcess, AMissingDecoderIsReported) {
   DecoderProcess decoder({.program = "/nowhere/lightmill-image-decoder"});
   const Status status = decoder.decode(as_byte_view(small_png()), "small.png").status();
   EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
@@ -140,7 +140,7 @@ std::string text_of(pid_t process, const std::string& file) {
   return read_file(fmt::format("/proc/{}/{}", process, file)).value();
 }
 
-TEST(DecoderProcess, HasNeitherTheRightsNorTheSecretsOfTheProgramThatAsks) {
+TEST(DecoderProcess, HasNeitherRightsNorSecretsOfItsCaller) {
   ::setenv("LIGHTMILL_TOKEN", "a-secret", 1);
   DecoderProcess decoder(built());
   ASSERT_TRUE(decoder.decode(as_byte_view(small_png()), "small.png").ok());
@@ -225,7 +225,7 @@ TEST(DecoderProcess, DecodesWhereOnlyPrctlInstallsFilters) {
             "decoded");
 }
 
-TEST(DecoderProcess, WithoutSeccompImagesAreRefusedUnlessSomebodySaysOtherwise) {
+TEST(DecoderProcess, RefusesImagesWithoutSeccompUnlessAllowed) {
   EXPECT_EQ(said_by_child([] {
               refuse_seccomp();
               DecoderOptions trusting = built();
