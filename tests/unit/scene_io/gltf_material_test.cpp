@@ -59,7 +59,7 @@ TEST(GltfScene, MetallicRoughnessIsPrincipled) {
 
 // KHR_materials_ior: with 0 all light is reflected, but for what KHR_materials_specular's factors leave of it; so
 // materials of specular and glossiness are written.
-TEST(GltfScene, AnIndexOfZeroReflectsWhatTheFactorsSay) {
+TEST(GltfScene, AnIndexOfZeroReflectsByTheSpecularFactors) {
   // The principled material's reflectances at normal incidence and at grazing angles.
   const auto reflectances = [](const std::string& specular, std::vector<std::string>* notices = nullptr) {
     const Material made = material(
@@ -87,7 +87,7 @@ TEST(GltfScene, AnIndexOfZeroReflectsWhatTheFactorsSay) {
   EXPECT_EQ(notices[0], "left out: an index of refraction of 0 where light is transmitted: it is 1.5");
 }
 
-TEST(GltfScene, TexturesThatAnExtensionAloneBringsAreLeftOut) {
+TEST(GltfScene, TexturesOfExtensionsAloneAreLeftOut) {
   const auto of = [](const std::string& texture, std::vector<std::string>& notices) {
     const Result<LoadedScene> loaded =
         read(OneTriangle().text(kOneNode + fmt::format(R"(,"images":[{{"bufferView":2}}],"textures":[{}],"materials":[

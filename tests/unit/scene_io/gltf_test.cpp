@@ -21,7 +21,7 @@ using test::OneTriangle;
 using test::packed;
 using test::read;
 
-TEST(GltfScene, NodesStandWhereTheirParentsPutThem) {
+TEST(GltfScene, NodesHaveTheTransformsOfTheirParents) {
   const float s = std::sqrt(0.5f);  // half a right angle's quaternion
   const LoadedScene loaded = good(OneTriangle().text(fmt::format(
       R"("scene":1,"scenes":[{{}},{{"nodes":[0,3]}}],"nodes":[
@@ -121,7 +121,7 @@ TEST(GltfScene, CamerasLookAlongTheirNodes) {
             loaded.notices.end());
 }
 
-TEST(GltfScene, WithoutACameraAllIsSeen) {
+TEST(GltfScene, TheDefaultCameraSeesTheWholeScene) {
   const LoadedScene loaded = good(OneTriangle().text(R"("nodes":[{"mesh":0,"scale":[100,10,1]}])"));
   const Camera& camera = loaded.scene.camera;
   const auto direction = [&](const Point3d& to) {
@@ -137,7 +137,7 @@ TEST(GltfScene, WithoutACameraAllIsSeen) {
   }
 }
 
-TEST(GltfScene, TheDarkIsLitAndSaid) {
+TEST(GltfScene, ASceneWithoutLightGetsASkyAndANotice) {
   const std::string text = OneTriangle().text(kOneNode);
   const LoadedScene lit = good(text);
   ASSERT_EQ(lit.scene.lights.size(), 1u);
@@ -148,7 +148,7 @@ TEST(GltfScene, TheDarkIsLitAndSaid) {
   EXPECT_TRUE(dark->scene.lights.empty());
 }
 
-TEST(GltfScene, WhatIsLeftOutIsSaidOnce) {
+TEST(GltfScene, OmissionsAreReportedOnce) {
   const LoadedScene loaded = good(OneTriangle().text(
       R"("extensionsUsed":["KHR_materials_sheen","KHR_materials_unlit"],"animations":[{}],
 "materials":[{"normalTexture":{"index":0},"alphaMode":"BLEND"},{"normalTexture":{"index":0},"occlusionTexture":{"index":0}}],
@@ -167,7 +167,7 @@ TEST(GltfScene, WhatIsLeftOutIsSaidOnce) {
   EXPECT_EQ(loaded.scene.objects[0].name, "tri/materials[0]");
 }
 
-TEST(GltfScene, ExtensionsThatAreUsedAndNotListedAreSaidToo) {
+TEST(GltfScene, UnlistedExtensionsAreReported) {
   const LoadedScene loaded = good(OneTriangle().text(
       R"("extensions":{"EXT_scenery":{}},"extensionsUsed":["EXT_scenery"],"nodes":[{"mesh":0}],
 "materials":[{"extensions":{"KHR_materials_sheen":{},"KHR_materials_ior":{"ior":1.4},"KHR_materials_volume":{
@@ -236,7 +236,7 @@ TEST(GltfScene, PrimitivesThatShareAccessorsKeepTheirOwnVertices) {
 }
 
 // Also where the named vertices are few and far apart, and some stand in the accessor's sparse part.
-TEST(GltfScene, VerticesThatAreFarApartAndSparse) {
+TEST(GltfScene, SparseVerticesFarApartAreRead) {
   std::vector<float> positions(3 * 1000);
   positions[3 * 400] = 4;
   GltfBuffer buffer;

@@ -36,13 +36,13 @@ void expect_cover(const Corners& corners, const Triangles& triangles, std::size_
   EXPECT_EQ(triangles.size(), count);
 }
 
-TEST(Polygon, ConvexOnesAreFans) {
+TEST(Polygon, ConvexPolygonsBecomeFans) {
   Triangles triangles;
   EXPECT_TRUE(triangulate(Corners{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {-1, 0.5, 0}}, triangles));
   EXPECT_EQ(triangles, (Triangles{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}}));
 }
 
-TEST(Polygon, ConcaveOnesAreCovered) {
+TEST(Polygon, ConcavePolygonsAreCovered) {
   const std::vector<Corners> shapes{
       {{0, 0, 0}, {4, 0, 0}, {1, 1, 0}, {0, 4, 0}},  // a dart, reflex at (1, 1)
       {{1, 1, 0}, {0, 4, 0}, {0, 0, 0}, {4, 0, 0}},  // … from its reflex corner
@@ -86,7 +86,7 @@ TEST(Polygon, CornersOnAnEdgeLeaveNoGap) {
   expect_cover(corners, triangles, 4);
 }
 
-TEST(Polygon, CrossingOutlinesAreToldAndDegenerateOnesEnd) {
+TEST(Polygon, CrossingOutlinesAreReportedAndDegenerateOnesTerminate) {
   Triangles triangles;
   EXPECT_FALSE(triangulate(Corners{{0, 0, 0}, {2, 2, 0}, {2, 0, 0}, {0, 1, 0}}, triangles));
   EXPECT_EQ(triangles.size(), 2u);

@@ -127,7 +127,7 @@ TEST(ShippedScenes, EveryDocumentLoadsWithoutNotices) {
   EXPECT_GE(loaded_count, 8);  // the Cornell boxes and the course's default scenes need nothing
 }
 
-TEST(ShippedScenes, TheLampIsTheMeasuredOne) {
+TEST(ShippedScenes, TheLampHasItsMeasuredSizeAndRadiance) {
   const LoadedScene loaded = load({"cornell-bench-blocks"});
   const std::vector<Triangle> lamp = triangles_of(loaded, "box/lamp");
   EXPECT_DOUBLE_EQ(area(lamp), 13650);
@@ -160,7 +160,7 @@ TEST(ShippedScenes, TheWallsFaceTheRoom) {
   }
 }
 
-TEST(ShippedScenes, TheWallsHaveTheirSizes) {
+TEST(ShippedScenes, TheWallsHaveTheirMeasuredSizes) {
   const LoadedScene loaded = load({"cornell-bench-blocks"});
   // Trapezia and rectangles: floor, ceiling and back wall.
   const double floor = (552.8 + 549.6) / 2 * 559.2;
@@ -189,7 +189,7 @@ TEST(ShippedScenes, RedIsOnTheLeftAndGreenOnTheRight) {
   }
 }
 
-TEST(ShippedScenes, TheBlocksAreClosedButForTheirUndersides) {
+TEST(ShippedScenes, TheBlocksAreOpenOnlyBelow) {
   const LoadedScene loaded = load({"cornell-bench-blocks"});
   std::map<std::pair<Point3d, Point3d>, int> edges;
   const std::vector<Triangle> triangles = triangles_of(loaded, "blocks/white");
