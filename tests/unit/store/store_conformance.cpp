@@ -214,7 +214,7 @@ TEST_P(StoreConformance, JobRoundTrips) {
   EXPECT_EQ(describe(loaded(*open())), describe(expected));
 }
 
-TEST_P(StoreConformance, LaterRowReplaces) {
+TEST_P(StoreConformance, ALaterRowReplacesAnEarlierOne) {
   JobRecord record = full_record(1);
   {
     const auto store = open();
@@ -293,7 +293,7 @@ std::vector<StoreOp> writes_of_large_film(const JobRecord& record, std::uint32_t
   return ops;
 }
 
-TEST_P(StoreConformance, TheValuesOfAnEndedJobsFilmAreReadApartInPieces) {
+TEST_P(StoreConformance, AnEndedJobsFilmIsReadSeparatelyInPieces) {
   constexpr std::uint32_t kTiles = 400;  // 37.5 MiB
   JobRecord ended = full_record(1), active = full_record(2);
   ended.state = JobState::done;
@@ -335,7 +335,7 @@ TEST_P(StoreConformance, TheValuesOfAnEndedJobsFilmAreReadApartInPieces) {
   EXPECT_TRUE(store->read_film(JobId{77}, {})->nodes.empty());
 }
 
-TEST_P(StoreConformance, ADamagedNodeOfAnEndedJobIsLeftOutOnceItIsRead) {
+TEST_P(StoreConformance, ADamagedNodeOfAnEndedJobIsLeftOutWhenRead) {
   JobRecord ended = full_record(1);
   ended.state = JobState::done;
   {
@@ -354,7 +354,7 @@ TEST_P(StoreConformance, ADamagedNodeOfAnEndedJobIsLeftOutOnceItIsRead) {
   EXPECT_EQ(piece.nodes[0].tile, TileId{1});
 }
 
-TEST_P(StoreConformance, OrderWithinACommit) {
+TEST_P(StoreConformance, OperationsOfACommitKeepTheirOrder) {
   const JobId job{1};
   {
     const auto store = open();
@@ -572,7 +572,7 @@ TEST_P(StoreConformance, ADamagedNodeIsLeftOutAndTheOthersStay) {
   EXPECT_TRUE(again.damaged.empty());
 }
 
-TEST_P(StoreConformance, AJobOfWhichSomethingElseIsStoredThanWasWrittenIsLeftOut) {
+TEST_P(StoreConformance, AnAlteredJobIsLeftOut) {
   const auto left_out = [&] {
     const StoredState state = loaded(*open());
     EXPECT_EQ(state.next_job_id, 4u);
@@ -597,7 +597,7 @@ TEST_P(StoreConformance, AJobOfWhichSomethingElseIsStoredThanWasWrittenIsLeftOut
   }
 }
 
-TEST_P(StoreConformance, DamagedProgressBeginsAnewAndIsNamed) {
+TEST_P(StoreConformance, DamagedProgressStartsAgainAndIsNamed) {
   JobRecord record = full_record(1);
   {
     const auto store = open();
@@ -617,7 +617,7 @@ TEST_P(StoreConformance, DamagedProgressBeginsAnewAndIsNamed) {
   EXPECT_TRUE(loaded(*open()).damaged_entries.empty()) << "they are written anew";
 }
 
-TEST_P(StoreConformance, AWorkerWhoseQuarantineIsDamagedStaysInIt) {
+TEST_P(StoreConformance, ADamagedQuarantineStaysInForce) {
   {
     const auto store = open();
     loaded(*store);
@@ -634,7 +634,7 @@ TEST_P(StoreConformance, AWorkerWhoseQuarantineIsDamagedStaysInIt) {
   EXPECT_TRUE(again.damaged_entries.empty()) << "it is written anew";
 }
 
-TEST_P(StoreConformance, ADamagedRecordOfAResultGoesAloneWhateverItsNumbers) {
+TEST_P(StoreConformance, OnlyTheDamagedRecordOfAResultIsDropped) {
   const NodeKey left{JobId{1}, TileId{0}, {0, 0}}, right{JobId{1}, TileId{0}, {0, 1}},
       other{JobId{1}, TileId{1}, {0, 0}};
   const auto put = [](const NodeKey& key) { return PutResult{key, Hash128{1, 2}, {"worker", "machine"}, true}; };
