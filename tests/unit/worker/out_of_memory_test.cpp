@@ -53,7 +53,7 @@ std::shared_ptr<const Method> method_of(const std::string& name) {
   return std::move(made).value();
 }
 
-TEST(OutOfMemory, WhileATileIsRenderedIsSaidAndOtherTilesAreRendered) {
+TEST(OutOfMemory, FailsOneTileAndOthersAreRendered) {
   // Two threads trace a large photon pass each.
   const std::shared_ptr<const Method> large = method_of("ppm:photons=100000"), small = method_of("path");
   const std::unique_ptr<Workspace> workspace = small->make_workspace();
@@ -79,7 +79,7 @@ TEST(OutOfMemory, WhileATileIsRenderedIsSaidAndOtherTilesAreRendered) {
 }
 
 // Where one large job fits, so does the next one, although the first one's scene is kept.
-TEST(OutOfMemory, WhileAJobIsPreparedIsSaidAndOtherJobsArePrepared) {
+TEST(OutOfMemory, FailsOneJobAndOthersArePrepared) {
   constexpr std::uint32_t kSquares = 500;
   Mesh mesh;
   for (std::uint32_t i = 0; i <= kSquares; ++i) {
@@ -133,7 +133,7 @@ TEST(OutOfMemory, WhileAJobIsPreparedIsSaidAndOtherJobsArePrepared) {
   expect_small_work_is_done(child, 24, 8);
 }
 
-TEST(OutOfThreads, IsSaidWithWhatToDo) {
+TEST(OutOfThreads, IsReportedWithARemedy) {
   const Result<int> result = within_limits("the scene was prepared", []() -> Result<int> {
     throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again));
   });
@@ -142,7 +142,7 @@ TEST(OutOfThreads, IsSaidWithWhatToDo) {
   EXPECT_NE(message_of(result.status()).find("pids.max"), std::string::npos) << result.status();
 }
 
-TEST(OutOfThreads, APoolWhoseThreadsCannotAllStartEndsThoseThatHave) {
+TEST(OutOfThreads, APoolThatCannotStartAllThreadsEndsTheStartedOnes) {
   if (!test::kMemoryCanEnd) {
     GTEST_SKIP() << "address space cannot be limited under a sanitizer";
   }

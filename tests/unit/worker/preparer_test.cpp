@@ -99,7 +99,7 @@ TEST_F(PreparerTest, OnlyTheLastDescriptionOfAJobIsPrepared) {
   EXPECT_EQ(prepared_[0], last);
 }
 
-TEST_F(PreparerTest, ItsEndWaitsForNoPilot) {
+TEST_F(PreparerTest, DestructionDoesNotWaitForAPilot) {
   std::unique_ptr<Preparer> preparer = make();
   preparer->add(endless(1));
   wait_until_it_computes();
@@ -108,7 +108,7 @@ TEST_F(PreparerTest, ItsEndWaitsForNoPilot) {
 }
 
 // What the finished scene holds is known to the byte; while it is compiled it takes more, but not a multiple.
-TEST(SceneMemory, IsToldBeforeWithinAFactorAndNamesWhatIsLargest) {
+TEST(SceneMemory, IsPredictedWithinAFactorAndNamesTheLargestPart) {
   constexpr std::uint32_t kSide = 300;
   Mesh mesh;
   for (std::uint32_t i = 0; i <= kSide; ++i) {
@@ -145,7 +145,7 @@ TEST(SceneMemory, IsToldBeforeWithinAFactorAndNamesWhatIsLargest) {
   EXPECT_LT(estimate_memory(scene, liar, no_images)->bytes, std::uint64_t{32} << 20);
 }
 
-TEST_F(PreparerTest, ASceneThatIsTooLargeIsRefusedByNameAndTheNextIsPrepared) {
+TEST_F(PreparerTest, ATooLargeSceneIsRefusedByNameAndTheNextIsPrepared) {
   const auto prepared_with = [&](const SceneLimits& limits) {
     Status status;
     bool done = false;

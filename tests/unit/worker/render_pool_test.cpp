@@ -51,7 +51,7 @@ std::vector<RenderTask> tasks_of(const std::shared_ptr<const Method>& method) {
 
 class RenderPoolTest : public testing::TestWithParam<const char*> {};
 
-TEST_P(RenderPoolTest, ThreadsThatShareAMethodRenderWhatOneAloneDoes) {
+TEST_P(RenderPoolTest, ThreadsThatShareAMethodRenderTheBitsOfOneThread) {
   const test::TestScene scene =
       test::TestScene(test::source_file("scenes/cornell-bench-balls.json")).resized(kSide, kSide);
   const MethodSettings settings{.name = GetParam(), .seed = 5};
@@ -114,7 +114,7 @@ TEST(RenderPool, FirstSamplesGoBeforeOthers) {
   EXPECT_EQ(order, (std::vector<std::uint64_t>{0, 2, 4, 1, 3, 5}));
 }
 
-TEST(RenderPool, ItsEndDropsWhatWaits) {
+TEST(RenderPool, DestructionDropsWaitingTasks) {
   const std::shared_ptr<const Method> method = path_method();
   std::atomic<int> done = 0;
   {
@@ -181,7 +181,7 @@ TEST(RenderPool, AStoppedTaskEndsBetweenBouncesWithoutValues) {
   EXPECT_FALSE(nodes.at(3).values.empty());
 }
 
-TEST(RenderPool, EndsWhateverIsUnderWay) {
+TEST(RenderPool, DestructionStopsRunningTasks) {
   const auto endless = std::make_shared<const Announced>(endless_method());
   RenderPool pool(2, [](const RenderedTile&) {});
   pool.add({1, {5, 1}, {0, 0, 64, 64}, endless});
