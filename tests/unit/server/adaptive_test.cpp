@@ -28,7 +28,7 @@ class AllocationTest : public PilotTest {
   }
 };
 
-TEST_F(AllocationTest, APilotSaysWhatEachTileGets) {
+TEST_F(AllocationTest, APilotDecidesTheSamplesOfEachTile) {
   const SessionId a = connect("a");
   const JobId job = submit_adaptive({.samples = 100});
   EXPECT_TRUE(pilot(a).allocate);
@@ -60,7 +60,7 @@ TEST_F(AllocationTest, APilotSaysWhatEachTileGets) {
   EXPECT_EQ(samples(job), (std::pair{std::uint64_t{51}, std::uint64_t{408}}));
 }
 
-TEST_F(AllocationTest, AnErrorIsReadWhereAllTilesHaveTheirParts) {
+TEST_F(AllocationTest, TheErrorIsReadWhenAllTilesHaveTheirParts) {
   first_extra = 16;
   const SessionId a = connect("a");
   const JobId job = submit_adaptive({.error = 0.02});
@@ -73,7 +73,7 @@ TEST_F(AllocationTest, AnErrorIsReadWhereAllTilesHaveTheirParts) {
   EXPECT_LE(status(job).error.rel_mse + status(job).error.half_width, 0.02);
 }
 
-TEST_F(AllocationTest, NoErrorIsReadBeforeTheQuietestTileHasWhatAnEvenFramesHave) {
+TEST_F(AllocationTest, TheErrorIsNotReadBeforeTheQuietestTileHasItsFirstCount) {
   for (const auto& [shifts, first] : std::initializer_list<std::pair<std::vector<std::int8_t>, std::uint64_t>>{
            {{-2, 1}, 64}, {{1, -1}, 32}, {{0, 2}, 16}, {{}, 16}}) {
     restart({});
@@ -91,7 +91,7 @@ TEST_F(AllocationTest, NoErrorIsReadBeforeTheQuietestTileHasWhatAnEvenFramesHave
   }
 }
 
-TEST_F(AllocationTest, HowItsErrorFellIsKeptAtFewCounts) {
+TEST_F(AllocationTest, TheErrorHistoryHasFewCounts) {
   constexpr int kTiles = 16;
   std::vector<std::int8_t> shifts(kTiles, -2);
   shifts[3] = 2;
@@ -124,7 +124,7 @@ TEST_F(AllocationTest, HowItsErrorFellIsKeptAtFewCounts) {
   EXPECT_LE(status(job).history.size(), history.size() + 3);  // 1024, 1536 and the end
 }
 
-TEST_F(AllocationTest, TheEtaOfAnErrorGoesByTheFramesCount) {
+TEST_F(AllocationTest, TheEtaOfAnErrorGoalUsesTheFramesCount) {
   first_extra = 16;
   const JobId job = submit_adaptive({.error = 0.0065});
   const SessionId a = connect("a");
@@ -143,7 +143,7 @@ TEST_F(AllocationTest, TheEtaOfAnErrorGoesByTheFramesCount) {
   EXPECT_NEAR(seen.eta_seconds * seen.samples_per_second, (768 - 64) * 5.0 / 8 * 128 * 64, 1);
 }
 
-TEST_F(AllocationTest, WhatItSaysIsChecked) {
+TEST_F(AllocationTest, ReportedAllocationsAreChecked) {
   const SessionId a = connect("a");
   const JobId job = submit_adaptive({.samples = 8});
   allocate(a, {1});

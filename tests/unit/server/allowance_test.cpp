@@ -10,7 +10,7 @@ Time allowance_time(double seconds) {
   return Time{from_seconds(seconds)};
 }
 
-TEST(AllowanceTest, SoManyAtOnceThenSoManyASecond) {
+TEST(AllowanceTest, ABurstIsFollowedByASteadyRate) {
   Allowance allowance(2, 3);
   int taken = 0;
   for (int i = 0; i < 10; ++i) {
@@ -29,7 +29,7 @@ TEST(AllowanceTest, SoManyAtOnceThenSoManyASecond) {
   EXPECT_EQ(taken, 100);
 }
 
-TEST(AllowanceTest, FillsUpToWhatMayBeAtOnce) {
+TEST(AllowanceTest, RefillsUpToTheBurst) {
   Allowance allowance(1, 2);
   EXPECT_TRUE(allowance.is_full(allowance_time(0)));
   EXPECT_TRUE(allowance.take(allowance_time(0)));

@@ -23,7 +23,7 @@ TEST(CallLimitsTest, RequestsOfOneCallerTakeNothingFromAnother) {
   EXPECT_TRUE(limits.take_request("ada", call_time(0.5)).ok());
 }
 
-TEST(CallLimitsTest, CallersWithoutNumberTakeNoMemoryWithoutEnd) {
+TEST(CallLimitsTest, ManyCallersTakeBoundedMemory) {
   CallLimits limits({1, 1, 100'000});
   for (int i = 0; i < 100'000; ++i) {
     limits.take_request(std::to_string(i), call_time(0)).IgnoreError();
@@ -36,7 +36,7 @@ TEST(CallLimitsTest, CallersWithoutNumberTakeNoMemoryWithoutEnd) {
   EXPECT_EQ(limits.callers(), 1u);
 }
 
-TEST(CallLimitsTest, AnIdentityAtAnAddressIsOneWhateverThePort) {
+TEST(CallLimitsTest, ThePortDoesNotChangeTheCaller) {
   const Identity ada{"ada", {Role::submit}, Proof::certificate, 0, ""};
   EXPECT_EQ(caller_key(ada, "10.0.0.7:1"), caller_key(ada, "10.0.0.7:2"));
   EXPECT_NE(caller_key(ada, "10.0.0.7:1"), caller_key(ada, "10.0.0.8:1"));

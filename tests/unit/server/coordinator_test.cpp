@@ -58,7 +58,7 @@ TEST_F(CoordinatorTest, TheSameRequestIsOneJob) {
   EXPECT_EQ(submit(spec("r3")), JobId{3});
 }
 
-TEST_F(CoordinatorTest, RefusesWhatItCannotRenderAndNamesTheField) {
+TEST_F(CoordinatorTest, AnInvalidJobIsRefusedWithItsField) {
   const auto error_of = [&](const std::function<void(JobSpec&)>& change) {
     JobSpec job = spec("bad");
     change(job);
@@ -114,7 +114,7 @@ TEST_F(CoordinatorTest, AFilmThatNeverFitsIsBadInput) {
   EXPECT_TRUE(coordinator->submit(timed, now, 0, effects).ok());
 }
 
-TEST_F(CoordinatorTest, ExtendingIsBoundedAsSubmittingIs) {
+TEST_F(CoordinatorTest, ExtendingHasTheLimitsOfSubmitting) {
   limits.film_bytes = 3 * 128 * 64 * 24;
   restart({});
   const JobId job = submit(spec("r1", 4));
@@ -139,7 +139,7 @@ TEST_F(CoordinatorTest, OnlyWorkersOfTheJobsClassAndVersionRenderIt) {
   EXPECT_EQ(status(waiting).state, JobState::queued);
 }
 
-TEST_F(CoordinatorTest, CancelStopsWorkersAndDropsWhatStillComes) {
+TEST_F(CoordinatorTest, CancelStopsWorkersAndDropsLateResults) {
   const JobId job = submit(spec());
   const SessionId session = connect("w");
   const std::vector<LeaseGrant> grants = got<LeaseGrant>(session);
@@ -182,7 +182,7 @@ TEST_F(CoordinatorTest, PausedTimeDoesNotCount) {
   EXPECT_EQ(coordinator->resume(job, now, effects).code(), StatusCode::kFailedPrecondition);
 }
 
-TEST_F(CoordinatorTest, AtItsTimeAJobTakesWhatIsOutAndIsDone) {
+TEST_F(CoordinatorTest, AJobWhoseTimeIsUpTakesPendingResultsAndIsDone) {
   JobSpec job_spec = spec("r1", 0);
   job_spec.goal.seconds = 5;
   const JobId job = submit(job_spec);
@@ -254,7 +254,7 @@ TEST_F(CoordinatorTest, ARefusalFailsTheJobWithItsReason) {
   EXPECT_EQ(status(job).reason, "worker w: mesh 'floor' is empty");
 }
 
-TEST_F(CoordinatorTest, AJobThatIsTooLargeForAWorkerGoesToOthers) {
+TEST_F(CoordinatorTest, AJobTooLargeForOneWorkerGoesToOthers) {
   const JobId job = submit(spec("r1", 64));
   const SessionId small = connect("small");
   const SessionId large = connect("large");
@@ -270,7 +270,7 @@ TEST_F(CoordinatorTest, AJobThatIsTooLargeForAWorkerGoesToOthers) {
   EXPECT_GT(got<LeaseGrant>(small).size(), grants);
 }
 
-TEST_F(CoordinatorTest, AJobThatIsTooLargeForAllWaitsAndSaysWhy) {
+TEST_F(CoordinatorTest, AJobTooLargeForAllWorkersWaitsWithAReason) {
   const JobId job = submit(spec());
   const SessionId small = connect("small");
   say(small, WorkerRefusal{job, "the scene takes 9 GiB\nand more", true});
@@ -285,7 +285,7 @@ TEST_F(CoordinatorTest, AJobThatIsTooLargeForAllWaitsAndSaysWhy) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(CoordinatorTest, AJobThatNobodyRendersSaysWhatKeepsThoseWhoAreThere) {
+TEST_F(CoordinatorTest, AWaitingJobExplainsWhatBlocksTheConnectedWorkers) {
   const JobId job = submit(spec("r1", 64));
   EXPECT_EQ(status(job).reason, "waits for a worker: none is connected");
   const SessionId old{next_session++};
@@ -304,7 +304,7 @@ TEST_F(CoordinatorTest, AJobThatNobodyRendersSaysWhatKeepsThoseWhoAreThere) {
   EXPECT_EQ(status(job).reason, "");
 }
 
-TEST_F(CoordinatorTest, AClassWhoseWorkersAreTooSmallIsGivenUpBeforeTheFirstSample) {
+TEST_F(CoordinatorTest, AClassOfTooSmallWorkersIsReplacedBeforeTheFirstSample) {
   const JobId job = submit(spec());
   const SessionId small = connect("small");
   const SessionId other = connect("other", 1, "class-b");
@@ -315,7 +315,7 @@ TEST_F(CoordinatorTest, AClassWhoseWorkersAreTooSmallIsGivenUpBeforeTheFirstSamp
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(CoordinatorTest, SecondsUntilAllHaveRefusedAreNotThoseOfThePicture) {
+TEST_F(CoordinatorTest, SecondsBeforeAllWorkersRefusedDoNotCount) {
   JobSpec timed = spec();
   timed.goal = {};
   timed.goal.seconds = 60;
@@ -327,7 +327,7 @@ TEST_F(CoordinatorTest, SecondsUntilAllHaveRefusedAreNotThoseOfThePicture) {
   EXPECT_EQ(status(job).active_seconds, 0);
 }
 
-TEST_F(CoordinatorTest, AClassIsKeptOnceThereAreSamples) {
+TEST_F(CoordinatorTest, AClassIsKeptAfterTheFirstSample) {
   const JobId job = submit(spec("r1", 64));
   const SessionId large = connect("large");
   const LeaseGrant first = got<LeaseGrant>(large).at(0);
@@ -341,7 +341,7 @@ TEST_F(CoordinatorTest, AClassIsKeptOnceThereAreSamples) {
   EXPECT_NE(status(job).reason.find("waits for a larger worker"), std::string::npos) << status(job).reason;
 }
 
-TEST_F(CoordinatorTest, GoesOnFromTheStoredState) {
+TEST_F(CoordinatorTest, ResumesFromTheStoredState) {
   const JobId job = submit(spec("r1", 4));
   const SessionId session = connect("w");
   finish(session, got<LeaseGrant>(session)[0]);
@@ -391,7 +391,7 @@ TEST_F(CoordinatorTest, VersionsGrowWithEveryChange) {
   EXPECT_FALSE(grew());
 }
 
-TEST_F(CoordinatorTest, WhatShowsTheSameInAllSamplesHasNoError) {
+TEST_F(CoordinatorTest, AMethodWithEqualSamplesHasNoError) {
   const SessionId session = connect("w");
   for (const auto& [method, estimated] :
        {std::pair("path", true), {"photon-dots", false}, {"photon-dots:caustic", false}}) {
@@ -405,7 +405,7 @@ TEST_F(CoordinatorTest, WhatShowsTheSameInAllSamplesHasNoError) {
   }
 }
 
-TEST_F(CoordinatorTest, StatusSaysHowFarAndHowFast) {
+TEST_F(CoordinatorTest, StatusShowsProgressAndSpeed) {
   const JobId job = submit(spec("r1", 64));
   const SessionId session = connect("w", 2);
   EXPECT_FALSE(status(job).error.known);
@@ -427,7 +427,7 @@ TEST_F(CoordinatorTest, StatusSaysHowFarAndHowFast) {
   EXPECT_EQ(coordinator->jobs(now).size(), 1u);
 }
 
-TEST_F(CoordinatorTest, ListsWorkersAndWhoIsInQuarantineByName) {
+TEST_F(CoordinatorTest, WorkersAndQuarantinedOnesAreListedByName) {
   std::map<std::string, SessionId> sessions;
   for (const std::string name : {"e", "b", "a", "d", "c"}) {
     sessions[name] = connect(name);

@@ -46,7 +46,7 @@ TEST_F(EnrolmentTest, ABearerMayEnrolAndDoNothingElse) {
   }
 }
 
-TEST_F(EnrolmentTest, AMachineGetsAWorkersTokenThatHoldsAsLongAsWasSaid) {
+TEST_F(EnrolmentTest, AMachineGetsAWorkerTokenOfTheStatedLifetime) {
   make(1);
   const NewToken own = make_token().value();
   const Result<Enrolment> made = book_.enrol(bearer(), {own.id, own.hash, "node7"}, kEnrolNow + 10);
@@ -62,7 +62,7 @@ TEST_F(EnrolmentTest, AMachineGetsAWorkersTokenThatHoldsAsLongAsWasSaid) {
   EXPECT_EQ(machine.roles, Roles{Role::worker});
 }
 
-TEST_F(EnrolmentTest, NoTwoMachinesHaveOneName) {
+TEST_F(EnrolmentTest, MachinesGetDifferentNames) {
   make(9);
   EXPECT_EQ(name_of_new("node7"), "render/node7");
   EXPECT_EQ(name_of_new("node7"), "render/node7-2");
@@ -75,7 +75,7 @@ TEST_F(EnrolmentTest, NoTwoMachinesHaveOneName) {
   EXPECT_EQ(by_other->token.name, "render/node7-3") << "another enrolment token of the same name";
 }
 
-TEST_F(EnrolmentTest, UsesEnd) {
+TEST_F(EnrolmentTest, UsesAreLimited) {
   make(2);
   EXPECT_TRUE(enrol("a").ok());
   EXPECT_TRUE(enrol("b").ok());
@@ -90,7 +90,7 @@ TEST_F(EnrolmentTest, UsesEnd) {
   EXPECT_EQ(enrol("c").status().code(), kPermissionDenied);
 }
 
-TEST_F(EnrolmentTest, ARepeatedRequestIsOneUse) {
+TEST_F(EnrolmentTest, ARepeatedRequestCountsOnce) {
   make(2);
   const EnrolmentRequest first = request("a");
   const Result<Enrolment> made = book_.enrol(bearer(), first, kEnrolNow);
@@ -112,7 +112,7 @@ TEST_F(EnrolmentTest, ARepeatedRequestIsOneUse) {
       << "one that was made by hand";
 }
 
-TEST_F(EnrolmentTest, EndedAndRevokedOnesAreRefused) {
+TEST_F(EnrolmentTest, ExpiredAndRevokedTokensAreRefused) {
   make(5);
   const Identity before = bearer();
   EXPECT_EQ(book_.identify(token_.text, kEnrolNow + kEnrolDay).status().code(), kUnauthenticated);
@@ -122,7 +122,7 @@ TEST_F(EnrolmentTest, EndedAndRevokedOnesAreRefused) {
   EXPECT_EQ(book_.enrol(anybody(), request("a"), kEnrolNow).status().code(), kUnauthenticated);
 }
 
-TEST_F(EnrolmentTest, MachinesThatItEnrolledAreKnownAfterItIsGone) {
+TEST_F(EnrolmentTest, EnrolledMachinesAreKnownAfterTheTokenIsRemoved) {
   make(3);
   std::set<std::string> ids;
   for (const char* host : {"a", "b"}) {
@@ -134,7 +134,7 @@ TEST_F(EnrolmentTest, MachinesThatItEnrolledAreKnownAfterItIsGone) {
   EXPECT_TRUE(book_.enrolled_by("").empty()) << "those that were made by hand";
 }
 
-TEST_F(EnrolmentTest, MachinesTokensThatHaveEndedMakeRoom) {
+TEST_F(EnrolmentTest, ExpiredMachineTokensMakeRoom) {
   make(3);
   const std::string first = enrol("a")->token.id;
   const std::int64_t later = kEnrolNow + 8 * kEnrolDay;
@@ -152,7 +152,7 @@ TEST_F(EnrolmentTest, MachinesTokensThatHaveEndedMakeRoom) {
   EXPECT_NE(book_.find(by_hand.id), nullptr) << "people look for theirs";
 }
 
-TEST_F(EnrolmentTest, OnlyWhatMakesSenseIsMade) {
+TEST_F(EnrolmentTest, InvalidEnrolmentTokensAreRefused) {
   const auto code = [&](auto change) {
     TokenRecord record = enrolment_token(token_, 5);
     change(record);
@@ -174,7 +174,7 @@ TEST_F(EnrolmentTest, OnlyWhatMakesSenseIsMade) {
   EXPECT_EQ(book_.find(token_.id)->enrolment.enrolled, 0u) << "what is refused takes no use";
 }
 
-TEST_F(EnrolmentTest, AFullBookTakesNoUse) {
+TEST_F(EnrolmentTest, AnEnrolmentIntoAFullRegistryCountsNoUse) {
   make(5);
   for (std::size_t i = 1; i < kMaxTokens; ++i) {
     const std::string id = fmt::format("{:012x}", i);

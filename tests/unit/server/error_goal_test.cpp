@@ -34,7 +34,7 @@ class ErrorGoalTest : public test::CoordinatorTest {
   }
 };
 
-TEST_F(ErrorGoalTest, EndsAtTheFirstCountThatMeetsIt) {
+TEST_F(ErrorGoalTest, AJobEndsAtTheFirstCountThatMeetsItsError) {
   for (const auto& [error, samples] :
        {std::pair{0.13, 16}, {0.07, 24}, {0.05, 32}, {0.03, 48}, {0.02, 64}, {0.01, 96}}) {
     restart({});
@@ -52,7 +52,7 @@ TEST_F(ErrorGoalTest, EndsAtTheFirstCountThatMeetsIt) {
   EXPECT_TRUE(status(JobId{1}).reason.starts_with("reached relMSE 0.0059")) << status(JobId{1}).reason;
 }
 
-TEST_F(ErrorGoalTest, AJobKeepsHowItsErrorFell) {
+TEST_F(ErrorGoalTest, AJobKeepsItsErrorHistory) {
   JobSpec plain = spec("r1", 100);
   const JobId job = submit(plain);
   const SessionId session = connect("w");
@@ -83,7 +83,7 @@ TEST_F(ErrorGoalTest, AJobKeepsHowItsErrorFell) {
   EXPECT_TRUE(std::ranges::equal(std::span(longer).first(history.size()), history));
 }
 
-TEST_F(ErrorGoalTest, NothingGoesOutBeyondACountThatIsStillToBeRead) {
+TEST_F(ErrorGoalTest, NoLeaseExceedsTheNextErrorCount) {
   const JobId job = submit(error_spec(0.02));
   const SessionId session = connect("w", 4);
   std::size_t done = 0;
@@ -115,7 +115,7 @@ TEST_F(ErrorGoalTest, AllWorkersAreServedOnceACountIsRead) {
   EXPECT_GT(got<LeaseGrant>(second).size(), done[second]);
 }
 
-TEST_F(ErrorGoalTest, LeasesWaitForTheCommitOfWhatTheCountWasReadFrom) {
+TEST_F(ErrorGoalTest, LeasesWaitForTheCommitOfTheReadNodes) {
   submit(error_spec(0.02));
   const SessionId session = connect("w");
   for (std::size_t done = 0; done < got<LeaseGrant>(session).size();) {
@@ -184,7 +184,7 @@ TEST_F(ErrorGoalTest, ARestartAtAnyMomentLeadsToTheSameCountAndFilm) {
   EXPECT_GT(results, 10u);
 }
 
-TEST_F(ErrorGoalTest, NodesThatTheStoreHasLostAreRenderedAgain) {
+TEST_F(ErrorGoalTest, LostNodesAreRenderedAgain) {
   JobSpec one_tile = error_spec(0.03);
   one_tile.settings.crop = {0, 0, kTileSize, kTileSize};
   // They end at 48: with two nodes a tile.
@@ -304,7 +304,7 @@ TEST_F(ErrorGoalTest, ExtendingAsksForLessErrorOrForMoreSamples) {
   EXPECT_EQ(status(job).counters.results_duplicate, 0u);
 }
 
-TEST_F(ErrorGoalTest, GathersNeedTheLayerThatTellsTheirBias) {
+TEST_F(ErrorGoalTest, GathersNeedTheBiasLayer) {
   JobSpec plain = spec("r1", 16), layered = spec("r2", 16);
   plain.settings.method = layered.settings.method = "caustic";
   layered.settings.layers = *film_layers(std::vector<std::string>{"bias"});
@@ -317,7 +317,7 @@ TEST_F(ErrorGoalTest, GathersNeedTheLayerThatTellsTheirBias) {
   EXPECT_TRUE(coordinator->extend(without, {32}, now, effects).ok());
 }
 
-TEST_F(ErrorGoalTest, ARunningJobIsExtendedAboveWhatIsOut) {
+TEST_F(ErrorGoalTest, ARunningJobIsExtendedBeyondItsLeases) {
   const JobId job = submit(spec("r1", 1000));
   const SessionId session = connect("w");
   std::uint64_t out = 0;
@@ -341,7 +341,7 @@ TEST_F(ErrorGoalTest, ARunningJobIsExtendedAboveWhatIsOut) {
   EXPECT_EQ(status(job).counters.results_duplicate, 0u);
 }
 
-TEST_F(ErrorGoalTest, TheEtaIsThatOfTheCountAtWhichItWillProbablyEnd) {
+TEST_F(ErrorGoalTest, TheEtaIsThatOfTheExpectedCount) {
   const JobId job = submit(error_spec(0.01));
   const SessionId session = connect("w");
   for (std::size_t i = 0; i < got<LeaseGrant>(session).size() && status(job).min_tile_samples < 16; ++i) {
@@ -355,7 +355,7 @@ TEST_F(ErrorGoalTest, TheEtaIsThatOfTheCountAtWhichItWillProbablyEnd) {
   EXPECT_NEAR(seen.eta_seconds * seen.samples_per_second, 128.0 * 64 * (256 - 16), 1);
 }
 
-TEST_F(ErrorGoalTest, RefusesWhatCannotBeToldAndNamesIt) {
+TEST_F(ErrorGoalTest, UnmeasurableGoalsAreRefusedByName) {
   const auto error_of = [&](const JobSpec& job) {
     const Result<JobId> id = coordinator->submit(job, now, unix_ms(), effects);
     EXPECT_EQ(id.status().code(), StatusCode::kInvalidArgument);

@@ -54,7 +54,7 @@ TEST_F(JobPlanTest, RangesOfATileDoubleAndEndAtTheGoal) {
   EXPECT_EQ(film.min_samples(), 100u);
 }
 
-TEST_F(JobPlanTest, AnExtendedJobGoesOnFromWhereItWas) {
+TEST_F(JobPlanTest, AnExtendedJobResumesWhereItEnded) {
   JobPlan plan(film, 100, kPlenty);
   work_off(plan);
   EXPECT_FALSE(plan.has_work());
@@ -64,7 +64,7 @@ TEST_F(JobPlanTest, AnExtendedJobGoesOnFromWhereItWas) {
   EXPECT_EQ(film.min_samples(), 300u);
 }
 
-TEST_F(JobPlanTest, NothingIsGivenTwice) {
+TEST_F(JobPlanTest, NoSampleIsGivenTwice) {
   JobPlan plan(film, 64, kPlenty);
   std::set<std::pair<TileId, std::uint64_t>> given;  // (tile, sample)
   while (const std::optional<Unit> unit = take(plan)) {
@@ -78,7 +78,7 @@ TEST_F(JobPlanTest, NothingIsGivenTwice) {
   EXPECT_EQ(plan.out_pixel_samples(), 4u * 64 * 4096);
 }
 
-TEST_F(JobPlanTest, LostRangesGoOutNext) {
+TEST_F(JobPlanTest, LostRangesAreGivenNext) {
   JobPlan plan(film, 64, kPlenty);
   const Unit first = *take(plan);
   const Unit second = *take(plan);
@@ -89,7 +89,7 @@ TEST_F(JobPlanTest, LostRangesGoOutNext) {
   EXPECT_EQ(again.tiles, std::vector<TileId>{first.tiles[2]});
 }
 
-TEST_F(JobPlanTest, ARestartFindsThePlanInTheFilm) {
+TEST_F(JobPlanTest, ARestartRebuildsThePlanFromTheFilm) {
   for (std::uint32_t seed = 0; seed < 30; ++seed) {
     std::mt19937 bits(seed);
     film = Film(TileGrid({0, 0, 256, 64}), 3);
@@ -111,7 +111,7 @@ TEST_F(JobPlanTest, ARestartFindsThePlanInTheFilm) {
   }
 }
 
-TEST_F(JobPlanTest, WhatIsOutOrWaitsIsBoundedButNeverStuck) {
+TEST_F(JobPlanTest, PendingRangesAreBoundedButNeverStuck) {
   JobPlan plan(film, 1 << 20, 1);  // a budget of one byte: four nodes per tile
   const Unit stuck = *take(plan);  // [0, 1) of all tiles, and nobody brings it
   std::uint64_t given = 0;
@@ -126,7 +126,7 @@ TEST_F(JobPlanTest, WhatIsOutOrWaitsIsBoundedButNeverStuck) {
   EXPECT_TRUE(plan.has_work());
 }
 
-TEST_F(JobPlanTest, ALostRangeMayAlwaysGoOut) {
+TEST_F(JobPlanTest, ALostRangeIsGivenAtAnyBudget) {
   JobPlan plan(film, 1 << 20, 1);
   const Unit stuck = *take(plan);
   while (const std::optional<Unit> unit = take(plan)) {
@@ -161,7 +161,7 @@ TEST_F(JobPlanTest, AClosedPlanOnlyFillsGaps) {
   EXPECT_EQ(film.min_samples(), 2u);
 }
 
-TEST_F(JobPlanTest, AClosedPlanGivesEveryTileItsFirstSampleAndNoMore) {
+TEST_F(JobPlanTest, AClosedPlanGivesEveryTileOnlyItsFirstSample) {
   JobPlan plan(film, kMaxSamples, kPlenty);
   const Unit first = *take(plan);
   plan.close();
@@ -177,7 +177,7 @@ TEST_F(JobPlanTest, AClosedPlanGivesEveryTileItsFirstSampleAndNoMore) {
   EXPECT_EQ(film.max_samples(), 1u);
 }
 
-TEST_F(JobPlanTest, TakesBackWhatAWorkerStillHolds) {
+TEST_F(JobPlanTest, RangesHeldByAWorkerAreAdopted) {
   JobPlan plan(film, 64, kPlenty);
   EXPECT_TRUE(plan.adopt(LeaseId{7}, TileId{1}, {3, 1}));   // [8, 16)
   EXPECT_FALSE(plan.adopt(LeaseId{8}, TileId{1}, {2, 3}));  // [12, 16) lies in it
@@ -193,7 +193,7 @@ TEST_F(JobPlanTest, TakesBackWhatAWorkerStillHolds) {
   EXPECT_EQ(given, 4u * 64 - 8);
 }
 
-TEST(JobPlan, TheNextUnitBeginsAtTheFirstFreeSampleWhateverCameBefore) {
+TEST(JobPlan, TheNextUnitAlwaysBeginsAtTheFirstFreeSample) {
   constexpr std::uint64_t kGoal = 3000;
   Film film(TileGrid({0, 0, 8, 8}), 3);
   JobPlan plan(film, kGoal, kPlenty);
@@ -244,7 +244,7 @@ TEST(JobPlan, TheNextUnitBeginsAtTheFirstFreeSampleWhateverCameBefore) {
   EXPECT_GT(given_back, 20);
 }
 
-TEST_F(JobPlanTest, EachRangeHasTwoHoldersAtMostAndAllHearOfItsEnd) {
+TEST_F(JobPlanTest, EachRangeHasTwoHoldersAtMostAndItsEndNamesThem) {
   JobPlan plan(film, 4, kPlenty);
   const Unit unit = *take(plan);
   EXPECT_TRUE(plan.add_copy(LeaseId{50}, TileId{0}, unit.range));
@@ -285,7 +285,7 @@ TEST(UnitSize, AllThreadsOfTheFarmFindWork) {
   EXPECT_EQ(choose_range({128, 256}, 2, 4096, 128 * 16 * 4096, aim).count(), 16u);
 }
 
-TEST(UnitSize, TheMoreThreadsTheFarmHasTheLongerIsWhatEachWorksOn) {
+TEST(UnitSize, LargerFarmsGetLongerUnits) {
   // A node of 96 KiB costs what 118 KiB do: 1,000 threads that send one each are 115.2 MiB.
   UnitAim aim{.seconds_per_pixel_sample = 1e-6, .threads = 1, .farm_threads = 1000};
   set_times(1, 96 * 1024, 115.234375 * 1024 * 1024, aim);
@@ -300,7 +300,7 @@ TEST(UnitSize, TheMoreThreadsTheFarmHasTheLongerIsWhatEachWorksOn) {
   EXPECT_DOUBLE_EQ(aim.unit_seconds, 1);
 }
 
-TEST(UnitSize, TheFirstSamplesAreAsManyAsAreRenderedWhileResultsComeIn) {
+TEST(UnitSize, TheFirstSamplesFillTheTimeThatResultsTake) {
   // 4 ms a sample and tile.
   UnitAim aim{.seconds_per_pixel_sample = 1e-6, .threads = 1, .farm_threads = 10};
   const auto first_with = [&](double results_seconds) {
@@ -324,7 +324,7 @@ TEST(UnitSize, TheFirstSamplesAreAsManyAsAreRenderedWhileResultsComeIn) {
   EXPECT_DOUBLE_EQ(aim.results_seconds, 1);
 }
 
-TEST(UnitSize, WhereSamplesAreSharedAUnitIsManyTilesOfFewSamples) {
+TEST(UnitSize, SharedSamplesMakeUnitsOfManyTilesAndFewSamples) {
   // 64 tiles at 4 ms a sample: the frame takes two threads 0.13 s a sample, so that 4 samples fit a unit; 8 with twice
   // the time. Of four such workers each takes a quarter of the frame and four times the samples.
   UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 1e-6, .threads = 2, .farm_threads = 2};

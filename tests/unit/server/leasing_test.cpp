@@ -55,7 +55,7 @@ TEST_F(LeasingTest, UnitsGrowToASecondOfTheWorkersMeasuredSpeed) {
   EXPECT_EQ(status(job).counters.results_duplicate, 0u);
 }
 
-TEST_F(LeasingTest, WhatAWorkerHeldThatGivesWayGoesToAnotherAtOnceAndIsNotLost) {
+TEST_F(LeasingTest, LeasesOfADisplacedWorkerMoveAtOnceAndAreNotLost) {
   limits.max_workers = 1;
   restart({});
   const JobId job = submit(spec("r1", 1));
@@ -74,7 +74,7 @@ TEST_F(LeasingTest, WhatAWorkerHeldThatGivesWayGoesToAnotherAtOnceAndIsNotLost) 
   EXPECT_EQ(got<LeaseGrant>(first).size(), leases) << "it gets no more";
 }
 
-TEST_F(LeasingTest, ALeaseThatIsNotRenewedIsLostAndGoesOutAgain) {
+TEST_F(LeasingTest, AnUnrenewedLeaseExpiresAndIsLeasedAgain) {
   const JobId job = submit(spec("r1", 1));
   const SessionId silent = connect("silent");
   const std::vector<LeaseGrant> lost = got<LeaseGrant>(silent);
@@ -110,7 +110,7 @@ TEST_F(LeasingTest, ResultsRenewAllLeasesOfTheirWorker) {
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
 }
 
-TEST_F(LeasingTest, HeartbeatsOfUnknownLeasesAreCancelled) {
+TEST_F(LeasingTest, UnknownLeasesInHeartbeatsAreCancelled) {
   const SessionId session = connect("w");
   say(session, WorkerHeartbeat{{LeaseId{12345}}});
   ASSERT_EQ(got<LeaseCancel>(session).size(), 1u);
@@ -141,7 +141,7 @@ TEST_F(LeasingTest, ALostLeaseHalvesTheNextUnit) {
   EXPECT_LE(unit_seconds(got<LeaseGrant>(session)[before]), 0.25 + 1e-9);  // two were lost
 }
 
-TEST_F(LeasingTest, BeforeAnythingIsBackNoMoreIsOutThanCanBeTakenIn) {
+TEST_F(LeasingTest, TheFirstLeasesFitTheRateOfResults) {
   limits.result_bytes_per_second = 4e6;
   restart({});
   std::vector<SessionId> sessions;
@@ -169,7 +169,7 @@ TEST_F(LeasingTest, BeforeAnythingIsBackNoMoreIsOutThanCanBeTakenIn) {
   }
 }
 
-TEST_F(LeasingTest, TheLastUnitsBeforeATimeIsUpAreShorterAsFarAsTheirResultsCanBeTakenIn) {
+TEST_F(LeasingTest, TheLastUnitsOfATimedJobAreShorterIfTheirResultsFitTheRate) {
   // Samples of a tile take 0.1 s, and a worker has one unit ahead: how many the last one has that it is given in 20.3
   // s.
   const auto last_unit = [&] {
@@ -197,7 +197,7 @@ TEST_F(LeasingTest, TheLastUnitsBeforeATimeIsUpAreShorterAsFarAsTheirResultsCanB
   EXPECT_EQ(last_unit(), std::pair(std::uint64_t{32}, std::uint64_t{32}));
 }
 
-TEST_F(LeasingTest, AWorkerThatComesBackKeepsItsLeases) {
+TEST_F(LeasingTest, AReturningWorkerKeepsItsLeases) {
   const JobId job = submit(spec("r1", 1));
   const SessionId first = connect("w");
   const std::vector<LeaseGrant> grants = got<LeaseGrant>(first);
@@ -218,7 +218,7 @@ TEST_F(LeasingTest, AWorkerThatComesBackKeepsItsLeases) {
   EXPECT_EQ(status(job).counters.results_duplicate, 0u);
 }
 
-TEST_F(LeasingTest, WhatAReturningWorkerDoesNotHoldGoesOutAtOnce) {
+TEST_F(LeasingTest, LeasesThatAReturningWorkerLacksAreLeasedAgainAtOnce) {
   const JobId job = submit(spec("r1", 1));
   const SessionId first = connect("w");
   const std::size_t leases = got<LeaseGrant>(first).size();
@@ -231,7 +231,7 @@ TEST_F(LeasingTest, WhatAReturningWorkerDoesNotHoldGoesOutAtOnce) {
   EXPECT_GT(status(job).samples_done, 0u);
 }
 
-TEST_F(LeasingTest, ANameIsOfOneProcessAsLongAsThatSpeaks) {
+TEST_F(LeasingTest, ANameBelongsToOneProcessWhileItIsHeard) {
   const SessionId first = connect("w");
   const auto other = [&] { return connect("w", 1, "class-a", {}, 2); };
   const SessionId refused = other();
@@ -255,14 +255,14 @@ TEST_F(LeasingTest, ANameIsOfOneProcessAsLongAsThatSpeaks) {
   EXPECT_EQ(got<Dismissal>(first).size(), 1u);
 }
 
-TEST_F(LeasingTest, AWorkerThatIsLeavingGivesItsNameAway) {
+TEST_F(LeasingTest, ALeavingWorkerFreesItsName) {
   const SessionId first = connect("w");
   say(first, WorkerDraining{});
   EXPECT_TRUE(got<Dismissal>(connect("w", 1, "class-a", {}, 2)).empty());
   EXPECT_EQ(got<Dismissal>(first).size(), 1u);
 }
 
-TEST_F(LeasingTest, LeasesOfABrokenStreamAreLostAfterTheGrace) {
+TEST_F(LeasingTest, LeasesOfABrokenStreamAreLostAfterTheGracePeriod) {
   const JobId job = submit(spec("r1", 1));
   const SessionId session = connect("w");
   coordinator->worker_disconnected(session, now, effects);
@@ -272,7 +272,7 @@ TEST_F(LeasingTest, LeasesOfABrokenStreamAreLostAfterTheGrace) {
   EXPECT_TRUE(coordinator->workers(now).empty());
 }
 
-TEST_F(LeasingTest, HeldLeasesOfAnEarlierCoordinatorAreTakenUp) {
+TEST_F(LeasingTest, HeldLeasesOfAnEarlierCoordinatorAreAdopted) {
   StoredState stored;
   stored.epoch = 5;
   stored.next_job_id = 2;
@@ -436,7 +436,7 @@ TEST_F(LeasingTest, ANewJobsFirstPictureComesNext) {
   EXPECT_EQ(got<LeaseGrant>(session).at(before).unit.job, second);
 }
 
-TEST_F(LeasingTest, IdleWorkersCopyWhatIsLate) {
+TEST_F(LeasingTest, IdleWorkersCopyLateUnits) {
   const JobId job = submit(spec("r1", 1));
   const SessionId slow = connect("slow");
   const std::vector<LeaseGrant> originals = got<LeaseGrant>(slow);
@@ -483,7 +483,7 @@ TEST_F(LeasingTest, ReturnedTilesGoToOthersAtOnce) {
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
 }
 
-TEST_F(LeasingTest, AnUnsoundHelloIsDismissed) {
+TEST_F(LeasingTest, AnInvalidHelloIsDismissed) {
   const SessionId session{next_session++};
   coordinator->worker_connected(session, WorkerHello{}, now, effects);
   flush();

@@ -131,7 +131,7 @@ long waits_of_others() {
   return all.ru_nvcsw - own.ru_nvcsw;
 }
 
-TEST(Listener, AcceptsWhatCameWhileTheProcessHadNoFilesLeft) {
+TEST(Listener, AcceptsConnectionsThatCameWithoutFreeDescriptors) {
   KeepingServer server("127.0.0.1:0", 100);
   const ClientSocket before, meanwhile;
   before.connect(server.listener().port());
@@ -147,7 +147,7 @@ TEST(Listener, AcceptsWhatCameWhileTheProcessHadNoFilesLeft) {
   EXPECT_TRUE(server.has(2));
 }
 
-TEST(Listener, AStrangerBeyondAQuarterOfThePlacesWaitsUntilOneOfItsAddressLeaves) {
+TEST(Listener, AStrangerBeyondAQuarterOfThePlacesWaitsForItsAddress) {
   KeepingServer server("127.0.0.1:0", 8);
   std::vector<ClientSocket> clients(3);
   for (const ClientSocket& client : clients) {
@@ -173,7 +173,7 @@ TEST(Listener, AKnownCallerMakesItsPlaceFreeForAStranger) {
   EXPECT_TRUE(server.has(3));
 }
 
-TEST(Listener, AStrangerThatStaysEndsForOneThatWaits) {
+TEST(Listener, AnOldStrangerMakesRoomForAWaitingOne) {
   KeepingServer server("127.0.0.1:0", 4);
   const ClientSocket first, second;
   first.connect(server.listener().port());
@@ -183,7 +183,7 @@ TEST(Listener, AStrangerThatStaysEndsForOneThatWaits) {
   EXPECT_TRUE(server.has(2));
 }
 
-TEST(Listener, ADialFromInsideIsServedWhereAllPlacesAreTaken) {
+TEST(Listener, ADialFromInsideIsServedWhenAllPlacesAreTaken) {
   KeepingServer server("127.0.0.1:0", 1);
   const ClientSocket known, refused;
   known.connect(server.listener().port());
@@ -197,7 +197,7 @@ TEST(Listener, ADialFromInsideIsServedWhereAllPlacesAreTaken) {
   ::close(*dialled);
 }
 
-TEST(Listener, AllAddressesOfTheMachineAreThoseOfIPv4Too) {
+TEST(Listener, TheWildcardAddressIncludesIPv4) {
   for (const std::string listen : {"0.0.0.0:0", "[::]:0"}) {
     KeepingServer server(listen, 8);
     const ClientSocket client;
@@ -211,7 +211,7 @@ TEST(Listener, AllAddressesOfTheMachineAreThoseOfIPv4Too) {
   }
 }
 
-TEST(Listener, AnAddressThatIsTakenIsRefusedWithWhatToDo) {
+TEST(Listener, AnAddressInUseIsRefusedWithItsOption) {
   KeepingServer server("127.0.0.1:0", 8);
   const auto again = Listener::open(fmt::format("127.0.0.1:{}", server.listener().port()), "--listen", 8);
   EXPECT_EQ(again.status().code(), StatusCode::kUnavailable);

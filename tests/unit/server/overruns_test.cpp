@@ -79,7 +79,7 @@ TEST_F(OverrunTest, ASecondIdentityThatIsFasterFinishesIt) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(OverrunTest, NobodySpeaksOfTheLeasesOfOthers) {
+TEST_F(OverrunTest, ReportsAboutOthersLeasesAreIgnored) {
   const JobId job = submit_unaudited();
   const SessionId a = connect_on("m1", "a"), liar = connect_on("m2", "liar");
   const LeaseGrant grant = got<LeaseGrant>(a).at(0);
@@ -93,7 +93,7 @@ TEST_F(OverrunTest, NobodySpeaksOfTheLeasesOfOthers) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(OverrunTest, AWorkerThatIsHeardAndDeliversNothingLosesItsWork) {
+TEST_F(OverrunTest, AWorkerWithHeartbeatsButNoResultsLosesItsLease) {
   const JobId job = submit_unaudited(1);
   const SessionId idle = connect_on("m1", "idle");
   ASSERT_EQ(got<LeaseGrant>(idle).size(), 1u);

@@ -22,14 +22,14 @@ std::size_t take_all(Places& places, Places::Id first, const Holder& holder, Tim
   return taken;
 }
 
-TEST(Places, OneHolderMayHaveAllWhileNobodyElseWantsOne) {
+TEST(Places, OneHolderCanTakeAllFreePlaces) {
   Places places(100, 100);
   EXPECT_EQ(take_all(places, 1, {"ada", "10.0.0.1"}), 100u);
   EXPECT_EQ(places.arrive(101, {"ada", "10.0.0.1"}, kPlacesBegin).answer, Answer::all_are_taken);
   EXPECT_EQ(places.size(), 100u);
 }
 
-TEST(Places, AnotherCallerGetsAsManyAsTheLargestOneKeeps) {
+TEST(Places, AnotherCallerGetsAsManyAsTheLargestHolderKeeps) {
   Places places(100, 100);
   const Holder flood{"ada", "10.0.0.1"}, bob{"bob", "10.0.0.2"};
   EXPECT_EQ(take_all(places, 1, flood), 100u);
@@ -59,7 +59,7 @@ TEST(Places, ManyAddressesOfOneNameAreHeldToOneShare) {
   EXPECT_EQ(take_all(places, 100, {"bob", "10.0.1.1"}), 20u);
 }
 
-TEST(Places, CallersDoNotTakePlacesFromEachOtherWithoutEnd) {
+TEST(Places, CallersDoNotDisplaceEachOtherForever) {
   std::mt19937 random(7);
   Places places(40, 40);
   std::map<Places::Id, Holder> held;
@@ -86,7 +86,7 @@ TEST(Places, CallersDoNotTakePlacesFromEachOtherWithoutEnd) {
   EXPECT_LE(given, 1'600) << "the squares' sum is at most 3,200, and falls by two at least";
 }
 
-TEST(Places, WhoStandsStillForTooLongGivesWayToAnybody) {
+TEST(Places, AStalledHolderMakesRoomForAnyCaller) {
   Places places(3, 3);
   const Holder ada{"ada", "10.0.0.1"};
   EXPECT_EQ(take_all(places, 1, ada), 3u);
@@ -105,7 +105,7 @@ TEST(Places, WhoStandsStillForTooLongGivesWayToAnybody) {
       << "2 stands still anew";
 }
 
-TEST(Places, AHolderWithItsShareTakesFromItselfAlone) {
+TEST(Places, AHolderAtItsShareDisplacesOnlyItself) {
   Places places(10, 2);
   const Holder ada{"ada", "10.0.0.1"}, bob{"bob", "10.0.0.2"};
   EXPECT_EQ(take_all(places, 1, ada), 2u);
@@ -117,7 +117,7 @@ TEST(Places, AHolderWithItsShareTakesFromItselfAlone) {
   EXPECT_EQ(places.arrive(21, ada, late).gives_way, 2u);
 }
 
-TEST(Places, APlaceThatIsLeftIsFree) {
+TEST(Places, ALeftPlaceIsFree) {
   Places places(1, 1);
   const Holder ada{"ada", "10.0.0.1"};
   EXPECT_EQ(places.arrive(1, ada, kPlacesBegin).answer, Answer::taken);

@@ -24,7 +24,7 @@ class RefusalTest : public VerifyingTest {
   }
 };
 
-TEST_F(RefusalTest, OneIdentityAloneFailsNoJobThatAnotherMayRender) {
+TEST_F(RefusalTest, OneIdentityCannotFailAJobThatAnotherMayRender) {
   const JobId job = submit_unaudited("r1", 64);
   const SessionId liar = connect_on("m1", "liar"), honest = connect_on("m2", "honest");
   say(liar, WorkerRefusal{job, "mesh 'floor' is empty"});
@@ -49,7 +49,7 @@ TEST_F(RefusalTest, TwoIdentitiesFailTheJobWithBothReasons) {
   EXPECT_TRUE(reason(job).ends_with("; worker b: mesh 'wall' is empty")) << reason(job);
 }
 
-TEST_F(RefusalTest, AReasonThatBothGiveStandsOnce) {
+TEST_F(RefusalTest, ASharedReasonIsListedOnce) {
   const JobId job = submit(spec());
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
   say(a, WorkerRefusal{job, "mesh 'floor' is empty"});
@@ -57,7 +57,7 @@ TEST_F(RefusalTest, AReasonThatBothGiveStandsOnce) {
   EXPECT_EQ(reason(job), "workers a and b: mesh 'floor' is empty");
 }
 
-TEST_F(RefusalTest, WorkersOfOneIdentityAreHeardOnce) {
+TEST_F(RefusalTest, WorkersOfOneIdentityCountOnce) {
   const JobId job = submit(spec("r1", 64, {0, 0, 512, 64}));
   const SessionId a1 = connect_on("m1", "a1"), a2 = connect_on("m1", "a2");
   const SessionId honest = connect_on("m2", "honest");
@@ -74,7 +74,7 @@ TEST_F(RefusalTest, WorkersOfOneIdentityAreHeardOnce) {
   EXPECT_EQ(status(job).state, JobState::done) << reason(job);
 }
 
-TEST_F(RefusalTest, AJobWaitsForTheOtherIdentityAndSaysWhy) {
+TEST_F(RefusalTest, AJobWaitsForAnotherIdentityWithAReason) {
   const JobId first = submit_unaudited("r0", 64);
   const SessionId honest = connect_on("m2", "honest");  // has work of the first job
   const SessionId liar = connect_on("m1", "liar");
@@ -93,7 +93,7 @@ TEST_F(RefusalTest, AJobWaitsForTheOtherIdentityAndSaysWhy) {
   EXPECT_EQ(reason(job).find("refused"), std::string::npos);
 }
 
-TEST_F(RefusalTest, AJobFailsOnceNobodyElseIsLikelyToCome) {
+TEST_F(RefusalTest, AJobFailsWhenNoOtherIdentityIsExpected) {
   const JobId job = submit_unaudited("r1", 64);
   const SessionId other = connect_on("m2", "other");
   coordinator->worker_disconnected(other, now, effects);
@@ -108,7 +108,7 @@ TEST_F(RefusalTest, AJobFailsOnceNobodyElseIsLikelyToCome) {
   EXPECT_EQ(reason(job), "worker a: mesh 'floor' is empty");
 }
 
-TEST_F(RefusalTest, AWorkerThatLeavesForGoodIsNotWaitedFor) {
+TEST_F(RefusalTest, ADepartedWorkerIsNotWaitedFor) {
   const JobId job = submit_unaudited("r1", 64);
   const SessionId a = connect_on("m1", "a"), other = connect_on("m2", "other");
   say(a, WorkerRefusal{job, "mesh 'floor' is empty"});
@@ -121,7 +121,7 @@ TEST_F(RefusalTest, AWorkerThatLeavesForGoodIsNotWaitedFor) {
   EXPECT_EQ(reason(job), "worker a: mesh 'floor' is empty");
 }
 
-TEST_F(RefusalTest, AJobThatAnotherIdentityHasRenderedSomeOfDoesNotFailWhenThatOneLeaves) {
+TEST_F(RefusalTest, AJobWithSamplesOfAnotherIdentityDoesNotFailWhenItLeaves) {
   const JobId job = submit_unaudited("r1", 64);
   const SessionId liar = connect_on("m1", "liar"), honest = connect_on("m2", "honest");
   say(liar, WorkerRefusal{job, "mesh 'floor' is empty"});
@@ -134,7 +134,7 @@ TEST_F(RefusalTest, AJobThatAnotherIdentityHasRenderedSomeOfDoesNotFailWhenThatO
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(RefusalTest, AWorkerWhoseOwnLimitsExcludeTheJobIsNoOtherThatMayRenderIt) {
+TEST_F(RefusalTest, ATooSmallWorkerDoesNotCountAsAnotherRenderer) {
   const JobId job = submit_unaudited("r1", 64);
   const SessionId a = connect_on("m1", "a"), small = connect_on("m2", "small");
   say(small, WorkerRefusal{job, "too large", true});
@@ -143,7 +143,7 @@ TEST_F(RefusalTest, AWorkerWhoseOwnLimitsExcludeTheJobIsNoOtherThatMayRenderIt) 
   EXPECT_EQ(reason(job), "worker a: mesh 'floor' is empty");
 }
 
-TEST_F(RefusalTest, TheLastOtherThatFindsTheJobTooLargeFailsIt) {
+TEST_F(RefusalTest, TheJobFailsWhenTheLastOtherWorkerIsTooSmall) {
   const JobId job = submit_unaudited("r1", 64);
   const SessionId a = connect_on("m1", "a"), small = connect_on("m2", "small");
   say(a, WorkerRefusal{job, "mesh 'floor' is empty"});
@@ -152,7 +152,7 @@ TEST_F(RefusalTest, TheLastOtherThatFindsTheJobTooLargeFailsIt) {
   EXPECT_EQ(reason(job), "worker a: mesh 'floor' is empty");
 }
 
-TEST_F(RefusalTest, BeforeTheFirstSampleAWorkerOfAnotherClassIsAskedToo) {
+TEST_F(RefusalTest, AnotherClassIsAskedBeforeTheFirstSample) {
   const JobId job = submit(spec());
   const SessionId liar = connect_on("m1", "liar"), other = connect_on("m2", "other", 1, "class-b");
   EXPECT_TRUE(got<LeaseGrant>(other).empty());
@@ -162,7 +162,7 @@ TEST_F(RefusalTest, BeforeTheFirstSampleAWorkerOfAnotherClassIsAskedToo) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(RefusalTest, OfAPausedJobBeforeTheFirstSampleAWorkerOfAnotherClassIsAskedToo) {
+TEST_F(RefusalTest, AnotherClassIsAskedForAPausedJobBeforeTheFirstSample) {
   const JobId job = submit_unaudited("r1", 64);
   const SessionId a = connect_on("m1", "a", 1, "class-a");
   const SessionId b = connect_on("m2", "b", 1, "class-b");
@@ -178,7 +178,7 @@ TEST_F(RefusalTest, OfAPausedJobBeforeTheFirstSampleAWorkerOfAnotherClassIsAsked
   EXPECT_EQ(status(job).fingerprint_class, "class-b");
 }
 
-TEST_F(RefusalTest, OfAPilotCountAsThoseOfTheJob) {
+TEST_F(RefusalTest, RefusalsOfAPilotCountForTheJob) {
   const SessionId liar = connect_on("m1", "a liar"), honest = connect_on("m2", "honest");
   const JobId job = submit_undecided();
   ASSERT_EQ(got<PilotGrant>(liar).size(), 1u);
@@ -205,7 +205,7 @@ TEST_F(RefusalTest, TwoIdentitiesThatRefuseThePilotFailTheJob) {
   EXPECT_EQ(reason(job), fmt::format("workers {}: an asset is damaged", a_first ? "a and b" : "b and a"));
 }
 
-TEST_F(RefusalTest, AStartedCoordinatorWaitsForThoseThatItKnew) {
+TEST_F(RefusalTest, ARestartedCoordinatorWaitsForKnownIdentities) {
   // Two identities have rendered a job of before; of those the liar comes back first.
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
   const JobId before = submit_verified(1, "r0", {0, 0, 512, 64});
@@ -227,7 +227,7 @@ TEST_F(RefusalTest, AStartedCoordinatorWaitsForThoseThatItKnew) {
   EXPECT_EQ(status(job).state, JobState::done) << reason(job);
 }
 
-TEST_F(RefusalTest, AfterAStartAStoredJobDoesNotFailBeforeOthersCanBeBack) {
+TEST_F(RefusalTest, AStoredJobDoesNotFailBeforeOthersCanReconnect) {
   const JobId job = submit(spec("r1", 64));
   StoredState stored{2, {}, job.value + 1};
   for (const StoreOp& op : writes) {
@@ -246,7 +246,7 @@ TEST_F(RefusalTest, AfterAStartAStoredJobDoesNotFailBeforeOthersCanBeBack) {
   EXPECT_EQ(status(job).state, JobState::failed) << "it is alone";
 }
 
-TEST_F(RefusalTest, AClassWhoseOnlyOtherWorkerStaysAwayIsGivenUp) {
+TEST_F(RefusalTest, AClassIsReplacedWhenItsOtherWorkerStaysAway) {
   const SessionId liar = connect_on("m1", "liar"), away = connect_on("m2", "away");
   const JobId job = submit(spec("r1", 64, {0, 0, 512, 64}));
   ASSERT_FALSE(got<LeaseGrant>(away).empty());
@@ -261,7 +261,7 @@ TEST_F(RefusalTest, AClassWhoseOnlyOtherWorkerStaysAwayIsGivenUp) {
   EXPECT_EQ(status(job).state, JobState::done) << reason(job);
 }
 
-TEST_F(RefusalTest, AWorkerThatIsLeavingMayFinishWhatAnotherRefuses) {
+TEST_F(RefusalTest, ALeavingWorkerMayFinishARefusedJob) {
   const SessionId liar = connect_on("m1", "liar"), leaving = connect_on("m2", "leaving");
   const JobId job = submit(spec("r1", 1, {0, 0, 512, 64}));
   const LeaseGrant grant = got<LeaseGrant>(leaving).at(0);
@@ -273,7 +273,7 @@ TEST_F(RefusalTest, AWorkerThatIsLeavingMayFinishWhatAnotherRefuses) {
   EXPECT_GT(status(job).samples_done, 0u);
 }
 
-TEST_F(RefusalTest, AWorkerThatComesAgainAndAgainToFindAJobTooLargeIsAskedSeldom) {
+TEST_F(RefusalTest, AReconnectingTooSmallWorkerIsAskedRarely) {
   const JobId job = submit_unaudited("r1", 4);
   std::uint32_t asked = 0;
   for (std::uint32_t i = 0; i < 600; ++i) {

@@ -50,7 +50,7 @@ class ResultsWaitTest : public CoordinatorTest {
   }
 };
 
-TEST_F(ResultsWaitTest, RangesAreLongerUntilNobodyWaitsAnyMore) {
+TEST_F(ResultsWaitTest, RangesGrowUntilNoWorkerWaits) {
   // A thousand threads: their results of 118 KiB may be 192 MiB a second, one of each in 0.6 s.
   const JobId job = submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId session = connect("w", 1000);
@@ -66,7 +66,7 @@ TEST_F(ResultsWaitTest, RangesAreLongerUntilNobodyWaitsAnyMore) {
   EXPECT_EQ(status(job).state, JobState::running);
 }
 
-TEST_F(ResultsWaitTest, NineTenthsOfWhatCameMayComeFromNowOn) {
+TEST_F(ResultsWaitTest, ALongWaitCutsTheRateToNineTenthsOfTheIntake) {
   restart_with(4 * kMiB);
   submit(spec("r1", 1u << 20, {0, 0, 1024, 1024}));
   const SessionId session = connect("w", 10);
@@ -79,7 +79,7 @@ TEST_F(ResultsWaitTest, NineTenthsOfWhatCameMayComeFromNowOn) {
   EXPECT_DOUBLE_EQ(rate(), 0.9 * bytes / 2);
 }
 
-TEST_F(ResultsWaitTest, WhatIsGivenOutIsRenderedBeforeItIsLookedAgain) {
+TEST_F(ResultsWaitTest, GrantedUnitsAreRenderedBeforeTheNextReview) {
   restart_with(40 * kMiB);  // a thousand threads' results in 2.9 s, a quarter of it in 11.5: units of 23 s
   submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId session = slowed(1000);
@@ -101,7 +101,7 @@ TEST_F(ResultsWaitTest, WhatIsGivenOutIsRenderedBeforeItIsLookedAgain) {
   EXPECT_NEAR(after[1] - after[0], 32, 2);
 }
 
-TEST_F(ResultsWaitTest, EachWorkerHasOneVoice) {
+TEST_F(ResultsWaitTest, EachWorkerCountsOnce) {
   submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId bad = connect("bad"), good = connect("good"), other = connect("other");
   render(good, got<LeaseGrant>(good).at(0));
@@ -123,7 +123,7 @@ TEST_F(ResultsWaitTest, EachWorkerHasOneVoice) {
   EXPECT_LT(rate(), limits.result_bytes_per_second);
 }
 
-TEST_F(ResultsWaitTest, AVoiceEndsWithItsConnection) {
+TEST_F(ResultsWaitTest, AReportedWaitEndsWithItsConnection) {
   submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId first = connect("w");
   say_wait(first, seconds(9));
@@ -136,7 +136,7 @@ TEST_F(ResultsWaitTest, AVoiceEndsWithItsConnection) {
   EXPECT_EQ(rate(), limits.result_bytes_per_second);
 }
 
-TEST_F(ResultsWaitTest, WhereNothingCanBeStoredNobodyIsTooFast) {
+TEST_F(ResultsWaitTest, AHoldDoesNotCutTheRate) {
   submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId session = connect("w", 1000);
   const std::vector<LeaseGrant> grants = got<LeaseGrant>(session);
@@ -159,7 +159,7 @@ TEST_F(ResultsWaitTest, WhereNothingCanBeStoredNobodyIsTooFast) {
   EXPECT_LT(rate(), limits.result_bytes_per_second);
 }
 
-TEST_F(ResultsWaitTest, AfterAStandstillNobodyIsTooFast) {
+TEST_F(ResultsWaitTest, APauseDoesNotCutTheRate) {
   submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId session = connect("w", 1000);
   stand_still(seconds(100));
@@ -171,7 +171,7 @@ TEST_F(ResultsWaitTest, AfterAStandstillNobodyIsTooFast) {
   EXPECT_EQ(rate(), limits.result_bytes_per_second);
 }
 
-TEST_F(ResultsWaitTest, OnlyAsMuchOfAnUnknownJobIsTriedAsTheResultsOfHalfASecond) {
+TEST_F(ResultsWaitTest, AnUnknownJobIsTriedWithHalfASecondOfResults) {
   restart_with(20 * kMiB);
   submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId session = slowed(1);
@@ -187,7 +187,7 @@ TEST_F(ResultsWaitTest, OnlyAsMuchOfAnUnknownJobIsTriedAsTheResultsOfHalfASecond
   EXPECT_LE(tried, 34u);
 }
 
-TEST_F(ResultsWaitTest, PeopleAreToldOnceAndWhenItIsOver) {
+TEST_F(ResultsWaitTest, ANoticeMarksTheBeginningAndTheEnd) {
   submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId session = connect("w");
   std::vector<std::string> told;
@@ -214,7 +214,7 @@ TEST_F(ResultsWaitTest, PeopleAreToldOnceAndWhenItIsOver) {
   EXPECT_EQ(told[1], "workers' results wait no longer: they are sent as often as before");
 }
 
-TEST_F(ResultsWaitTest, TheMoreWorkersThereAreTheMoreRarelyTheySayThatTheyLive) {
+TEST_F(ResultsWaitTest, WorkersOfALargeFarmSendHeartbeatsLessOften) {
   Duration last{};
   const auto until = [&](int workers) {
     for (int i = static_cast<int>(coordinator->counts().workers.size()); i < workers; ++i) {

@@ -17,7 +17,7 @@ Time hearing_time(double seconds) {
   return Time{from_seconds(1'000 + seconds)};
 }
 
-TEST(Hearing, SomeDialsWithoutAnswerAreADoubtThatOneAnswerEnds) {
+TEST(Hearing, AnAnswerEndsTheDoubtOfSomeUnansweredDials) {
   Hearing hearing(hearing_time(0));
   EXPECT_EQ(hearing.note(true, hearing_time(0)), Verdict::hears);
   for (int i = 1; i < Hearing::kDoubtful; ++i) {
@@ -28,7 +28,7 @@ TEST(Hearing, SomeDialsWithoutAnswerAreADoubtThatOneAnswerEnds) {
   EXPECT_EQ(hearing.note(false, hearing_time(12)), Verdict::hears);
 }
 
-TEST(Hearing, DeafIsManyDialsAndMuchTimeWithoutAnswer) {
+TEST(Hearing, ManyUnansweredDialsOverALongTimeAreDeaf) {
   Hearing hearing(hearing_time(0));
   EXPECT_EQ(hearing.note(true, hearing_time(0)), Verdict::hears);
   EXPECT_NE(hearing.note(false, hearing_time(10'000)), Verdict::deaf) << "the machine stood still";
@@ -105,7 +105,7 @@ class MoodyPort {
   const std::unique_ptr<Listener> listener_;
 };
 
-TEST(SelfCheck, SaysWhenAPortAnswersNoMoreAndWhenItDoesAgain) {
+TEST(SelfCheck, ReportsWhenAPortStopsAnsweringAndResumes) {
   MoodyPort port([](int dial) { return dial < 1 || dial >= 1 + Hearing::kDoubtful; });
   Said said;
   const SelfCheck check(

@@ -21,7 +21,7 @@ Sha256 put_hollow_asset(const std::filesystem::path& assets, const std::string& 
   return digest;
 }
 
-TEST(CheckFiles, AreThereAndHaveNoMoreBytesThanAWorkerHoldsBesideItsScenes) {
+TEST(CheckFiles, RefusesMissingAndTooLargeFiles) {
   const TemporaryFolder folder;
   const Sha256 large = put_hollow_asset(folder.path(), "large", kMostInspectedBytes);
   const Sha256 small = put_hollow_asset(folder.path(), "small", 1);

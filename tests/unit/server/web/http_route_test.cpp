@@ -37,7 +37,7 @@ TEST(HttpRoute, PathsWithAndWithoutParametersFindTheirOperation) {
   }
 }
 
-TEST(HttpRoute, APathThatIsAskedForByTheOtherMethodSaysWhich) {
+TEST(HttpRoute, APathWithTheWrongMethodFindsItsRoute) {
   EXPECT_TRUE(find_route("jobs/1/pause", false)->post);
   EXPECT_FALSE(find_route("workers", true)->post);
 }
@@ -67,7 +67,7 @@ TEST(HttpRoute, NumbersOutOfTheirRangeAreNamed) {
   EXPECT_EQ(fill("workers/%zz/history", "", events).code(), StatusCode::kInvalidArgument);
 }
 
-TEST(HttpRoute, EachStandsInTheDescriptionWithItsParameters) {
+TEST(HttpRoute, EachRouteIsDescribedWithItsParameters) {
   const json paths = json::parse(read_file(source_file("client/web/public/openapi.json")).value())["paths"];
   int routes = 0;
   for (const Operation& operation : operations()) {

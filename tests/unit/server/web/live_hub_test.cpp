@@ -187,7 +187,7 @@ class LiveHubTest : public ::testing::Test {
                              clock};
 };
 
-TEST_F(LiveHubTest, APageHearsNothingUntilItAsksAndThenTheGreetingFirst) {
+TEST_F(LiveHubTest, APageGetsTheGreetingFirstAndNothingBeforeItsRequest) {
   Page page;
   hub->add(page, call_of(anybody()));
   submit("ada", "one");
@@ -205,7 +205,7 @@ TEST_F(LiveHubTest, APageHearsNothingUntilItAsksAndThenTheGreetingFirst) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, OnlyWhatChangedComes) {
+TEST_F(LiveHubTest, OnlyChangesAreSent) {
   Page page;
   hub->add(page, call_of(anybody()));
   const JobId first = submit("ada", "one");
@@ -254,7 +254,7 @@ TEST_F(LiveHubTest, HiddenPagesGetNothingAndCatchUp) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, WhoTakesNothingInGetsTwoMessagesAndThenTheNewestAlone) {
+TEST_F(LiveHubTest, AStalledPageGetsTwoMessagesAndThenOnlyTheNewest) {
   Page page;
   hub->add(page, call_of(anybody()));
   ASSERT_TRUE(ask(page).ok());
@@ -280,7 +280,7 @@ TEST_F(LiveHubTest, WhoTakesNothingInGetsTwoMessagesAndThenTheNewestAlone) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, ASocketThatIsStillWritingIsLeftAlone) {
+TEST_F(LiveHubTest, AWritingSocketGetsNoMessage) {
   Page page;
   page.reads_slowly = true;
   hub->add(page, call_of(anybody()));
@@ -294,7 +294,7 @@ TEST_F(LiveHubTest, ASocketThatIsStillWritingIsLeftAlone) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, ASilentFarmIsHeardEveryFiveSeconds) {
+TEST_F(LiveHubTest, AQuietFarmSendsAMessageEveryFiveSeconds) {
   Page page;
   hub->add(page, call_of(anybody()));
   ASSERT_TRUE(ask(page).ok());
@@ -308,7 +308,7 @@ TEST_F(LiveHubTest, ASilentFarmIsHeardEveryFiveSeconds) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, OthersJobsAreNeitherListedNorShown) {
+TEST_F(LiveHubTest, JobsOfOthersAreNeitherListedNorShown) {
   const JobId others = submit("bob", "his");
   submit("ada", "hers");
   Page page;
@@ -332,7 +332,7 @@ TEST_F(LiveHubTest, OthersJobsAreNeitherListedNorShown) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, WhoIsNotKnownAnyMoreIsSentAwayOnceAndToldNothingMore) {
+TEST_F(LiveHubTest, ARevokedCallerIsSentAwayOnceAndGetsNothingMore) {
   for (const bool hidden : {false, true}) {
     Page page;
     bool known = true;
@@ -353,7 +353,7 @@ TEST_F(LiveHubTest, WhoIsNotKnownAnyMoreIsSentAwayOnceAndToldNothingMore) {
   }
 }
 
-TEST_F(LiveHubTest, TheJobThatIsLookedAtIsFollowedAndOneThatIsNotThereIsSaidToBe) {
+TEST_F(LiveHubTest, TheOpenJobIsFollowedAndAMissingOneIsReported) {
   const JobId job = submit("ada", "one");
   Page page;
   hub->add(page, call_of(anybody()));
@@ -405,7 +405,7 @@ std::size_t failed_layers(const Page& page) {
       std::ranges::count_if(failures, [](const auto& each) { return !each.second.empty(); }));
 }
 
-TEST_F(LiveHubTest, LayersOfALargePictureComeInTurns) {
+TEST_F(LiveHubTest, LayersOfALargePictureAreSentInTurn) {
   const std::vector<std::string> layers{"light:key", "light:rest"};
   const JobId job = submit("ada", "large", 64 * 20, 64 * 10, layers);
   render(job);
@@ -427,7 +427,7 @@ TEST_F(LiveHubTest, LayersOfALargePictureComeInTurns) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, ALayerWithoutRoomIsLeftOutAndComesWhenThereIsSome) {
+TEST_F(LiveHubTest, ALayerWithoutRoomIsSentWhenThereIsRoom) {
   // 32,640 of 32,768 tiles: none is rendered, but room is kept for all.
   const JobId large = submit("ada", "large", 64 * 255, 64 * 128);
   const std::vector<std::string> layers{"light:key", "light:rest"};
@@ -464,7 +464,7 @@ TEST_F(LiveHubTest, ALayerWithoutRoomIsLeftOutAndComesWhenThereIsSome) {
   hub->remove(second);
 }
 
-TEST_F(LiveHubTest, APictureThatIsTooLargeIsNotShownButItsJobIs) {
+TEST_F(LiveHubTest, ATooLargePictureIsNotShownButItsJobIs) {
   const JobId job = submit("ada", "huge", 64 * 256, 64 * 129);
   Page page;
   hub->add(page, call_of(anybody()));
@@ -482,7 +482,7 @@ TEST_F(LiveHubTest, APictureThatIsTooLargeIsNotShownButItsJobIs) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, WhatIsNoRequestIsRefused) {
+TEST_F(LiveHubTest, InvalidRequestsAreRefused) {
   Page page;
   hub->add(page, call_of(anybody()));
   EXPECT_EQ(hub->ask(page, "\xff\xff\xff").code(), StatusCode::kInvalidArgument);
