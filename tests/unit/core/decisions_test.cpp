@@ -1,4 +1,4 @@
-// What paths draw: numbers of decisions, and channels of colour.
+// Numbers that paths draw: decisions, and channels of colour.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -12,7 +12,7 @@ namespace {
 TEST(Decisions, HaveDifferentNumbersWithinASample) {
   std::set<std::uint32_t> numbers{kFilterDecision, kLensDecision};
   std::size_t count = 2;
-  // The largest number of bounces that the client lets through too.
+  // Includes the largest number of bounces that the client allows.
   for (const std::uint32_t bounce : {0u, 1u, 2u, 3u, 999u, 1'000u, 999'999u, 1'000'000u}) {
     for (const std::uint32_t decision :
          {light_decision(bounce), bsdf_decision(bounce), choice_decision(bounce), connection_decision(bounce),
@@ -56,7 +56,7 @@ TEST(DrawnChannel, FollowsTheSharesOfTheChannels) {
   EXPECT_EQ(drawn(share, 0x1.fffffep-1f), 4);
 }
 
-// The sum of rounded shares may be below the largest number that is drawn.
+// The sum of rounded shares can be below the largest number drawn.
 TEST(DrawnChannel, NeverHasAShareOfZero) {
   const float last = 0x1.fffffep-1f, below_one = 0x1.fffffcp-1f;
   EXPECT_EQ(drawn(Vec3(below_one / 2, below_one / 2, 0), last), 1);
@@ -66,7 +66,7 @@ TEST(DrawnChannel, NeverHasAShareOfZero) {
   EXPECT_EQ(drawn(Vec3(0, 0, below_one), last), 4);
   int wrong = 0;
   for (int i = 1; i < 1000; ++i) {
-    // As media compute them.
+    // Shares as media compute them.
     const auto x = static_cast<float>(i), y = static_cast<float>(i * 7919 % 1000 + 1);
     const float scale = 1.0f / (x + y);
     wrong += drawn(Vec3(x * scale, y * scale, 0), last) == 4;

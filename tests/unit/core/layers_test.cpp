@@ -1,4 +1,4 @@
-// What the core puts into the layers of a film.
+// Layers that methods write into a film.
 #include <gtest/gtest.h>
 
 #include "tests/support/places.h"
@@ -33,7 +33,7 @@ struct Layers {
     const std::size_t at = (offset(name) + channel) * pixels + pixel;
     return (static_cast<double>(values[at]) + values[layout.summed * pixels + at]) / static_cast<double>(range.count());
   }
-  /// A sum (or nearest) of a layer of samples 0 to 15.
+  /// A layer's value over samples 0 to 15: a sum, or the nearest.
   float first(std::string_view name, std::size_t channel, std::size_t pixel) const {
     const NodeLayout layout(specs);
     const std::size_t pixels = kTile.pixel_count();
@@ -68,7 +68,7 @@ test::TestScene tilted_quad() {
                                     {{"quad.obj", "v -4 -4 -4\nv 0 -4 0\nv 0 4 0\nv -4 4 -4\nf 1 2 3 4\n"}});
 }
 
-// A shell of index 1 is not there, whatever looks at the scene: in layers as in the picture.
+// A shell of index 1 is invisible, in layers as in the picture.
 TEST(Layers, BoundariesOfIndexOneAreInvisible) {
   const auto scene = [](bool with_shell) {
     const std::string shell = R"(, {"name": "shell", "material": "air", "sphere": {"center": [0, 0, 0], "radius": 2}})";
@@ -84,14 +84,14 @@ TEST(Layers, BoundariesOfIndexOneAreInvisible) {
     const Layers plain = render(scene(false), {"albedo", "normal", "depth", "id"}, {2, 0}, method);
     const Layers shelled = render(scene(true), {"albedo", "normal", "depth", "id"}, {2, 0}, method);
     ASSERT_EQ(plain.values.size(), shelled.values.size());
-    // The shell does not change the frame of reference that rays leave surfaces in by more than rounding; where that
-    // moves the ball's edge across a sample, a pixel may differ.
+    // The shell changes the frame of reference of leaving rays only by rounding. A pixel can differ where rounding
+    // moves the ball's edge across a sample.
     std::size_t different = 0;
     const NodeLayout layout(plain.specs);
     for (std::size_t i = 0; i < plain.values.size(); ++i) {
       const std::size_t plane = i / kTile.pixel_count();
       if (method == std::string("vcm") && plane < 2 * layout.summed && plane % layout.summed < 3) {
-        continue;  // of the beauty: its photons are aimed at the shell too, and so are others
+        continue;  // photons of beauty are also aimed at the shell, so they differ
       }
       different += std::abs(plain.values[i] - shelled.values[i]) > 1e-3f * (1 + std::abs(plain.values[i])) ? 1 : 0;
     }
@@ -101,7 +101,7 @@ TEST(Layers, BoundariesOfIndexOneAreInvisible) {
   }
 }
 
-/// Methods that show light by the way that it takes.
+/// Methods that separate light by its path.
 class LightLayers : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Methods, LightLayers, testing::Values("path", "caustic", "vcm"),
                          [](const auto& info) { return info.param; });
@@ -113,7 +113,7 @@ TEST_P(LightLayers, DirectAndIndirectSumToBeauty) {
     for (std::size_t channel = 0; channel < 3; ++channel) {
       const double beauty = layers.mean("beauty", channel, pixel);
       const double direct = layers.mean("direct", channel, pixel), indirect = layers.mean("indirect", channel, pixel);
-      // Sums of some hundred positive terms in another order.
+      // Sums of some hundred positive terms in different orders.
       EXPECT_NEAR(direct + indirect, beauty, 1e-5 * beauty) << pixel;
       total_direct += direct;
       total_indirect += indirect;
@@ -123,7 +123,7 @@ TEST_P(LightLayers, DirectAndIndirectSumToBeauty) {
   EXPECT_GT(total_indirect, 0);
 }
 
-/// Lights of every kind of table in three groups, some in none.
+/// Lights of every kind of table: some in three groups, some in none.
 test::TestScene grouped_lights() {
   return test::TestScene::from_text(R"({
     "camera": {"eye": [0, 0, 2.5], "look_at": [0, 0, 0], "vertical_fov_degrees": 60},
@@ -212,7 +212,7 @@ TEST_P(LightLayers, ChangeNoBitOfBeauty) {
 }
 
 TEST_P(LightLayers, LightScatteredOnceIsDirect) {
-  // Cut after one scattering, nothing is indirect; of more, direct light stays what it was.
+  // After one scattering nothing is indirect. With more scatterings the direct light stays the same.
   const Layers one = render(balls(), {"direct", "indirect"}, {4, 0}, GetParam(), 1);
   const Layers all = render(balls(), {"direct", "indirect"}, {4, 0}, GetParam());
   for (std::size_t pixel = 0; pixel < 4096; ++pixel) {

@@ -1,4 +1,4 @@
-// What the merge map finds is what trying all photons finds.
+// The merge map, compared with a search through all photons.
 #include "common/methods/photons/merge_map.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr Vec3 kEye{3, -2, 1};
 
-/// Points whose distances from the eye are spread evenly over the octaves from 2^-9 to 2^9; many in clusters.
+/// Points whose distances from the camera spread evenly over the octaves from 2^-9 to 2^9. Many are in clusters.
 class Points {
  public:
   explicit Points(std::uint32_t seed) : engine_(seed) {}
@@ -38,10 +38,10 @@ std::vector<std::uint32_t> tried_all(const std::vector<Photon>& photons, const V
 }
 
 struct Found {
-  std::size_t photons = 0, octaves = 0;  ///< found in all; octaves of radii with anything found
+  std::size_t photons = 0, octaves = 0;  ///< found in all; octaves of radii with any photon found
 };
 
-/// Compares searches around places near photons, some just within reach of one.
+/// Compares searches around places near photons. Some places are just within reach of one.
 Found compare(const MergeRadii& radii, std::uint32_t seed) {
   constexpr int kPhotons = 3000, kSearches = 2000;
   Points points(seed);
@@ -97,7 +97,7 @@ TEST(MergeMap, StoresAPhotonTwiceAtMost) {
   }
   for (const float per_length : {0.001f, 0.2f, 0.5f, 0.9f, 2.0f}) {
     const MergeMap map(photons, {kEye, per_length, per_length / 256, 8 * per_length});
-    // An entry and its share of the buckets are 24 + 16 bytes at most; a map beside them below 1 KiB.
+    // An entry and its share of the buckets take at most 24 + 16 bytes. Each of the maps takes less than 1 KiB besides.
     EXPECT_LE(map.bytes(), photons.size() * 2 * 40 + (16 << 10)) << per_length;
   }
 }

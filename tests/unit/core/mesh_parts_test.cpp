@@ -67,7 +67,7 @@ TEST(MeshParts, ThreeTrianglesAtOneEdgeAreThreeParts) {
 }
 
 TEST(MeshParts, OneSidedSurfacesAreOpen) {
-  // A Möbius strip of five triangles; and the projective plane of six points, which has no free edge either.
+  // A Möbius strip of five triangles, and the projective plane of six points. The plane has no free edge either.
   const Positions positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0}, {1, 0, 1}};
   EXPECT_EQ(find_parts(positions, {{0, 1, 2}, {1, 2, 3}, {2, 3, 4}, {3, 4, 0}, {4, 0, 1}}).closed,
             std::vector<bool>{false});

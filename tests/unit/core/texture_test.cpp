@@ -1,4 +1,4 @@
-// Textures: what a pair of coordinates means, exactly.
+// Exact lookups of textures by their coordinates.
 #include <gtest/gtest.h>
 
 #include <cmath>
