@@ -1,4 +1,4 @@
-// Pictures: colour, files, error metrics, against closed forms.
+// Pictures: colour, files and error metrics, compared with closed forms.
 #include <gtest/gtest.h>
 
 #include "common/image/cryptomatte.h"
@@ -140,7 +140,7 @@ TEST(Exr, HostileBytesAreRefused) {
   }
 }
 
-// OpenEXR would make room for the 2 GiB that this file says a text has.
+// OpenEXR would allocate the 2 GiB that this file states for a text.
 TEST(Exr, AnAttributeLargerThanTheFileIsRefusedBeforeAllocation) {
   Image image = to_image(example_picture());
   image.attributes["comment"] = std::string("0123456789");
@@ -306,7 +306,7 @@ TEST(Cryptomatte, HashesNamesByMurmurHash3) {
 }
 
 TEST(Cryptomatte, IdentifiersAreOrdinaryFloats) {
-  EXPECT_EQ(std::bit_cast<std::uint32_t>(cryptomatte_id("hello")), 0x248bfa47u);  // its hash as it is
+  EXPECT_EQ(std::bit_cast<std::uint32_t>(cryptomatte_id("hello")), 0x248bfa47u);  // the unchanged hash
   for (int i = 0; i < 2000; ++i) {
     EXPECT_TRUE(std::isnormal(cryptomatte_id(std::to_string(i)))) << i;
   }
@@ -337,7 +337,7 @@ TEST(Cryptomatte, TheHeaderDescribesTheLayer) {
   EXPECT_EQ(cryptomatte_channels("CryptoObject")[6], "CryptoObject01.B");
 }
 
-// Objects of one name count as one, whatever the ids are; ids that stand for nothing see nothing.
+// Objects of one name count as one, with any ids. Ids without an object cover nothing.
 TEST(PictureLayers, IdsOfOneNameShareARank) {
   std::vector<PictureLayer> layers{make_picture_layer("id", 1)};
   PictureIds ids({"leaf", "trunk", "leaf", "hidden"}, {"green", "brown", "brown", "green"});
@@ -358,7 +358,7 @@ TEST(PictureLayers, ComeFromSamples0To15) {
   std::vector<PictureLayer> layers{make_picture_layer("direct", 2), make_picture_layer("normal", 2),
                                    make_picture_layer("depth", 2), make_picture_layer("id", 2)};
   PictureIds ids({"cup", "table"}, {"glass", "wood"});
-  // The second pixel of two, of which two samples saw the table, then nothing.
+  // The second of two pixels. Two samples saw the table, the others nothing.
   const std::vector<float> values{0, 1, -2, 3.5f, 2, 0};
   ASSERT_TRUE(place_first_samples(layers, {0, 0, 2, 1}, {1, 0, 1, 1}, 2, values, ids));
   EXPECT_EQ(layers[1].values, (std::vector<float>{0, 0, 0, 0.5f, 0, -1}));
