@@ -16,7 +16,7 @@ float sample_value(TileId tile, std::size_t slot, std::uint32_t sample) {
   return static_cast<float>(bits()) * 1e-9f + static_cast<float>(bits() % 1000) * 37.0f;
 }
 
-/// What a worker returns: the tree over the range, in which the half without the sample gets 0.
+/// A worker's result: the tree over the range. The half without the sample has 0.
 NodePtr make_node(const Film& film, TileId tile, SampleRange range) {
   if (range.level > 0) {
     return std::make_shared<const Node>(
@@ -55,7 +55,7 @@ std::vector<SampleRange> ranges_of(const Film& film, TileId tile) {
   return ranges;
 }
 
-/// Splits ranges at random, as other units would have.
+/// Splits ranges at random, as other units would.
 std::vector<SampleRange> split_at_random(std::vector<SampleRange> ranges, std::mt19937& bits) {
   for (std::size_t i = 0; i < ranges.size(); ++i) {
     while (ranges[i].level > 0 && bits() % 3 != 0) {
@@ -103,7 +103,7 @@ TEST_P(FilmTest, MergeOrderAndSplitDoNotChangeBits) {
     Film film = make_film();
     for (std::uint32_t tile = 0; tile < 2; ++tile) {
       std::vector<SampleRange> ranges = split_at_random(dyadic_cover(0, samples), bits);
-      // Some come twice, some were cut in another way as well.
+      // Some ranges come twice, and some also in another split.
       const std::vector<SampleRange> others = split_at_random(dyadic_cover(0, samples), bits);
       for (const SampleRange& range : others) {
         if (bits() % 4 == 0) {
@@ -125,7 +125,7 @@ TEST_P(FilmTest, MergeOrderAndSplitDoNotChangeBits) {
 }
 
 TEST_P(FilmTest, OutcomesDescribeTheStoredForest) {
-  // Whoever applies `removed` and `added` to a set of nodes always holds the film's forest, and can restore it.
+  // A set of nodes that follows `removed` and `added` always holds the film's forest, and can restore it.
   for (std::uint32_t seed = 0; seed < (GetParam().empty() ? 50u : 10u); ++seed) {
     std::mt19937 bits(seed);
     Film film = make_film();
@@ -199,7 +199,7 @@ TEST_P(FilmTest, AncestorsReplaceTheirDescendants) {
 
 TEST_P(FilmTest, FindsEqualRangesWithDifferentBits) {
   Film film = make_film();
-  // The two siblings are joined to the parent's range, whose own bits must then be equal.
+  // The two siblings join to the parent's range. The parent's own bits must then be equal.
   film.merge(TileId{0}, make_node(film, TileId{0}, {1, 0}));
   film.merge(TileId{0}, make_node(film, TileId{0}, {1, 1}));
   Node wrong = *make_node(film, TileId{0}, {2, 0});
@@ -257,7 +257,7 @@ TEST(FirstLayers, AreMadeOfSamples0To15AndKeptWhenTheFilmJoins) {
   Film film(TileGrid({0, 0, 2, 1}), layout);
   const TileId tile{0};
   for (std::uint32_t sample = 0; sample < 64; ++sample) {
-    // The nearest of pixel 0 is 5 of sample 9; samples 0 to 3 see nothing.
+    // Sample 9 has pixel 0's nearest value, 5. Samples 0 to 3 see nothing.
     const float nearest = sample < 4 ? 0.0f : sample == 9 ? 5.0f : sample > 15 ? 1.0f : 7.0f + sample;
     film.merge(tile, first_node(sample, 1.0f + sample, nearest, 1.0f + sample));
   }
