@@ -1,4 +1,4 @@
-// What the table of lights takes in memory, and what lights do at the ends of their ranges.
+// Memory of the light table, and lights at the ends of their ranges.
 #include "common/lights/light_table.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ TEST(LightTable, CountsTheRowsOfAllLights) {
     lights.build(1);
     return lights.bytes();
   };
-  // Three points and a radiance in single precision, for each of so few that no tree is built over them.
+  // Three points and a radiance in single precision for each facet. No tree is built over so few.
   const std::uint64_t facets = bytes_with([](LightTable& lights) {
     for (int i = 0; i < 10; ++i) {
       lights.facets.add({Vec3(0), {1, 0, 0}, {0, 1, 0}, Vec3(1)});

@@ -1,4 +1,4 @@
-// The unit library: the course's figures, other parameters, and integrals by an independent rule.
+// The unit library, compared with the course's figures, other parameters, and integrals by an independent rule.
 #include "common/lights/photometry.h"
 
 #include <gtest/gtest.h>
@@ -68,7 +68,7 @@ TEST(Photometry, FluxIsTheIntegralOfTheIntensity) {
 }
 
 TEST(Photometry, ADistantSphereHasTheIrradianceOfItsIntensity) {
-  // E = πL(R/d)² of a sphere with exitance πL: as a point of intensity Φ / 4π the same.
+  // The irradiance of a sphere of exitance πL is E = πL(R/d)², that of a point of intensity Φ / 4π.
   const double radiance = 7, diameter = 0.3, distance = 2.5;
   const double flux = exitance_per_radiance() * radiance * sphere_area_of_diameter(diameter);
   EXPECT_NEAR(irradiance_at(flux / kPointSolidAngle, distance), M_PI * radiance * std::pow(diameter / 2 / distance, 2),
