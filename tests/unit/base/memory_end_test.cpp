@@ -1,4 +1,4 @@
-// How a program ends that cannot have the memory that it wants.
+// The end of a program that cannot get the memory it needs.
 #include "common/base/memory_end.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ constexpr bool kOwnMemoryMap = true;  // a sanitizer's shadow needs terabytes of
 constexpr bool kOwnMemoryMap = false;
 #endif
 
-/// Leaves this process so much address space, whatever it has now.
+/// Limits the address space of this process to `bytes`, including what it already has.
 void limit_address_space(rlim_t bytes) {
   const rlimit limit{bytes, RLIM_INFINITY};
   ASSERT_EQ(::setrlimit(RLIMIT_AS, &limit), 0);

@@ -50,7 +50,7 @@ TEST(EmptyValues, AreRefusedForAllArgumentsBeforeOtherChecks) {
     command->add_option("FILE", file);
     command->add_option("--name", names);
     refuse_empty_values(app);
-    std::ranges::reverse(words);  // as CLI11 wants them
+    std::ranges::reverse(words);  // as CLI11 expects them
     try {
       app.parse(words);
     } catch (const CLI::ParseError& error) {
