@@ -6,7 +6,7 @@
 namespace lightmill::test {
 namespace {
 
-/// A program with one of everything.
+/// A program with one of each kind of entry.
 class CommandDocs : public testing::Test {
  protected:
   CommandDocs() {

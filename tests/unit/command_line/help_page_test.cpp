@@ -1,4 +1,4 @@
-// Help pages, and what is said of a command line that cannot be read.
+// Help pages, and errors of unreadable command lines.
 #include "common/command_line/help_page.h"
 
 #include <gtest/gtest.h>
