@@ -1,4 +1,4 @@
-// Charts: where points, bars, guides and ticks go, and that the SVG is XML.
+// Positions of points, bars, guides and ticks in charts, whose SVG is valid XML.
 #include "client/chart/chart.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// From films to files, and the film hash that anyone can compute from a file.
+// Film files, and the film hash that anyone can compute from a file.
 #include "client/cli/film_fetch.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Experiments: what may stand in one, and what is made of its results, on curves whose answers are known.
+// Experiments, and the analysis of results on curves with known answers.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -125,7 +125,7 @@ TEST(Analysis, CurvesAreMediansAndTimesLieOnThem) {
   EXPECT_DOUBLE_EQ(curve[2].error.most, 0.5);
   EXPECT_EQ(curve[2].seeds, 3u);
   EXPECT_NEAR(slope_of(curve).value(), -1, 1e-12);
-  // error · time = 3 on the whole line, also beyond its ends.
+  // error · time = 3 on the whole line and beyond its ends.
   EXPECT_NEAR(time_to_error(curve, 0.3)->seconds, 10, 1e-9);
   EXPECT_FALSE(time_to_error(curve, 0.3)->extrapolated);
   EXPECT_NEAR(time_to_error(curve, 10)->seconds, 0.3, 1e-9);
@@ -158,7 +158,7 @@ TEST(Analysis, SpeedUpsAreRatiosOfErrorTimesTime) {
 TEST(Analysis, RegretIsTheTimeOverTheBestTime) {
   auto results = together(ideal("s", "auto", 1, 1.2, 6), ideal("s", "path", 1, 1, 6));
   results = together(results, ideal("s", "vcm", 1, 3, 6));
-  // A method that is quick and wrong is no choice: its error stays at 0.5.
+  // A fast but wrong method is not a choice: its error stays at 0.5.
   auto wrong = ideal("s", "whitted", 1, 1e-3, 6);
   for (LabResult& result : wrong) {
     result.error.rel_mse = 0.5;

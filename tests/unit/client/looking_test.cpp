@@ -1,4 +1,4 @@
-// A look at a farm that is broken off. What waits here ends after a minute, if it is not cancelled.
+// Calls to a farm that can be cancelled. A wait without cancellation ends after a minute.
 #include "client/cli/looking.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What meters read, for people.
+// Text of meter readings.
 #include "client/cli/meter_report.h"
 
 #include <gtest/gtest.h>

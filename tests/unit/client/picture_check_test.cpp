@@ -1,4 +1,4 @@
-// Pictures that are not what their receipts say.
+// Pictures that contradict their receipts.
 #include "client/cli/picture_check.h"
 
 #include <gtest/gtest.h>
@@ -61,7 +61,7 @@ class PictureFile : public testing::Test {
     EXPECT_TRUE(std::ofstream(path_, std::ios::binary) << changed);
     return load_sound_picture(path_).status();
   }
-  /// The file with something of it changed, otherwise as good as it was.
+  /// The file with one change, and otherwise sound.
   template <class Change>
   std::string with(const Change& change) const {
     Image image = decode_exr(as_byte_view(bytes_)).value();
@@ -130,7 +130,7 @@ TEST_F(PictureFile, AChangedAttributeIsFound) {
 TEST_F(PictureFile, AChangedBitOfTheHeaderOrTheLineTableIsFound) {
   write(kTwoBlocksOfLines);
   const std::string& whole = bytes();
-  const std::size_t end = whole.find("screenWindowWidth") + 40;  // its header, and a part of the table of lines
+  const std::size_t end = whole.find("screenWindowWidth") + 40;  // its header, and part of the table of lines
   ASSERT_LT(end, whole.size());
   for (std::size_t byte = 4; byte < end; ++byte) {  // the first four say that it is an EXR
     std::string changed = whole;

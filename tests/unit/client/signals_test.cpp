@@ -1,4 +1,4 @@
-// Ctrl-C, once and again.
+// Ctrl-C, once and twice.
 #include "client/cli/signals.h"
 
 #include <gtest/gtest.h>

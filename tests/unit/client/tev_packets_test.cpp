@@ -17,7 +17,7 @@ std::string hex(std::string_view bytes) {
   return text;
 }
 
-// Written down by hand, from the layout that tev's Ipc.cpp has.
+// Written by hand from the layout in tev's Ipc.cpp.
 constexpr const char* kCreate =
     "1c000000"  // 28 bytes
     "04"        // CreateImage

@@ -1,4 +1,4 @@
-// What `top` shows of a farm.
+// The screen of `top`.
 #include "client/cli/top_view.h"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// What people type and read.
+// Texts that people type and read.
 #include "client/cli/units.h"
 
 #include <gtest/gtest.h>
@@ -97,7 +97,7 @@ TEST(Text, IsCutBetweenCharacters) {
   EXPECT_EQ(cut_text("é", 1), "…");
 }
 
-/// Of this process, until it ends.
+/// The time zone of this process, while the object exists.
 class TimeZone {
  public:
   explicit TimeZone(const char* name) : before_(std::getenv("TZ") == nullptr ? "" : std::getenv("TZ")) { set(name); }
