@@ -51,7 +51,7 @@ TEST(Admit, PathMissesPointLightThroughNarrowLobesNotWideOnes) {
 }
 
 TEST(Admit, PathRarelyMeetsSmallEmitters) {
-  // Spheres stand 3 apart: from the mirror's surface the lamp's centre is 2 away, and fills (r/2)²/4 of all directions.
+  // Spheres stand 3 apart. The emitter's centre is 2 from the mirror's surface, so it fills (r/2)²/4 of all directions.
   const double edge = 4 * std::sqrt(kSmallShare);
   const auto lit_by = [&](double radius, const Material& other) {
     Scene scene = scene_of({kWhite, lamp(), other}, {});
@@ -68,14 +68,14 @@ TEST(Admit, PathRarelyMeetsSmallEmitters) {
   EXPECT_TRUE(admit(read_facts(lit_by(1e-6, metal(0.1))), "path").admitted) << "it is sampled from there";
   EXPECT_TRUE(admit(read_facts(lit_by(1e-6, kMirror)), "caustic").admitted);
 
-  // Moved, turned and enlarged it is the same lamp: what counts is where it ends up.
+  // A moved, rotated and scaled object is the same emitter. Only its final place counts.
   Scene moved = lit_by(0.5 * edge, kMirror);
   moved.objects[1].transform = {{{3, 0, 0, -6}, {0, 0, -3, 0}, {0, 3, 0, 0}}};
   EXPECT_TRUE(admit(read_facts(moved), "path").admitted);
   moved.objects[2].transform = {{{1, 0, 0, 100}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
   EXPECT_FALSE(admit(read_facts(moved), "path").admitted);
 
-  // A plane, a triangle, and a mesh, if it is at hand.
+  // A plane, a triangle, and a mesh if its asset is available.
   Scene over_plane = lit_by(0.5 * edge, kMirror);
   over_plane.objects[2].shape = PlaneShape{{0, -2, 0}, {0, 5, 0}};
   EXPECT_FALSE(admit(read_facts(over_plane), "path").admitted);
@@ -101,7 +101,8 @@ TEST(Admit, PathRarelyMeetsSmallEmitters) {
 }
 
 TEST(Admit, ASpotMattersOnlyWhereItShines) {
-  // The ball lies 3 off the spot's foot, 5 below it, with a radius of 1: from 20.9° to 41° off the straight way down.
+  // The ball lies 3 beside the spot's foot and 5 below the spot, with a radius of 1: from 20.9° to 41° off the
+  // vertical.
   const auto path_finds_all = [](const Point3d& direction, double cutoff_degrees) {
     const Light spot{"spot", SpotLight{{0, 5, 0}, direction, {1, 1, 1}, cutoff_degrees}};
     return admit(read_facts(scene_of({kWhite, kGlass}, {spot})), "path").admitted;
@@ -152,7 +153,7 @@ TEST(Admit, VcmDoesNotCoverInfiniteSmoothCoatsUnderDistantLight) {
   EXPECT_TRUE(admit(over_plane(kWhite, kSun), "vcm").admitted) << "it is lit by what samples the sun";
 }
 
-/// Photons never start at spheres that glow by a texture, and nothing draws points of them.
+/// Photons never start at spheres with textured emission, and no method draws points on them.
 TEST(Admit, NoMethodFindsSmallUnsampledEmitters) {
   const double edge = 4 * std::sqrt(kSmallShare);  // 2 away from the other ball: as above
   const auto lit_by = [&](double radius, const Material& other) {
@@ -279,7 +280,7 @@ TEST(Admit, PpmNeedsASceneThatFillsMuchOfThePicture) {
   EXPECT_TRUE(verdict(4, 40).admitted);
   EXPECT_TRUE(verdict(4'000, 0.04).admitted) << "the same picture, from afar";
   EXPECT_FALSE(verdict(4, 0.04).admitted) << "a thousandth of it";
-  // 512 pixels: (tan(0.02°)/256 · 4/√3)² / 4 · 9, by the ball's box, of 1e-8 that there must be.
+  // 512 pixels: (tan(0.02°)/256 · 4/√3)² / 4 · 9, by the ball's box. At least 1e-8 is required.
   EXPECT_NE(verdict(4, 0.04).reason.find("one photon of 4e+10"), std::string::npos) << verdict(4, 0.04).reason;
 }
 

@@ -7,11 +7,11 @@ namespace {
 
 const std::vector<std::string> kTwo{"path", "other"};
 
-/// One method's variance and cost, the same on both batches unless said.
+/// One method's variance and cost, the same on both batches.
 PilotMeasure measure(double variance, double cost) {
   return {{variance, variance}, {cost, cost}, {1, 1}, {1e-8, 1e-8}};
 }
-/// The same with other light on the two batches, known to so many standard deviations.
+/// The same measure with the light found on each batch, and the standard deviation of that light.
 PilotMeasure with_light(PilotMeasure measure, double first, double second, double deviation = 1e-4) {
   measure.light = {first, second};
   measure.light_variance = {deviation * deviation, deviation * deviation};

@@ -16,8 +16,8 @@ using test::mesh;
 using test::polygon;
 using test::sphere;
 
-/// 256×128 pixels, two rows of four tiles, of which the left ones see a black floor, the right ones a grey one under a
-/// large lamp.
+/// 256×128 pixels, two rows of four tiles. The left tiles see a black floor, the right ones a grey floor under a large
+/// emitter.
 test::TestScene half_dark() {
   return test::TestScene::from_text(
              document(
@@ -63,7 +63,7 @@ TEST(TileNoise, LargePicturesTakeNoMorePixels) {
         pixels += patch.pixel_count();
       }
     }
-    const std::int64_t edges = (width + height) / 8 * 4 + 8;  // cells that are cut off there have a patch all the same
+    const std::int64_t edges = (width + height) / 8 * 4 + 8;  // cells cut off there also have a patch
     EXPECT_LE(pixels, std::max(most, std::int64_t{4} * grid.picture_tiles()) + edges) << width;
     EXPECT_GE(4 * pixels, std::min(most, std::int64_t{width} * height / 16)) << width << ": nor much fewer";
   }
