@@ -1,4 +1,4 @@
-// What a child that decodes an image may do: a child that is in a stranger's hands tries to do more.
+// Limits of a child that decodes an image, tested with children that try to do more.
 #include "decoder/confined_child.h"
 
 #include <fcntl.h>
@@ -31,7 +31,7 @@ class ConfinedChild : public ::testing::Test {
   DecodeReply reply_of(const std::function<DecodeReply()>& work) {
     return run_confined({*filter_, false, -1}, limits_, room_, room_, work);
   }
-  /// The error's text, for work that must not come to an end.
+  /// The error's text, for work that must not finish.
   std::string text_of(const std::function<void()>& work) {
     return reply_of([&] {
              work();

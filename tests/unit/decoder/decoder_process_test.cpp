@@ -1,4 +1,4 @@
-// The image decoder as programs use it: the real process, real files of every format, and what becomes of it.
+// The image decoder as programs use it: the real process, real files of every format, and its failures.
 #include "common/image/decoder/decoder_process.h"
 
 #include <gtest/gtest.h>
@@ -83,7 +83,7 @@ TEST(DecoderProcess, TruncatedFilesDoNotAffectTheNextFile) {
       const std::string cut = file.bytes.substr(0, size);
       const Result<Texels> texels = decoder.decode(as_byte_view(cut), "cut." + file.format);
       if (kSanitized && file.format == "png") {
-        continue;  // libpng leaves a cut file by a jump, which leaks a string of OpenImageIO's in this process
+        continue;  // libpng leaves a truncated file by a jump, which leaks a string of OpenImageIO's
       }
       const Result<Texels> here = read_image(as_byte_view(cut), "cut." + file.format);
       EXPECT_EQ(texels.status(), here.status()) << file.format << " " << size;
@@ -157,7 +157,7 @@ TEST(DecoderProcess, HasNeitherRightsNorSecretsOfItsCaller) {
   EXPECT_NE(status.find("CapPrm:\t0000000000000000\n"), std::string::npos) << status;
 }
 
-/// What `work` says, in a child of this process.
+/// The text that `work` returns in a child of this process.
 std::string said_by_child(const std::function<std::string()>& work) {
   std::array<int, 2> ends{};
   EXPECT_EQ(::pipe(ends.data()), 0);
@@ -192,7 +192,7 @@ TEST(DecoderProcess, DecodesForARootWithoutCapabilities) {
             "decoded");
 }
 
-/// Refuses this process, and what it starts, filters of their own by the system call seccomp, as systemd's units do.
+/// Makes the system call seccomp refuse new filters of this process and its children, as systemd's units do.
 void refuse_seccomp_call() {
   std::array<sock_filter, 4> steps{sock_filter{BPF_LD | BPF_W | BPF_ABS, 0, 0, offsetof(seccomp_data, nr)},
                                    sock_filter{BPF_JMP | BPF_JEQ | BPF_K, 0, 1, __NR_seccomp},
@@ -203,7 +203,7 @@ void refuse_seccomp_call() {
            ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0);
 }
 
-/// And by prctl.
+/// Makes prctl refuse them, too.
 void refuse_seccomp() {
   refuse_seccomp_call();
   std::array<sock_filter, 6> steps{sock_filter{BPF_LD | BPF_W | BPF_ABS, 0, 0, offsetof(seccomp_data, nr)},
