@@ -1,5 +1,4 @@
-// Certificates: what the authority makes says what it was asked to say, and OpenSSL's own verification believes it for
-// just that.
+// Certificates: they have the requested contents, and OpenSSL's own verification accepts them only for their purpose.
 #include "common/security/certificate.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +36,7 @@ Owned parsed(const std::string& pem) {
   return certificate;
 }
 
-/// X509_V_OK or why not, at `at`, by a path of OpenSSL's own that shares nothing with ours.
+/// X509_V_OK or the error at time `at`, by OpenSSL's own code, which shares nothing with ours.
 int verify(const KeyAndCertificate& made, const KeyAndCertificate& by, int purpose, std::int64_t at = kCertificateNow) {
   const Owned issuer = parsed(by.certificate), certificate = parsed(made.certificate);
   X509_STORE* const store = X509_STORE_new();

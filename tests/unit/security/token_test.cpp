@@ -1,4 +1,4 @@
-// Tokens: made, found again, and let in as long as they hold.
+// Tokens: created, found again, and accepted while they are valid.
 #include "common/security/token.h"
 
 #include <gtest/gtest.h>
@@ -76,7 +76,7 @@ TEST(TokenBook, AWrongSecretAndAWrongIdGiveTheSameError) {
   std::string expected = message_of(wrong_id);
   expected.replace(expected.find(other.id), other.id.size(), token.id);
   EXPECT_EQ(message_of(wrong_secret), expected);
-  // All zeros are the hash of nothing that is known, and let nobody in.
+  // All zeros are not the secret of any token, and identify no caller.
   EXPECT_FALSE(book.identify("lightmill_000000000000_" + std::string(64, '0'), kTokenNow).ok());
 }
 
