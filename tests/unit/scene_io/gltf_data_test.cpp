@@ -135,7 +135,7 @@ TEST(Gltf, AllComponentTypesAreRead) {
 }
 
 TEST(Gltf, ElementsMayBeInterleavedAndSparse) {
-  // Two vectors of two floats with one float between; the second is then replaced.
+  // Two vectors of two floats with one float between. The sparse part replaces the second vector.
   const std::string bytes = packed<float>({1, 2, 99, 3, 4}) + packed<std::uint16_t>({1, 0}) + packed<float>({7, 8});
   const auto members = [&](const std::string& accessor) {
     return gltf(fmt::format(

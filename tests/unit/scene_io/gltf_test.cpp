@@ -32,7 +32,7 @@ TEST(GltfScene, NodesHaveTheTransformsOfTheirParents) {
       s, s)));
   const auto& objects = loaded.scene.objects;
   ASSERT_EQ(objects.size(), 3u);
-  // Parents come first, so the roots do.
+  // Parents come before their children, so roots come first.
   EXPECT_EQ(objects[0].name, "root");
   EXPECT_EQ(objects[0].transform, kIdentityTransform);
   // A quarter turn about z takes x to y.
@@ -188,7 +188,7 @@ TEST(GltfScene, ObjectsMayBeThinAndLong) {
   EXPECT_EQ(loaded.scene.objects[0].transform[0][0], 0.0005);
 }
 
-// Each primitive keeps the vertices that its indices name, and no others; the camera looks at what is there.
+// Each primitive keeps only the vertices that its indices name, and the camera looks at these.
 TEST(GltfScene, PrimitivesThatShareAccessorsKeepTheirOwnVertices) {
   constexpr int kPrimitives = 100, kSpare = 20'000;
   std::vector<float> positions, normals, coordinates;
@@ -235,7 +235,7 @@ TEST(GltfScene, PrimitivesThatShareAccessorsKeepTheirOwnVertices) {
   expect_near(loaded.scene.camera.look_at, {(3 * kPrimitives - 1) / 2.0, 0.5, 0});
 }
 
-// Also where the named vertices are few and far apart, and some stand in the accessor's sparse part.
+// The named vertices are few and far apart, and some are in the accessor's sparse part.
 TEST(GltfScene, SparseVerticesFarApartAreRead) {
   std::vector<float> positions(3 * 1000);
   positions[3 * 400] = 4;

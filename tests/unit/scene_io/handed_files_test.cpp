@@ -1,4 +1,4 @@
-// Scenes from files that somebody handed over read those alone, whatever they name.
+// Scenes from handed files, which read only these files.
 #include <sys/stat.h>
 
 #include "common/base/file.h"
@@ -10,7 +10,7 @@
 namespace lightmill::test {
 namespace {
 
-/// Files by name; and one on the disk, with bytes that any loader would take, which must never be read.
+/// Files by name, and one file on the disk that must never be read. Any loader would accept its bytes.
 class HandedScene : public Load {
  protected:
   void hand(const std::string& name, const std::string& bytes) {

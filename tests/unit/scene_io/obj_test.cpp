@@ -135,14 +135,14 @@ TEST(Obj, SmoothingGroupsMakeNormals) {
     }
   }
   EXPECT_TRUE(mesh_of(kRoof + "f 1 2 4 3\n").normals.empty());
-  // A group goes on behind another, and across materials.
+  // A group continues after another one, and across materials.
   mesh = mesh_of(kRoof + "s 1\nf 1 2 4 3\ns 2\nf 1 2 3\ns 1\nusemtl x\nf 3 4 6 5\n");
   EXPECT_NEAR(mesh.normals[mesh.triangles.back()[0]][1], 1, 1e-6f);
 }
 
 TEST(Obj, SmoothNormalsAreWeightedByAngle) {
-  // At the corner of a cube three faces meet in right angles: (1, 1, 1) / √3, although one is cut so that two of its
-  // triangles meet there, and one is ten times as large.
+  // Three faces meet at a cube's corner in right angles: (1, 1, 1) / √3. One face has two triangles there, and one face
+  // is ten times as large. Neither changes the normal.
   const Mesh mesh = mesh_of(
       "v 0 0 0\nv -1 0 0\nv 0 -1 0\nv 0 0 -10\nv -1 -1 0\nv -1 0 -10\nv 0 -1 -10\ns 4\n"
       "f 1 2 5 3\nf 1 4 6 2\nf 1 3 7 4\n");
@@ -168,7 +168,7 @@ TEST(Obj, FacesBackToBackHaveNoMeanNormal) {
 }
 
 TEST(Obj, AMillionTrianglesShareTheirVertices) {
-  // 708×708 points of a heightless field, a vertex for each, whatever order the faces come in.
+  // 708×708 points of a flat field, a vertex for each, with faces in any order.
   constexpr int kSide = 708;
   std::string text;
   for (int i = 0; i < kSide * kSide; ++i) {
@@ -228,8 +228,6 @@ TEST(Obj, OmissionsAreReportedOnce) {
   EXPECT_EQ(file->notices, (std::vector<std::string>{"left out: \"l\" statements of box.obj",
                                                      "left out: \"p\" statements of box.obj"}));
 }
-
-// ---- MTL ----
 
 }  // namespace
 }  // namespace lightmill

@@ -1,4 +1,4 @@
-// What of a picture is foreseen.
+// Notices about the picture to expect.
 #include "common/scene_io/picture_notices.h"
 
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ const std::string kNothing =
 TEST(PictureNotices, ASceneOutOfViewIsReported) {
   EXPECT_EQ(view_of(seen({ball({0, 0, 0}, 1)})), "");
   EXPECT_EQ(view_of(seen({ball({0, 0, 8}, 1)})), kNothing);  // behind
-  EXPECT_EQ(view_of(seen({ball({0, 0, 5.5}, 1)})), "");      // around the eye
+  EXPECT_EQ(view_of(seen({ball({0, 0, 5.5}, 1)})), "");      // around the camera
   for (const Point3d& aside : {Point3d{8, 0, 0}, {-8, 0, 0}, {0, 8, 0}, {0, -8, 0}}) {
     EXPECT_EQ(view_of(seen({ball(aside, 1)})), kNothing);
     EXPECT_EQ(view_of(seen({ball(aside, 1), ball({0, 0, 8}, 1)})), kNothing);
@@ -101,13 +101,13 @@ TEST(PictureNotices, FogTooDenseForThePathLengthIsReported) {
 }
 
 TEST(PictureNotices, SpheresTooLargeForNearDetailAreReported) {
-  // The eye is 5 above the surface.
+  // The camera is 5 above the surface.
   EXPECT_EQ(view_of(seen({ball({0, 0, -4e4}, 4e4)})), "");
   const std::string said =
       "the sphere \"ball\" is so large (radius 60000) that near the camera its surface is only known to about 0.01; a "
       "plane in its place is exact";
   EXPECT_EQ(view_of(seen({ball({0, 0, -6e4}, 6e4)})), said);
-  EXPECT_EQ(view_of(seen({ball({0, 0, 4}, 1)})), "");    // the eye is on it
+  EXPECT_EQ(view_of(seen({ball({0, 0, 4}, 1)})), "");    // the camera is on it
   EXPECT_EQ(view_of(seen({ball({0, 0, 0}, 6e4)})), "");  // a sky around all: its surface is far
   LoadedScene enlarged = seen({ball({0, 0, -6}, 6)});
   enlarged.scene.objects[0].transform = {{{1e4, 0, 0, 0}, {0, 1e4, 0, 0}, {0, 0, 1e4, 0}}};

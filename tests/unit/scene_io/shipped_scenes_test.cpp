@@ -1,4 +1,4 @@
-// Facts about the scenes that are shipped: what METHODS of comparison rely on.
+// Facts about the shipped scenes on which comparisons rely.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -105,7 +105,7 @@ TEST(ShippedScenes, AllLoadWithoutNotices) {
 }
 
 TEST(ShippedScenes, EveryDocumentLoadsWithoutNotices) {
-  // Some need files that scenes/get-models fetches; where those are missing, nothing else may be wrong with the scene.
+  // Some scenes need files that scenes/get-models fetches. Where these are missing, nothing else may be wrong.
   int loaded_count = 0;
   for (const auto& entry : fs::directory_iterator(kScenes)) {
     if (entry.path().extension() != ".json") {
@@ -208,7 +208,7 @@ TEST(ShippedScenes, TheBlocksAreOpenOnlyBelow) {
     }
   }
   EXPECT_EQ(open, 8);
-  // With normals outwards the undersides alone are missing: what is left points up, with their area (by the shoelace
+  // Normals point outwards, and only the undersides are missing. So the sum points up with their area (by the shoelace
   // formula).
   const Point3d up = total(triangles);
   const auto shoelace = [](const std::vector<std::array<double, 2>>& corners) {
