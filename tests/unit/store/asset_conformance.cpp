@@ -135,14 +135,14 @@ TEST_P(AssetConformance, AssetsThatAreKeptOrSentSurviveACollection) {
   std::atomic<int> lost = 0;
   {
     std::vector<std::jthread> threads;
-    threads.emplace_back([&] {  // the first third is asked for, perhaps too late
+    threads.emplace_back([&] {  // asks for the first third, perhaps too late
       for (int i = 0; i < kAssets / 3; ++i) {
         if (store->keep(digest_of(i))) {
           lost += get(*store, digest_of(i)).ok() ? 0 : 1;
         }
       }
     });
-    threads.emplace_back([&] {  // the second is sent again
+    threads.emplace_back([&] {  // sends the second third again
       for (int i = kAssets / 3; i < 2 * kAssets / 3; ++i) {
         lost += put(*store, bytes_of(i), digest_of(i)).ok() && store->keep(digest_of(i)) ? 0 : 1;
       }

@@ -236,7 +236,7 @@ TEST_F(CheckStateTest, NodesLostByACancelledJobStayLost) {
   EXPECT_TRUE(found.report.back().ends_with("its picture lacks them")) << found.report.back();
 }
 
-/// Assets that cannot be read now.
+/// An asset store that is unavailable.
 class AwayAssets final : public AssetStore {
  public:
   std::vector<Sha256> digests() const override { return {sha256("one")}; }

@@ -63,7 +63,7 @@ class SqliteStoreTest : public ::testing::Test {
   std::filesystem::path chain_ = file_.string() + "-chain";
 };
 
-/// A job with some 50 MB of nodes, which is deleted.
+/// Stores a job with about 50 MB of nodes, and deletes it.
 void fill_and_delete(Store& store) {
   ASSERT_TRUE(store.load().ok());
   std::vector<StoreOp> ops{PutJob{test::full_record(1)}};
@@ -137,7 +137,7 @@ TEST_F(SqliteStoreTest, AStoreOfThePreviousFormatIsConvertedAndKept) {
     EXPECT_EQ(state.epoch, epoch);
     EXPECT_EQ(state.secret.hex(), "d099ff1169dd9f1c64c049de5beb283f90307f0979e30ebc7de9db4549024986");
   }
-  // The way back: the file as it was.
+  // The way back: the original file.
   std::filesystem::rename(file_.string() + ".format-12", file_);
   std::filesystem::remove(chain_);
   EXPECT_EQ(test::describe(open()->load().value()), test::describe(test::state_of_the_format_before()));
@@ -230,7 +230,7 @@ TEST(CommitChain, OnlyAStoreWithAllAcknowledgedCommitsPasses) {
   }
 }
 
-/// A folder as kill -9 leaves it: three jobs, each committed by itself, and a journal.
+/// A folder after kill -9: three jobs, each in a commit of its own, and a journal.
 class LostCommits : public SqliteStoreTest {
  protected:
   void SetUp() override {
@@ -243,7 +243,7 @@ class LostCommits : public SqliteStoreTest {
       std::filesystem::copy_file(file, killed_.path() / file.filename());
     }
   }
-  /// The folder as it was killed.
+  /// Puts back the folder as kill -9 left it.
   void restore() const {
     for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) {
       std::filesystem::remove(entry);
