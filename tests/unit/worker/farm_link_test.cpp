@@ -17,7 +17,7 @@ namespace lightmill {
 namespace {
 
 TEST(FarmLinkTest, AStreamEndsBeforeTheNextBegins) {
-  // Else gRPC's thread would be the last that has the channel, and would have to wait for its own end.
+  // Otherwise gRPC's thread would hold the channel last, and would wait for its own end.
   constexpr std::uint64_t kStreams = 10;
   std::counting_semaphore<> told(0);
   std::atomic<std::uint64_t> returned = 0;
@@ -44,7 +44,7 @@ TEST(FarmLinkTest, AStreamEndsBeforeTheNextBegins) {
   EXPECT_EQ(returned, kStreams);
 }
 
-/// A worker without a token, with a file to enrol by.
+/// A worker without a token, with an enrolment file.
 class EnrollingLinkTest : public ::testing::Test {
  protected:
   EnrollingLinkTest() {

@@ -1,4 +1,4 @@
-// One inspection after the other, whatever becomes of each.
+// Inspections one after another, whatever happens to each.
 #include "worker/inspect/inspector.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ const std::string kBall = R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0],
 "materials": [{"name": "grey", "diffuse": {"reflectance": {"rgb": [0.5, 0.5, 0.5]}}}],
 "objects": [{"name": "ball", "material": "grey", "sphere": {"center": [0, 0, 0], "radius": 1}}]})";
 
-/// Time passes when the test says so.
+/// A clock that moves when the test says so.
 class StepClock final : public Clock {
  public:
   Time now() const override { return Time(std::chrono::seconds(seconds_)); }

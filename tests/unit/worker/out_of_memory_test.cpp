@@ -1,4 +1,4 @@
-// Memory and threads that end while a worker prepares or renders.
+// Memory and threads that run out while a worker prepares or renders.
 #include <gtest/gtest.h>
 
 #include <future>
@@ -21,8 +21,8 @@ constexpr int kFilmSide = 64;
 /// Exit codes of the children.
 enum { kAllDone, kLarge, kWrong };
 
-/// With more and more memory, from so much on, until all is done. Whatever there is less of, the child must say so, and
-/// do what is small.
+/// Runs the child with more and more memory, from `least_mib` on, until it does everything. With less, the child must
+/// report what it lacks and do the small work.
 void expect_small_work_is_done(const std::function<int()>& child, std::uint64_t least_mib, std::uint64_t step_mib) {
   if (!test::kMemoryCanEnd) {
     GTEST_SKIP() << "address space cannot be limited under a sanitizer";
@@ -78,7 +78,7 @@ TEST(OutOfMemory, FailsOneTileAndOthersAreRendered) {
   expect_small_work_is_done(child, 32, 8);
 }
 
-// Where one large job fits, so does the next one, although the first one's scene is kept.
+// If one large job fits, so does the next one, although the first job's scene is kept.
 TEST(OutOfMemory, FailsOneJobAndOthersArePrepared) {
   constexpr std::uint32_t kSquares = 500;
   Mesh mesh;
@@ -151,7 +151,7 @@ TEST(OutOfThreads, APoolThatCannotStartAllThreadsEndsTheStartedOnes) {
     try {
       const RenderPool pool(1000, [](const RenderedTile&) {});
     } catch (const std::system_error&) {
-      std::thread([] {}).join();  // there is room again
+      std::thread([] {}).join();  // threads can start again
       return 7;
     }
     return 0;

@@ -1,4 +1,4 @@
-// The threads that render tiles: what they share must not change a bit.
+// Render threads, whose sharing must not change a bit.
 #include "worker/render/render_pool.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint32_t kThreads = 4;
 constexpr int kSide = 96;  ///< pixels: four tiles, of which three are narrower
 
-/// Nodes by ticket, as they come.
+/// Nodes by ticket, in order of arrival.
 class Collected {
  public:
   void add(RenderedTile tile) {
@@ -126,7 +126,7 @@ TEST(RenderPool, DestructionDropsWaitingTasks) {
   EXPECT_LT(done, 100);
 }
 
-/// A ball that no light leaves: a path ends after its last scattering alone.
+/// A ball that no light leaves, so a path ends only after its last scattering.
 std::shared_ptr<const Method> endless_method() {
   static const test::TestScene scene = test::TestScene::from_text(R"({
     "film": {"width": 64, "height": 64},
@@ -160,7 +160,7 @@ TEST(RenderPool, AStoppedTaskEndsBetweenBouncesWithoutValues) {
   const auto endless = std::make_shared<const Announced>(endless_method());
   Collected collected;
   RenderPool pool(1, [&](RenderedTile tile) { collected.add(std::move(tile)); });
-  pool.add({1, {5, 1}, {0, 0, 64, 64}, endless});  // it alone would take hours
+  pool.add({1, {5, 1}, {0, 0, 64, 64}, endless});  // one tile would take hours
   pool.add({2, {5, 2}, {0, 0, 64, 64}, endless});
   pool.add({3, {0, 1}, {0, 0, 64, 64}, path_method()});
   endless->wait_until_begun();
@@ -173,7 +173,7 @@ TEST(RenderPool, AStoppedTaskEndsBetweenBouncesWithoutValues) {
   }
   pool.stop(1);
   pool.stop(2);
-  pool.stop(99);  // which there is not
+  pool.stop(99);  // an unknown ticket
   const std::map<std::uint64_t, Node> nodes = collected.wait_for(3);
   EXPECT_TRUE(pool.at_work().empty());
   EXPECT_TRUE(nodes.at(1).values.empty());

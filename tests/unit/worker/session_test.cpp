@@ -35,7 +35,7 @@ class SessionTest : public testing::Test {
     session->connected(now, actions);
     say(Welcome{1, std::chrono::seconds(2), std::chrono::seconds(10), farm});
   }
-  /// Connected, with a job ready and one lease.
+  /// Connects, with a job ready and one lease.
   void begin(std::uint32_t tiles) {
     connect();
     say(description());
@@ -506,7 +506,7 @@ TEST_F(SessionTest, ADrainWithoutACoordinatorWaitsBrieflyAndDropsResults) {
   session->disconnected(now, actions);
   session->drain(now, actions);
   pass(std::chrono::milliseconds(4'900));
-  session->disconnected(now, actions);  // another attempt that failed: the end comes no later
+  session->disconnected(now, actions);  // another failed attempt does not delay the end
   EXPECT_TRUE(asked<Exit>().empty());
   EXPECT_LE(*session->next_deadline() - now, std::chrono::milliseconds(100));
   pass(std::chrono::milliseconds(100));
@@ -608,7 +608,7 @@ TEST_F(SessionTest, ATileOutOfMemoryLeavesItsJobToOthers) {
   EXPECT_TRUE(said<WorkerRefusal>()[0].own_limits);
   EXPECT_EQ(asked<ForgetJob>().size(), 1u);
   EXPECT_EQ(asked<StopTile>().size(), 3u) << "others of the job, too";
-  // Another thread found the same: it is said once. Job 2 goes on.
+  // Another thread finds the same, which is reported once. Job 2 continues.
   for (std::size_t i = 1; i < tiles.size(); ++i) {
     failed.ticket = tiles[i].ticket;
     session->tile_rendered(failed, now, actions);

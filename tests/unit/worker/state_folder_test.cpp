@@ -1,4 +1,4 @@
-// A worker's state folder: one worker each, and a token that outlives it.
+// A worker's state folder: one worker at a time, and a token that outlives it.
 #include "worker/state/state_folder.h"
 
 #include <gtest/gtest.h>
