@@ -1,4 +1,4 @@
-// The farm's log: what is kept, what goes for it, and how it is found again.
+// The farm's action log: what it keeps, drops and finds.
 #include "server/access/action_log.h"
 
 #include <gtest/gtest.h>

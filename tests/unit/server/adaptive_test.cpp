@@ -1,4 +1,4 @@
-// What a pilot gives each tile of an adaptive job, and what follows for its counts and its error.
+// Allocation of samples by a pilot, and its effect on counts and error.
 #include "common/film/error_goal.h"
 #include "tests/unit/server/pilot_fixture.h"
 
@@ -7,7 +7,7 @@ namespace {
 
 class AllocationTest : public PilotTest {
  protected:
-  /// Two tiles, unless the film is another.
+  /// An adaptive job of two tiles, unless given another crop.
   JobId submit_adaptive(Goal goal, PixelRect crop = {0, 0, 128, 64}) {
     JobSpec job = spec("r1", 0, crop);
     job.goal = goal;
@@ -84,7 +84,7 @@ TEST_F(AllocationTest, TheErrorIsNotReadBeforeTheQuietestTileHasItsFirstCount) {
     EXPECT_EQ(status(job).reached, GoalLimit::error);
     EXPECT_EQ(coordinator->film(job)->frame_samples(), first);
     EXPECT_EQ(coordinator->film(job)->min_samples(), 16u);
-    // Nor is any kept.
+    // No history is kept, either.
     ASSERT_EQ(status(job).history.size(), 1u);
     EXPECT_EQ(status(job).history[0].samples,
               static_cast<double>(status(job).samples_done) / coordinator->film(job)->grid().pixel_count());
@@ -104,10 +104,10 @@ TEST_F(AllocationTest, TheErrorHistoryHasFewCounts) {
   EXPECT_GE(history.size(), 3u);
   EXPECT_LE(history.size(), 9u);  // 64, 96, 128, 192, 256, 384, 512, 768 and the end
   EXPECT_EQ(history.back().samples, (15 * 250 + 4000) / 16.0);
-  // Each is a row of the store's with all of the job in it.
+  // Each is a row of the store with the whole job.
   const auto rows = std::ranges::count_if(writes, [](const StoreOp& op) { return std::holds_alternative<PutJob>(op); });
   EXPECT_LE(static_cast<std::size_t>(rows), history.size() + 4) << "submitted, started, chosen, done";
-  // A coordinator that is started again goes on where it was.
+  // A restarted coordinator continues the history.
   StoredState state{2, {{stored(), {}}}, 2};
   for (std::uint32_t tile = 0; tile < kTiles; ++tile) {
     for (const NodePtr& node : coordinator->film(job)->forest(TileId{tile})) {
@@ -136,7 +136,7 @@ TEST_F(AllocationTest, TheEtaOfAnErrorGoalUsesTheFramesCount) {
   }
   const JobStatus seen = status(job);
   ASSERT_EQ(seen.samples_done, (16u + 64) * 64 * 64);
-  // Errors fall as 1/samples: from what 64 of the frame have to what is asked for, with 5/8 a pixel.
+  // Errors fall as 1/samples: from the error at 64 of the frame to the goal, with 5/8 a pixel.
   const double wanted = 64 * (seen.error.rel_mse + seen.error.half_width) / 0.0065;
   ASSERT_GT(wanted, 512);
   ASSERT_LT(wanted, 768);
@@ -152,7 +152,7 @@ TEST_F(AllocationTest, ReportedAllocationsAreChecked) {
   EXPECT_TRUE(stored().allocation.even());
   work(a);
   EXPECT_EQ(samples(job), (std::pair{std::uint64_t{8}, std::uint64_t{8}}));
-  // Of a job that asks for none.
+  // A job that asks for no allocation gets none.
   const JobId other = submit_undecided("r2");
   allocate(a, {1, 1});
   EXPECT_EQ(status(other).method, "auto");

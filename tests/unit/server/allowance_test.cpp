@@ -1,4 +1,4 @@
-// How often something may happen, against counting by hand.
+// Token buckets, compared with counting by hand.
 #include "server/access/allowance.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ TEST(AllowanceTest, ABurstIsFollowedByASteadyRate) {
   EXPECT_FALSE(allowance.take(allowance_time(100.4375)));
   EXPECT_TRUE(allowance.take(allowance_time(100.5)));
   EXPECT_FALSE(allowance.take(allowance_time(100.5)));
-  // Over 50 seconds, asked every 16th of one: twice a second.
+  // Over 50 seconds with 16 requests a second, two a second pass.
   taken = 0;
   for (int i = 1; i <= 800; ++i) {
     taken += allowance.take(allowance_time(100.5 + i / 16.0)) ? 1 : 0;

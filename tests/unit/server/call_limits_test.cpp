@@ -1,4 +1,4 @@
-// What one caller may ask, and all together.
+// Limits on the requests of one caller and of all callers.
 #include "server/access/call_limits.h"
 
 #include <gtest/gtest.h>
@@ -29,9 +29,9 @@ TEST(CallLimitsTest, ManyCallersTakeBoundedMemory) {
     limits.take_request(std::to_string(i), call_time(0)).IgnoreError();
   }
   EXPECT_EQ(limits.callers(), CallLimits::kMostCallers);
-  // Those beyond share what one has: ten at once, one a second.
+  // Callers beyond the limit share the rate of one: ten at once, one a second.
   EXPECT_FALSE(limits.take_request("new", call_time(0.5)).ok());
-  // Once they have been away for long enough, there is room again.
+  // Callers that stay away for long enough make room.
   EXPECT_TRUE(limits.take_request("newest", call_time(60)).ok());
   EXPECT_EQ(limits.callers(), 1u);
 }

@@ -8,11 +8,11 @@
 namespace lightmill {
 namespace {
 
-/// Notes what reaches it, and fails as it is told.
+/// A store that records its calls, and fails on request.
 class RecordingStore final : public Store {
  public:
   Result<StoredState> load() override { return StoredState{}; }
-  /// Gives the pieces it was told to, and waits before each of them.
+  /// Returns the prepared pieces, and waits before each of them.
   Result<FilmPiece> read_film(JobId, const FilmPlace& after) override {
     const MutexLock lock(mutex_);
     reads_.push_back(after.tile);
@@ -42,7 +42,7 @@ class RecordingStore final : public Store {
     pieces_.push_back(std::move(piece));
     changed_.notify_all();
   }
-  /// From behind which tiles a film was read.
+  /// The tiles behind which films were read.
   std::vector<std::int64_t> reads() {
     const MutexLock lock(mutex_);
     return reads_;
@@ -72,7 +72,7 @@ class RecordingStore final : public Store {
 
 class CommitQueueTest : public ::testing::Test {
  protected:
-  /// Effects that can be told from others by a number.
+  /// Effects that a number identifies.
   void push(std::uint64_t number, std::vector<CommitReply> replies = {}, std::vector<CommitReply> callers = {}) {
     queue_->push({{DeleteJobRows{JobId{number}}},
                   {{SessionId{number}, ResultAck{}}},

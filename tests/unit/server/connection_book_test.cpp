@@ -1,4 +1,4 @@
-// Which connections of a port are served, which wait, and which make room.
+// Connections of a port: which are served, which wait, and which make room.
 #include "server/access/connection_book.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ Identity person(const std::string& name, std::initializer_list<Role> roles) {
   return {name, Roles(roles), Proof::certificate, 0, ""};
 }
 
-/// So many of one address, at ports 1, 2, …
+/// `count` arrivals from one address, at ports 1, 2, …
 std::vector<ConnectionBook::Arrival> arrive_from(ConnectionBook& book, const std::string& address, int count,
                                                  double seconds = 0) {
   std::vector<ConnectionBook::Arrival> arrivals;

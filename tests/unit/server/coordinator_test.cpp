@@ -51,7 +51,7 @@ TEST_F(CoordinatorTest, TheSameRequestIsOneJob) {
   const JobId first = submit(spec("r1"));
   EXPECT_EQ(submit(spec("r1")), first);
   EXPECT_NE(submit(spec("r2")), first);
-  // Also after a restart: the id stands in the stored job.
+  // Also after a restart, because the stored job has the id.
   StoredState stored{2, {{std::get<PutJob>(writes[0]).record, {}}}, 3};
   restart(std::move(stored));
   EXPECT_EQ(submit(spec("r1")), first);
@@ -106,7 +106,7 @@ TEST_F(CoordinatorTest, AFilmThatNeverFitsIsBadInput) {
   EXPECT_EQ(too_large.code(), StatusCode::kInvalidArgument);
   EXPECT_NE(message_of(too_large).find("--films-gib"), std::string::npos) << message_of(too_large);
   EXPECT_EQ(message_of(too_large).find("delete"), std::string::npos);
-  // Seconds may end at any count, and most of those take many nodes.
+  // A time can end a job at any count, and most counts take many nodes.
   JobSpec timed = spec("r2", 0);
   timed.goal.seconds = 60;
   EXPECT_EQ(coordinator->submit(timed, now, 0, effects).status().code(), StatusCode::kInvalidArgument);
@@ -166,7 +166,7 @@ TEST_F(CoordinatorTest, PausedTimeDoesNotCount) {
   flush();
   const std::size_t grants = got<LeaseGrant>(session).size();
   for (std::size_t i = 0; i < grants; ++i) {
-    finish(session, got<LeaseGrant>(session)[i]);  // what is out is taken
+    finish(session, got<LeaseGrant>(session)[i]);  // results of granted leases are accepted
   }
   EXPECT_EQ(got<LeaseGrant>(session).size(), grants);
   for (int i = 0; i < 10; ++i) {
@@ -229,7 +229,7 @@ TEST_F(CoordinatorTest, APriorityIsStoredUntilTheJobHasEnded) {
   EXPECT_EQ(status(job).priority, -7);
   flush();
   ASSERT_TRUE(coordinator->set_priority(job, -7, now, effects).ok());
-  EXPECT_TRUE(effects.writes.empty());  // as it was
+  EXPECT_TRUE(effects.writes.empty());  // unchanged
   ASSERT_TRUE(coordinator->cancel(job, now, 0, effects).ok());
   EXPECT_EQ(coordinator->set_priority(job, 1, now, effects).code(), StatusCode::kFailedPrecondition);
   EXPECT_EQ(coordinator->set_priority(JobId{99}, 1, now, effects).code(), StatusCode::kNotFound);
@@ -265,7 +265,7 @@ TEST_F(CoordinatorTest, AJobTooLargeForOneWorkerGoesToOthers) {
   EXPECT_EQ(status(job).state, JobState::done) << status(job).reason;
   EXPECT_EQ(got<LeaseGrant>(small).size(), grants) << "not even copies";
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
-  // It gets others, also in another life of the first one.
+  // The small worker gets other jobs.
   submit(spec("r2", 64));
   EXPECT_GT(got<LeaseGrant>(small).size(), grants);
 }
@@ -345,7 +345,7 @@ TEST_F(CoordinatorTest, ResumesFromTheStoredState) {
   const JobId job = submit(spec("r1", 4));
   const SessionId session = connect("w");
   finish(session, got<LeaseGrant>(session)[0]);
-  // What a store would hold: the job's row and the film's forest.
+  // The rows of a store: the job and the film's forest.
   StoredState stored;
   stored.epoch = 2;
   stored.next_job_id = 2;
@@ -367,7 +367,7 @@ TEST_F(CoordinatorTest, ResumesFromTheStoredState) {
   restart(std::move(stored));
   EXPECT_EQ(status(job).samples_done, before);
   const SessionId again = connect("w");
-  EXPECT_TRUE(got<LeaseGrant>(again).empty());  // others may still come back with what they hold
+  EXPECT_TRUE(got<LeaseGrant>(again).empty());  // others may still reconnect with what they hold
   pass(limits.restart_grace);
   ASSERT_FALSE(got<LeaseGrant>(again).empty());
   for (const LeaseGrant& grant : got<LeaseGrant>(again)) {

@@ -5,7 +5,7 @@
 namespace lightmill::test {
 namespace {
 
-/// A listener that keeps what it is told.
+/// A listener that records what it is sent.
 class Ear final : public DemandSink {
  public:
   bool closed() const override { return gone; }

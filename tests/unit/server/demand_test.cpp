@@ -1,4 +1,4 @@
-// How many workers a farm could use.
+// The number of workers that a farm could use.
 #include "tests/unit/server/coordinator_fixture.h"
 
 namespace lightmill::test {
@@ -7,12 +7,12 @@ namespace {
 class DemandTest : public CoordinatorTest {
  protected:
   std::uint32_t wanted() const { return coordinator->wanted_workers(now); }
-  /// Sends the first tile that a worker was given, as if it had taken one of its threads so long.
+  /// Sends the first tile that a worker was given, with this time of one thread.
   void answer_first(SessionId session, double seconds) {
     const LeaseGrant grant = got<LeaseGrant>(session).front();
     say(session, result(grant, grant.unit.tiles.front(), seconds));
   }
-  /// It says that it renders what it was given, and nothing comes of it.
+  /// Sends heartbeats with its leases for this time, and no result.
   void render_on(SessionId session, int seconds) {
     WorkerHeartbeat heartbeat;
     for (const LeaseGrant& grant : got<LeaseGrant>(session)) {
@@ -45,7 +45,7 @@ TEST_F(DemandTest, NoJobWantsNoWorkerAndTheFirstJobWantsOne) {
 }
 
 TEST_F(DemandTest, EachWantedWorkerHasAMinutesWork) {
-  // 100 samples of two tiles, 1 s of one thread each: 200 s, of which the first is done.
+  // 100 samples of two tiles at 1 s of one thread: 200 s. The first sample is done.
   submit(spec("r1", 100));
   const SessionId w = connect("w", 1);
   EXPECT_EQ(wanted(), 1u) << "nobody knows yet what it costs";
@@ -105,7 +105,7 @@ TEST_F(DemandTest, ATimedJobWantsAThreadForEachTile) {
 }
 
 TEST_F(DemandTest, AnUnknownErrorWantsTheSamplesThatMeasureIt) {
-  // Up to 16 samples of two tiles, 10 s each, until the error is read: 320 s, of which 10 are done.
+  // Up to 16 samples of two tiles at 10 s, until the error is read: 320 s. 10 s are done.
   JobSpec job = spec("r1", 0);
   job.goal.error = 0.01;
   submit(job);

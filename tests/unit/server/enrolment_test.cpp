@@ -1,4 +1,4 @@
-// Enrolment tokens: how many machines get a token of their own, under which names, and what is refused.
+// Enrolment tokens: number and names of the machines that get a token, and refusals.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -20,7 +20,7 @@ TokenRecord enrolment_token(const NewToken& token, std::uint32_t workers, const 
   return record;
 }
 
-/// A book with one enrolment token, and machines that show it.
+/// A token registry with one enrolment token, and machines that show it.
 class EnrolmentTest : public ::testing::Test {
  protected:
   void make(std::uint32_t workers) { ASSERT_TRUE(book_.add(enrolment_token(token_, workers), kEnrolNow).ok()); }
@@ -85,7 +85,7 @@ TEST_F(EnrolmentTest, UsesAreLimited) {
             fmt::format("the enrolment token {} of 'render' has enrolled all of its 2 workers: an admin makes another "
                         "by `lightmill tokens create render --enrol N`",
                         token_.id));
-  // To revoke a machine's token gives no use back: whoever is thrown out would come again without end.
+  // Revoking a machine's token returns no use. Otherwise an excluded machine could come again without end.
   ASSERT_TRUE(book_.remove(book_.enrolled_by(token_.id).front()).ok());
   EXPECT_EQ(enrol("c").status().code(), kPermissionDenied);
 }

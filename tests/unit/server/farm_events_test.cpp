@@ -1,4 +1,4 @@
-// Who looks back sees what fits, and what the caller may see.
+// Events of the farm: selection, and what a caller may see.
 #include "server/domain/farm_events.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What is kept of a farm's life, of moments whose work is known.
+// The farm's history, of moments whose work is known.
 #include "server/domain/farm_history.h"
 
 #include "tests/unit/server/coordinator_fixture.h"
@@ -67,9 +67,9 @@ TEST_F(FarmHistoryTest, AWorkersMinutesIncludeWorkBeforeItReconnected) {
     look();
   }
   counts_.workers.clear();
-  history_.depart({"a", 1, 0, 17, 3, 1200});  // what it did and lost since anybody looked
+  history_.depart({"a", 1, 0, 17, 3, 1200});  // work and losses since the last moment
   look();
-  counts_.workers = {{"a", 1, 1, 20, 4, 1300}};  // its counts began anew
+  counts_.workers = {{"a", 1, 1, 20, 4, 1300}};  // its counts started again
   look();
   look();
   const std::vector<WorkerSample> minutes = history_.of_worker("a");

@@ -1,4 +1,4 @@
-// The farm's own figures, which metrics tell.
+// The farm's totals, which metrics show.
 #include "server/domain/farm_totals.h"
 
 #include "tests/unit/server/coordinator_fixture.h"
@@ -49,7 +49,7 @@ TEST_F(FarmTotalsTest, EachJobCountsOneFirstPicture) {
   }
   EXPECT_EQ(pictures(), 1u);
   EXPECT_DOUBLE_EQ(totals().first_picture.sum(), 3.0);
-  // All that it rendered is undone, and rendered again an hour later.
+  // All its work is undone, and rendered again an hour later.
   ASSERT_TRUE(coordinator->quarantine_worker("w", std::string(kByHand) + "ada", true, now, effects).ok());
   flush();
   EXPECT_EQ(coordinator->film(JobId{1})->pixel_samples(), 0u);

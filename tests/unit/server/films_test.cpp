@@ -1,4 +1,4 @@
-// Films of ended jobs leave memory and come back.
+// Films of ended jobs: dropped from memory and loaded again.
 #include "server/domain/films.h"
 
 #include "tests/unit/server/verifying_fixture.h"
@@ -39,7 +39,7 @@ class FilmsTest : public test::VerifyingTest {
     }
     return film;
   }
-  /// Another coordinator starts from what is stored, without the values of ended jobs' films.
+  /// Starts another coordinator from the stored state, without the values of ended jobs' films.
   void start_again() {
     commit();
     StoredState stored{2, {}, records_.rbegin()->first.value + 1};
@@ -79,7 +79,7 @@ class FilmsTest : public test::VerifyingTest {
     flush();
     return here;
   }
-  /// The store answers what it was asked for, until nothing more is.
+  /// Answers reads of the store until none is left.
   void answer_reads() {
     while (!film_reads.empty()) {
       const JobId job = film_reads.front();
@@ -306,7 +306,7 @@ TEST_F(FilmsTest, ALostNodeOfACancelledJobStaysLost) {
   EXPECT_EQ(written<DropNode>(), 1u);
 }
 
-/// The work of a machine is undone while the film is in the store alone: at once there, and the job goes on once the
+/// A machine's work is undone while the film is only in the store. The store drops it at once. The job resumes when the
 /// film is in memory.
 TEST_F(FilmsTest, WorkIsUndoneInAStoredFilm) {
   for (const bool killed : {false, true}) {

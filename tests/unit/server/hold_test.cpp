@@ -1,4 +1,4 @@
-// No work is handed out for a while, and jobs that ended long ago go.
+// Holds of the farm, and deletion of jobs that ended long ago.
 #include <gtest/gtest.h>
 
 #include "tests/unit/server/coordinator_fixture.h"

@@ -1,4 +1,4 @@
-// Messages that no honest worker or client sends: the coordinator refuses them and its jobs still end.
+// Messages that no honest worker or client sends. The coordinator refuses them, and its jobs still end.
 #include "tests/unit/server/coordinator_fixture.h"
 
 namespace lightmill {
@@ -111,7 +111,7 @@ TEST_F(CoordinatorTest, AnUngrantedResultIsRefused) {
   }
   EXPECT_EQ(status(job).counters.results_merged, 0u);
   EXPECT_TRUE(got<Dismissal>(honest).empty());
-  // Who sends three is sent away.
+  // A worker that sends three is dismissed.
   const SessionId again = connect("liar", 4, "class-a", {}, 2);
   for (int i = 0; i < 3; ++i) {
     say(again, forged[0]);

@@ -1,4 +1,4 @@
-// Scene files that wait to be read: who gets them, and what becomes of those with which workers are lost.
+// Scene files that wait for inspection: which worker gets them, and what follows from lost workers.
 #include "server/domain/inspections.h"
 
 #include "tests/unit/server/coordinator_fixture.h"
@@ -77,7 +77,7 @@ TEST_F(InspectionTest, GoesToTheLeastBusyWorkerOneAtATime) {
   writes.clear();
   ASSERT_GT(got<LeaseGrant>(busy).size(), 0u);
   const SessionId idle = reader("b");
-  // Whatever of the job is left went to it; it has no more leases than the first one.
+  // It got the rest of the job, and has no more leases than the first worker.
   const InspectionId first = *ask(), second = *ask();
   EXPECT_EQ(grants(busy), 1u);
   EXPECT_EQ(grants(idle), 1u);

@@ -28,7 +28,7 @@ class JobPlanTest : public testing::Test {
       plan.settle(tile, unit.range);
     }
   }
-  /// Does all that there is, one unit after the other.
+  /// Takes and finishes all units, one after another.
   std::vector<Unit> work_off(JobPlan& plan, const UnitAim& aim = kFast) {
     std::vector<Unit> units;
     while (std::optional<Unit> unit = take(plan, aim)) {
@@ -98,7 +98,7 @@ TEST_F(JobPlanTest, ARestartRebuildsThePlanFromTheFilm) {
       for (int i = 0; i < 20; ++i) {
         const std::optional<Unit> unit = take(plan);
         if (unit && bits() % 3 != 0) {
-          finish(plan, *unit);  // the others are out when the coordinator dies
+          finish(plan, *unit);  // the others are leased when the coordinator dies
         }
       }
     }
@@ -113,7 +113,7 @@ TEST_F(JobPlanTest, ARestartRebuildsThePlanFromTheFilm) {
 
 TEST_F(JobPlanTest, PendingRangesAreBoundedButNeverStuck) {
   JobPlan plan(film, 1 << 20, 1);  // a budget of one byte: four nodes per tile
-  const Unit stuck = *take(plan);  // [0, 1) of all tiles, and nobody brings it
+  const Unit stuck = *take(plan);  // [0, 1) of all tiles, which never finishes
   std::uint64_t given = 0;
   while (const std::optional<Unit> unit = take(plan)) {
     finish(plan, *unit);
@@ -146,7 +146,7 @@ TEST_F(JobPlanTest, AClosedPlanOnlyFillsGaps) {
   const Unit second = *take(plan);
   finish(plan, second);
   plan.close();
-  EXPECT_FALSE(plan.has_work());  // what is missing is out
+  EXPECT_FALSE(plan.has_work());  // the missing ranges are leased
   EXPECT_FALSE(plan.nothing_out());
   plan.release(LeaseId{1}, first.tiles[0], first.range);
   const Unit again = *take(plan);
@@ -275,12 +275,13 @@ TEST(UnitSize, ATileTakesAtMostAUnitsTimeOfOneThread) {
 }
 
 TEST(UnitSize, AllThreadsOfTheFarmFindWork) {
-  // Two tiles and 32 threads: the last 128 samples are cut into 128 pieces, as short ones as are worth it.
+  // Two tiles and 32 threads: the last 128 samples are cut into 128 pieces, the shortest that are worth it.
   const UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 1e-5, .threads = 8, .farm_threads = 32};
   const SampleRange range = choose_range({128, 256}, 2, 4096, 0, aim);
   EXPECT_EQ(2 * 128 / range.count(), 128u);
   EXPECT_EQ(choose_tile_count(range, 2, 4096, aim), 1u);
-  // What comes after them is work too: with 127 pieces of 16 samples (0.66 s) left they are cut, with 128 they are not.
+  // The samples behind them are work, too. With 127 pieces of 16 samples (0.66 s) left they are cut, with 128 they are
+  // not.
   EXPECT_EQ(choose_range({128, 256}, 2, 4096, 128 * 16 * 4096 - 1, aim).count(), 8u);
   EXPECT_EQ(choose_range({128, 256}, 2, 4096, 128 * 16 * 4096, aim).count(), 16u);
 }
@@ -291,7 +292,7 @@ TEST(UnitSize, LargerFarmsGetLongerUnits) {
   set_times(1, 96 * 1024, 115.234375 * 1024 * 1024, aim);
   EXPECT_DOUBLE_EQ(aim.least_seconds, 1);
   EXPECT_DOUBLE_EQ(aim.unit_seconds, 2);
-  // 4 ms a sample and tile: all send 115 MiB a second with ranges of 244 samples, so that 256 are not too short.
+  // 4 ms a sample and tile: with ranges of 244 samples all threads send 115 MiB a second. So 256 are not too short.
   EXPECT_EQ(choose_range({4096, 1 << 20}, 64, 4096, 1ull << 50, aim).count(), 256u);
   EXPECT_EQ(choose_range({4096, 1 << 20}, 64, 4096, 0, aim).count(), 256u) << "not cut any further";
   aim.farm_threads = 20;
@@ -325,8 +326,8 @@ TEST(UnitSize, TheFirstSamplesFillTheTimeThatResultsTake) {
 }
 
 TEST(UnitSize, SharedSamplesMakeUnitsOfManyTilesAndFewSamples) {
-  // 64 tiles at 4 ms a sample: the frame takes two threads 0.13 s a sample, so that 4 samples fit a unit; 8 with twice
-  // the time. Of four such workers each takes a quarter of the frame and four times the samples.
+  // 64 tiles at 4 ms a sample: two threads take 0.13 s for a sample of the frame. So 4 samples fit a unit, and 8 fit
+  // twice the time. Each of four such workers takes a quarter of the frame and four times the samples.
   UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 1e-6, .threads = 2, .farm_threads = 2};
   aim.shared_samples = 32;
   EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, 0, aim).count(), 4u);
@@ -337,7 +338,7 @@ TEST(UnitSize, SharedSamplesMakeUnitsOfManyTilesAndFewSamples) {
   aim.farm_threads = 8;
   EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, 0, aim).count(), 16u);
   EXPECT_EQ(choose_tile_count({4, 64}, 64, 4096, aim), 16u);
-  // However quick the tiles are, ranges are no longer than what a worker holds.
+  // Even of quick tiles, ranges are no longer than what a worker holds.
   aim.seconds_per_pixel_sample = 1e-9;
   EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, 0, aim).count(), 32u);
   aim.shared_samples = 5;
@@ -362,7 +363,7 @@ TEST(UnevenJobPlan, TilesHaveTheirPartsAndAdvanceTogether) {
     if (!unit) {
       break;
     }
-    // What goes out stands at the start of the part of the frame that the others have.
+    // A unit begins at the part of the frame that the other tiles have.
     const std::uint64_t frame = film.allocation().of_frame(unit->tiles[0], unit->range.first());
     for (std::uint32_t i = 0; i < 4; ++i) {
       EXPECT_LE(frame, film.allocation().of_frame(TileId{i}, film.samples(TileId{i})));

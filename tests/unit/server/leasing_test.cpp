@@ -85,21 +85,21 @@ TEST_F(LeasingTest, AnUnrenewedLeaseExpiresAndIsLeasedAgain) {
   EXPECT_EQ(status(job).counters.leases_lost, lost.size() - 1);  // the heartbeat renewed one
   pass(most);
   EXPECT_EQ(status(job).counters.leases_lost, lost.size());
-  EXPECT_EQ(got<LeaseGrant>(silent).size(), lost.size());  // it has said nothing since, so it gets no more
+  EXPECT_EQ(got<LeaseGrant>(silent).size(), lost.size());  // it has been silent since, so it gets no more
   const SessionId other = connect("other");
   std::size_t tiles = 0;
   for (const LeaseGrant& grant : got<LeaseGrant>(other)) {
     tiles += grant.unit.tiles.size();
   }
   EXPECT_EQ(tiles, 2u);
-  // The lost lease's result is as good as any.
+  // The lost lease's result is still accepted.
   finish(silent, lost[0]);
   work(other);
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
 TEST_F(LeasingTest, ResultsRenewAllLeasesOfTheirWorker) {
-  // Over a slow line heartbeats queue behind results.
+  // On a slow connection heartbeats queue behind results.
   const JobId job = submit(spec("r1", 1000, {0, 0, 1024, 1024}));
   const SessionId session = connect("w", 4);
   const LeaseGrant first = got<LeaseGrant>(session).at(0);
@@ -158,7 +158,7 @@ TEST_F(LeasingTest, TheFirstLeasesFitTheRateOfResults) {
     }
     return grants;
   };
-  // A result has 96 KiB: half a second's worth are 21, and the one that goes beyond.
+  // A result has 96 KiB. Half a second takes 21, and the one beyond.
   const auto before = out();
   EXPECT_EQ(before.size(), 21u);
   finish(before[0].first, before[0].second);
@@ -170,8 +170,8 @@ TEST_F(LeasingTest, TheFirstLeasesFitTheRateOfResults) {
 }
 
 TEST_F(LeasingTest, TheLastUnitsOfATimedJobAreShorterIfTheirResultsFitTheRate) {
-  // Samples of a tile take 0.1 s, and a worker has one unit ahead: how many the last one has that it is given in 20.3
-  // s.
+  // A sample of a tile takes 0.1 s, and a worker has one unit ahead. The result is the number of samples in the last
+  // unit that is given within 20.3 s.
   const auto last_unit = [&] {
     restart({});
     sent.clear();
@@ -222,11 +222,11 @@ TEST_F(LeasingTest, LeasesThatAReturningWorkerLacksAreLeasedAgainAtOnce) {
   const JobId job = submit(spec("r1", 1));
   const SessionId first = connect("w");
   const std::size_t leases = got<LeaseGrant>(first).size();
-  const SessionId second = connect("w");  // again: its stream has broken unnoticed
+  const SessionId second = connect("w");  // again: its stream broke unnoticed
   ASSERT_EQ(got<Dismissal>(first).size(), 1u);
   EXPECT_EQ(status(job).counters.leases_lost, leases);
   EXPECT_FALSE(got<LeaseGrant>(second).empty());
-  // The old one's results still count.
+  // Results of the old connection still count.
   finish(first, got<LeaseGrant>(first)[0]);
   EXPECT_GT(status(job).samples_done, 0u);
 }
@@ -251,7 +251,7 @@ TEST_F(LeasingTest, ANameBelongsToOneProcessWhileItIsHeard) {
   pass(limits.lease_duration - std::chrono::milliseconds(1));
   EXPECT_EQ(got<Dismissal>(other()).size(), 1u);
   pass(std::chrono::milliseconds(1));
-  EXPECT_TRUE(got<Dismissal>(other()).empty());  // silent for too long: lost, with nobody to tell
+  EXPECT_TRUE(got<Dismissal>(other()).empty());  // the first worker was silent for too long, so its name is free
   EXPECT_EQ(got<Dismissal>(first).size(), 1u);
 }
 
@@ -303,7 +303,7 @@ TEST_F(LeasingTest, HeldLeasesOfAnEarlierCoordinatorAreAdopted) {
 }
 
 TEST_F(LeasingTest, DamagedResultsAreDroppedAndRenderedAgain) {
-  limits.losses_alone = 100;  // it is not why these workers are lost
+  limits.losses_alone = 100;  // more losses than this test has
   restart({});
   const JobId job = submit(spec("r1", 64));
   SessionId session;
@@ -417,7 +417,7 @@ TEST_F(LeasingTest, EqualJobsShareTheWorkerAndPriorityGoesFirst) {
   EXPECT_TRUE(share.contains(second));
   ASSERT_TRUE(coordinator->set_priority(second, 0, now, effects).ok());
   ASSERT_TRUE(coordinator->set_priority(third, 0, now, effects).ok());
-  work_some(20);  // one that comes to others starts from the least of them: nobody has to wait for what it missed
+  work_some(20);  // a job that joins starts from the least share, so others need not wait
   share = work_some(90);
   for (const JobId job : {first, second, third}) {
     EXPECT_NEAR(share[job] / (share[first] + share[second] + share[third]), 1. / 3, 0.1) << job.value;

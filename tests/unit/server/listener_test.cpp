@@ -1,4 +1,4 @@
-// A port of the coordinator over real sockets of loopback.
+// A port of the coordinator, over real loopback sockets.
 #include "server/listen/listener.h"
 
 #include <arpa/inet.h>
@@ -15,7 +15,7 @@
 namespace lightmill {
 namespace {
 
-/// What waits for a thread gives up after so long: it fails then.
+/// Waits for a thread fail after this time.
 constexpr int kListenerPatienceMs = 60'000;
 
 class ClientSocket {
@@ -60,7 +60,7 @@ class ClientSocket {
   int fd_;
 };
 
-/// A server that keeps all sockets that it is given, until it is told to close them.
+/// A server that keeps all its sockets until it is told to close them.
 class KeepingServer {
  public:
   KeepingServer(const std::string& listen, std::size_t most)
@@ -79,7 +79,7 @@ class KeepingServer {
     }
   }
   Listener& listener() { return *listener_; }
-  /// Waits until it has so many.
+  /// Waits until it has `count` sockets.
   bool has(std::size_t count) {
     const MutexLock lock(mutex_);
     const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(kListenerPatienceMs);
@@ -108,7 +108,7 @@ class KeepingServer {
   const std::unique_ptr<Listener> listener_;
 };
 
-/// This process can open no file meanwhile.
+/// While it exists, this process can open no file.
 class NoFiles {
  public:
   NoFiles() {
@@ -124,7 +124,7 @@ class NoFiles {
   rlimit before_{};
 };
 
-/// How often other threads of this process have waited for something.
+/// The number of times that other threads of this process have waited.
 long waits_of_others() {
   rusage all{}, own{};
   EXPECT_EQ(::getrusage(RUSAGE_SELF, &all) + ::getrusage(RUSAGE_THREAD, &own), 0);
@@ -140,7 +140,7 @@ TEST(Listener, AcceptsConnectionsThatCameWithoutFreeDescriptors) {
     const NoFiles none;
     meanwhile.connect(server.listener().port());
     EXPECT_FALSE(server.listener().dial().ok());
-    const long before_tries = waits_of_others();  // it pauses after each try that fails
+    const long before_tries = waits_of_others();  // the listener pauses after each failed try
     EXPECT_TRUE(test::eventually([&] { return waits_of_others() > before_tries + 3; }));
     EXPECT_EQ(server.peers().size(), 1u);
   }

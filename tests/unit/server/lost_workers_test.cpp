@@ -1,4 +1,4 @@
-// What a coordinator makes of workers that are lost again and again with the same work.
+// Workers that are lost again and again with the same work.
 #include "tests/unit/server/coordinator_fixture.h"
 
 namespace lightmill {
@@ -6,7 +6,7 @@ namespace {
 
 class LostWorkersTest : public test::CoordinatorTest {
  protected:
-  /// A worker that comes, gets what there is, and is never heard of again.
+  /// Connects a worker that gets its leases and is lost.
   std::vector<LeaseGrant> lose_a_worker() {
     const SessionId session = connect(fmt::format("worker-{}", ++lost_));
     const std::vector<LeaseGrant> grants = got<LeaseGrant>(session);
@@ -16,7 +16,7 @@ class LostWorkersTest : public test::CoordinatorTest {
     return grants;
   }
 
-  /// A job whose leases wait for commits, as those of a goal in error do.
+  /// A job whose leases wait for commits, as those of an error goal do.
   static JobSpec spec_to_error(PixelRect crop) {
     JobSpec job = spec("r1", 0, crop);
     job.goal.error = 0.001;
@@ -49,7 +49,7 @@ TEST_F(LostWorkersTest, ASuspectedTileIsRenderedAlone) {
   ASSERT_EQ(got<LeaseGrant>(session).size(), 1u);
   const LeaseGrant alone = got<LeaseGrant>(session)[0];
   EXPECT_EQ(alone.unit.tiles.size(), 1u);
-  work(session);  // it was not the tile's fault: all goes on as ever
+  work(session);  // the tile was not at fault, so work continues as usual
   EXPECT_EQ(status(job).state, JobState::done);
   std::size_t most_tiles = 0;
   for (const LeaseGrant& grant : got<LeaseGrant>(session)) {
@@ -140,7 +140,7 @@ TEST_F(LostWorkersTest, LeasesThatTheStoreDelaysAreNotLost) {
   EXPECT_EQ(status(job).state, JobState::running);
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
 
-  // From when it is stored, a worker has as long as ever.
+  // A worker's time starts when its lease is stored.
   const SessionId session{next_session++};
   waiting.after_commit.clear();
   coordinator->worker_connected(session, {"last", "host", 1, 1, "class-a", kRendererVersion, {}, false}, now, waiting);
@@ -153,7 +153,7 @@ TEST_F(LostWorkersTest, LeasesThatTheStoreDelaysAreNotLost) {
   EXPECT_EQ(status(job).active_seconds, 0);
   const Time sent = now;
   second(session, waiting);
-  coordinator->grants_sent(leases, sent);  // and that is heard of a second later
+  coordinator->grants_sent(leases, sent);  // the coordinator learns of it a second later
   EXPECT_EQ(status(job).active_seconds, 1);
   for (int seconds = 2; seconds < lease_seconds; ++seconds) {
     second(session, waiting);
@@ -173,7 +173,7 @@ TEST_F(LostWorkersTest, LeasesSentToABrokenStreamMakeNoTileSuspect) {
     const std::vector<LeaseId> leases = leases_granted(waiting.after_commit);
     ASSERT_FALSE(leases.empty()) << status(job).reason;
     coordinator->worker_disconnected(session, now, waiting);
-    coordinator->grants_sent(leases, now);  // nobody is there any more
+    coordinator->grants_sent(leases, now);  // the worker has left
     now += limits.disconnect_grace + std::chrono::milliseconds(1);
     coordinator->tick(now, unix_ms(), waiting);
   }
@@ -297,7 +297,7 @@ TEST_F(LostWorkersTest, AnOverloadedCoordinatorLosesNoSilentWorker) {
   }
   EXPECT_TRUE(closed.empty());
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
-  coordinator->worker_disconnected(session, now, effects);  // whose stream breaks is lost all the same
+  coordinator->worker_disconnected(session, now, effects);  // a broken stream still loses its worker
   coordinator->cannot_keep_up(now);
   pass(limits.disconnect_grace + std::chrono::seconds(1));
   const std::uint64_t lost = status(job).counters.leases_lost;

@@ -1,4 +1,4 @@
-// The table of operations: what it says of each is so, and what becomes of a call.
+// The table of operations: its statements about each, and the course of a call.
 #include <google/protobuf/descriptor.h>
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ TEST(Operations, CallsAboutJobsCheckTheOwner) {
   }
 }
 
-/// Keeps nothing, and waits with each commit until it is let.
+/// A store that keeps nothing, and holds each commit until it is released.
 class SlowStore final : public Store {
  public:
   explicit SlowStore(std::shared_future<void> let) : let_(std::move(let)) {}

@@ -1,4 +1,4 @@
-// Which results are verified, and what follows from claims.
+// Choice of results for audits, and conclusions from claims.
 #include "server/domain/pending_audits.h"
 
 #include <gtest/gtest.h>
@@ -59,14 +59,14 @@ TEST(AuditChoice, DependsOnTheSecretAndTheKeyAlone) {
   EXPECT_NEAR(both, 100, 50);
 }
 
-/// How likely a liar is found within `results`, of which each is wrong with `wrong`.
+/// The share of liars that are found within `results`, each wrong with probability `wrong`.
 double found_within(const Sha256& secret, double share, double wrong, int results, int liars) {
   const Sha256 faults = sha256("faults");
   int found = 0;
   for (int liar = 0; liar < liars; ++liar) {
     for (int i = 0; i < results; ++i) {
       const NodeKey key{JobId{1 + static_cast<std::uint64_t>(liar)}, TileId{static_cast<std::uint32_t>(i)}, {3, 5}};
-      // What is wrong is drawn apart from what is verified: that is all that a liar can do.
+      // Faults are drawn independently of audits. A liar can do no better.
       if (is_chosen(secret, key, share) && is_chosen(faults, key, wrong)) {
         ++found;
         break;
@@ -97,7 +97,7 @@ TEST(AuditChoice, FindsFewLargeResultsAsSurelyAsManySmallOnes) {
   constexpr int kLiars = 2000;
   constexpr double kShare = 0.01;
   for (const double wrong : {0.05, 0.5}) {  // of the job's pixel samples
-    // Each of its parts is drawn with the share, whatever results they come in.
+    // Each of its parts is drawn with the share, in results of any size.
     const double expected = 1 - std::pow(1 - kShare, kPartsOfAJob * wrong);
     const double deviation = std::sqrt(expected * (1 - expected) / kLiars);
     for (const int parts : {1, 5, 50}) {  // of a result

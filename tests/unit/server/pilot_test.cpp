@@ -1,4 +1,4 @@
-// How methods are chosen on the farm.
+// Choice of methods on the farm.
 #include "tests/unit/server/pilot_fixture.h"
 
 namespace lightmill::test {
@@ -92,7 +92,7 @@ TEST_F(PilotTest, ALostWorkersPilotGoesToAnother) {
   coordinator->worker_disconnected(a, now, effects);
   flush();
   EXPECT_TRUE(got<PilotGrant>(b).empty());
-  stand_still(limits.disconnect_grace + std::chrono::milliseconds(1));  // else b would get a copy before
+  stand_still(limits.disconnect_grace + std::chrono::milliseconds(1));  // otherwise b would get a copy first
   ASSERT_EQ(got<PilotGrant>(b).size(), 1u);
   EXPECT_NE(pilot(b).lease, first.lease);
   EXPECT_EQ(status(job).counters.leases_lost, 1u);

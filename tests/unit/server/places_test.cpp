@@ -1,4 +1,4 @@
-// Places that callers share: who gets one, and who gives one up for that.
+// Places that callers share: which caller gets one, and which makes room.
 #include "server/access/places.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ using Answer = Places::Answer;
 
 constexpr Time kPlacesBegin{std::chrono::seconds(1'000)};
 
-/// Takes a place for each until one is refused, 1,000 times at most; how many it got.
+/// Takes places until one is refused, 1,000 at most. Returns their number.
 std::size_t take_all(Places& places, Places::Id first, const Holder& holder, Time now = kPlacesBegin) {
   std::size_t taken = 0;
   while (taken < 1'000 && places.arrive(first + taken, holder, now).answer == Answer::taken) {
@@ -69,7 +69,7 @@ TEST(Places, CallersDoNotDisplaceEachOtherForever) {
   }
   Places::Id id = 0;
   int given = 0;
-  for (int i = 0; i < 20'000; ++i) {  // whoever gave way comes again
+  for (int i = 0; i < 20'000; ++i) {  // displaced callers come again
     const Holder holder = wanting[random() % wanting.size()];
     const Places::Arrival arrival = places.arrive(++id, holder, kPlacesBegin);
     if (arrival.answer == Answer::taken) {
@@ -126,7 +126,7 @@ TEST(Places, ALeftPlaceIsFree) {
   places.leave(1);
   EXPECT_FALSE(places.holds(1));
   EXPECT_EQ(places.arrive(2, ada, kPlacesBegin + 2 * Places::kPatience).gives_way, std::nullopt);
-  places.stands_still(1, kPlacesBegin);  // nothing: it is gone
+  places.stands_still(1, kPlacesBegin);  // no effect, because it is gone
   EXPECT_EQ(places.arrive(3, ada, kPlacesBegin + 2 * Places::kPatience).answer, Answer::all_are_taken);
 }
 

@@ -1,4 +1,4 @@
-// Liars and bad machines: what a coordinator does about results that differ.
+// Liars and bad machines: how a coordinator treats results that differ.
 #include "tests/unit/server/verifying_fixture.h"
 
 namespace lightmill::test {
@@ -37,7 +37,7 @@ TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
   EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f) << "the honest ones'";
 }
 
-// A worker does not render what it holds a result of: it waits for the acknowledgement.
+// A worker does not render what it holds a result of. It waits for the acknowledgement.
 TEST_F(QuarantineTest, DroppedWorkIsGrantedAgainAfterItsAcknowledgement) {
   const JobId job = submit_verified();
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
@@ -47,7 +47,7 @@ TEST_F(QuarantineTest, DroppedWorkIsGrantedAgainAfterItsAcknowledgement) {
   const LeaseGrant audit = got<LeaseGrant>(c).back();
   coordinator->worker_message(c, result(audit, TileId{0}), now, unix_ms(), effects);
   EXPECT_TRUE(leases_granted(effects.now).empty());
-  std::vector<std::string> order;  // of what goes to c
+  std::vector<std::string> order;  // of messages to c
   for (const Outgoing& message : effects.after_commit) {
     if (message.to == c && std::holds_alternative<ResultAck>(message.message)) {
       order.emplace_back("acknowledgement");
@@ -110,7 +110,7 @@ TEST_F(QuarantineTest, AConvictedIdentityStaysOutUnderAnyName) {
 
 TEST_F(QuarantineTest, AFalseMachineOrHostHarmsNoOtherWorker) {
   submit_verified();
-  // It says that it is b's machine and host.
+  // It claims b's machine and host.
   const SessionId liar = connect_with("liar", "a", "m2", "h2"), b = connect_with("b", "b", "m2", "h2"),
                   c = connect_with("c", "c", "m3", "h3");
   answer(liar, 1);
@@ -157,7 +157,7 @@ TEST_F(QuarantineTest, AManualQuarantineStopsAWorkerAndItsMachineUntilRelease) {
   }
   EXPECT_EQ(status(id).state, JobState::done);
 
-  // Later somebody finds that what it did cannot be trusted.
+  // Later its work turns out to be untrustworthy.
   ASSERT_TRUE(coordinator->quarantine_worker("suspect", "put there by ada: again", true, now, effects).ok());
   flush();
   EXPECT_EQ(worker("suspect").quarantine, "put there by ada: smoke") << "for its own reason";
@@ -224,7 +224,7 @@ TEST_F(QuarantineTest, ManualQuarantinesHaveTheirOwnReasonsAndRecords) {
   flush();
   EXPECT_EQ(written<PutQuarantine>(), 2u);
   EXPECT_EQ(worker("b").quarantine, "put there by ada: noise");
-  // On another machine by the same name: that one is meant now, and the first one's others go on.
+  // Another machine has this name. Quarantine now means that one, and the first machine's other workers continue.
   coordinator->worker_disconnected(first, now, effects);
   connect_on("m2", "a");
   connect_on("m2", "c");
@@ -357,7 +357,7 @@ TEST_F(QuarantineTest, SecondsOfDroppedResultsAreUsedAgain) {
   say(b, result(honest, TileId{0}));
   coordinator->worker_disconnected(b, now, effects);
   const SessionId liar = connect_on("m1", "liar");
-  pass_with({liar}, std::chrono::seconds(6));  // its seconds are over, and what b held is the liar's
+  pass_with({liar}, std::chrono::seconds(6));  // its seconds are over, and it has what b held
   answer(liar, 1);
   ASSERT_EQ(status(first).state, JobState::done);
   ASSERT_GE(status(first).active_seconds, 5);

@@ -1,4 +1,4 @@
-// What is refused to whom again and again takes a line an hour, and a flood leaves a few.
+// Log of refusals: repeated ones take a line an hour, and a flood leaves a few lines.
 #include "server/access/refusal_book.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Workers that refuse jobs: which ones are believed, and who is asked next.
+// Workers that refuse jobs: which ones count, and which worker is asked next.
 #include "tests/unit/server/verifying_fixture.h"
 
 namespace lightmill::test {
@@ -6,14 +6,14 @@ namespace {
 
 class RefusalTest : public VerifyingTest {
  protected:
-  /// Who refused a job does not audit it, and nobody is to wait for that here.
+  /// A job without audits. A worker that refused a job does not audit it, so tests would wait.
   JobId submit_unaudited(const std::string& request, std::uint64_t samples) {
     JobSpec job = spec(request, samples);
     job.verify_share = 0;
     return submit(job);
   }
   std::string reason(JobId job) const { return status(job).reason; }
-  /// Of which a pilot is to pick the method.
+  /// A job whose method a pilot picks.
   JobId submit_undecided() {
     JobSpec job = spec("r1", 64);
     job.settings.method = "auto";
@@ -66,7 +66,7 @@ TEST_F(RefusalTest, WorkersOfOneIdentityCountOnce) {
   EXPECT_EQ(got<LeaseCancel>(a2).size(), got<LeaseGrant>(a2).size()) << "it would refuse too";
   say(a2, WorkerRefusal{job, "mesh 'wall' is empty"});
   EXPECT_EQ(status(job).state, JobState::running);
-  // Nor does another name or process help.
+  // Another name or process does not help, either.
   coordinator->worker_disconnected(a1, now, effects);
   const SessionId a3 = connect_on("m1", "a3", 7);
   EXPECT_TRUE(got<LeaseGrant>(a3).empty());
@@ -186,7 +186,7 @@ TEST_F(RefusalTest, RefusalsOfAPilotCountForTheJob) {
   EXPECT_NE(status(job).state, JobState::failed);
   ASSERT_FALSE(got<PilotGrant>(honest).empty());
   say(honest, PilotReport{got<PilotGrant>(honest).back().lease, 0, {}, 0.1});
-  // A pilot has shown that the job can be rendered: it does not fail when its worker goes.
+  // A pilot's report shows that the job can be rendered. So the job does not fail when that worker leaves.
   coordinator->worker_disconnected(honest, now, effects);
   pass_with({liar}, limits.auditor_patience + limits.lease_duration);
   EXPECT_EQ(status(job).state, JobState::running) << reason(job);
@@ -206,7 +206,7 @@ TEST_F(RefusalTest, TwoIdentitiesThatRefuseThePilotFailTheJob) {
 }
 
 TEST_F(RefusalTest, ARestartedCoordinatorWaitsForKnownIdentities) {
-  // Two identities have rendered a job of before; of those the liar comes back first.
+  // Two identities rendered an earlier job. The liar returns first.
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
   const JobId before = submit_verified(1, "r0", {0, 0, 512, 64});
   const LeaseGrant of_a = got<LeaseGrant>(a).at(0), of_b = got<LeaseGrant>(b).at(0);

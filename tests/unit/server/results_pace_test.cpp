@@ -15,13 +15,13 @@ using std::chrono::seconds;
 constexpr double kMost = 1000;
 constexpr Time kPaceStart{seconds(100)};
 
-/// A look at what `waits` say.
+/// Reviews the pace with these waits.
 bool look(ResultsPace& pace, Time now, std::vector<Duration> waits) {
   EXPECT_TRUE(pace.is_due(now));
   return pace.look(waits, now);
 }
 
-/// One that was cut to `rate` at 102 s, when results waited 4 s; it looks away for twice `unit` and these.
+/// A pace that was cut to `rate` at 102 s, when results waited 4 s. It pauses reviews for twice `unit` and these 4 s.
 ResultsPace cut_to(double rate, Duration unit = {}) {
   ResultsPace pace(kMost, kPaceStart);
   pace.came(2 * rate / 0.9, kPaceStart);
@@ -123,9 +123,9 @@ TEST(ResultsPace, APauseDoesNotCount) {
   EXPECT_TRUE(pace.is_due(kPaceStart + seconds(13)));
 }
 
-/// A coordinator that takes in `taken` bytes a second for ten minutes, and workers that send what they are told to
-/// when their units of `unit` at the most are done; what is too much waits, for 20 s at most: then so do workers.
-/// The part of `taken` that came after two minutes, and how long it waited on average.
+/// Ten minutes of a coordinator that takes in `taken` bytes a second. Workers follow the pace when their current units
+/// are done, which take `unit` at the maximum pace. The excess waits for at most 20 s. Then workers wait, too. Returns
+/// the share of `taken` that came after two minutes, and its average wait.
 std::pair<double, double> after_minutes(double taken, Duration unit) {
   ResultsPace pace(kMost, kPaceStart);
   std::deque<std::pair<Time, double>> sent{{kPaceStart, kMost}};

@@ -1,4 +1,4 @@
-// Workers whose results wait long for their acknowledgement are given longer ranges.
+// Longer ranges for workers whose results wait long for their acknowledgement.
 #include "server/scheduling/unit_size.h"
 #include "tests/unit/server/coordinator_fixture.h"
 
@@ -19,7 +19,7 @@ class ResultsWaitTest : public CoordinatorTest {
   double rate() const { return coordinator->snapshot().results_rate; }
   void say_wait(SessionId session, Duration wait) { say(session, WorkerHeartbeat{{}, wait}); }
   void say_nothing(SessionId session) { say(session, WorkerHeartbeat{}); }
-  /// The results of a lease of a second and more, what they cost to take in.
+  /// Sends the results of a lease. Returns the bytes that they take of the rate.
   double render(SessionId session, const LeaseGrant& grant) {
     double bytes = 0;
     for (const TileId tile : grant.unit.tiles) {
@@ -29,7 +29,7 @@ class ResultsWaitTest : public CoordinatorTest {
     }
     return bytes;
   }
-  /// Of so many leases, the samples of the longest range.
+  /// Renders `leases` leases. Returns the samples of the longest range.
   std::uint64_t longest_range(SessionId session, int leases = 100) {
     std::uint64_t most = 0;
     for (int i = 0; i < leases; ++i) {
@@ -39,7 +39,7 @@ class ResultsWaitTest : public CoordinatorTest {
     }
     return most;
   }
-  /// A worker whose results wait long, so that the pace is a quarter: they are few.
+  /// A worker whose results wait long. Few results came, so the rate falls to a quarter.
   SessionId slowed(std::uint32_t threads) {
     const SessionId session = connect("w", threads);
     render(session, got<LeaseGrant>(session).at(0));
@@ -95,8 +95,8 @@ TEST_F(ResultsWaitTest, GrantedUnitsAreRenderedBeforeTheNextReview) {
       after.push_back(to_seconds(now - changed));
     }
   }
-  // Twice units of 5.8 s, the ten that results waited, and two of looking at what comes; then as long as it looks away
-  // at most.
+  // Twice units of 5.8 s, ten seconds for waiting results, and two of observation. Then the longest pause between
+  // reviews.
   EXPECT_NEAR(after[0], 2 * 5.76 + 10 + 2, 2);
   EXPECT_NEAR(after[1] - after[0], 32, 2);
 }
@@ -113,7 +113,7 @@ TEST_F(ResultsWaitTest, EachWorkerCountsOnce) {
     say_nothing(good);
   }
   EXPECT_EQ(rate(), limits.result_bytes_per_second);
-  // Those that are to leave have none.
+  // Draining workers do not count.
   coordinator->worker_message(good, WorkerDraining{}, now, unix_ms(), effects);
   coordinator->worker_message(other, WorkerDraining{}, now, unix_ms(), effects);
   flush();

@@ -1,4 +1,4 @@
-// Who may do what, decided without a network. tests/integration/access_test.cpp walks all RPCs over one.
+// Rights of callers, decided without a network. tests/integration/access_test.cpp calls all RPCs over one.
 #include "server/access/rights.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Whether a coordinator notices that its own port does not answer.
+// Detection of a coordinator's own port that does not answer.
 #include "server/listen/self_check.h"
 
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ TEST(Hearing, APortThatHasNeverAnsweredIsNotDeaf) {
   }
 }
 
-/// Each look is half a minute after the one before.
+/// A clock that moves half a minute with each reading.
 class LeapingClock final : public Clock {
  public:
   Time now() const override { return hearing_time(30.0 * ++looks_); }
@@ -61,7 +61,7 @@ class LeapingClock final : public Clock {
   mutable std::atomic<int> looks_ = 0;
 };
 
-/// What a SelfCheck has said, in order.
+/// Reports of a SelfCheck, in order.
 class Said {
  public:
   void add(const std::string& what) {
@@ -69,7 +69,7 @@ class Said {
     all_.push_back(what);
     changed_.notify_all();
   }
-  /// Waits until it has said so much.
+  /// Waits for `count` reports.
   std::vector<std::string> first(std::size_t count) {
     const MutexLock lock(mutex_);
     const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
@@ -84,7 +84,7 @@ class Said {
   std::vector<std::string> all_ LM_GUARDED_BY(mutex_);
 };
 
-/// A port whose server answers the dials that `answers` names by their number, and hangs up on the others.
+/// A port whose server answers the dials that `answers` accepts by number, and closes the others.
 class MoodyPort {
  public:
   explicit MoodyPort(std::function<bool(int)> answers)

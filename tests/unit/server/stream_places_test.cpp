@@ -1,4 +1,4 @@
-// Calls that last, and who is ended for another.
+// Places of calls that last, and which call ends for another.
 #include "server/runtime/stream_places.h"
 
 #include <gtest/gtest.h>

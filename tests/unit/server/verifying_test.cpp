@@ -1,4 +1,4 @@
-// Which results are rendered again on another machine, and when a job is done with that.
+// Audits: which results another machine renders again, and when the job is done.
 #include "tests/unit/server/verifying_fixture.h"
 
 namespace lightmill::test {
@@ -108,7 +108,7 @@ TEST_F(VerifyingTest, ADeletedJobDropsItsPendingAudits) {
   EXPECT_EQ(status(next).state, JobState::done);
 }
 
-// A worker that comes back sends what it had rendered for a lease that was lost, and renders nothing of that again.
+// A returning worker sends a result of a lost lease, and does not render that again.
 TEST_F(VerifyingTest, AResultForALostLeaseEndsTheWorkersNewLease) {
   const JobId job = submit_verified();
   const SessionId liar = connect_on("m1", "liar"), before = connect_on("m2", "b");

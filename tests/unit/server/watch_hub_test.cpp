@@ -5,7 +5,7 @@
 namespace lightmill::test {
 namespace {
 
-/// A watcher's stream that keeps what it is offered, and reads as slowly as the test likes.
+/// A watcher's stream that keeps its messages, and reads as slowly as the test wants.
 class Inbox final : public WatchSink {
  public:
   bool closed() const override { return closed_; }
@@ -93,7 +93,7 @@ TEST_F(WatchHubTest, ChangingTilesDoNotDelayOthers) {
     }
     pass(std::chrono::seconds(1));
   };
-  // All 72 tiles have changed before each message, which holds 40 of them: those from 0, from 44 and from 16.
+  // All 72 tiles have changed before each message. A message holds 40 of them: from 0, from 44 and from 16.
   std::set<std::pair<int, int>> seen;
   for (std::uint64_t round = 1; round <= 3; ++round) {
     render_until_every_tile_has(round);
@@ -186,8 +186,8 @@ TEST_F(WatchHubTest, ALateWatcherSharesTilesAndCatchesUp) {
 }
 
 TEST_F(WatchHubTest, AReaderOfEverySecondMessageMissesNoTile) {
-  // Four messages hold the picture, and all of it changes before each: of rounds in order, every second would be of the
-  // same two quarters.
+  // Four messages hold the picture, and all of it changes before each. If rounds went in order, every second message
+  // would hold the same two quarters.
   const JobId job = submit(spec("r1", 1u << 20, {0, 0, 10 * kTileSize, 16 * kTileSize}));
   const SessionId worker = connect("w");
   const auto quick = watch(job), slow = watch(job);

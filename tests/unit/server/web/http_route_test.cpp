@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-/// The operation's form in the table; empty: the path is none's.
+/// The operation's form in the table. Empty for a path without an operation.
 std::string_view form_of(std::string_view path, bool post) {
   const std::optional<HttpRoute> route = find_route(path, post);
   return route ? route->operation->http : "";
@@ -94,7 +94,7 @@ TEST(HttpRoute, EachRouteIsDescribedWithItsParameters) {
       at = end;
     }
     if (operation.rpc == Rpc::submit_job) {
-      taken.emplace_back("page");  // which is no matter of the farm's
+      taken.emplace_back("page");  // only the page uses it
     }
     EXPECT_EQ(taken, described) << form;
   }

@@ -17,7 +17,7 @@ class NullStore final : public Store {
   Status commit(std::span<const StoreOp>) override { return ok_status(); }
 };
 
-/// Time stands still but for what the test lets pass.
+/// A clock that moves only when the test says so.
 class StepClock final : public Clock {
  public:
   Time now() const override { return now_; }
@@ -93,7 +93,7 @@ class LiveHubTest : public ::testing::Test {
     on_farm([&](FarmLoop::Turn& turn) { job = turn.farm.submit(spec, turn.now, turn.unix_ms, turn.effects).value(); });
     return job;
   }
-  /// A worker renders the job to its end: ones.
+  /// A worker renders the job to its end. All its values are one.
   void render(JobId job) {
     on_farm([](FarmLoop::Turn& turn) {
       const WorkerHello hello{"worker", "host", 1, 1, "class-a", kRendererVersion, {}, false};
@@ -126,18 +126,18 @@ class LiveHubTest : public ::testing::Test {
       turn.farm.worker_message(SessionId{1}, std::move(result), turn.now, turn.unix_ms, turn.effects);
     }
   }
-  /// Lets half a second and more pass, with all that happens in it.
+  /// More than half a second passes, with all that happens in it.
   void settle() {
     for (int i = 0; i < 4; ++i) {
       clock.pass(std::chrono::milliseconds(300));
       hub->tick();
       on_farm([](FarmLoop::Turn&) {});
-      // A task's effects goes out after it: the next one finds it done.
+      // A task's effects leave after it. The next task finds them done.
       on_farm([](FarmLoop::Turn&) {});
       run_posted();
     }
   }
-  /// Asks again and again until `done`: the farm publishes in a part of its own time, of which much may pass.
+  /// Asks again until `done`. The farm publishes at its own pace, which can take long.
   template <typename Done>
   void ask_until(Done done, Page& page, JobId job, const std::vector<std::string>& layers) {
     for (int tries = 0; tries < 500 && !done(); ++tries) {
@@ -377,7 +377,7 @@ TEST_F(LiveHubTest, TheOpenJobIsFollowedAndAMissingOneIsReported) {
   hub->remove(page);
 }
 
-/// How often each layer's tiles came from message `first` on.
+/// How often each layer's tiles came, from message `first` on.
 std::map<std::string, std::size_t> tiles_of(const Page& page, std::size_t first = 0) {
   std::map<std::string, std::size_t> counts;
   for (std::size_t i = first; i < page.messages.size(); ++i) {
@@ -388,7 +388,7 @@ std::map<std::string, std::size_t> tiles_of(const Page& page, std::size_t first 
   return counts;
 }
 
-/// What was last said of each layer.
+/// The last failure of each layer.
 std::map<std::string, std::string> layer_failures(const Page& page) {
   std::map<std::string, std::string> failures;
   for (const v1::ViewUpdate& message : page.messages) {
@@ -437,7 +437,7 @@ TEST_F(LiveHubTest, ALayerWithoutRoomIsSentWhenThereIsRoom) {
   ASSERT_TRUE(ask(first, false, large).ok());
   settle();
   hub->add(second, call_of(anybody()));
-  // 80 tiles fit once.
+  // There is room for 80 tiles once.
   ASSERT_TRUE(ask(second, false, job).ok());
   ask_until([&] { return failed_layers(second) == 2; }, second, job, layers);
   auto failures = layer_failures(second);

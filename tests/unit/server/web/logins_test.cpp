@@ -1,4 +1,4 @@
-// The cookie of the page. What lets whom in is walked over a network by tests/integration/web_access_test.cpp.
+// The page's cookie. tests/integration/web_access_test.cpp tests access over a network.
 #include "server/web/logins.h"
 
 #include <gtest/gtest.h>

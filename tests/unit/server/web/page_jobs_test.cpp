@@ -1,4 +1,4 @@
-// Which jobs are deleted with their page, and when.
+// Deletion of jobs with their page.
 #include "server/web/page_jobs.h"
 
 #include <gtest/gtest.h>
