@@ -274,7 +274,7 @@ TEST_F(CheckStateTest, DamagedAndMissingAssetsAreFoundAndForgotten) {
 
 TEST_F(CheckStateTest, ADamagedDatabaseIsFound) {
   std::fstream file(file_, std::ios::in | std::ios::out | std::ios::binary);
-  file.seekp(16384);  // the second page: the first of a table, of which this is the head
+  file.seekp(16384);  // the second page, the head of a table
   file << std::string(200, '\x5a');
   file.close();
   const Result<std::unique_ptr<Store>> store = open_sqlite_store(file_);

@@ -63,7 +63,7 @@ std::vector<StoreOp> writes_of_job(std::uint64_t id) {
   return ops;
 }
 
-/// What a store holds, item by item.
+/// Contents of a store, item by item.
 std::map<std::string, std::string> items_of(const StoredState& state) {
   std::map<std::string, std::string> items;
   for (const StoredState::StoredJob& job : state.jobs) {

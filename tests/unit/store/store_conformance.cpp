@@ -281,7 +281,7 @@ TEST_P(StoreConformance, ForestIsKept) {
   EXPECT_EQ(describe(loaded(*open())), describe(expected));
 }
 
-/// A job of so many tiles, each with a node of 96 KiB.
+/// A job of `tiles` tiles, each with a node of 96 KiB.
 std::vector<StoreOp> writes_of_large_film(const JobRecord& record, std::uint32_t tiles) {
   std::vector<StoreOp> ops{PutJob{record}};
   for (TileId tile{0}; tile.value < tiles; ++tile.value) {
