@@ -193,7 +193,7 @@ TEST(ErrorEstimate, BrightSamplesInATextureAreNotHiddenByItsBrightSpots) {
       const auto half = static_cast<std::uint64_t>(n / 2);
       stated += estimate_tile_error(sums, kSide, kSide, 1, {half, half}).sum;
     }
-    // With so many values (hundreds of bright samples) the true error varies by about 5 %. If bright samples were
+    // With this many values (hundreds of bright samples) the true error varies by about 5 %. If bright samples were
     // compared with their mean, the ratio would be 0.03 to 0.86.
     EXPECT_GT(stated / truth, 0.9) << n;
     EXPECT_LT(stated / truth, 1.25) << n;
