@@ -10,7 +10,7 @@ namespace lightmill::test {
 /// sanitizers have to see the comparisons themselves.
 std::optional<std::uint64_t> work_done();
 
-/// With so many names, work_done() shows whether lists of names are searched.
+/// With this many names, work_done() shows whether lists of names are searched.
 extern const int kManyNames;
 
 }  // namespace lightmill::test
