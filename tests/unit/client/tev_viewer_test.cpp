@@ -117,7 +117,7 @@ class TevViewerTest : public ::testing::Test {
   void start(std::uint16_t port, const TevPauses& pauses = kQuick) {
     viewer_.emplace(HostPort{"127.0.0.1", port}, 7, console_, pauses);
   }
-  /// Waits until the console has so many lines.
+  /// Waits until the console has `count` lines.
   bool said(std::size_t count) const {
     return eventually([&] { return heard_.lines().size() >= count; });
   }
