@@ -14,7 +14,7 @@ namespace lightmill {
 namespace {
 
 constexpr std::uint32_t kThreads = 4;
-constexpr int kSide = 96;  ///< pixels: four tiles, of which three are narrower
+constexpr int kSide = 96;  ///< pixels: four tiles, three of them smaller
 
 /// Nodes by ticket, in order of arrival.
 class Collected {
