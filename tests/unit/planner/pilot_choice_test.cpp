@@ -39,7 +39,7 @@ TEST(PilotChoice, OnlyAClearGainOnBothBatchesReplacesTheSimplest) {
   EXPECT_EQ(choice({measure(1, 1), {{0.01, 0.9}, {1, 1}, {1, 1}, {}}}), 0u) << "one batch alone has no voice";
 }
 
-TEST(PilotChoice, WithoutNoiseTheSimplestStays) {
+TEST(PilotChoice, TheSimplestStaysWithoutNoise) {
   EXPECT_EQ(choice({measure(0, 1), measure(0, 0.1)}), 0u);
   EXPECT_EQ(choice({measure(0, 1), measure(1, 0.1)}), 0u);
   EXPECT_EQ(choice({measure(1, 1), measure(0, 1)}), 1u);
