@@ -9,7 +9,7 @@
 namespace lightmill {
 namespace {
 
-TEST(FileLockTest, OneHoldsItUntilItEnds) {
+TEST(FileLockTest, HasOneHolderAtATime) {
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "lock";
   Result<FileLock> first = FileLock::acquire(path, "the thing is in use");
@@ -24,7 +24,7 @@ TEST(FileLockTest, OneHoldsItUntilItEnds) {
   EXPECT_TRUE(FileLock::acquire(path, "").ok());
 }
 
-TEST(FileLockTest, AFolderThatIsNotThereIsNamed) {
+TEST(FileLockTest, AMissingFolderIsNamed) {
   const Result<FileLock> lock = FileLock::acquire("/nowhere/at/all/lock", "");
   EXPECT_EQ(lock.status().code(), StatusCode::kPermissionDenied);
   EXPECT_NE(message_of(lock.status()).find("/nowhere/at/all/lock"), std::string::npos);

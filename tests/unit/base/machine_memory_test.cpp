@@ -24,7 +24,7 @@ class MachineMemory : public ::testing::Test {
   test::TemporaryFolder folder_;
 };
 
-TEST_F(MachineMemory, IsThatOfTheMachineWhereNoGroupLimitsIt) {
+TEST_F(MachineMemory, IsThePhysicalMemoryWithoutAGroupLimit) {
   put("proc/meminfo", "MemTotal:       16384 kB\nMemFree:        1 kB\n");
   EXPECT_EQ(usable(), 16384u << 10);
   put("proc/self/cgroup", "0::/user.slice\n");
@@ -40,7 +40,7 @@ TEST_F(MachineMemory, DefaultsAreABoundedShareOfIt) {
   EXPECT_EQ(share_gib(1e-9, 4), 0.001) << "the least that the options take";
 }
 
-TEST_F(MachineMemory, IsTheLeastLimitOfTheGroupsThatLieInEachOther) {
+TEST_F(MachineMemory, IsTheSmallestLimitOfTheNestedGroups) {
   put("proc/meminfo", "MemTotal:       16384 kB\n");
   put("proc/self/cgroup", "0::/a/b\n");
   put("sys/fs/cgroup/a/memory.max", "5000000\n");
@@ -48,14 +48,14 @@ TEST_F(MachineMemory, IsTheLeastLimitOfTheGroupsThatLieInEachOther) {
   EXPECT_EQ(usable(), 5'000'000u);
 }
 
-TEST_F(MachineMemory, OfAContainerStandsAtTheTop) {
+TEST_F(MachineMemory, AContainersLimitIsInTheRootGroup) {
   put("proc/meminfo", "MemTotal:       16384 kB\n");
   put("proc/self/cgroup", "0::/somewhere/else\n");
   put("sys/fs/cgroup/memory.max", "4000000\n");
   EXPECT_EQ(usable(), 4'000'000u);
 }
 
-TEST_F(MachineMemory, AnOlderKindOfGroupIsReadToo) {
+TEST_F(MachineMemory, GroupsOfVersionOneAreRead) {
   put("proc/meminfo", "MemTotal:       16384 kB\n");
   put("proc/self/cgroup", "12:cpu,cpuacct:/x\n4:memory:/job\nnonsense\n");
   put("sys/fs/cgroup/memory/memory.limit_in_bytes", "9223372036854771712\n");
@@ -63,7 +63,7 @@ TEST_F(MachineMemory, AnOlderKindOfGroupIsReadToo) {
   EXPECT_EQ(usable(), 3'000'000u);
 }
 
-TEST_F(MachineMemory, LimitsOfTheProcessCountToo) {
+TEST_F(MachineMemory, ProcessLimitsCount) {
   put("proc/meminfo", "MemTotal:       16384 kB\n");
   put("proc/self/limits",
       "Limit                     Soft Limit           Hard Limit           Units     \n"
@@ -76,7 +76,7 @@ TEST_F(MachineMemory, LimitsOfTheProcessCountToo) {
   EXPECT_EQ(usable(), 3'000'000u);
 }
 
-TEST_F(MachineMemory, NothingReadableIsNothingKnown) {
+TEST_F(MachineMemory, IsUnknownWithoutReadableFiles) {
   EXPECT_EQ(usable(), 0u);
 }
 

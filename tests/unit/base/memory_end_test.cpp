@@ -1,4 +1,4 @@
-// How a program ends that cannot have the memory that it wants.
+// The end of a program that cannot get the memory it needs.
 #include "common/base/memory_end.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ constexpr bool kOwnMemoryMap = true;  // a sanitizer's shadow needs terabytes of
 constexpr bool kOwnMemoryMap = false;
 #endif
 
-/// Leaves this process so much address space, whatever it has now.
+/// Limits the address space of this process to `bytes`, including what it already has.
 void limit_address_space(rlim_t bytes) {
   const rlimit limit{bytes, RLIM_INFINITY};
   ASSERT_EQ(::setrlimit(RLIMIT_AS, &limit), 0);
@@ -31,12 +31,12 @@ void end_in_a_thread(const Work& work) {
   std::thread(work).join();
 }
 
-TEST(MemoryEnd, AnAllocationThatFailsInAnyThreadEndsTheProgramWithAMessage) {
+TEST(MemoryEnd, AFailedAllocationInAnyThreadEndsTheProgramWithAMessage) {
   EXPECT_EXIT(end_in_a_thread([] { throw std::bad_alloc(); }), ::testing::ExitedWithCode(7),
               "^program: it needs more memory than this process may have .*: run it on a machine with more memory\n$");
 }
 
-TEST(MemoryEnd, AThreadThatCannotStartIsOneOfTooLittleMemory) {
+TEST(MemoryEnd, AFailedThreadStartCountsAsOutOfMemory) {
   EXPECT_EXIT(
       end_in_a_thread([] { throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again)); }),
       ::testing::ExitedWithCode(7), "^program: it needs more memory");
@@ -47,7 +47,7 @@ TEST(MemoryEnd, OtherExceptionsAbortAsBefore) {
               "a mistake");
 }
 
-TEST(MemoryEnd, AnAbortIsForMemoryWhereNearlyAllAddressesAreTaken) {
+TEST(MemoryEnd, AnAbortWithAFullAddressSpaceCountsAsOutOfMemory) {
   if (kOwnMemoryMap) {
     GTEST_SKIP() << "a sanitizer takes all addresses";
   }
@@ -62,7 +62,7 @@ TEST(MemoryEnd, AnAbortIsForMemoryWhereNearlyAllAddressesAreTaken) {
   EXPECT_EXIT(abort_with(RLIM_INFINITY), ::testing::KilledBySignal(SIGABRT), "^$");
 }
 
-TEST(MemoryEnd, AnErrorSaysWhatTookItAndWhatToDo) {
+TEST(MemoryEnd, TheErrorNamesTheConsumer) {
   const Status status = out_of_memory("a.json: reading it");
   EXPECT_EQ(status.code(), StatusCode::kResourceExhausted);
   EXPECT_EQ(message_of(status).find("a.json: reading it needs more memory than "), 0u) << status;

@@ -18,7 +18,7 @@ TEST(HostPort, ReadsNamesAndBothKindsOfAddresses) {
   }
 }
 
-TEST(HostPort, RefusesAllElse) {
+TEST(HostPort, RefusesOtherTexts) {
   for (const char* text : {"", "farm", ":7350", "farm:", "farm:65536", "farm:99999", "farm:-1", "farm:+1", "farm: 1",
                            "farm:7350x", "::1:7350", "[::1]", "[]:1", "[::1:1", "a b:1", "dns:///farm:1"}) {
     EXPECT_EQ(parse_host_port(text).status().code(), StatusCode::kInvalidArgument) << text;
@@ -26,7 +26,7 @@ TEST(HostPort, RefusesAllElse) {
   EXPECT_NE(message_of(parse_host_port("::1:7350").status()).find("[::1]:7350"), std::string::npos);
 }
 
-TEST(HostPort, LoopbackIsToldFromNamesThatLookLikeIt) {
+TEST(HostPort, LoopbackDiffersFromSimilarNames) {
   for (const char* host : {"127.0.0.1", "127.1.2.3", "::1", "localhost"}) {
     EXPECT_TRUE(is_loopback(host)) << host;
   }
@@ -36,7 +36,7 @@ TEST(HostPort, LoopbackIsToldFromNamesThatLookLikeIt) {
   }
 }
 
-TEST(EmptyValues, AreRefusedOfAllOptionsAndPositionsBeforeAnyOtherCheck) {
+TEST(EmptyValues, AreRefusedForAllArgumentsBeforeOtherChecks) {
   const auto problem_of = [](std::vector<std::string> words) {
     CLI::App app;
     std::string store, file;
@@ -50,7 +50,7 @@ TEST(EmptyValues, AreRefusedOfAllOptionsAndPositionsBeforeAnyOtherCheck) {
     command->add_option("FILE", file);
     command->add_option("--name", names);
     refuse_empty_values(app);
-    std::ranges::reverse(words);  // as CLI11 wants them
+    std::ranges::reverse(words);  // as CLI11 expects them
     try {
       app.parse(words);
     } catch (const CLI::ParseError& error) {
@@ -69,7 +69,7 @@ TEST(EmptyValues, AreRefusedOfAllOptionsAndPositionsBeforeAnyOtherCheck) {
   ::unsetenv("LIGHTMILL_TEST_STORE");
 }
 
-TEST(LibraryText, IsOneLineThatIsNotLong) {
+TEST(LibraryText, IsOneShortLine) {
   EXPECT_EQ(library_text("could not connect:\n\trefused\n  Is it up? \r\n\n"),
             "could not connect:; refused; Is it up?");
   EXPECT_EQ(library_text(" \n"), "");

@@ -1,4 +1,4 @@
-// Charts: where points, bars, guides and ticks go, and that the SVG is XML.
+// Positions of points, bars, guides and ticks in charts, whose SVG is valid XML.
 #include "client/chart/chart.h"
 
 #include <gtest/gtest.h>
@@ -105,7 +105,7 @@ TEST(Chart, BarsReachFromLowToHigh) {
   EXPECT_NE(svg.find("<title>a &amp; b</title>"), std::string::npos);
 }
 
-TEST(Chart, WhatCannotBeDrawnIsLeftOut) {
+TEST(Chart, UndrawablePointsAreLeftOut) {
   Chart chart;
   chart.title = "a < b & \"c\"";
   chart.series = {{"none", {at(0, 1), at(1, -1), at(1, std::nan("")), at(INFINITY, 1)}}};

@@ -1,4 +1,4 @@
-// From films to files, and the film hash that anyone can compute from a file.
+// Film files, and the film hash that anyone can compute from a file.
 #include "client/cli/film_fetch.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ TEST(FilmFile, HashOfThePictureIsTheHashOfTheFilm) {
   EXPECT_EQ(film_hash_of(picture).hex(), hash.hex());
 }
 
-TEST(FilmFile, HashComputedFromTheFileIsTheOneThatItStates) {
+TEST(FilmFile, HashComputedFromTheFileEqualsItsStatedHash) {
   auto [picture, hash] = example_film();
   picture.receipt.film_hash = hash.hex();
   const test::TemporaryFolder folder;
@@ -66,7 +66,7 @@ TEST(FilmFile, LayersAreInTheFileAndInItsHash) {
   EXPECT_EQ(film_hash_of(*back).hex(), film_hash_of(picture).hex());
 }
 
-TEST(FilmFile, OneChangedBitIsSeen) {
+TEST(FilmFile, OneChangedBitIsDetected) {
   const auto [picture, hash] = example_film();
   for (std::vector<float> FilmPicture::*half : {&FilmPicture::half_a, &FilmPicture::half_b}) {
     FilmPicture changed = picture;

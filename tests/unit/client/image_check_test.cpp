@@ -41,7 +41,7 @@ std::string problem(const std::string& name, const std::string& bytes, bool envi
   return message_of(check(loaded));
 }
 
-TEST(ImageCheck, WhatAWorkerCanUseIsWell) {
+TEST(ImageCheck, UsableImagesAreAccepted) {
   const std::vector<std::uint8_t> grey(12, 128);
   for (const auto& [name, bytes] : {std::pair{"a.png", *encode_png(2, 2, grey)}, std::pair{"a.exr", exr({0, 1e4f})}}) {
     LoadedScene loaded = scene_with(name, bytes, true);
@@ -50,7 +50,7 @@ TEST(ImageCheck, WhatAWorkerCanUseIsWell) {
   }
 }
 
-TEST(ImageCheck, WhatIsNoImageIsRefusedWithItsPlace) {
+TEST(ImageCheck, BadImagesAreRefusedWithTheirPlace) {
   const std::vector<std::uint8_t> grey(3 * 64 * 64, 128);
   const std::string png = *encode_png(64, 64, grey);
   const std::string good = exr(std::vector<float>(256, 0.5f));
@@ -74,7 +74,7 @@ TEST(ImageCheck, AnEnvironmentHasALimit) {
             "place: a.exr: an environment may have at most 65536 pixels on a side, got 65537x1");
 }
 
-TEST(ImageCheck, NegativeValuesAreSaidOnce) {
+TEST(ImageCheck, NegativeValuesAreReportedOnce) {
   LoadedScene loaded = scene_with("a.exr", exr({-1, 0, -1e-3f, 2}), false);
   loaded.images.push_back(loaded.images.front());
   ASSERT_TRUE(check(loaded).ok());
@@ -82,7 +82,7 @@ TEST(ImageCheck, NegativeValuesAreSaidOnce) {
             std::vector<std::string>{"place: a.exr: 2 of 4 pixels have negative values, which count as 0"});
 }
 
-TEST(ImageCheck, AProgramWithoutItsDecoderSaysSo) {
+TEST(ImageCheck, AMissingDecoderIsReported) {
   LoadedScene none, one = scene_with("a.exr", exr({1}), false);
   const Signals signals;
   EXPECT_TRUE(check_images({.program = "/nowhere"}, none, signals).ok());

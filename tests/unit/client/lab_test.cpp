@@ -1,4 +1,4 @@
-// Experiments: what may stand in one, and what is made of its results, on curves whose answers are known.
+// Experiments, and the analysis of results on curves with known answers.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {
 constexpr const char* kSmall = R"({"scenes": ["a.json"], "methods": ["path"], "samples": [1, 4],
   "reference": {"method": "path", "samples": 64, "seed": 9}})";
 
-TEST(Experiment, SaysWhatIsWanted) {
+TEST(Experiment, IsReadFromJson) {
   const Result<Experiment> experiment = parse_experiment(R"({"title": "T",
     "scenes": ["a.json", {"name": "b", "files": ["m.obj", "n.obj"], "camera": "Front", "reference": "b.exr"}],
     "methods": ["path", "whitted"], "seeds": [7, 3], "width": 32, "height": 16, "errors": [0.1, 0.01],
@@ -37,7 +37,7 @@ TEST(Experiment, SaysWhatIsWanted) {
   EXPECT_EQ(parse_experiment(kSmall, "")->seeds, std::vector<std::uint64_t>{1});
 }
 
-TEST(Experiment, PicturesMayComeFromElsewhere) {
+TEST(Experiment, PicturesOfOtherRenderersAreRead) {
   const Result<Experiment> experiment =
       parse_experiment(R"({"scenes": ["a.json"], "others": "o.jsonl", "reference": "r.exr"})", "dir");
   ASSERT_TRUE(experiment.ok()) << experiment.status();
@@ -125,7 +125,7 @@ TEST(Analysis, CurvesAreMediansAndTimesLieOnThem) {
   EXPECT_DOUBLE_EQ(curve[2].error.most, 0.5);
   EXPECT_EQ(curve[2].seeds, 3u);
   EXPECT_NEAR(slope_of(curve).value(), -1, 1e-12);
-  // error · time = 3 on the whole line, also beyond its ends.
+  // error · time = 3 on the whole line and beyond its ends.
   EXPECT_NEAR(time_to_error(curve, 0.3)->seconds, 10, 1e-9);
   EXPECT_FALSE(time_to_error(curve, 0.3)->extrapolated);
   EXPECT_NEAR(time_to_error(curve, 10)->seconds, 0.3, 1e-9);
@@ -155,10 +155,10 @@ TEST(Analysis, SpeedUpsAreRatiosOfErrorTimesTime) {
   EXPECT_NEAR(speed_up(far_better, slow)->factor, 1e5, 1e-4);
 }
 
-TEST(Analysis, RegretIsTheTimeOverTheBests) {
+TEST(Analysis, RegretIsTheTimeOverTheBestTime) {
   auto results = together(ideal("s", "auto", 1, 1.2, 6), ideal("s", "path", 1, 1, 6));
   results = together(results, ideal("s", "vcm", 1, 3, 6));
-  // A method that is quick and wrong is no choice: its error stays at 0.5.
+  // A fast but wrong method is not a choice: its error stays at 0.5.
   auto wrong = ideal("s", "whitted", 1, 1e-3, 6);
   for (LabResult& result : wrong) {
     result.error.rel_mse = 0.5;
@@ -177,7 +177,7 @@ TEST(Analysis, SummariesAreGeometric) {
   EXPECT_EQ(summary.most, 8);
 }
 
-TEST(LabResults, ComeBackFromTheirLinesInTheOrderAskedFor) {
+TEST(LabResults, SurviveARoundTripInTheRequestedOrder) {
   ResultSet results;
   for (LabResult& result : ideal("a \"b\", c", "m", 1, 1, 2)) {
     result.error.energy_ratio = std::numeric_limits<double>::infinity();
@@ -213,7 +213,7 @@ ReportInput example_input() {
   return input;
 }
 
-TEST(Report, StandsAloneAndSaysTheNumbers) {
+TEST(Report, IsSelfContainedAndShowsTheNumbers) {
   const ReportInput input = example_input();
   const std::string html = report_html(input);
   EXPECT_NE(html.find("<h1>&lt;one&gt; &amp; all</h1>"), std::string::npos);
@@ -240,7 +240,7 @@ TEST(Report, StandsAloneAndSaysTheNumbers) {
   EXPECT_NEAR(numbers["scenes"][0]["methods"][0]["slope"].get<double>(), -1, 1e-9);
 }
 
-TEST(Report, AnExperimentThatHasHardlyBegunHasAPage) {
+TEST(Report, AnUnfinishedExperimentHasAPage) {
   ReportInput input = example_input();
   input.results.clear();
   input.scenes[0].pictures.clear();

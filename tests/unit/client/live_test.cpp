@@ -1,4 +1,4 @@
-// What follows a job: lines without a terminal, and the picture that is rewritten.
+// Output that follows a job: lines without a terminal, and the rewritten picture.
 #include <gtest/gtest.h>
 
 #include <sstream>
@@ -41,7 +41,7 @@ std::size_t lines_of(ProgressPrinter& printer, const v1::Job& job) {
 }
 
 TEST(PlainProgress, IsThrottled) {
-  ::setenv("TERM", "dumb", 1);  // also where the tests are run in a terminal
+  ::setenv("TERM", "dumb", 1);  // even if the tests run in a terminal
   const Console plain(false);
   FakeClock clock;
   ProgressPrinter printer(plain, clock);

@@ -1,4 +1,4 @@
-// A look at a farm that is broken off. What waits here ends after a minute, if it is not cancelled.
+// Calls to a farm that can be cancelled. A wait without cancellation ends after a minute.
 #include "client/cli/looking.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr auto kHang = std::chrono::minutes(1);
 
-TEST(Looking, ItsEndCancelsWhatItHasUnderWay) {
+TEST(Looking, DestructionCancelsTheRunningCall) {
   std::counting_semaphore<> heard(0);
   std::atomic<bool> cancelled = false;
   {
@@ -25,7 +25,7 @@ TEST(Looking, ItsEndCancelsWhatItHasUnderWay) {
   EXPECT_TRUE(cancelled);
 }
 
-TEST(Looking, ACallThatBeginsAfterItWasCancelledIsCancelledToo) {
+TEST(Looking, ACallThatStartsAfterCancellationIsCancelled) {
   std::counting_semaphore<> heard(0);
   std::atomic<int> cancelled = 0;
   {
@@ -41,7 +41,7 @@ TEST(Looking, ACallThatBeginsAfterItWasCancelledIsCancelledToo) {
   EXPECT_EQ(cancelled, 3);
 }
 
-TEST(Looking, AnAnswerThatWasTakenIsNotCancelled) {
+TEST(Looking, ATakenAnswerIsNotCancelled) {
   bool cancelled = false;
   {
     Looking<int> looking([] { return Result<int>(7); }, [&] { cancelled = true; });

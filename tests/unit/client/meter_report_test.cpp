@@ -1,4 +1,4 @@
-// What meters read, for people.
+// Text of meter readings.
 #include "client/cli/meter_report.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ TEST(MeterReport, OnlyVeryLargeAndVerySmallNumbersHaveAnExponent) {
   EXPECT_EQ(text_of(0, 2.3e-9), "0e+00 ± 2.3e-09 W/m², 0 ± 0 lx");
 }
 
-TEST(MeterReport, ExactReadingsSaySo) {
+TEST(MeterReport, ExactReadingsHaveAnErrorOfZero) {
   EXPECT_EQ(text_of(540, 0), "540 ± 0 W/m², 0 ± 0 lx");
   EXPECT_EQ(text_of(0.1, 1e-12), "0.1 ± 1e-12 W/m², 0 ± 0 lx");
 }

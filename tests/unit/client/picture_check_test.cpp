@@ -1,4 +1,4 @@
-// Pictures that are not what their receipts say.
+// Pictures that contradict their receipts.
 #include "client/cli/picture_check.h"
 
 #include <gtest/gtest.h>
@@ -61,7 +61,7 @@ class PictureFile : public testing::Test {
     EXPECT_TRUE(std::ofstream(path_, std::ios::binary) << changed);
     return load_sound_picture(path_).status();
   }
-  /// The file with something of it changed, otherwise as good as it was.
+  /// The file with one change, and otherwise sound.
   template <class Change>
   std::string with(const Change& change) const {
     Image image = decode_exr(as_byte_view(bytes_)).value();
@@ -127,10 +127,10 @@ TEST_F(PictureFile, AChangedAttributeIsFound) {
   }
 }
 
-TEST_F(PictureFile, AChangedBitOfTheHeaderOrOfTheLinesPlacesIsFound) {
+TEST_F(PictureFile, AChangedBitOfTheHeaderOrTheLineTableIsFound) {
   write(kTwoBlocksOfLines);
   const std::string& whole = bytes();
-  const std::size_t end = whole.find("screenWindowWidth") + 40;  // its header, and a part of the table of lines
+  const std::size_t end = whole.find("screenWindowWidth") + 40;  // its header, and part of the table of lines
   ASSERT_LT(end, whole.size());
   for (std::size_t byte = 4; byte < end; ++byte) {  // the first four say that it is an EXR
     std::string changed = whole;
@@ -140,7 +140,7 @@ TEST_F(PictureFile, AChangedBitOfTheHeaderOrOfTheLinesPlacesIsFound) {
   }
 }
 
-TEST_F(PictureFile, BytesAfterItAreFound) {
+TEST_F(PictureFile, TrailingBytesAreFound) {
   EXPECT_EQ(loaded(bytes() + "x").code(), StatusCode::kDataLoss);
 }
 
@@ -157,7 +157,7 @@ TEST_F(PictureFile, ATruncatedFileIsFound) {
   }
 }
 
-TEST_F(PictureFile, AReceiptThatContradictsItselfIsFoundUnderAnyChecksum) {
+TEST_F(PictureFile, AContradictoryReceiptIsFoundUnderAnyChecksum) {
   const auto forged = [&](const char* name, const char* value) {
     const Status status = loaded(with([&](Image& changed) {
       changed.attributes[name] = std::string(value);
@@ -174,13 +174,13 @@ TEST_F(PictureFile, AReceiptThatContradictsItselfIsFoundUnderAnyChecksum) {
   }
 }
 
-TEST(PictureSettings, AreThoseOfItsSceneAlone) {
+TEST(PictureSettings, AnotherSceneOrAssetIsRefused) {
   const FilmPicture picture = example(kSixTiles);
   EXPECT_EQ(settings_of(picture, "another scene", {}).status().code(), StatusCode::kInvalidArgument);
   EXPECT_EQ(settings_of(picture, "scene", {sha256("asset")}).status().code(), StatusCode::kInvalidArgument);
 }
 
-TEST(DrawnTiles, AreAShareOfThemAtLeastOneAndAllAlike) {
+TEST(DrawnTiles, AreAShareOfAtLeastOneWithEqualChances) {
   const FilmPicture picture = example(kSixTiles);
   EXPECT_EQ(draw_tiles(picture, 0, 1).size(), 1u);
   EXPECT_EQ(draw_tiles(picture, 0.5, 1).size(), 3u);

@@ -26,7 +26,7 @@ v1::Job running_job() {
   return job;
 }
 
-TEST(Progress, SaysHowFarHowGoodHowFastAndHowLong) {
+TEST(Progress, ShowsShareErrorSpeedAndTimeLeft) {
   const std::string text = progress_text(running_job(), 200);
   for (const char* part : {"25%", "16/64 spp", "±2%", "3.20 Msamples/s", "ETA 1 min 23 s"}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
@@ -47,7 +47,7 @@ TEST(Progress, SamplesAreThoseOfTheFrame) {
   EXPECT_EQ(to_json(adaptive)["frame_samples"], 128);
 }
 
-TEST(Progress, FitsEveryWidthAndKeepsThePerCentLongest) {
+TEST(Progress, FitsEveryWidthAndDropsThePercentageLast) {
   for (int width = 4; width < 140; ++width) {
     const std::string line = progress_line(running_job(), width, false);
     EXPECT_LE(columns_of(line), width) << line;
@@ -82,7 +82,7 @@ TEST(Progress, TheBarKeepsItsWidthWhileNumbersComeAndGrow) {
   EXPECT_NE(progress_line(running_job(), 41, false).find('['), std::string::npos);
 }
 
-TEST(Progress, ColourOnlyWhereAsked) {
+TEST(Progress, ColourIsUsedOnlyOnRequest) {
   EXPECT_EQ(progress_line(running_job(), 120, false).find('\x1b'), std::string::npos);
   EXPECT_NE(progress_line(running_job(), 120, true).find('\x1b'), std::string::npos);
 }
@@ -96,7 +96,7 @@ TEST(Progress, NearestLimitCounts) {
   EXPECT_DOUBLE_EQ(fraction_done(job), 1.0);
 }
 
-TEST(Progress, AnErrorGoalIsReachedAsOneOverSamples) {
+TEST(Progress, ProgressToAnErrorFollowsOneOverSamples) {
   v1::Job job = running_job();
   job.mutable_goal()->set_samples(0);
   job.set_samples_wanted(0);

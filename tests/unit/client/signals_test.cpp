@@ -1,4 +1,4 @@
-// Ctrl-C, once and again.
+// Ctrl-C, once and twice.
 #include "client/cli/signals.h"
 
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 namespace lightmill::cli {
 namespace {
 
-TEST(Signals, ASecondCtrlCEndsTheProcessButNotBeforeItsLastWork) {
+TEST(Signals, ASecondCtrlCEndsTheProcessAfterItsCleanup) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto interrupt_twice = [] {
     Signals signals;

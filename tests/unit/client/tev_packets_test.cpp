@@ -17,7 +17,7 @@ std::string hex(std::string_view bytes) {
   return text;
 }
 
-// Written down by hand, from the layout that tev's Ipc.cpp has.
+// Written by hand from the layout in tev's Ipc.cpp.
 constexpr const char* kCreate =
     "1c000000"  // 28 bytes
     "04"        // CreateImage
@@ -60,7 +60,7 @@ TEST(TevPackets, AreThoseOfTheFormat) {
   EXPECT_EQ(hex(tev_update_image("job", 0, 0, 2, 1, std::array{1.0f, 0.0f, 0.5f, 2.0f, 0.25f, 4.0f})), kUpdate);
 }
 
-TEST(TevPackets, ANameEndsWhereItsTextDoes) {
+TEST(TevPackets, ANameEndsAtItsFirstNul) {
   EXPECT_EQ(tev_create_image(std::string_view("job\0x", 5), 2, 1, true), tev_create_image("job", 2, 1, true));
 }
 

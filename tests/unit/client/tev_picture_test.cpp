@@ -21,7 +21,7 @@ TevPicture picture() {
   return {"job", 2, kPictureRows};
 }
 
-TEST(TevPicture, IsMadeFirstAndThenFilled) {
+TEST(TevPicture, IsCreatedFirstAndThenFilled) {
   TevPicture picture = lightmill::picture();
   picture.put(row(1, 0.5f));
   EXPECT_EQ(picture.next_packet(), tev_create_image("job", 2, kPictureRows, true));
@@ -29,7 +29,7 @@ TEST(TevPicture, IsMadeFirstAndThenFilled) {
   EXPECT_EQ(picture.next_packet(), "");
 }
 
-TEST(TevPicture, EachTileGetsItsTurnWhileTheTopChangesFasterThanItIsSent) {
+TEST(TevPicture, AllTilesAreSentWhileTheTopChangesFasterThanItIsSent) {
   TevPicture picture = lightmill::picture();
   for (int y = 0; y < kPictureRows; ++y) {
     picture.put(row(y, 1));
@@ -46,7 +46,7 @@ TEST(TevPicture, EachTileGetsItsTurnWhileTheTopChangesFasterThanItIsSent) {
   }
 }
 
-TEST(TevPicture, ATileThatChangesWhileItWaitsIsSentOnceAsItIsNow) {
+TEST(TevPicture, AWaitingTileIsSentOnceInItsNewestState) {
   TevPicture picture = lightmill::picture();
   picture.put(row(0, 1));
   picture.put(row(1, 1));
@@ -57,7 +57,7 @@ TEST(TevPicture, ATileThatChangesWhileItWaitsIsSentOnceAsItIsNow) {
   EXPECT_EQ(picture.next_packet(), "");
 }
 
-TEST(TevPicture, AnotherViewerGetsAllOfIt) {
+TEST(TevPicture, ANewViewerGetsTheWholePicture) {
   TevPicture picture = lightmill::picture();
   picture.put(row(0, 1));
   picture.put(row(1, 1));
@@ -70,7 +70,7 @@ TEST(TevPicture, AnotherViewerGetsAllOfIt) {
   EXPECT_EQ(picture.next_packet(), "");
 }
 
-TEST(TevPicture, WhatIsNoTileOfItIsLeftOut) {
+TEST(TevPicture, TilesOutsideThePictureAreIgnored) {
   TevPicture picture = lightmill::picture();
   picture.next_packet();
   const std::vector<float> two(6);

@@ -1,5 +1,5 @@
-// A job's picture in another program's window: real connections on this machine, with short pauses. Where something
-// must not be waited for, the viewer's patience is longer than any test's.
+// A job's picture in another program's window: real connections on this machine, with short pauses. Where a test must
+// not wait, the viewer's patience is longer than the test's.
 #include "client/cli/tev_viewer.h"
 
 #include <gtest/gtest.h>
@@ -32,14 +32,14 @@ using test::TevWindow;
 // A picture of 6 MB.
 constexpr int kSide = 64, kColumns = 16, kRows = 8, kTiles = kColumns * kRows;
 constexpr std::size_t kTileBytes = std::size_t{3} * kSide * kSide * sizeof(float);
-/// With what the kernel keeps for the viewer, far less than the picture.
+/// Together with the kernel's buffer far smaller than the picture.
 constexpr int kSmallBuffer = 64 << 10;
 const TevPauses kQuick{milliseconds(100), milliseconds(300), seconds(20)};
 const TevPauses kPatient{milliseconds(100), milliseconds(300), std::chrono::hours(1)};
-/// What has not ended by then waits for the end of an hour.
+/// A wait this long counts as a wait for the whole hour.
 constexpr seconds kHang{60};
 
-/// All tiles of these rows, as the farm sends them of a job that was cropped at 100,200.
+/// All tiles of these rows, as the farm sends them for a job cropped at 100,200.
 v1::WatchJobResponse rows(int first, int last, float value) {
   v1::WatchJobResponse response;
   v1::PixelRect* crop = response.mutable_job()->mutable_crop();
@@ -78,7 +78,7 @@ bool shows(const TevWindow& window, int first, int last, float value) {
   return all;
 }
 
-/// What this process says to standard error meanwhile, readable at any time.
+/// Standard error of this process while the object exists, readable at any time.
 class StandardError {
  public:
   StandardError() : file_(::memfd_create("stderr", MFD_CLOEXEC)), before_(::dup(STDERR_FILENO)) {
@@ -117,16 +117,16 @@ class TevViewerTest : public ::testing::Test {
   void start(std::uint16_t port, const TevPauses& pauses = kQuick) {
     viewer_.emplace(HostPort{"127.0.0.1", port}, 7, console_, pauses);
   }
-  /// Waits until the console has been told so many lines.
+  /// Waits until the console has `count` lines.
   bool said(std::size_t count) const {
     return eventually([&] { return heard_.lines().size() >= count; });
   }
-  /// What the console was told, after the viewer's end.
+  /// The console's lines, after the viewer's end.
   std::vector<std::string> said() {
     viewer_.reset();
     return heard_.lines();
   }
-  /// The viewer's end.
+  /// Ends the viewer on another thread.
   std::future<void> ending() {
     return std::async(std::launch::async, [this] { viewer_.reset(); });
   }
@@ -140,12 +140,12 @@ bool is_ready(const std::future<void>& what) {
   return what.wait_for(kHang) == std::future_status::ready;
 }
 
-TEST_F(TevViewerTest, ASlowViewerGetsAllOfAPictureWhoseTopChangesFasterThanItIsSent) {
+TEST_F(TevViewerTest, ASlowViewerGetsAllTilesWhileTheTopKeepsChanging) {
   const TevListener listener(0, kSmallBuffer);
   start(listener.port());
   viewer_->update(rows(0, kRows - 1, 1));
   TevWindow window = listener.accept();
-  // Two rows change whenever one may have been sent: whoever goes by rows never comes to the third.
+  // Two rows change whenever one may have been sent. A sender that goes row by row never reaches the third.
   float value = 2;
   for (std::size_t all = 0, read = 0; !shows(window, 2, kRows - 1, 1) && all < 4 * kTiles * kTileBytes; value += 1) {
     for (read = 0; read < kColumns * kTileBytes; read += 32768) {
@@ -161,12 +161,12 @@ TEST_F(TevViewerTest, ASlowViewerGetsAllOfAPictureWhoseTopChangesFasterThanItIsS
   }
 }
 
-TEST_F(TevViewerTest, TheLastPictureIsSentForAsLongAsItIsTaken) {
+TEST_F(TevViewerTest, TheLastPictureIsSentWhileTheViewerReads) {
   const TevListener listener(0, kSmallBuffer);
   start(listener.port(), {milliseconds(100), milliseconds(100), seconds(2)});
   viewer_->update(rows(0, kRows - 1, 1));
   TevWindow window = listener.accept();
-  std::thread slow([&] {  // a hundredth of the picture at a time: all of it takes longer than nothing may be taken
+  std::thread slow([&] {  // a hundredth of the picture at a time, for longer than a viewer may read nothing
     while (window.read()) {
       std::this_thread::sleep_for(milliseconds(25));
     }
@@ -178,13 +178,13 @@ TEST_F(TevViewerTest, TheLastPictureIsSentForAsLongAsItIsTaken) {
   EXPECT_TRUE(said().empty());
 }
 
-TEST_F(TevViewerTest, WhoTakesNothingAtTheEndIsGivenUp) {
+TEST_F(TevViewerTest, AViewerThatReadsNothingAtTheEndTimesOut) {
   const TevListener listener(0, kSmallBuffer);
-  // Long enough that a busy machine finishes before a viewer that takes nothing is given up and tried again.
+  // Long enough that a busy machine finishes before the viewer times out and connects again.
   start(listener.port(), {milliseconds(100), milliseconds(100), seconds(2)});
   const TevWindow window = listener.accept();
   const v1::WatchJobResponse picture = rows(0, kRows - 1, 1);
-  viewer_->update(picture);  // nothing is taken from here on
+  viewer_->update(picture);  // the viewer reads nothing from here on
   EXPECT_FALSE(viewer_->finish());
   const std::vector<std::string> said = this->said();
   ASSERT_EQ(said.size(), 1u);
@@ -192,8 +192,8 @@ TEST_F(TevViewerTest, WhoTakesNothingAtTheEndIsGivenUp) {
   EXPECT_NE(said[0].find("has taken nothing for 2.0 s"), std::string::npos) << said[0];
 }
 
-/// Waits until a viewer at this port is sent no more, because it takes nothing. The kernel takes the last bytes after a
-/// quarter of a second.
+/// Waits until the connection at this port is full, because its viewer reads nothing. The kernel takes the last bytes
+/// after a quarter of a second.
 bool is_full(std::uint16_t port) {
   std::uint64_t held = 0;
   int same = 0;
@@ -207,14 +207,14 @@ bool is_full(std::uint16_t port) {
   });
 }
 
-/// Whether a thread of this process waits for something.
+/// Whether a thread of this process is waiting.
 bool waits(pid_t thread) {
   std::ifstream stat(fmt::format("/proc/self/task/{}/stat", thread));
   const std::string text((std::istreambuf_iterator<char>(stat)), {});
   return text.substr(text.rfind(')') + 1).starts_with(" S");
 }
 
-TEST_F(TevViewerTest, AnInterruptionEndsTheLastPictureAtOnce) {
+TEST_F(TevViewerTest, AnInterruptionStopsTheLastPictureAtOnce) {
   const TevListener listener(0, kSmallBuffer);
   start(listener.port(), kPatient);
   viewer_->update(rows(0, kRows - 1, 1));
@@ -228,10 +228,10 @@ TEST_F(TevViewerTest, AnInterruptionEndsTheLastPictureAtOnce) {
   EXPECT_TRUE(eventually([&] { return finishing != 0 && waits(finishing); }));
   viewer_->stop();
   EXPECT_TRUE(is_ready(finished));
-  window.close();  // or the test would wait for an hour, too
+  window.close();  // otherwise the test would wait for an hour, too
 }
 
-TEST_F(TevViewerTest, ItEndsAtOnceWhileNothingIsTaken) {
+TEST_F(TevViewerTest, DestructionDoesNotWaitForAStalledViewer) {
   const TevListener listener(0, kSmallBuffer);
   start(listener.port(), kPatient);
   viewer_->update(rows(0, kRows - 1, 1));
@@ -265,7 +265,7 @@ class DeafPort {
   std::uint16_t port() const { return listener_.port(); }
   /// Refuses the connections that wait.
   void hang_up() const { listener_.stop(); }
-  /// The ports of those who wait for an answer now.
+  /// Ports of the connections that wait for an answer now.
   std::set<unsigned> knocking() const {
     std::set<unsigned> ports;
     for (const TcpSocket& socket : tcp_sockets()) {
@@ -281,7 +281,7 @@ class DeafPort {
   std::vector<int> waiting_;
 };
 
-TEST_F(TevViewerTest, WhoDoesNotAnswerIsSaidToInPlainWordsAndOnce) {
+TEST_F(TevViewerTest, AnUnansweredConnectionIsReportedOnce) {
   const DeafPort deaf;
   std::set<unsigned> tries = deaf.knocking();
   const std::size_t others = tries.size();
@@ -295,7 +295,7 @@ TEST_F(TevViewerTest, WhoDoesNotAnswerIsSaidToInPlainWordsAndOnce) {
   EXPECT_NE(said[0].find("(no answer for 0.2 s): start tev or HDRView there"), std::string::npos) << said[0];
 }
 
-TEST_F(TevViewerTest, ItEndsAtOnceWhileItWaitsForAnAnswer) {
+TEST_F(TevViewerTest, DestructionDoesNotWaitForAnAnswer) {
   const DeafPort deaf;
   const std::size_t others = deaf.knocking().size();
   start(deaf.port(), kPatient);
@@ -307,12 +307,12 @@ TEST_F(TevViewerTest, ItEndsAtOnceWhileItWaitsForAnAnswer) {
   EXPECT_TRUE(said().empty());
 }
 
-TEST_F(TevViewerTest, APortThatHangsUpIsTriedNowAndThenAndTheConsoleHearsOfItOnce) {
+TEST_F(TevViewerTest, AClosingPortIsRetriedWithPausesAndReportedOnce) {
   const TevListener tunnel;
   constexpr milliseconds kRetry{200};
   start(tunnel.port(), {kRetry, seconds(20), seconds(20)});
   viewer_->update(rows(0, 0, 1));
-  // A pause follows each end: on a busy machine it takes longer, but never less.
+  // A pause follows each end. A busy machine makes it longer, never shorter.
   const auto begun = std::chrono::steady_clock::now();
   for (int call = 0; call < 3; ++call) {
     tunnel.accept().close();
@@ -323,7 +323,7 @@ TEST_F(TevViewerTest, APortThatHangsUpIsTriedNowAndThenAndTheConsoleHearsOfItOnc
   EXPECT_NE(said[0].find("start tev or HDRView there; it is tried again"), std::string::npos) << said[0];
 }
 
-TEST_F(TevViewerTest, AViewerThatIsClosedAndComesBackWhileNothingChangesGetsAllOfThePicture) {
+TEST_F(TevViewerTest, AReopenedViewerGetsTheWholePicture) {
   const TevListener listener;
   start(listener.port());
   viewer_->update(rows(0, kRows - 1, 1));
@@ -347,7 +347,7 @@ TEST_F(TevViewerTest, AViewerThatIsClosedAndComesBackWhileNothingChangesGetsAllO
   EXPECT_TRUE(said[1].starts_with("the picture goes to the viewer at 127.0.0.1:")) << said[1];
 }
 
-TEST_F(TevViewerTest, AnUnknownNameIsSaidToBeOne) {
+TEST_F(TevViewerTest, AnUnknownHostIsReported) {
   viewer_.emplace(HostPort{"viewer.invalid", 14158}, 7, console_, kQuick);
   EXPECT_FALSE(viewer_->finish());
   const std::vector<std::string> said = this->said();

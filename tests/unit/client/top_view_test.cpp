@@ -1,4 +1,4 @@
-// What `top` shows of a farm.
+// The screen of `top`.
 #include "client/cli/top_view.h"
 
 #include <fmt/format.h>
@@ -47,7 +47,7 @@ TEST(Top, SumsUpTheFarm) {
   EXPECT_EQ(lines[2], "jobs     1 running, 2 queued");
 }
 
-TEST(Top, ThoseAtWorkAndTheFastestComeFirst) {
+TEST(Top, RunningJobsAndTheFastestWorkersComeFirst) {
   FarmLook look = farm(4, 3);
   look.jobs.emplace_back().set_state(v1::JOB_STATE_DONE);
   look.jobs.back().set_name("over");
@@ -60,7 +60,7 @@ TEST(Top, ThoseAtWorkAndTheFastestComeFirst) {
   }
 }
 
-TEST(Top, OfManyThatRunThoseThatAreWorkedOnComeFirstThenTheMoreUrgent) {
+TEST(Top, JobsWithWorkersComeFirstThenHigherPriorities) {
   FarmLook look;
   for (int i = 1; i <= 30; ++i) {
     v1::Job& job = look.jobs.emplace_back();
@@ -77,7 +77,7 @@ TEST(Top, OfManyThatRunThoseThatAreWorkedOnComeFirstThenTheMoreUrgent) {
   EXPECT_LT(line_with(lines, "job-29."), line_with(lines, "job-1."));
 }
 
-TEST(Top, WhatWaitsSaysWhyAndNotWhen) {
+TEST(Top, AWaitingJobShowsItsReasonAndNoTime) {
   FarmLook look = farm(2, 0);
   look.jobs[1].set_eta_seconds(12);
   EXPECT_NE(top_lines(look, 0, 0)[line_with(top_lines(look, 0, 0), "job-2")].find("12 s"), std::string::npos);
@@ -104,7 +104,7 @@ TEST(Top, FitsAnyTerminal) {
   }
 }
 
-TEST(Top, FitsTheSmallestTerminalsToo) {
+TEST(Top, FitsTheSmallestTerminals) {
   for (const int many : {0, 1, 20}) {
     FarmLook look = farm(many, many);
     for (int i = 0; i < many; ++i) {
@@ -123,14 +123,14 @@ TEST(Top, FitsTheSmallestTerminalsToo) {
   }
 }
 
-TEST(Top, AFarmThatIsAwayIsSaidFirst) {
+TEST(Top, AnUnreachableFarmIsReportedFirst) {
   FarmLook look = farm(3, 3);
   look.trouble = "no\x1b[2Janswer";
   EXPECT_EQ(top_lines(look, 80, 1), std::vector<std::string>{"as it was; now: no\\x1b[2Janswer"});
   EXPECT_EQ(top_lines(look, 80, 24)[1], "farm     farm:7350");
 }
 
-TEST(Top, SaysHowManyItLeavesOutAndUsesTheRoom) {
+TEST(Top, CountsOmittedRowsAndFillsTheScreen) {
   const std::vector<std::string> lines = top_lines(farm(3, 100), 0, 24);
   EXPECT_EQ(lines.size(), 24u);
   EXPECT_EQ(lines.back(), "… and 87 more");

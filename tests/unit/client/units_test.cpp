@@ -1,4 +1,4 @@
-// What people type and read.
+// Texts that people type and read.
 #include "client/cli/units.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ TEST(Units, TimesGrowIntoLargerUnits) {
   EXPECT_EQ(human_seconds(std::nan("")), "?");
 }
 
-TEST(Units, OneIsNoPlural) {
+TEST(Units, OneIsSingular) {
   EXPECT_EQ(counted(0, "plane"), "0 planes");
   EXPECT_EQ(counted(1, "plane"), "1 plane");
   EXPECT_EQ(counted(2, "plane"), "2 planes");
@@ -97,7 +97,7 @@ TEST(Text, IsCutBetweenCharacters) {
   EXPECT_EQ(cut_text("é", 1), "…");
 }
 
-/// Of this process, until it ends.
+/// The time zone of this process, while the object exists.
 class TimeZone {
  public:
   explicit TimeZone(const char* name) : before_(std::getenv("TZ") == nullptr ? "" : std::getenv("TZ")) { set(name); }
@@ -142,7 +142,7 @@ TEST(Table, PadsColumns) {
   EXPECT_EQ(format_table({{"A", "", "NAME"}, {"", "", "box"}}, 0), (Lines{"A    NAME", "     box"}));
 }
 
-TEST(Table, InLinesIsCut) {
+TEST(Table, RowsOfLinesAreCutToTheWidth) {
   EXPECT_EQ(format_table_in_lines({{"A", "ERROR", "NAME"}, {"10", "±2%", "box"}}, 9),
             (Lines{"A   ERROR", "10  ±2%  "}));
 }
@@ -155,7 +155,7 @@ TEST(Table, WrapsItsWidestColumn) {
                    "        missing, as no camera path", "        finds them"}));
 }
 
-TEST(Table, TakesSeveralLinesARowWhereItsColumnsAreTooMany) {
+TEST(Table, RowsWithTooManyColumnsTakeSeveralLines) {
   const Rows rows{{"JOB", "STATE", "DONE", "OWNER", "NAME"}, {"12", "running", "50%", "ada", "cornell-bench-blocks"}};
   EXPECT_EQ(format_table(rows, 24), (Lines{"JOB  STATE    DONE", "    OWNER", "    NAME", "12   running  50%",
                                            "    ada", "    cornell-bench-blocks"}));
@@ -205,7 +205,7 @@ TEST(Table, StaysAlignedBelowWideNames) {
 }
 
 // Expected widths: Unicode's East_Asian_Width (W and F take two columns) and its combining marks (none).
-TEST(TextWidth, CountsWhatATerminalShows) {
+TEST(TextWidth, CountsTerminalColumns) {
   for (const auto& [text, columns] : {std::pair{"", 0},
                                       {"plain", 5},
                                       {"±2% …", 5},

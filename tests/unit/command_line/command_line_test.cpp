@@ -6,7 +6,7 @@
 namespace lightmill::test {
 namespace {
 
-/// A program with one of everything.
+/// A program with one of each kind of entry.
 class CommandDocs : public testing::Test {
  protected:
   CommandDocs() {
@@ -29,7 +29,7 @@ class CommandDocs : public testing::Test {
   std::vector<int> times_;
 };
 
-TEST_F(CommandDocs, TreeHasWhatHelpShowsAndNothingHidden) {
+TEST_F(CommandDocs, TreeHasTheEntriesOfHelpAndNoHiddenOnes) {
   const CommandDoc mill = command_tree(app_);
   ASSERT_EQ(mill.options.size(), 2u);  // and --help
   EXPECT_EQ(mill.options[1].names, std::vector<std::string>{"--color"});
@@ -39,7 +39,7 @@ TEST_F(CommandDocs, TreeHasWhatHelpShowsAndNothingHidden) {
   EXPECT_FALSE(mill.needs_command);
 }
 
-TEST_F(CommandDocs, CommandsHaveTheirGroupsOptionsAndTheirParents) {
+TEST_F(CommandDocs, CommandsHaveTheOptionsOfTheirGroupsAndParents) {
   const CommandDoc grind = command_tree(app_).commands.at(0);
   EXPECT_EQ(grind.words(), "mill grind");
   EXPECT_EQ(grind.footer, "") << "its parent's is not told twice";
@@ -51,7 +51,7 @@ TEST_F(CommandDocs, CommandsHaveTheirGroupsOptionsAndTheirParents) {
   EXPECT_EQ(grind.options[3].names, std::vector<std::string>{"--color"});
 }
 
-TEST_F(CommandDocs, AValueThatMayBeLeftOutIsNoDefault) {
+TEST_F(CommandDocs, AnOptionalValueIsNotADefault) {
   const CommandDoc mill = command_tree(app_);
   const OptionDoc& option = mill.commands.at(0).options[1];
   EXPECT_TRUE(option.value_optional);
@@ -64,7 +64,7 @@ TEST_F(CommandDocs, AValueThatMayBeLeftOutIsNoDefault) {
             std::string::npos);
 }
 
-TEST(ValueChoice, IsReadOffTheTypeName) {
+TEST(ValueChoice, IsReadFromTheTypeName) {
   EXPECT_EQ(choice_of("FILE|NAME").kind, ValueChoice::Kind::file);
   EXPECT_EQ(choice_of("DIR").kind, ValueChoice::Kind::folder);
   EXPECT_EQ(choice_of("plain|filmic").words, (std::vector<std::string>{"plain", "filmic"}));
@@ -73,7 +73,7 @@ TEST(ValueChoice, IsReadOffTheTypeName) {
   }
 }
 
-TEST_F(CommandDocs, ManPageEscapesWhatTroffWouldRead) {
+TEST_F(CommandDocs, ManPageEscapesTroffSyntax) {
   app_.get_subcommand("grind")->description(".start\n\n  kept -as\n  lines\n\nafter \\ `it's`");
   const std::string page = man_page(command_tree(app_), "1.0", "2026-11-23");
   EXPECT_NE(page.find(".TH MILL 1 \"2026-11-23\" \"Lightmill 1.0\""), std::string::npos) << page;

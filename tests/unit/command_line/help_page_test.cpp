@@ -1,4 +1,4 @@
-// Help pages, and what is said of a command line that cannot be read.
+// Help pages, and errors of unreadable command lines.
 #include "common/command_line/help_page.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ struct Mill {
   }
 };
 
-TEST(HelpPage, NamesWhatACommandTakes) {
+TEST(HelpPage, ListsTheArgumentsOfACommand) {
   Mill mill;
   EXPECT_EQ(help_page(mill.grind(), 80), R"(Grind grain.
 

@@ -1,4 +1,4 @@
-// What Embree must never see: rays out of all numbers, and the geometry that makes them.
+// Embree's inputs at their limits: rays without finite numbers, and the geometry that produces them.
 #include "common/scene/accel/accel.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ TEST(Accel, RaysThatCannotBeTracedHitNothing) {
                    std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}});
     accel.add_sphere(Vec3(0, -2, 0), 1);
     ASSERT_TRUE(accel.commit().ok());
-    // From above, straight down; lanes 0 and 7 alone are proper rays.
+    // Straight down from above. Only lanes 0 and 7 are valid rays.
     const std::array<float, 8> x{0, kNan, 0, kInfinity, 0, 1e30f, 0, 1};
     const std::array<float, 8> y{-1, -1, kNan, -1, -kInfinity, -1, -1, -1};
     const std::array<float, 8> far{9, 9, 9, 9, 9, 9, kNan, 9};
@@ -57,7 +57,7 @@ std::unique_ptr<Accel> soup(Accel::Kind kind) {
   return accel;
 }
 
-/// A grid of that many squares a side, as a mesh and as a prototype with an instance.
+/// A grid of `side` squares a side, as a mesh and as a prototype with an instance.
 Status build_grid(std::uint32_t side) {
   std::vector<std::array<float, 3>> positions;
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -80,18 +80,18 @@ Status build_grid(std::uint32_t side) {
   return accel.commit();
 }
 
-TEST(Accel, MemoryThatEndsWhileItIsBuiltIsAnException) {
+TEST(Accel, AnOutOfMemoryBuildThrows) {
   if (!test::kMemoryCanEnd) {
     GTEST_SKIP() << "address space cannot be limited under a sanitizer";
   }
-  ASSERT_TRUE(build_grid(1).ok());  // the device is there
+  ASSERT_TRUE(build_grid(1).ok());  // creates the device
   enum { kBuilt, kOutOfMemory, kOther };
   const auto build = [] {
     try {
       return build_grid(200).ok() ? kBuilt : kOther;
     } catch (const std::bad_alloc&) {
     }
-    return build_grid(1).ok() ? kOutOfMemory : kOther;  // a small one takes no harm
+    return build_grid(1).ok() ? kOutOfMemory : kOther;  // a small build still works
   };
   int ended = 0, result = kOutOfMemory;
   for (std::uint64_t kib = 256; result == kOutOfMemory && kib < 256 << 10; kib += 1024) {
@@ -103,7 +103,7 @@ TEST(Accel, MemoryThatEndsWhileItIsBuiltIsAnException) {
   EXPECT_GT(ended, 10);
 }
 
-TEST(Accel, TryingEverythingFindsWhatTheHierarchyFinds) {
+TEST(Accel, BruteForceFindsTheSameHitsAsTheHierarchy) {
   const auto fast = soup(Accel::Kind::robust), brute = soup(Accel::Kind::brute_force);
   int hits = 0, other = 0, blocked = 0;
   std::array<int, 6> seen{};
@@ -133,9 +133,9 @@ TEST(Accel, TryingEverythingFindsWhatTheHierarchyFinds) {
   }
 }
 
-// The squared area of such triangles is zero in single precision, so they have no normal: glass refracts to nowhere.
-// Samples that see them are counted as not finite, and the others are as they would be.
-TEST(Accel, TrianglesWithoutANormalCostSamplesAndNothingElse) {
+// In single precision the squared area of such a triangle is zero, so it has no normal. Glass then refracts to nowhere.
+// Samples that meet it count as not finite. The others do not change.
+TEST(Accel, TrianglesWithoutANormalOnlyCostSamples) {
   Scene scene;
   std::map<Sha256, std::string> assets;
   const auto add = [&](std::uint32_t material, double size, double z) {
@@ -159,7 +159,7 @@ TEST(Accel, TrianglesWithoutANormalCostSamplesAndNothingElse) {
   for (const char* name : {"path", "preview"}) {
     const auto method = make_method(*compiled, {name, 1, 0});
     const Node node = (*method)->render({0, 0, 32, 32}, {1, 0}, *(*method)->make_workspace());
-    EXPECT_EQ(node.values[0], 1.0f) << name;  // a corner: the lamp
+    EXPECT_EQ(node.values[0], 1.0f) << name;  // a corner: the emitter
     EXPECT_EQ(node.non_finite > 0, std::string_view(name) == "path") << node.non_finite;
     EXPECT_TRUE(std::ranges::all_of(node.values, [](float v) { return std::isfinite(v); })) << name;
   }

@@ -1,4 +1,4 @@
-// What a scene needs in memory once it is compiled, and what is refused.
+// Memory of compiled scenes, and its limits.
 #include <gtest/gtest.h>
 
 #include "common/scene/compiled/transform.h"
@@ -48,7 +48,7 @@ Result<std::shared_ptr<const CompiledScene>> compile(const LoadedScene& loaded,
       options);
 }
 
-// 318² · 2 · 1000 triangles are more than the limit of 200 million, but as instances they are held once.
+// 318² · 2 · 1000 triangles exceed the limit of 200 million. As instances they are held once.
 TEST(CompiledMeshes, AThousandCopiesOfALargeMeshAreHeldOnce) {
   const std::map<std::string, std::string> files{{"grid.obj", grid_obj(318)}};
   const std::string white = R"({"name": "m", "diffuse": {"reflectance": {"rgb": [0.5, 0.5, 0.5]}}})";
@@ -65,21 +65,21 @@ TEST(CompiledMeshes, AThousandCopiesOfALargeMeshAreHeldOnce) {
   }
 }
 
-TEST(CompiledMeshes, CopiesThatGlowAreHeldOneByOne) {
+TEST(CompiledMeshes, EmissiveCopiesAreHeldSeparately) {
   const std::map<std::string, std::string> files{{"grid.obj", grid_obj(318)}};
   const std::string lamp =
       R"({"name": "m", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "emission": {"rgb": [1, 1, 1]}})";
   const auto compiled = compile(load_text(row_of_grids(1000, lamp), files));
   ASSERT_FALSE(compiled.ok());
   EXPECT_EQ(compiled.status().code(), absl::StatusCode::kResourceExhausted);
-  // 988 · 202,248 are below 200 million, 989 are not.
+  // 988 · 202,248 is below 200 million, 989 · 202,248 is not.
   EXPECT_NE(message_of(compiled.status())
                 .find("objects[988] \"grid 988\": the scene has more triangles than --scene-triangles 2000"),
             std::string::npos)
       << message_of(compiled.status());
 }
 
-/// Two materials with textures of one image, 256², or of two.
+/// Two materials whose textures use one image of 256², or two images.
 std::string two_textures(const std::string& other_file) {
   return fmt::format(
       R"({{"camera": {{"eye": [0, 0, 1], "look_at": [0, 0, 0], "vertical_fov_degrees": 90}}, "film": {{"width": 1, "height": 1}},
@@ -100,12 +100,12 @@ std::uint64_t bytes_with_image_of(int side) {
   return (*compile(load_text(two_textures("a.png"), {{"a.png", "a"}}), image))->bytes();
 }
 
-// Images of 16 bits, which are made linear once.
-TEST(CompiledTextures, CountInTheSceneAndShareTheirImage) {
+// Images of 16 bits, converted to linear values once.
+TEST(CompiledTextures, CountTowardsTheSceneAndShareTheirImage) {
   EXPECT_EQ(bytes_with_image_of(256) - bytes_with_image_of(1), kImageBytes - 4 * sizeof(float));
 }
 
-TEST(CompiledTextures, HaveALimitForAllTogether) {
+TEST(CompiledTextures, HaveACommonLimit) {
   const auto image = [](ByteView, const std::string&) -> Result<Texels> {
     return Texels{256, 256, {}, std::vector<float>(256 * 256 * 4, 0.5f), false};
   };
@@ -118,8 +118,8 @@ TEST(CompiledTextures, HaveALimitForAllTogether) {
             "textures[1] \"b\": the scene's images need more than --images-gib 0.0009766 of the worker allows");
 }
 
-TEST(CompiledMeshes, HaveALimitOfTrianglesInWhichInstancesCountOnce) {
-  Mesh strip;  // as many triangles as make an instance
+TEST(CompiledMeshes, TheTriangleLimitCountsInstancesOnce) {
+  Mesh strip;  // enough triangles for an instance
   for (std::uint32_t i = 0; i < 66; ++i) {
     strip.positions.push_back({0.1 * i, i % 2 * 1.0, 0});
   }
@@ -154,8 +154,9 @@ std::string ball_under(const std::string& light, const std::string& textures = "
       textures, reflectance, light);
 }
 
-// Of 256 · 128 pixels: 28 bytes each from floats; with 8 bits a channel 24, and 4 more a row for the ends of sums.
-TEST(CompiledEnvironment, CountsAsItsPreparationDoes) {
+// An image of 256 · 128 pixels takes 28 bytes a pixel from floats, and 24 with 8 bits a channel. Each row takes 4 bytes
+// more for the ends of sums.
+TEST(CompiledEnvironment, CountsTheBytesOfItsPreparation) {
   const std::string sky = R"([{"name": "sky", "environment": {"file": "sky.exr"}}])";
   constexpr std::uint64_t kPixels = 256 * 128;
   const auto compiled = [&](const CompiledScene::ImageDecoder& images, std::uint64_t limit, const std::string& scene) {
@@ -181,7 +182,7 @@ TEST(CompiledEnvironment, CountsAsItsPreparationDoes) {
   EXPECT_TRUE(compiled(bytes, 28 * kPixels + 4 * 128 - 1, textured).starts_with(refused));
 }
 
-TEST(CompiledEnvironment, HasAnImageOfBoundedSides) {
+TEST(CompiledEnvironment, LimitsTheSidesOfItsImage) {
   const auto strip = [](ByteView, const std::string&) -> Result<Texels> {
     return Texels{65537, 1, std::vector<std::uint32_t>(65537, 0xff808080), {}, true};
   };
@@ -192,8 +193,8 @@ TEST(CompiledEnvironment, HasAnImageOfBoundedSides) {
             "lights[0] \"sky\": sky.png: an environment may have at most 65536 pixels on a side, got 65537x1");
 }
 
-// Files of 2 · 2 values each when they are the same all round; one that two lights name counts once.
-TEST(CompiledProfiles, HaveALimitForAllTogether) {
+// A profile that is the same all round has 2 · 2 values. A file that two lights name counts once.
+TEST(CompiledProfiles, HaveACommonLimit) {
   const auto ies = [](const std::string& candela) {
     return fmt::format("IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 2 1 1 2 0.1 0.2 0\n1 1 100\n0 90\n0\n{}\n", candela);
   };

@@ -1,4 +1,4 @@
-// What paths draw: numbers of decisions, and channels of colour.
+// Numbers that paths draw: decisions, and channels of colour.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -9,10 +9,10 @@
 namespace lightmill::tracer {
 namespace {
 
-TEST(Decisions, NoTwoOfASampleHaveOneNumber) {
+TEST(Decisions, HaveDifferentNumbersWithinASample) {
   std::set<std::uint32_t> numbers{kFilterDecision, kLensDecision};
   std::size_t count = 2;
-  // The largest number of bounces that the client lets through too.
+  // Includes the largest number of bounces that the client allows.
   for (const std::uint32_t bounce : {0u, 1u, 2u, 3u, 999u, 1'000u, 999'999u, 1'000'000u}) {
     for (const std::uint32_t decision :
          {light_decision(bounce), bsdf_decision(bounce), choice_decision(bounce), connection_decision(bounce),
@@ -24,7 +24,7 @@ TEST(Decisions, NoTwoOfASampleHaveOneNumber) {
   EXPECT_EQ(numbers.size(), count);
 }
 
-TEST(SamplePlan, SplitPathsOfAHalfTakeThePointsOneAfterTheOther) {
+TEST(SamplePlan, SplitPathsOfAHalfTakeConsecutivePoints) {
   for (const std::uint32_t splits : {1u, 2u, 4u, 8u}) {
     for (const std::uint32_t split_below : {2u, 16u, 64u, 256u}) {
       for (const std::uint64_t half : {0, 1}) {
@@ -46,7 +46,7 @@ float drawn(const Vec3& share, float u) {
   return out[5];
 }
 
-TEST(DrawnChannel, IsTheOneWhoseShareTheNumberFallsInto) {
+TEST(DrawnChannel, FollowsTheSharesOfTheChannels) {
   const Vec3 share(0.25f, 0.5f, 0.25f);
   EXPECT_EQ(drawn(share, 0), 1);
   EXPECT_EQ(drawn(share, 0.24f), 1);
@@ -56,8 +56,8 @@ TEST(DrawnChannel, IsTheOneWhoseShareTheNumberFallsInto) {
   EXPECT_EQ(drawn(share, 0x1.fffffep-1f), 4);
 }
 
-// The sum of rounded shares may be below the largest number that is drawn.
-TEST(DrawnChannel, HasAShare) {
+// The sum of rounded shares can be below the largest number drawn.
+TEST(DrawnChannel, NeverHasAShareOfZero) {
   const float last = 0x1.fffffep-1f, below_one = 0x1.fffffcp-1f;
   EXPECT_EQ(drawn(Vec3(below_one / 2, below_one / 2, 0), last), 1);
   EXPECT_EQ(drawn(Vec3(0.25f, below_one - 0.25f, 0), last), 2);
@@ -66,7 +66,7 @@ TEST(DrawnChannel, HasAShare) {
   EXPECT_EQ(drawn(Vec3(0, 0, below_one), last), 4);
   int wrong = 0;
   for (int i = 1; i < 1000; ++i) {
-    // As media compute them.
+    // Shares as media compute them.
     const auto x = static_cast<float>(i), y = static_cast<float>(i * 7919 % 1000 + 1);
     const float scale = 1.0f / (x + y);
     wrong += drawn(Vec3(x * scale, y * scale, 0), last) == 4;

@@ -61,7 +61,7 @@ TEST(ExpLog, LogOfOnePlusKeepsSmallNumbers) {
   }
 }
 
-TEST(ExpLog, PowersOfNumbersNearOne) {
+TEST(ExpLog, PowersOfNumbersNearOneAreAccurate) {
   for (const float exponent : {0.0f, 1.0f, 42.0f, 1e3f, 1e6f}) {
     for (const float h : {0.0f, 1e-9f, 1e-7f, 1e-6f, 3e-6f, 1e-3f, 0.3f, 0.9f}) {
       const double log_exact = exponent * std::log1p(-static_cast<double>(h));

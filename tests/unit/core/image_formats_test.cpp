@@ -1,4 +1,4 @@
-// Image formats beside PNG and EXR: files put together from the formats' definitions, decoded and rendered.
+// Image formats beside PNG and EXR: files built from the formats' definitions, then decoded and rendered.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,8 +20,8 @@ std::string bytes(std::initializer_list<int> values) {
 }
 
 /// Radiance's RGBE, 8×2 pixels: (1, .5, .25) on the left half, (200, 100, 50) on the right one. A value is its mantissa
-/// times 2^(exponent − 136). The first row has runs (128 + length, value) and literals (length, values); the second
-/// has its pixels as they are.
+/// times 2^(exponent − 136). The first row has runs (128 + length, value) and literals (length, values). The second row
+/// has plain pixels.
 std::string sky_hdr() {
   std::string out = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 8\n";
   out += bytes({2, 2, 0, 8});
@@ -35,7 +35,7 @@ std::string sky_hdr() {
   return out;
 }
 constexpr std::array<float, 3> kLeft{1, 0.5f, 0.25f}, kRight{200, 100, 50};
-// Decoders may add half a step of the mantissa, as Ward's own does.
+// Decoders can add half a step of the mantissa, as Ward's decoder does.
 constexpr float kLeftStep = 1.0f / 256, kRightStep = 0.5f;
 
 TEST(ImageFormats, RadianceFilesAreLinear) {
@@ -73,9 +73,9 @@ TEST(ImageFormats, ARadianceFileIsASky) {
   }
 }
 
-/// A baseline JPEG of 16×8 pixels: two blocks of one colour each, (Y, Cb, Cr) = (76, 85, 255) and (29, 255, 107), which
-/// are red and blue. All quantisers are 8, so a block's only coefficient is its value − 128, and the stream holds the
-/// differences from block to block: 00, 01 and 10 stand for 6, 7 and 8 bits of one, 0 for the end of a block.
+/// A baseline JPEG of 16×8 pixels: two blocks of one colour each. (Y, Cb, Cr) = (76, 85, 255) is red, and (29, 255,
+/// 107) is blue. All quantisers are 8, so a block's only coefficient is its value − 128. The stream holds the
+/// differences from block to block. The codes 00, 01 and 10 mean 6, 7 and 8 bits, and 0 ends a block.
 std::string red_and_blue_jpeg() {
   std::string out = bytes({0xff, 0xd8, 0xff, 0xdb, 0, 67, 0}) + std::string(64, '\x08');
   out += bytes({0xff, 0xc0, 0, 17, 8, 0, 8, 0, 16, 3, 1, 0x11, 0, 2, 0x11, 0, 3, 0x11, 0});

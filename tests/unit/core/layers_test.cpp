@@ -1,4 +1,4 @@
-// What the core puts into the layers of a film.
+// Layers that methods write into a film.
 #include <gtest/gtest.h>
 
 #include "tests/support/places.h"
@@ -33,7 +33,7 @@ struct Layers {
     const std::size_t at = (offset(name) + channel) * pixels + pixel;
     return (static_cast<double>(values[at]) + values[layout.summed * pixels + at]) / static_cast<double>(range.count());
   }
-  /// A sum (or nearest) of a layer of samples 0 to 15.
+  /// A layer's value over samples 0 to 15: a sum, or the nearest.
   float first(std::string_view name, std::size_t channel, std::size_t pixel) const {
     const NodeLayout layout(specs);
     const std::size_t pixels = kTile.pixel_count();
@@ -68,8 +68,8 @@ test::TestScene tilted_quad() {
                                     {{"quad.obj", "v -4 -4 -4\nv 0 -4 0\nv 0 4 0\nv -4 4 -4\nf 1 2 3 4\n"}});
 }
 
-// A shell of index 1 is not there, whatever looks at the scene: in layers as in the picture.
-TEST(Layers, BoundariesThatLightDoesNotNoticeAreNotShown) {
+// A shell of index 1 is invisible, in layers as in the picture.
+TEST(Layers, BoundariesOfIndexOneAreInvisible) {
   const auto scene = [](bool with_shell) {
     const std::string shell = R"(, {"name": "shell", "material": "air", "sphere": {"center": [0, 0, 0], "radius": 2}})";
     return test::TestScene::from_text(
@@ -84,14 +84,14 @@ TEST(Layers, BoundariesThatLightDoesNotNoticeAreNotShown) {
     const Layers plain = render(scene(false), {"albedo", "normal", "depth", "id"}, {2, 0}, method);
     const Layers shelled = render(scene(true), {"albedo", "normal", "depth", "id"}, {2, 0}, method);
     ASSERT_EQ(plain.values.size(), shelled.values.size());
-    // The shell does not change the frame of reference that rays leave surfaces in by more than rounding; where that
-    // moves the ball's edge across a sample, a pixel may differ.
+    // The shell changes the frame of reference of leaving rays only by rounding. A pixel can differ where rounding
+    // moves the ball's edge across a sample.
     std::size_t different = 0;
     const NodeLayout layout(plain.specs);
     for (std::size_t i = 0; i < plain.values.size(); ++i) {
       const std::size_t plane = i / kTile.pixel_count();
       if (method == std::string("vcm") && plane < 2 * layout.summed && plane % layout.summed < 3) {
-        continue;  // of the beauty: its photons are aimed at the shell too, and so are others
+        continue;  // photons of beauty are also aimed at the shell, so they differ
       }
       different += std::abs(plain.values[i] - shelled.values[i]) > 1e-3f * (1 + std::abs(plain.values[i])) ? 1 : 0;
     }
@@ -101,7 +101,7 @@ TEST(Layers, BoundariesThatLightDoesNotNoticeAreNotShown) {
   }
 }
 
-/// Methods that show light by the way that it takes.
+/// Methods that separate light by its path.
 class LightLayers : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Methods, LightLayers, testing::Values("path", "caustic", "vcm"),
                          [](const auto& info) { return info.param; });
@@ -113,7 +113,7 @@ TEST_P(LightLayers, DirectAndIndirectSumToBeauty) {
     for (std::size_t channel = 0; channel < 3; ++channel) {
       const double beauty = layers.mean("beauty", channel, pixel);
       const double direct = layers.mean("direct", channel, pixel), indirect = layers.mean("indirect", channel, pixel);
-      // Sums of some hundred positive terms in another order.
+      // Sums of some hundred positive terms in different orders.
       EXPECT_NEAR(direct + indirect, beauty, 1e-5 * beauty) << pixel;
       total_direct += direct;
       total_indirect += indirect;
@@ -123,7 +123,7 @@ TEST_P(LightLayers, DirectAndIndirectSumToBeauty) {
   EXPECT_GT(total_indirect, 0);
 }
 
-/// Lights of every kind of table in three groups, some in none.
+/// Lights of every kind of table: some in three groups, some in none.
 test::TestScene grouped_lights() {
   return test::TestScene::from_text(R"({
     "camera": {"eye": [0, 0, 2.5], "look_at": [0, 0, 0], "vertical_fov_degrees": 60},
@@ -161,7 +161,7 @@ TEST_P(LightLayers, GroupsAndTheRestSumToBeauty) {
   }
 }
 
-TEST_P(LightLayers, AGroupIsThePictureOfItsLightsAlone) {
+TEST_P(LightLayers, AGroupEqualsThePictureWithOnlyItsLights) {
   const Layers grouped = render(grouped_lights(), {"light:key", "light:fill", "light:sky"}, {6, 0}, GetParam());
   const auto alone = [](const std::string& group) {
     test::TestScene original = grouped_lights();
@@ -211,8 +211,8 @@ TEST_P(LightLayers, ChangeNoBitOfBeauty) {
   }
 }
 
-TEST_P(LightLayers, OneScatteringIsDirect) {
-  // Cut after one scattering, nothing is indirect; of more, direct light stays what it was.
+TEST_P(LightLayers, LightScatteredOnceIsDirect) {
+  // After one scattering nothing is indirect. With more scatterings the direct light stays the same.
   const Layers one = render(balls(), {"direct", "indirect"}, {4, 0}, GetParam(), 1);
   const Layers all = render(balls(), {"direct", "indirect"}, {4, 0}, GetParam());
   for (std::size_t pixel = 0; pixel < 4096; ++pixel) {
@@ -224,7 +224,7 @@ TEST_P(LightLayers, OneScatteringIsDirect) {
 
 class SurfaceLayers : public testing::TestWithParam<std::string> {};
 
-TEST_P(SurfaceLayers, ShowWhatTheCameraSeesFirst) {
+TEST_P(SurfaceLayers, ShowTheFirstVisibleSurface) {
   const Layers layers = render(tilted_quad(), {"albedo", "normal", "depth", "id"}, {5, 0}, GetParam());
   const double pixel_size = 2 * std::tan(10 * M_PI / 180) / 64;  // at distance 1
   for (const std::size_t row : {5u, 40u}) {
@@ -253,7 +253,7 @@ TEST_P(SurfaceLayers, ShowWhatTheCameraSeesFirst) {
     EXPECT_EQ(layers.first("id", 15, sky), 0);
   }
 }
-TEST(Layers, TheNormalIsTheGeometricOneWhereAMethodIsFlat) {
+TEST(Layers, FlatMethodsGiveTheGeometricNormal) {
   const auto scene = test::TestScene::from_text(R"({
     "camera": {"eye": [0, 0, 4], "look_at": [0, 0, 0], "vertical_fov_degrees": 20},
     "film": {"width": 64, "height": 64, "filter": {"kind": "BOX"}},
@@ -273,7 +273,7 @@ TEST(Layers, TheNormalIsTheGeometricOneWhereAMethodIsFlat) {
 INSTANTIATE_TEST_SUITE_P(Methods, SurfaceLayers, testing::Values("path", "caustic", "vcm", "preview"),
                          [](const auto& info) { return info.param; });
 
-TEST(Layers, AMethodThatLacksOneSaysSo) {
+TEST(Layers, AnUnsupportedLayerIsRefused) {
   const auto scene = balls();
   const auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   const auto method = make_method(*compiled, {"preview", 0, 0, *film_layers(std::vector<std::string>{"direct"})});

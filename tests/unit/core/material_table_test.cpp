@@ -5,13 +5,13 @@
 namespace lightmill {
 namespace {
 
-/// Single precision has these and their squares.
+/// A number that is exact in single precision, as is its square.
 float number(std::uint32_t i) {
   return static_cast<float>(i + 1) / 64;
 }
 
-// Columns of up to eight rows are looked up in another way than longer ones.
-TEST(MaterialTable, HasEachMaterialsParametersByTheirNames) {
+// Columns of up to eight rows use another lookup than longer ones.
+TEST(MaterialTable, ReturnsTheParametersOfEachMaterial) {
   for (const std::uint32_t of_each_kind : {3u, 8u, 21u}) {
     Scene scene;
     for (std::uint32_t i = 0; i < of_each_kind; ++i) {

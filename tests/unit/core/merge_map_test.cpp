@@ -1,4 +1,4 @@
-// What the merge map finds is what trying all photons finds.
+// The merge map, compared with a search through all photons.
 #include "common/methods/photons/merge_map.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr Vec3 kEye{3, -2, 1};
 
-/// Points whose distances from the eye are spread evenly over the octaves from 2^-9 to 2^9; many in clusters.
+/// Points whose distances from the camera spread evenly over the octaves from 2^-9 to 2^9. Many are in clusters.
 class Points {
  public:
   explicit Points(std::uint32_t seed) : engine_(seed) {}
@@ -38,10 +38,10 @@ std::vector<std::uint32_t> tried_all(const std::vector<Photon>& photons, const V
 }
 
 struct Found {
-  std::size_t photons = 0, octaves = 0;  ///< found in all; octaves of radii with anything found
+  std::size_t photons = 0, octaves = 0;  ///< found in all; octaves of radii with any photon found
 };
 
-/// Compares searches around places near photons, some just within reach of one.
+/// Compares searches around places near photons. Some places are just within reach of one.
 Found compare(const MergeRadii& radii, std::uint32_t seed) {
   constexpr int kPhotons = 3000, kSearches = 2000;
   Points points(seed);
@@ -71,7 +71,7 @@ Found compare(const MergeRadii& radii, std::uint32_t seed) {
   return found;
 }
 
-TEST(MergeMap, FindsWhatTryingAllDepositsFindsOverManyOctavesOfRadii) {
+TEST(MergeMap, MatchesBruteForceOverManyOctavesOfRadii) {
   for (const float per_length : {0.001f, 0.02f, 0.2f, 0.34f, 0.6f}) {
     const Found found = compare({kEye, per_length, per_length / 256, 8 * per_length}, 1);
     EXPECT_GT(found.photons, 1000u) << per_length;
@@ -79,17 +79,17 @@ TEST(MergeMap, FindsWhatTryingAllDepositsFindsOverManyOctavesOfRadii) {
   }
 }
 
-TEST(MergeMap, AlsoWhereRadiiGrowFasterThanTheWay) {
+TEST(MergeMap, MatchesBruteForceWhenRadiiGrowFasterThanDistance) {
   for (const float per_length : {0.99f, 1.0f, 3.0f}) {
     EXPECT_GT(compare({kEye, per_length, per_length / 256, 8 * per_length}, 2).photons, 1000u) << per_length;
   }
 }
 
-TEST(MergeMap, OfOneRadiusEverywhere) {
+TEST(MergeMap, MatchesBruteForceWithOneRadius) {
   EXPECT_GT(compare({kEye, 0.5f, 0.1f, 0.1f}, 3).photons, 1000u);
 }
 
-TEST(MergeMap, FilesADepositTwiceAtMost) {
+TEST(MergeMap, StoresAPhotonTwiceAtMost) {
   Points points(4);
   std::vector<Photon> photons(1 << 14);
   for (Photon& photon : photons) {
@@ -97,12 +97,12 @@ TEST(MergeMap, FilesADepositTwiceAtMost) {
   }
   for (const float per_length : {0.001f, 0.2f, 0.5f, 0.9f, 2.0f}) {
     const MergeMap map(photons, {kEye, per_length, per_length / 256, 8 * per_length});
-    // An entry and its share of the buckets are 24 + 16 bytes at most; a map beside them below 1 KiB.
+    // An entry and its share of the buckets take at most 24 + 16 bytes. Each of the maps takes less than 1 KiB besides.
     EXPECT_LE(map.bytes(), photons.size() * 2 * 40 + (16 << 10)) << per_length;
   }
 }
 
-TEST(MergeMap, OfNoDepositsFindsNone) {
+TEST(MergeMap, FindsNothingWithoutPhotons) {
   std::vector<std::uint32_t> found;
   MergeMap({}, {kEye, 0.1f, 0.001f, 1}).find(kEye, 0.5f, found);
   EXPECT_TRUE(found.empty());

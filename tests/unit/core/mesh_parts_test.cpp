@@ -19,7 +19,7 @@ TEST(MeshParts, AClosedSurfaceIsOnePart) {
   EXPECT_EQ(parts.closed, std::vector<bool>{true});
 }
 
-TEST(MeshParts, KnowsWhatIsWoundTheOtherWay) {
+TEST(MeshParts, FindsFlippedTriangles) {
   Triangles faces = kFaces;
   std::swap(faces[1][0], faces[1][1]);
   std::swap(faces[3][1], faces[3][2]);
@@ -28,13 +28,13 @@ TEST(MeshParts, KnowsWhatIsWoundTheOtherWay) {
   EXPECT_EQ(parts.closed, std::vector<bool>{true});
 }
 
-TEST(MeshParts, WithoutAFaceItIsOpen) {
+TEST(MeshParts, AMissingFaceOpensThePart) {
   const MeshParts parts = find_parts(kCorners, {kFaces.begin(), kFaces.end() - 1});
   EXPECT_EQ(parts.of_triangle, (std::vector<std::uint32_t>{0, 0, 0}));
   EXPECT_EQ(parts.closed, std::vector<bool>{false});
 }
 
-TEST(MeshParts, CornersInOnePlaceAreOne) {
+TEST(MeshParts, CornersWithEqualPositionsAreMerged) {
   Positions positions;
   Triangles faces;
   for (const auto& face : kFaces) {  // as a file with flat normals has them
@@ -51,7 +51,7 @@ TEST(MeshParts, CornersInOnePlaceAreOne) {
   EXPECT_EQ(parts.closed, std::vector<bool>{true});
 }
 
-TEST(MeshParts, NeitherRepeatedNorEmptyTrianglesOpenIt) {
+TEST(MeshParts, RepeatedAndEmptyTrianglesDoNotOpenAPart) {
   Triangles faces = kFaces;
   faces.push_back({1, 0, 2});
   faces.push_back({1, 1, 3});
@@ -60,14 +60,14 @@ TEST(MeshParts, NeitherRepeatedNorEmptyTrianglesOpenIt) {
   EXPECT_EQ(parts.closed, (std::vector<bool>{true, false, false}));
 }
 
-TEST(MeshParts, WhereThreeMeetAreThreeParts) {
+TEST(MeshParts, ThreeTrianglesAtOneEdgeAreThreeParts) {
   const Positions positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, -1, -1}};
   const MeshParts parts = find_parts(positions, {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}});
   EXPECT_EQ(parts.of_triangle, (std::vector<std::uint32_t>{0, 1, 2}));
 }
 
-TEST(MeshParts, WithOneSideOnlyItHasNoInside) {
-  // A Möbius strip of five triangles; and the projective plane of six points, which has no free edge either.
+TEST(MeshParts, OneSidedSurfacesAreOpen) {
+  // A Möbius strip of five triangles, and the projective plane of six points. The plane has no free edge either.
   const Positions positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0}, {1, 0, 1}};
   EXPECT_EQ(find_parts(positions, {{0, 1, 2}, {1, 2, 3}, {2, 3, 4}, {3, 4, 0}, {4, 0, 1}}).closed,
             std::vector<bool>{false});

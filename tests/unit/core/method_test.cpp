@@ -1,4 +1,4 @@
-// What every method promises: a node's bits depend on the scene, the seed, the pixel and the samples alone.
+// Promises of every method: a node's bits depend only on scene, seed, pixel and samples.
 #include "common/methods/method.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace lightmill {
 namespace {
 
-/// A method and the layers that it is to fill.
+/// A method and the layers that it fills.
 struct MethodCase {
   std::string name;
   std::vector<std::string> layers;
@@ -46,7 +46,7 @@ class Methods : public ::testing::TestWithParam<MethodCase> {
 
 TEST_P(Methods, ANodeHasTheBitsOfItsJoinedChildren) {
   const PixelRect tile{64, 0, 36, 64};
-  // The last one crosses the sample index at which splitting and roulette change.
+  // The last range crosses the sample index at which splitting and roulette change.
   for (const SampleRange range : {SampleRange{1, 0}, {2, 1}, {3, 3}, {5, 0}, {7, 0}}) {
     const Node left = render(tile, range.left_child()), right = render(tile, range.right_child());
     EXPECT_EQ(render(tile, range).values, join(left, right, layout()).values) << range.level << " " << range.index;
@@ -81,14 +81,14 @@ TEST_P(Methods, APixelHasTheSameBitsInEveryRectangle) {
   }
 }
 
-TEST_P(Methods, AWorkspaceKeepsNothingThatMatters) {
+TEST_P(Methods, AReusedWorkspaceDoesNotChangeBits) {
   const auto workspace = method_->make_workspace();
   const Node first = method_->render({0, 0, 64, 64}, {2, 0}, *workspace);
   method_->render({64, 64, 36, 26}, {4, 3}, *workspace);
   EXPECT_EQ(method_->render({0, 0, 64, 64}, {2, 0}, *workspace).values, first.values);
 }
 
-TEST_P(Methods, TheCallersFloatingPointModeChangesNothingAndComesBack) {
+TEST_P(Methods, TheCallersFloatingPointModeHasNoEffectAndIsRestored) {
   const Node plain = render({0, 0, 64, 64}, {2, 0});
   const unsigned saved = _mm_getcsr();
   const unsigned odd_mode = saved | 0x8040u | 0x6000u;  // flush and take denormals as zero, round towards zero
@@ -107,7 +107,7 @@ TEST_P(Methods, AnotherSeedGivesAnotherPicture) {
   EXPECT_NE((*other)->render(tile, {2, 0}, *(*other)->make_workspace()).values, render(tile, {2, 0}).values);
 }
 
-TEST_P(Methods, TheSpecSaysWhetherLightsAndBouncesMatter) {
+TEST_P(Methods, TheSpecStatesWhetherLightsAndBouncesMatter) {
   const std::string name = parse_method(GetParam().name)->name;
   const auto picture = [](std::shared_ptr<const CompiledScene> scene, std::uint32_t max_bounces) {
     const auto method = make_method(std::move(scene), {GetParam().name, 42, max_bounces});
@@ -148,7 +148,7 @@ INSTANTIATE_TEST_SUITE_P(
       return name + (info.param.layers.empty() ? "" : "WithLayers");
     });
 
-TEST(Method, AnUnknownNameIsRefusedWithTheKnownOnes) {
+TEST(Method, AnUnknownNameIsRefusedWithTheKnownNames) {
   const auto scene = test::TestScene(test::source_file("scenes/cornell-bench-balls.json"));
   auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   ASSERT_TRUE(compiled.ok());
@@ -196,7 +196,7 @@ TEST(Method, ParametersAreCheckedByName) {
             "path has no parameter 'distance'. Parameters: brute-force");
 }
 
-TEST(Method, RangesOfSharedSamplesFitWhatIsHeld) {
+TEST(Method, RangesOfSharedSamplesFitTheHeldPasses) {
   EXPECT_EQ(shared_samples(*parse_method("path")), 0u);
   EXPECT_EQ(shared_samples(*parse_method("caustic:photons=1000")), 32u);
   EXPECT_EQ(shared_samples(*parse_method("ppm:photons=1000")), 32u);
@@ -206,7 +206,7 @@ TEST(Method, RangesOfSharedSamplesFitWhatIsHeld) {
   EXPECT_EQ(level_at_a_time(*parse_method("vcm"), 4), 0u) << "the next tile finds the pass, however heavy";
 }
 
-TEST(Method, WhittedFollowsLightOnlySoFar) {
+TEST(Method, WhittedLimitsItsBounces) {
   EXPECT_TRUE(check_max_bounces("whitted", 0).ok());
   EXPECT_TRUE(check_max_bounces("whitted", kMaxWhittedBounces).ok());
   EXPECT_TRUE(check_max_bounces("path", kMostBounces).ok());
@@ -268,7 +268,7 @@ SceneWithAssets transformed_balls(double factor, double offset) {
   return out;
 }
 
-// A power of two changes no mantissa, and very large or small scenes are scaled back by one when compiled.
+// A power of two changes no mantissa. Compilation scales very large and very small scenes by a power of two.
 TEST(Compile, AScaledSceneHasTheSameBits) {
   const Node reference = transformed_balls(1, 0).render(3);
   for (const double factor : {0x1p-60, 0x1p-40, 0x1p-30, 0x1p-10, 0x1p10, 0x1p24, 0x1p29}) {
@@ -278,7 +278,7 @@ TEST(Compile, AScaledSceneHasTheSameBits) {
   }
 }
 
-// The direction alone counts, however close `look_at` is to the eye and however short `up` is.
+// Only the direction counts, even if `look_at` is close to the camera or `up` is short.
 TEST(Compile, ShortCameraVectorsGiveTheSameView) {
   SceneWithAssets scene = transformed_balls(1, 0);
   scene.scene.camera.eye = {0, 0, 0};
@@ -289,11 +289,11 @@ TEST(Compile, ShortCameraVectorsGiveTheSameView) {
   EXPECT_EQ(scene.render(1).values, reference.values);
 }
 
-// Moving a scene and its camera far away must not change the picture beyond noise: geometry is recentred in double.
+// A scene and camera that move far away look the same up to noise, because geometry is recentred in double precision.
 TEST(Compile, AMovedSceneLooksTheSame) {
   const Node node = transformed_balls(1, 1e6).render(5);
   const Node reference = transformed_balls(1, 0).render(5);
-  // 1e6 has a spacing of 1e-10 in double: the paths are the same but for the rare one that rounding turns.
+  // At 1e6 doubles have a spacing of 1e-10. Paths stay the same, but for the rare one that rounding turns.
   double difference = 0, total = 0;
   for (std::size_t i = 0; i < node.values.size(); ++i) {
     difference += node.values[i] - reference.values[i];

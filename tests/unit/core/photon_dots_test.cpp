@@ -1,4 +1,4 @@
-// The photon map as points.
+// The photon map, shown as points.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,7 +10,8 @@
 namespace lightmill::test {
 namespace {
 
-/// A lamp that shines down on all of a square floor, which is seen from above, through a slab or not.
+/// A light that shines down on all of a square floor. The camera sees the floor from above, with or without a slab
+/// between.
 TestScene floor_under_lamp(const std::string& materials = "", const std::string& objects = "",
                            const std::map<std::string, std::string>& files = {}) {
   auto all = files;
@@ -31,10 +32,10 @@ double sum_of(const HalfImages& image, int channel = 0) {
   return sum;
 }
 
-// All photons that the lamp gives power fall on the floor and are seen: the sum of the dots is their number. Light from
-// 15 degrees about the axis falls within 0.81 of the middle. The lamp is within the sphere around the scene, so photons
-// start in all directions alike, and the share that is in the lamp's cone is (1 − cos 15°)/2.
-TEST(PhotonDots, OneForEachPhotonOnAFloor) {
+// All photons with power fall on the floor and are seen, so the picture's sum is their number. Light within 15 degrees
+// of the axis falls within 0.81 of the middle. The light is inside the sphere around the scene, so photons start in all
+// directions alike. The light's cone has the share (1 − cos 15°)/2 of them.
+TEST(PhotonDots, CountEachPhotonOnAFloorOnce) {
   const TestScene scene = floor_under_lamp();
   const HalfImages image = scene.render({"photon-dots:photons=100000", 1, 1}, 1);
   double largest = 0;
@@ -47,7 +48,7 @@ TEST(PhotonDots, OneForEachPhotonOnAFloor) {
   EXPECT_NEAR(sum_of(image), expected, 5 * std::sqrt(expected));
 }
 
-TEST(PhotonDots, TheSameHoweverManySamples) {
+TEST(PhotonDots, DoNotDependOnTheNumberOfSamples) {
   const TestScene scene = floor_under_lamp();
   const HalfImages few = scene.render({"photon-dots:photons=2000", 1, 0}, 1);
   const HalfImages many = scene.render({"photon-dots:photons=2000", 1, 0}, 4);
@@ -56,7 +57,7 @@ TEST(PhotonDots, TheSameHoweverManySamples) {
   }
 }
 
-TEST(PhotonDots, OfCausticsAloneThereAreNoneWithoutGlass) {
+TEST(PhotonDots, CausticPhotonsNeedGlass) {
   EXPECT_EQ(sum_of(floor_under_lamp().render({"photon-dots:caustic,photons=2000", 1, 0}, 1)), 0);
   const std::string glass = also(named("glass", R"("dielectric": {"ior": 1.5})"));
   const TestScene ball = floor_under_lamp(glass, also(sphere("glass", "[0, 1, 0.9]", 0.5)));
@@ -64,15 +65,15 @@ TEST(PhotonDots, OfCausticsAloneThereAreNoneWithoutGlass) {
   EXPECT_GT(caustic, 0);
 }
 
-/// The lamp through a slab of index 1 that absorbs: on the way to the floor, and again to the eye above.
-TEST(PhotonDots, AbsorptionMakesThemDarkerUnlessItIsLeftOut) {
+/// Light passes an absorbing slab of index 1 twice: on its way to the floor, and back to the camera above.
+TEST(PhotonDots, AbsorptionDarkensThemUnlessDisabled) {
   const std::string amber =
       also(named("amber", R"("dielectric": {"ior": 1}, "interior": {"absorption": {"rgb": [0.1, 1, 0]}})"));
   const std::map<std::string, std::string> slab{{"slab.obj", box(-3, 3, 1, 2, -3, 3)}};
   const TestScene with = floor_under_lamp(amber, also(mesh("amber", "slab.obj")), slab);
   const HalfImages image = with.render({"photon-dots:photons=5000", 1, 1}, 1);
   const double clear = sum_of(image, 2);
-  // Rays within 15 degrees of the axis there, and within 12 back: ways of 1 to 1.04.
+  // Rays go down within 15 degrees of the axis, and back within 12: paths of length 1 to 1.04.
   EXPECT_LT(sum_of(image, 0) / clear, std::exp(-0.2));
   EXPECT_GT(sum_of(image, 0) / clear, std::exp(-0.2 * 1.04));
   EXPECT_LT(sum_of(image, 1) / clear, std::exp(-2.0));

@@ -37,9 +37,9 @@ TEST(SampleSums, ANodeHasTheBitsOfJoiningItsOneSampleNodes) {
   }
 }
 
-TEST(SampleSums, AMillionSamplesLoseNextToNothing) {
-  // Of a tree of 19 additions each half a last place off at most: 19 · 2^-24. One after the other they would lose whole
-  // per cents, and all that is added to a hundred million.
+TEST(SampleSums, AMillionSamplesLoseAlmostNoPrecision) {
+  // Each of the tree's 19 additions is off by at most half a last place: 19 · 2^-24. Sequential additions would lose
+  // whole per cents, and would lose all that is added to a hundred million.
   constexpr std::uint32_t kLevel = 20;
   constexpr double kHalf = 0x1p19;
   SampleSums sums;
@@ -58,7 +58,7 @@ TEST(SampleSums, AMillionSamplesLoseNextToNothing) {
   }
 }
 
-TEST(SampleSums, AReusedOneStartsFromZero) {
+TEST(SampleSums, ReusedSumsStartFromZero) {
   SampleSums sums;
   for (int repeat = 0; repeat < 2; ++repeat) {
     for (const std::size_t pixels : {7u, 11u}) {
@@ -85,7 +85,7 @@ TEST(SampleSums, NonFiniteSamplesCountAsZeroAndAreCounted) {
   EXPECT_EQ(node.values, (std::vector<float>{0, 2, 0, 4, 0, 6, 0, 1, 0, 1, 0, 1}));
 }
 
-// A node's values are finite, so a sample that a few thousand like it would turn into infinity does not count either.
+// A node's values are finite. So a sample does not count if a few thousand like it would overflow.
 TEST(SampleSums, SamplesTooLargeToAddUpCountAsZeroAndAreCounted) {
   SampleSums sums;
   sums.start({0, 0}, 2);

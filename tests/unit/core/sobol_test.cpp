@@ -53,8 +53,8 @@ TEST(Sobol, NumbersLieInTheUnitInterval) {
   }
 }
 
-// Scrambles of two seeds are independent: the correlation of the same index over seeds is that of chance.
-// 65,536 pairs: the correlation's standard deviation is 1/256; five of them raise a false alarm once in 1.7 million.
+// Scrambles of two seeds are independent, so one index over many seeds correlates only by chance. With 65,536 pairs the
+// correlation's standard deviation is 1/256. Five of them raise a false alarm once in 1.7 million.
 TEST(Sobol, ScramblesOfDifferentSeedsAreUncorrelated) {
   for (const std::uint32_t index : {0u, 1u, 2u, 17u, 1000u}) {
     double sum = 0;
@@ -91,7 +91,7 @@ TEST(Sobol, HalvesOfAPixelAreUncorrelated) {
       ++n;
     }
   }
-  // Eight stratified points have a mean of variance 1/(12·64·8); the product of two independent ones has its square.
+  // The mean of eight stratified points has variance 1/(12·64·8). The product of two independent means has its square.
   const double sigma = 1.0 / (12 * 64 * 8);
   EXPECT_LT(std::abs(sum / n), 5 * sigma / std::sqrt(n));
 }

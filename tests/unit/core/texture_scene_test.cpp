@@ -58,7 +58,7 @@ TEST(ReadImage, ColoursAreNotMultipliedByAlpha) {
   }
 }
 
-TEST(ReadImage, GoesByHowItBeginsAndNotByItsName) {
+TEST(ReadImage, DetectsTheFormatByContentNotByName) {
   const std::string png = small_png();
   for (const std::string name : {"a.png", "a.PNG", "a.jpg", "noending", "a.b c.tif"}) {
     const auto texels = read_image(as_byte_view(png), name);
@@ -69,7 +69,7 @@ TEST(ReadImage, GoesByHowItBeginsAndNotByItsName) {
             std::string::npos);
 }
 
-TEST(ReadImage, WhatIsNoImageIsAnErrorThatNamesTheFile) {
+TEST(ReadImage, AnErrorNamesTheFileThatIsNoImage) {
   const std::string garbage = "this is no image";
   for (const std::string name : {"a.png", "b.exr", "c.hdr", "d.jpg", "e.tif", "noending"}) {
     const auto texels = read_image(as_byte_view(garbage), name);
@@ -82,7 +82,7 @@ TEST(ReadImage, WhatIsNoImageIsAnErrorThatNamesTheFile) {
 #endif
 }
 
-/// A square of two units in the plane z = 0, seen whole by the camera: each quarter of the picture is one texel.
+/// A square of two units in the plane z = 0 that fills the picture. Each quarter of the picture is one texel.
 std::string document(const std::string& texture, const std::string& materials) {
   return fmt::format(R"({{"camera": {{"eye": [0, 0, 1], "look_at": [0, 0, 0], "vertical_fov_degrees": 90}},
       "film": {{"width": 8, "height": 8, "filter": {{"kind": "BOX", "radius_pixels": 0.5}}}},
@@ -142,8 +142,8 @@ TEST(TextureScene, EmissionTakesTextures) {
   expect_pixel(image, 6, 1, {0, 3, 0});
 }
 
-/// What a floor at p = (x, z) that faces up gets of a lamp at height 1, a square or its half next to the origin, by the
-/// midpoint rule; `radiance` is of places in [0, 1]².
+/// Irradiance at p = (x, z) on a floor that faces up. The emitter at height 1 is a square, or its half next to the
+/// origin. Uses the midpoint rule; `radiance` is a function of places in [0, 1]².
 template <class Radiance>
 double irradiance_by(std::array<double, 2> p, double side, bool triangle, Radiance radiance) {
   constexpr int kSteps = 800;
@@ -151,7 +151,7 @@ double irradiance_by(std::array<double, 2> p, double side, bool triangle, Radian
   for (int i = 0; i < kSteps; ++i) {
     for (int j = 0; j < (triangle ? kSteps - i : kSteps); ++j) {
       const double u = (i + 0.5) / kSteps, v = (j + 0.5) / kSteps;
-      const double share = triangle && j == kSteps - i - 1 ? 0.5 : 1;  // of the cells that the diagonal cuts
+      const double share = triangle && j == kSteps - i - 1 ? 0.5 : 1;  // half a cell where the diagonal cuts it
       const double x = u * side - p[0], z = v * side - p[1], d2 = 1 + x * x + z * z;
       sum += share * radiance(u, v) / (d2 * d2);
     }
@@ -159,8 +159,8 @@ double irradiance_by(std::array<double, 2> p, double side, bool triangle, Radian
   return sum * side * side / (kSteps * kSteps);
 }
 
-// Without points that are drawn on the lamp these would be too noisy by far, but for those beneath large lamps.
-TEST(TexturedLamp, LightsByItsTexels) {
+// Without points drawn on the emitter the noise would be far too large, except beneath large emitters.
+TEST(TexturedLight, EmitsByItsTexels) {
   // Luminances: red and green above blue and grey.
   const std::array<double, 4> texels{0.2126, 0.7152, 0.0722, std::pow((188 / 255.0 + 0.055) / 1.055, 2.4)};
   const auto by_texels = [&](double u, double v) { return 3 * texels[(v > 0.5 ? 0 : 2) + (u > 0.5 ? 1 : 0)]; };
@@ -181,7 +181,7 @@ TEST(TexturedLamp, LightsByItsTexels) {
       const std::string square = fmt::format(
           "v 0 1 0\nv {0} 1 0\nv {0} 1 {0}\nv 0 1 {0}\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n", side);
       expect_reading(read(mesh, square, p), irradiance_by(p, side, false, by_texels), 4e-2);
-      // As two triangles: the second one begins elsewhere.
+      // As two triangles. The second one begins at another corner.
       const std::string halves = square.substr(0, square.find('f')) + "f 1/1 2/2 3/3\nf 4/4 1/1 3/3\n";
       expect_reading(read(mesh, halves, p), irradiance_by(p, side, false, by_texels), 4e-2);
       const std::string triangle =
@@ -197,7 +197,7 @@ TEST(TexturedLamp, LightsByItsTexels) {
   expect_reading(read(mesh, bent, {0, 0}), irradiance_by({0, 0}, 0.1, false, by_halves), 4e-2);
 }
 
-TEST(TexturedLamp, IsAPointOfItsMeanColourToRaycast) {
+TEST(TexturedLight, IsAPointOfItsMeanColourInRaycast) {
   const std::string text = R"({"camera": {"eye": [0, 0, 0.5], "look_at": [0, 0.0001, 0], "vertical_fov_degrees": 0.01},
       "film": {"width": 8, "height": 8, "filter": {"kind": "BOX", "radius_pixels": 0.5}},
       "textures": [)" + kNearest +
@@ -225,7 +225,7 @@ HalfImages shaded(const std::string& textures, const std::string& material, cons
 }
 
 TEST(TextureScene, RoughnessAndMetallicTakeOneChannel) {
-  // Of the texels one is (188, 188, 188), the others have 0 or 255 in each channel; data are not decoded.
+  // One texel is (188, 188, 188). The others have 0 or 255 in each channel. Data are not decoded.
   const std::string data = R"({"name": "t", "file": "small.png", "filter": "NEAREST"})";
   const auto principled = [](double metallic, double roughness) {
     return fmt::format(R"("principled": {{"metallic": {}, "roughness": {}}})", metallic, roughness);
@@ -252,14 +252,14 @@ TEST(TextureScene, RoughnessAndMetallicTakeOneChannel) {
       EXPECT_NEAR(mapped.mean(i), plain.mean(i), 1e-4 * plain.mean(i)) << c.mapped;
     }
   }
-  // The red texel has no green: gold is smooth there and shows the sky alone.
+  // The red texel has no green, so gold is smooth there and shows only the sky.
   const HalfImages mapped = shaded(data, gold + R"(, "roughness_map": {"texture": "t", "channel": "G"})");
   const HalfImages smooth = shaded(data, R"("conductor": {"metal": "gold"})");
   const std::size_t red = 3 * (1 * 8 + 1);
   EXPECT_NEAR(mapped.mean(red), smooth.mean(red), 1e-4);
 }
 
-TEST(TextureScene, WhittedFollowsWhatATextureMakesSmooth) {
+TEST(TextureScene, WhittedFollowsReflectionsOfTexturedSmoothSurfaces) {
   const std::string data = R"({"name": "t", "file": "small.png", "filter": "NEAREST"})";
   const std::string map = R"(, "roughness_map": {"texture": "t", "channel": "G"})";
   const auto at = [](const HalfImages& image, int x, int y) {
@@ -283,7 +283,7 @@ TEST(TextureScene, WhittedFollowsWhatATextureMakesSmooth) {
   }
 }
 
-TEST(TextureScene, ATextureOfColoursAndDataIsDecodedForBothUnlessItSaysOtherwise) {
+TEST(TextureScene, ATextureForColourAndDataIsDecodedForBothByDefault) {
   const std::string both = R"("principled": {"base_color": {"texture": "t"}, "metallic": 1, "roughness": 0.6},
       "roughness_map": {"texture": "t", "channel": "G"})";
   const double gray = std::pow((188 / 255.0 + 0.055) / 1.055, 2.4);
@@ -294,8 +294,9 @@ TEST(TextureScene, ATextureOfColoursAndDataIsDecodedForBothUnlessItSaysOtherwise
   EXPECT_NEAR(mapped.mean(i), plain.mean(i), 1e-4 * plain.mean(i));
 }
 
-TEST(TextureScene, TexelsThatAreNoReflectanceAreCut) {
-  // 2, −1 and 0.5 of an EXR file count as 1, 0 and 0.5, so that energy is conserved; of emission only −1 is cut.
+TEST(TextureScene, TexelsAreClampedToReflectances) {
+  // As reflectances the EXR values 2, −1 and 0.5 count as 1, 0 and 0.5, which conserves energy. As emission only −1 is
+  // clamped.
   const std::string exr =
       *encode_exr({{0, 0, 1, 1},
                    {0, 0, 1, 1},

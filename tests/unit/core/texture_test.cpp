@@ -1,4 +1,4 @@
-// Textures: what a pair of coordinates means, exactly.
+// Exact lookups of textures by their coordinates.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -38,7 +38,7 @@ TEST(Texture, NearestCountsColumnsToTheRightAndRowsUpwards) {
   EXPECT_EQ(red_at(texture, 0.1f, 0.51f), 0);
 }
 
-TEST(Texture, WholeNumbersAreTheLowerLeftCornerOfTheNextImageWhereItRepeats) {
+TEST(Texture, RepeatedWholeNumbersAreTheLowerLeftCorner) {
   const Texture texture = nearest(3, 2);
   for (const float whole : {-2.0f, -1.0f, 0.0f, 1.0f, 7.0f}) {
     EXPECT_EQ(red_at(texture, whole, whole), 3) << whole;
@@ -59,7 +59,7 @@ TEST(Texture, NegativeCoordinatesRepeat) {
   EXPECT_EQ(red_at(texture, -3.4f, 0.2f), red_at(texture, 0.6f, 0.2f));
 }
 
-TEST(Texture, OneTexelIsThatTexelEverywhere) {
+TEST(Texture, AnImageOfOneTexelIsConstant) {
   const auto texels = std::make_shared<Texels>(Texels{1, 1, {}, std::vector<float>{7, 8, 9, 1}, false});
   for (const TextureFilter filter : {TextureFilter::nearest, TextureFilter::bilinear}) {
     for (const TextureWrap wrap : {TextureWrap::repeat, TextureWrap::clamp}) {

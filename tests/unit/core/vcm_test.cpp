@@ -1,4 +1,4 @@
-// Memory of photon passes, and of a batch of `vcm`.
+// Memory of photon passes and of a batch of `vcm`.
 #include <gtest/gtest.h>
 
 #include "common/methods/factories.h"
@@ -9,9 +9,9 @@
 namespace lightmill::test {
 namespace {
 
-constexpr double kPower = 4 * M_PI * M_PI;  ///< of the room's lamp
+constexpr double kPower = 4 * M_PI * M_PI;  ///< of the room's light
 
-/// A point of intensity π in the middle of a diffuse sphere; all of its light meets surfaces for ever.
+/// A point light of intensity π in the middle of a diffuse sphere. No light leaves the sphere.
 TestScene closed_room(double albedo, int film_side) {
   return TestScene::from_text(
       document(kInside, 60, film_side, diffuse("wall", albedo), sphere("wall", "[0, 0, 0]", 1, true),
@@ -24,7 +24,7 @@ photons::PhotonPasses passes_of(const TestScene& scene, std::uint64_t seed, std:
       {.seed = seed, .max_bounces = kMaxBounces, .photons = light_paths, .kind = photons::PhotonKind::light_path});
 }
 
-TEST(VcmMemory, ConnectionsTracedInPiecesAreTheSameBits) {
+TEST(VcmMemory, TracingConnectionsInPiecesDoesNotChangeBits) {
   const auto scene = TestScene(source_file("scenes/cornell-bench-balls.json")).resized(64, 64);
   const MethodSettings settings{"vcm:photons=1000", 42, 0,
                                 *film_layers(std::vector<std::string>{"direct", "indirect"})};
@@ -38,9 +38,9 @@ TEST(VcmMemory, ConnectionsTracedInPiecesAreTheSameBits) {
   }
 }
 
-/// Of light paths that go on with the albedo's probability, up to the limit of 1000 vertices: geometric.
+/// Number of vertices of light paths that continue with the albedo's probability, up to 1000 vertices: geometric.
 struct Vertices {
-  double mean, variance;  ///< of a path; the variance is that without the limit, which is more
+  double mean, variance;  ///< of a path; the variance is an upper bound, without the limit
 };
 Vertices vertices_of(double albedo) {
   if (albedo == 1) {
@@ -49,9 +49,10 @@ Vertices vertices_of(double albedo) {
   return {(1 - std::pow(albedo, kMaxBounces)) / (1 - albedo), albedo / ((1 - albedo) * (1 - albedo))};
 }
 
-// 2^16 paths of 512×512 pixels would have 6.5 and 65 million. The paths tried take three of their standard errors off,
-// which may be three more or less: a pass of fewer than 0.75 of what is allowed, or more, comes once in 100,000.
-TEST(VcmMemory, APassHasSoManyVerticesInAClosedRoomAsIsStatedAndNoFewerThanItMay) {
+// 2^16 paths of 512×512 pixels would have 6.5 and 65 million vertices. The number from trial paths is lowered by three
+// standard errors, and can be off by three more. A pass with less than 0.75 of the limit, or above it, occurs once in
+// 100,000.
+TEST(VcmMemory, APassInAClosedRoomNearlyFillsTheVertexLimit) {
   for (const double albedo : {0.99, 1.0}) {
     const TestScene scene = closed_room(albedo, 512);
     RenderCounters counters;
@@ -67,8 +68,8 @@ TEST(VcmMemory, APassHasSoManyVerticesInAClosedRoomAsIsStatedAndNoFewerThanItMay
   }
 }
 
-// The same of photons that are gathered, each of which stays wherever it meets a wall.
-TEST(PhotonMemory, APassLeavesNoMoreInAClosedRoomThanIsStated) {
+// The same for gathered photons. A photon stays at every wall that its path meets.
+TEST(PhotonMemory, APassInAClosedRoomStaysWithinThePhotonLimit) {
   for (const double albedo : {0.99, 1.0}) {
     const TestScene scene = closed_room(albedo, 512);
     RenderCounters counters;
@@ -85,20 +86,20 @@ TEST(PhotonMemory, APassLeavesNoMoreInAClosedRoomThanIsStated) {
   }
 }
 
-TEST(VcmMemory, LightPathsAreAsManyAsAreAskedForWhereTheyHaveFewVertices) {
+TEST(VcmMemory, ShortLightPathsKeepTheirRequestedNumber) {
   EXPECT_EQ(passes_of(closed_room(0.5, 512), 7).photons(), 1u << 16) << "of 512×512 pixels";
   const TestScene five_each = closed_room(0.8, 16);
   EXPECT_EQ(passes_of(five_each, 7, 150'000).photons(), 150'000u);
   EXPECT_LT(passes_of(five_each, 7, 300'000).photons() * 5, photons::kMostStored);
 }
 
-TEST(VcmMemory, TheNumberOfLightPathsIsTheScenesNotTheSeeds) {
+TEST(VcmMemory, TheNumberOfLightPathsDependsOnTheSceneNotTheSeed) {
   const TestScene scene = closed_room(0.99, 512);
   EXPECT_EQ(passes_of(scene, 1).photons(), passes_of(scene, 2).photons());
 }
 
-// What arrives after k − 1 scatterings is the lamp's power times the albedo to that power, however few paths bring it.
-TEST(VcmMemory, FewerPathsBringAllLight) {
+// After k − 1 scatterings the light's power times albedo^(k − 1) arrives, with any number of paths.
+TEST(VcmMemory, FewerPathsCarryAllLight) {
   constexpr double kAlbedo = 0.97;
   const TestScene scene = closed_room(kAlbedo, 512);
   RenderCounters counters;
@@ -109,7 +110,7 @@ TEST(VcmMemory, FewerPathsBringAllLight) {
     power[photon.tag & photons::kMostScatterings] += photon.power.x;
   }
   for (const std::uint32_t k : {1u, 2u, 5u, 20u, 50u}) {
-    const double left = std::pow(kAlbedo, k - 1);  // roulette keeps a path so often, and its power
+    const double left = std::pow(kAlbedo, k - 1);  // roulette keeps a path with this probability, at full power
     const double relative_error = std::sqrt((1 - left) / (left * pass->emitted));
     EXPECT_NEAR(power[k], kPower * left, (5 * relative_error + 1e-4) * kPower * left) << k;
   }

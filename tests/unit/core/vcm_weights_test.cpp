@@ -1,4 +1,4 @@
-// The recursive weights against the balance heuristic itself, on random paths.
+// Recursive weights, compared with the balance heuristic on random paths.
 #include "common/methods/vcm/weights.h"
 
 #include <gtest/gtest.h>
@@ -16,16 +16,16 @@ float lane(F8 value) {
   return lanes[0];
 }
 
-/// A path from a light over surfaces 1 … k to the eye: all densities that its strategies are made of, drawn at random.
+/// A path from a light over surfaces 1 … k to the camera. All densities of its strategies are drawn at random.
 struct RandomPath {
   struct Vertex {
     double to_light_cosine, to_eye_cosine;  ///< of the directions to its neighbours
-    double to_light_pdf, to_eye_pdf;        ///< of drawing them, coming from the other one
+    double to_light_pdf, to_eye_pdf;        ///< of drawing the direction when coming from the other neighbour
     double merging;
     bool delta;
   };
-  std::vector<Vertex> surface;    ///< the light's side first
-  std::vector<double> distance2;  ///< one more: before each, and to the eye
+  std::vector<Vertex> surface;    ///< from the light to the camera
+  std::vector<double> distance2;  ///< before each surface, and to the camera: one more than surfaces
   double emission, drawn, light_cosine, film_pdf;
   bool delta_light;
   static constexpr double kLightPaths = 1000;
@@ -61,7 +61,7 @@ struct Strategy {
   double weight;
 };
 
-/// All that can find the path: Veach 1997, eq. 10.3, and Georgiev et al. 2012, eq. 11 for merging.
+/// All strategies that can find the path: Veach 1997, eq. 10.3, and Georgiev et al. 2012, eq. 11 for merging.
 std::vector<Strategy> strategies(const RandomPath& path) {
   const auto f = [](double x) { return F8(static_cast<float>(x)); };
   const std::size_t k = path.surface.size();
@@ -134,7 +134,7 @@ std::vector<Strategy> strategies(const RandomPath& path) {
   return all;
 }
 
-TEST(VcmWeights, OfAllStrategiesOfAPathAreTheBalanceHeuristicAndSumToOne) {
+TEST(VcmWeights, AreTheBalanceHeuristicAndSumToOne) {
   std::mt19937 engine(1);
   int found = 0;
   for (int i = 0; i < 20000; ++i) {
@@ -147,7 +147,7 @@ TEST(VcmWeights, OfAllStrategiesOfAPathAreTheBalanceHeuristicAndSumToOne) {
     for (const Strategy& s : all) {
       ASSERT_NEAR(s.weight, s.density / densities, 2e-5) << "path " << i;
     }
-    if (!all.empty()) {  // else only single directions on a light that has none
+    if (!all.empty()) {  // empty: no strategy can find the path
       ASSERT_NEAR(weights, 1, 1e-4) << "path " << i;
       ++found;
     }

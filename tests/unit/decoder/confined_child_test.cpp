@@ -1,4 +1,4 @@
-// What a child that decodes an image may do: a child that is in a stranger's hands tries to do more.
+// Limits of a child that decodes an image, tested with children that try to do more.
 #include "decoder/confined_child.h"
 
 #include <fcntl.h>
@@ -31,7 +31,7 @@ class ConfinedChild : public ::testing::Test {
   DecodeReply reply_of(const std::function<DecodeReply()>& work) {
     return run_confined({*filter_, false, -1}, limits_, room_, room_, work);
   }
-  /// The error's text, for work that must not come to an end.
+  /// The error's text, for work that must not finish.
   std::string text_of(const std::function<void()>& work) {
     return reply_of([&] {
              work();
@@ -55,7 +55,7 @@ TEST_F(ConfinedChild, GivesItsReply) {
   EXPECT_EQ(reply.width, 7);
 }
 
-TEST_F(ConfinedChild, IsEndedByNameWhenItTriesToReachTheMachine) {
+TEST_F(ConfinedChild, AForbiddenSystemCallEndsItAndIsNamed) {
   const std::string end = ", which decoding does not need; save the image again";
   char* const arguments[] = {nullptr};
   const std::vector<std::pair<std::string, std::function<void()>>> attempts{
@@ -76,7 +76,7 @@ TEST_F(ConfinedChild, IsEndedByNameWhenItTriesToReachTheMachine) {
   EXPECT_NE(text_of([] { ::fork(); }).find("it tried the system call clone"), std::string::npos);
 }
 
-TEST_F(ConfinedChild, HasNothingOpenButWhatItIsGiven) {
+TEST_F(ConfinedChild, HasNoOtherOpenDescriptors) {
   const int secret = ::open("/dev/zero", O_RDONLY);
   ASSERT_GE(secret, 0);
   const DecodeReply reply = reply_of([] {
@@ -119,7 +119,7 @@ TEST_F(ConfinedChild, HasALimitOfMemoryThatItCannotRaise) {
   EXPECT_EQ(static_cast<StatusCode>(grown(2 * kMemory).code), StatusCode::kResourceExhausted);
 }
 
-TEST_F(ConfinedChild, HasALimitOfTimeAlsoWhenItHasClosedEverything) {
+TEST_F(ConfinedChild, HasATimeLimitAfterItClosedEverything) {
   limits_.time = std::chrono::milliseconds(200);
   const std::string late = "decoding it takes more than 0.2 s; save the image again, or in another format";
   EXPECT_EQ(text_of([] { spin(); }), late);
@@ -131,7 +131,7 @@ TEST_F(ConfinedChild, HasALimitOfTimeAlsoWhenItHasClosedEverything) {
             "");
 }
 
-TEST_F(ConfinedChild, WritesNoMoreThanItMay) {
+TEST_F(ConfinedChild, CannotWriteMoreThanItsLimit) {
   EXPECT_EQ(text_of([] {
               if (::ftruncate(kRoomDescriptor, 4097) != 0) {
                 ::_exit(3);
@@ -146,7 +146,7 @@ TEST_F(ConfinedChild, WritesNoMoreThanItMay) {
             1);
 }
 
-TEST_F(ConfinedChild, TheErrorSaysHowItEnded) {
+TEST_F(ConfinedChild, TheErrorStatesHowItEnded) {
   EXPECT_EQ(text_of([] { ::_exit(3); }),
             "its decoder ends without an answer (exit code 3); save the image again, or in another format");
   EXPECT_EQ(text_of([] { throw std::length_error("too long"); }),
@@ -157,7 +157,7 @@ TEST_F(ConfinedChild, TheErrorSaysHowItEnded) {
   }
 }
 
-TEST_F(ConfinedChild, IsEndedWithWhoeverAsked) {
+TEST_F(ConfinedChild, EndsWithItsCaller) {
   std::array<int, 2> ends{};
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()), 0);
   ::close(ends[1]);

@@ -1,4 +1,4 @@
-// The image decoder as programs use it: the real process, real files of every format, and what becomes of it.
+// The image decoder as programs use it: the real process, real files of every format, and its failures.
 #include "common/image/decoder/decoder_process.h"
 
 #include <gtest/gtest.h>
@@ -55,7 +55,7 @@ TEST(DecoderProcess, EachFormatHasThePixelsThatItsReaderGives) {
   }
 }
 
-TEST(DecoderProcess, OtherFormatsAreRefusedWhateverTheirName) {
+TEST(DecoderProcess, OtherFormatsAreRefusedUnderAnyName) {
   DecoderProcess decoder(built());
   std::vector<ImageFile> files = refused_image_files();
   files.push_back({"png", ""});
@@ -75,7 +75,7 @@ TEST(DecoderProcess, TheSceneFormatsPageListsTheFormats) {
   EXPECT_NE(page.find(std::string("has one of these formats: ") + kImageFormats + "."), std::string::npos);
 }
 
-TEST(DecoderProcess, CutFilesAreRefusedOrReadAndTheNextIsRead) {
+TEST(DecoderProcess, TruncatedFilesDoNotAffectTheNextFile) {
   DecoderProcess decoder(built());
   const std::string png = small_png();
   for (const ImageFile& file : readable_image_files()) {
@@ -83,7 +83,7 @@ TEST(DecoderProcess, CutFilesAreRefusedOrReadAndTheNextIsRead) {
       const std::string cut = file.bytes.substr(0, size);
       const Result<Texels> texels = decoder.decode(as_byte_view(cut), "cut." + file.format);
       if (kSanitized && file.format == "png") {
-        continue;  // libpng leaves a cut file by a jump, which leaks a string of OpenImageIO's in this process
+        continue;  // libpng leaves a truncated file by a jump, which leaks a string of OpenImageIO's
       }
       const Result<Texels> here = read_image(as_byte_view(cut), "cut." + file.format);
       EXPECT_EQ(texels.status(), here.status()) << file.format << " " << size;
@@ -92,7 +92,7 @@ TEST(DecoderProcess, CutFilesAreRefusedOrReadAndTheNextIsRead) {
   }
 }
 
-TEST(DecoderProcess, OneThatIsKilledIsStartedAgain) {
+TEST(DecoderProcess, AKilledDecoderIsRestarted) {
   DecoderProcess decoder(built());
   const std::string png = small_png();
   EXPECT_EQ(decoder.pid(), 0);
@@ -114,7 +114,7 @@ TEST(DecoderProcess, EndsWithTheObjectThatStartedIt) {
   EXPECT_EQ(errno, ESRCH);
 }
 
-TEST(DecoderProcess, LimitsAreSaidByName) {
+TEST(DecoderProcess, ErrorsNameTheLimit) {
   const std::string large = *encode_png(64, 64, std::vector<std::uint8_t>(3 * 64 * 64, 9));
   DecoderProcess decoder(built());
   const Status pixels = decoder.decode(as_byte_view(large), "a.png", 4095).status();
@@ -122,7 +122,7 @@ TEST(DecoderProcess, LimitsAreSaidByName) {
   EXPECT_EQ(message_of(pixels), "a.png: 64x64 pixels are more than --image-megapixels 0.003905 of the worker allows");
 }
 
-TEST(DecoderProcess, AProgramWithoutItsDecoderSaysSo) {
+TEST(DecoderProcess, AMissingDecoderIsReported) {
   DecoderProcess decoder({.program = "/nowhere/lightmill-image-decoder"});
   const Status status = decoder.decode(as_byte_view(small_png()), "small.png").status();
   EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
@@ -140,7 +140,7 @@ std::string text_of(pid_t process, const std::string& file) {
   return read_file(fmt::format("/proc/{}/{}", process, file)).value();
 }
 
-TEST(DecoderProcess, HasNeitherTheRightsNorTheSecretsOfTheProgramThatAsks) {
+TEST(DecoderProcess, HasNeitherRightsNorSecretsOfItsCaller) {
   ::setenv("LIGHTMILL_TOKEN", "a-secret", 1);
   DecoderProcess decoder(built());
   ASSERT_TRUE(decoder.decode(as_byte_view(small_png()), "small.png").ok());
@@ -157,7 +157,7 @@ TEST(DecoderProcess, HasNeitherTheRightsNorTheSecretsOfTheProgramThatAsks) {
   EXPECT_NE(status.find("CapPrm:\t0000000000000000\n"), std::string::npos) << status;
 }
 
-/// What `work` says, in a child of this process.
+/// The text that `work` returns in a child of this process.
 std::string said_by_child(const std::function<std::string()>& work) {
   std::array<int, 2> ends{};
   EXPECT_EQ(::pipe(ends.data()), 0);
@@ -192,7 +192,7 @@ TEST(DecoderProcess, DecodesForARootWithoutCapabilities) {
             "decoded");
 }
 
-/// Refuses this process, and what it starts, filters of their own by the system call seccomp, as systemd's units do.
+/// Makes the system call seccomp refuse new filters of this process and its children, as systemd's units do.
 void refuse_seccomp_call() {
   std::array<sock_filter, 4> steps{sock_filter{BPF_LD | BPF_W | BPF_ABS, 0, 0, offsetof(seccomp_data, nr)},
                                    sock_filter{BPF_JMP | BPF_JEQ | BPF_K, 0, 1, __NR_seccomp},
@@ -203,7 +203,7 @@ void refuse_seccomp_call() {
            ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0);
 }
 
-/// And by prctl.
+/// Makes prctl refuse them, too.
 void refuse_seccomp() {
   refuse_seccomp_call();
   std::array<sock_filter, 6> steps{sock_filter{BPF_LD | BPF_W | BPF_ABS, 0, 0, offsetof(seccomp_data, nr)},
@@ -225,7 +225,7 @@ TEST(DecoderProcess, DecodesWhereOnlyPrctlInstallsFilters) {
             "decoded");
 }
 
-TEST(DecoderProcess, WithoutSeccompImagesAreRefusedUnlessSomebodySaysOtherwise) {
+TEST(DecoderProcess, RefusesImagesWithoutSeccompUnlessAllowed) {
   EXPECT_EQ(said_by_child([] {
               refuse_seccomp();
               DecoderOptions trusting = built();

@@ -12,7 +12,7 @@ Allocation of(std::vector<std::int8_t> shifts) {
   return Allocation::of(std::move(shifts)).value();
 }
 
-TEST(Allocation, PartsAreRoundedUpAndTellWhatTheFrameHas) {
+TEST(Allocation, PartsAreRoundedUpAndDetermineTheFramesCount) {
   const Allocation allocation = of({-2, -1, 0, 1, 2});
   for (std::uint32_t i = 0; i < 7; ++i) {
     const TileId tile{i};
@@ -20,7 +20,7 @@ TEST(Allocation, PartsAreRoundedUpAndTellWhatTheFrameHas) {
     for (std::uint64_t frame = 0; frame < 100; ++frame) {
       const std::uint64_t part = allocation.of_tile(tile, frame);
       EXPECT_EQ(part, static_cast<std::uint64_t>(std::ceil(static_cast<double>(frame) * share)));
-      // The most of which it is the part, and the least; no other part is.
+      // The largest and the smallest frame count with this part.
       EXPECT_GE(allocation.of_frame(tile, part), frame);
       EXPECT_LE(allocation.frame_for(tile, part), frame);
       EXPECT_EQ(allocation.of_tile(tile, allocation.frame_for(tile, part)), part);
@@ -35,7 +35,7 @@ TEST(Allocation, PartsAreRoundedUpAndTellWhatTheFrameHas) {
   EXPECT_EQ(Allocation::of({0, 3}).status().message(), "allocation: tile 1 has shift 3, which must be from -2 to 2");
 }
 
-/// relMSE × cost if errors are half with twice the samples, and four times with half of them.
+/// relMSE × cost, if twice the samples halve the error, and half the samples give four times the error.
 double inefficiency(const std::vector<TileNoise>& tiles, const std::vector<int>& shifts, double shared) {
   double error = 0, cost = 0, most = 0;
   for (std::size_t i = 0; i < tiles.size(); ++i) {
@@ -56,7 +56,7 @@ double mean_share(const std::vector<TileNoise>& tiles, const std::vector<int>& s
   return sum / pixels;
 }
 
-/// No more than one on average, and no tile up to the greatest shift can have twice as many.
+/// Whether tiles have at most one sample on average, and no tile below the greatest shift can have twice as many.
 bool spends_all(const std::vector<TileNoise>& tiles, const std::vector<int>& shifts) {
   const int most = *std::ranges::max_element(shifts);
   bool more_fits = false;
@@ -76,28 +76,29 @@ std::vector<int> shifts_of(const Gain& gain, std::size_t tiles) {
   return shifts;
 }
 
-// One tile of variance 100 beside four of 1, with 2, 1, 1, ½ and ½: (100/2 + 2·1 + 2·4)·5; even: (100 + 4)·5.
+// One tile of variance 100 and four of 1 get 2, 1, 1, ½ and ½: (100/2 + 2·1 + 2·4)·5. An even allocation has (100 +
+// 4)·5.
 TEST(Allocate, NoisyTilesGetMore) {
   const std::vector<TileNoise> tiles{{10, 100, 1}, {10, 1, 1}, {10, 1, 1}, {10, 1, 1}, {10, 1, 1}};
   const Gain gain = allocate(tiles, 0);
   EXPECT_EQ(shifts_of(gain, 5), (std::vector<int>{1, 0, 0, -1, -1}));
   EXPECT_DOUBLE_EQ(gain.gain, 520.0 / 300);
-  // Where the noisy one costs as much more, that takes back what its noise gives.
+  // If the noisy tile costs as much more, its noise gives no gain.
   EXPECT_TRUE(allocate(std::vector<TileNoise>{{10, 100, 100}, {10, 1, 1}}, 0).allocation.even());
 }
 
-TEST(Allocate, IsEvenWhereNothingIsGained) {
+TEST(Allocate, IsEvenWithoutAGain) {
   EXPECT_TRUE(allocate(std::vector<TileNoise>(9, {4096, 0.3, 5}), 0).allocation.even());
   EXPECT_TRUE(allocate(std::vector<TileNoise>(9, {4096, 0, 5}), 0).allocation.even());
   EXPECT_TRUE(allocate(std::vector<TileNoise>{}, 0).allocation.even());
-  // Photons of more passes cost more than what is gained.
+  // The photons of more passes cost more than the gain.
   const std::vector<TileNoise> tiles{{100, 16, 1}, {100, 1, 1}, {100, 1, 1}};
   EXPECT_FALSE(allocate(tiles, 0).allocation.even());
   EXPECT_TRUE(allocate(tiles, 1e6).allocation.even());
 }
 
-// However few tiles are noisy, and however alike the others are: who asks for n samples gets them.
-TEST(Allocate, SpendsAsManyAsWereAskedFor) {
+// A request for n samples gets n, for any number of noisy tiles and any noise of the others.
+TEST(Allocate, SpendsTheRequestedSamples) {
   for (const std::size_t count : {64u, 65u, 1000u}) {
     for (const std::size_t noisy : {1u, 6u, 15u, 16u, 30u, 60u}) {
       for (const double quiet : {0.0, 0.01, 1.0}) {
@@ -113,8 +114,9 @@ TEST(Allocate, SpendsAsManyAsWereAskedFor) {
   }
 }
 
-// Of all allocations of five tiles that have one sample on average, but for what no tile's next step fits into.
-TEST(Allocate, IsNearlyTheBestThereIs) {
+// Compared with all allocations of five tiles that have one sample on average, up to a rest that fits no tile's next
+// step.
+TEST(Allocate, IsNearlyOptimal) {
   constexpr std::size_t kTiles = 5;
   std::mt19937 random(5);
   std::lognormal_distribution<double> variance(0, 2), cost(0, 0.5);

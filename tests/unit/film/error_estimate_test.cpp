@@ -41,9 +41,9 @@ FrameError estimate(std::uint32_t seed, const PixelRect& crop, double mean, doub
 }
 
 TEST(ErrorEstimate, FindsAKnownVariance) {
-  // 16 samples of sigma 0.1 around 1: the mean's variance is 0.01/16. The average over 20 × 12,288 values has a
-  // relative standard deviation of 0.29 % and a bias of some 0.1 %: 2 % is more than six of them, a false alarm in 1e9
-  // runs.
+  // The mean of 16 samples of sigma 0.1 around 1 has variance 0.01/16. The average over 20 × 12,288 values has a
+  // relative standard deviation of 0.29 % and a bias of about 0.1 %. 2 % is more than six deviations: a false alarm in
+  // 1e9 runs.
   double sum = 0;
   for (std::uint32_t seed = 0; seed < 20; ++seed) {
     sum += estimate(seed, {0, 0, 64, 64}, 1.0, 0.1).rel_mse / 20;
@@ -53,7 +53,7 @@ TEST(ErrorEstimate, FindsAKnownVariance) {
 }
 
 TEST(ErrorEstimate, UnequalHalvesEstimateTheMeansVariance) {
-  // Three samples: two in A, one in B; the mean of all three has variance sigma²/3.
+  // Three samples: two in A, one in B. The mean of all three has variance sigma²/3.
   double sum = 0;
   constexpr int kPixels = 64 * 64;
   Normal normal(5);
@@ -82,10 +82,10 @@ double own_error(const Film& film, double mean) {
   return sum / (static_cast<double>(sums.size()) / 2);
 }
 
-TEST(ErrorEstimate, IntervalHoldsThePicturesOwnErrorNineteenTimesInTwenty) {
-  // Of 12,288 values, the estimate's and the picture's own error have a relative variance of 2/12,288 each: 95 % of
-  // their differences are below 3.54 % of the error. With 10 % for the limit's sake that makes 10.6 %, which is six
-  // standard deviations.
+TEST(ErrorEstimate, IntervalCoversThePicturesErrorInNineteenOfTwentyRuns) {
+  // Over 12,288 values the estimate and the picture's own error have a relative variance of 2/12,288 each. So 95 % of
+  // their differences are below 3.54 % of the error. Together with 10 % for the limit that is 10.6 %, six standard
+  // deviations.
   constexpr int kRuns = 400;
   int held = 0;
   double width = 0;
@@ -101,8 +101,8 @@ TEST(ErrorEstimate, IntervalHoldsThePicturesOwnErrorNineteenTimesInTwenty) {
   EXPECT_NEAR(width, 0.106, 0.002);  // the average of 400 has a standard deviation of 0.0001
 }
 
-/// The estimate's sum over a tile of ones, where one pixel's halves have the means `a` and `b`, and both halves of one
-/// beside it `beside`.
+/// The estimate's sum over a tile of ones. One pixel's halves have the means `a` and `b`. Both halves of its neighbour
+/// have `beside`.
 double estimate_with(double a, double b, double beside) {
   constexpr int kSide = 16;
   std::vector<float> sums(2 * kSide * kSide, 8.0f);  // eight samples in each half
@@ -115,18 +115,18 @@ double estimate_with(double a, double b, double beside) {
   return estimate_tile_error(sums, kSide, kSide, 1, {8, 8}).sum;
 }
 
-TEST(ErrorEstimate, ARareBrightSampleIsComparedWithWhatIsThereWithoutIt) {
-  // 101 in one half, 1 in the other, around them ones: the mean is off by 50, where there ought to be 1.
+TEST(ErrorEstimate, ARareBrightSampleIsComparedWithThePictureWithoutIt) {
+  // 101 in one half, 1 in the other, and ones around them: the mean is off by 50 from 1.
   EXPECT_NEAR(estimate_with(101, 1, 1), 2500 / 1.01, 1);
   EXPECT_NEAR(estimate_with(1, 101, 1), 2500 / 1.01, 1);
 }
 
-TEST(ErrorEstimate, AtTheEdgeOfSomethingBrightItIsComparedWithTheMean) {
-  // Beside it both halves have 500, five times as much: the pixel is one that this covers in part.
+TEST(ErrorEstimate, AnEdgeOfABrightAreaIsComparedWithTheMean) {
+  // Both halves of the neighbour have 500, five times as much. So the bright area covers the pixel in part.
   EXPECT_NEAR(estimate_with(101, 1, 500), 2500.0 / (51 * 51 + 0.01), 1e-3);
 }
 
-/// What a disc of this radius gathers at (x, 0) of light 1 on the left of x = 0, by strips.
+/// What a disc of this radius gathers at (x, 0) from light 1 left of x = 0, by strips.
 double gathered_at(double x, double radius) {
   constexpr int kStrips = 2000;
   double lit = 0, all = 0;
@@ -139,9 +139,9 @@ double gathered_at(double x, double radius) {
   return lit / all;
 }
 
-TEST(ErrorEstimate, BiasOfGathersCountsByWhatHalfTheRadiusChanges) {
-  // The edge of light 0.2 on a ground of 1, gathered on discs. Beside its bias the picture has noise of its own, as has
-  // the layer: more than it shows, but independent in the two halves.
+TEST(ErrorEstimate, BiasOfGathersFollowsFromHalfTheRadius) {
+  // The edge of light 0.2 on a ground of 1, gathered on discs. Picture and layer have noise besides the bias. The
+  // layer's noise exceeds its signal, but is independent in the two halves.
   constexpr int kSide = 64;
   constexpr double kRadius = 5, kLight = 0.2, kNoise = 0.02, kSamples = 8;
   Normal normal(11);
@@ -162,16 +162,16 @@ TEST(ErrorEstimate, BiasOfGathersCountsByWhatHalfTheRadiusChanges) {
     stated += estimate_tile_error(sums, kSide, kSide, 1, {8, 8}, bias).sum -
               estimate_tile_error(sums, kSide, kSide, 1, {8, 8}).sum;
   }
-  // The noise of 40,960 products of deviations, 4.33 · 0.02² / 1.2 each, has a deviation of 0.3 beside the
-  // truth's 14.4: six of them are 12 %. Pixels stand 5 to a radius, not everywhere.
+  // The noise of 40,960 products of deviations, 4.33 · 0.02² / 1.2 each, has a deviation of 0.3. The truth is 14.4, so
+  // six deviations are 12 %. There are only 5 pixels to a radius.
   EXPECT_NEAR(truth, 14.4, 0.5);
   EXPECT_NEAR(stated / truth, 1, 0.12 + 0.05);
 }
 
 TEST(ErrorEstimate, BrightSamplesInATextureAreNotHiddenByItsBrightSpots) {
-  // Pixels of lognormal brightness r (σ = 0.5). A tenth of the light comes in one of 1,000 samples, the rest with a
-  // deviation of 0.2 r a sample: so the mean of n has the variance r² (0.04 + 0.1²·(1000 − 1))/n, of which the second
-  // part stands in few pixels. The true error is that of the values themselves.
+  // Pixels of lognormal brightness r (σ = 0.5). One of 1,000 samples brings a tenth of the light. The others have a
+  // deviation of 0.2 r a sample. So the mean of n has variance r² (0.04 + 0.1²·(1000 − 1))/n, and few pixels hold the
+  // second part. The true error is that of the values themselves.
   std::mt19937 bits(7);
   std::normal_distribution<> normal;
   constexpr int kSide = 64, kTiles = 16;
@@ -193,14 +193,14 @@ TEST(ErrorEstimate, BrightSamplesInATextureAreNotHiddenByItsBrightSpots) {
       const auto half = static_cast<std::uint64_t>(n / 2);
       stated += estimate_tile_error(sums, kSide, kSide, 1, {half, half}).sum;
     }
-    // With so many values (hundreds of bright samples) the true error varies by some 5 %; compared with its mean a
-    // bright sample would give 0.03 to 0.86.
+    // With this many values (hundreds of bright samples) the true error varies by about 5 %. If bright samples were
+    // compared with their mean, the ratio would be 0.03 to 0.86.
     EXPECT_GT(stated / truth, 0.9) << n;
     EXPECT_LT(stated / truth, 1.25) << n;
   }
 }
 
-TEST(ErrorEstimate, IsUnknownUntilBothHalvesAreEverywhere) {
+TEST(ErrorEstimate, IsUnknownUntilAllTilesHaveBothHalves) {
   Film film(TileGrid({0, 0, 128, 64}), 3);
   ErrorEstimator estimator;
   EXPECT_FALSE(estimator.update(film).known);
@@ -213,8 +213,8 @@ TEST(ErrorEstimate, IsUnknownUntilBothHalvesAreEverywhere) {
   EXPECT_TRUE(estimator.update(film).known);
 }
 
-// A film of 65×65 pixels has a tile of a single one in its corner; it must not hide the error of all the others.
-TEST(ErrorEstimate, ACornerOfOnePixelLeavesTheFramesErrorKnown) {
+// A film of 65×65 pixels has a corner tile of one pixel. It must not hide the error of the other tiles.
+TEST(ErrorEstimate, ATileOfOnePixelLeavesTheFramesErrorKnown) {
   const double expected = 0.01 / 16 / 1.01;
   double sum = 0, widths = 0, plain_widths = 0;
   for (std::uint32_t seed = 0; seed < 20; ++seed) {
@@ -230,7 +230,7 @@ TEST(ErrorEstimate, ACornerOfOnePixelLeavesTheFramesErrorKnown) {
 }
 
 // Radiances of 1e25 have squares beyond single precision.
-TEST(ErrorEstimate, IsRelativeHoweverBrightTheLight) {
+TEST(ErrorEstimate, IsRelativeAtAnyBrightness) {
   const FrameError error = estimate(1, {0, 0, 64, 64}, 1e25, 1e24);
   const double expected = 0.01 / 16;
   EXPECT_NEAR(error.rel_mse, expected, 0.1 * expected);  // a relative standard deviation of 1.3 %

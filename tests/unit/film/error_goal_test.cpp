@@ -1,4 +1,4 @@
-// At which counts a goal in error is read, and when it is met.
+// Counts at which an error goal is read, and when it is met.
 #include "common/film/error_goal.h"
 
 #include <gtest/gtest.h>

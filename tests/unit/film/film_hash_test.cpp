@@ -37,7 +37,7 @@ TEST(FilmHash, AHalfWithoutSamplesHasMeanZero) {
   EXPECT_EQ(planes.mean_b, std::vector<float>{0});
 }
 
-TEST(FilmHash, DoesNotDependOnHowTheFilmWasCut) {
+TEST(FilmHash, DoesNotDependOnTheSplitOfTheFilm) {
   const PixelRect crop{0, 0, 4, 2};
   FilmPlanes whole(crop, 3);
   std::vector<float> sums(2 * 3 * 8);
@@ -74,7 +74,7 @@ TEST(FilmHash, CoversLayersAndMeters) {
   EXPECT_NE(meter_hash(sums, 1, 0), meter_hash(sums, 0, 1));
 }
 
-TEST(FilmHash, SeesASinglePixelACountAndAnExchangeOfHalves) {
+TEST(FilmHash, ChangesWithOnePixelOneCountOrSwappedHalves) {
   const Hash128 expected = film_hash(small_film());
   FilmPlanes other = small_film();
   other.mean_b[1] = std::nextafter(20.0f, 21.0f);

@@ -16,7 +16,7 @@ float sample_value(TileId tile, std::size_t slot, std::uint32_t sample) {
   return static_cast<float>(bits()) * 1e-9f + static_cast<float>(bits() % 1000) * 37.0f;
 }
 
-/// What a worker returns: the tree over the range, in which the half without the sample gets 0.
+/// A worker's result: the tree over the range. The half without the sample has 0.
 NodePtr make_node(const Film& film, TileId tile, SampleRange range) {
   if (range.level > 0) {
     return std::make_shared<const Node>(
@@ -55,7 +55,7 @@ std::vector<SampleRange> ranges_of(const Film& film, TileId tile) {
   return ranges;
 }
 
-/// Splits ranges at random, as other units would have.
+/// Splits ranges at random, as other units would.
 std::vector<SampleRange> split_at_random(std::vector<SampleRange> ranges, std::mt19937& bits) {
   for (std::size_t i = 0; i < ranges.size(); ++i) {
     while (ranges[i].level > 0 && bits() % 3 != 0) {
@@ -94,7 +94,7 @@ class FilmTest : public testing::TestWithParam<std::vector<std::string>> {
   }
 };
 
-TEST_P(FilmTest, SameBitsInAnyOrderAndHoweverCut) {
+TEST_P(FilmTest, MergeOrderAndSplitDoNotChangeBits) {
   const std::uint32_t seeds = GetParam().empty() ? 200 : 15;  // with layers there is more to compute
   for (std::uint32_t seed = 0; seed < seeds; ++seed) {
     std::mt19937 bits(seed);
@@ -103,7 +103,7 @@ TEST_P(FilmTest, SameBitsInAnyOrderAndHoweverCut) {
     Film film = make_film();
     for (std::uint32_t tile = 0; tile < 2; ++tile) {
       std::vector<SampleRange> ranges = split_at_random(dyadic_cover(0, samples), bits);
-      // Some come twice, some were cut in another way as well.
+      // Some ranges come twice, and some also in another split.
       const std::vector<SampleRange> others = split_at_random(dyadic_cover(0, samples), bits);
       for (const SampleRange& range : others) {
         if (bits() % 4 == 0) {
@@ -125,7 +125,7 @@ TEST_P(FilmTest, SameBitsInAnyOrderAndHoweverCut) {
 }
 
 TEST_P(FilmTest, OutcomesDescribeTheStoredForest) {
-  // Whoever applies `removed` and `added` to a set of nodes always holds the film's forest, and can restore it.
+  // A set of nodes that follows `removed` and `added` always holds the film's forest, and can restore it.
   for (std::uint32_t seed = 0; seed < (GetParam().empty() ? 50u : 10u); ++seed) {
     std::mt19937 bits(seed);
     Film film = make_film();
@@ -153,7 +153,7 @@ TEST_P(FilmTest, OutcomesDescribeTheStoredForest) {
   }
 }
 
-TEST_P(FilmTest, ExtendingGivesTheBitsOfAskingAtOnce) {
+TEST_P(FilmTest, ExtendingGivesTheBitsOfOneRequest) {
   Film extended = make_film();
   Film at_once = make_film();
   for (std::uint32_t tile = 0; tile < 2; ++tile) {
@@ -170,7 +170,7 @@ TEST_P(FilmTest, ExtendingGivesTheBitsOfAskingAtOnce) {
   EXPECT_EQ(ranges_of(at_once, TileId{0}), (std::vector<SampleRange>{{8, 0}, {5, 8}, {3, 36}, {2, 74}}));
 }
 
-TEST_P(FilmTest, DropsWhatIsCovered) {
+TEST_P(FilmTest, DropsCoveredNodes) {
   Film film = make_film();
   film.merge(TileId{0}, make_node(film, TileId{0}, {3, 0}));
   const std::uint64_t version = film.version();
@@ -186,7 +186,7 @@ TEST_P(FilmTest, DropsWhatIsCovered) {
   EXPECT_FALSE(film.covered(TileId{1}, {0, 7}));
 }
 
-TEST_P(FilmTest, AncestorsReplaceWhatTheyContain) {
+TEST_P(FilmTest, AncestorsReplaceTheirDescendants) {
   Film film = make_film();
   film.merge(TileId{0}, make_node(film, TileId{0}, {0, 1}));
   film.merge(TileId{0}, make_node(film, TileId{0}, {1, 3}));
@@ -197,9 +197,9 @@ TEST_P(FilmTest, AncestorsReplaceWhatTheyContain) {
   EXPECT_EQ(film.samples(TileId{0}), 8u);
 }
 
-TEST_P(FilmTest, FindsEqualRangesWithOtherBits) {
+TEST_P(FilmTest, FindsEqualRangesWithDifferentBits) {
   Film film = make_film();
-  // The two siblings are joined to the parent's range, whose own bits must then be equal.
+  // The two siblings join to the parent's range. The parent's own bits must then be equal.
   film.merge(TileId{0}, make_node(film, TileId{0}, {1, 0}));
   film.merge(TileId{0}, make_node(film, TileId{0}, {1, 1}));
   Node wrong = *make_node(film, TileId{0}, {2, 0});
@@ -257,7 +257,7 @@ TEST(FirstLayers, AreMadeOfSamples0To15AndKeptWhenTheFilmJoins) {
   Film film(TileGrid({0, 0, 2, 1}), layout);
   const TileId tile{0};
   for (std::uint32_t sample = 0; sample < 64; ++sample) {
-    // The nearest of pixel 0 is 5 of sample 9; samples 0 to 3 see nothing.
+    // Sample 9 has pixel 0's nearest value, 5. Samples 0 to 3 see nothing.
     const float nearest = sample < 4 ? 0.0f : sample == 9 ? 5.0f : sample > 15 ? 1.0f : 7.0f + sample;
     film.merge(tile, first_node(sample, 1.0f + sample, nearest, 1.0f + sample));
   }
@@ -275,7 +275,7 @@ TEST(FirstLayers, AreMadeOfSamples0To15AndKeptWhenTheFilmJoins) {
   EXPECT_EQ(film.expected_values(tile, {0, 16}), 4u);
 }
 
-TEST(FilmLayers, ComeInOneOrderAndLightGroupsBringTheRest) {
+TEST(FilmLayers, HaveOneOrderAndLightGroupsAddTheRest) {
   const auto layers =
       film_layers(std::vector<std::string>{"id", "light:key", "albedo", "depth", "light:fill", "direct"});
   ASSERT_TRUE(layers.ok());
@@ -298,7 +298,7 @@ TEST(FilmLayers, ComeInOneOrderAndLightGroupsBringTheRest) {
   EXPECT_FALSE(check_layers({}).ok());
 }
 
-TEST(FilmLayers, AreRefusedWithTheReason) {
+TEST(FilmLayers, BadListsAreRefusedWithTheReason) {
   const auto error = [](std::vector<std::string> names) { return message_of(film_layers(names).status()); };
   EXPECT_EQ(error({"normals"}),
             "unknown layer \"normals\"; the layers are direct, indirect, caustic, bias, albedo, normal, depth, id, and "
@@ -313,7 +313,7 @@ TEST(FilmLayers, AreRefusedWithTheReason) {
   EXPECT_EQ(error(many), "a film has at most 8 light groups, got 9");
 }
 
-TEST(TileGrid, MetersHaveTilesAfterThePictures) {
+TEST(TileGrid, MeterTilesFollowThePictureTiles) {
   const TileGrid grid(PixelRect{60, 130, 10, 70}, 2);
   EXPECT_EQ(grid.tile_count(), 6u);
   EXPECT_EQ(grid.picture_tiles(), 4u);
@@ -324,7 +324,7 @@ TEST(TileGrid, MetersHaveTilesAfterThePictures) {
   EXPECT_EQ(grid.pixel_count(), 700u + 2 * 4096u);
 }
 
-TEST(TileGrid, TilesAreThoseOfTheFullFilm) {
+TEST(TileGrid, ACropHasTheTilesOfTheFullFilm) {
   const TileGrid grid(PixelRect{60, 130, 10, 70});
   EXPECT_EQ(grid.columns(), 2);
   EXPECT_EQ(grid.rows(), 2);
@@ -334,7 +334,7 @@ TEST(TileGrid, TilesAreThoseOfTheFullFilm) {
   EXPECT_EQ(grid.tile_rect(TileId{3}), (PixelRect{64, 192, 6, 8}));
 }
 
-TEST(Film, TellsOfHowManyOfTheFramesSamplesAllTilesHaveTheirPart) {
+TEST(Film, FrameSamplesCountWhatAllTilesHave) {
   Film film(TileGrid(kCrop), 3, Allocation::of({-1, 2}).value());
   const TileId quiet{0}, noisy{1};
   film.merge(quiet, make_node(film, quiet, {3, 0}));  // 8: half of 16
@@ -353,7 +353,7 @@ TEST(Film, TellsOfHowManyOfTheFramesSamplesAllTilesHaveTheirPart) {
   EXPECT_EQ(film.max_samples(), 65u);
 }
 
-TEST(Film, WhatIsDroppedIsFreeAgainAndComesBackWithTheSameBits) {
+TEST(Film, DroppedRangesMergeAgainWithTheSameBits) {
   Film film{TileGrid(kCrop), NodeLayout()};
   const TileId tile{1};
   for (const SampleRange range : {SampleRange{2, 0}, SampleRange{0, 4}, SampleRange{1, 3}}) {

@@ -1,8 +1,8 @@
-// FLIP against its formulas worked out by other means.
+// FLIP, compared with independently computed values.
 //
-// The expected values of patterns come from a program of its own in numpy: float64, each filter as one two-dimensional
-// kernel, the inverse of the colour matrix computed. What differs is rounding to float32 here:
-// features are the root of a difference, so 1e-7 there becomes 3e-4 in an exponent. The tolerance is 1e-4.
+// The values of patterns come from a separate numpy program. It uses float64, each filter as one two-dimensional
+// kernel, and a computed inverse of the colour matrix. The difference is rounding to float32 here. Features are the
+// root of a difference, so 1e-7 becomes 3e-4 in an exponent. The tolerance is 1e-4.
 #include "common/image/flip.h"
 
 #include <gtest/gtest.h>
@@ -42,11 +42,11 @@ double between(const RgbImage& picture, const RgbImage& reference) {
 constexpr double kTolerance = 1e-4;
 
 TEST(Flip, UniformColoursHitTheColourMetric) {
-  // Blurring leaves them and there are no features: the redistributed HyAB distance of Hunt-adjusted CIELAB alone. From
-  // black to white that distance is 100, and 100^0.7 lies beyond the knee of 0.4 · 41.2761.
+  // Blurring does not change uniform colours, and they have no features. The redistributed HyAB distance of
+  // Hunt-adjusted CIELAB remains. From black to white it is 100, and 100^0.7 lies beyond the knee of 0.4 · 41.2761.
   EXPECT_NEAR(between(uniform(0, 0, 0), uniform(1, 1, 1)),
               0.95 + 0.05 * (std::pow(100.0, 0.7) - 0.4 * 41.2760984) / (0.6 * 41.2760984), kTolerance);
-  EXPECT_NEAR(between(uniform(0, 1, 0), uniform(0, 0, 1)), 1, kTolerance);  // what the scale is normalised by
+  EXPECT_NEAR(between(uniform(0, 1, 0), uniform(0, 0, 1)), 1, kTolerance);  // the scale is normalised by this
   EXPECT_NEAR(between(uniform(0.5f, 0.5f, 0.5f), uniform(0.25f, 0.25f, 0.25f)), 0.4518496, kTolerance);
   EXPECT_NEAR(between(uniform(1, 0, 0), uniform(0.5f, 0.1f, 0.2f)), 0.8100855, kTolerance);
   EXPECT_EQ(between(uniform(0.3f, 0.2f, 0.7f), uniform(0.3f, 0.2f, 0.7f)), 0);
@@ -73,13 +73,13 @@ TEST(Flip, HdrTakesTheWorstOfItsExposures) {
   EXPECT_NEAR(mean_flip(map), 0.1988500, kTolerance);
   EXPECT_NEAR(map[9 * 24 + 11], 0.2006224, kTolerance);
   EXPECT_NEAR(map[17 * 24 + 23], 0.0901522, kTolerance);
-  // Exposures follow the reference: a scale common to both pictures is none.
+  // Exposures follow the reference, so a scale common to both pictures has no effect.
   const auto brighter = [&](int x) { return 1024 * scale(x); };
   const std::vector<float> scaled = hdr_flip_map(pattern(true, brighter), pattern(false, brighter)).value();
   EXPECT_NEAR(mean_flip(scaled), mean_flip(map), kTolerance);
 }
 
-TEST(Flip, HdrSeesWhatIsBlackOrDarkForTheMost) {
+TEST(Flip, HdrComparesMostlyBlackAndDarkPictures) {
   RgbImage reference = uniform(0, 0, 0);
   EXPECT_EQ(mean_flip(hdr_flip_map(reference, reference).value()), 0);
   EXPECT_GT(mean_flip(hdr_flip_map(uniform(1, 1, 1), reference).value()), 0.9);
@@ -88,7 +88,7 @@ TEST(Flip, HdrSeesWhatIsBlackOrDarkForTheMost) {
   EXPECT_GT(mean_flip(hdr_flip_map(uniform(0, 0, 0), reference).value()), 0);
 }
 
-TEST(Flip, WhatCannotBeComparedIsRefused) {
+TEST(Flip, IncomparablePicturesAreRefused) {
   RgbImage broken = uniform(1, 1, 1);
   broken.values[14] = std::numeric_limits<float>::infinity();
   EXPECT_EQ(flip_map(broken, uniform(1, 1, 1)).status().code(), StatusCode::kInvalidArgument);

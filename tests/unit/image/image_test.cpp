@@ -1,4 +1,4 @@
-// Pictures: colour, files, error metrics, against closed forms.
+// Pictures: colour, files and error metrics, compared with closed forms.
 #include <gtest/gtest.h>
 
 #include "common/image/cryptomatte.h"
@@ -74,7 +74,7 @@ TEST(Color, FilmicRisesFromBlackTowardsWhite) {
   }
 }
 
-TEST(Color, GammaRaisesWhatIsShownToAPower) {
+TEST(Color, GammaRaisesShownValuesToAPower) {
   const RgbImage image{1, 1, {0.25f, 0.0f, 4.0f}}, root{1, 1, {0.5f, 0.0f, 1.0f}};
   EXPECT_EQ(to_srgb8(image, {0, View::plain, 2}), to_srgb8(root, {}));
   const RgbImage filmic{1, 1, {filmic_curve(0.25f), 0.0f, filmic_curve(4.0f)}};
@@ -88,7 +88,7 @@ TEST(Color, AStopDoublesTheLight) {
   EXPECT_EQ(to_srgb8(image, {}), (std::vector<std::uint8_t>{137, 89, 0}));
 }
 
-TEST(Exr, AllValuesAttributesAndWindowsComeBack) {
+TEST(Exr, ARoundTripKeepsValuesAttributesAndWindows) {
   Image image;
   image.display = {0, 0, 100, 50};
   image.data = {10, 20, 3, 2};
@@ -140,8 +140,8 @@ TEST(Exr, HostileBytesAreRefused) {
   }
 }
 
-// OpenEXR would make room for the 2 GiB that this file says a text has.
-TEST(Exr, AnAttributeThatIsLargerThanTheFileIsRefusedBeforeRoomIsMade) {
+// OpenEXR would allocate the 2 GiB that this file states for a text.
+TEST(Exr, AnAttributeLargerThanTheFileIsRefusedBeforeAllocation) {
   Image image = to_image(example_picture());
   image.attributes["comment"] = std::string("0123456789");
   std::string bytes = *encode_exr(image);
@@ -157,7 +157,7 @@ TEST(Exr, AnAttributeThatIsLargerThanTheFileIsRefusedBeforeRoomIsMade) {
   EXPECT_FALSE(exr_header_end(as_byte_view(bytes).first(size_at + 2)).ok());
 }
 
-TEST(Png, BytesComeBackAsLinearValues) {
+TEST(Png, ARoundTripGivesLinearValues) {
   const std::vector<std::uint8_t> rgb{0, 128, 255, 1, 2, 3};
   const Result<std::string> bytes = encode_png(2, 1, rgb);
   ASSERT_TRUE(bytes.ok()) << bytes.status();
@@ -196,7 +196,7 @@ TEST(FilmPicture, StandardErrorOfEqualHalvesIsHalfTheirDistance) {
   }
 }
 
-TEST(FilmPicture, StandardErrorIsAveragedOverItsNeighbourhoodAlone) {
+TEST(FilmPicture, StandardErrorIsAveragedOnlyOverItsNeighbourhood) {
   FilmPicture picture({0, 0, 40, 40}, {0, 0, 40, 40});
   std::vector<float> sums(6 * 1600);
   sums[20 * 40 + 20] = 2.0f;  // one red pixel: variance (2−0)²/4 = 1
@@ -214,7 +214,7 @@ TEST(FilmPicture, StandardErrorIsZeroWhereOneHalfIsMissing) {
   EXPECT_EQ(smoothed_standard_error(picture), (std::vector<float>{0, 0, 0}));
 }
 
-TEST(FilmPicture, ComesBackFromItsFile) {
+TEST(FilmPicture, SurvivesARoundTripThroughItsFile) {
   const FilmPicture picture = example_picture();
   const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "film_picture_test.exr";
   const Result<std::string> bytes = encode_picture(picture, PictureFormat::exr, {});
@@ -242,7 +242,7 @@ TEST(FilmPicture, ComesBackFromItsFile) {
   std::filesystem::remove(path);
 }
 
-TEST(PictureFile, FormatIsKnownByItsName) {
+TEST(PictureFile, FormatFollowsTheName) {
   EXPECT_EQ(*picture_format("a/b.exr"), PictureFormat::exr);
   EXPECT_EQ(*picture_format("b.PNG"), PictureFormat::png);
   for (const char* name : {"b.jpg", "b", "exr", ".png.txt"}) {
@@ -253,7 +253,7 @@ TEST(PictureFile, FormatIsKnownByItsName) {
   EXPECT_EQ(load_rgb("/nowhere/at/all.exr").status().code(), StatusCode::kNotFound);
 }
 
-TEST(ErrorMetrics, EqualPicturesDifferByNothing) {
+TEST(ErrorMetrics, EqualPicturesHaveNoError) {
   const RgbImage image{2, 1, {1, 2, 3, 4, 5, 0}};
   const Result<PictureError> error = compare_pictures(image, image);
   ASSERT_TRUE(error.ok());
@@ -286,7 +286,7 @@ TEST(ErrorMetrics, TrimmingDropsTheWorstPixelInAThousand) {
   EXPECT_GT(error->rel_mse, 9e4);
 }
 
-TEST(ErrorMetrics, WhatCannotBeComparedIsRefused) {
+TEST(ErrorMetrics, IncomparablePicturesAreRefused) {
   const RgbImage one{1, 1, {1, 1, 1}};
   EXPECT_FALSE(compare_pictures(one, RgbImage{2, 1, std::vector<float>(6)}).ok());
   EXPECT_FALSE(compare_pictures(RgbImage{1, 1, {1, std::nanf(""), 1}}, one).ok());
@@ -306,13 +306,13 @@ TEST(Cryptomatte, HashesNamesByMurmurHash3) {
 }
 
 TEST(Cryptomatte, IdentifiersAreOrdinaryFloats) {
-  EXPECT_EQ(std::bit_cast<std::uint32_t>(cryptomatte_id("hello")), 0x248bfa47u);  // its hash as it is
+  EXPECT_EQ(std::bit_cast<std::uint32_t>(cryptomatte_id("hello")), 0x248bfa47u);  // the unchanged hash
   for (int i = 0; i < 2000; ++i) {
     EXPECT_TRUE(std::isnormal(cryptomatte_id(std::to_string(i)))) << i;
   }
 }
 
-TEST(Cryptomatte, RanksAreByCoverageAndLoseTheLeast) {
+TEST(Cryptomatte, RanksDescendInCoverageAndDropTheSmallest) {
   const std::vector<float> ids{5, 0, 7, 5, 9, 9, 5, 11, 12, 13, 14, 7, 0, 0, 0, 0};
   const auto ranks = cryptomatte_ranks(ids);
   const std::array<float, 12> expected{5,  3 / 16.0f, 7,  2 / 16.0f, 9,  2 / 16.0f,
@@ -321,7 +321,7 @@ TEST(Cryptomatte, RanksAreByCoverageAndLoseTheLeast) {
   EXPECT_EQ(cryptomatte_ranks(std::vector<float>(16, 0.0f)), (std::array<float, 12>{}));
 }
 
-TEST(Cryptomatte, TheHeaderSaysHowToReadIt) {
+TEST(Cryptomatte, TheHeaderDescribesTheLayer) {
   std::map<std::string, ImageAttribute> attributes;
   add_cryptomatte_attributes(attributes, "CryptoObject", {"a \"b\"\\", "hello"});
   ASSERT_EQ(attributes.size(), 4u);
@@ -337,8 +337,8 @@ TEST(Cryptomatte, TheHeaderSaysHowToReadIt) {
   EXPECT_EQ(cryptomatte_channels("CryptoObject")[6], "CryptoObject01.B");
 }
 
-// Objects of one name count as one, whatever the ids are; ids that stand for nothing see nothing.
-TEST(PictureLayers, IdsOfOneNameAreOneRank) {
+// Objects of one name count as one, with any ids. Ids without an object cover nothing.
+TEST(PictureLayers, IdsOfOneNameShareARank) {
   std::vector<PictureLayer> layers{make_picture_layer("id", 1)};
   PictureIds ids({"leaf", "trunk", "leaf", "hidden"}, {"green", "brown", "brown", "green"});
   std::vector<float> values{3, 1, 2, 0, 5, 3, -1, std::numeric_limits<float>::quiet_NaN()};
@@ -358,7 +358,7 @@ TEST(PictureLayers, ComeFromSamples0To15) {
   std::vector<PictureLayer> layers{make_picture_layer("direct", 2), make_picture_layer("normal", 2),
                                    make_picture_layer("depth", 2), make_picture_layer("id", 2)};
   PictureIds ids({"cup", "table"}, {"glass", "wood"});
-  // The second pixel of two, of which two samples saw the table, then nothing.
+  // The second of two pixels. Two samples saw the table, the others nothing.
   const std::vector<float> values{0, 1, -2, 3.5f, 2, 0};
   ASSERT_TRUE(place_first_samples(layers, {0, 0, 2, 1}, {1, 0, 1, 1}, 2, values, ids));
   EXPECT_EQ(layers[1].values, (std::vector<float>{0, 0, 0, 0.5f, 0, -1}));

@@ -58,7 +58,7 @@ TEST(IesProfile, SymmetriesAreMadeExplicit) {
   EXPECT_DOUBLE_EQ(half.at(10, 300), 3);
   EXPECT_DOUBLE_EQ(half.at(10, 120), 6);
   EXPECT_DOUBLE_EQ(half.at(10, 240), 6);
-  // 90 to 270: 180° − x is as x.
+  // 90 to 270: 180° − x has the values of x.
   const IesProfile side = profile_of(file("0 90", 2, "90 150 180 270", 4, "1 1 2 2 4 4 7 7"));
   EXPECT_DOUBLE_EQ(side.at(10, 150), 2);
   EXPECT_DOUBLE_EQ(side.at(10, 30), 2);
@@ -69,7 +69,7 @@ TEST(IesProfile, SymmetriesAreMadeExplicit) {
   EXPECT_DOUBLE_EQ(side.at(10, 315), 5.5);
 }
 
-TEST(IesProfile, FactorsMultiplyWhatTheFileSays) {
+TEST(IesProfile, FactorsMultiplyTheFilesIntensities) {
   std::string text = file("0 90", 2, "0", 1, "8 2", "IESNA:LM-63-1995", 2.5);
   text.replace(text.find("\r\n1 1 100"), 10, "\r\n0.5 0.8 9");
   EXPECT_DOUBLE_EQ(profile_of(text).at(0, 0), 8 * 2.5 * 0.5 * 0.8);
@@ -81,12 +81,12 @@ TEST(IesProfile, FactorsMultiplyWhatTheFileSays) {
   };
   EXPECT_DOUBLE_EQ(with_head("IESNA:LM-63-2002"), 8 * 2.5 * 0.5);
   EXPECT_DOUBLE_EQ(with_head("IES:LM-63-2019"), 8 * 2.5 * 0.5);
-  // A file of 1986 has no such line: it begins with a label, which says whatever it says.
+  // A file of 1986 has no such line. It begins with a label of any text.
   EXPECT_DOUBLE_EQ(with_head("REPORT NO. 2002-117 OF 5/20/1987"), 8 * 2.5 * 0.5 * 0.8);
   EXPECT_DOUBLE_EQ(with_head("CATALOG 201907"), 8 * 2.5 * 0.5 * 0.8);
 }
 
-TEST(IesProfile, TiltIsReadOver) {
+TEST(IesProfile, TiltFactorsAreSkipped) {
   std::string text = file("0 90", 2, "0", 1, "8 2");
   text.replace(text.find("TILT=NONE\r\n"), 11, "TILT=INCLUDE\r\n1\r\n3\r\n0 45 90\r\n1 0.9 0.8\r\n");
   EXPECT_DOUBLE_EQ(profile_of(text).at(0, 0), 8);
@@ -111,7 +111,7 @@ TEST(IesProfile, FluxIsTheIntegralOfTheIntensity) {
   }
   sum *= (130.0 / kSteps) * 0.5 * std::pow(M_PI / 180, 2);
   EXPECT_NEAR(p.lumen() / sum, 1, 1e-5);
-  // The same intensity everywhere: 4π cd are 4π·cd lm.
+  // A uniform intensity of I cd emits 4π·I lm.
   EXPECT_NEAR(profile_of(file("0 180", 2, "0", 1, "100 100")).lumen(), 400 * M_PI, 1e-9);
 }
 
@@ -145,12 +145,12 @@ TEST(IesProfile, SizeIsLimitedWithTheSymmetries) {
       error_of(file(angles, 1025, angles, 1025, "")),
       "lamp.ies:8: 1025 vertical and 1025 horizontal angles, 4097 with their symmetry, are more than the limit of "
       "4194304 values");
-  // One vertical angle less would do, were there values.
+  // One vertical angle less would be accepted if there were values.
   const std::string fewer = angles.substr(0, angles.rfind(' '));
   EXPECT_EQ(error_of(file(fewer, 1024, "0 90", 2, "")), "lamp.ies:10: a candela value is expected, the file ends");
 }
 
-/// Intensities (W/sr, 1 a candela) that a light with the profile sends towards a direction.
+/// Intensity (1 W/sr for each candela) that a light with the profile sends towards a direction.
 double sent(const IesProfile& profile, const Vec3d& direction) {
   IesLights lights;
   const std::size_t index = lights.add_profile(profile);
@@ -160,7 +160,7 @@ double sent(const IesProfile& profile, const Vec3d& direction) {
   return weight[3] * 4;  // at distance 2
 }
 
-TEST(IesLight, ItsLanesAgreeWithTheProfile) {
+TEST(IesLight, LanesAgreeWithTheProfile) {
   const IesProfile p =
       profile_of(file("0 20 70 130", 4, "0 90 180 300 360", 5, "9 8 4 1  9 7 5 2  9 1 1 1  9 3 6 2  9 8 4 1"));
   for (double v = 1; v < 130; v += 7.3) {
@@ -175,7 +175,7 @@ TEST(IesLight, ItsLanesAgreeWithTheProfile) {
   EXPECT_NEAR(sent(p, {0, -1, 0}), 9, 1e-5);
 }
 
-// Neighbouring columns differ much, so that one that is missed by a cell shows.
+// Neighbouring columns differ much, so a lookup that misses by one column shows.
 TEST(IesLight, FindsOneOf16381HorizontalAngles) {
   std::string angles, candela;
   for (int i = 0; i < 4096; ++i) {
@@ -186,7 +186,7 @@ TEST(IesLight, FindsOneOf16381HorizontalAngles) {
   ASSERT_EQ(p.horizontal.size(), 16381u);
   for (double h = 0.3; h < 360; h += 3.7) {
     const double phi = h * M_PI / 180;
-    // Single precision knows angles to some 0.00003°, and a column is 0.022° wide: 2 cd · 0.0014.
+    // Single precision resolves angles to about 0.00003°, and a column is 0.022° wide: 2 cd · 0.0014.
     EXPECT_NEAR(sent(p, {std::cos(phi), 0, -std::sin(phi)}), p.at(90, h), 0.02) << h;
   }
 }

@@ -1,4 +1,4 @@
-// What the table of lights takes in memory, and what lights do at the ends of their ranges.
+// Memory of the light table, and lights at the ends of their ranges.
 #include "common/lights/light_table.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ TEST(LightTable, CountsTheRowsOfAllLights) {
     lights.build(1);
     return lights.bytes();
   };
-  // Three points and a radiance in single precision, for each of so few that no tree is built over them.
+  // Three points and a radiance in single precision for each facet. No tree is built over so few.
   const std::uint64_t facets = bytes_with([](LightTable& lights) {
     for (int i = 0; i < 10; ++i) {
       lights.facets.add({Vec3(0), {1, 0, 0}, {0, 1, 0}, Vec3(1)});
@@ -36,7 +36,7 @@ TEST(LightTable, CountsTheRowsOfAllLights) {
   EXPECT_LE(profile, 4u * (2 + 3 + 6 + 1000 + 2 + 2000) + 200);
 }
 
-TEST(SpotLights, OfAllDirectionsShineBackwardsToo) {
+TEST(SpotLights, ASpotOfAllDirectionsAlsoShinesBackwards) {
   SpotLights spots;
   spots.add({{0, 2, 0}, {0, 1, 0}, Vec3(4), 2, 2});
   for (const float aside : {0.0f, 1e-6f, 1e-5f, 1e-4f, 1e-3f, 1e-2f}) {

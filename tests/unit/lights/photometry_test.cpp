@@ -1,4 +1,4 @@
-// The unit library: the course's figures, other parameters, and integrals by an independent rule.
+// The unit library, compared with the course's figures, other parameters, and integrals by an independent rule.
 #include "common/lights/photometry.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ double over_solid_angle(const std::function<double(double)>& f, double end) {
   return sum * end / kSteps;
 }
 
-TEST(Photometry, ABulbAsThePointAndAsTheSphereThatItIs) {
+TEST(Photometry, ABulbHasKnownPowerIntensityAndExitance) {
   const double watt = lamp_watt(2.4, 0.7);
   EXPECT_NEAR(watt, 1.68, 1e-12);
   EXPECT_NEAR(watt / kPointSolidAngle, 0.13369, 5e-6);
@@ -28,20 +28,20 @@ TEST(Photometry, ABulbAsThePointAndAsTheSphereThatItIs) {
   EXPECT_NEAR(radiant_energy(watt, 5 * 60), 504, 1e-9);
 }
 
-TEST(Photometry, PhotonsOfGreenLight) {
+TEST(Photometry, GreenLightHasAKnownPhotonRate) {
   EXPECT_NEAR(photons_per_second(5, 500e-9), 1.2585e19, 5e14);
   // Twice the wavelength, twice the photons.
   EXPECT_NEAR(photons_per_second(5, 1000e-9) / photons_per_second(5, 500e-9), 2, 1e-12);
 }
 
-TEST(Photometry, ASquareEmitterWithAndWithoutACosineProfile) {
+TEST(Photometry, ASquareEmitterHasKnownExitanceAndFlux) {
   const double area = 0.1 * 0.1;
   EXPECT_NEAR(5000 * exitance_per_radiance(), 15708, 0.05);
   EXPECT_NEAR(5000 * exitance_per_radiance() * area, 157.080, 5e-4);
   EXPECT_NEAR(6000 * exitance_per_radiance(1) * area, 125.664, 5e-4);
 }
 
-TEST(Photometry, LuminousEfficacyIs683BothWays) {
+TEST(Photometry, LuminousEfficacyIs683InBothDirections) {
   EXPECT_EQ(photometric(1), 683);
   EXPECT_EQ(radiometric(683), 1);
   for (const LightUnit& unit : kLightUnits) {
@@ -67,8 +67,8 @@ TEST(Photometry, FluxIsTheIntegralOfTheIntensity) {
   }
 }
 
-TEST(Photometry, IrradianceOfASphereFromAfarIsThatOfItsIntensity) {
-  // E = πL(R/d)² of a sphere with exitance πL: as a point of intensity Φ / 4π the same.
+TEST(Photometry, ADistantSphereHasTheIrradianceOfItsIntensity) {
+  // The irradiance of a sphere of exitance πL is E = πL(R/d)², that of a point of intensity Φ / 4π.
   const double radiance = 7, diameter = 0.3, distance = 2.5;
   const double flux = exitance_per_radiance() * radiance * sphere_area_of_diameter(diameter);
   EXPECT_NEAR(irradiance_at(flux / kPointSolidAngle, distance), M_PI * radiance * std::pow(diameter / 2 / distance, 2),

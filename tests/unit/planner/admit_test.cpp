@@ -9,7 +9,7 @@
 namespace lightmill {
 namespace {
 
-TEST(Admit, PathFindsAllButWhatLampsWithoutExtentSendThroughSmoothSurfaces) {
+TEST(Admit, PathMissesOnlyPointAndSunLightThroughSmoothSurfaces) {
   EXPECT_TRUE(path_finds_all({kWhite}, {kBulb}));
   EXPECT_TRUE(path_finds_all({kWhite, kGlass, lamp()}, {}));
   EXPECT_TRUE(path_finds_all({kWhite, kGlass, kMirror}, {kSky}));
@@ -22,7 +22,7 @@ TEST(Admit, PathFindsAllButWhatLampsWithoutExtentSendThroughSmoothSurfaces) {
   }
 }
 
-TEST(Admit, PathDoesNotFindThroughNarrowLobesWhatItFindsThroughWideOnes) {
+TEST(Admit, PathMissesPointLightThroughNarrowLobesNotWideOnes) {
   // Measured in tests/atlas: light of a point over such surfaces.
   EXPECT_FALSE(path_finds_all({kWhite, metal(0.0101)}, {kBulb}));
   EXPECT_FALSE(path_finds_all({kWhite, metal(0.05)}, {kBulb}));
@@ -50,8 +50,8 @@ TEST(Admit, PathDoesNotFindThroughNarrowLobesWhatItFindsThroughWideOnes) {
   EXPECT_FALSE(admit(gloss, "caustic").admitted);
 }
 
-TEST(Admit, PathHardlyMeetsSmallLamps) {
-  // Spheres stand 3 apart: from the mirror's surface the lamp's centre is 2 away, and fills (r/2)²/4 of all directions.
+TEST(Admit, PathRarelyMeetsSmallEmitters) {
+  // Spheres stand 3 apart. The emitter's centre is 2 from the mirror's surface, so it fills (r/2)²/4 of all directions.
   const double edge = 4 * std::sqrt(kSmallShare);
   const auto lit_by = [&](double radius, const Material& other) {
     Scene scene = scene_of({kWhite, lamp(), other}, {});
@@ -68,14 +68,14 @@ TEST(Admit, PathHardlyMeetsSmallLamps) {
   EXPECT_TRUE(admit(read_facts(lit_by(1e-6, metal(0.1))), "path").admitted) << "it is sampled from there";
   EXPECT_TRUE(admit(read_facts(lit_by(1e-6, kMirror)), "caustic").admitted);
 
-  // Moved, turned and enlarged it is the same lamp: what counts is where it ends up.
+  // A moved, rotated and scaled object is the same emitter. Only its final place counts.
   Scene moved = lit_by(0.5 * edge, kMirror);
   moved.objects[1].transform = {{{3, 0, 0, -6}, {0, 0, -3, 0}, {0, 3, 0, 0}}};
   EXPECT_TRUE(admit(read_facts(moved), "path").admitted);
   moved.objects[2].transform = {{{1, 0, 0, 100}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
   EXPECT_FALSE(admit(read_facts(moved), "path").admitted);
 
-  // A plane, a triangle, and a mesh, if it is at hand.
+  // A plane, a triangle, and a mesh if its asset is available.
   Scene over_plane = lit_by(0.5 * edge, kMirror);
   over_plane.objects[2].shape = PlaneShape{{0, -2, 0}, {0, 5, 0}};
   EXPECT_FALSE(admit(read_facts(over_plane), "path").admitted);
@@ -100,8 +100,9 @@ TEST(Admit, PathHardlyMeetsSmallLamps) {
   EXPECT_TRUE(admit(read_facts(triangle), "path").admitted);
 }
 
-TEST(Admit, ASpotHidesOnlyWhatItMayShineOn) {
-  // The ball lies 3 off the spot's foot, 5 below it, with a radius of 1: from 20.9° to 41° off the straight way down.
+TEST(Admit, ASpotMattersOnlyWhereItShines) {
+  // The ball lies 3 beside the spot's foot and 5 below the spot, with a radius of 1: from 20.9° to 41° off the
+  // vertical.
   const auto path_finds_all = [](const Point3d& direction, double cutoff_degrees) {
     const Light spot{"spot", SpotLight{{0, 5, 0}, direction, {1, 1, 1}, cutoff_degrees}};
     return admit(read_facts(scene_of({kWhite, kGlass}, {spot})), "path").admitted;
@@ -113,7 +114,7 @@ TEST(Admit, ASpotHidesOnlyWhatItMayShineOn) {
   EXPECT_FALSE(path_finds_all({3, -5, 0}, 1));
 }
 
-TEST(Admit, CausticDoesNotCoverPlanesWithoutEndFromAfar) {
+TEST(Admit, CausticDoesNotCoverInfinitePlanesUnderDistantLight) {
   Light window = kSky;
   std::get<EnvironmentLight>(window.kind).has_image = true;
   const auto over_plane = [](const Material& material, const Light& light) {
@@ -133,7 +134,7 @@ TEST(Admit, CausticDoesNotCoverPlanesWithoutEndFromAfar) {
   }
 }
 
-TEST(Admit, VcmDoesNotCoverSmoothCoatsWithoutEndFromAfar) {
+TEST(Admit, VcmDoesNotCoverInfiniteSmoothCoatsUnderDistantLight) {
   const auto over_plane = [](const Material& material, const Light& light) {
     Scene scene = scene_of({kGray, material}, {light});
     scene.objects[1].shape = PlaneShape{{0, -2, 0}, {0, 1, 0}};
@@ -152,8 +153,8 @@ TEST(Admit, VcmDoesNotCoverSmoothCoatsWithoutEndFromAfar) {
   EXPECT_TRUE(admit(over_plane(kWhite, kSun), "vcm").admitted) << "it is lit by what samples the sun";
 }
 
-/// Photons never start at spheres that glow by a texture, and nothing draws points of them.
-TEST(Admit, NoMethodFindsSmallLampsThatAreNeverSampled) {
+/// Photons never start at spheres with textured emission, and no method draws points on them.
+TEST(Admit, NoMethodFindsSmallUnsampledEmitters) {
   const double edge = 4 * std::sqrt(kSmallShare);  // 2 away from the other ball: as above
   const auto lit_by = [&](double radius, const Material& other) {
     Material lamp_of_texture = lamp();
@@ -191,7 +192,7 @@ TEST(Admit, NoMethodFindsSmallLampsThatAreNeverSampled) {
   EXPECT_TRUE(admit(read_facts(metered), "path").admitted) << "nobody says how near the plane is, which was moved";
 }
 
-TEST(Admit, WithoutAReceiverNothingIsMissing) {
+TEST(Admit, NoLightIsMissedWithoutAReceiver) {
   EXPECT_TRUE(path_finds_all({kMirror, kGlass}, {kBulb}));
   EXPECT_TRUE(path_finds_all({kBlack, kGlass}, {kBulb}));
   EXPECT_TRUE(path_finds_all({material("ground", HoldoutMaterial{}), kGlass}, {kBulb}))
@@ -209,7 +210,7 @@ TEST(Admit, WithoutAReceiverNothingIsMissing) {
   EXPECT_FALSE(path_finds_all({milk}, {kBulb}));
 }
 
-TEST(Admit, OnlyWhatIsThereCounts) {
+TEST(Admit, UnusedMaterialsAndLightsDoNotCount) {
   Scene scene = scene_of({kWhite, kGlass}, {kBulb});
   scene.objects.pop_back();
   EXPECT_TRUE(admit(read_facts(scene), "path").admitted) << "no object is of glass";
@@ -229,7 +230,7 @@ TEST(Admit, ASmoothLayerOverADiffuseBaseHidesLightFromPathAndCaustic) {
   EXPECT_TRUE(path_finds_all({kWhite, lacquer(0)}, {kSky}));
 }
 
-TEST(Admit, ReasonsNameTheLampAndTheGlass) {
+TEST(Admit, ReasonsNameTheLightAndTheGlass) {
   const std::string reason = admit(read_facts(scene_of({kWhite, kGlass, kMirror}, {kBulb, kSun})), "path").reason;
   for (const char* part :
        {"the point light 'bulb'", "(and 1 more light)", "(and 1 more object)", "the glass 'glass ball'", "never hit"}) {
@@ -248,7 +249,7 @@ TEST(Admit, EveryMethodHasAVerdict) {
   }
 }
 
-TEST(Admit, PpmFindsAllThatPhotonsCanStartFrom) {
+TEST(Admit, PpmFindsAllLightThatEmitsPhotons) {
   const auto admitted = [](const std::vector<Material>& materials, const std::vector<Light>& lights) {
     return admit(read_facts(scene_of(materials, lights)), "ppm").admitted;
   };
@@ -279,11 +280,11 @@ TEST(Admit, PpmNeedsASceneThatFillsMuchOfThePicture) {
   EXPECT_TRUE(verdict(4, 40).admitted);
   EXPECT_TRUE(verdict(4'000, 0.04).admitted) << "the same picture, from afar";
   EXPECT_FALSE(verdict(4, 0.04).admitted) << "a thousandth of it";
-  // 512 pixels: (tan(0.02°)/256 · 4/√3)² / 4 · 9, by the ball's box, of 1e-8 that there must be.
+  // 512 pixels: (tan(0.02°)/256 · 4/√3)² / 4 · 9, by the ball's box. At least 1e-8 is required.
   EXPECT_NE(verdict(4, 0.04).reason.find("one photon of 4e+10"), std::string::npos) << verdict(4, 0.04).reason;
 }
 
-TEST(Admit, VcmFindsAllButWhatMediaScatter) {
+TEST(Admit, VcmMissesOnlyLightScatteredInMedia) {
   const SceneFacts coated = read_facts(scene_of({kWhite, lacquer(0)}, {kBulb}));
   EXPECT_TRUE(admit(coated, "vcm").admitted);
   EXPECT_EQ(plan_method(coated, "auto").candidates, std::vector<std::string>{"vcm"});

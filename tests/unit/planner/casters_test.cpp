@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-TEST(Casters, AreMirrorsGlassAndMetalAsLongAsTheyAreNarrow) {
+TEST(Casters, AreMirrorsGlassAndMetalWithNarrowLobes) {
   const double edge = std::sqrt(kCasterAlpha);
   EXPECT_TRUE(is_caster(kMirror));
   EXPECT_TRUE(is_caster(kGlass));
@@ -23,7 +23,7 @@ TEST(Casters, AreMirrorsGlassAndMetalAsLongAsTheyAreNarrow) {
   EXPECT_EQ(narrow_lobes(material("black mirror", MirrorMaterial{{0, 0, 0}})), NarrowLobes::none);
 }
 
-TEST(Casters, APrincipledMaterialIsOneIfNothingOfItIsWide) {
+TEST(Casters, APrincipledMaterialIsACasterWithoutWideLobes) {
   PrincipledMaterial made;
   made.roughness = 0.1;
   made.metallic = 1;

@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-TEST(Plan, AMethodAskedForByNameStays) {
+TEST(Plan, ANamedMethodIsKept) {
   const SceneFacts facts = read_facts(scene_of({kWhite, kGlass}, {kBulb}));
   for (const char* method : {"path", "whitted:flat,glass=0.1", "ao:distance=2"}) {
     const MethodPlan plan = plan_method(facts, method);
@@ -17,7 +17,7 @@ TEST(Plan, AMethodAskedForByNameStays) {
   }
 }
 
-TEST(Plan, AutoTakesPathWhereItFindsAllAndSaysWhy) {
+TEST(Plan, AutoPicksPathIfItFindsAllLightAndExplains) {
   const MethodPlan plan = plan_method(read_facts(scene_of({kWhite, lamp()}, {})), "auto");
   EXPECT_EQ(plan.candidates, std::vector<std::string>{"path"});
   ASSERT_EQ(plan.reasons.size(), 1u);
@@ -26,7 +26,7 @@ TEST(Plan, AutoTakesPathWhereItFindsAllAndSaysWhy) {
             std::vector<std::string>{"path:brute-force"});
 }
 
-TEST(Plan, AutoPicksAMethodThatThereIsForEveryScene) {
+TEST(Plan, AutoPicksAKnownMethodForEveryScene) {
   for (const SceneFacts& facts :
        {read_facts(scene_of({kWhite, kGlass}, {kBulb})), read_facts(scene_of({kWhite, lacquer(0)}, {kBulb})),
         read_facts(scene_of({kMirror}, {kSky})), read_facts(scene_of({kBlack}, {}))}) {
@@ -41,7 +41,7 @@ TEST(Plan, AutoPicksAMethodThatThereIsForEveryScene) {
   }
 }
 
-TEST(Notices, AreOfMethodsThatMissLight) {
+TEST(Notices, NameMethodsThatMissLight) {
   const SceneFacts glass = read_facts(scene_of({kWhite, kGlass}, {kBulb}));
   ASSERT_EQ(method_notices(glass, "path:brute-force").size(), 1u);
   EXPECT_TRUE(method_notices(glass, "path")[0].starts_with("path: "));
@@ -52,7 +52,7 @@ TEST(Notices, AreOfMethodsThatMissLight) {
   EXPECT_TRUE(method_notices(read_facts(scene_of({kWhite, kGlass}, {kSky})), "path").empty());
 }
 
-TEST(Notices, TellWhereReadingsAreBlurred) {
+TEST(Notices, WarnOfBlurredReadings) {
   Scene scene = scene_of({kWhite, kGlass}, {kBulb});
   scene.meters.push_back({"patch", PatchMeter{}});
   EXPECT_TRUE(method_notices(read_facts(scene), "ppm").empty());

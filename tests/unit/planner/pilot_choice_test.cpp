@@ -7,11 +7,11 @@ namespace {
 
 const std::vector<std::string> kTwo{"path", "other"};
 
-/// One method's variance and cost, the same on both batches unless said.
+/// One method's variance and cost, the same on both batches.
 PilotMeasure measure(double variance, double cost) {
   return {{variance, variance}, {cost, cost}, {1, 1}, {1e-8, 1e-8}};
 }
-/// The same with other light on the two batches, known to so many standard deviations.
+/// The same measure with the light found on each batch, and the standard deviation of that light.
 PilotMeasure with_light(PilotMeasure measure, double first, double second, double deviation = 1e-4) {
   measure.light = {first, second};
   measure.light_variance = {deviation * deviation, deviation * deviation};
@@ -33,25 +33,25 @@ TEST(PilotChoice, VarianceTimesCostDecides) {
   EXPECT_EQ(choice({measure(1, 1), measure(0.5, 1), measure(0.4, 1)}), 2u);
 }
 
-TEST(PilotChoice, TheSimplestIsLeftOnlyForAClearGainOnBothBatches) {
+TEST(PilotChoice, OnlyAClearGainOnBothBatchesReplacesTheSimplest) {
   EXPECT_EQ(choice({measure(1, 1), measure(1 / (kClearGain * 0.99), 1)}), 0u);
   EXPECT_EQ(choice({measure(1, 1), measure(1 / (kClearGain * 1.01), 1)}), 1u);
   EXPECT_EQ(choice({measure(1, 1), {{0.01, 0.9}, {1, 1}, {1, 1}, {}}}), 0u) << "one batch alone has no voice";
 }
 
-TEST(PilotChoice, WhereNothingIsNoisyTheSimplestStays) {
+TEST(PilotChoice, TheSimplestStaysWithoutNoise) {
   EXPECT_EQ(choice({measure(0, 1), measure(0, 0.1)}), 0u);
   EXPECT_EQ(choice({measure(0, 1), measure(1, 0.1)}), 0u);
   EXPECT_EQ(choice({measure(1, 1), measure(0, 1)}), 1u);
 }
 
-TEST(PilotChoice, ReasonsSayHowMuch) {
+TEST(PilotChoice, ReasonsStateTheGain) {
   const PilotChoice made = choose(kTwo, std::vector<PilotMeasure>{measure(1, 1), {{0.25, 0.2}, {1, 1}, {1, 1}, {}}});
   ASSERT_EQ(made.reasons.size(), 1u);
   EXPECT_NE(made.reasons[0].find("path needs 4 and 5 times the work of other"), std::string::npos) << made.reasons[0];
 }
 
-TEST(PilotChoice, ReasonsSayWhatIsNoClearGain) {
+TEST(PilotChoice, ReasonsExplainAnUnclearGain) {
   const auto reason = [](double first, double second) {
     const PilotMeasure other{{1 / first, 1 / second}, {1, 1}, {1, 1}, {}};
     return choose(kTwo, std::vector<PilotMeasure>{measure(1, 1), other}).reasons.at(0);
@@ -66,7 +66,7 @@ TEST(PilotChoice, ReasonsSayWhatIsNoClearGain) {
   }
 }
 
-TEST(PilotChoice, NoRatioIsSaidOfWhatHasNoNoise) {
+TEST(PilotChoice, ReasonsStateNoRatioWithoutNoise) {
   const PilotMeasure half_silent{{0, 1}, {1, 1}, {1, 1}, {}};
   const auto reason = [](const PilotMeasure& path, const PilotMeasure& other) {
     return choose(kTwo, std::vector<PilotMeasure>{path, other}).reasons.at(0);
@@ -78,7 +78,7 @@ TEST(PilotChoice, NoRatioIsSaidOfWhatHasNoNoise) {
   EXPECT_EQ(reason(measure(1, 1), half_silent), "one of two pilots of other saw no noise");
 }
 
-TEST(PilotChoice, OneInAThousandIsTrimmed) {
+TEST(PilotChoice, TheLargestInAThousandIsTrimmed) {
   std::vector<double> values(1000, 1.0);
   values[17] = 1e9;
   EXPECT_EQ(trimmed_mean(values), 1);
@@ -92,7 +92,7 @@ TEST(PilotChoice, OneInAThousandIsTrimmed) {
   EXPECT_EQ(trimmed_mean(none), 0);
 }
 
-TEST(PilotChoice, WhatMissesLightIsLeftHoweverCheapItSeems) {
+TEST(PilotChoice, AMethodThatMissesLightIsRejectedAtAnyCost) {
   const PilotMeasure dear = measure(100, 1);
   EXPECT_EQ(choice({with_light(measure(1, 1), 0.9, 0.95), dear}), 1u);
   EXPECT_EQ(choice({with_light(measure(1, 1), 0.9, 0.995), dear}), 0u) << "one batch alone has no voice";
@@ -103,7 +103,7 @@ TEST(PilotChoice, WhatMissesLightIsLeftHoweverCheapItSeems) {
   EXPECT_EQ(choice({with_light(measure(1, 1), 0, 0), dear}), 1u);
 }
 
-TEST(PilotChoice, ReasonsSayHowMuchLightIsMissed) {
+TEST(PilotChoice, ReasonsStateTheMissedLight) {
   const PilotChoice made = choose(kTwo, std::vector<PilotMeasure>{with_light(measure(1, 1), 0.75, 0.5), measure(1, 1)});
   ASSERT_EQ(made.reasons.size(), 1u);
   EXPECT_NE(made.reasons[0].find("path missed 25 % and 50 % of the light that other found"), std::string::npos)

@@ -26,14 +26,14 @@ class PilotRun : public ::testing::Test {
 };
 std::shared_ptr<const CompiledScene> PilotRun::compiled_;
 
-TEST_F(PilotRun, TheSameMethodTwiceIsNoReasonToLeaveTheFirst) {
+TEST_F(PilotRun, TheFirstOfTwoEqualMethodsWins) {
   const Result<PilotChoice> made = run({"path", "path"});
   ASSERT_TRUE(made.ok()) << made.status();
   EXPECT_EQ(made->choice, 0u);
   EXPECT_NE(made->reasons.at(0).find("needs 1 and 1 times"), std::string::npos) << made->reasons[0];
 }
 
-TEST_F(PilotRun, OneThatIsStoppedSaysSo) {
+TEST_F(PilotRun, AStoppedRunReturnsCancelled) {
   std::stop_source source;
   source.request_stop();
   // All of these would take an hour.
@@ -41,21 +41,21 @@ TEST_F(PilotRun, OneThatIsStoppedSaysSo) {
   EXPECT_EQ(run_pilot(compiled_, settings, source.get_token()).status().code(), StatusCode::kCancelled);
 }
 
-TEST_F(PilotRun, WhatMissesLightIsLeft) {
-  // Nothing of raycast is random but where in the pixel a ray goes: it would be the cheapest by far.
+TEST_F(PilotRun, AMethodThatMissesLightIsRejected) {
+  // In raycast only the ray's place in the pixel is random, so it would be the cheapest by far.
   EXPECT_EQ(run({"path", "raycast"})->choice, 0u);
   EXPECT_EQ(run({"raycast", "path"})->choice, 1u);
 }
 
-// Measured over 256 samples: path has some ten times the error × seconds of caustic here.
-TEST_F(PilotRun, MirrorAndGlassUnderALampAreLeftToPhotons) {
+// Measured over 256 samples: path has about ten times the error × seconds of caustic here.
+TEST_F(PilotRun, MirrorAndGlassUnderAnEmitterChooseCaustic) {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     EXPECT_EQ(run_pilot(compiled_, {{"path", "caustic"}, seed, 0, {0, 0, 96, 80}})->choice, 1u) << seed;
   }
 }
 
-// A film of 96×80 shares few photons among its pixels, so that eight times as many are most of the work.
-TEST_F(PilotRun, PhotonsAreWorkOfTheFilm) {
+// The pixels of a 96×80 film share few photons, so eight times as many photons are most of the work.
+TEST_F(PilotRun, PhotonsCountAsWorkOfTheFilm) {
   EXPECT_EQ(run({"caustic:photons=4096", "caustic:photons=32768"})->choice, 0u);
   const auto method = make_method(compiled_, {"caustic:photons=3000", 1}).value();
   const auto workspace = method->make_workspace();
@@ -71,7 +71,7 @@ TEST_F(PilotRun, PhotonsAreWorkOfTheFilm) {
   EXPECT_GT(one.shared, 0);
 }
 
-/// A glass ball on a matte floor before a wall, and a lamp of this radiance and radius far from it.
+/// A glass ball on a matte floor before a wall, and a distant emitter of this radiance and radius.
 test::TestScene ball_under_a_lamp(double radiance, double radius) {
   return test::TestScene::from_text(fmt::format(R"({{
     "camera": {{"eye": [0, 1.6, 4], "look_at": [0, 0.5, 0], "vertical_fov_degrees": 35}},
@@ -88,9 +88,9 @@ test::TestScene ball_under_a_lamp(double radiance, double radius) {
                                                 radiance, radiance / 2, radius));
 }
 
-// Paths that meet so small a lamp by way of the ball are so rare that a pilot meets few or none. Over 64 samples a
-// pixel path had 39 times the relMSE × seconds of caustic (tests/bench/planner_bench).
-TEST(Pilot, WhatPathFindsByRareChanceIsForeseen) {
+// Paths rarely meet so small an emitter by way of the ball, so a pilot meets few or none. Over 64 samples a pixel path
+// had 39 times the relMSE × seconds of caustic (tests/bench/planner_bench).
+TEST(Pilot, LightThatPathRarelyFindsIsForeseen) {
   const test::TestScene scene = ball_under_a_lamp(400, 0.1);
   const auto compiled = *CompiledScene::compile(scene.scene(), scene.assets());
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
@@ -100,7 +100,7 @@ TEST(Pilot, WhatPathFindsByRareChanceIsForeseen) {
   }
 }
 
-TEST(Pilot, LampsAreAsBrightAsTheyAre) {
+TEST(Pilot, ShownRadianceIsTheEmittersRadiance) {
   const test::TestScene scene = ball_under_a_lamp(40, 0.1);
   const Vec3 radiance = shown_lamp_radiance(**CompiledScene::compile(scene.scene(), scene.assets()));
   EXPECT_NEAR(radiance.x, 40, 1e-3);
@@ -110,7 +110,7 @@ TEST(Pilot, LampsAreAsBrightAsTheyAre) {
   EXPECT_EQ(shown_lamp_radiance(**CompiledScene::compile(dark.scene(), dark.assets())), Vec3{0});
 }
 
-/// A rough metal ball, alone under a light of the document or a lamp of radius 3 and radiance 2 above it.
+/// A rough metal ball, alone under a light of the document or an emitter of radius 3 and radiance 2 above it.
 std::shared_ptr<const CompiledScene> metal_ball(double roughness, const std::string& light, double lamp_y = 1e6) {
   const test::TestScene scene = test::TestScene::from_text(fmt::format(R"({{
     "camera": {{"eye": [0, 1, 4], "look_at": [0, 0.5, 0], "vertical_fov_degrees": 40}},
@@ -131,7 +131,7 @@ std::shared_ptr<const CompiledScene> metal_ball(double roughness, const std::str
 }
 
 // The lobe of a ball's side, α = .59 · .3²: the mean of its density, weighted with itself, is ∫ K² = 1/(12πα²).
-TEST(Pilot, ARoughCasterShowsASunAsWideAsItsLobe) {
+TEST(Pilot, ARoughCasterSpreadsTheSunOverItsLobe) {
   const auto sun = metal_ball(0.3, R"({"directional": {"direction": [1, -2, -1], "irradiance": {"rgb": [3, 2, 1]}}})");
   const double alpha = 0.59 * 0.09, brightness = 1 / (12 * 3.14159265 * alpha * alpha);
   const Vec3 shown = shown_lamp_radiance(*sun);
@@ -140,20 +140,20 @@ TEST(Pilot, ARoughCasterShowsASunAsWideAsItsLobe) {
   EXPECT_NEAR(shown.z, 1 * brightness, 0.01 * brightness);
 }
 
-// A lobe much narrower than a lamp shows it as it is, a wide one no more than it is.
-TEST(Pilot, RoughCastersShowNoMoreThanLampsHave) {
+// A lobe much narrower than the emitter shows its radiance. A wide lobe shows at most that.
+TEST(Pilot, RoughCastersShowAtMostTheEmittersRadiance) {
   for (const double roughness : {0.02, 0.1, 0.2}) {
     const float shown = shown_lamp_radiance(*metal_ball(roughness, "", 6)).x;
     EXPECT_LE(shown, 2.0001f) << roughness;
     EXPECT_GT(shown, 1.5f) << roughness;
   }
-  // The lamp fills π · 3²/100² of the directions, a hundredth of what the lobe spreads over: 12πα² = .106.
+  // The emitter fills π · 3²/100² of the directions, a hundredth of what the lobe spreads over: 12πα² = .106.
   const float far = shown_lamp_radiance(*metal_ball(0.3, "", 100)).x;
   EXPECT_NEAR(far, 2 * 3.1416 * 9 / 10000 / 0.1063, 0.1 * far);
 }
 
-// By relMSE × seconds of 256 samples, path has 30 times the work of caustic in the first two, and half of it in the
-// last, whose lamp is as wide as the gold's lobe (tests/bench/planner_bench).
+// By relMSE × seconds of 256 samples, path takes 30 times the work of caustic in the first two. In the last it takes
+// half, because the emitter is as wide as the gold's lobe (tests/bench/planner_bench).
 TEST(Pilot, FirefliesOfRoughMetalsAreForeseen) {
   for (const auto& [name, best] :
        {std::pair("sun-on-rough-gold", 1u), {"bulb-by-coated-metal", 1u}, {"rough-gold", 0u}}) {

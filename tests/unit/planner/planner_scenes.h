@@ -15,7 +15,7 @@ inline Material material(const std::string& name, auto kind) {
   return made;
 }
 
-/// Spheres side by side, one of each material, and these lights.
+/// A scene of spheres side by side, one for each material, under these lights.
 inline Scene scene_of(std::vector<Material> materials, std::vector<Light> lights) {
   Scene scene;
   for (std::uint32_t i = 0; i < materials.size(); ++i) {

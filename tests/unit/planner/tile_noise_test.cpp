@@ -16,8 +16,8 @@ using test::mesh;
 using test::polygon;
 using test::sphere;
 
-/// 256×128 pixels, two rows of four tiles, of which the left ones see a black floor, the right ones a grey one under a
-/// large lamp.
+/// 256×128 pixels, two rows of four tiles. The left tiles see a black floor, the right ones a grey floor under a large
+/// emitter.
 test::TestScene half_dark() {
   return test::TestScene::from_text(
              document(
@@ -43,7 +43,7 @@ TEST(TileNoise, PatchesLieInTheMiddleOfCells) {
   EXPECT_EQ(noise_patches({64, 0, 64, 64}, 64), (std::vector<PixelRect>{{64 + 31, 31, 2, 2}}));
 }
 
-TEST(TileNoise, LargePicturesAreLookedAtInNoMorePixels) {
+TEST(TileNoise, LargePicturesTakeNoMorePixels) {
   const std::int64_t most = TileNoiseSettings{}.most_pixels;
   for (const auto& [width, height] : {std::pair{1, 1},
                                       {640, 480},
@@ -63,13 +63,13 @@ TEST(TileNoise, LargePicturesAreLookedAtInNoMorePixels) {
         pixels += patch.pixel_count();
       }
     }
-    const std::int64_t edges = (width + height) / 8 * 4 + 8;  // cells that are cut off there have a patch all the same
+    const std::int64_t edges = (width + height) / 8 * 4 + 8;  // cells cut off there also have a patch
     EXPECT_LE(pixels, std::max(most, std::int64_t{4} * grid.picture_tiles()) + edges) << width;
     EXPECT_GE(4 * pixels, std::min(most, std::int64_t{width} * height / 16)) << width << ": nor much fewer";
   }
 }
 
-TEST(TileNoise, TilesOfARegionAreTakenToBeAlike) {
+TEST(TileNoise, TilesOfARegionShareAnEstimate) {
   // So few pixels that each half of the picture, 2×2 tiles, is one region.
   const Gain gain =
       find_allocation(half_dark().compiled(), {"path", 3, 0, TileGrid({0, 0, 256, 128}, 1), 1 << 10}).value();
@@ -95,14 +95,14 @@ TEST(TileNoise, BlackTilesGiveTheirSamplesToTheOthers) {
   EXPECT_NE(describe(path).find("times the mean"), std::string::npos) << describe(path);
 }
 
-TEST(TileNoise, WhereThereIsNoneAllGetTheSame) {
+TEST(TileNoise, ANoiselessPictureHasAnEvenAllocation) {
   const auto scene = half_dark().compiled();
   const Gain gain = find_allocation(scene, {"preview", 3, 0, TileGrid({0, 0, 64, 64})}).value();
   EXPECT_TRUE(gain.allocation.even());
   EXPECT_EQ(gain.gain, 1);
 }
 
-TEST(TileNoise, OneThatIsStoppedSaysSo) {
+TEST(TileNoise, AStoppedSearchReturnsCancelled) {
   std::stop_source source;
   source.request_stop();
   EXPECT_EQ(find_allocation(half_dark().compiled(), {"path", 3, 0, TileGrid({0, 0, 256, 128})}, source.get_token())

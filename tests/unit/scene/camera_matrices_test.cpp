@@ -30,7 +30,7 @@ void expect_ndc(const CameraMatrices& m, const Point3d& p, double x, double y) {
   EXPECT_GT(got[3], 0);
 }
 
-TEST(CameraMatrices, OfACameraAtThePlaceThatIsExpectedOfOne) {
+TEST(CameraMatrices, MapKnownPointsOfALevelCamera) {
   // From (1, 2, 3) along −z; at distance 1 the picture is 2 high and 4 wide.
   const CameraMatrices m = camera_matrices({{1, 2, 3}, {1, 2, 1}, {0, 5, 1}, 90}, 200, 100);
   expect_camera(m, {1, 2, 3}, {0, 0, 0});
@@ -41,7 +41,7 @@ TEST(CameraMatrices, OfACameraAtThePlaceThatIsExpectedOfOne) {
   expect_ndc(m, {1 + 2, 2, 2}, 1, 0.5);
 }
 
-TEST(CameraMatrices, OfACameraThatLooksDownAlongAnAxisOfItsOwn) {
+TEST(CameraMatrices, MapKnownPointsOfACameraThatLooksDown) {
   // Down from (0, 10, 0), x upwards in the picture: then z is to the right.
   const CameraMatrices m = camera_matrices({{0, 10, 0}, {0, 0, 0}, {1, 0, 0}, 2 * std::atan(0.5) * 180 / M_PI}, 1, 1);
   expect_camera(m, {3, 0, 4}, {4, 3, 10});

@@ -45,7 +45,7 @@ void set_u32(std::string& bytes, std::size_t offset, std::uint32_t value) {
   std::memcpy(bytes.data() + offset, &value, sizeof value);
 }
 
-TEST(Mesh, ComesBackFromItsBytes) {
+TEST(Mesh, SurvivesARoundTripThroughItsBytes) {
   for (const Mesh& mesh : {triangle(), smooth_triangle(), textured_triangle(), smooth_textured_triangle()}) {
     const std::string bytes = encode_mesh(mesh);
     const Result<Mesh> back = decode_mesh(as_byte_view(bytes));
@@ -74,7 +74,7 @@ TEST(Mesh, TheEncodingIsTheDocumentedOne) {
   EXPECT_EQ(encode_mesh(textured_triangle())[4], 2);
 }
 
-TEST(Mesh, WhatIsWrongIsNamed) {
+TEST(Mesh, MistakesAreNamed) {
   EXPECT_EQ(error_of(validate(Mesh{})), "triangles: the mesh is empty, at least one triangle is expected");
   Mesh mesh = triangle();
   mesh.triangles.push_back({0, 1, 3});

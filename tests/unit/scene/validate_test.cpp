@@ -32,7 +32,7 @@ TEST(Document, AGoodSceneIsValid) {
   EXPECT_EQ(error_after([](Scene&) {}), "no error");
 }
 
-TEST(Document, TransformsSpanSpace) {
+TEST(Document, SingularTransformsAreRefused) {
   const auto with = [](const Transform& t) { return error_after([&](Scene& s) { s.objects[1].transform = t; }); };
   const std::string flat = "objects[1].transform: the map is not invertible (a scale of zero, or axes in one plane)";
   EXPECT_EQ(with({{{0.0005, 0, 0, 1}, {0, 0.0005, 0, 2}, {0, 0, 1000, 3}}}), "no error");

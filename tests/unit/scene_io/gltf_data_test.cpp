@@ -77,7 +77,7 @@ TEST(Gltf, BuffersComeFromAnywhere) {
   EXPECT_EQ(asked, "my data.bin");
 }
 
-TEST(Gltf, ContainersThatAreWrongAreNamed) {
+TEST(Gltf, ContainerMistakesAreNamed) {
   EXPECT_EQ(open_error("[1]"), "a.gltf: a JSON object is expected");
   EXPECT_EQ(
       open_error("{\n\"asset\": }"),
@@ -135,7 +135,7 @@ TEST(Gltf, AllComponentTypesAreRead) {
 }
 
 TEST(Gltf, ElementsMayBeInterleavedAndSparse) {
-  // Two vectors of two floats with one float between; the second is then replaced.
+  // Two vectors of two floats with one float between. The sparse part replaces the second vector.
   const std::string bytes = packed<float>({1, 2, 99, 3, 4}) + packed<std::uint16_t>({1, 0}) + packed<float>({7, 8});
   const auto members = [&](const std::string& accessor) {
     return gltf(fmt::format(
@@ -204,7 +204,7 @@ TEST(Gltf, TrianglesStripsAndFansKeepTheirOrientation) {
             (Triangles{{1, 2, 0}, {2, 3, 0}, {3, 4, 0}}));
 }
 
-TEST(Gltf, NormalsAreUnitAndTextureCoordinatesTurned) {
+TEST(Gltf, NormalsHaveLengthOneAndTextureCoordinatesAreFlipped) {
   GltfBuffer b;
   b.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
   const int normals = b.positions({0, 0, 2, 0, 0, 0, 0, 3, 4});
@@ -220,7 +220,7 @@ TEST(Gltf, NormalsAreUnitAndTextureCoordinatesTurned) {
   EXPECT_EQ(notices, std::vector<std::string>{"normals without a direction were replaced by those of the faces"});
 }
 
-TEST(Gltf, WhatIsLeftOutOfMeshesIsSaidOnce) {
+TEST(Gltf, MeshOmissionsAreReportedOnce) {
   GltfBuffer b;
   b.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
   std::string error;

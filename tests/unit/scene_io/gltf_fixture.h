@@ -1,4 +1,4 @@
-// glTF files of one triangle, and what is read of them.
+// Fixture of glTF files with one triangle.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,9 +13,9 @@ inline Result<std::string> no_files(const std::string& name) {
   return not_found("cannot open {}", name);
 }
 
-inline const std::string kPng = "\x89PNG\r\n\x1a\n";  // as much of one as the reader looks at
+inline const std::string kPng = "\x89PNG\r\n\x1a\n";  // as much of a PNG as the reader checks
 
-/// A file with one triangle as meshes[0] and more members; the buffer's views and accessors go before.
+/// A file whose meshes[0] is one triangle, with more members. The buffer's views and accessors come first.
 class OneTriangle {
  public:
   OneTriangle() {

@@ -45,7 +45,7 @@ TEST(GltfScene, MetallicRoughnessIsPrincipled) {
       material(R"("extensions":{"KHR_materials_specular":{"specularColorFactor":[2,1,0]}})", &notices);
   EXPECT_EQ(std::get<PrincipledMaterial>(tinted.kind).specular, 0.5);
   EXPECT_EQ(notices[0], "coloured highlights of plastic are rendered in white, with the same mean");
-  // What the format says of a material that says nothing.
+  // The format's defaults, for a material without members.
   const Material plain = material("");
   const auto& d = std::get<PrincipledMaterial>(plain.kind);
   EXPECT_EQ(d.base_color.rgb, (RgbColor{1, 1, 1}));
@@ -57,9 +57,9 @@ TEST(GltfScene, MetallicRoughnessIsPrincipled) {
   EXPECT_EQ(plain.emission.rgb, RgbColor{});
 }
 
-// KHR_materials_ior: with 0 all light is reflected, but for what KHR_materials_specular's factors leave of it; so
-// materials of specular and glossiness are written.
-TEST(GltfScene, AnIndexOfZeroReflectsWhatTheFactorsSay) {
+// KHR_materials_ior with 0: all light is reflected, reduced only by KHR_materials_specular's factors. Converted
+// materials of specular and glossiness have this form.
+TEST(GltfScene, AnIndexOfZeroReflectsByTheSpecularFactors) {
   // The principled material's reflectances at normal incidence and at grazing angles.
   const auto reflectances = [](const std::string& specular, std::vector<std::string>* notices = nullptr) {
     const Material made = material(
@@ -87,7 +87,7 @@ TEST(GltfScene, AnIndexOfZeroReflectsWhatTheFactorsSay) {
   EXPECT_EQ(notices[0], "left out: an index of refraction of 0 where light is transmitted: it is 1.5");
 }
 
-TEST(GltfScene, TexturesThatAnExtensionAloneBringsAreLeftOut) {
+TEST(GltfScene, TexturesOfExtensionsAloneAreLeftOut) {
   const auto of = [](const std::string& texture, std::vector<std::string>& notices) {
     const Result<LoadedScene> loaded =
         read(OneTriangle().text(kOneNode + fmt::format(R"(,"images":[{{"bufferView":2}}],"textures":[{}],"materials":[
@@ -107,7 +107,7 @@ TEST(GltfScene, TexturesThatAnExtensionAloneBringsAreLeftOut) {
   EXPECT_EQ(notices[0], "left out: textures whose only image is of KHR_texture_basisu");
   of(R"({"extensions":{"NOBODY_texture":{}}})", notices);
   EXPECT_EQ(notices[0], "left out: textures whose only image is of unknown extensions");
-  // Where there is an image for those who do not know the extension, it is taken.
+  // A fallback image for readers without the extension is used.
   EXPECT_EQ(of(R"({"source":0,"extensions":{"EXT_texture_webp":{"source":7}}})", notices).texture, 0u);
   EXPECT_EQ(notices.size(), 1u);  // of the camera
 }
@@ -155,7 +155,7 @@ TEST(GltfScene, TexturesAreKeptAsTheyAre) {
   EXPECT_EQ(base.filter, TextureImage::Filter::nearest);
   EXPECT_EQ(base.wrap, TextureImage::Wrap::clamp);
   EXPECT_EQ(base.color_space, TextureImage::ColorSpace::srgb);
-  // Theirs: v' = 3v + 0.5, counted downwards. Ours is 1 − v: at their v = 0.25 it is 0.75 before and −0.25 after.
+  // glTF: v' = 3v + 0.5, counted downwards. Ours is 1 − v: at glTF's v = 0.25 it is 0.75 before and −0.25 after.
   EXPECT_EQ(base.scale, (std::array<double, 2>{2, 3}));
   EXPECT_DOUBLE_EQ(base.scale[1] * 0.75 + base.offset[1], 1 - (3 * 0.25 + 0.5));
   EXPECT_DOUBLE_EQ(base.offset[0], 0.25);
@@ -195,8 +195,6 @@ TEST(GltfScene, MaterialMistakesAreNamed) {
             R"(,"material":0)"),
       "a.gltf: textures[0].source: an image is expected");
 }
-
-// A scale along one axis says nothing of the others.
 
 }  // namespace
 }  // namespace lightmill

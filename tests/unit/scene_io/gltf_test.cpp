@@ -21,7 +21,7 @@ using test::OneTriangle;
 using test::packed;
 using test::read;
 
-TEST(GltfScene, NodesStandWhereTheirParentsPutThem) {
+TEST(GltfScene, NodesHaveTheTransformsOfTheirParents) {
   const float s = std::sqrt(0.5f);  // half a right angle's quaternion
   const LoadedScene loaded = good(OneTriangle().text(fmt::format(
       R"("scene":1,"scenes":[{{}},{{"nodes":[0,3]}}],"nodes":[
@@ -32,7 +32,7 @@ TEST(GltfScene, NodesStandWhereTheirParentsPutThem) {
       s, s)));
   const auto& objects = loaded.scene.objects;
   ASSERT_EQ(objects.size(), 3u);
-  // Parents come first, so the roots do.
+  // Parents come before their children, so roots come first.
   EXPECT_EQ(objects[0].name, "root");
   EXPECT_EQ(objects[0].transform, kIdentityTransform);
   // A quarter turn about z takes x to y.
@@ -120,7 +120,7 @@ TEST(GltfScene, CamerasLookAlongTheirNodes) {
             loaded.notices.end());
 }
 
-TEST(GltfScene, WithoutACameraAllIsSeen) {
+TEST(GltfScene, TheDefaultCameraSeesTheWholeScene) {
   const LoadedScene loaded = good(OneTriangle().text(R"("nodes":[{"mesh":0,"scale":[100,10,1]}])"));
   const Camera& camera = loaded.scene.camera;
   const auto direction = [&](const Point3d& to) {
@@ -136,7 +136,7 @@ TEST(GltfScene, WithoutACameraAllIsSeen) {
   }
 }
 
-TEST(GltfScene, TheDarkIsLitAndSaid) {
+TEST(GltfScene, ASceneWithoutLightGetsASkyAndANotice) {
   const std::string text = OneTriangle().text(kOneNode);
   const LoadedScene lit = good(text);
   ASSERT_EQ(lit.scene.lights.size(), 1u);
@@ -147,7 +147,7 @@ TEST(GltfScene, TheDarkIsLitAndSaid) {
   EXPECT_TRUE(dark->scene.lights.empty());
 }
 
-TEST(GltfScene, WhatIsLeftOutIsSaidOnce) {
+TEST(GltfScene, OmissionsAreReportedOnce) {
   const LoadedScene loaded = good(OneTriangle().text(
       R"("extensionsUsed":["KHR_materials_sheen","KHR_materials_unlit"],"animations":[{}],
 "materials":[{"normalTexture":{"index":0},"alphaMode":"BLEND"},{"normalTexture":{"index":0},"occlusionTexture":{"index":0}}],
@@ -166,7 +166,7 @@ TEST(GltfScene, WhatIsLeftOutIsSaidOnce) {
   EXPECT_EQ(loaded.scene.objects[0].name, "tri/materials[0]");
 }
 
-TEST(GltfScene, ExtensionsThatAreUsedAndNotListedAreSaidToo) {
+TEST(GltfScene, UnlistedExtensionsAreReported) {
   const LoadedScene loaded = good(OneTriangle().text(
       R"("extensions":{"EXT_scenery":{}},"extensionsUsed":["EXT_scenery"],"nodes":[{"mesh":0}],
 "materials":[{"extensions":{"KHR_materials_sheen":{},"KHR_materials_ior":{"ior":1.4},"KHR_materials_volume":{
@@ -187,7 +187,7 @@ TEST(GltfScene, ObjectsMayBeThinAndLong) {
   EXPECT_EQ(loaded.scene.objects[0].transform[0][0], 0.0005);
 }
 
-// Each primitive keeps the vertices that its indices name, and no others; the camera looks at what is there.
+// Each primitive keeps only the vertices that its indices name, and the camera looks at these.
 TEST(GltfScene, PrimitivesThatShareAccessorsKeepTheirOwnVertices) {
   constexpr int kPrimitives = 100, kSpare = 20'000;
   std::vector<float> positions, normals, coordinates;
@@ -234,8 +234,8 @@ TEST(GltfScene, PrimitivesThatShareAccessorsKeepTheirOwnVertices) {
   expect_near(loaded.scene.camera.look_at, {(3 * kPrimitives - 1) / 2.0, 0.5, 0});
 }
 
-// Also where the named vertices are few and far apart, and some stand in the accessor's sparse part.
-TEST(GltfScene, VerticesThatAreFarApartAndSparse) {
+// The named vertices are few and far apart, and some are in the accessor's sparse part.
+TEST(GltfScene, SparseVerticesFarApartAreRead) {
   std::vector<float> positions(3 * 1000);
   positions[3 * 400] = 4;
   GltfBuffer buffer;

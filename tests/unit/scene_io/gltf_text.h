@@ -1,4 +1,4 @@
-// glTF files made by tests.
+// Builder of glTF files for tests.
 #pragma once
 
 #include <cstring>
@@ -25,7 +25,7 @@ inline std::string base64(std::string_view bytes) {
   return out;
 }
 
-/// The bytes of some numbers as they lie in memory.
+/// The bytes of numbers as they lie in memory.
 template <class T>
 std::string packed(const std::vector<T>& values) {
   std::string out(values.size() * sizeof(T), '\0');
@@ -33,7 +33,7 @@ std::string packed(const std::vector<T>& values) {
   return out;
 }
 
-/// A file's binary data, part by part; each is a buffer view and an accessor of its own.
+/// A file's binary data in parts. Each part is a buffer view with its own accessor.
 class GltfBuffer {
  public:
   /// Adds an accessor; `more` are further members, each with a comma before it. Returns its index.

@@ -1,4 +1,4 @@
-// Scenes from files that somebody handed over read those alone, whatever they name.
+// Scenes from handed files, which read only these files.
 #include <sys/stat.h>
 
 #include "common/base/file.h"
@@ -10,7 +10,7 @@
 namespace lightmill::test {
 namespace {
 
-/// Files by name; and one on the disk, with bytes that any loader would take, which must never be read.
+/// Files by name, and one file on the disk that must never be read. Any loader would accept its bytes.
 class HandedScene : public Load {
  protected:
   void hand(const std::string& name, const std::string& bytes) {
@@ -72,7 +72,7 @@ TEST_F(HandedScene, ReachesNoFileOfThisMachine) {
   std::filesystem::current_path(before);
 }
 
-TEST_F(HandedScene, NamesEveryKindOfFileThatIsNotThere) {
+TEST_F(HandedScene, NamesMissingFilesOfEveryKind) {
   const std::string obj = write("there.obj", kTriangles).string();
   const std::string there = write("there.mtl", "newmtl red\nKd 1 0 0\nnewmtl green\nKd 0 1 0\n").string();
   hand("texture.json", with(R"("textures": [{"name": "t", "file": ")" + there + R"("}])"));
@@ -93,7 +93,7 @@ TEST_F(HandedScene, NamesEveryKindOfFileThatIsNotThere) {
   EXPECT_NE(error_of(obj).find("no such file"), std::string::npos) << error_of(obj);
 }
 
-TEST_F(HandedScene, LeavesOutMapsThatDidNotCome) {
+TEST_F(HandedScene, LeavesOutMissingMaps) {
   const std::string there = write("there.png", "x").string();
   hand("a.mtl", "newmtl red\nKd 1 0 0\nmap_Kd " + there + "\nnewmtl green\nKd 0 1 0\n");
   hand("a.obj", "mtllib a.mtl\n" + kTriangles);
@@ -104,7 +104,7 @@ TEST_F(HandedScene, LeavesOutMapsThatDidNotCome) {
   EXPECT_NE(loaded->notices[0].find("there is no file " + there), std::string::npos) << loaded->notices[0];
 }
 
-TEST_F(HandedScene, TakesNoNameTwiceAndNoneFromOutside) {
+TEST_F(HandedScene, RefusesRepeatedNamesAndNamesOutsideTheFolder) {
   const Sha256 digest = sha256("x");
   EXPECT_TRUE(files_.add("a/b.obj", digest).ok());
   for (const std::string& name : std::vector<std::string>{"a//b.obj", "a/c/../b.obj", "./a/b.obj"}) {
@@ -117,7 +117,7 @@ TEST_F(HandedScene, TakesNoNameTwiceAndNoneFromOutside) {
   }
 }
 
-TEST(SceneFiles, PipesAndDevicesAreNoFilesOfAScene) {
+TEST(SceneFiles, PipesAndDevicesAreRefused) {
   const TemporaryFolder folder;
   const std::filesystem::path pipe = folder.path() / "pipe.obj";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);

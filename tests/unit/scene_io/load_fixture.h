@@ -1,4 +1,4 @@
-// Scenes that are loaded from files of their own.
+// Fixture of scenes that are loaded from their own files.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace lightmill::test {
 inline const std::string kTriangles =
     "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl green\nf 1 2 3\nusemtl red\nf 1 2 4\nf 1 3 4\nusemtl green\nf 2 3 4\n";
 
-/// A folder of its own for each test.
+/// A folder for each test.
 class Load : public ::testing::Test {
  protected:
   void SetUp() override {

@@ -1,4 +1,4 @@
-// Many materials: the work of loading them grows with their number, and not with its square.
+// Loading of many materials: the work grows with their number, not with its square.
 #include "tests/unit/scene_io/gltf_text.h"
 #include "tests/unit/scene_io/load_fixture.h"
 #include "tests/unit/scene_io/work_done.h"
@@ -9,8 +9,7 @@ namespace {
 
 using test::Load;
 
-/// Twice as many names take about twice the work where they are looked up in trees, and four times the work where lists
-/// are searched.
+/// Twice as many names take about twice the work if trees look them up, and four times if lists are searched.
 class LoadMany : public Load {
  protected:
   const std::size_t many_ = static_cast<std::size_t>(test::kManyNames);
@@ -21,7 +20,7 @@ class LoadMany : public Load {
       GTEST_SKIP() << "comparisons are not counted under sanitizers";
     }
   }
-  /// Loads the files that `write` makes for a number of names; the scene of the larger number.
+  /// Loads the files that `write` makes for a number of names. Returns the scene of the larger number.
   template <class Write>
   LoadedScene expect_no_list_is_searched(const Write& write_files) {
     std::array<std::uint64_t, 2> counts{};
@@ -40,7 +39,7 @@ class LoadMany : public Load {
   }
 };
 
-/// All are of one length: those of another are unequal without a comparison.
+/// All names have one length, because texts of different lengths are unequal without a comparison.
 std::string nth_name(int i) {
   return fmt::format("m{:06}", i);
 }

@@ -34,7 +34,7 @@ TEST_F(Load, ObjFilesBringTheirMaterials) {
             std::vector<std::string>{"Ka was read as emission, because only some materials have it: green"});
 }
 
-TEST_F(Load, LibrariesMayBeSeveralAndHaveBlanks) {
+TEST_F(Load, SeveralLibrariesAndNamesWithBlanksAreRead) {
   write("a.mtl", "newmtl red\nKd 0.5 0 0\n");
   write("b.mtl", "newmtl green\nKd 0 1 0\n");
   write("both of them.mtl", "newmtl red\nKd 0.5 0 0\nnewmtl green\nKd 0 1 0\n");
@@ -45,7 +45,7 @@ TEST_F(Load, LibrariesMayBeSeveralAndHaveBlanks) {
   }
 }
 
-TEST_F(Load, TheUserDecidesWhatKaMeans) {
+TEST_F(Load, AnOptionDecidesTheMeaningOfKa) {
   write("a.mtl", "newmtl red\nKd 0.5 0 0\nKa 1 1 1\nnewmtl green\nKd 0 1 0\nKa 1 1 1\n");
   const auto path = write("a.obj", "mtllib a.mtl\n" + kTriangles);
   LoadOptions options;
@@ -92,14 +92,14 @@ TEST_F(Load, MapsWithoutTheirImageAreLeftOut) {
                       folder)}));
 }
 
-TEST_F(Load, AMapThatCannotBeReadIsPlaced) {
+TEST_F(Load, AnUnreadableMapIsReportedWithItsPlace) {
   fs::create_directories(folder_ / "wood.png");
   write("a.mtl", "newmtl red\nmap_Kd wood.png\nnewmtl green\n");
   const std::string message = error({write("a.obj", "mtllib a.mtl\n" + kTriangles)});
   EXPECT_TRUE(message.starts_with("a.mtl:2: map_Kd of material \"red\": ")) << message;
 }
 
-TEST_F(Load, NumbersOfMtlFilesThatMeanNothingAreLeftOut) {
+TEST_F(Load, MeaninglessMtlNumbersAreLeftOut) {
   write("a.mtl", "newmtl red\nillum 4\nNi 0\nmap_Kd\nnewmtl green\nKs 0.5 0.5 0.5\nNs -1\nillum 2\nd 2\nTr -1\n");
   const Result<LoadedScene> loaded = load({write("a.obj", "mtllib a.mtl\n" + kTriangles)});
   ASSERT_TRUE(loaded.ok()) << loaded.status();
@@ -118,7 +118,7 @@ TEST_F(Load, NumbersOfMtlFilesThatMeanNothingAreLeftOut) {
                                                "4: map_Kd without the name of a file of material \"red\""}));
 }
 
-TEST_F(Load, OfMaterialsOfOneNameTheFirstCounts) {
+TEST_F(Load, TheFirstMaterialOfANameCounts) {
   write("a.mtl", "newmtl red\nKd 1 0 0\nnewmtl red\nKd 1 0 0\nnewmtl red\nKd 0 1 0\n");
   write("b.mtl", "newmtl red\nKd 0 0 1\n");
   const Result<LoadedScene> loaded =

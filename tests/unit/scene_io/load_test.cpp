@@ -134,7 +134,7 @@ TEST_F(Load, PowersNeedAnArea) {
             std::string::npos);
 }
 
-TEST_F(Load, HoldoutsMistakesArePlaced) {
+TEST_F(Load, HoldoutMistakesAreReportedWithTheirPlace) {
   write("assets/a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl hole\nf 1 2 3\n");
   const auto json = write("scene.json", R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "camera_constant": 1},
 "materials": [{"name": "hole", "holdout": {}},
@@ -145,7 +145,7 @@ TEST_F(Load, HoldoutsMistakesArePlaced) {
             "is not possible in a scene with a holdout (objects[1])");
 }
 
-TEST_F(Load, ADocumentsImagesAreNotedWithTheirPlaces) {
+TEST_F(Load, ADocumentsImagesAreListedWithTheirPlaces) {
   write("a.png", "a texture");
   write("b.exr", "a sky");
   std::string text = document(R"([{"sphere": {"center": [0, 0, 0], "radius": 1}, "material": "red"}])");
@@ -175,7 +175,7 @@ TEST_F(Load, EndingsMayBeInCapitals) {
       "no error");
 }
 
-TEST_F(Load, FactorsForTiltedLampsAreSaidToBeLeftOut) {
+TEST_F(Load, IesTiltFactorsAreReportedAsLeftOut) {
   write("lamp.ies",
         "IESNA:LM-63-2002\nTILT=INCLUDE\n1\n2\n0 90\n1 0.5\n1 -1 1 2 1 1 1 .1 .1 .1\n1 1 100\n0 90\n0\n9 9\n");
   const auto loaded = load({write("scene.json", R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0],
@@ -190,7 +190,7 @@ TEST_F(Load, FactorsForTiltedLampsAreSaidToBeLeftOut) {
             "light has its measured intensity");
 }
 
-TEST_F(Load, AByteOrderMarkIsPassedOver) {
+TEST_F(Load, AByteOrderMarkIsSkipped) {
   write("a.mtl", "\xef\xbb\xbfnewmtl red\nKd 1 0 0\n");
   const Result<LoadedScene> loaded = load({write("a.obj", "\xef\xbb\xbfmtllib a.mtl\nv 0 0 0\nusemtl red\nf 1 1 1\n")});
   ASSERT_TRUE(loaded.ok()) << loaded.status();

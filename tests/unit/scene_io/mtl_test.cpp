@@ -93,7 +93,7 @@ TEST(Mtl, GlossyMetalAndAbsorbingModelsAreMapped) {
                 "1/Kd - 1 and scatters Ks per unit of length"}));
 }
 
-TEST(Mtl, KaEmitsOnlyWhereItCanMeanNothingElse) {
+TEST(Mtl, KaEmitsOnlyIfItCanMeanNothingElse) {
   const std::string lamp_only = "newmtl white\nKd 1 1 1\nnewmtl lamp\nKa 3 2 1\n";
   const std::string everywhere = "newmtl white\nKd 1 1 1\nKa 1 1 1\nnewmtl lamp\nKa 1 1 1\n";
   const std::string with_ke = "newmtl white\nKd 1 1 1\nnewmtl lamp\nKa 3 2 1\nKe 9 8 7\n";
@@ -125,7 +125,7 @@ TEST(Mtl, KaEmitsOnlyWhereItCanMeanNothingElse) {
             std::vector<std::string>{"Ka was read as ambient light and left out, because materials emit by Ke"});
 }
 
-TEST(Mtl, WhatIsLeftOutIsSaid) {
+TEST(Mtl, OmissionsAreReported) {
   std::vector<std::string> notices;
   const auto materials = materials_of(
       "newmtl a\nKd 2 1 1\nmap_Pr a.png\nd 0.5\nbump b.png\nnewmtl b\nillum 13\nKs 1 1 1\nnewmtl c\nillum 2\n"
@@ -159,7 +159,7 @@ TEST(Mtl, UnknownStatementsAreNamedOnceAtTheirFirstLine) {
                                                "left out: box.mtl:11: d (opacity) of material \"b\" and of 1 other"}));
 }
 
-TEST(Mtl, WhatIsLeftOutHasAnEnd) {
+TEST(Mtl, TheListOfOmissionsIsBounded) {
   std::vector<std::string> notices;
   std::string text;
   for (int i = 0; i < 200'000; ++i) {  // seconds, or minutes where all are compared with all
@@ -178,7 +178,7 @@ TEST(Mtl, WhatIsLeftOutHasAnEnd) {
   EXPECT_TRUE(notices.back().ends_with(" more in materials")) << notices.back();
 }
 
-TEST(Mtl, MapsHaveOptions) {
+TEST(Mtl, MapOptionsAreRead) {
   const Result<std::vector<MtlMaterial>> read = read_mtl(
       "newmtl a\r\nmap_Kd -s 2 3 1 -o 0.5 -clamp on -blendu off -mm 0 1 my wood.png \\\r\n# a comment\n"
       "map_kd -boost 2 -s 4 second.png\nmap_Pr -imfchan g rough.png\nmap_Ke -weird.png\n"
@@ -240,7 +240,7 @@ TEST(Mtl, NumbersAreRead) {
   EXPECT_EQ((*read)[1].unused, (std::vector<MtlUnused>{{"Kd spectral"}, {"Ks xyz"}, {"sharpness"}}));
 }
 
-TEST(Mtl, WhatIsWrongIsPlaced) {
+TEST(Mtl, MistakesAreReportedWithTheirPlace) {
   const auto error = [](const std::string& text) { return message_of(read_mtl(text, "box.mtl").status()); };
   EXPECT_EQ(error("Kd 1 1 1"), "box.mtl:1: newmtl is expected before \"Kd\"");
   EXPECT_EQ(error("newmtl"), "box.mtl:1: newmtl: the name of a material is expected");

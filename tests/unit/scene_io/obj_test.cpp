@@ -61,7 +61,7 @@ TEST(Obj, WhitespaceCommentsAndContinuationsAreUnderstood) {
   EXPECT_EQ(mesh.triangles.size(), 2u);
 }
 
-TEST(Obj, FacesJoinTheirMaterial) {
+TEST(Obj, FacesOfOneMaterialFormOnePart) {
   const Result<ObjFile> file = read_obj(kSquare +
                                             "mtllib a.mtl\no thing\ng one two\ns off\nusemtl red\nf 1 2 3\nusemtl pale "
                                             "blue\nf 1 3 4\nusemtl red\nf 2 3 4\nusemtl unused\n",
@@ -135,14 +135,14 @@ TEST(Obj, SmoothingGroupsMakeNormals) {
     }
   }
   EXPECT_TRUE(mesh_of(kRoof + "f 1 2 4 3\n").normals.empty());
-  // A group goes on behind another, and across materials.
+  // A group continues after another one, and across materials.
   mesh = mesh_of(kRoof + "s 1\nf 1 2 4 3\ns 2\nf 1 2 3\ns 1\nusemtl x\nf 3 4 6 5\n");
   EXPECT_NEAR(mesh.normals[mesh.triangles.back()[0]][1], 1, 1e-6f);
 }
 
 TEST(Obj, SmoothNormalsAreWeightedByAngle) {
-  // At the corner of a cube three faces meet in right angles: (1, 1, 1) / √3, although one is cut so that two of its
-  // triangles meet there, and one is ten times as large.
+  // Three faces meet at a cube's corner in right angles: (1, 1, 1) / √3. One face has two triangles there, and one face
+  // is ten times as large. Neither changes the normal.
   const Mesh mesh = mesh_of(
       "v 0 0 0\nv -1 0 0\nv 0 -1 0\nv 0 0 -10\nv -1 -1 0\nv -1 0 -10\nv 0 -1 -10\ns 4\n"
       "f 1 2 5 3\nf 1 4 6 2\nf 1 3 7 4\n");
@@ -155,7 +155,7 @@ TEST(Obj, SmoothNormalsAreWeightedByAngle) {
   }
 }
 
-TEST(Obj, NormalsThatAreGivenWinOverSmoothingGroups) {
+TEST(Obj, GivenNormalsOverrideSmoothingGroups) {
   const Mesh mesh = mesh_of(kRoof + "vn 0 0 1\ns 1\nf 1//1 2//1 4//1 3\nf 3 4 6 5\n");
   EXPECT_EQ(mesh.normals[0], (std::array<float, 3>{0, 0, 1}));
   EXPECT_EQ(mesh.normals[2], (std::array<float, 3>{0, 0, 1}));
@@ -167,8 +167,8 @@ TEST(Obj, FacesBackToBackHaveNoMeanNormal) {
   EXPECT_TRUE(mesh.normals.empty());  // nothing to smooth is left, so it stays flat
 }
 
-TEST(Obj, AMillionTrianglesKeepTheirVerticesShared) {
-  // 708×708 points of a heightless field, a vertex for each, whatever order the faces come in.
+TEST(Obj, AMillionTrianglesShareTheirVertices) {
+  // 708×708 points of a flat field, a vertex for each, with faces in any order.
   constexpr int kSide = 708;
   std::string text;
   for (int i = 0; i < kSide * kSide; ++i) {
@@ -183,7 +183,7 @@ TEST(Obj, AMillionTrianglesKeepTheirVerticesShared) {
   EXPECT_EQ(mesh.positions.size(), 501'264u);
 }
 
-TEST(Obj, WhatIsWrongIsPlaced) {
+TEST(Obj, MistakesAreReportedWithTheirPlace) {
   EXPECT_EQ(obj_error(kSquare), "box.obj: the mesh is empty, at least one face (f) is expected");
   EXPECT_EQ(obj_error(""), "box.obj: the mesh is empty, at least one face (f) is expected");
   EXPECT_EQ(obj_error(kSquare + "f 1 2 5"), "box.obj:5: f: index 5 is out of range, there are 4 vertices so far");
@@ -222,14 +222,12 @@ TEST(Obj, WhatIsWrongIsPlaced) {
             "box.obj:2: unknown statement \"vertex\"; v, vt, vn, f, o, g, s, usemtl or mtllib is expected");
 }
 
-TEST(Obj, WhatIsLeftOutIsSaidOnce) {
+TEST(Obj, OmissionsAreReportedOnce) {
   const Result<ObjFile> file = read_obj(kSquare + "l 1 2\nl 2 3\np 1\nf 1 2 3\n", "box.obj");
   ASSERT_TRUE(file.ok()) << file.status();
   EXPECT_EQ(file->notices, (std::vector<std::string>{"left out: \"l\" statements of box.obj",
                                                      "left out: \"p\" statements of box.obj"}));
 }
-
-// ---- MTL ----
 
 }  // namespace
 }  // namespace lightmill

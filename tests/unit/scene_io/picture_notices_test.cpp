@@ -1,4 +1,4 @@
-// What of a picture is foreseen.
+// Notices about the picture to expect.
 #include "common/scene_io/picture_notices.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ Object ball(const Point3d& center, double radius, std::uint32_t material = 0) {
   return {"ball", material, SphereShape{center, radius}};
 }
 
-TEST(PictureNotices, DarkScenesAreBlack) {
+TEST(PictureNotices, ASceneWithoutLightIsReportedAsBlack) {
   const std::vector<std::string> black{"nothing emits light: the picture will be black"};
   LoadedScene loaded = seen({ball({0, 0, 0}, 1)});
   EXPECT_EQ(picture_notices(loaded, true), black);
@@ -45,10 +45,10 @@ std::string view_of(const LoadedScene& loaded) {
 const std::string kNothing =
     "the camera at (0, 0, 5), looking at (0, 0, 0), sees nothing of the scene: choose another with --camera";
 
-TEST(PictureNotices, WhatIsOutOfViewIsSaid) {
+TEST(PictureNotices, ASceneOutOfViewIsReported) {
   EXPECT_EQ(view_of(seen({ball({0, 0, 0}, 1)})), "");
   EXPECT_EQ(view_of(seen({ball({0, 0, 8}, 1)})), kNothing);  // behind
-  EXPECT_EQ(view_of(seen({ball({0, 0, 5.5}, 1)})), "");      // around the eye
+  EXPECT_EQ(view_of(seen({ball({0, 0, 5.5}, 1)})), "");      // around the camera
   for (const Point3d& aside : {Point3d{8, 0, 0}, {-8, 0, 0}, {0, 8, 0}, {0, -8, 0}}) {
     EXPECT_EQ(view_of(seen({ball(aside, 1)})), kNothing);
     EXPECT_EQ(view_of(seen({ball(aside, 1), ball({0, 0, 8}, 1)})), kNothing);
@@ -59,7 +59,7 @@ TEST(PictureNotices, WhatIsOutOfViewIsSaid) {
   EXPECT_EQ(view_of(wide), "");
 }
 
-TEST(PictureNotices, MeshesAreWhereTheirTransformPutsThem) {
+TEST(PictureNotices, TransformsMoveMeshesOutOfView) {
   const Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {}, {{0, 1, 2}}};
   LoadedScene loaded = seen({});
   const std::string bytes = encode_mesh(mesh);
@@ -73,7 +73,7 @@ TEST(PictureNotices, MeshesAreWhereTheirTransformPutsThem) {
   EXPECT_EQ(view_of(loaded), "");
 }
 
-TEST(PictureNotices, FogThatIsDenserThanPathsAreLongIsSaid) {
+TEST(PictureNotices, FogTooDenseForThePathLengthIsReported) {
   const auto dense = [](double radius, const Medium& medium, std::uint32_t max_bounces) {
     LoadedScene loaded = seen({ball({0, 0, 0}, radius, 2)});
     loaded.scene.materials.push_back({"fog", DielectricMaterial{1}, {}});
@@ -100,21 +100,21 @@ TEST(PictureNotices, FogThatIsDenserThanPathsAreLongIsSaid) {
   EXPECT_NE(dense(1, grey, 1000), "");
 }
 
-TEST(PictureNotices, SpheresThatAreTooLargeForWhatIsNearAreSaid) {
-  // The eye is 5 above the surface.
+TEST(PictureNotices, SpheresTooLargeForNearDetailAreReported) {
+  // The camera is 5 above the surface.
   EXPECT_EQ(view_of(seen({ball({0, 0, -4e4}, 4e4)})), "");
   const std::string said =
       "the sphere \"ball\" is so large (radius 60000) that near the camera its surface is only exact to about 0.01: "
       "use a plane instead";
   EXPECT_EQ(view_of(seen({ball({0, 0, -6e4}, 6e4)})), said);
-  EXPECT_EQ(view_of(seen({ball({0, 0, 4}, 1)})), "");    // the eye is on it
+  EXPECT_EQ(view_of(seen({ball({0, 0, 4}, 1)})), "");    // the camera is on it
   EXPECT_EQ(view_of(seen({ball({0, 0, 0}, 6e4)})), "");  // a sky around all: its surface is far
   LoadedScene enlarged = seen({ball({0, 0, -6}, 6)});
   enlarged.scene.objects[0].transform = {{{1e4, 0, 0, 0}, {0, 1e4, 0, 0}, {0, 0, 1e4, 0}}};
   EXPECT_EQ(view_of(enlarged), said);
 }
 
-TEST(PictureNotices, ADotIsSaid) {
+TEST(PictureNotices, ASceneOfFewPixelsIsReported) {
   // Ten wide at the origin's distance: a ball of radius 0.1 there, its nearest side at 4.9, takes 200 · 0.2 / 9.8.
   EXPECT_EQ(
       view_of(seen({ball({0, 0, 0}, 0.1)})),
@@ -124,7 +124,7 @@ TEST(PictureNotices, ADotIsSaid) {
   EXPECT_EQ(view_of(seen({ball({0, 0, 0}, 0.5)})), "");
 }
 
-TEST(PictureNotices, PlanesAndSkiesMayBeAllThereIsToSee) {
+TEST(PictureNotices, PlanesAndSkiesCountAsVisible) {
   LoadedScene loaded = seen({ball({0, 0, 8}, 1), {"floor", 0, PlaneShape{}}});
   EXPECT_EQ(view_of(loaded), "");
   loaded.scene.objects.pop_back();

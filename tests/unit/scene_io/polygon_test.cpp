@@ -19,7 +19,7 @@ Vec3d doubled_area(const Corners& p, std::uint32_t a, std::uint32_t b, std::uint
   return glm::cross(at(b) - at(a), at(c) - at(a));
 }
 
-/// Triangles that all face like the outline and have its area together cover it, each point once.
+/// Checks that triangles cover an outline, each point once: all face like it, and their areas sum to its area.
 void expect_cover(const Corners& corners, const Triangles& triangles, std::size_t count) {
   Vec3d outline(0);
   for (std::uint32_t i = 2; i < corners.size(); ++i) {
@@ -36,19 +36,19 @@ void expect_cover(const Corners& corners, const Triangles& triangles, std::size_
   EXPECT_EQ(triangles.size(), count);
 }
 
-TEST(Polygon, ConvexOnesAreFans) {
+TEST(Polygon, ConvexPolygonsBecomeFans) {
   Triangles triangles;
   EXPECT_TRUE(triangulate(Corners{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {-1, 0.5, 0}}, triangles));
   EXPECT_EQ(triangles, (Triangles{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}}));
 }
 
-TEST(Polygon, ConcaveOnesAreCovered) {
+TEST(Polygon, ConcavePolygonsAreCovered) {
   const std::vector<Corners> shapes{
       {{0, 0, 0}, {4, 0, 0}, {1, 1, 0}, {0, 4, 0}},  // a dart, reflex at (1, 1)
       {{1, 1, 0}, {0, 4, 0}, {0, 0, 0}, {4, 0, 0}},  // … from its reflex corner
       {{4, 0, 0}, {1, 1, 0}, {0, 4, 0}, {0, 0, 0}},  // … where a fan spills
       {{0, 0, 3}, {0, 4, 3}, {4, 4, 3}, {4, 0, 3}, {3, 0, 3}, {3, 3, 3}, {1, 3, 3}, {1, 0, 3}},  // a U seen from behind
-      // A square frame: the hole is joined by an edge that is walked twice.
+      // A square frame. An edge that is walked twice joins the hole.
       {{0, 0, 0}, {0, 3, 0}, {0, 3, 3}, {0, 0, 3}, {0, 0, 0}, {0, 1, 1}, {0, 1, 2}, {0, 2, 2}, {0, 2, 1}, {0, 1, 1}}};
   for (const Corners& corners : shapes) {
     Triangles triangles;
@@ -86,7 +86,7 @@ TEST(Polygon, CornersOnAnEdgeLeaveNoGap) {
   expect_cover(corners, triangles, 4);
 }
 
-TEST(Polygon, CrossingOutlinesAreToldAndDegenerateOnesEnd) {
+TEST(Polygon, CrossingOutlinesAreReportedAndDegenerateOnesTerminate) {
   Triangles triangles;
   EXPECT_FALSE(triangulate(Corners{{0, 0, 0}, {2, 2, 0}, {2, 0, 0}, {0, 1, 0}}, triangles));
   EXPECT_EQ(triangles.size(), 2u);

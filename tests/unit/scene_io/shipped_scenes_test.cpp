@@ -1,4 +1,4 @@
-// Facts about the scenes that are shipped: what METHODS of comparison rely on.
+// Facts about the shipped scenes on which comparisons rely.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -105,7 +105,7 @@ TEST(ShippedScenes, AllLoadWithoutNotices) {
 }
 
 TEST(ShippedScenes, EveryDocumentLoadsWithoutNotices) {
-  // Some need files that scenes/get-models fetches; where those are missing, nothing else may be wrong with the scene.
+  // Some scenes need files that scenes/get-models fetches. Where these are missing, nothing else may be wrong.
   int loaded_count = 0;
   for (const auto& entry : fs::directory_iterator(kScenes)) {
     if (entry.path().extension() != ".json") {
@@ -127,7 +127,7 @@ TEST(ShippedScenes, EveryDocumentLoadsWithoutNotices) {
   EXPECT_GE(loaded_count, 8);  // the Cornell boxes and the course's default scenes need nothing
 }
 
-TEST(ShippedScenes, TheLampIsTheMeasuredOne) {
+TEST(ShippedScenes, TheLampHasItsMeasuredSizeAndRadiance) {
   const LoadedScene loaded = load({"cornell-bench-blocks"});
   const std::vector<Triangle> lamp = triangles_of(loaded, "box/lamp");
   EXPECT_DOUBLE_EQ(area(lamp), 13650);
@@ -160,7 +160,7 @@ TEST(ShippedScenes, TheWallsFaceTheRoom) {
   }
 }
 
-TEST(ShippedScenes, TheWallsHaveTheirSizes) {
+TEST(ShippedScenes, TheWallsHaveTheirMeasuredSizes) {
   const LoadedScene loaded = load({"cornell-bench-blocks"});
   // Trapezia and rectangles: floor, ceiling and back wall.
   const double floor = (552.8 + 549.6) / 2 * 559.2;
@@ -189,7 +189,7 @@ TEST(ShippedScenes, RedIsOnTheLeftAndGreenOnTheRight) {
   }
 }
 
-TEST(ShippedScenes, TheBlocksAreClosedButForTheirUndersides) {
+TEST(ShippedScenes, TheBlocksAreOpenOnlyBelow) {
   const LoadedScene loaded = load({"cornell-bench-blocks"});
   std::map<std::pair<Point3d, Point3d>, int> edges;
   const std::vector<Triangle> triangles = triangles_of(loaded, "blocks/white");
@@ -208,7 +208,7 @@ TEST(ShippedScenes, TheBlocksAreClosedButForTheirUndersides) {
     }
   }
   EXPECT_EQ(open, 8);
-  // With normals outwards the undersides alone are missing: what is left points up, with their area (by the shoelace
+  // Normals point outwards, and only the undersides are missing. So the sum points up with their area (by the shoelace
   // formula).
   const Point3d up = total(triangles);
   const auto shoelace = [](const std::vector<std::array<double, 2>>& corners) {

@@ -1,4 +1,4 @@
-// Work counted as comparisons of texts: what searches lists of names compares each name with many others.
+// Work counted as comparisons of texts. A search of a list of names compares each name with many others.
 #include "tests/unit/scene_io/work_done.h"
 
 #include <atomic>
@@ -19,7 +19,7 @@ namespace {
 std::atomic<std::uint64_t> comparisons = 0;
 }  // namespace
 
-/// In place of the C library's, for the whole program: std::string and std::string_view compare by it.
+/// Replaces the C library's memcmp in the whole program. std::string and std::string_view compare by it.
 extern "C" int memcmp(const void* left, const void* right, std::size_t size) noexcept {
   comparisons.fetch_add(1, std::memory_order_relaxed);
   const auto* const a = static_cast<const unsigned char*>(left);

@@ -1,4 +1,4 @@
-// Work counted as blocks of code without a branch, of what is compiled with -fsanitize-coverage=trace-pc.
+// Work counted as blocks of code without a branch, in code compiled with -fsanitize-coverage=trace-pc.
 #include "tests/unit/scene_io/work_done.h"
 
 namespace {
@@ -11,7 +11,7 @@ extern "C" void __sanitizer_cov_trace_pc() {
 }
 
 namespace lightmill::test {
-const int kManyNames = 50'000;  // fewer take less than what is done once a name
+const int kManyNames = 50'000;  // with fewer names the linear work for each name dominates
 std::optional<std::uint64_t> work_done() {
   return blocks;
 }

@@ -1,4 +1,4 @@
-// How much work this program has done, in a unit that does not depend on the machine.
+// Counter of the work that this program has done, in a unit that does not depend on the machine.
 #pragma once
 
 #include <cstdint>
@@ -6,11 +6,11 @@
 
 namespace lightmill::test {
 
-/// So far: comparisons of texts (text_comparisons.cpp) or blocks of code (traced_blocks.cpp). Nothing where sanitizers
-/// have to see the comparisons themselves.
+/// Work so far: comparisons of texts (text_comparisons.cpp) or blocks of code (traced_blocks.cpp). Empty where
+/// sanitizers have to see the comparisons themselves.
 std::optional<std::uint64_t> work_done();
 
-/// So many names show in work_done() whether lists of names are searched.
+/// With this many names, work_done() shows whether lists of names are searched.
 extern const int kManyNames;
 
 }  // namespace lightmill::test

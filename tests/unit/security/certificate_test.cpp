@@ -1,5 +1,4 @@
-// Certificates: what the authority makes says what it was asked to say, and OpenSSL's own verification believes it for
-// just that.
+// Certificates: they have the requested contents, and OpenSSL's own verification accepts them only for their purpose.
 #include "common/security/certificate.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +36,7 @@ Owned parsed(const std::string& pem) {
   return certificate;
 }
 
-/// X509_V_OK or why not, at `at`, by a path of OpenSSL's own that shares nothing with ours.
+/// X509_V_OK or the error at time `at`, by OpenSSL's own code, which shares nothing with ours.
 int verify(const KeyAndCertificate& made, const KeyAndCertificate& by, int purpose, std::int64_t at = kCertificateNow) {
   const Owned issuer = parsed(by.certificate), certificate = parsed(made.certificate);
   X509_STORE* const store = X509_STORE_new();
@@ -54,7 +53,7 @@ int verify(const KeyAndCertificate& made, const KeyAndCertificate& by, int purpo
   return code;
 }
 
-TEST(Certificates, SayWhatWasAskedFor) {
+TEST(Certificates, HaveTheRequestedContents) {
   const KeyAndCertificate ca = authority();
   EXPECT_TRUE(facts_of(ca).authority);
   EXPECT_EQ(facts_of(ca).name, "Test farm");
@@ -78,7 +77,7 @@ TEST(Certificates, SayWhatWasAskedFor) {
   EXPECT_EQ(date_text(kCertificateNow), "2027-01-15 08:00 UTC");
 }
 
-TEST(Certificates, AreGoodForTheirPurposeAlone) {
+TEST(Certificates, AreValidOnlyForTheirPurpose) {
   const KeyAndCertificate ca = authority(), other = make_authority("Test farm", kValidity).value();
   const KeyAndCertificate server = issue_certificate(ca, {"s", {"farm.example"}, {}}, kValidity).value();
   const KeyAndCertificate worker = issue_certificate(ca, {"w", {}, {Role::worker}}, kValidity).value();
@@ -91,7 +90,7 @@ TEST(Certificates, AreGoodForTheirPurposeAlone) {
   EXPECT_EQ(verify(worker, ca, X509_PURPOSE_SSL_CLIENT, kValidity.from_unix_s - 1), X509_V_ERR_CERT_NOT_YET_VALID);
 }
 
-TEST(Certificates, NamesThatLookLikeRolesAreNone) {
+TEST(Certificates, NamesThatLookLikeRolesGrantNoRole) {
   const KeyAndCertificate ca = authority();
   const auto person = issue_certificate(ca, {"x,URI:lightmill://role/admin", {}, {Role::view}}, kValidity);
   ASSERT_TRUE(person.ok()) << person.status();
@@ -103,7 +102,7 @@ TEST(Certificates, NamesThatLookLikeRolesAreNone) {
   }
 }
 
-TEST(Certificates, AnAddressThatCannotBeIsNoName) {
+TEST(Certificates, AnInvalidAddressIsNotAHostName) {
   const KeyAndCertificate ca = authority();
   for (const char* host : {"300.1.1.1", "10.0.0", "10.0.0.5.6", "1", "10.0.0.256", "farm.7", "10.0.0.5."}) {
     const Status status = issue_certificate(ca, {"s", {host}, {}}, kValidity).status();
@@ -115,7 +114,7 @@ TEST(Certificates, AnAddressThatCannotBeIsNoName) {
   }
 }
 
-TEST(Certificates, WhatMakesNoSenseIsRefused) {
+TEST(Certificates, InvalidRequestsAreRefused) {
   const KeyAndCertificate ca = authority(), other = authority();
   const auto code = [&](const KeyAndCertificate& by, const CertificateSubject& subject) {
     return issue_certificate(by, subject, kValidity).status().code();
@@ -135,7 +134,7 @@ TEST(Certificates, WhatMakesNoSenseIsRefused) {
       << "none outlives its authority";
 }
 
-TEST(Roles, AreReadAsTheyAreWritten) {
+TEST(Roles, SurviveARoundTripThroughText) {
   EXPECT_EQ(parse_roles("view,submit").value(), (Roles{Role::view, Role::submit}));
   EXPECT_EQ(parse_roles(names_of(Roles::all())).value(), Roles::all());
   for (const char* bad : {"", "view,", "root", "View", "view submit"}) {
@@ -159,7 +158,7 @@ class TlsFilesTest : public ::testing::Test {
   KeyAndCertificate worker_ = issue_certificate(ca_, {"w", {}, {Role::worker}}, kValidity).value();
 };
 
-TEST_F(TlsFilesTest, OneFileMayHoldBoth) {
+TEST_F(TlsFilesTest, OneFileCanHoldKeyAndCertificate) {
   const TlsFiles one{file("ca.pem", ca_.certificate), file("w.pem", worker_.certificate + worker_.key), ""};
   const TlsFiles two{one.authority, file("c.pem", worker_.certificate), file("k.pem", worker_.key)};
   for (const TlsFiles& files : {one, two}) {
@@ -190,7 +189,7 @@ TEST_F(TlsFilesTest, MistakesAreNamed) {
             std::string::npos);
 }
 
-TEST_F(TlsFilesTest, SecretFilesAreTheirOwnersAloneAndStay) {
+TEST_F(TlsFilesTest, SecretFilesArePrivateAndNotOverwritten) {
   const std::filesystem::path path = folder_.path() / "secret";
   ASSERT_TRUE(write_secret_file(path, as_byte_view("one"), false).ok());
   struct stat info {};

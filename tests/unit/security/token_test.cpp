@@ -1,4 +1,4 @@
-// Tokens: made, found again, and let in as long as they hold.
+// Tokens: created, found again, and accepted while they are valid.
 #include "common/security/token.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ TEST(Tokens, HaveAnIdAndTwoHundredFiftySixRandomBits) {
   EXPECT_EQ(secrets.size(), 100u);
 }
 
-TEST(Tokens, AllElseIsNone) {
+TEST(Tokens, OtherTextsAreRefused) {
   const std::string good = make_token()->text;
   for (const std::string& bad :
        {std::string(), std::string("lightmill_"), good + "0", good.substr(1), std::string(good).replace(10, 1, "G"),
@@ -46,7 +46,7 @@ TEST(Tokens, AllElseIsNone) {
   }
 }
 
-TEST(TokenBook, LetsInWhomATokenStandsForUntilItsEnd) {
+TEST(TokenBook, IdentifiesATokensOwnerUntilItExpires) {
   TokenBook book;
   const NewToken token = make_token().value();
   ASSERT_TRUE(book.add(record_of(token), kTokenNow).ok());
@@ -65,7 +65,7 @@ TEST(TokenBook, LetsInWhomATokenStandsForUntilItsEnd) {
   EXPECT_EQ(book.remove(token.id).code(), StatusCode::kNotFound);
 }
 
-TEST(TokenBook, AWrongSecretIsAsUnknownAsAWrongId) {
+TEST(TokenBook, AWrongSecretAndAWrongIdGiveTheSameError) {
   TokenBook book;
   const NewToken token = make_token().value(), other = make_token().value();
   ASSERT_TRUE(book.add(record_of(token), kTokenNow).ok());
@@ -76,11 +76,11 @@ TEST(TokenBook, AWrongSecretIsAsUnknownAsAWrongId) {
   std::string expected = message_of(wrong_id);
   expected.replace(expected.find(other.id), other.id.size(), token.id);
   EXPECT_EQ(message_of(wrong_secret), expected);
-  // All zeros are the hash of nothing that is known, and let nobody in.
+  // All zeros are not the secret of any token, and identify no caller.
   EXPECT_FALSE(book.identify("lightmill_000000000000_" + std::string(64, '0'), kTokenNow).ok());
 }
 
-TEST(TokenBook, TakesOnlyWhatMakesSense) {
+TEST(TokenBook, RefusesInvalidRecords) {
   TokenBook book;
   const NewToken token = make_token().value();
   const auto code = [&](auto change) {
@@ -127,7 +127,7 @@ TEST_F(CallerTest, TokensComeFromAFileOrTheEnvironment) {
   EXPECT_NE(message_of(read(file_, "127.0.0.1:7350").status()).find("--token-file " + file_), std::string::npos);
 }
 
-TEST_F(CallerTest, TokensDoNotGoOverTheNetworkInTheOpen) {
+TEST_F(CallerTest, TokensAreNotSentUnencrypted) {
   ::setenv(kTokenVariable, text_.c_str(), 1);
   for (const char* near : {"127.0.0.1:7350", "[::1]:7350", "localhost:7350"}) {
     EXPECT_TRUE(read("", near).ok()) << near;

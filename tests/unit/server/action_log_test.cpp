@@ -1,4 +1,4 @@
-// The farm's log: what is kept, what goes for it, and how it is found again.
+// The farm's action log: what it keeps, drops and finds.
 #include "server/access/action_log.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ std::vector<std::uint64_t> numbers(const std::vector<Action>& actions) {
 
 using Numbers = std::vector<std::uint64_t>;
 
-TEST(ActionLogTest, CountsUpAlsoAfterAStart) {
+TEST(ActionLogTest, NumbersIncreaseAcrossARestart) {
   ActionLog log({}, {});
   const Action first = *log.add(action("SubmitJob", 1)).added, second = *log.add(action("CancelJob", 1)).added;
   EXPECT_EQ(first.number, 1u);
@@ -71,7 +71,7 @@ TEST(ActionLogTest, IsFoundByJobNameTimeAndPage) {
   EXPECT_EQ(numbers(log.find({0, "", 0, 3}, 4).actions), (Numbers{2, 1}));
 }
 
-TEST(ActionLogTest, LooksAtABoundedPartForOnePage) {
+TEST(ActionLogTest, OnePageScansABoundedPart) {
   ActionLog log({}, {});
   log.add(action("SubmitJob", 7));
   for (std::size_t i = 0; i < 2 * ActionLog::kLookedAt; ++i) {
@@ -93,7 +93,7 @@ TEST(ActionLogTest, LooksAtABoundedPartForOnePage) {
   EXPECT_EQ(log.find({7, "", 0, 0}, 1).next, 2 * ActionLog::kLookedAt + 2) << "there may be more";
 }
 
-TEST(ActionLogTest, RefusalsAndWorkersDoNotPushOutWhatWasDone) {
+TEST(ActionLogTest, RefusalsAndWorkersDoNotDisplaceActions) {
   ActionLog log({8, 400}, {});
   std::set<std::uint64_t> stored;
   const auto add = [&](const Action& each) {
@@ -120,7 +120,7 @@ TEST(ActionLogTest, RefusalsAndWorkersDoNotPushOutWhatWasDone) {
   EXPECT_EQ(std::set<std::uint64_t>(kept.begin(), kept.end()), stored) << "the store holds the same";
 }
 
-TEST(ActionLogTest, WhatIsTooOldGoes) {
+TEST(ActionLogTest, OldEntriesAreDropped) {
   ActionLog log({100, 10}, {});
   log.add(action("SubmitJob", 1, 1));
   log.add(refusal(1));
@@ -131,7 +131,7 @@ TEST(ActionLogTest, WhatIsTooOldGoes) {
   EXPECT_EQ(numbers(log.find({}, 100).actions), (Numbers{5, 4, 3}));
 }
 
-TEST(ActionLogTest, AWorkerThatComesAgainAndAgainIsWrittenDownOnce) {
+TEST(ActionLogTest, AReconnectingWorkerIsRecordedOnce) {
   constexpr std::int64_t kHourMs = 3'600'000;
   ActionLog log({}, {});
   EXPECT_TRUE(log.add(coming("w1", "10.0.0.7:1", 0)).added);
@@ -148,7 +148,7 @@ TEST(ActionLogTest, AWorkerThatComesAgainAndAgainIsWrittenDownOnce) {
   EXPECT_FALSE(again.add(other).added) << "also after a start";
 }
 
-TEST(ActionLogTest, TellsACoordinatorThatStoppedFromOneThatWasKilled) {
+TEST(ActionLogTest, AStoppedCoordinatorDiffersFromAKilledOne) {
   ActionLog log({}, {});
   EXPECT_FALSE(log.somebody_is_at_work());
   log.add(action(std::string(kStart)));
@@ -158,7 +158,7 @@ TEST(ActionLogTest, TellsACoordinatorThatStoppedFromOneThatWasKilled) {
   EXPECT_FALSE(ActionLog({}, log.find({}, 100).actions).somebody_is_at_work());
 }
 
-TEST(ActionLogTest, TextsFromElsewhereAreCutAndMadePrintable) {
+TEST(ActionLogTest, ForeignTextsAreCutAndMadePrintable) {
   ActionLog log({}, {});
   Action rude = refusal(1);
   rude.about = "w\x1b[31m" + std::string(10'000, 'x');
@@ -168,7 +168,7 @@ TEST(ActionLogTest, TextsFromElsewhereAreCutAndMadePrintable) {
   EXPECT_EQ(kept.message, std::string(399, 'y') + "…");
 }
 
-TEST(ActionLogTest, AddressesAreWrittenAsPeopleDo) {
+TEST(ActionLogTest, AddressesHaveTheirUsualForm) {
   EXPECT_EQ(peer_text("ipv4:10.0.0.7:4711"), "10.0.0.7:4711");
   EXPECT_EQ(peer_text("ipv6:%5B::1%5D:4711"), "[::1]:4711");
   EXPECT_EQ(peer_text("unix:/run/x"), "unix:/run/x");

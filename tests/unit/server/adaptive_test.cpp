@@ -1,4 +1,4 @@
-// What a pilot gives each tile of an adaptive job, and what follows for its counts and its error.
+// Allocation of samples by a pilot, and its effect on counts and error.
 #include "common/film/error_goal.h"
 #include "tests/unit/server/pilot_fixture.h"
 
@@ -7,7 +7,7 @@ namespace {
 
 class AllocationTest : public PilotTest {
  protected:
-  /// Two tiles, unless the film is another.
+  /// An adaptive job of two tiles, unless given another crop.
   JobId submit_adaptive(Goal goal, PixelRect crop = {0, 0, 128, 64}) {
     JobSpec job = spec("r1", 0, crop);
     job.goal = goal;
@@ -28,7 +28,7 @@ class AllocationTest : public PilotTest {
   }
 };
 
-TEST_F(AllocationTest, APilotSaysWhatEachTileGets) {
+TEST_F(AllocationTest, APilotDecidesTheSamplesOfEachTile) {
   const SessionId a = connect("a");
   const JobId job = submit_adaptive({.samples = 100});
   EXPECT_TRUE(pilot(a).allocate);
@@ -60,7 +60,7 @@ TEST_F(AllocationTest, APilotSaysWhatEachTileGets) {
   EXPECT_EQ(samples(job), (std::pair{std::uint64_t{51}, std::uint64_t{408}}));
 }
 
-TEST_F(AllocationTest, AnErrorIsReadWhereAllTilesHaveTheirParts) {
+TEST_F(AllocationTest, TheErrorIsReadWhenAllTilesHaveTheirParts) {
   first_extra = 16;
   const SessionId a = connect("a");
   const JobId job = submit_adaptive({.error = 0.02});
@@ -73,7 +73,7 @@ TEST_F(AllocationTest, AnErrorIsReadWhereAllTilesHaveTheirParts) {
   EXPECT_LE(status(job).error.rel_mse + status(job).error.half_width, 0.02);
 }
 
-TEST_F(AllocationTest, NoErrorIsReadBeforeTheQuietestTileHasWhatAnEvenFramesHave) {
+TEST_F(AllocationTest, TheErrorIsNotReadBeforeTheQuietestTileHasItsFirstCount) {
   for (const auto& [shifts, first] : std::initializer_list<std::pair<std::vector<std::int8_t>, std::uint64_t>>{
            {{-2, 1}, 64}, {{1, -1}, 32}, {{0, 2}, 16}, {{}, 16}}) {
     restart({});
@@ -84,14 +84,14 @@ TEST_F(AllocationTest, NoErrorIsReadBeforeTheQuietestTileHasWhatAnEvenFramesHave
     EXPECT_EQ(status(job).reached, GoalLimit::error);
     EXPECT_EQ(coordinator->film(job)->frame_samples(), first);
     EXPECT_EQ(coordinator->film(job)->min_samples(), 16u);
-    // Nor is any kept.
+    // No history is kept, either.
     ASSERT_EQ(status(job).history.size(), 1u);
     EXPECT_EQ(status(job).history[0].samples,
               static_cast<double>(status(job).samples_done) / coordinator->film(job)->grid().pixel_count());
   }
 }
 
-TEST_F(AllocationTest, HowItsErrorFellIsKeptAtFewCounts) {
+TEST_F(AllocationTest, TheErrorHistoryHasFewCounts) {
   constexpr int kTiles = 16;
   std::vector<std::int8_t> shifts(kTiles, -2);
   shifts[3] = 2;
@@ -104,10 +104,10 @@ TEST_F(AllocationTest, HowItsErrorFellIsKeptAtFewCounts) {
   EXPECT_GE(history.size(), 3u);
   EXPECT_LE(history.size(), 9u);  // 64, 96, 128, 192, 256, 384, 512, 768 and the end
   EXPECT_EQ(history.back().samples, (15 * 250 + 4000) / 16.0);
-  // Each is a row of the store's with all of the job in it.
+  // Each is a row of the store with the whole job.
   const auto rows = std::ranges::count_if(writes, [](const StoreOp& op) { return std::holds_alternative<PutJob>(op); });
   EXPECT_LE(static_cast<std::size_t>(rows), history.size() + 4) << "submitted, started, chosen, done";
-  // A coordinator that is started again goes on where it was.
+  // A restarted coordinator continues the history.
   StoredState state{2, {{stored(), {}}}, 2};
   for (std::uint32_t tile = 0; tile < kTiles; ++tile) {
     for (const NodePtr& node : coordinator->film(job)->forest(TileId{tile})) {
@@ -124,7 +124,7 @@ TEST_F(AllocationTest, HowItsErrorFellIsKeptAtFewCounts) {
   EXPECT_LE(status(job).history.size(), history.size() + 3);  // 1024, 1536 and the end
 }
 
-TEST_F(AllocationTest, TheEtaOfAnErrorGoesByTheFramesCount) {
+TEST_F(AllocationTest, TheEtaOfAnErrorGoalUsesTheFramesCount) {
   first_extra = 16;
   const JobId job = submit_adaptive({.error = 0.0065});
   const SessionId a = connect("a");
@@ -136,14 +136,14 @@ TEST_F(AllocationTest, TheEtaOfAnErrorGoesByTheFramesCount) {
   }
   const JobStatus seen = status(job);
   ASSERT_EQ(seen.samples_done, (16u + 64) * 64 * 64);
-  // Errors fall as 1/samples: from what 64 of the frame have to what is asked for, with 5/8 a pixel.
+  // Errors fall as 1/samples: from the error at 64 of the frame to the goal, with 5/8 a pixel.
   const double wanted = 64 * (seen.error.rel_mse + seen.error.half_width) / 0.0065;
   ASSERT_GT(wanted, 512);
   ASSERT_LT(wanted, 768);
   EXPECT_NEAR(seen.eta_seconds * seen.samples_per_second, (768 - 64) * 5.0 / 8 * 128 * 64, 1);
 }
 
-TEST_F(AllocationTest, WhatItSaysIsChecked) {
+TEST_F(AllocationTest, ReportedAllocationsAreChecked) {
   const SessionId a = connect("a");
   const JobId job = submit_adaptive({.samples = 8});
   allocate(a, {1});
@@ -152,7 +152,7 @@ TEST_F(AllocationTest, WhatItSaysIsChecked) {
   EXPECT_TRUE(stored().allocation.even());
   work(a);
   EXPECT_EQ(samples(job), (std::pair{std::uint64_t{8}, std::uint64_t{8}}));
-  // Of a job that asks for none.
+  // A job that asks for no allocation gets none.
   const JobId other = submit_undecided("r2");
   allocate(a, {1, 1});
   EXPECT_EQ(status(other).method, "auto");

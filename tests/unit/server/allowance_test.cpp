@@ -1,4 +1,4 @@
-// How often something may happen, against counting by hand.
+// Token buckets, compared with counting by hand.
 #include "server/access/allowance.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ Time allowance_time(double seconds) {
   return Time{from_seconds(seconds)};
 }
 
-TEST(AllowanceTest, SoManyAtOnceThenSoManyASecond) {
+TEST(AllowanceTest, ABurstIsFollowedByASteadyRate) {
   Allowance allowance(2, 3);
   int taken = 0;
   for (int i = 0; i < 10; ++i) {
@@ -21,7 +21,7 @@ TEST(AllowanceTest, SoManyAtOnceThenSoManyASecond) {
   EXPECT_FALSE(allowance.take(allowance_time(100.4375)));
   EXPECT_TRUE(allowance.take(allowance_time(100.5)));
   EXPECT_FALSE(allowance.take(allowance_time(100.5)));
-  // Over 50 seconds, asked every 16th of one: twice a second.
+  // Over 50 seconds with 16 requests a second, two a second pass.
   taken = 0;
   for (int i = 1; i <= 800; ++i) {
     taken += allowance.take(allowance_time(100.5 + i / 16.0)) ? 1 : 0;
@@ -29,7 +29,7 @@ TEST(AllowanceTest, SoManyAtOnceThenSoManyASecond) {
   EXPECT_EQ(taken, 100);
 }
 
-TEST(AllowanceTest, FillsUpToWhatMayBeAtOnce) {
+TEST(AllowanceTest, RefillsUpToTheBurst) {
   Allowance allowance(1, 2);
   EXPECT_TRUE(allowance.is_full(allowance_time(0)));
   EXPECT_TRUE(allowance.take(allowance_time(0)));

@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-TEST(ByteBudget, IsNeverPassedAndWholeAgainWhenAllPlacesAreGiven) {
+TEST(ByteBudget, IsNeverExceededAndIsFullAfterAllReturns) {
   constexpr std::uint64_t kMost = 100, kEach = 30;
   const ByteBudget budget(kMost);
   std::atomic<std::uint64_t> held = 0, most_held = 0, refused = 0;
@@ -36,7 +36,7 @@ TEST(ByteBudget, IsNeverPassedAndWholeAgainWhenAllPlacesAreGiven) {
   EXPECT_EQ(budget.take(kMost + 1), nullptr);
 }
 
-TEST(CallersBudget, OneCallerTakesHalfAndAllTogetherNoMoreThanThereIs) {
+TEST(CallersBudget, OneCallerGetsHalfAndAllCallersGetTheWhole) {
   CallersBudget budget(100);
   const Holder ada{"ada", "10.0.0.1"}, bob{"bob", "10.0.0.2"}, eve{"eve", "10.0.0.3"};
   ByteBudget::Place of_ada = budget.take(ada, 30);
@@ -54,7 +54,7 @@ TEST(CallersBudget, OneCallerTakesHalfAndAllTogetherNoMoreThanThereIs) {
   EXPECT_NE(budget.take(ada, 50), nullptr) << "all that it had is back";
 }
 
-TEST(CallersBudget, ManyNamesAtOneAddressAndManyAddressesOfOneNameTakeHalf) {
+TEST(CallersBudget, ManyNamesOfAnAddressOrAddressesOfANameGetHalf) {
   CallersBudget budget(100);
   const ByteBudget::Place first = budget.take({"ada", "10.0.0.1"}, 50);
   ASSERT_NE(first, nullptr);

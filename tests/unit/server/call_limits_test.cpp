@@ -1,4 +1,4 @@
-// What one caller may ask, and all together.
+// Limits on the requests of one caller and of all callers.
 #include "server/access/call_limits.h"
 
 #include <gtest/gtest.h>
@@ -23,20 +23,20 @@ TEST(CallLimitsTest, RequestsOfOneCallerTakeNothingFromAnother) {
   EXPECT_TRUE(limits.take_request("ada", call_time(0.5)).ok());
 }
 
-TEST(CallLimitsTest, CallersWithoutNumberTakeNoMemoryWithoutEnd) {
+TEST(CallLimitsTest, ManyCallersTakeBoundedMemory) {
   CallLimits limits({1, 1, 100'000});
   for (int i = 0; i < 100'000; ++i) {
     limits.take_request(std::to_string(i), call_time(0)).IgnoreError();
   }
   EXPECT_EQ(limits.callers(), CallLimits::kMostCallers);
-  // Those beyond share what one has: ten at once, one a second.
+  // Callers beyond the limit share the rate of one: ten at once, one a second.
   EXPECT_FALSE(limits.take_request("new", call_time(0.5)).ok());
-  // Once they have been away for long enough, there is room again.
+  // Callers that stay away for long enough make room.
   EXPECT_TRUE(limits.take_request("newest", call_time(60)).ok());
   EXPECT_EQ(limits.callers(), 1u);
 }
 
-TEST(CallLimitsTest, AnIdentityAtAnAddressIsOneWhateverThePort) {
+TEST(CallLimitsTest, ThePortDoesNotChangeTheCaller) {
   const Identity ada{"ada", {Role::submit}, Proof::certificate, 0, ""};
   EXPECT_EQ(caller_key(ada, "10.0.0.7:1"), caller_key(ada, "10.0.0.7:2"));
   EXPECT_NE(caller_key(ada, "10.0.0.7:1"), caller_key(ada, "10.0.0.8:1"));

@@ -8,11 +8,11 @@
 namespace lightmill {
 namespace {
 
-/// Notes what reaches it, and fails as it is told.
+/// A store that records its calls, and fails on request.
 class RecordingStore final : public Store {
  public:
   Result<StoredState> load() override { return StoredState{}; }
-  /// Gives the pieces it was told to, and waits before each of them.
+  /// Returns the prepared pieces, and waits before each of them.
   Result<FilmPiece> read_film(JobId, const FilmPlace& after) override {
     const MutexLock lock(mutex_);
     reads_.push_back(after.tile);
@@ -42,7 +42,7 @@ class RecordingStore final : public Store {
     pieces_.push_back(std::move(piece));
     changed_.notify_all();
   }
-  /// From behind which tiles a film was read.
+  /// The tiles behind which films were read.
   std::vector<std::int64_t> reads() {
     const MutexLock lock(mutex_);
     return reads_;
@@ -72,7 +72,7 @@ class RecordingStore final : public Store {
 
 class CommitQueueTest : public ::testing::Test {
  protected:
-  /// Effects that can be told from others by a number.
+  /// Effects that a number identifies.
   void push(std::uint64_t number, std::vector<CommitReply> replies = {}, std::vector<CommitReply> callers = {}) {
     queue_->push({{DeleteJobRows{JobId{number}}},
                   {{SessionId{number}, ResultAck{}}},
@@ -111,7 +111,7 @@ TEST_F(CommitQueueTest, StoresThenSendsAllInOrder) {
   EXPECT_EQ(sent_, expected);
 }
 
-TEST_F(CommitQueueTest, WhatNobodyWaitsForGathersIntoFewTransactions) {
+TEST_F(CommitQueueTest, UnawaitedWritesShareFewTransactions) {
   for (std::uint64_t i = 1; i <= 100; ++i) {
     push(i);
   }
@@ -119,7 +119,7 @@ TEST_F(CommitQueueTest, WhatNobodyWaitsForGathersIntoFewTransactions) {
   EXPECT_LT(store_.commits(), 10);
 }
 
-TEST_F(CommitQueueTest, AFullDiskIsWaitedForAndNothingIsLost) {
+TEST_F(CommitQueueTest, AFullDiskDelaysWritesAndLosesNone) {
   store_.fail_next(resource_exhausted("the disk is full"));
   store_.fail_next(unavailable("and still is"));
   std::atomic<int> answered = 0;
@@ -136,7 +136,7 @@ TEST_F(CommitQueueTest, AFullDiskIsWaitedForAndNothingIsLost) {
   EXPECT_EQ(fatal_, 0);
 }
 
-TEST_F(CommitQueueTest, CallersHearThatStoringTakesLongerAndItIsStoredAllTheSame) {
+TEST_F(CommitQueueTest, CallersLearnOfADelayAndTheirWritesAreStored) {
   for (int i = 0; i < 3; ++i) {
     store_.fail_next(resource_exhausted("the disk is full"));
   }
@@ -173,7 +173,7 @@ FilmPiece piece_of(std::uint32_t tile, bool more) {
   return piece;
 }
 
-TEST_F(CommitQueueTest, AFilmIsReadAfterWhatWasWrittenBeforeAndCommitsComeBetweenItsPieces) {
+TEST_F(CommitQueueTest, AFilmIsReadAfterEarlierWritesAndCommitsRunBetweenItsPieces) {
   std::promise<Result<StoredFilm>> film;
   queue_->push(
       {{DeleteJobRows{JobId{1}}}, {}, {}, {}, {{JobId{7}, [&](Result<StoredFilm> read) {
@@ -199,7 +199,7 @@ TEST_F(CommitQueueTest, AFilmIsReadAfterWhatWasWrittenBeforeAndCommitsComeBetwee
   EXPECT_TRUE(queue_->stop().ok());
 }
 
-TEST_F(CommitQueueTest, AFilmThatCannotBeReadNowIsReadLaterAndOtherErrorsAreItsReaders) {
+TEST_F(CommitQueueTest, AnUnavailableFilmIsRetriedAndOtherErrorsReachTheReader) {
   store_.give(unavailable("the database is away"));
   store_.give(piece_of(3, false));
   store_.give(data_loss("a page is damaged"));
@@ -218,7 +218,7 @@ TEST_F(CommitQueueTest, AFilmThatCannotBeReadNowIsReadLaterAndOtherErrorsAreItsR
   EXPECT_EQ(store_.deleted(), std::vector<std::uint64_t>{1});
 }
 
-TEST_F(CommitQueueTest, AfterDamageNothingIsStoredSentOrConfirmed) {
+TEST_F(CommitQueueTest, DamageStopsStoringSendingAndConfirming) {
   store_.fail_next(data_loss("the file is damaged"));
   std::atomic<int> refused = 0;
   push(1, {[&](const Status& status) { refused += status.ok() ? 0 : 1; }});

@@ -1,4 +1,4 @@
-// Which connections of a port are served, which wait, and which make room.
+// Connections of a port: which are served, which wait, and which make room.
 #include "server/access/connection_book.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ Identity person(const std::string& name, std::initializer_list<Role> roles) {
   return {name, Roles(roles), Proof::certificate, 0, ""};
 }
 
-/// So many of one address, at ports 1, 2, …
+/// `count` arrivals from one address, at ports 1, 2, …
 std::vector<ConnectionBook::Arrival> arrive_from(ConnectionBook& book, const std::string& address, int count,
                                                  double seconds = 0) {
   std::vector<ConnectionBook::Arrival> arrivals;
@@ -36,7 +36,7 @@ std::size_t count_of(const std::vector<ConnectionBook::Arrival>& arrivals, Fate 
   return static_cast<std::size_t>(std::ranges::count(arrivals, fate, &ConnectionBook::Arrival::fate));
 }
 
-TEST(ConnectionBookTest, AQuarterOfThePlacesServesStrangersOfOneAddressAndTheirOthersWait) {
+TEST(ConnectionBookTest, StrangersOfOneAddressGetAQuarterOfThePlacesAndTheRestWait) {
   ConnectionBook book(40);
   const auto arrivals = arrive_from(book, "10.0.0.1", 15);
   EXPECT_EQ(count_of(arrivals, Fate::serve), 10u);
@@ -44,7 +44,7 @@ TEST(ConnectionBookTest, AQuarterOfThePlacesServesStrangersOfOneAddressAndTheirO
   EXPECT_EQ(book.arrive("10.0.0.2:1", book_time(0)).fate, Fate::serve) << "another address waits for none of them";
 }
 
-TEST(ConnectionBookTest, AFullBookTakesNewcomersOfOtherAddressesForTheLargestOne) {
+TEST(ConnectionBookTest, NewcomersToAFullBookDisplaceTheLargestAddress) {
   ConnectionBook book(40);
   const auto arrivals = arrive_from(book, "10.0.0.1", 40);
   const auto of_the_largest = book.arrive("10.0.0.1:99", book_time(1));
@@ -57,7 +57,7 @@ TEST(ConnectionBookTest, AFullBookTakesNewcomersOfOtherAddressesForTheLargestOne
   EXPECT_EQ(book.size(), 40u);
 }
 
-TEST(ConnectionBookTest, WhereNobodyWaitsTheOldestStrangerEndsForANewcomer) {
+TEST(ConnectionBookTest, TheOldestStrangerMakesRoomIfNoConnectionWaits) {
   ConnectionBook book(8);
   std::vector<ConnectionBook::Id> first;
   for (const std::string address : {"10.0.0.1", "10.0.0.2", "10.0.0.3", "10.0.0.4"}) {
@@ -72,7 +72,7 @@ TEST(ConnectionBookTest, WhereNobodyWaitsTheOldestStrangerEndsForANewcomer) {
   EXPECT_NE(std::ranges::find(first, newcomer.end), first.end());
 }
 
-TEST(ConnectionBookTest, NewcomersBeyondTheSlackAreRefusedWhileEndedStrangersAreNotGone) {
+TEST(ConnectionBookTest, NewcomersBeyondTheSlackAreRefusedUntilEndedStrangersLeave) {
   ConnectionBook book(8);
   for (int i = 0; i < 8; ++i) {
     (void)book.arrive(peer_of(fmt::format("10.0.{}.1", i / 2), i), book_time(0));
@@ -92,7 +92,7 @@ TEST(ConnectionBookTest, NewcomersBeyondTheSlackAreRefusedWhileEndedStrangersAre
   EXPECT_LE(book.size(), 8u);
 }
 
-TEST(ConnectionBookTest, StrangersEndAfterTheirTimeOnlyWhileOthersOfTheirAddressWait) {
+TEST(ConnectionBookTest, StrangersTimeOutOnlyWhileOthersOfTheirAddressWait) {
   ConnectionBook book(40);
   const auto arrivals = arrive_from(book, "10.0.0.1", 10);
   EXPECT_TRUE(book.look(book_time(60)).end.empty()) << "nobody waits";
@@ -104,7 +104,7 @@ TEST(ConnectionBookTest, StrangersEndAfterTheirTimeOnlyWhileOthersOfTheirAddress
   EXPECT_FALSE(book.somebody_waits());
 }
 
-TEST(ConnectionBookTest, TheNewestThatWaitsIsServedNext) {
+TEST(ConnectionBookTest, TheNewestWaitingConnectionIsServedNext) {
   ConnectionBook book(40);
   const auto arrivals = arrive_from(book, "10.0.0.1", 40);
   const auto newcomer = book.arrive("10.0.0.1:99", book_time(1));
@@ -113,7 +113,7 @@ TEST(ConnectionBookTest, TheNewestThatWaitsIsServedNext) {
   EXPECT_EQ(book.look(book_time(2)).serve, std::vector<ConnectionBook::Id>{});
 }
 
-TEST(ConnectionBookTest, AStrangerThatHasNotHadItsTimeStays) {
+TEST(ConnectionBookTest, AStrangerKeepsItsPlaceForItsTime) {
   ConnectionBook book(40);
   (void)arrive_from(book, "10.0.0.1", 12, 10);
   const Time early = book_time(10) + ConnectionBook::kPatience - std::chrono::milliseconds(1);
@@ -122,7 +122,7 @@ TEST(ConnectionBookTest, AStrangerThatHasNotHadItsTimeStays) {
   EXPECT_EQ(book.look(early + std::chrono::milliseconds(1)).end.size(), 2u) << "two wait";
 }
 
-TEST(ConnectionBookTest, AKnownCallerIsNoStrangerAndMakesNoRoom) {
+TEST(ConnectionBookTest, AKnownCallerIsNotDisplaced) {
   ConnectionBook book(40);
   const Identity ada = person("ada", {Role::worker});
   (void)arrive_from(book, "10.0.0.1", 10);
@@ -137,7 +137,7 @@ TEST(ConnectionBookTest, AKnownCallerIsNoStrangerAndMakesNoRoom) {
   }
 }
 
-TEST(ConnectionBookTest, WorkersBehindOneCertificateHaveThreeQuartersOfThePlacesAndAPersonAnEighth) {
+TEST(ConnectionBookTest, ACertificatesWorkersGetThreeQuartersAndAPersonAnEighth) {
   ConnectionBook book(80);
   const Identity farm = person("farm", {Role::worker}), ada = person("ada", {Role::submit});
   int workers = 0, people = 0;
@@ -165,7 +165,7 @@ TEST(ConnectionBookTest, WorkersBehindOneCertificateHaveThreeQuartersOfThePlaces
   EXPECT_EQ(people, 10);
 }
 
-TEST(ConnectionBookTest, PlacesComeBackWithTheirConnections) {
+TEST(ConnectionBookTest, AClosedConnectionFreesItsPlace) {
   ConnectionBook book(8);
   const Identity ada = person("ada", {Role::submit});
   const auto first = book.arrive("10.0.0.1:1", book_time(0));
@@ -179,7 +179,7 @@ TEST(ConnectionBookTest, PlacesComeBackWithTheirConnections) {
   EXPECT_EQ(book.size(), 0u);
 }
 
-TEST(ConnectionBookTest, ThePortOfAConnectionWhoseEndWasNotSeenBelongsToTheNext) {
+TEST(ConnectionBookTest, AReusedPortBelongsToTheNewConnection) {
   ConnectionBook book(8);
   const auto first = book.arrive("10.0.0.1:1", book_time(0));
   const auto second = book.arrive("10.0.0.1:1", book_time(1));
@@ -190,7 +190,7 @@ TEST(ConnectionBookTest, ThePortOfAConnectionWhoseEndWasNotSeenBelongsToTheNext)
   EXPECT_EQ(book.size(), 0u);
 }
 
-TEST(ConnectionBookTest, ACallerThatPartsIsAStrangerAgainAndGivesItsShareBack) {
+TEST(ConnectionBookTest, ADepartedCallerIsAStrangerAndFreesItsShare) {
   ConnectionBook book(40);
   const Identity ada = person("ada", {Role::submit});
   (void)arrive_from(book, "10.0.0.1", 6);
@@ -208,7 +208,7 @@ TEST(ConnectionBookTest, ACallerThatPartsIsAStrangerAgainAndGivesItsShareBack) {
   EXPECT_EQ(changes.serve.size(), 1u);
 }
 
-TEST(ConnectionBookTest, CallersOfOneAddressThatHaveAllPlacesMakeRoomForOthers) {
+TEST(ConnectionBookTest, AnAddressWithAllPlacesMakesRoomForOthers) {
   ConnectionBook book(40);
   const Identity one = person("one", {Role::worker}), two = person("two", {Role::worker});
   for (int port = 1; port <= 40; ++port) {
@@ -224,7 +224,7 @@ TEST(ConnectionBookTest, CallersOfOneAddressThatHaveAllPlacesMakeRoomForOthers) 
   EXPECT_EQ(book.arrive("10.0.0.2:2", book_time(0)).end, 39u);
 }
 
-TEST(DescriptorPlanTest, AllPortsTogetherLeaveFilesForTheProcessItself) {
+TEST(DescriptorPlanTest, AllPortsTogetherLeaveDescriptorsForTheProcess) {
   for (const std::uint64_t files : {128u, 256u, 1'024u, 65'536u, 1'048'576u}) {
     const DescriptorPlan plan = plan_descriptors(files);
     const std::size_t taken = plan.calls + plan.page + plan.health + plan.assets + 3 * ConnectionBook::kSlack;

@@ -1,4 +1,4 @@
-// A coordinator driven by hand: a clock, steps that commit at once, and workers that are only names.
+// Fixture of a coordinator driven by hand: a clock, immediate commits, and workers that are only names.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ class CoordinatorTest : public ::testing::Test {
     coordinator->worker_message(session, std::move(message), now, unix_ms(), effects);
     flush();
   }
-  /// Time passes, and the coordinator is asked when it wants to be.
+  /// Time passes, and the coordinator is called at its deadlines.
   void pass(Duration time) {
     const Time until = now + time;
     for (auto due = coordinator->next_deadline(); due && *due<until&& * due> now; due = coordinator->next_deadline()) {
@@ -54,7 +54,7 @@ class CoordinatorTest : public ::testing::Test {
     }
     stand_still(until - now);
   }
-  /// Time passes while nobody asks it.
+  /// Time passes in one step, with a tick at its end.
   void stand_still(Duration time) {
     now += time;
     coordinator->tick(now, unix_ms(), effects);
@@ -64,7 +64,7 @@ class CoordinatorTest : public ::testing::Test {
     return std::chrono::duration_cast<std::chrono::milliseconds>(now.time_since_epoch()).count();
   }
 
-  /// What a worker would return: a value that depends on the samples alone, the same in all pixels.
+  /// A worker's result. Its value depends only on the samples, and is the same in all pixels.
   WorkerResult result(const LeaseGrant& grant, TileId tile, double seconds = 0.01) const {
     WorkerResult result;
     result.lease = grant.lease;
@@ -75,7 +75,7 @@ class CoordinatorTest : public ::testing::Test {
         std::vector<float>(film->expected_values(tile, grant.unit.range), static_cast<float>(grant.unit.range.count())),
         0};
     if (grant.unit.range.first() == 0) {
-      // Something that half B does not see: see first_extra.
+      // An addition that half B lacks: see first_extra.
       const std::size_t half =
           film->layout().summed * static_cast<std::size_t>(film->grid().tile_rect(tile).pixel_count());
       for (std::size_t i = 0; i < half; ++i) {
@@ -91,7 +91,7 @@ class CoordinatorTest : public ::testing::Test {
     }
     return result;
   }
-  /// What a coordinator of the same farm grants.
+  /// A grant as any coordinator of the same farm makes it.
   static LeaseGrant granted(const std::string& worker, LeaseId lease, const Unit& unit, const Sha256& digest) {
     LeaseGrant grant{lease, unit, {}, {}};
     for (const TileId tile : unit.tiles) {
@@ -118,7 +118,7 @@ class CoordinatorTest : public ::testing::Test {
     }
     return found;
   }
-  /// Renders whatever it is given until nothing comes any more.
+  /// Renders all its leases until no more come.
   void work(SessionId session) {
     std::size_t& done = worked[session];
     while (done < got<LeaseGrant>(session).size()) {
@@ -139,9 +139,9 @@ class CoordinatorTest : public ::testing::Test {
     effects = {};
   }
 
-  /// Added to half A by each pixel's first sample. With n samples the halves' means are then 2 + 2·first_extra/n and 2,
-  /// so the frame's relMSE is (first_extra/n)² / 4.01 (what half A alone has is no part of the limit), in all pixels
-  /// alike.
+  /// Added to half A by each pixel's first sample. With n samples the halves' means are then 2 + 2·first_extra/n and 2.
+  /// So the frame's relMSE is (first_extra/n)² / 4.01 in all pixels alike. What half A alone has is no part of the
+  /// limit.
   float first_extra = 0;
   CoordinatorLimits limits;
   Time now{std::chrono::seconds(1000)};

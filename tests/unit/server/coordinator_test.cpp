@@ -51,14 +51,14 @@ TEST_F(CoordinatorTest, TheSameRequestIsOneJob) {
   const JobId first = submit(spec("r1"));
   EXPECT_EQ(submit(spec("r1")), first);
   EXPECT_NE(submit(spec("r2")), first);
-  // Also after a restart: the id stands in the stored job.
+  // Also after a restart, because the stored job has the id.
   StoredState stored{2, {{std::get<PutJob>(writes[0]).record, {}}}, 3};
   restart(std::move(stored));
   EXPECT_EQ(submit(spec("r1")), first);
   EXPECT_EQ(submit(spec("r3")), JobId{3});
 }
 
-TEST_F(CoordinatorTest, RefusesWhatItCannotRenderAndNamesTheField) {
+TEST_F(CoordinatorTest, AnInvalidJobIsRefusedWithItsField) {
   const auto error_of = [&](const std::function<void(JobSpec&)>& change) {
     JobSpec job = spec("bad");
     change(job);
@@ -107,7 +107,7 @@ TEST_F(CoordinatorTest, AFilmThatNeverFitsIsBadInput) {
   EXPECT_EQ(too_large.code(), StatusCode::kInvalidArgument);
   EXPECT_NE(message_of(too_large).find("--films-gib"), std::string::npos) << message_of(too_large);
   EXPECT_EQ(message_of(too_large).find("delete"), std::string::npos);
-  // Seconds may end at any count, and most of those take many nodes.
+  // A time can end a job at any count, and most counts take many nodes.
   JobSpec timed = spec("r2", 0);
   timed.goal.seconds = 60;
   EXPECT_EQ(coordinator->submit(timed, now, 0, effects).status().code(), StatusCode::kInvalidArgument);
@@ -115,7 +115,7 @@ TEST_F(CoordinatorTest, AFilmThatNeverFitsIsBadInput) {
   EXPECT_TRUE(coordinator->submit(timed, now, 0, effects).ok());
 }
 
-TEST_F(CoordinatorTest, ExtendingIsBoundedAsSubmittingIs) {
+TEST_F(CoordinatorTest, ExtendingHasTheLimitsOfSubmitting) {
   limits.film_bytes = 3 * 128 * 64 * 24;
   restart({});
   const JobId job = submit(spec("r1", 4));
@@ -140,7 +140,7 @@ TEST_F(CoordinatorTest, OnlyWorkersOfTheJobsClassAndVersionRenderIt) {
   EXPECT_EQ(status(waiting).state, JobState::queued);
 }
 
-TEST_F(CoordinatorTest, CancelStopsWorkersAndDropsWhatStillComes) {
+TEST_F(CoordinatorTest, CancelStopsWorkersAndDropsLateResults) {
   const JobId job = submit(spec());
   const SessionId session = connect("w");
   const std::vector<LeaseGrant> grants = got<LeaseGrant>(session);
@@ -167,7 +167,7 @@ TEST_F(CoordinatorTest, PausedTimeDoesNotCount) {
   flush();
   const std::size_t grants = got<LeaseGrant>(session).size();
   for (std::size_t i = 0; i < grants; ++i) {
-    finish(session, got<LeaseGrant>(session)[i]);  // what is out is taken
+    finish(session, got<LeaseGrant>(session)[i]);  // results of granted leases are accepted
   }
   EXPECT_EQ(got<LeaseGrant>(session).size(), grants);
   for (int i = 0; i < 10; ++i) {
@@ -183,7 +183,7 @@ TEST_F(CoordinatorTest, PausedTimeDoesNotCount) {
   EXPECT_EQ(coordinator->resume(job, now, effects).code(), StatusCode::kFailedPrecondition);
 }
 
-TEST_F(CoordinatorTest, AtItsTimeAJobTakesWhatIsOutAndIsDone) {
+TEST_F(CoordinatorTest, AJobWhoseTimeIsUpTakesPendingResultsAndIsDone) {
   JobSpec job_spec = spec("r1", 0);
   job_spec.goal.seconds = 5;
   const JobId job = submit(job_spec);
@@ -230,7 +230,7 @@ TEST_F(CoordinatorTest, APriorityIsStoredUntilTheJobHasEnded) {
   EXPECT_EQ(status(job).priority, -7);
   flush();
   ASSERT_TRUE(coordinator->set_priority(job, -7, now, effects).ok());
-  EXPECT_TRUE(effects.writes.empty());  // as it was
+  EXPECT_TRUE(effects.writes.empty());  // unchanged
   ASSERT_TRUE(coordinator->cancel(job, now, 0, effects).ok());
   EXPECT_EQ(coordinator->set_priority(job, 1, now, effects).code(), StatusCode::kFailedPrecondition);
   EXPECT_EQ(coordinator->set_priority(JobId{99}, 1, now, effects).code(), StatusCode::kNotFound);
@@ -255,7 +255,7 @@ TEST_F(CoordinatorTest, ARefusalFailsTheJobWithItsReason) {
   EXPECT_EQ(status(job).reason, "worker w: mesh 'floor' is empty");
 }
 
-TEST_F(CoordinatorTest, AJobThatIsTooLargeForAWorkerGoesToOthers) {
+TEST_F(CoordinatorTest, AJobTooLargeForOneWorkerGoesToOthers) {
   const JobId job = submit(spec("r1", 64));
   const SessionId small = connect("small");
   const SessionId large = connect("large");
@@ -266,12 +266,12 @@ TEST_F(CoordinatorTest, AJobThatIsTooLargeForAWorkerGoesToOthers) {
   EXPECT_EQ(status(job).state, JobState::done) << status(job).reason;
   EXPECT_EQ(got<LeaseGrant>(small).size(), grants) << "not even copies";
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
-  // It gets others, also in another life of the first one.
+  // The small worker gets other jobs.
   submit(spec("r2", 64));
   EXPECT_GT(got<LeaseGrant>(small).size(), grants);
 }
 
-TEST_F(CoordinatorTest, AJobThatIsTooLargeForAllWaitsAndSaysWhy) {
+TEST_F(CoordinatorTest, AJobTooLargeForAllWorkersWaitsWithAReason) {
   const JobId job = submit(spec());
   const SessionId small = connect("small");
   say(small, WorkerRefusal{job, "the scene takes 9 GiB\nand more", true});
@@ -286,7 +286,7 @@ TEST_F(CoordinatorTest, AJobThatIsTooLargeForAllWaitsAndSaysWhy) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(CoordinatorTest, AJobThatNobodyRendersSaysWhatKeepsThoseWhoAreThere) {
+TEST_F(CoordinatorTest, AWaitingJobExplainsWhatBlocksTheConnectedWorkers) {
   const JobId job = submit(spec("r1", 64));
   EXPECT_EQ(status(job).reason, "waits for a worker: none is connected");
   const SessionId old{next_session++};
@@ -305,7 +305,7 @@ TEST_F(CoordinatorTest, AJobThatNobodyRendersSaysWhatKeepsThoseWhoAreThere) {
   EXPECT_EQ(status(job).reason, "");
 }
 
-TEST_F(CoordinatorTest, AClassWhoseWorkersAreTooSmallIsGivenUpBeforeTheFirstSample) {
+TEST_F(CoordinatorTest, AClassOfTooSmallWorkersIsReplacedBeforeTheFirstSample) {
   const JobId job = submit(spec());
   const SessionId small = connect("small");
   const SessionId other = connect("other", 1, "class-b");
@@ -316,7 +316,7 @@ TEST_F(CoordinatorTest, AClassWhoseWorkersAreTooSmallIsGivenUpBeforeTheFirstSamp
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(CoordinatorTest, SecondsUntilAllHaveRefusedAreNotThoseOfThePicture) {
+TEST_F(CoordinatorTest, SecondsBeforeAllWorkersRefusedDoNotCount) {
   JobSpec timed = spec();
   timed.goal = {};
   timed.goal.seconds = 60;
@@ -328,7 +328,7 @@ TEST_F(CoordinatorTest, SecondsUntilAllHaveRefusedAreNotThoseOfThePicture) {
   EXPECT_EQ(status(job).active_seconds, 0);
 }
 
-TEST_F(CoordinatorTest, AClassIsKeptOnceThereAreSamples) {
+TEST_F(CoordinatorTest, AClassIsKeptAfterTheFirstSample) {
   const JobId job = submit(spec("r1", 64));
   const SessionId large = connect("large");
   const LeaseGrant first = got<LeaseGrant>(large).at(0);
@@ -342,11 +342,11 @@ TEST_F(CoordinatorTest, AClassIsKeptOnceThereAreSamples) {
   EXPECT_NE(status(job).reason.find("waits for a larger worker"), std::string::npos) << status(job).reason;
 }
 
-TEST_F(CoordinatorTest, GoesOnFromTheStoredState) {
+TEST_F(CoordinatorTest, ResumesFromTheStoredState) {
   const JobId job = submit(spec("r1", 4));
   const SessionId session = connect("w");
   finish(session, got<LeaseGrant>(session)[0]);
-  // What a store would hold: the job's row and the film's forest.
+  // The rows of a store: the job and the film's forest.
   StoredState stored;
   stored.epoch = 2;
   stored.next_job_id = 2;
@@ -368,7 +368,7 @@ TEST_F(CoordinatorTest, GoesOnFromTheStoredState) {
   restart(std::move(stored));
   EXPECT_EQ(status(job).samples_done, before);
   const SessionId again = connect("w");
-  EXPECT_TRUE(got<LeaseGrant>(again).empty());  // others may still come back with what they hold
+  EXPECT_TRUE(got<LeaseGrant>(again).empty());  // others may still reconnect with what they hold
   pass(limits.restart_grace);
   ASSERT_FALSE(got<LeaseGrant>(again).empty());
   for (const LeaseGrant& grant : got<LeaseGrant>(again)) {
@@ -392,7 +392,7 @@ TEST_F(CoordinatorTest, VersionsGrowWithEveryChange) {
   EXPECT_FALSE(grew());
 }
 
-TEST_F(CoordinatorTest, WhatShowsTheSameInAllSamplesHasNoError) {
+TEST_F(CoordinatorTest, AMethodWithEqualSamplesHasNoError) {
   const SessionId session = connect("w");
   for (const auto& [method, estimated] :
        {std::pair("path", true), {"photon-dots", false}, {"photon-dots:caustic", false}}) {
@@ -406,7 +406,7 @@ TEST_F(CoordinatorTest, WhatShowsTheSameInAllSamplesHasNoError) {
   }
 }
 
-TEST_F(CoordinatorTest, StatusSaysHowFarAndHowFast) {
+TEST_F(CoordinatorTest, StatusShowsProgressAndSpeed) {
   const JobId job = submit(spec("r1", 64));
   const SessionId session = connect("w", 2);
   EXPECT_FALSE(status(job).error.known);
@@ -428,7 +428,7 @@ TEST_F(CoordinatorTest, StatusSaysHowFarAndHowFast) {
   EXPECT_EQ(coordinator->jobs(now).size(), 1u);
 }
 
-TEST_F(CoordinatorTest, ListsWorkersAndWhoIsInQuarantineByName) {
+TEST_F(CoordinatorTest, WorkersAndQuarantinedOnesAreListedByName) {
   std::map<std::string, SessionId> sessions;
   for (const std::string name : {"e", "b", "a", "d", "c"}) {
     sessions[name] = connect(name);

@@ -5,7 +5,7 @@
 namespace lightmill::test {
 namespace {
 
-/// A listener that keeps what it is told.
+/// A listener that records what it is sent.
 class Ear final : public DemandSink {
  public:
   bool closed() const override { return gone; }
@@ -28,7 +28,7 @@ class DemandHubTest : public CoordinatorTest {
   DemandHub hub;
 };
 
-TEST_F(DemandHubTest, TheStateComesAtOnceAndThenItsChangesAlone) {
+TEST_F(DemandHubTest, TheStateIsSentAtOnceAndThenOnlyItsChanges) {
   const auto ear = listen();
   EXPECT_EQ(publish(), std::nullopt) << "an idle farm is not woken";
   EXPECT_EQ(ear->told, std::vector{false});
@@ -51,7 +51,7 @@ TEST_F(DemandHubTest, TheStateComesAtOnceAndThenItsChangesAlone) {
   EXPECT_EQ(ear->told.size(), 3u);
 }
 
-TEST_F(DemandHubTest, ItLooksTwiceASecondAtMostAndForgetsNothing) {
+TEST_F(DemandHubTest, DemandIsReadTwiceASecondAtMostAndNoChangeIsLost) {
   const auto ear = listen();
   publish();
   pass(std::chrono::milliseconds(100));
@@ -65,7 +65,7 @@ TEST_F(DemandHubTest, ItLooksTwiceASecondAtMostAndForgetsNothing) {
   EXPECT_EQ(ear->told, (std::vector{false, true}));
 }
 
-TEST_F(DemandHubTest, WhoReadsSlowlyHearsTheNewest) {
+TEST_F(DemandHubTest, SlowReadersGetTheNewestState) {
   const auto ear = listen();
   publish();
   ear->busy = true;
@@ -81,7 +81,7 @@ TEST_F(DemandHubTest, WhoReadsSlowlyHearsTheNewest) {
   EXPECT_EQ(ear->told, (std::vector{false, true}));
 }
 
-TEST_F(DemandHubTest, WhoLeftIsForgotten) {
+TEST_F(DemandHubTest, ClosedStreamsAreForgotten) {
   const auto ear = listen();
   publish();
   ear->gone = true;

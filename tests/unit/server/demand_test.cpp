@@ -1,4 +1,4 @@
-// How many workers a farm could use.
+// The number of workers that a farm could use.
 #include "tests/unit/server/coordinator_fixture.h"
 
 namespace lightmill::test {
@@ -7,12 +7,12 @@ namespace {
 class DemandTest : public CoordinatorTest {
  protected:
   std::uint32_t wanted() const { return coordinator->wanted_workers(now); }
-  /// Sends the first tile that a worker was given, as if it had taken one of its threads so long.
+  /// Sends the first tile that a worker was given, with this time of one thread.
   void answer_first(SessionId session, double seconds) {
     const LeaseGrant grant = got<LeaseGrant>(session).front();
     say(session, result(grant, grant.unit.tiles.front(), seconds));
   }
-  /// It says that it renders what it was given, and nothing comes of it.
+  /// Sends heartbeats with its leases for this time, and no result.
   void render_on(SessionId session, int seconds) {
     WorkerHeartbeat heartbeat;
     for (const LeaseGrant& grant : got<LeaseGrant>(session)) {
@@ -25,7 +25,7 @@ class DemandTest : public CoordinatorTest {
   }
 };
 
-TEST_F(DemandTest, NoneWithoutAJobAndOneForTheFirst) {
+TEST_F(DemandTest, NoJobWantsNoWorkerAndTheFirstJobWantsOne) {
   EXPECT_EQ(wanted(), 0u);
   connect("w");
   EXPECT_EQ(wanted(), 0u) << "whoever is there has nothing to do";
@@ -44,8 +44,8 @@ TEST_F(DemandTest, NoneWithoutAJobAndOneForTheFirst) {
   EXPECT_EQ(wanted(), 0u);
 }
 
-TEST_F(DemandTest, EachHasAMinutesWorkInWhatIsLeft) {
-  // 100 samples of two tiles, 1 s of one thread each: 200 s, of which the first is done.
+TEST_F(DemandTest, EachWantedWorkerHasAMinutesWork) {
+  // 100 samples of two tiles at 1 s of one thread: 200 s. The first sample is done.
   submit(spec("r1", 100));
   const SessionId w = connect("w", 1);
   EXPECT_EQ(wanted(), 1u) << "nobody knows yet what it costs";
@@ -57,7 +57,7 @@ TEST_F(DemandTest, EachHasAMinutesWorkInWhatIsLeft) {
   EXPECT_EQ(wanted(), 3u) << "with two threads on the mean two were enough, but all three are at work";
 }
 
-TEST_F(DemandTest, WhoIsAtWorkIsWanted) {
+TEST_F(DemandTest, BusyWorkersAreWanted) {
   submit(spec("r1", 4, {0, 0, 1024, 64}));  // sixteen tiles of four samples
   std::vector<SessionId> workers;
   for (const char* const name : {"a", "b", "c"}) {
@@ -70,7 +70,7 @@ TEST_F(DemandTest, WhoIsAtWorkIsWanted) {
   EXPECT_EQ(wanted(), 2u) << "one that is asked to leave is not";
 }
 
-TEST_F(DemandTest, WhoWouldComeInTheLastMinuteIsNotWanted) {
+TEST_F(DemandTest, NoMoreWorkersAreWantedInTheLastMinute) {
   JobSpec job = spec("r1", 100);  // 200 s of one thread
   job.goal.seconds = 90;
   submit(job);
@@ -83,7 +83,7 @@ TEST_F(DemandTest, WhoWouldComeInTheLastMinuteIsNotWanted) {
   EXPECT_EQ(wanted(), 1u) << "its time is up, and it waits for what is out";
 }
 
-TEST_F(DemandTest, JobsOfWhichNothingIsKnownYetWantThoseWhoAreThereOnce) {
+TEST_F(DemandTest, JobsOfUnknownCostWantTheConnectedWorkersOnce) {
   JobSpec first = spec("r1", 100'000);
   first.priority = 1;
   submit(first);
@@ -95,7 +95,7 @@ TEST_F(DemandTest, JobsOfWhichNothingIsKnownYetWantThoseWhoAreThereOnce) {
   EXPECT_EQ(wanted(), 2u);
 }
 
-TEST_F(DemandTest, WhatTimeAloneEndsWantsAThreadForEachTile) {
+TEST_F(DemandTest, ATimedJobWantsAThreadForEachTile) {
   JobSpec job = spec("r1", 0, {0, 0, 640, 64});
   job.goal.seconds = 3600;
   submit(job);
@@ -104,8 +104,8 @@ TEST_F(DemandTest, WhatTimeAloneEndsWantsAThreadForEachTile) {
   EXPECT_EQ(wanted(), 3u) << "ten tiles, four threads each";
 }
 
-TEST_F(DemandTest, AnErrorThatIsNotKnownWantsTheSamplesThatTellIt) {
-  // Up to 16 samples of two tiles, 10 s each, until the error is read: 320 s, of which 10 are done.
+TEST_F(DemandTest, AnUnknownErrorWantsTheSamplesThatMeasureIt) {
+  // Up to 16 samples of two tiles at 10 s, until the error is read: 320 s. 10 s are done.
   JobSpec job = spec("r1", 0);
   job.goal.error = 0.01;
   submit(job);
@@ -127,7 +127,7 @@ TEST_F(DemandTest, JobsAreAddedUp) {
   EXPECT_EQ(wanted(), 4u) << "182 s; each alone wants two";
 }
 
-TEST_F(DemandTest, OneIsAskedForWhereThoseWhoAreThereCannotRenderIt) {
+TEST_F(DemandTest, AJobThatConnectedWorkersCannotRenderWantsOneMore) {
   const JobId job = submit(spec("r1", 1000));
   const SessionId w = connect("w", 1);
   answer_first(w, 1.0);
@@ -138,7 +138,7 @@ TEST_F(DemandTest, OneIsAskedForWhereThoseWhoAreThereCannotRenderIt) {
   EXPECT_EQ(wanted(), 1u) << "more of the same would wait, too";
 }
 
-TEST_F(DemandTest, WhoIsInQuarantineHasAPlaceAndDoesNothing) {
+TEST_F(DemandTest, AQuarantinedWorkerCountsButDoesNoWork) {
   submit(spec("r1", 1000));
   const SessionId w = connect("w", 1);
   answer_first(w, 1.0);
@@ -147,7 +147,7 @@ TEST_F(DemandTest, WhoIsInQuarantineHasAPlaceAndDoesNothing) {
   EXPECT_EQ(wanted(), 2u) << "one that renders, beside it";
 }
 
-TEST_F(DemandTest, WhetherAnybodyIsWantedIsSaidWithoutCounting) {
+TEST_F(DemandTest, WantsWorkersFollowsJobsAndHolds) {
   EXPECT_FALSE(coordinator->wants_workers());
   const JobId job = submit(spec("r1", 1000));
   EXPECT_TRUE(coordinator->wants_workers());
@@ -160,7 +160,7 @@ TEST_F(DemandTest, WhetherAnybodyIsWantedIsSaidWithoutCounting) {
   EXPECT_FALSE(coordinator->wants_workers());
 }
 
-TEST_F(DemandTest, NoMoreThanTheFarmTakes) {
+TEST_F(DemandTest, DemandStaysWithinTheWorkerLimit) {
   limits.max_workers = 7;
   restart({});
   submit(spec("r1", 1000));
@@ -169,7 +169,7 @@ TEST_F(DemandTest, NoMoreThanTheFarmTakes) {
   EXPECT_EQ(wanted(), 7u);
 }
 
-TEST_F(DemandTest, AFarmThatCannotStoreWantsNobody) {
+TEST_F(DemandTest, AFarmOnHoldWantsNoWorkers) {
   submit(spec("r1", 1000));
   coordinator->hold("waits for room on the disk", now, effects);
   flush();

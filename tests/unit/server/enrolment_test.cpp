@@ -1,4 +1,4 @@
-// Enrolment tokens: how many machines get a token of their own, under which names, and what is refused.
+// Enrolment tokens: number and names of the machines that get a token, and refusals.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -20,7 +20,7 @@ TokenRecord enrolment_token(const NewToken& token, std::uint32_t workers, const 
   return record;
 }
 
-/// A book with one enrolment token, and machines that show it.
+/// A token registry with one enrolment token, and machines that show it.
 class EnrolmentTest : public ::testing::Test {
  protected:
   void make(std::uint32_t workers) { ASSERT_TRUE(book_.add(enrolment_token(token_, workers), kEnrolNow).ok()); }
@@ -46,7 +46,7 @@ TEST_F(EnrolmentTest, ABearerMayEnrolAndDoNothingElse) {
   }
 }
 
-TEST_F(EnrolmentTest, AMachineGetsAWorkersTokenThatHoldsAsLongAsWasSaid) {
+TEST_F(EnrolmentTest, AMachineGetsAWorkerTokenOfTheStatedLifetime) {
   make(1);
   const NewToken own = make_token().value();
   const Result<Enrolment> made = book_.enrol(bearer(), {own.id, own.hash, "node7"}, kEnrolNow + 10);
@@ -62,7 +62,7 @@ TEST_F(EnrolmentTest, AMachineGetsAWorkersTokenThatHoldsAsLongAsWasSaid) {
   EXPECT_EQ(machine.roles, Roles{Role::worker});
 }
 
-TEST_F(EnrolmentTest, NoTwoMachinesHaveOneName) {
+TEST_F(EnrolmentTest, MachinesGetDifferentNames) {
   make(9);
   EXPECT_EQ(name_of_new("node7"), "render/node7");
   EXPECT_EQ(name_of_new("node7"), "render/node7-2");
@@ -75,7 +75,7 @@ TEST_F(EnrolmentTest, NoTwoMachinesHaveOneName) {
   EXPECT_EQ(by_other->token.name, "render/node7-3") << "another enrolment token of the same name";
 }
 
-TEST_F(EnrolmentTest, UsesEnd) {
+TEST_F(EnrolmentTest, UsesAreLimited) {
   make(2);
   EXPECT_TRUE(enrol("a").ok());
   EXPECT_TRUE(enrol("b").ok());
@@ -85,12 +85,12 @@ TEST_F(EnrolmentTest, UsesEnd) {
             fmt::format("the enrolment token {} of 'render' has enrolled all of its 2 workers: an admin can create "
                         "another with `lightmill tokens create render --enrol N`",
                         token_.id));
-  // To revoke a machine's token gives no use back: whoever is thrown out would come again without end.
+  // Revoking a machine's token returns no use. Otherwise an excluded machine could come again without end.
   ASSERT_TRUE(book_.remove(book_.enrolled_by(token_.id).front()).ok());
   EXPECT_EQ(enrol("c").status().code(), kPermissionDenied);
 }
 
-TEST_F(EnrolmentTest, ARepeatedRequestIsOneUse) {
+TEST_F(EnrolmentTest, ARepeatedRequestCountsOnce) {
   make(2);
   const EnrolmentRequest first = request("a");
   const Result<Enrolment> made = book_.enrol(bearer(), first, kEnrolNow);
@@ -112,7 +112,7 @@ TEST_F(EnrolmentTest, ARepeatedRequestIsOneUse) {
       << "one that was made by hand";
 }
 
-TEST_F(EnrolmentTest, EndedAndRevokedOnesAreRefused) {
+TEST_F(EnrolmentTest, ExpiredAndRevokedTokensAreRefused) {
   make(5);
   const Identity before = bearer();
   EXPECT_EQ(book_.identify(token_.text, kEnrolNow + kEnrolDay).status().code(), kUnauthenticated);
@@ -122,7 +122,7 @@ TEST_F(EnrolmentTest, EndedAndRevokedOnesAreRefused) {
   EXPECT_EQ(book_.enrol(anybody(), request("a"), kEnrolNow).status().code(), kUnauthenticated);
 }
 
-TEST_F(EnrolmentTest, MachinesThatItEnrolledAreKnownAfterItIsGone) {
+TEST_F(EnrolmentTest, EnrolledMachinesAreKnownAfterTheTokenIsRemoved) {
   make(3);
   std::set<std::string> ids;
   for (const char* host : {"a", "b"}) {
@@ -134,7 +134,7 @@ TEST_F(EnrolmentTest, MachinesThatItEnrolledAreKnownAfterItIsGone) {
   EXPECT_TRUE(book_.enrolled_by("").empty()) << "those that were made by hand";
 }
 
-TEST_F(EnrolmentTest, MachinesTokensThatHaveEndedMakeRoom) {
+TEST_F(EnrolmentTest, ExpiredMachineTokensMakeRoom) {
   make(3);
   const std::string first = enrol("a")->token.id;
   const std::int64_t later = kEnrolNow + 8 * kEnrolDay;
@@ -152,7 +152,7 @@ TEST_F(EnrolmentTest, MachinesTokensThatHaveEndedMakeRoom) {
   EXPECT_NE(book_.find(by_hand.id), nullptr) << "people look for theirs";
 }
 
-TEST_F(EnrolmentTest, OnlyWhatMakesSenseIsMade) {
+TEST_F(EnrolmentTest, InvalidEnrolmentTokensAreRefused) {
   const auto code = [&](auto change) {
     TokenRecord record = enrolment_token(token_, 5);
     change(record);
@@ -174,7 +174,7 @@ TEST_F(EnrolmentTest, OnlyWhatMakesSenseIsMade) {
   EXPECT_EQ(book_.find(token_.id)->enrolment.enrolled, 0u) << "what is refused takes no use";
 }
 
-TEST_F(EnrolmentTest, AFullBookTakesNoUse) {
+TEST_F(EnrolmentTest, AnEnrolmentIntoAFullRegistryCountsNoUse) {
   make(5);
   for (std::size_t i = 1; i < kMaxTokens; ++i) {
     const std::string id = fmt::format("{:012x}", i);

@@ -1,4 +1,4 @@
-// Jobs that ask for an error.
+// Jobs with an error goal.
 #include "common/film/error_goal.h"
 #include "tests/unit/server/coordinator_fixture.h"
 
@@ -16,7 +16,7 @@ class ErrorGoalTest : public test::CoordinatorTest {
     job.goal = {samples, seconds, error};
     return job;
   }
-  /// What a store would give back now.
+  /// The stored state at this moment.
   StoredState stored_now(JobId job) const {
     StoredState stored{2, {{{}, {}}}, 2};
     for (const StoreOp& op : writes) {
@@ -34,7 +34,7 @@ class ErrorGoalTest : public test::CoordinatorTest {
   }
 };
 
-TEST_F(ErrorGoalTest, EndsAtTheFirstCountThatMeetsIt) {
+TEST_F(ErrorGoalTest, AJobEndsAtTheFirstCountThatMeetsItsError) {
   for (const auto& [error, samples] :
        {std::pair{0.13, 16}, {0.07, 24}, {0.05, 32}, {0.03, 48}, {0.02, 64}, {0.01, 96}}) {
     restart({});
@@ -52,7 +52,7 @@ TEST_F(ErrorGoalTest, EndsAtTheFirstCountThatMeetsIt) {
   EXPECT_TRUE(status(JobId{1}).reason.starts_with("reached relMSE 0.0059")) << status(JobId{1}).reason;
 }
 
-TEST_F(ErrorGoalTest, AJobKeepsHowItsErrorFell) {
+TEST_F(ErrorGoalTest, AJobKeepsItsErrorHistory) {
   JobSpec plain = spec("r1", 100);
   const JobId job = submit(plain);
   const SessionId session = connect("w");
@@ -72,7 +72,7 @@ TEST_F(ErrorGoalTest, AJobKeepsHowItsErrorFell) {
     EXPECT_LT(history[i].rel_mse, history[i - 1].rel_mse);
   }
 
-  // It outlives the coordinator, and goes on when the job is extended.
+  // The history survives the coordinator, and continues when the job is extended.
   restart(stored_now(job));
   EXPECT_EQ(status(job).history, history);
   ASSERT_TRUE(coordinator->extend(job, {200, 0}, now, effects).ok());
@@ -83,7 +83,7 @@ TEST_F(ErrorGoalTest, AJobKeepsHowItsErrorFell) {
   EXPECT_TRUE(std::ranges::equal(std::span(longer).first(history.size()), history));
 }
 
-TEST_F(ErrorGoalTest, NothingGoesOutBeyondACountThatIsStillToBeRead) {
+TEST_F(ErrorGoalTest, NoLeaseExceedsTheNextErrorCount) {
   const JobId job = submit(error_spec(0.02));
   const SessionId session = connect("w", 4);
   std::size_t done = 0;
@@ -100,7 +100,7 @@ TEST_F(ErrorGoalTest, AllWorkersAreServedOnceACountIsRead) {
   submit(error_spec(0.02));
   const SessionId first = connect("a"), second = connect("b");
   std::map<SessionId, std::size_t> done;
-  // The second worker is done with the round and waits, then the first one ends it.
+  // The second worker finishes the round and waits. Then the first one ends it.
   const auto work_to = [&](SessionId session, std::uint64_t end) {
     while (done[session] < got<LeaseGrant>(session).size() &&
            got<LeaseGrant>(session)[done[session]].unit.range.end() <= end) {
@@ -115,7 +115,7 @@ TEST_F(ErrorGoalTest, AllWorkersAreServedOnceACountIsRead) {
   EXPECT_GT(got<LeaseGrant>(second).size(), done[second]);
 }
 
-TEST_F(ErrorGoalTest, LeasesWaitForTheCommitOfWhatTheCountWasReadFrom) {
+TEST_F(ErrorGoalTest, LeasesWaitForTheCommitOfTheReadNodes) {
   submit(error_spec(0.02));
   const SessionId session = connect("w");
   for (std::size_t done = 0; done < got<LeaseGrant>(session).size();) {
@@ -163,7 +163,7 @@ TEST_F(ErrorGoalTest, ARestartAtAnyMomentLeadsToTheSameCountAndFilm) {
     sent.clear();
     const JobId job = submit(error_spec(0.02));
     const SessionId session = connect("w");
-    // So many results, then another coordinator with what is stored, and a worker that brings nothing back.
+    // Some results, then another coordinator with the stored state and a worker that holds nothing.
     std::size_t came = 0;
     for (std::size_t i = 0; came < results && i < got<LeaseGrant>(session).size(); ++i) {
       const LeaseGrant grant = got<LeaseGrant>(session)[i];
@@ -184,10 +184,10 @@ TEST_F(ErrorGoalTest, ARestartAtAnyMomentLeadsToTheSameCountAndFilm) {
   EXPECT_GT(results, 10u);
 }
 
-TEST_F(ErrorGoalTest, NodesThatTheStoreHasLostAreRenderedAgain) {
+TEST_F(ErrorGoalTest, LostNodesAreRenderedAgain) {
   JobSpec one_tile = error_spec(0.03);
   one_tile.settings.crop = {0, 0, kTileSize, kTileSize};
-  // They end at 48: with two nodes a tile.
+  // They end at 48, with two nodes a tile.
   for (const JobSpec& job_spec : {error_spec(0.03), error_spec(0.03, 0, 1000), error_spec(0.03, 500), one_tile}) {
     restart({});
     writes.clear();
@@ -217,7 +217,7 @@ TEST_F(ErrorGoalTest, NodesThatTheStoreHasLostAreRenderedAgain) {
 }
 
 TEST_F(ErrorGoalTest, NoErrorIsReadOverAGap) {
-  // Six workers on one tile: a slow one leaves a gap below what the others have merged.
+  // Six workers on one tile. A slow one leaves a gap below the merged results of the others.
   JobSpec one_tile = spec("r1", 1000);
   one_tile.settings.crop = {0, 0, kTileSize, kTileSize};
   const JobId job = submit(one_tile);
@@ -288,7 +288,7 @@ TEST_F(ErrorGoalTest, ExtendingAsksForLessErrorOrForMoreSamples) {
   flush();
   EXPECT_EQ(status(job).state, JobState::done);
   EXPECT_EQ(status(job).goal, (Goal{0, 0, 0.008}));
-  // More samples: the error is reached, and would end the job at once.
+  // More samples. The error is reached, and would end the job at once.
   ASSERT_TRUE(coordinator->extend(job, {100}, now, effects).ok());
   flush();
   EXPECT_EQ(status(job).goal, (Goal{100, 0, 0}));
@@ -304,7 +304,7 @@ TEST_F(ErrorGoalTest, ExtendingAsksForLessErrorOrForMoreSamples) {
   EXPECT_EQ(status(job).counters.results_duplicate, 0u);
 }
 
-TEST_F(ErrorGoalTest, GathersNeedTheLayerThatTellsTheirBias) {
+TEST_F(ErrorGoalTest, GathersNeedTheBiasLayer) {
   JobSpec plain = spec("r1", 16), layered = spec("r2", 16);
   plain.settings.method = layered.settings.method = "caustic";
   layered.settings.layers = *film_layers(std::vector<std::string>{"bias"});
@@ -317,7 +317,7 @@ TEST_F(ErrorGoalTest, GathersNeedTheLayerThatTellsTheirBias) {
   EXPECT_TRUE(coordinator->extend(without, {32}, now, effects).ok());
 }
 
-TEST_F(ErrorGoalTest, ARunningJobIsExtendedAboveWhatIsOut) {
+TEST_F(ErrorGoalTest, ARunningJobIsExtendedBeyondItsLeases) {
   const JobId job = submit(spec("r1", 1000));
   const SessionId session = connect("w");
   std::uint64_t out = 0;
@@ -341,7 +341,7 @@ TEST_F(ErrorGoalTest, ARunningJobIsExtendedAboveWhatIsOut) {
   EXPECT_EQ(status(job).counters.results_duplicate, 0u);
 }
 
-TEST_F(ErrorGoalTest, TheEtaIsThatOfTheCountAtWhichItWillProbablyEnd) {
+TEST_F(ErrorGoalTest, TheEtaIsThatOfTheExpectedCount) {
   const JobId job = submit(error_spec(0.01));
   const SessionId session = connect("w");
   for (std::size_t i = 0; i < got<LeaseGrant>(session).size() && status(job).min_tile_samples < 16; ++i) {
@@ -351,11 +351,11 @@ TEST_F(ErrorGoalTest, TheEtaIsThatOfTheCountAtWhichItWillProbablyEnd) {
   const JobStatus seen = status(job);
   ASSERT_EQ(seen.min_tile_samples, 16u);
   ASSERT_EQ(seen.max_tile_samples, 16u);
-  // 0.1221 at 16 samples: as 1/samples, 0.01 at 196, so at 256.
+  // The error is 0.1221 at 16 samples. As 1/samples it is 0.01 at 196, so at 256.
   EXPECT_NEAR(seen.eta_seconds * seen.samples_per_second, 128.0 * 64 * (256 - 16), 1);
 }
 
-TEST_F(ErrorGoalTest, RefusesWhatCannotBeToldAndNamesIt) {
+TEST_F(ErrorGoalTest, UnmeasurableGoalsAreRefusedByName) {
   const auto error_of = [&](const JobSpec& job) {
     const Result<JobId> id = coordinator->submit(job, now, unix_ms(), effects);
     EXPECT_EQ(id.status().code(), StatusCode::kInvalidArgument);

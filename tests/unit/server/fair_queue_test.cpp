@@ -13,7 +13,7 @@ std::vector<std::uint64_t> order(const FairQueue& queue) {
   return ids;
 }
 
-TEST(FairQueue, PriorityThenFirstPictureThenFewestSeconds) {
+TEST(FairQueue, OrdersByPriorityThenFirstPictureThenFewestSeconds) {
   FairQueue queue;
   queue.put(JobId{1}, {0, false, 5});
   queue.put(JobId{2}, {0, false, 3});

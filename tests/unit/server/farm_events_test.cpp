@@ -1,4 +1,4 @@
-// Who looks back sees what fits, and what the caller may see.
+// Events of the farm: selection, and what a caller may see.
 #include "server/domain/farm_events.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ class FarmEventsTest : public ::testing::Test {
   FarmEvents events_;
 };
 
-TEST_F(FarmEventsTest, AreFoundByWhatTheyAreAbout) {
+TEST_F(FarmEventsTest, EventsAreFoundByJobWorkerAndKind) {
   EXPECT_EQ(numbers(events_.find({}, 10)), (Numbers{5, 4, 3, 2, 1}));
   EXPECT_EQ(events_.find({}, 10).events[4].unix_ms, 1000);
   FarmEvents::Filter filter;
@@ -46,13 +46,13 @@ TEST_F(FarmEventsTest, AreFoundByWhatTheyAreAbout) {
   EXPECT_EQ(numbers(events_.find(filter, 10)), (Numbers{2, 1}));
 }
 
-TEST_F(FarmEventsTest, OfOthersJobsNothingIsTold) {
+TEST_F(FarmEventsTest, EventsOfOthersJobsAreHidden) {
   FarmEvents::Filter filter;
   filter.admits = [](const std::string& owner) { return owner == "bob"; };
   EXPECT_EQ(numbers(events_.find(filter, 10)), (Numbers{5, 4, 1}));
 }
 
-TEST_F(FarmEventsTest, ComeInPages) {
+TEST_F(FarmEventsTest, EventsAreReadInPages) {
   FarmEvents::Filter filter;
   Numbers all;
   do {
@@ -65,7 +65,7 @@ TEST_F(FarmEventsTest, ComeInPages) {
   EXPECT_EQ(all, (Numbers{5, 4, 3, 2, 1}));
 }
 
-TEST_F(FarmEventsTest, OldOnesGoAndTextsAreCut) {
+TEST_F(FarmEventsTest, OldEventsAreDroppedAndTextsAreCut) {
   for (std::size_t i = 0; i < FarmEvents::kMost; ++i) {
     events_.add(6000, {Note::Level::info, fmt::format("{}\x1b", std::string(5'000, 'x')), {}, {}}, "");
   }

@@ -1,4 +1,4 @@
-// What is kept of a farm's life, of moments whose work is known.
+// The farm's history, of moments whose work is known.
 #include "server/domain/farm_history.h"
 
 #include "tests/unit/server/coordinator_fixture.h"
@@ -22,7 +22,7 @@ class FarmHistoryTest : public ::testing::Test {
   Time now_ = kStart;
 };
 
-TEST_F(FarmHistoryTest, ASampleHasTheWorkOfItsIntervalAndTheFarmAsItIs) {
+TEST_F(FarmHistoryTest, ASampleHasTheWorkOfItsIntervalAndTheCurrentFarm) {
   counts_.pixel_samples = 500;
   look();
   EXPECT_TRUE(history_.fine().empty()) << "a moment, and no interval yet";
@@ -33,7 +33,7 @@ TEST_F(FarmHistoryTest, ASampleHasTheWorkOfItsIntervalAndTheFarmAsItIs) {
   EXPECT_EQ(history_.next(), now_ + FarmHistory::kInterval);
 }
 
-TEST_F(FarmHistoryTest, FiveMinutesAreTheSumOfTheirWorkAndMeansByLength) {
+TEST_F(FarmHistoryTest, FiveMinutesSumTheWorkAndWeightMeansByLength) {
   look();
   for (int i = 0; i < 30; ++i) {
     counts_.pixel_samples += 100;
@@ -58,7 +58,7 @@ TEST_F(FarmHistoryTest, KeepsAnHourAndADay) {
   EXPECT_EQ(history_.coarse().back().unix_ms - history_.coarse().front().unix_ms, 287 * 300'000);
 }
 
-TEST_F(FarmHistoryTest, AWorkersMinutesHaveWhatItDidAlsoWhenItCameAnew) {
+TEST_F(FarmHistoryTest, AWorkersMinutesIncludeWorkBeforeItReconnected) {
   counts_.workers = {{"a", 1, 1, 10, 1, 1000}};
   look();
   for (int i = 0; i < 3; ++i) {
@@ -67,9 +67,9 @@ TEST_F(FarmHistoryTest, AWorkersMinutesHaveWhatItDidAlsoWhenItCameAnew) {
     look();
   }
   counts_.workers.clear();
-  history_.depart({"a", 1, 0, 17, 3, 1200});  // what it did and lost since anybody looked
+  history_.depart({"a", 1, 0, 17, 3, 1200});  // work and losses since the last moment
   look();
-  counts_.workers = {{"a", 1, 1, 20, 4, 1300}};  // its counts began anew
+  counts_.workers = {{"a", 1, 1, 20, 4, 1300}};  // its counts started again
   look();
   look();
   const std::vector<WorkerSample> minutes = history_.of_worker("a");
@@ -95,7 +95,7 @@ TEST_F(FarmHistoryTest, AWorkerThatIsGoneForAnHourIsForgotten) {
 
 class FarmCountsTest : public test::CoordinatorTest {};
 
-TEST_F(FarmCountsTest, TellOfWhatIsMergedAndWhatWaits) {
+TEST_F(FarmCountsTest, CountsIncludeMergedSamplesAndWaitingJobs) {
   const JobId job = submit(spec("r1", 4, {0, 0, 64, 64}));
   const JobId paused = submit(spec("r2", 4, {0, 0, 64, 64}));
   submit(spec("r3", 4, {0, 0, 64, 64}));
@@ -121,7 +121,7 @@ TEST_F(FarmCountsTest, TellOfWhatIsMergedAndWhatWaits) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(FarmCountsTest, WhatAWorkerDidAndLostIsToldWhenItIsForgotten) {
+TEST_F(FarmCountsTest, AForgottenWorkersWorkAndLossesAreReported) {
   submit(spec("r1", 4, {0, 0, 64, 64}));
   const SessionId session = connect("a");
   const auto leases = got<LeaseGrant>(session).size();

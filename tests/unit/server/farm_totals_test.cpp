@@ -1,4 +1,4 @@
-// The farm's own figures, which metrics tell.
+// The farm's totals, which metrics show.
 #include "server/domain/farm_totals.h"
 
 #include "tests/unit/server/coordinator_fixture.h"
@@ -16,7 +16,7 @@ class FarmTotalsTest : public CoordinatorTest {
   }
 };
 
-TEST_F(FarmTotalsTest, WorkIsCountedOnceWhateverItTakes) {
+TEST_F(FarmTotalsTest, RepeatedWorkIsCountedOnce) {
   submit(spec("r1", 4));  // two tiles
   const SessionId w = connect("w");
   const LeaseGrant grant = got<LeaseGrant>(w).front();
@@ -38,7 +38,7 @@ TEST_F(FarmTotalsTest, WorkIsCountedOnceWhateverItTakes) {
   EXPECT_EQ(snapshot().jobs[static_cast<std::size_t>(JobState::done)], 1u);
 }
 
-TEST_F(FarmTotalsTest, AFirstPictureIsOneForEachJob) {
+TEST_F(FarmTotalsTest, EachJobCountsOneFirstPicture) {
   submit(spec("r1", 1000));
   const SessionId w = connect("w");
   now += std::chrono::seconds(3);
@@ -49,7 +49,7 @@ TEST_F(FarmTotalsTest, AFirstPictureIsOneForEachJob) {
   }
   EXPECT_EQ(pictures(), 1u);
   EXPECT_DOUBLE_EQ(totals().first_picture.sum(), 3.0);
-  // All that it rendered is undone, and rendered again an hour later.
+  // All its work is undone, and rendered again an hour later.
   ASSERT_TRUE(coordinator->quarantine_worker("w", std::string(kByHand) + "ada", true, now, effects).ok());
   flush();
   EXPECT_EQ(coordinator->film(JobId{1})->pixel_samples(), 0u);
@@ -65,7 +65,7 @@ TEST_F(FarmTotalsTest, AFirstPictureIsOneForEachJob) {
   EXPECT_EQ(pictures(), 1u);
 }
 
-TEST_F(FarmTotalsTest, FailedJobsStayCountedWhenTheyAreDeleted) {
+TEST_F(FarmTotalsTest, DeletedFailedJobsStayCounted) {
   const JobId job = submit(spec());
   const SessionId w = connect("w");
   say(w, WorkerRefusal{job, "its scene does not compile", false});
@@ -77,7 +77,7 @@ TEST_F(FarmTotalsTest, FailedJobsStayCountedWhenTheyAreDeleted) {
   EXPECT_EQ(totals().jobs_failed, 1u);
 }
 
-TEST_F(FarmTotalsTest, WhatTimeAloneEndsIsNoQueue) {
+TEST_F(FarmTotalsTest, ATimedJobAddsNothingToTheQueue) {
   JobSpec timed = spec("r1", 0);
   timed.goal.seconds = 3600;
   submit(timed);

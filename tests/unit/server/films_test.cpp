@@ -1,4 +1,4 @@
-// Films of ended jobs leave memory and come back.
+// Films of ended jobs: dropped from memory and loaded again.
 #include "server/domain/films.h"
 
 #include "tests/unit/server/verifying_fixture.h"
@@ -39,7 +39,7 @@ class FilmsTest : public test::VerifyingTest {
     }
     return film;
   }
-  /// Another coordinator starts from what is stored, without the values of ended jobs' films.
+  /// Starts another coordinator from the stored state, without the values of ended jobs' films.
   void start_again() {
     commit();
     StoredState stored{2, {}, records_.rbegin()->first.value + 1};
@@ -79,7 +79,7 @@ class FilmsTest : public test::VerifyingTest {
     flush();
     return here;
   }
-  /// The store answers what it was asked for, until nothing more is.
+  /// Answers reads of the store until none is left.
   void answer_reads() {
     while (!film_reads.empty()) {
       const JobId job = film_reads.front();
@@ -106,7 +106,7 @@ class FilmsTest : public test::VerifyingTest {
   std::map<NodeKey, PutResult> results_;
 };
 
-TEST_F(FilmsTest, OfAnEndedJobLeavesMemoryUnusedAndComesBackWithTheSameBits) {
+TEST_F(FilmsTest, AnUnusedFilmOfAnEndedJobLeavesMemoryAndReturnsWithTheSameBits) {
   first_extra = 16;
   const JobId job = done_job("r1", 64);
   const JobStatus before = status(job);
@@ -135,7 +135,7 @@ TEST_F(FilmsTest, OfAnEndedJobLeavesMemoryUnusedAndComesBackWithTheSameBits) {
   EXPECT_TRUE(writes.empty());
 }
 
-TEST_F(FilmsTest, ThatSomebodyHoldsStays) {
+TEST_F(FilmsTest, AHeldFilmStays) {
   const JobId job = done_job("r1");
   NodePtr held = coordinator->film(job)->forest(TileId{1})[0];
   pass(2 * limits.film_idle);
@@ -145,7 +145,7 @@ TEST_F(FilmsTest, ThatSomebodyHoldsStays) {
   EXPECT_FALSE(in_memory(job));
 }
 
-TEST_F(FilmsTest, OfAnActiveJobStays) {
+TEST_F(FilmsTest, AnActiveJobsFilmStays) {
   const JobId job = submit(spec("r1", 64));
   finish(worker_, got<LeaseGrant>(worker_)[0]);
   ASSERT_TRUE(coordinator->pause(job, now, effects).ok());
@@ -155,7 +155,7 @@ TEST_F(FilmsTest, OfAnActiveJobStays) {
   EXPECT_TRUE(in_memory(job));
 }
 
-TEST_F(FilmsTest, OfActiveJobsTakeThePlaceOfTheOneThatWasUsedLeastLately) {
+TEST_F(FilmsTest, FilmsOfActiveJobsReplaceTheLeastRecentlyUsed) {
   limits.film_bytes = 3 * kFilmBytes;
   restart({});
   worker_ = connect_on("m1", "w");
@@ -170,7 +170,7 @@ TEST_F(FilmsTest, OfActiveJobsTakeThePlaceOfTheOneThatWasUsedLeastLately) {
   EXPECT_FALSE(in_memory(second));
 }
 
-TEST_F(FilmsTest, TheLargestOfAnEndedJobAlwaysHasRoom) {
+TEST_F(FilmsTest, TheLargestFilmOfAnEndedJobAlwaysHasRoom) {
   limits.film_bytes = 3 * kFilmBytes;
   restart({});
   worker_ = connect_on("m1", "w");
@@ -188,7 +188,7 @@ TEST_F(FilmsTest, TheLargestOfAnEndedJobAlwaysHasRoom) {
   EXPECT_TRUE(coordinator->submit(spec("r4"), now, 0, effects).ok());
 }
 
-TEST_F(FilmsTest, AreReadOneAfterTheOther) {
+TEST_F(FilmsTest, FilmsAreReadOneAtATime) {
   limits.film_idle = {};
   restart({});
   worker_ = connect_on("m1", "w");
@@ -205,7 +205,7 @@ TEST_F(FilmsTest, AreReadOneAfterTheOther) {
   EXPECT_EQ(film_reads, (std::vector{first, second}));
 }
 
-TEST_F(FilmsTest, WaitForRoomAndWhoAskedIsToldWhenThatTakesLong) {
+TEST_F(FilmsTest, AFilmWaitsForRoomAndALongWaitIsReported) {
   limits.film_bytes = 2 * kFilmBytes;
   restart({});
   worker_ = connect_on("m1", "w");
@@ -233,7 +233,7 @@ TEST_F(FilmsTest, WaitForRoomAndWhoAskedIsToldWhenThatTakesLong) {
   EXPECT_FALSE(in_memory(jobs[1]));
 }
 
-TEST_F(FilmsTest, ThatCannotBeReadIsSaidSo) {
+TEST_F(FilmsTest, AnUnreadableFilmIsReported) {
   const JobId job = done_job("r1");
   forget_films();
   use(job);
@@ -250,7 +250,7 @@ TEST_F(FilmsTest, ThatCannotBeReadIsSaidSo) {
   EXPECT_EQ(films_told.back().status.code(), StatusCode::kNotFound);
 }
 
-TEST_F(FilmsTest, AnExtendedJobGoesOnFromTheStoredFilm) {
+TEST_F(FilmsTest, AnExtendedJobResumesFromTheStoredFilm) {
   const JobId whole = done_job("r1", 12), job = done_job("r2", 4);
   forget_films();
   EXPECT_EQ(coordinator->extend(job, {12}, now, effects).code(), StatusCode::kUnavailable);
@@ -289,7 +289,7 @@ TEST_F(FilmsTest, ADamagedNodeOfADoneJobIsRenderedAgain) {
   EXPECT_EQ(hash_of(nodes_.at(damaged)), hash_of(whole));
 }
 
-TEST_F(FilmsTest, ANodeThatACancelledJobLosesStaysLost) {
+TEST_F(FilmsTest, ALostNodeOfACancelledJobStaysLost) {
   const JobId job = submit(spec("r1", 64));
   finish(worker_, got<LeaseGrant>(worker_)[0]);
   ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), effects).ok());
@@ -306,7 +306,7 @@ TEST_F(FilmsTest, ANodeThatACancelledJobLosesStaysLost) {
   EXPECT_EQ(written<DropNode>(), 1u);
 }
 
-/// The work of a machine is undone while the film is in the store alone: at once there, and the job goes on once the
+/// A machine's work is undone while the film is only in the store. The store drops it at once. The job resumes when the
 /// film is in memory.
 TEST_F(FilmsTest, WorkIsUndoneInAStoredFilm) {
   for (const bool killed : {false, true}) {
@@ -348,7 +348,7 @@ TEST_F(FilmsTest, WorkIsUndoneInAStoredFilm) {
   }
 }
 
-TEST_F(FilmsTest, AreLeftInTheStoreByACoordinatorThatStarts) {
+TEST_F(FilmsTest, AStartingCoordinatorLeavesFilmsInTheStore) {
   first_extra = 16;
   const JobId done = done_job("r1", 64), active = submit(spec("r2", 64));
   finish(worker_, got<LeaseGrant>(worker_).back());
@@ -361,7 +361,7 @@ TEST_F(FilmsTest, AreLeftInTheStoreByACoordinatorThatStarts) {
   EXPECT_TRUE(status(done).error.known);
 }
 
-TEST_F(FilmsTest, RenderedAgainWithOtherBitsHaveAnotherError) {
+TEST_F(FilmsTest, AFilmRenderedAgainWithOtherBitsHasAnotherError) {
   first_extra = 32;  // a lie
   const JobId job = done_job("r1", 64);
   const double wrong = status(job).error.rel_mse;

@@ -1,4 +1,4 @@
-// No work is handed out for a while, and jobs that ended long ago go.
+// Holds of the farm, and deletion of jobs that ended long ago.
 #include <gtest/gtest.h>
 
 #include "tests/unit/server/coordinator_fixture.h"
@@ -14,7 +14,7 @@ class HoldTest : public CoordinatorTest {
   }
 };
 
-TEST_F(HoldTest, NothingIsLeasedAndJobsSayWhyUntilItGoesOn) {
+TEST_F(HoldTest, AHoldStopsLeasesAndIsTheReasonOfJobs) {
   hold("waits for space");
   const JobId job = submit(spec());
   const SessionId worker = connect("w");
@@ -30,7 +30,7 @@ TEST_F(HoldTest, NothingIsLeasedAndJobsSayWhyUntilItGoesOn) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(HoldTest, WhatIsOutIsTaken) {
+TEST_F(HoldTest, PendingResultsAreAccepted) {
   const JobId job = submit(spec("r1", 1));
   const SessionId worker = connect("w");
   ASSERT_FALSE(got<LeaseGrant>(worker).empty());
@@ -40,7 +40,7 @@ TEST_F(HoldTest, WhatIsOutIsTaken) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(HoldTest, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
+TEST_F(HoldTest, JobsThatEndedLongAgoAreDeleted) {
   limits.keep_ended = std::chrono::hours(10);
   restart({});
   const JobId ended = submit(spec("a")), waiting = submit(spec("b"));
@@ -58,7 +58,7 @@ TEST_F(HoldTest, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
   EXPECT_EQ(submit(spec("a")).value, waiting.value + 1) << "its request is forgotten too";
 }
 
-TEST_F(HoldTest, WithoutALimitJobsStay) {
+TEST_F(HoldTest, JobsStayWithoutALimit) {
   const JobId ended = submit(spec());
   ASSERT_TRUE(coordinator->cancel(ended, now, unix_ms(), effects).ok());
   flush();
@@ -66,7 +66,7 @@ TEST_F(HoldTest, WithoutALimitJobsStay) {
   EXPECT_TRUE(coordinator->status(ended, now).ok());
 }
 
-TEST_F(HoldTest, JobsOfOneUserAreCounted) {
+TEST_F(HoldTest, JobsOfOneUserAreLimited) {
   limits.max_jobs_per_owner = 1;
   restart({});
   JobSpec first = spec("a"), second = spec("b"), other = spec("c");

@@ -1,4 +1,4 @@
-// Messages that no honest worker or client sends: the coordinator refuses them and its jobs still end.
+// Messages that no honest worker or client sends. The coordinator refuses them, and its jobs still end.
 #include "tests/unit/server/coordinator_fixture.h"
 
 namespace lightmill {
@@ -12,7 +12,7 @@ TEST_F(CoordinatorTest, SecondsThatNoClockCanCountAreRefused) {
   EXPECT_EQ(coordinator->submit(job, now, unix_ms(), effects).status().code(), StatusCode::kInvalidArgument);
 }
 
-TEST_F(CoordinatorTest, NamesThatATerminalWouldObeyAreRefused) {
+TEST_F(CoordinatorTest, NamesWithControlCharactersAreRefused) {
   for (const std::string& bad :
        {std::string("a\nb"), std::string("\x1b[31mred"), std::string("\xff"), std::string(201, 'x')}) {
     for (std::string JobSpec::*field : {&JobSpec::name, &JobSpec::owner, &JobSpec::host}) {
@@ -26,7 +26,7 @@ TEST_F(CoordinatorTest, NamesThatATerminalWouldObeyAreRefused) {
   }
 }
 
-TEST_F(CoordinatorTest, AResultOfAnotherRangeAndDigestHoldsNothingBack) {
+TEST_F(CoordinatorTest, AResultOfAnotherRangeAndDigestBlocksNothing) {
   const JobId job = submit(spec());
   const SessionId session = connect("w");
   const LeaseGrant grant = got<LeaseGrant>(session).at(0);
@@ -44,7 +44,7 @@ TEST_F(CoordinatorTest, AResultOfAnotherRangeAndDigestHoldsNothingBack) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(CoordinatorTest, ATimedJobWhoseResultsAreDamagedEndsWithItsFirstSampleEverywhere) {
+TEST_F(CoordinatorTest, ATimedJobWithDamagedResultsStillGetsItsFirstSamples) {
   JobSpec timed = spec();
   timed.goal = {};
   timed.goal.seconds = 1;
@@ -66,7 +66,7 @@ TEST_F(CoordinatorTest, ATimedJobWhoseResultsAreDamagedEndsWithItsFirstSampleEve
   EXPECT_EQ(coordinator->film(job)->max_samples(), 1u) << "its time is up";
 }
 
-TEST_F(CoordinatorTest, AWorkerCannotClaimLeasesThatWereNeverGiven) {
+TEST_F(CoordinatorTest, AWorkerCannotClaimUngrantedLeases) {
   const JobId job = submit(spec());
   const SessionId first = connect("w");
   const LeaseGrant grant = got<LeaseGrant>(first).at(0);
@@ -78,7 +78,7 @@ TEST_F(CoordinatorTest, AWorkerCannotClaimLeasesThatWereNeverGiven) {
   EXPECT_EQ(got<LeaseCancel>(second).front().leases, std::vector<LeaseId>{next});
 }
 
-TEST_F(CoordinatorTest, AResultThatWasNotGrantedIsRefused) {
+TEST_F(CoordinatorTest, AnUngrantedResultIsRefused) {
   const JobId job = submit(spec("r1", 1024, {0, 0, 512, 64}));
   const SessionId honest = connect("honest", 4), liar = connect("liar", 4);
   const LeaseGrant grant = got<LeaseGrant>(liar).at(0), other = got<LeaseGrant>(honest).at(0);
@@ -111,7 +111,7 @@ TEST_F(CoordinatorTest, AResultThatWasNotGrantedIsRefused) {
   }
   EXPECT_EQ(status(job).counters.results_merged, 0u);
   EXPECT_TRUE(got<Dismissal>(honest).empty());
-  // Who sends three is sent away.
+  // A worker that sends three is dismissed.
   const SessionId again = connect("liar", 4, "class-a", {}, 2);
   for (int i = 0; i < 3; ++i) {
     say(again, forged[0]);
@@ -120,7 +120,7 @@ TEST_F(CoordinatorTest, AResultThatWasNotGrantedIsRefused) {
   EXPECT_EQ(got<ResultAck>(again).size(), 3u) << "or it would send them for ever";
 }
 
-TEST_F(CoordinatorTest, AGrantHoldsWhenItsLeaseIsLostAndTheCoordinatorStartedAgain) {
+TEST_F(CoordinatorTest, AGrantSurvivesALostLeaseAndARestart) {
   const JobId job = submit(spec("r1", 4));
   const SessionId first = connect("w");
   const LeaseGrant grant = got<LeaseGrant>(first).at(0);
@@ -153,7 +153,7 @@ TEST_F(CoordinatorTest, AGrantHoldsWhenItsLeaseIsLostAndTheCoordinatorStartedAga
   EXPECT_NE(got<Welcome>(third)[0].farm, got<Welcome>(fourth)[0].farm);
 }
 
-TEST_F(CoordinatorTest, ForgedHeldLeasesAreNotTakenUp) {
+TEST_F(CoordinatorTest, ForgedHeldLeasesAreCancelled) {
   const JobId job = submit(spec("r1", 4));
   const SessionId first = connect("w");
   HeldLease forged = held(got<LeaseGrant>(first).at(0));
@@ -168,7 +168,7 @@ TEST_F(CoordinatorTest, ForgedHeldLeasesAreNotTakenUp) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(CoordinatorTest, AResultOfEndlessSecondsIsRefused) {
+TEST_F(CoordinatorTest, AResultOfInfiniteSecondsIsRefused) {
   const JobId job = submit(spec());
   const SessionId session = connect("w");
   const LeaseGrant grant = got<LeaseGrant>(session).at(0);

@@ -1,4 +1,4 @@
-// Scene files that wait to be read: who gets them, and what becomes of those with which workers are lost.
+// Scene files that wait for inspection: which worker gets them, and what follows from lost workers.
 #include "server/domain/inspections.h"
 
 #include "tests/unit/server/coordinator_fixture.h"
@@ -50,7 +50,7 @@ class InspectionTest : public CoordinatorTest {
   std::vector<InspectionOutcome> answers;
 };
 
-TEST_F(InspectionTest, NeedsAWorkerThatKnowsThem) {
+TEST_F(InspectionTest, NeedsAWorkerThatSupportsInspections) {
   EXPECT_EQ(ask().status().code(), StatusCode::kUnavailable);
   const SessionId old = reader("old", false);
   EXPECT_EQ(ask().status().code(), StatusCode::kUnavailable);
@@ -71,13 +71,13 @@ TEST_F(InspectionTest, IsReadAndAnsweredOnce) {
   EXPECT_EQ(answers[0].id, id);
 }
 
-TEST_F(InspectionTest, GoesToWhoHasTheLeastToDoAndOneAtATime) {
+TEST_F(InspectionTest, GoesToTheLeastBusyWorkerOneAtATime) {
   const SessionId busy = reader("a");
   submit(spec("r", 64));
   writes.clear();
   ASSERT_GT(got<LeaseGrant>(busy).size(), 0u);
   const SessionId idle = reader("b");
-  // Whatever of the job is left went to it; it has no more leases than the first one.
+  // It got the rest of the job, and has no more leases than the first worker.
   const InspectionId first = *ask(), second = *ask();
   EXPECT_EQ(grants(busy), 1u);
   EXPECT_EQ(grants(idle), 1u);
@@ -89,7 +89,7 @@ TEST_F(InspectionTest, GoesToWhoHasTheLeastToDoAndOneAtATime) {
   EXPECT_TRUE(first < second && second < third);
 }
 
-TEST_F(InspectionTest, SurvivesOneLostWorkerAndNoSecond) {
+TEST_F(InspectionTest, SurvivesOnlyOneLostWorker) {
   const SessionId a = reader("a");
   const InspectionId id = *ask();
   const SessionId b = reader("b"), c = reader("c");
@@ -104,7 +104,7 @@ TEST_F(InspectionTest, SurvivesOneLostWorkerAndNoSecond) {
   EXPECT_EQ(grants(first ? c : b), 0u) << "it does not walk through the farm";
 }
 
-TEST_F(InspectionTest, GoesOnFromASilentWorker) {
+TEST_F(InspectionTest, MovesAwayFromASilentWorker) {
   const SessionId a = reader("a");
   ASSERT_TRUE(ask().ok());
   const Time asked = now;
@@ -118,7 +118,7 @@ TEST_F(InspectionTest, GoesOnFromASilentWorker) {
   EXPECT_EQ(grants(b), 1u);
 }
 
-TEST_F(InspectionTest, GoesFromTwoWhoFellSilentTogetherToOneWhoDidNot) {
+TEST_F(InspectionTest, MovesFromTwoSilentWorkersToALiveOne) {
   const SessionId a = reader("a"), b = reader("b");
   ASSERT_TRUE(ask().ok());
   while (closed.size() < 2) {
@@ -131,7 +131,7 @@ TEST_F(InspectionTest, GoesFromTwoWhoFellSilentTogetherToOneWhoDidNot) {
   EXPECT_EQ(grants(c), 1u);
 }
 
-TEST_F(InspectionTest, IsNoLossOfAWorkerThatLeaves) {
+TEST_F(InspectionTest, ALeavingWorkerDoesNotCountAsLost) {
   for (int i = 0; i < 4; ++i) {
     const SessionId leaving = reader("w" + std::to_string(i));
     if (i == 0) {
@@ -147,7 +147,7 @@ TEST_F(InspectionTest, IsNoLossOfAWorkerThatLeaves) {
   EXPECT_EQ(answers.size(), 1u);
 }
 
-TEST_F(InspectionTest, WhatIsForgottenIsNotAnsweredAndItsWorkerStaysBusyUntilItReports) {
+TEST_F(InspectionTest, AForgottenInspectionKeepsItsWorkerBusyUntilItsReport) {
   const SessionId a = reader("a");
   const InspectionId first = *ask();
   coordinator->forget_inspection(first);
@@ -159,7 +159,7 @@ TEST_F(InspectionTest, WhatIsForgottenIsNotAnsweredAndItsWorkerStaysBusyUntilItR
   EXPECT_EQ(got<InspectGrant>(a)[1].inspection, second);
 }
 
-TEST_F(InspectionTest, HasALimitPerCallerAndOfAll) {
+TEST_F(InspectionTest, HasALimitPerCallerAndInTotal) {
   reader("a");
   const InspectionLimits limits;
   for (std::size_t i = 0; i < limits.most_per_caller; ++i) {
@@ -172,7 +172,7 @@ TEST_F(InspectionTest, HasALimitPerCallerAndOfAll) {
   EXPECT_EQ(ask("bob").status().code(), StatusCode::kResourceExhausted);
 }
 
-TEST_F(InspectionTest, IsGivenUpAfterItsTime) {
+TEST_F(InspectionTest, TimesOut) {
   const SessionId a = reader("a");
   ASSERT_TRUE(ask().ok());
   ASSERT_TRUE(ask().ok());

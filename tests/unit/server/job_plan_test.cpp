@@ -28,7 +28,7 @@ class JobPlanTest : public testing::Test {
       plan.settle(tile, unit.range);
     }
   }
-  /// Does all that there is, one unit after the other.
+  /// Takes and finishes all units, one after another.
   std::vector<Unit> work_off(JobPlan& plan, const UnitAim& aim = kFast) {
     std::vector<Unit> units;
     while (std::optional<Unit> unit = take(plan, aim)) {
@@ -54,7 +54,7 @@ TEST_F(JobPlanTest, RangesOfATileDoubleAndEndAtTheGoal) {
   EXPECT_EQ(film.min_samples(), 100u);
 }
 
-TEST_F(JobPlanTest, AnExtendedJobGoesOnFromWhereItWas) {
+TEST_F(JobPlanTest, AnExtendedJobResumesWhereItEnded) {
   JobPlan plan(film, 100, kPlenty);
   work_off(plan);
   EXPECT_FALSE(plan.has_work());
@@ -64,7 +64,7 @@ TEST_F(JobPlanTest, AnExtendedJobGoesOnFromWhereItWas) {
   EXPECT_EQ(film.min_samples(), 300u);
 }
 
-TEST_F(JobPlanTest, NothingIsGivenTwice) {
+TEST_F(JobPlanTest, NoSampleIsGivenTwice) {
   JobPlan plan(film, 64, kPlenty);
   std::set<std::pair<TileId, std::uint64_t>> given;  // (tile, sample)
   while (const std::optional<Unit> unit = take(plan)) {
@@ -78,7 +78,7 @@ TEST_F(JobPlanTest, NothingIsGivenTwice) {
   EXPECT_EQ(plan.out_pixel_samples(), 4u * 64 * 4096);
 }
 
-TEST_F(JobPlanTest, LostRangesGoOutNext) {
+TEST_F(JobPlanTest, LostRangesAreGivenNext) {
   JobPlan plan(film, 64, kPlenty);
   const Unit first = *take(plan);
   const Unit second = *take(plan);
@@ -89,7 +89,7 @@ TEST_F(JobPlanTest, LostRangesGoOutNext) {
   EXPECT_EQ(again.tiles, std::vector<TileId>{first.tiles[2]});
 }
 
-TEST_F(JobPlanTest, ARestartFindsThePlanInTheFilm) {
+TEST_F(JobPlanTest, ARestartRebuildsThePlanFromTheFilm) {
   for (std::uint32_t seed = 0; seed < 30; ++seed) {
     std::mt19937 bits(seed);
     film = Film(TileGrid({0, 0, 256, 64}), 3);
@@ -98,7 +98,7 @@ TEST_F(JobPlanTest, ARestartFindsThePlanInTheFilm) {
       for (int i = 0; i < 20; ++i) {
         const std::optional<Unit> unit = take(plan);
         if (unit && bits() % 3 != 0) {
-          finish(plan, *unit);  // the others are out when the coordinator dies
+          finish(plan, *unit);  // the others are leased when the coordinator dies
         }
       }
     }
@@ -111,9 +111,9 @@ TEST_F(JobPlanTest, ARestartFindsThePlanInTheFilm) {
   }
 }
 
-TEST_F(JobPlanTest, WhatIsOutOrWaitsIsBoundedButNeverStuck) {
+TEST_F(JobPlanTest, PendingRangesAreBoundedButNeverStuck) {
   JobPlan plan(film, 1 << 20, 1);  // a budget of one byte: four nodes per tile
-  const Unit stuck = *take(plan);  // [0, 1) of all tiles, and nobody brings it
+  const Unit stuck = *take(plan);  // [0, 1) of all tiles, which never finishes
   std::uint64_t given = 0;
   while (const std::optional<Unit> unit = take(plan)) {
     finish(plan, *unit);
@@ -126,7 +126,7 @@ TEST_F(JobPlanTest, WhatIsOutOrWaitsIsBoundedButNeverStuck) {
   EXPECT_TRUE(plan.has_work());
 }
 
-TEST_F(JobPlanTest, ALostRangeMayAlwaysGoOut) {
+TEST_F(JobPlanTest, ALostRangeIsGivenAtAnyBudget) {
   JobPlan plan(film, 1 << 20, 1);
   const Unit stuck = *take(plan);
   while (const std::optional<Unit> unit = take(plan)) {
@@ -146,7 +146,7 @@ TEST_F(JobPlanTest, AClosedPlanOnlyFillsGaps) {
   const Unit second = *take(plan);
   finish(plan, second);
   plan.close();
-  EXPECT_FALSE(plan.has_work());  // what is missing is out
+  EXPECT_FALSE(plan.has_work());  // the missing ranges are leased
   EXPECT_FALSE(plan.nothing_out());
   plan.release(LeaseId{1}, first.tiles[0], first.range);
   const Unit again = *take(plan);
@@ -161,7 +161,7 @@ TEST_F(JobPlanTest, AClosedPlanOnlyFillsGaps) {
   EXPECT_EQ(film.min_samples(), 2u);
 }
 
-TEST_F(JobPlanTest, AClosedPlanGivesEveryTileItsFirstSampleAndNoMore) {
+TEST_F(JobPlanTest, AClosedPlanGivesEveryTileOnlyItsFirstSample) {
   JobPlan plan(film, kMaxSamples, kPlenty);
   const Unit first = *take(plan);
   plan.close();
@@ -177,7 +177,7 @@ TEST_F(JobPlanTest, AClosedPlanGivesEveryTileItsFirstSampleAndNoMore) {
   EXPECT_EQ(film.max_samples(), 1u);
 }
 
-TEST_F(JobPlanTest, TakesBackWhatAWorkerStillHolds) {
+TEST_F(JobPlanTest, RangesHeldByAWorkerAreAdopted) {
   JobPlan plan(film, 64, kPlenty);
   EXPECT_TRUE(plan.adopt(LeaseId{7}, TileId{1}, {3, 1}));   // [8, 16)
   EXPECT_FALSE(plan.adopt(LeaseId{8}, TileId{1}, {2, 3}));  // [12, 16) lies in it
@@ -193,7 +193,7 @@ TEST_F(JobPlanTest, TakesBackWhatAWorkerStillHolds) {
   EXPECT_EQ(given, 4u * 64 - 8);
 }
 
-TEST(JobPlan, TheNextUnitBeginsAtTheFirstFreeSampleWhateverCameBefore) {
+TEST(JobPlan, TheNextUnitAlwaysBeginsAtTheFirstFreeSample) {
   constexpr std::uint64_t kGoal = 3000;
   Film film(TileGrid({0, 0, 8, 8}), 3);
   JobPlan plan(film, kGoal, kPlenty);
@@ -244,7 +244,7 @@ TEST(JobPlan, TheNextUnitBeginsAtTheFirstFreeSampleWhateverCameBefore) {
   EXPECT_GT(given_back, 20);
 }
 
-TEST_F(JobPlanTest, EachRangeHasTwoHoldersAtMostAndAllHearOfItsEnd) {
+TEST_F(JobPlanTest, EachRangeHasTwoHoldersAtMostAndItsEndNamesThem) {
   JobPlan plan(film, 4, kPlenty);
   const Unit unit = *take(plan);
   EXPECT_TRUE(plan.add_copy(LeaseId{50}, TileId{0}, unit.range));
@@ -275,23 +275,24 @@ TEST(UnitSize, ATileTakesAtMostAUnitsTimeOfOneThread) {
 }
 
 TEST(UnitSize, AllThreadsOfTheFarmFindWork) {
-  // Two tiles and 32 threads: the last 128 samples are cut into 128 pieces, as short ones as are worth it.
+  // Two tiles and 32 threads: the last 128 samples are cut into 128 pieces, the shortest that are worth it.
   const UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 1e-5, .threads = 8, .farm_threads = 32};
   const SampleRange range = choose_range({128, 256}, 2, 4096, 0, aim);
   EXPECT_EQ(2 * 128 / range.count(), 128u);
   EXPECT_EQ(choose_tile_count(range, 2, 4096, aim), 1u);
-  // What comes after them is work too: with 127 pieces of 16 samples (0.66 s) left they are cut, with 128 they are not.
+  // The samples behind them are work, too. With 127 pieces of 16 samples (0.66 s) left they are cut, with 128 they are
+  // not.
   EXPECT_EQ(choose_range({128, 256}, 2, 4096, 128 * 16 * 4096 - 1, aim).count(), 8u);
   EXPECT_EQ(choose_range({128, 256}, 2, 4096, 128 * 16 * 4096, aim).count(), 16u);
 }
 
-TEST(UnitSize, TheMoreThreadsTheFarmHasTheLongerIsWhatEachWorksOn) {
+TEST(UnitSize, LargerFarmsGetLongerUnits) {
   // A node of 96 KiB costs what 118 KiB do: 1,000 threads that send one each are 115.2 MiB.
   UnitAim aim{.seconds_per_pixel_sample = 1e-6, .threads = 1, .farm_threads = 1000};
   set_times(1, 96 * 1024, 115.234375 * 1024 * 1024, aim);
   EXPECT_DOUBLE_EQ(aim.least_seconds, 1);
   EXPECT_DOUBLE_EQ(aim.unit_seconds, 2);
-  // 4 ms a sample and tile: all send 115 MiB a second with ranges of 244 samples, so that 256 are not too short.
+  // 4 ms a sample and tile: with ranges of 244 samples all threads send 115 MiB a second. So 256 are not too short.
   EXPECT_EQ(choose_range({4096, 1 << 20}, 64, 4096, 1ull << 50, aim).count(), 256u);
   EXPECT_EQ(choose_range({4096, 1 << 20}, 64, 4096, 0, aim).count(), 256u) << "not cut any further";
   aim.farm_threads = 20;
@@ -300,7 +301,7 @@ TEST(UnitSize, TheMoreThreadsTheFarmHasTheLongerIsWhatEachWorksOn) {
   EXPECT_DOUBLE_EQ(aim.unit_seconds, 1);
 }
 
-TEST(UnitSize, TheFirstSamplesAreAsManyAsAreRenderedWhileResultsComeIn) {
+TEST(UnitSize, TheFirstSamplesFillTheTimeThatResultsTake) {
   // 4 ms a sample and tile.
   UnitAim aim{.seconds_per_pixel_sample = 1e-6, .threads = 1, .farm_threads = 10};
   const auto first_with = [&](double results_seconds) {
@@ -324,9 +325,9 @@ TEST(UnitSize, TheFirstSamplesAreAsManyAsAreRenderedWhileResultsComeIn) {
   EXPECT_DOUBLE_EQ(aim.results_seconds, 1);
 }
 
-TEST(UnitSize, WhereSamplesAreSharedAUnitIsManyTilesOfFewSamples) {
-  // 64 tiles at 4 ms a sample: the frame takes two threads 0.13 s a sample, so that 4 samples fit a unit; 8 with twice
-  // the time. Of four such workers each takes a quarter of the frame and four times the samples.
+TEST(UnitSize, SharedSamplesMakeUnitsOfManyTilesAndFewSamples) {
+  // 64 tiles at 4 ms a sample: two threads take 0.13 s for a sample of the frame. So 4 samples fit a unit, and 8 fit
+  // twice the time. Each of four such workers takes a quarter of the frame and four times the samples.
   UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 1e-6, .threads = 2, .farm_threads = 2};
   aim.shared_samples = 32;
   EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, 0, aim).count(), 4u);
@@ -337,7 +338,7 @@ TEST(UnitSize, WhereSamplesAreSharedAUnitIsManyTilesOfFewSamples) {
   aim.farm_threads = 8;
   EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, 0, aim).count(), 16u);
   EXPECT_EQ(choose_tile_count({4, 64}, 64, 4096, aim), 16u);
-  // However quick the tiles are, ranges are no longer than what a worker holds.
+  // Even of quick tiles, ranges are no longer than what a worker holds.
   aim.seconds_per_pixel_sample = 1e-9;
   EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, 0, aim).count(), 32u);
   aim.shared_samples = 5;
@@ -362,7 +363,7 @@ TEST(UnevenJobPlan, TilesHaveTheirPartsAndAdvanceTogether) {
     if (!unit) {
       break;
     }
-    // What goes out stands at the start of the part of the frame that the others have.
+    // A unit begins at the part of the frame that the other tiles have.
     const std::uint64_t frame = film.allocation().of_frame(unit->tiles[0], unit->range.first());
     for (std::uint32_t i = 0; i < 4; ++i) {
       EXPECT_LE(frame, film.allocation().of_frame(TileId{i}, film.samples(TileId{i})));

@@ -55,7 +55,7 @@ TEST_F(LeasingTest, UnitsGrowToASecondOfTheWorkersMeasuredSpeed) {
   EXPECT_EQ(status(job).counters.results_duplicate, 0u);
 }
 
-TEST_F(LeasingTest, WhatAWorkerHeldThatGivesWayGoesToAnotherAtOnceAndIsNotLost) {
+TEST_F(LeasingTest, LeasesOfADisplacedWorkerMoveAtOnceAndAreNotLost) {
   limits.max_workers = 1;
   restart({});
   const JobId job = submit(spec("r1", 1));
@@ -74,7 +74,7 @@ TEST_F(LeasingTest, WhatAWorkerHeldThatGivesWayGoesToAnotherAtOnceAndIsNotLost) 
   EXPECT_EQ(got<LeaseGrant>(first).size(), leases) << "it gets no more";
 }
 
-TEST_F(LeasingTest, ALeaseThatIsNotRenewedIsLostAndGoesOutAgain) {
+TEST_F(LeasingTest, AnUnrenewedLeaseExpiresAndIsLeasedAgain) {
   const JobId job = submit(spec("r1", 1));
   const SessionId silent = connect("silent");
   const std::vector<LeaseGrant> lost = got<LeaseGrant>(silent);
@@ -85,21 +85,21 @@ TEST_F(LeasingTest, ALeaseThatIsNotRenewedIsLostAndGoesOutAgain) {
   EXPECT_EQ(status(job).counters.leases_lost, lost.size() - 1);  // the heartbeat renewed one
   pass(most);
   EXPECT_EQ(status(job).counters.leases_lost, lost.size());
-  EXPECT_EQ(got<LeaseGrant>(silent).size(), lost.size());  // it has said nothing since, so it gets no more
+  EXPECT_EQ(got<LeaseGrant>(silent).size(), lost.size());  // it has been silent since, so it gets no more
   const SessionId other = connect("other");
   std::size_t tiles = 0;
   for (const LeaseGrant& grant : got<LeaseGrant>(other)) {
     tiles += grant.unit.tiles.size();
   }
   EXPECT_EQ(tiles, 2u);
-  // The lost lease's result is as good as any.
+  // The lost lease's result is still accepted.
   finish(silent, lost[0]);
   work(other);
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
 TEST_F(LeasingTest, ResultsRenewAllLeasesOfTheirWorker) {
-  // Over a slow line heartbeats queue behind results.
+  // On a slow connection heartbeats queue behind results.
   const JobId job = submit(spec("r1", 1000, {0, 0, 1024, 1024}));
   const SessionId session = connect("w", 4);
   const LeaseGrant first = got<LeaseGrant>(session).at(0);
@@ -110,7 +110,7 @@ TEST_F(LeasingTest, ResultsRenewAllLeasesOfTheirWorker) {
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
 }
 
-TEST_F(LeasingTest, HeartbeatsOfUnknownLeasesAreCancelled) {
+TEST_F(LeasingTest, UnknownLeasesInHeartbeatsAreCancelled) {
   const SessionId session = connect("w");
   say(session, WorkerHeartbeat{{LeaseId{12345}}});
   ASSERT_EQ(got<LeaseCancel>(session).size(), 1u);
@@ -141,7 +141,7 @@ TEST_F(LeasingTest, ALostLeaseHalvesTheNextUnit) {
   EXPECT_LE(unit_seconds(got<LeaseGrant>(session)[before]), 0.25 + 1e-9);  // two were lost
 }
 
-TEST_F(LeasingTest, BeforeAnythingIsBackNoMoreIsOutThanCanBeTakenIn) {
+TEST_F(LeasingTest, TheFirstLeasesFitTheRateOfResults) {
   limits.result_bytes_per_second = 4e6;
   restart({});
   std::vector<SessionId> sessions;
@@ -158,7 +158,7 @@ TEST_F(LeasingTest, BeforeAnythingIsBackNoMoreIsOutThanCanBeTakenIn) {
     }
     return grants;
   };
-  // A result has 96 KiB: half a second's worth are 21, and the one that goes beyond.
+  // A result has 96 KiB. Half a second takes 21, and the one beyond.
   const auto before = out();
   EXPECT_EQ(before.size(), 21u);
   finish(before[0].first, before[0].second);
@@ -169,9 +169,9 @@ TEST_F(LeasingTest, BeforeAnythingIsBackNoMoreIsOutThanCanBeTakenIn) {
   }
 }
 
-TEST_F(LeasingTest, TheLastUnitsBeforeATimeIsUpAreShorterAsFarAsTheirResultsCanBeTakenIn) {
-  // Samples of a tile take 0.1 s, and a worker has one unit ahead: how many the last one has that it is given in 20.3
-  // s.
+TEST_F(LeasingTest, TheLastUnitsOfATimedJobAreShorterIfTheirResultsFitTheRate) {
+  // A sample of a tile takes 0.1 s, and a worker has one unit ahead. The result is the number of samples in the last
+  // unit that is given within 20.3 s.
   const auto last_unit = [&] {
     restart({});
     sent.clear();
@@ -197,7 +197,7 @@ TEST_F(LeasingTest, TheLastUnitsBeforeATimeIsUpAreShorterAsFarAsTheirResultsCanB
   EXPECT_EQ(last_unit(), std::pair(std::uint64_t{32}, std::uint64_t{32}));
 }
 
-TEST_F(LeasingTest, AWorkerThatComesBackKeepsItsLeases) {
+TEST_F(LeasingTest, AReturningWorkerKeepsItsLeases) {
   const JobId job = submit(spec("r1", 1));
   const SessionId first = connect("w");
   const std::vector<LeaseGrant> grants = got<LeaseGrant>(first);
@@ -218,20 +218,20 @@ TEST_F(LeasingTest, AWorkerThatComesBackKeepsItsLeases) {
   EXPECT_EQ(status(job).counters.results_duplicate, 0u);
 }
 
-TEST_F(LeasingTest, WhatAReturningWorkerDoesNotHoldGoesOutAtOnce) {
+TEST_F(LeasingTest, LeasesThatAReturningWorkerLacksAreLeasedAgainAtOnce) {
   const JobId job = submit(spec("r1", 1));
   const SessionId first = connect("w");
   const std::size_t leases = got<LeaseGrant>(first).size();
-  const SessionId second = connect("w");  // again: its stream has broken unnoticed
+  const SessionId second = connect("w");  // again: its stream broke unnoticed
   ASSERT_EQ(got<Dismissal>(first).size(), 1u);
   EXPECT_EQ(status(job).counters.leases_lost, leases);
   EXPECT_FALSE(got<LeaseGrant>(second).empty());
-  // The old one's results still count.
+  // Results of the old connection still count.
   finish(first, got<LeaseGrant>(first)[0]);
   EXPECT_GT(status(job).samples_done, 0u);
 }
 
-TEST_F(LeasingTest, ANameIsOfOneProcessAsLongAsThatSpeaks) {
+TEST_F(LeasingTest, ANameBelongsToOneProcessWhileItIsHeard) {
   const SessionId first = connect("w");
   const auto other = [&] { return connect("w", 1, "class-a", {}, 2); };
   const SessionId refused = other();
@@ -251,18 +251,18 @@ TEST_F(LeasingTest, ANameIsOfOneProcessAsLongAsThatSpeaks) {
   pass(limits.lease_duration - std::chrono::milliseconds(1));
   EXPECT_EQ(got<Dismissal>(other()).size(), 1u);
   pass(std::chrono::milliseconds(1));
-  EXPECT_TRUE(got<Dismissal>(other()).empty());  // silent for too long: lost, with nobody to tell
+  EXPECT_TRUE(got<Dismissal>(other()).empty());  // the first worker was silent for too long, so its name is free
   EXPECT_EQ(got<Dismissal>(first).size(), 1u);
 }
 
-TEST_F(LeasingTest, AWorkerThatIsLeavingGivesItsNameAway) {
+TEST_F(LeasingTest, ALeavingWorkerFreesItsName) {
   const SessionId first = connect("w");
   say(first, WorkerDraining{});
   EXPECT_TRUE(got<Dismissal>(connect("w", 1, "class-a", {}, 2)).empty());
   EXPECT_EQ(got<Dismissal>(first).size(), 1u);
 }
 
-TEST_F(LeasingTest, LeasesOfABrokenStreamAreLostAfterTheGrace) {
+TEST_F(LeasingTest, LeasesOfABrokenStreamAreLostAfterTheGracePeriod) {
   const JobId job = submit(spec("r1", 1));
   const SessionId session = connect("w");
   coordinator->worker_disconnected(session, now, effects);
@@ -272,7 +272,7 @@ TEST_F(LeasingTest, LeasesOfABrokenStreamAreLostAfterTheGrace) {
   EXPECT_TRUE(coordinator->workers(now).empty());
 }
 
-TEST_F(LeasingTest, HeldLeasesOfAnEarlierCoordinatorAreTakenUp) {
+TEST_F(LeasingTest, HeldLeasesOfAnEarlierCoordinatorAreAdopted) {
   StoredState stored;
   stored.epoch = 5;
   stored.next_job_id = 2;
@@ -303,7 +303,7 @@ TEST_F(LeasingTest, HeldLeasesOfAnEarlierCoordinatorAreTakenUp) {
 }
 
 TEST_F(LeasingTest, DamagedResultsAreDroppedAndRenderedAgain) {
-  limits.losses_alone = 100;  // it is not why these workers are lost
+  limits.losses_alone = 100;  // more losses than this test has
   restart({});
   const JobId job = submit(spec("r1", 64));
   SessionId session;
@@ -417,7 +417,7 @@ TEST_F(LeasingTest, EqualJobsShareTheWorkerAndPriorityGoesFirst) {
   EXPECT_TRUE(share.contains(second));
   ASSERT_TRUE(coordinator->set_priority(second, 0, now, effects).ok());
   ASSERT_TRUE(coordinator->set_priority(third, 0, now, effects).ok());
-  work_some(20);  // one that comes to others starts from the least of them: nobody has to wait for what it missed
+  work_some(20);  // a job that joins starts from the least share, so others need not wait
   share = work_some(90);
   for (const JobId job : {first, second, third}) {
     EXPECT_NEAR(share[job] / (share[first] + share[second] + share[third]), 1. / 3, 0.1) << job.value;
@@ -436,7 +436,7 @@ TEST_F(LeasingTest, ANewJobsFirstPictureComesNext) {
   EXPECT_EQ(got<LeaseGrant>(session).at(before).unit.job, second);
 }
 
-TEST_F(LeasingTest, IdleWorkersCopyWhatIsLate) {
+TEST_F(LeasingTest, IdleWorkersCopyLateUnits) {
   const JobId job = submit(spec("r1", 1));
   const SessionId slow = connect("slow");
   const std::vector<LeaseGrant> originals = got<LeaseGrant>(slow);
@@ -483,7 +483,7 @@ TEST_F(LeasingTest, ReturnedTilesGoToOthersAtOnce) {
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
 }
 
-TEST_F(LeasingTest, AnUnsoundHelloIsDismissed) {
+TEST_F(LeasingTest, AnInvalidHelloIsDismissed) {
   const SessionId session{next_session++};
   coordinator->worker_connected(session, WorkerHello{}, now, effects);
   flush();

@@ -1,4 +1,4 @@
-// A port of the coordinator over real sockets of loopback.
+// A port of the coordinator, over real loopback sockets.
 #include "server/listen/listener.h"
 
 #include <arpa/inet.h>
@@ -15,7 +15,7 @@
 namespace lightmill {
 namespace {
 
-/// What waits for a thread gives up after so long: it fails then.
+/// Waits for a thread fail after this time.
 constexpr int kListenerPatienceMs = 60'000;
 
 class ClientSocket {
@@ -60,7 +60,7 @@ class ClientSocket {
   int fd_;
 };
 
-/// A server that keeps all sockets that it is given, until it is told to close them.
+/// A server that keeps all its sockets until it is told to close them.
 class KeepingServer {
  public:
   KeepingServer(const std::string& listen, std::size_t most)
@@ -79,7 +79,7 @@ class KeepingServer {
     }
   }
   Listener& listener() { return *listener_; }
-  /// Waits until it has so many.
+  /// Waits until it has `count` sockets.
   bool has(std::size_t count) {
     const MutexLock lock(mutex_);
     const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(kListenerPatienceMs);
@@ -108,7 +108,7 @@ class KeepingServer {
   const std::unique_ptr<Listener> listener_;
 };
 
-/// This process can open no file meanwhile.
+/// While it exists, this process can open no file.
 class NoFiles {
  public:
   NoFiles() {
@@ -124,14 +124,14 @@ class NoFiles {
   rlimit before_{};
 };
 
-/// How often other threads of this process have waited for something.
+/// The number of times that other threads of this process have waited.
 long waits_of_others() {
   rusage all{}, own{};
   EXPECT_EQ(::getrusage(RUSAGE_SELF, &all) + ::getrusage(RUSAGE_THREAD, &own), 0);
   return all.ru_nvcsw - own.ru_nvcsw;
 }
 
-TEST(Listener, AcceptsWhatCameWhileTheProcessHadNoFilesLeft) {
+TEST(Listener, AcceptsConnectionsThatCameWithoutFreeDescriptors) {
   KeepingServer server("127.0.0.1:0", 100);
   const ClientSocket before, meanwhile;
   before.connect(server.listener().port());
@@ -140,14 +140,14 @@ TEST(Listener, AcceptsWhatCameWhileTheProcessHadNoFilesLeft) {
     const NoFiles none;
     meanwhile.connect(server.listener().port());
     EXPECT_FALSE(server.listener().dial().ok());
-    const long before_tries = waits_of_others();  // it pauses after each try that fails
+    const long before_tries = waits_of_others();  // the listener pauses after each failed try
     EXPECT_TRUE(test::eventually([&] { return waits_of_others() > before_tries + 3; }));
     EXPECT_EQ(server.peers().size(), 1u);
   }
   EXPECT_TRUE(server.has(2));
 }
 
-TEST(Listener, AStrangerBeyondAQuarterOfThePlacesWaitsUntilOneOfItsAddressLeaves) {
+TEST(Listener, AStrangerBeyondAQuarterOfThePlacesWaitsForItsAddress) {
   KeepingServer server("127.0.0.1:0", 8);
   std::vector<ClientSocket> clients(3);
   for (const ClientSocket& client : clients) {
@@ -173,7 +173,7 @@ TEST(Listener, AKnownCallerMakesItsPlaceFreeForAStranger) {
   EXPECT_TRUE(server.has(3));
 }
 
-TEST(Listener, AStrangerThatStaysEndsForOneThatWaits) {
+TEST(Listener, AnOldStrangerMakesRoomForAWaitingOne) {
   KeepingServer server("127.0.0.1:0", 4);
   const ClientSocket first, second;
   first.connect(server.listener().port());
@@ -183,7 +183,7 @@ TEST(Listener, AStrangerThatStaysEndsForOneThatWaits) {
   EXPECT_TRUE(server.has(2));
 }
 
-TEST(Listener, ADialFromInsideIsServedWhereAllPlacesAreTaken) {
+TEST(Listener, ADialFromInsideIsServedWhenAllPlacesAreTaken) {
   KeepingServer server("127.0.0.1:0", 1);
   const ClientSocket known, refused;
   known.connect(server.listener().port());
@@ -197,7 +197,7 @@ TEST(Listener, ADialFromInsideIsServedWhereAllPlacesAreTaken) {
   ::close(*dialled);
 }
 
-TEST(Listener, AllAddressesOfTheMachineAreThoseOfIPv4Too) {
+TEST(Listener, TheWildcardAddressIncludesIPv4) {
   for (const std::string listen : {"0.0.0.0:0", "[::]:0"}) {
     KeepingServer server(listen, 8);
     const ClientSocket client;
@@ -211,7 +211,7 @@ TEST(Listener, AllAddressesOfTheMachineAreThoseOfIPv4Too) {
   }
 }
 
-TEST(Listener, AnAddressThatIsTakenIsRefusedWithWhatToDo) {
+TEST(Listener, AnAddressInUseIsRefusedWithItsOption) {
   KeepingServer server("127.0.0.1:0", 8);
   const auto again = Listener::open(fmt::format("127.0.0.1:{}", server.listener().port()), "--listen", 8);
   EXPECT_EQ(again.status().code(), StatusCode::kUnavailable);

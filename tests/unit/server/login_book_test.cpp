@@ -11,7 +11,7 @@ Identity logged_in_ada(const std::string& token = "0123456789ab", std::int64_t u
   return {"ada", {Role::submit}, Proof::token, until_unix_s, token};
 }
 
-TEST(LoginBook, ASecretStandsForWhoShowedTheTokenUntilItEndsOrIsTakenBack) {
+TEST(LoginBook, ASecretIdentifiesItsOwnerUntilItExpiresOrIsRemoved) {
   LoginBook book;
   EXPECT_EQ(book.identify("one", kLoginNow).status().code(), StatusCode::kUnauthenticated);
   ASSERT_EQ(book.add("one", logged_in_ada(), kLoginNow).value(), kLoginNow + LoginBook::kLoginSeconds);
@@ -23,13 +23,13 @@ TEST(LoginBook, ASecretStandsForWhoShowedTheTokenUntilItEndsOrIsTakenBack) {
   EXPECT_FALSE(book.identify("one", kLoginNow).ok());
 }
 
-TEST(LoginBook, NoLoginOutlivesItsToken) {
+TEST(LoginBook, NoSessionOutlivesItsToken) {
   LoginBook book;
   EXPECT_EQ(book.add("one", logged_in_ada("0123456789ab", kLoginNow + 10), kLoginNow).value(), kLoginNow + 10);
   EXPECT_FALSE(book.identify("one", kLoginNow + 10).ok());
 }
 
-TEST(LoginBook, OfOneTokenTheOldestGoesAndOthersStay) {
+TEST(LoginBook, TheOldestSessionOfATokenMakesRoom) {
   LoginBook book;
   ASSERT_TRUE(book.add("other", logged_in_ada("ffffffffffff"), kLoginNow).ok());
   for (std::size_t i = 0; i <= LoginBook::kMostOfOne; ++i) {
@@ -41,7 +41,7 @@ TEST(LoginBook, OfOneTokenTheOldestGoesAndOthersStay) {
   EXPECT_TRUE(book.identify("other", kLoginNow).ok());
 }
 
-TEST(LoginBook, ThereIsALimitUntilSomeHaveEnded) {
+TEST(LoginBook, TheLimitHoldsUntilSessionsExpire) {
   LoginBook book;
   for (std::size_t i = 0; i < LoginBook::kMostLogins; ++i) {
     ASSERT_TRUE(
@@ -52,7 +52,7 @@ TEST(LoginBook, ThereIsALimitUntilSomeHaveEnded) {
   EXPECT_EQ(book.size(), 1u);
 }
 
-TEST(LoginBook, ThoseOfTokensThatHoldNoLongerTakeNobodysPlace) {
+TEST(LoginBook, SessionsOfInvalidTokensAreDropped) {
   LoginBook book;
   for (std::size_t i = 0; i < LoginBook::kMostLogins; ++i) {
     ASSERT_TRUE(

@@ -1,4 +1,4 @@
-// What a coordinator makes of workers that are lost again and again with the same work.
+// Workers that are lost again and again with the same work.
 #include "tests/unit/server/coordinator_fixture.h"
 
 namespace lightmill {
@@ -6,7 +6,7 @@ namespace {
 
 class LostWorkersTest : public test::CoordinatorTest {
  protected:
-  /// A worker that comes, gets what there is, and is never heard of again.
+  /// Connects a worker that gets its leases and is lost.
   std::vector<LeaseGrant> lose_a_worker() {
     const SessionId session = connect(fmt::format("worker-{}", ++lost_));
     const std::vector<LeaseGrant> grants = got<LeaseGrant>(session);
@@ -16,7 +16,7 @@ class LostWorkersTest : public test::CoordinatorTest {
     return grants;
   }
 
-  /// A job whose leases wait for commits, as those of a goal in error do.
+  /// A job whose leases wait for commits, as those of an error goal do.
   static JobSpec spec_to_error(PixelRect crop) {
     JobSpec job = spec("r1", 0, crop);
     job.goal.error = 0.001;
@@ -39,7 +39,7 @@ TEST_F(LostWorkersTest, ATileThatKillsAllItsWorkersFailsItsJobByName) {
             "but to render samples [0, 1) of the 64x64 pixels at 0, 0");
 }
 
-TEST_F(LostWorkersTest, ASuspectedTileIsRenderedWithNothingElseBesideIt) {
+TEST_F(LostWorkersTest, ASuspectedTileIsRenderedAlone) {
   const JobId job = submit(spec("r1", 64, {0, 0, 256, 64}));
   submit(spec("r2", 64, {0, 0, 256, 64}));
   for (std::uint32_t i = 0; i < limits.losses_before_alone; ++i) {
@@ -49,7 +49,7 @@ TEST_F(LostWorkersTest, ASuspectedTileIsRenderedWithNothingElseBesideIt) {
   ASSERT_EQ(got<LeaseGrant>(session).size(), 1u);
   const LeaseGrant alone = got<LeaseGrant>(session)[0];
   EXPECT_EQ(alone.unit.tiles.size(), 1u);
-  work(session);  // it was not the tile's fault: all goes on as ever
+  work(session);  // the tile was not at fault, so work continues as usual
   EXPECT_EQ(status(job).state, JobState::done);
   std::size_t most_tiles = 0;
   for (const LeaseGrant& grant : got<LeaseGrant>(session)) {
@@ -58,7 +58,7 @@ TEST_F(LostWorkersTest, ASuspectedTileIsRenderedWithNothingElseBesideIt) {
   EXPECT_GT(most_tiles, 1u);
 }
 
-TEST_F(LostWorkersTest, WhatComesOfATileClearsIt) {
+TEST_F(LostWorkersTest, AResultClearsASuspectedTile) {
   const JobId job = submit(spec("r1", 64, {0, 0, 64, 64}));
   for (int round = 0; round < 4; ++round) {
     for (std::uint32_t i = 0; i < limits.losses_before_alone + limits.losses_alone - 1; ++i) {
@@ -78,7 +78,7 @@ TEST_F(LostWorkersTest, WhatComesOfATileClearsIt) {
   EXPECT_NE(status(job).state, JobState::failed);
 }
 
-TEST_F(LostWorkersTest, OneThatIsLostAfterAResultOfItsTileIsTheFirstInARow) {
+TEST_F(LostWorkersTest, ALossAfterAResultOfTheTileIsTheFirstInARow) {
   const JobId job = submit(spec("r1", 64, {0, 0, 64, 64}));
   const SessionId slow = connect("slow");
   const std::vector<LeaseGrant> held = got<LeaseGrant>(slow);
@@ -107,7 +107,7 @@ TEST_F(LostWorkersTest, OneThatIsLostAfterAResultOfItsTileIsTheFirstInARow) {
   EXPECT_EQ(status(job).state, JobState::failed);
 }
 
-TEST_F(LostWorkersTest, AWorkerThatOnlyLostItsLineAccusesNobody) {
+TEST_F(LostWorkersTest, ABrokenConnectionMakesNoTileSuspect) {
   const JobId job = submit(spec("r1", 4, {0, 0, 64, 64}));
   for (int i = 0; i < 20; ++i) {  // the same process, which never got its leases
     connect("w");
@@ -115,7 +115,7 @@ TEST_F(LostWorkersTest, AWorkerThatOnlyLostItsLineAccusesNobody) {
   EXPECT_EQ(status(job).state, JobState::running);
 }
 
-TEST_F(LostWorkersTest, WhatAStoreHoldsUpIsNotLostByWorkers) {
+TEST_F(LostWorkersTest, LeasesThatTheStoreDelaysAreNotLost) {
   const JobId job = submit(spec("r1", 4, {0, 0, 64, 64}));
   const auto second = [&](SessionId session, Effects& waiting) {
     now += std::chrono::seconds(1);
@@ -140,7 +140,7 @@ TEST_F(LostWorkersTest, WhatAStoreHoldsUpIsNotLostByWorkers) {
   EXPECT_EQ(status(job).state, JobState::running);
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
 
-  // From when it is stored, a worker has as long as ever.
+  // A worker's time starts when its lease is stored.
   const SessionId session{next_session++};
   waiting.after_commit.clear();
   coordinator->worker_connected(session, {"last", "host", 1, 1, "class-a", kRendererVersion, {}, false}, now, waiting);
@@ -153,7 +153,7 @@ TEST_F(LostWorkersTest, WhatAStoreHoldsUpIsNotLostByWorkers) {
   EXPECT_EQ(status(job).active_seconds, 0);
   const Time sent = now;
   second(session, waiting);
-  coordinator->grants_sent(leases, sent);  // and that is heard of a second later
+  coordinator->grants_sent(leases, sent);  // the coordinator learns of it a second later
   EXPECT_EQ(status(job).active_seconds, 1);
   for (int seconds = 2; seconds < lease_seconds; ++seconds) {
     second(session, waiting);
@@ -163,7 +163,7 @@ TEST_F(LostWorkersTest, WhatAStoreHoldsUpIsNotLostByWorkers) {
   EXPECT_EQ(status(job).counters.leases_lost, leases.size());
 }
 
-TEST_F(LostWorkersTest, WhatIsSentToABrokenStreamIsNotLostByItsWorker) {
+TEST_F(LostWorkersTest, LeasesSentToABrokenStreamMakeNoTileSuspect) {
   const JobId job = submit(spec_to_error({0, 0, 64, 64}));
   for (std::uint32_t i = 0; i < 2 * (limits.losses_before_alone + limits.losses_alone); ++i) {
     const SessionId session{next_session++};
@@ -173,7 +173,7 @@ TEST_F(LostWorkersTest, WhatIsSentToABrokenStreamIsNotLostByItsWorker) {
     const std::vector<LeaseId> leases = leases_granted(waiting.after_commit);
     ASSERT_FALSE(leases.empty()) << status(job).reason;
     coordinator->worker_disconnected(session, now, waiting);
-    coordinator->grants_sent(leases, now);  // nobody is there any more
+    coordinator->grants_sent(leases, now);  // the worker has left
     now += limits.disconnect_grace + std::chrono::milliseconds(1);
     coordinator->tick(now, unix_ms(), waiting);
   }
@@ -181,7 +181,7 @@ TEST_F(LostWorkersTest, WhatIsSentToABrokenStreamIsNotLostByItsWorker) {
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
 }
 
-TEST_F(LostWorkersTest, ResultsDoNotLetWhatIsNotSentYetRunOut) {
+TEST_F(LostWorkersTest, UnsentLeasesDoNotExpire) {
   const JobId job = submit(spec_to_error({0, 0, 128, 128}));
   const SessionId session = connect("w", 4);
   const std::vector<LeaseGrant> held = got<LeaseGrant>(session);
@@ -236,7 +236,7 @@ TEST_F(LostWorkersTest, APilotThatKillsAllItsWorkersFailsItsJob) {
   EXPECT_NE(status(*job).reason.find("to try the job's methods"), std::string::npos);
 }
 
-TEST_F(LostWorkersTest, OneThatSaysNothingIsHungUpOn) {
+TEST_F(LostWorkersTest, ASilentWorkerIsDisconnected) {
   const SessionId silent = connect("silent"), other = connect("other");
   for (Duration at{}; at < limits.silence + limits.silence / 2; at += limits.heartbeat_interval) {
     EXPECT_TRUE(closed.empty() || at >= limits.silence);
@@ -253,7 +253,7 @@ TEST_F(LostWorkersTest, OneThatSaysNothingIsHungUpOn) {
   EXPECT_EQ(coordinator->workers(now).size(), 2u);
 }
 
-TEST_F(LostWorkersTest, ACoordinatorThatStoodStillLosesNobody) {
+TEST_F(LostWorkersTest, APausedCoordinatorLosesNoWorker) {
   const JobId job = submit(spec("r1", 64, {0, 0, 256, 64}));
   const SessionId session = connect("a");
   const std::vector<LeaseGrant> before = got<LeaseGrant>(session);
@@ -266,7 +266,7 @@ TEST_F(LostWorkersTest, ACoordinatorThatStoodStillLosesNobody) {
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
 }
 
-TEST_F(LostWorkersTest, APauseIsSeenAlsoWhenAWorkerComesFirst) {
+TEST_F(LostWorkersTest, APauseIsDetectedWhenAWorkerConnectsFirst) {
   const JobId job = submit(spec("r1", 64, {0, 0, 256, 64}));
   const SessionId session = connect("a");
   now += std::chrono::minutes(10);
@@ -278,7 +278,7 @@ TEST_F(LostWorkersTest, APauseIsSeenAlsoWhenAWorkerComesFirst) {
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
 }
 
-TEST_F(LostWorkersTest, AfterItStoodStillWhoSaysNothingIsLostAllTheSame) {
+TEST_F(LostWorkersTest, ASilentWorkerIsLostAfterAPause) {
   const JobId job = submit(spec("r1", 64, {0, 0, 256, 64}));
   connect("a");
   stand_still(std::chrono::minutes(10));
@@ -286,7 +286,7 @@ TEST_F(LostWorkersTest, AfterItStoodStillWhoSaysNothingIsLostAllTheSame) {
   EXPECT_GT(status(job).counters.leases_lost, 0u);
 }
 
-TEST_F(LostWorkersTest, ACoordinatorThatCannotKeepUpLosesNobodyForSilence) {
+TEST_F(LostWorkersTest, AnOverloadedCoordinatorLosesNoSilentWorker) {
   const JobId job = submit(spec("r1", 64, {0, 0, 256, 64}));
   const SessionId session = connect("a");
   connect("b");
@@ -297,7 +297,7 @@ TEST_F(LostWorkersTest, ACoordinatorThatCannotKeepUpLosesNobodyForSilence) {
   }
   EXPECT_TRUE(closed.empty());
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
-  coordinator->worker_disconnected(session, now, effects);  // whose stream breaks is lost all the same
+  coordinator->worker_disconnected(session, now, effects);  // a broken stream still loses its worker
   coordinator->cannot_keep_up(now);
   pass(limits.disconnect_grace + std::chrono::seconds(1));
   const std::uint64_t lost = status(job).counters.leases_lost;
@@ -308,7 +308,7 @@ TEST_F(LostWorkersTest, ACoordinatorThatCannotKeepUpLosesNobodyForSilence) {
   EXPECT_EQ(closed.size(), 1u);
 }
 
-TEST_F(LostWorkersTest, OneThatStartsWithOldJobsHasNotStoodStill) {
+TEST_F(LostWorkersTest, AStartWithOldJobsIsNotAPause) {
   limits.keep_ended = std::chrono::hours(1);
   restart({});
   StoredState stored;

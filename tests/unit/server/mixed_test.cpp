@@ -17,7 +17,7 @@ class MixedTest : public VerifyingTest {
   }
 };
 
-TEST_F(MixedTest, WorkersOfAllClassesRenderItTogether) {
+TEST_F(MixedTest, WorkersOfAllClassesRenderOneJob) {
   limits.leases_per_worker = 1;
   restart({});
   const SessionId a = connect_of("class-a", "m1"), b = connect_of("class-b", "m2");
@@ -33,7 +33,7 @@ TEST_F(MixedTest, WorkersOfAllClassesRenderItTogether) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(MixedTest, ItGoesOnWhenAClassIsGone) {
+TEST_F(MixedTest, AJobContinuesWithoutOneClass) {
   const JobId job = submit_mixed(0);
   const SessionId a = connect_of("class-a", "m1");
   ASSERT_EQ(waiting(a), 1u);
@@ -46,7 +46,7 @@ TEST_F(MixedTest, ItGoesOnWhenAClassIsGone) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(MixedTest, AnotherRendererRendersNothingOfIt) {
+TEST_F(MixedTest, AnotherRendererVersionGetsNoWork) {
   submit_mixed();
   const SessionId session{next_session++};
   coordinator->worker_connected(session, {"w", "host", 1, 1, "class-a", "another renderer", {}, false, "m1"}, now,
@@ -55,7 +55,7 @@ TEST_F(MixedTest, AnotherRendererRendersNothingOfIt) {
   EXPECT_EQ(waiting(session), 0u);
 }
 
-TEST_F(MixedTest, ResultsAreVerifiedByTheirOwnClass) {
+TEST_F(MixedTest, ResultsAreAuditedByTheirOwnClass) {
   const JobId job = submit_mixed();
   const SessionId a = connect_of("class-a", "m1"), b = connect_of("class-b", "m2");
   answer(a);
@@ -70,7 +70,7 @@ TEST_F(MixedTest, ResultsAreVerifiedByTheirOwnClass) {
   EXPECT_EQ(status(job).counters.results_verified, 1u);
 }
 
-TEST_F(MixedTest, AMachineOfItsClassThatWasHereLatelyIsWaitedFor) {
+TEST_F(MixedTest, AnAuditWaitsForARecentMachineOfItsClass) {
   const JobId job = submit_mixed();
   const SessionId b = connect_of("class-b", "m2"), again = connect_of("class-a", "m3");
   coordinator->worker_disconnected(b, now, effects);
@@ -83,7 +83,7 @@ TEST_F(MixedTest, AMachineOfItsClassThatWasHereLatelyIsWaitedFor) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(MixedTest, OtherBitsOfAnotherClassAccuseNobody) {
+TEST_F(MixedTest, OtherBitsOfAnotherClassAccuseNoWorker) {
   for (const double share : {1.0, 1e-9}) {
     restart({});
     const SessionId a = connect_of("class-a", "m1"), b = connect_of("class-b", "m2"), c = connect_of("class-b", "m3"),
@@ -130,7 +130,7 @@ TEST_F(MixedTest, ALiarIsFoundByItsClass) {
   EXPECT_EQ(status(job).state, JobState::done) << status(job).reason;
 }
 
-TEST_F(MixedTest, ACoordinatorThatStartsAgainKnowsWhichClassRenderedWhat) {
+TEST_F(MixedTest, ARestartKeepsTheClassOfEachResult) {
   const JobId job = submit_mixed();
   const SessionId a = connect_of("class-a", "m1");
   const LeaseGrant grant = got<LeaseGrant>(a)[0];
@@ -145,7 +145,7 @@ TEST_F(MixedTest, ACoordinatorThatStartsAgainKnowsWhichClassRenderedWhat) {
   EXPECT_EQ(status(job).counters.results_verified, 1u);
 }
 
-TEST_F(MixedTest, NoWorkerIsOfTheClassThatStandsForAll) {
+TEST_F(MixedTest, NoWorkerCanHaveTheMixedClass) {
   const SessionId session = connect_of(kMixedClass, "m1");
   ASSERT_EQ(got<Dismissal>(session).size(), 1u);
   EXPECT_NE(got<Dismissal>(session)[0].reason.find("fingerprint class"), std::string::npos);

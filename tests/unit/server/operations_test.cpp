@@ -1,4 +1,4 @@
-// The table of operations: what it says of each is so, and what becomes of a call.
+// The table of operations: its statements about each, and the course of a call.
 #include <google/protobuf/descriptor.h>
 #include <gtest/gtest.h>
 
@@ -36,14 +36,14 @@ TEST(Operations, EachUnaryMethodIsOneEntryWithItsMessages) {
   }
 }
 
-TEST(Operations, CallsAboutJobsAskWhoseTheyAre) {
+TEST(Operations, CallsAboutJobsCheckTheOwner) {
   for (const Operation& operation : operations()) {
     const Right right = rule_of(operation.rpc).right;
     EXPECT_EQ(operation.handler.of_job, right == Right::see_job || right == Right::steer_job) << operation.http;
   }
 }
 
-/// Keeps nothing, and waits with each commit until it is let.
+/// A store that keeps nothing, and holds each commit until it is released.
 class SlowStore final : public Store {
  public:
   explicit SlowStore(std::shared_future<void> let) : let_(std::move(let)) {}
@@ -119,7 +119,7 @@ class OperationCallTest : public ::testing::Test {
           .value();
 };
 
-TEST_F(OperationCallTest, AChangeIsRecordedAndAnsweredOnceItIsStored) {
+TEST_F(OperationCallTest, AChangeIsRecordedAndAnsweredAfterItsCommit) {
   const JobId job = submit("ada");
   const auto asked = call(Rpc::pause_job);
   static_cast<v1::PauseJobRequest&>(asked->request()).set_id(job.value);
@@ -137,7 +137,7 @@ TEST_F(OperationCallTest, AChangeIsRecordedAndAnsweredOnceItIsStored) {
   EXPECT_EQ(log[0].job, job.value);
 }
 
-TEST_F(OperationCallTest, SomebodyElsesJobIsRefusedAndThatIsRecorded) {
+TEST_F(OperationCallTest, ACallAboutAnotherUsersJobIsRefusedAndRecorded) {
   const JobId job = submit("ada");
   const auto asked = call(Rpc::pause_job);
   static_cast<v1::PauseJobRequest&>(asked->request()).set_id(job.value);
@@ -149,7 +149,7 @@ TEST_F(OperationCallTest, SomebodyElsesJobIsRefusedAndThatIsRecorded) {
   EXPECT_EQ(log[0].outcome, StatusCode::kPermissionDenied);
 }
 
-TEST_F(OperationCallTest, AMistakeOfTheCallerLeavesNoRecord) {
+TEST_F(OperationCallTest, AnInvalidCallLeavesNoRecord) {
   const auto asked = call(Rpc::pause_job);
   static_cast<v1::PauseJobRequest&>(asked->request()).set_id(7);
   EXPECT_EQ(start(asked, anybody()).get().code(), StatusCode::kNotFound);

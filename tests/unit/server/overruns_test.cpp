@@ -1,4 +1,4 @@
-// Work that takes too long, and workers that are heard but deliver nothing.
+// Work that takes too long, and workers that send heartbeats but no results.
 #include "tests/unit/server/verifying_fixture.h"
 
 namespace lightmill::test {
@@ -11,13 +11,13 @@ class OverrunTest : public VerifyingTest {
     job.verify_share = 0;
     return submit(job);
   }
-  /// The worker has worked on the first tile of its newest lease for so long.
+  /// The worker reports so much time on the first tile of its newest lease.
   void say_cpu(SessionId session, double seconds) {
     const LeaseGrant grant = got<LeaseGrant>(session).back();
     say(session, WorkerHeartbeat{{grant.lease}, {}, {{grant.lease, grant.unit.tiles[0], seconds}}});
   }
   double too_long() const { return limits.tile_cpu_seconds + 1; }
-  /// Answers leases until one of several samples is out.
+  /// Answers leases until one of several samples is granted.
   void grow(SessionId session) {
     while (got<LeaseGrant>(session).back().unit.range.count() == 1) {
       answer_one(session);
@@ -79,7 +79,7 @@ TEST_F(OverrunTest, ASecondIdentityThatIsFasterFinishesIt) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(OverrunTest, NobodySpeaksOfTheLeasesOfOthers) {
+TEST_F(OverrunTest, ReportsAboutOthersLeasesAreIgnored) {
   const JobId job = submit_unaudited();
   const SessionId a = connect_on("m1", "a"), liar = connect_on("m2", "liar");
   const LeaseGrant grant = got<LeaseGrant>(a).at(0);
@@ -93,7 +93,7 @@ TEST_F(OverrunTest, NobodySpeaksOfTheLeasesOfOthers) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(OverrunTest, AWorkerThatIsHeardAndDeliversNothingLosesItsWork) {
+TEST_F(OverrunTest, AWorkerWithHeartbeatsButNoResultsLosesItsLease) {
   const JobId job = submit_unaudited(1);
   const SessionId idle = connect_on("m1", "idle");
   ASSERT_EQ(got<LeaseGrant>(idle).size(), 1u);
@@ -107,11 +107,11 @@ TEST_F(OverrunTest, AWorkerThatIsHeardAndDeliversNothingLosesItsWork) {
   beat(std::chrono::seconds(90));
   EXPECT_EQ(status(job).reason, "waits for worker idle: no result for 90 s");
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
-  limits.copy_after = std::chrono::hours(10);  // nobody else is here
+  limits.copy_after = std::chrono::hours(10);  // no other worker is connected
   beat(limits.result_patience() - std::chrono::seconds(90));
   EXPECT_EQ(status(job).counters.leases_lost, 1u);
   const SessionId other = connect_on("m2", "other");
-  if (got<LeaseGrant>(other).empty()) {  // the idle one has it again, as it was alone
+  if (got<LeaseGrant>(other).empty()) {  // the idle worker has it again, because it was alone
     const LeaseId again = got<LeaseGrant>(idle).back().lease;
     ASSERT_NE(again, held);
     for (const Time until = now + limits.result_patience(); now < until;) {

@@ -1,4 +1,4 @@
-// Which results are verified, and what follows from claims.
+// Choice of results for audits, and conclusions from claims.
 #include "server/domain/pending_audits.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ Renderer on(const std::string& machine, const std::string& fingerprint_class = "
   return {"", machine, fingerprint_class};
 }
 
-TEST(Judge, TwoMachinesThatSayTheSameDecide) {
+TEST(Judge, TwoMachinesThatAgreeDecide) {
   using enum Verdict::Kind;
   const auto kind = [](std::vector<Claim> claims) { return judge(claims).kind; };
   EXPECT_EQ(kind({}), open);
@@ -44,7 +44,7 @@ TEST(Judge, TwoMachinesThatSayTheSameDecide) {
   EXPECT_EQ(judge(first_is_wrong).hash, (Hash128{0, 2}));
 }
 
-TEST(Chosen, AreTheSameEveryTimeAndOthersUnderAnotherSecret) {
+TEST(AuditChoice, DependsOnTheSecretAndTheKeyAlone) {
   const Sha256 one = sha256("one"), two = sha256("two");
   int both = 0;
   for (std::uint32_t i = 0; i < 10'000; ++i) {
@@ -59,14 +59,14 @@ TEST(Chosen, AreTheSameEveryTimeAndOthersUnderAnotherSecret) {
   EXPECT_NEAR(both, 100, 50);
 }
 
-/// How likely a liar is found within `results`, of which each is wrong with `wrong`.
+/// The share of liars that are found within `results`, each wrong with probability `wrong`.
 double found_within(const Sha256& secret, double share, double wrong, int results, int liars) {
   const Sha256 faults = sha256("faults");
   int found = 0;
   for (int liar = 0; liar < liars; ++liar) {
     for (int i = 0; i < results; ++i) {
       const NodeKey key{JobId{1 + static_cast<std::uint64_t>(liar)}, TileId{static_cast<std::uint32_t>(i)}, {3, 5}};
-      // What is wrong is drawn apart from what is verified: that is all that a liar can do.
+      // Faults are drawn independently of audits. A liar can do no better.
       if (is_chosen(secret, key, share) && is_chosen(faults, key, wrong)) {
         ++found;
         break;
@@ -76,7 +76,7 @@ double found_within(const Sha256& secret, double share, double wrong, int result
   return static_cast<double>(found) / liars;
 }
 
-TEST(Chosen, LiarsAreFoundAsOftenAsTheFormulaSays) {
+TEST(AuditChoice, FindsLiarsAtTheStatedRate) {
   struct Case {
     double share, wrong;
     int results;
@@ -93,11 +93,11 @@ TEST(Chosen, LiarsAreFoundAsOftenAsTheFormulaSays) {
   }
 }
 
-TEST(Chosen, FewLargeResultsAreFoundAsSurelyAsManySmallOnes) {
+TEST(AuditChoice, FindsFewLargeResultsAsSurelyAsManySmallOnes) {
   constexpr int kLiars = 2000;
   constexpr double kShare = 0.01;
   for (const double wrong : {0.05, 0.5}) {  // of the job's pixel samples
-    // Each of its parts is drawn with the share, whatever results they come in.
+    // Each of its parts is drawn with the share, in results of any size.
     const double expected = 1 - std::pow(1 - kShare, kPartsOfAJob * wrong);
     const double deviation = std::sqrt(expected * (1 - expected) / kLiars);
     for (const int parts : {1, 5, 50}) {  // of a result
@@ -170,7 +170,7 @@ TEST(PendingAudits, ADisputeGoesToAThirdMachine) {
   EXPECT_EQ(all.claim(place, claim("c", 1)).kind, Verdict::Kind::agreed);
 }
 
-TEST(PendingAudits, OneClassVerifiesWhatItHasRendered) {
+TEST(PendingAudits, AClassAuditsItsOwnResults) {
   PendingAudits all;
   const PendingAudits::Place of_x{{0, 0}, TileId{0}}, of_y{{0, 0}, TileId{1}};
   all.open(of_x, {{"w", "a", "x"}, {0, 1}});
@@ -189,7 +189,7 @@ TEST(PendingAudits, OneClassVerifiesWhatItHasRendered) {
   EXPECT_TRUE(all.take_over(of_y, LeaseId{7}, LeaseId{9}, on("d", "y")));
 }
 
-TEST(PendingAudits, ADisputeAboutWhatNobodyChoseEndsWithIt) {
+TEST(PendingAudits, AnUnchosenPlaceEndsWithItsDispute) {
   PendingAudits all;
   const PendingAudits::Place place{{0, 0}, TileId{0}}, leased{{0, 0}, TileId{1}};
   for (const PendingAudits::Place& each : {place, leased}) {
@@ -205,7 +205,7 @@ TEST(PendingAudits, ADisputeAboutWhatNobodyChoseEndsWithIt) {
   EXPECT_FALSE(all.waiting());
 }
 
-TEST(PendingAudits, APlaceThatLosesWorkerAfterWorkerIsLeft) {
+TEST(PendingAudits, APlaceThatLosesManyWorkersIsSkipped) {
   PendingAudits all;
   const PendingAudits::Place place{{0, 0}, TileId{0}};
   all.open(place, claim("a", 1));
@@ -219,7 +219,7 @@ TEST(PendingAudits, APlaceThatLosesWorkerAfterWorkerIsLeft) {
   EXPECT_EQ(all.size(), 1u);
 }
 
-TEST(PendingAudits, WhatLiesWithinARangeIsClosed) {
+TEST(PendingAudits, PlacesWithinARangeAreClosed) {
   PendingAudits all;
   for (const SampleRange range : {SampleRange{0, 0}, SampleRange{0, 3}, SampleRange{1, 2}, SampleRange{2, 0}}) {
     all.open({range, TileId{0}}, claim("a", 1));

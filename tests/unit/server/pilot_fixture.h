@@ -1,4 +1,4 @@
-// A coordinator driven by hand, and a job whose method a pilot is to pick.
+// Fixture of a coordinator driven by hand, with a job whose method a pilot picks.
 #pragma once
 
 #include "tests/unit/server/coordinator_fixture.h"
@@ -23,7 +23,7 @@ class PilotTest : public CoordinatorTest {
   void report(SessionId session, std::uint32_t choice) {
     say(session, PilotReport{pilot(session).lease, choice, {"it is cheaper"}, 0.5});
   }
-  /// Time passes, and these workers are alive.
+  /// Time passes while these workers send heartbeats.
   void live(Duration time, std::initializer_list<SessionId> sessions) {
     constexpr Duration kStep = std::chrono::milliseconds(100);
     for (Duration done{}; done < time; done += kStep) {

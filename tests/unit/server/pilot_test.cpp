@@ -1,10 +1,10 @@
-// How methods are chosen on the farm.
+// Choice of methods on the farm.
 #include "tests/unit/server/pilot_fixture.h"
 
 namespace lightmill::test {
 namespace {
 
-TEST_F(PilotTest, OneWorkerRunsItAndNothingIsRenderedBefore) {
+TEST_F(PilotTest, OneWorkerRunsThePilotBeforeAnyRendering) {
   const SessionId a = connect("a"), b = connect("b");
   const JobId job = submit_undecided();
   EXPECT_EQ(got<PilotGrant>(a).size() + got<PilotGrant>(b).size(), 1u);
@@ -43,7 +43,7 @@ TEST_F(PilotTest, ASlowPilotIsGivenToAnotherWorkerToo) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(PilotTest, ACopyThatIsLostIsCopiedAgain) {
+TEST_F(PilotTest, ALostCopyIsCopiedAgain) {
   const SessionId a = connect("a");
   const JobId job = submit_undecided();
   const SessionId b = connect("b"), c = connect("c");
@@ -92,7 +92,7 @@ TEST_F(PilotTest, ALostWorkersPilotGoesToAnother) {
   coordinator->worker_disconnected(a, now, effects);
   flush();
   EXPECT_TRUE(got<PilotGrant>(b).empty());
-  stand_still(limits.disconnect_grace + std::chrono::milliseconds(1));  // else b would get a copy before
+  stand_still(limits.disconnect_grace + std::chrono::milliseconds(1));  // otherwise b would get a copy first
   ASSERT_EQ(got<PilotGrant>(b).size(), 1u);
   EXPECT_NE(pilot(b).lease, first.lease);
   EXPECT_EQ(status(job).counters.leases_lost, 1u);
@@ -103,7 +103,7 @@ TEST_F(PilotTest, ALostWorkersPilotGoesToAnother) {
   EXPECT_EQ(status(job).method, "path") << "what comes late changes nothing";
 }
 
-TEST_F(PilotTest, AWorkerThatComesBackWithoutItGetsItAgain) {
+TEST_F(PilotTest, AReturningWorkerGetsItsPilotAgain) {
   const SessionId a = connect("a");
   submit_undecided();
   coordinator->worker_disconnected(a, now, effects);
@@ -151,7 +151,7 @@ TEST_F(PilotTest, ADamagedReportIsNoChoice) {
   EXPECT_EQ(status(job).method, "path");
 }
 
-TEST_F(PilotTest, AWorkerWhoseReportsAreDamagedIsDismissed) {
+TEST_F(PilotTest, AWorkerWithDamagedReportsIsDismissed) {
   const SessionId a = connect("a");
   const JobId job = submit_undecided();
   for (std::uint32_t i = 0; i < limits.max_bad_results; ++i) {
@@ -181,7 +181,7 @@ TEST_F(PilotTest, ReasonsAreFewShortAndSafeToPrint) {
             (std::vector<std::string>{"two do", "red\\x1b[31m", std::string(1024, 'x')}));
 }
 
-TEST_F(PilotTest, ItsTimeIsNoneOfTheJobsSeconds) {
+TEST_F(PilotTest, ThePilotsTimeDoesNotCountAsTheJobs) {
   const SessionId a = connect("a");
   JobSpec job = spec("r1", 0);
   job.goal.seconds = 0.5;
@@ -202,7 +202,7 @@ TEST_F(PilotTest, ItsTimeIsNoneOfTheJobsSeconds) {
   EXPECT_GE(status(id).min_tile_samples, 1u);
 }
 
-TEST_F(PilotTest, AnotherRenderersWorkerGetsNone) {
+TEST_F(PilotTest, AWorkerOfAnotherVersionGetsNoPilot) {
   const SessionId older{next_session++};
   coordinator->worker_connected(older, WorkerHello{"a", "host", 1, 1, "class-a", "lightmill-core-3", {}, false}, now,
                                 effects);
@@ -211,7 +211,7 @@ TEST_F(PilotTest, AnotherRenderersWorkerGetsNone) {
   EXPECT_EQ(got<PilotGrant>(connect("b")).size(), 1u);
 }
 
-TEST_F(PilotTest, WhoLosesPilotsWaitsLongerEachTime) {
+TEST_F(PilotTest, AWorkerThatLosesPilotsWaitsLongerEachTime) {
   SessionId a = connect("a");
   const JobId job = submit_undecided();
   for (int i = 0; i < 1000; ++i) {  // for a hundred seconds its stream breaks as soon as it has a pilot
@@ -244,7 +244,7 @@ TEST_F(PilotTest, ASceneThatCannotBeRenderedFailsTheJob) {
   EXPECT_EQ(status(job).state, JobState::failed);
 }
 
-TEST_F(PilotTest, WhoseSceneIsTooLargeForAWorkerGoesToAnother) {
+TEST_F(PilotTest, APilotTooLargeForOneWorkerGoesToAnother) {
   const SessionId a = connect("a");
   const JobId job = submit_undecided();
   const SessionId b = connect("b", 1, "class-b");
@@ -265,7 +265,7 @@ TEST_F(PilotTest, ACancelledJobTakesItsPilotBack) {
   EXPECT_EQ(status(job).state, JobState::cancelled);
 }
 
-TEST_F(PilotTest, OtherJobsGoOnMeanwhile) {
+TEST_F(PilotTest, OtherJobsRenderMeanwhile) {
   const SessionId a = connect("a");
   submit_undecided("r1");
   const JobId other = submit(spec("r2"));
@@ -273,7 +273,7 @@ TEST_F(PilotTest, OtherJobsGoOnMeanwhile) {
   EXPECT_EQ(status(other).state, JobState::done);
 }
 
-TEST_F(PilotTest, ResultsOfAJobWithoutAMethodAreNotWanted) {
+TEST_F(PilotTest, ResultsOfAJobWithoutAMethodAreDropped) {
   const SessionId a = connect("a");
   const JobId job = submit_undecided();
   const LeaseGrant grant = granted("a", LeaseId{77}, Unit{job, {0, 0}, {TileId{0}}}, Sha256{});

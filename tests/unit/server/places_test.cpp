@@ -1,4 +1,4 @@
-// Places that callers share: who gets one, and who gives one up for that.
+// Places that callers share: which caller gets one, and which makes room.
 #include "server/access/places.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ using Answer = Places::Answer;
 
 constexpr Time kPlacesBegin{std::chrono::seconds(1'000)};
 
-/// Takes a place for each until one is refused, 1,000 times at most; how many it got.
+/// Takes places until one is refused, 1,000 at most. Returns their number.
 std::size_t take_all(Places& places, Places::Id first, const Holder& holder, Time now = kPlacesBegin) {
   std::size_t taken = 0;
   while (taken < 1'000 && places.arrive(first + taken, holder, now).answer == Answer::taken) {
@@ -22,14 +22,14 @@ std::size_t take_all(Places& places, Places::Id first, const Holder& holder, Tim
   return taken;
 }
 
-TEST(Places, OneHolderMayHaveAllWhileNobodyElseWantsOne) {
+TEST(Places, OneHolderCanTakeAllFreePlaces) {
   Places places(100, 100);
   EXPECT_EQ(take_all(places, 1, {"ada", "10.0.0.1"}), 100u);
   EXPECT_EQ(places.arrive(101, {"ada", "10.0.0.1"}, kPlacesBegin).answer, Answer::all_are_taken);
   EXPECT_EQ(places.size(), 100u);
 }
 
-TEST(Places, AnotherCallerGetsAsManyAsTheLargestOneKeeps) {
+TEST(Places, AnotherCallerGetsAsManyAsTheLargestHolderKeeps) {
   Places places(100, 100);
   const Holder flood{"ada", "10.0.0.1"}, bob{"bob", "10.0.0.2"};
   EXPECT_EQ(take_all(places, 1, flood), 100u);
@@ -59,7 +59,7 @@ TEST(Places, ManyAddressesOfOneNameAreHeldToOneShare) {
   EXPECT_EQ(take_all(places, 100, {"bob", "10.0.1.1"}), 20u);
 }
 
-TEST(Places, CallersDoNotTakePlacesFromEachOtherWithoutEnd) {
+TEST(Places, CallersDoNotDisplaceEachOtherForever) {
   std::mt19937 random(7);
   Places places(40, 40);
   std::map<Places::Id, Holder> held;
@@ -69,7 +69,7 @@ TEST(Places, CallersDoNotTakePlacesFromEachOtherWithoutEnd) {
   }
   Places::Id id = 0;
   int given = 0;
-  for (int i = 0; i < 20'000; ++i) {  // whoever gave way comes again
+  for (int i = 0; i < 20'000; ++i) {  // displaced callers come again
     const Holder holder = wanting[random() % wanting.size()];
     const Places::Arrival arrival = places.arrive(++id, holder, kPlacesBegin);
     if (arrival.answer == Answer::taken) {
@@ -86,7 +86,7 @@ TEST(Places, CallersDoNotTakePlacesFromEachOtherWithoutEnd) {
   EXPECT_LE(given, 1'600) << "the squares' sum is at most 3,200, and falls by two at least";
 }
 
-TEST(Places, WhoStandsStillForTooLongGivesWayToAnybody) {
+TEST(Places, AStalledHolderMakesRoomForAnyCaller) {
   Places places(3, 3);
   const Holder ada{"ada", "10.0.0.1"};
   EXPECT_EQ(take_all(places, 1, ada), 3u);
@@ -105,7 +105,7 @@ TEST(Places, WhoStandsStillForTooLongGivesWayToAnybody) {
       << "2 stands still anew";
 }
 
-TEST(Places, AHolderWithItsShareTakesFromItselfAlone) {
+TEST(Places, AHolderAtItsShareDisplacesOnlyItself) {
   Places places(10, 2);
   const Holder ada{"ada", "10.0.0.1"}, bob{"bob", "10.0.0.2"};
   EXPECT_EQ(take_all(places, 1, ada), 2u);
@@ -117,7 +117,7 @@ TEST(Places, AHolderWithItsShareTakesFromItselfAlone) {
   EXPECT_EQ(places.arrive(21, ada, late).gives_way, 2u);
 }
 
-TEST(Places, APlaceThatIsLeftIsFree) {
+TEST(Places, ALeftPlaceIsFree) {
   Places places(1, 1);
   const Holder ada{"ada", "10.0.0.1"};
   EXPECT_EQ(places.arrive(1, ada, kPlacesBegin).answer, Answer::taken);
@@ -126,7 +126,7 @@ TEST(Places, APlaceThatIsLeftIsFree) {
   places.leave(1);
   EXPECT_FALSE(places.holds(1));
   EXPECT_EQ(places.arrive(2, ada, kPlacesBegin + 2 * Places::kPatience).gives_way, std::nullopt);
-  places.stands_still(1, kPlacesBegin);  // nothing: it is gone
+  places.stands_still(1, kPlacesBegin);  // no effect, because it is gone
   EXPECT_EQ(places.arrive(3, ada, kPlacesBegin + 2 * Places::kPatience).answer, Answer::all_are_taken);
 }
 

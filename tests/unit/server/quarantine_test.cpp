@@ -1,4 +1,4 @@
-// Liars and bad machines: what a coordinator does about results that differ.
+// Liars and bad machines: how a coordinator treats results that differ.
 #include "tests/unit/server/verifying_fixture.h"
 
 namespace lightmill::test {
@@ -37,8 +37,8 @@ TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
   EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f) << "the honest ones'";
 }
 
-// A worker does not render what it holds a result of: it waits for the acknowledgement.
-TEST_F(QuarantineTest, WhatIsRenderedAgainIsGrantedAfterTheAcknowledgementOfWhatWasDropped) {
+// A worker does not render what it holds a result of. It waits for the acknowledgement.
+TEST_F(QuarantineTest, DroppedWorkIsGrantedAgainAfterItsAcknowledgement) {
   const JobId job = submit_verified();
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
   answer(liar, 1);
@@ -47,7 +47,7 @@ TEST_F(QuarantineTest, WhatIsRenderedAgainIsGrantedAfterTheAcknowledgementOfWhat
   const LeaseGrant audit = got<LeaseGrant>(c).back();
   coordinator->worker_message(c, result(audit, TileId{0}), now, unix_ms(), effects);
   EXPECT_TRUE(leases_granted(effects.now).empty());
-  std::vector<std::string> order;  // of what goes to c
+  std::vector<std::string> order;  // of messages to c
   for (const Outgoing& message : effects.after_commit) {
     if (message.to == c && std::holds_alternative<ResultAck>(message.message)) {
       order.emplace_back("acknowledgement");
@@ -65,7 +65,7 @@ TEST_F(QuarantineTest, WhatIsRenderedAgainIsGrantedAfterTheAcknowledgementOfWhat
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(QuarantineTest, WhatOneInQuarantineHasSentIsGrantedAfterItsAcknowledgement) {
+TEST_F(QuarantineTest, AQuarantinedWorkersResultIsGrantedAgainAfterItsAcknowledgement) {
   submit(spec("r1", 2, {0, 0, 64, 64}));
   const SessionId worker = connect_on("m1", "worker");
   ASSERT_EQ(waiting(worker), 2u);
@@ -91,7 +91,7 @@ TEST_F(QuarantineTest, WorkersOfOneCertificateDoNotAuditEachOther) {
   EXPECT_EQ(status(job).counters.results_verified, 0u);
 }
 
-TEST_F(QuarantineTest, AConvictedIdentityStaysOutWhateverItCallsItself) {
+TEST_F(QuarantineTest, AConvictedIdentityStaysOutUnderAnyName) {
   submit_verified();
   const SessionId liar = connect_with("liar", "a", "m1", "h1"), b = connect_with("b", "b", "m2", "h2"),
                   c = connect_with("c", "c", "m3", "h3");
@@ -108,9 +108,9 @@ TEST_F(QuarantineTest, AConvictedIdentityStaysOutWhateverItCallsItself) {
   EXPECT_EQ(got<Notice>(again).size(), 1u);
 }
 
-TEST_F(QuarantineTest, AClaimedMachineOrHostHarmsNobodyElse) {
+TEST_F(QuarantineTest, AFalseMachineOrHostHarmsNoOtherWorker) {
   submit_verified();
-  // It says that it is b's machine and host.
+  // It claims b's machine and host.
   const SessionId liar = connect_with("liar", "a", "m2", "h2"), b = connect_with("b", "b", "m2", "h2"),
                   c = connect_with("c", "c", "m3", "h3");
   answer(liar, 1);
@@ -120,7 +120,7 @@ TEST_F(QuarantineTest, AClaimedMachineOrHostHarmsNobodyElse) {
   EXPECT_EQ(worker("b/b").quarantine, "");
 }
 
-TEST_F(QuarantineTest, AMachineThatIsStartedAgainIsKnownByItsHost) {
+TEST_F(QuarantineTest, ARestartedMachineIsRecognizedByItsHost) {
   submit_verified();
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
   answer(liar, 1);
@@ -136,7 +136,7 @@ TEST_F(QuarantineTest, AMachineThatIsStartedAgainIsKnownByItsHost) {
   EXPECT_EQ(worker("new name").quarantine, "");
 }
 
-TEST_F(QuarantineTest, ByHandAWorkerAndItsMachineGetNothingUntilTheyAreReleased) {
+TEST_F(QuarantineTest, AManualQuarantineStopsAWorkerAndItsMachineUntilRelease) {
   JobSpec job = spec("r1", 8, {0, 0, 64, 64});
   job.verify_share = 0;
   const JobId id = submit(job);
@@ -157,7 +157,7 @@ TEST_F(QuarantineTest, ByHandAWorkerAndItsMachineGetNothingUntilTheyAreReleased)
   }
   EXPECT_EQ(status(id).state, JobState::done);
 
-  // Later somebody finds that what it did cannot be trusted.
+  // Later its work turns out to be untrustworthy.
   ASSERT_TRUE(coordinator->quarantine_worker("suspect", "put there by ada: again", true, now, effects).ok());
   flush();
   EXPECT_EQ(worker("suspect").quarantine, "put there by ada: smoke") << "for its own reason";
@@ -172,7 +172,7 @@ TEST_F(QuarantineTest, ByHandAWorkerAndItsMachineGetNothingUntilTheyAreReleased)
   EXPECT_EQ(worker("suspect").quarantine, "");
 }
 
-TEST_F(QuarantineTest, AJobWhoseWorkersAreThereSaysWhoAndHowToGoOn) {
+TEST_F(QuarantineTest, AJobWithoutOtherWorkersNamesTheQuarantinedOnesAndTheRemedy) {
   const JobId job = submit_verified(0);
   const SessionId first = connect_on("m1", "first"), beside = connect_on("m1", "beside");
   const SessionId other = connect_on("m2", "other", 1, "class-b");
@@ -200,7 +200,7 @@ TEST_F(QuarantineTest, AJobWhoseWorkersAreThereSaysWhoAndHowToGoOn) {
   EXPECT_GT(waiting(again), 0u) << "what the reason says helps";
 }
 
-TEST_F(QuarantineTest, WhoIsThereByHandAndThenFoundToBeWrongIsThereForThat) {
+TEST_F(QuarantineTest, AConvictionReplacesAManualReason) {
   submit_verified();
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b");
   answer(liar, 1);
@@ -216,7 +216,7 @@ TEST_F(QuarantineTest, WhoIsThereByHandAndThenFoundToBeWrongIsThereForThat) {
   EXPECT_NE(worker("liar").quarantine.find("which agree"), std::string::npos) << "a person takes nothing back";
 }
 
-TEST_F(QuarantineTest, ByHandEachWorkerHasItsOwnReasonAndItsOwnRecord) {
+TEST_F(QuarantineTest, ManualQuarantinesHaveTheirOwnReasonsAndRecords) {
   const SessionId first = connect_on("m1", "a");
   connect_on("m1", "b");
   ASSERT_TRUE(coordinator->quarantine_worker("a", "put there by ada: smoke", false, now, effects).ok());
@@ -224,7 +224,7 @@ TEST_F(QuarantineTest, ByHandEachWorkerHasItsOwnReasonAndItsOwnRecord) {
   flush();
   EXPECT_EQ(written<PutQuarantine>(), 2u);
   EXPECT_EQ(worker("b").quarantine, "put there by ada: noise");
-  // On another machine by the same name: that one is meant now, and the first one's others go on.
+  // Another machine has this name. Quarantine now means that one, and the first machine's other workers continue.
   coordinator->worker_disconnected(first, now, effects);
   connect_on("m2", "a");
   connect_on("m2", "c");
@@ -237,7 +237,7 @@ TEST_F(QuarantineTest, ByHandEachWorkerHasItsOwnReasonAndItsOwnRecord) {
   EXPECT_EQ(worker("b").quarantine, "");
 }
 
-TEST_F(QuarantineTest, WhoIsAwayIsReleasedWithItsMachine) {
+TEST_F(QuarantineTest, ADisconnectedWorkerIsReleasedWithItsMachine) {
   const SessionId a = connect_on("m1", "a");
   connect_on("m1", "b");
   for (const char* const name : {"a", "b"}) {
@@ -252,7 +252,7 @@ TEST_F(QuarantineTest, WhoIsAwayIsReleasedWithItsMachine) {
   EXPECT_EQ(worker("a").quarantine, "");
 }
 
-TEST_F(QuarantineTest, WhatAWorkerRenderedThatIsGoneCanBeRenderedAgain) {
+TEST_F(QuarantineTest, ADepartedWorkersResultsCanBeRenderedAgain) {
   JobSpec job = spec("r1", 8, {0, 0, 64, 64});
   job.verify_share = 0;
   const JobId id = submit(job);
@@ -293,7 +293,7 @@ TEST_F(QuarantineTest, AJobWhoseTimeIsUpEndsWithTheLiarsLastLease) {
   (void)disputed;
 }
 
-TEST_F(QuarantineTest, WhoWronglyContradictsIsTheLiar) {
+TEST_F(QuarantineTest, AnAuditorThatWronglyDisagreesIsTheLiar) {
   const JobId job = submit_verified();
   const SessionId a = connect_on("m1", "a"), liar = connect_on("m2", "liar");
   answer(a);
@@ -306,7 +306,7 @@ TEST_F(QuarantineTest, WhoWronglyContradictsIsTheLiar) {
   EXPECT_EQ(status(job).counters.nodes_dropped, 0u);
 }
 
-TEST_F(QuarantineTest, ThreeThatDifferAccuseTheProgramAndNobodyElse) {
+TEST_F(QuarantineTest, ThreeDifferentResultsAccuseOnlyTheProgram) {
   const JobId job = submit_verified();
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
   answer(a, 1);
@@ -327,7 +327,7 @@ TEST_F(QuarantineTest, ThreeThatDifferAccuseTheProgramAndNobodyElse) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(QuarantineTest, ADoneJobWithResultsOfALiarGoesOn) {
+TEST_F(QuarantineTest, ADoneJobWithResultsOfALiarResumes) {
   const JobId first = submit_verified(0, "first");
   const SessionId liar = connect_on("m1", "liar");
   answer(liar, 1);
@@ -347,7 +347,7 @@ TEST_F(QuarantineTest, ADoneJobWithResultsOfALiarGoesOn) {
   EXPECT_EQ(coordinator->film(first)->sums(TileId{0})[0], 1.0f);
 }
 
-TEST_F(QuarantineTest, SecondsOfWhatIsThrownAwayAreUsedAgain) {
+TEST_F(QuarantineTest, SecondsOfDroppedResultsAreUsedAgain) {
   JobSpec timed = spec("first", 0, {0, 0, 64, 64});
   timed.goal.seconds = 5;
   timed.verify_share = 0;
@@ -357,7 +357,7 @@ TEST_F(QuarantineTest, SecondsOfWhatIsThrownAwayAreUsedAgain) {
   say(b, result(honest, TileId{0}));
   coordinator->worker_disconnected(b, now, effects);
   const SessionId liar = connect_on("m1", "liar");
-  pass_with({liar}, std::chrono::seconds(6));  // its seconds are over, and what b held is the liar's
+  pass_with({liar}, std::chrono::seconds(6));  // its seconds are over, and it has what b held
   answer(liar, 1);
   ASSERT_EQ(status(first).state, JobState::done);
   ASSERT_GE(status(first).active_seconds, 5);
@@ -382,7 +382,7 @@ TEST_F(QuarantineTest, SecondsOfWhatIsThrownAwayAreUsedAgain) {
   EXPECT_GT(status(first).frame_samples, honest.unit.range.end());
 }
 
-TEST_F(QuarantineTest, AJobWhoseSecondsAreOverButThatIsStillVerifiedGoesOnWhenSamplesAreThrownAway) {
+TEST_F(QuarantineTest, ATimedJobUnderAuditResumesWhenSamplesAreDropped) {
   JobSpec timed = spec("timed", 0, {0, 0, 64, 64});
   timed.goal.seconds = 5;
   timed.verify_share = 1;
@@ -409,7 +409,7 @@ TEST_F(QuarantineTest, AJobWhoseSecondsAreOverButThatIsStillVerifiedGoesOnWhenSa
   EXPECT_GE(status(id).active_seconds, 5);
 }
 
-TEST_F(QuarantineTest, QuarantineHoldsForTheMachineAndUntilReleased) {
+TEST_F(QuarantineTest, QuarantineCoversTheMachineUntilRelease) {
   const JobId job = submit_verified();
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
   answer(liar, 1);
@@ -440,7 +440,7 @@ TEST_F(QuarantineTest, QuarantineHoldsForTheMachineAndUntilReleased) {
   EXPECT_EQ(waiting(other_name), 1u);
 }
 
-TEST_F(QuarantineTest, AWorkerThatIsGoneAndFoundToBeWrongIsForgottenWithItsLeases) {
+TEST_F(QuarantineTest, AConvictedDepartedWorkerIsForgottenWithItsLeases) {
   limits.max_workers = 3;
   limits.disconnect_grace = std::chrono::hours(1);
   limits.lease_duration = std::chrono::hours(1);
@@ -465,7 +465,7 @@ TEST_F(QuarantineTest, AWorkerThatIsGoneAndFoundToBeWrongIsForgottenWithItsLease
   EXPECT_TRUE(worker("d").connected && worker("d").host == "host of m4") << "there is room for three";
 }
 
-TEST_F(QuarantineTest, ResultsOfOneInQuarantineCountForNothing) {
+TEST_F(QuarantineTest, ResultsOfAQuarantinedWorkerDoNotCount) {
   const JobId job = submit_verified(1, "r1", {0, 0, 128, 64});
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
   ASSERT_GE(waiting(liar), 1u);

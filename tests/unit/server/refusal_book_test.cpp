@@ -1,4 +1,4 @@
-// What is refused to whom again and again takes a line an hour, and a flood leaves a few.
+// Log of refusals: repeated ones take a line an hour, and a flood leaves a few lines.
 #include "server/access/refusal_book.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ Call call_of(const std::string& name, Rpc rpc = Rpc::work, const std::string& pe
 
 const Status kRevoked = make_error(StatusCode::kUnauthenticated, "revoked");
 
-TEST(RefusalBookTest, TheSameIsWrittenOnceAnHourAndSaysHowOftenItWas) {
+TEST(RefusalBookTest, EqualRefusalsAreWrittenOnceAnHourWithTheirCount) {
   RefusalBook book;
   const std::optional<Unwritten> first = book.take(call_of("render-1"), {}, kRevoked, at(0));
   ASSERT_TRUE(first);
@@ -37,7 +37,7 @@ TEST(RefusalBookTest, TheSameIsWrittenOnceAnHourAndSaysHowOftenItWas) {
   EXPECT_FALSE(book.take(call_of("render-1"), {}, kRevoked, at(3'601)));
 }
 
-TEST(RefusalBookTest, WhatDiffersIsAnotherOne) {
+TEST(RefusalBookTest, DifferentRefusalsAreWrittenSeparately) {
   RefusalBook book;
   EXPECT_TRUE(book.take(call_of("ada", Rpc::cancel_job), {7}, kRevoked, at(0)));
   EXPECT_TRUE(book.take(call_of("ada", Rpc::cancel_job), {8}, kRevoked, at(0)));
@@ -51,7 +51,7 @@ TEST(RefusalBookTest, WhatDiffersIsAnotherOne) {
   EXPECT_FALSE(book.take(call_of("ada", Rpc::cancel_job), {7}, kRevoked, at(0)));
 }
 
-TEST(RefusalBookTest, AFloodLeavesAHundredAndThenTenAMinuteOfThoseWhoAreKnownAndOfOthers) {
+TEST(RefusalBookTest, AFloodLeavesAHundredThenTenAMinuteOfKnownAndUnknownCallers) {
   RefusalBook book;
   const auto written = [&](const std::string& name, double from, int count) {
     int lines = 0;

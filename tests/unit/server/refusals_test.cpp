@@ -1,4 +1,4 @@
-// Workers that refuse jobs: which ones are believed, and who is asked next.
+// Workers that refuse jobs: which ones count, and which worker is asked next.
 #include "tests/unit/server/verifying_fixture.h"
 
 namespace lightmill::test {
@@ -6,14 +6,14 @@ namespace {
 
 class RefusalTest : public VerifyingTest {
  protected:
-  /// Who refused a job does not audit it, and nobody is to wait for that here.
+  /// A job without audits. A worker that refused a job does not audit it, so tests would wait.
   JobId submit_unaudited(const std::string& request, std::uint64_t samples) {
     JobSpec job = spec(request, samples);
     job.verify_share = 0;
     return submit(job);
   }
   std::string reason(JobId job) const { return status(job).reason; }
-  /// Of which a pilot is to pick the method.
+  /// A job whose method a pilot picks.
   JobId submit_undecided() {
     JobSpec job = spec("r1", 64);
     job.settings.method = "auto";
@@ -24,7 +24,7 @@ class RefusalTest : public VerifyingTest {
   }
 };
 
-TEST_F(RefusalTest, OneIdentityAloneFailsNoJobThatAnotherMayRender) {
+TEST_F(RefusalTest, OneIdentityCannotFailAJobThatAnotherMayRender) {
   const JobId job = submit_unaudited("r1", 64);
   const SessionId liar = connect_on("m1", "liar"), honest = connect_on("m2", "honest");
   say(liar, WorkerRefusal{job, "mesh 'floor' is empty"});
@@ -49,7 +49,7 @@ TEST_F(RefusalTest, TwoIdentitiesFailTheJobWithBothReasons) {
   EXPECT_TRUE(reason(job).ends_with("; worker b: mesh 'wall' is empty")) << reason(job);
 }
 
-TEST_F(RefusalTest, AReasonThatBothGiveStandsOnce) {
+TEST_F(RefusalTest, ASharedReasonIsListedOnce) {
   const JobId job = submit(spec());
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
   say(a, WorkerRefusal{job, "mesh 'floor' is empty"});
@@ -57,7 +57,7 @@ TEST_F(RefusalTest, AReasonThatBothGiveStandsOnce) {
   EXPECT_EQ(reason(job), "workers a and b: mesh 'floor' is empty");
 }
 
-TEST_F(RefusalTest, WorkersOfOneIdentityAreHeardOnce) {
+TEST_F(RefusalTest, WorkersOfOneIdentityCountOnce) {
   const JobId job = submit(spec("r1", 64, {0, 0, 512, 64}));
   const SessionId a1 = connect_on("m1", "a1"), a2 = connect_on("m1", "a2");
   const SessionId honest = connect_on("m2", "honest");
@@ -66,7 +66,7 @@ TEST_F(RefusalTest, WorkersOfOneIdentityAreHeardOnce) {
   EXPECT_EQ(got<LeaseCancel>(a2).size(), got<LeaseGrant>(a2).size()) << "it would refuse too";
   say(a2, WorkerRefusal{job, "mesh 'wall' is empty"});
   EXPECT_EQ(status(job).state, JobState::running);
-  // Nor does another name or process help.
+  // Another name or process does not help, either.
   coordinator->worker_disconnected(a1, now, effects);
   const SessionId a3 = connect_on("m1", "a3", 7);
   EXPECT_TRUE(got<LeaseGrant>(a3).empty());
@@ -74,7 +74,7 @@ TEST_F(RefusalTest, WorkersOfOneIdentityAreHeardOnce) {
   EXPECT_EQ(status(job).state, JobState::done) << reason(job);
 }
 
-TEST_F(RefusalTest, AJobWaitsForTheOtherIdentityAndSaysWhy) {
+TEST_F(RefusalTest, AJobWaitsForAnotherIdentityWithAReason) {
   const JobId first = submit_unaudited("r0", 64);
   const SessionId honest = connect_on("m2", "honest");  // has work of the first job
   const SessionId liar = connect_on("m1", "liar");
@@ -93,7 +93,7 @@ TEST_F(RefusalTest, AJobWaitsForTheOtherIdentityAndSaysWhy) {
   EXPECT_EQ(reason(job).find("refused"), std::string::npos);
 }
 
-TEST_F(RefusalTest, AJobFailsOnceNobodyElseIsLikelyToCome) {
+TEST_F(RefusalTest, AJobFailsWhenNoOtherIdentityIsExpected) {
   const JobId job = submit_unaudited("r1", 64);
   const SessionId other = connect_on("m2", "other");
   coordinator->worker_disconnected(other, now, effects);
@@ -108,7 +108,7 @@ TEST_F(RefusalTest, AJobFailsOnceNobodyElseIsLikelyToCome) {
   EXPECT_EQ(reason(job), "worker a: mesh 'floor' is empty");
 }
 
-TEST_F(RefusalTest, AWorkerThatLeavesForGoodIsNotWaitedFor) {
+TEST_F(RefusalTest, ADepartedWorkerIsNotWaitedFor) {
   const JobId job = submit_unaudited("r1", 64);
   const SessionId a = connect_on("m1", "a"), other = connect_on("m2", "other");
   say(a, WorkerRefusal{job, "mesh 'floor' is empty"});
@@ -121,7 +121,7 @@ TEST_F(RefusalTest, AWorkerThatLeavesForGoodIsNotWaitedFor) {
   EXPECT_EQ(reason(job), "worker a: mesh 'floor' is empty");
 }
 
-TEST_F(RefusalTest, AJobThatAnotherIdentityHasRenderedSomeOfDoesNotFailWhenThatOneLeaves) {
+TEST_F(RefusalTest, AJobWithSamplesOfAnotherIdentityDoesNotFailWhenItLeaves) {
   const JobId job = submit_unaudited("r1", 64);
   const SessionId liar = connect_on("m1", "liar"), honest = connect_on("m2", "honest");
   say(liar, WorkerRefusal{job, "mesh 'floor' is empty"});
@@ -134,7 +134,7 @@ TEST_F(RefusalTest, AJobThatAnotherIdentityHasRenderedSomeOfDoesNotFailWhenThatO
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(RefusalTest, AWorkerWhoseOwnLimitsExcludeTheJobIsNoOtherThatMayRenderIt) {
+TEST_F(RefusalTest, ATooSmallWorkerDoesNotCountAsAnotherRenderer) {
   const JobId job = submit_unaudited("r1", 64);
   const SessionId a = connect_on("m1", "a"), small = connect_on("m2", "small");
   say(small, WorkerRefusal{job, "too large", true});
@@ -143,7 +143,7 @@ TEST_F(RefusalTest, AWorkerWhoseOwnLimitsExcludeTheJobIsNoOtherThatMayRenderIt) 
   EXPECT_EQ(reason(job), "worker a: mesh 'floor' is empty");
 }
 
-TEST_F(RefusalTest, TheLastOtherThatFindsTheJobTooLargeFailsIt) {
+TEST_F(RefusalTest, TheJobFailsWhenTheLastOtherWorkerIsTooSmall) {
   const JobId job = submit_unaudited("r1", 64);
   const SessionId a = connect_on("m1", "a"), small = connect_on("m2", "small");
   say(a, WorkerRefusal{job, "mesh 'floor' is empty"});
@@ -152,7 +152,7 @@ TEST_F(RefusalTest, TheLastOtherThatFindsTheJobTooLargeFailsIt) {
   EXPECT_EQ(reason(job), "worker a: mesh 'floor' is empty");
 }
 
-TEST_F(RefusalTest, BeforeTheFirstSampleAWorkerOfAnotherClassIsAskedToo) {
+TEST_F(RefusalTest, AnotherClassIsAskedBeforeTheFirstSample) {
   const JobId job = submit(spec());
   const SessionId liar = connect_on("m1", "liar"), other = connect_on("m2", "other", 1, "class-b");
   EXPECT_TRUE(got<LeaseGrant>(other).empty());
@@ -162,7 +162,7 @@ TEST_F(RefusalTest, BeforeTheFirstSampleAWorkerOfAnotherClassIsAskedToo) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(RefusalTest, OfAPausedJobBeforeTheFirstSampleAWorkerOfAnotherClassIsAskedToo) {
+TEST_F(RefusalTest, AnotherClassIsAskedForAPausedJobBeforeTheFirstSample) {
   const JobId job = submit_unaudited("r1", 64);
   const SessionId a = connect_on("m1", "a", 1, "class-a");
   const SessionId b = connect_on("m2", "b", 1, "class-b");
@@ -178,7 +178,7 @@ TEST_F(RefusalTest, OfAPausedJobBeforeTheFirstSampleAWorkerOfAnotherClassIsAsked
   EXPECT_EQ(status(job).fingerprint_class, "class-b");
 }
 
-TEST_F(RefusalTest, OfAPilotCountAsThoseOfTheJob) {
+TEST_F(RefusalTest, RefusalsOfAPilotCountForTheJob) {
   const SessionId liar = connect_on("m1", "a liar"), honest = connect_on("m2", "honest");
   const JobId job = submit_undecided();
   ASSERT_EQ(got<PilotGrant>(liar).size(), 1u);
@@ -186,7 +186,7 @@ TEST_F(RefusalTest, OfAPilotCountAsThoseOfTheJob) {
   EXPECT_NE(status(job).state, JobState::failed);
   ASSERT_FALSE(got<PilotGrant>(honest).empty());
   say(honest, PilotReport{got<PilotGrant>(honest).back().lease, 0, {}, 0.1});
-  // A pilot has shown that the job can be rendered: it does not fail when its worker goes.
+  // A pilot's report shows that the job can be rendered. So the job does not fail when that worker leaves.
   coordinator->worker_disconnected(honest, now, effects);
   pass_with({liar}, limits.auditor_patience + limits.lease_duration);
   EXPECT_EQ(status(job).state, JobState::running) << reason(job);
@@ -205,8 +205,8 @@ TEST_F(RefusalTest, TwoIdentitiesThatRefuseThePilotFailTheJob) {
   EXPECT_EQ(reason(job), fmt::format("workers {}: an asset is damaged", a_first ? "a and b" : "b and a"));
 }
 
-TEST_F(RefusalTest, AStartedCoordinatorWaitsForThoseThatItKnew) {
-  // Two identities have rendered a job of before; of those the liar comes back first.
+TEST_F(RefusalTest, ARestartedCoordinatorWaitsForKnownIdentities) {
+  // Two identities rendered an earlier job. The liar returns first.
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
   const JobId before = submit_verified(1, "r0", {0, 0, 512, 64});
   const LeaseGrant of_a = got<LeaseGrant>(a).at(0), of_b = got<LeaseGrant>(b).at(0);
@@ -227,7 +227,7 @@ TEST_F(RefusalTest, AStartedCoordinatorWaitsForThoseThatItKnew) {
   EXPECT_EQ(status(job).state, JobState::done) << reason(job);
 }
 
-TEST_F(RefusalTest, AfterAStartAStoredJobDoesNotFailBeforeOthersCanBeBack) {
+TEST_F(RefusalTest, AStoredJobDoesNotFailBeforeOthersCanReconnect) {
   const JobId job = submit(spec("r1", 64));
   StoredState stored{2, {}, job.value + 1};
   for (const StoreOp& op : writes) {
@@ -246,7 +246,7 @@ TEST_F(RefusalTest, AfterAStartAStoredJobDoesNotFailBeforeOthersCanBeBack) {
   EXPECT_EQ(status(job).state, JobState::failed) << "it is alone";
 }
 
-TEST_F(RefusalTest, AClassWhoseOnlyOtherWorkerStaysAwayIsGivenUp) {
+TEST_F(RefusalTest, AClassIsReplacedWhenItsOtherWorkerStaysAway) {
   const SessionId liar = connect_on("m1", "liar"), away = connect_on("m2", "away");
   const JobId job = submit(spec("r1", 64, {0, 0, 512, 64}));
   ASSERT_FALSE(got<LeaseGrant>(away).empty());
@@ -261,7 +261,7 @@ TEST_F(RefusalTest, AClassWhoseOnlyOtherWorkerStaysAwayIsGivenUp) {
   EXPECT_EQ(status(job).state, JobState::done) << reason(job);
 }
 
-TEST_F(RefusalTest, AWorkerThatIsLeavingMayFinishWhatAnotherRefuses) {
+TEST_F(RefusalTest, ALeavingWorkerMayFinishARefusedJob) {
   const SessionId liar = connect_on("m1", "liar"), leaving = connect_on("m2", "leaving");
   const JobId job = submit(spec("r1", 1, {0, 0, 512, 64}));
   const LeaseGrant grant = got<LeaseGrant>(leaving).at(0);
@@ -273,7 +273,7 @@ TEST_F(RefusalTest, AWorkerThatIsLeavingMayFinishWhatAnotherRefuses) {
   EXPECT_GT(status(job).samples_done, 0u);
 }
 
-TEST_F(RefusalTest, AWorkerThatComesAgainAndAgainToFindAJobTooLargeIsAskedSeldom) {
+TEST_F(RefusalTest, AReconnectingTooSmallWorkerIsAskedRarely) {
   const JobId job = submit_unaudited("r1", 4);
   std::uint32_t asked = 0;
   for (std::uint32_t i = 0; i < 600; ++i) {

@@ -15,13 +15,13 @@ using std::chrono::seconds;
 constexpr double kMost = 1000;
 constexpr Time kPaceStart{seconds(100)};
 
-/// A look at what `waits` say.
+/// Reviews the pace with these waits.
 bool look(ResultsPace& pace, Time now, std::vector<Duration> waits) {
   EXPECT_TRUE(pace.is_due(now));
   return pace.look(waits, now);
 }
 
-/// One that was cut to `rate` at 102 s, when results waited 4 s; it looks away for twice `unit` and these.
+/// A pace that was cut to `rate` at 102 s, when results waited 4 s. It pauses reviews for twice `unit` and these 4 s.
 ResultsPace cut_to(double rate, Duration unit = {}) {
   ResultsPace pace(kMost, kPaceStart);
   pace.came(2 * rate / 0.9, kPaceStart);
@@ -31,7 +31,7 @@ ResultsPace cut_to(double rate, Duration unit = {}) {
   return pace;
 }
 
-TEST(ResultsPace, StaysAtTheMostWhileNobodyWaitsLong) {
+TEST(ResultsPace, StaysAtTheMaximumWhileWaitsAreShort) {
   ResultsPace pace(kMost, kPaceStart);
   EXPECT_FALSE(pace.is_due(kPaceStart + milliseconds(1999)));
   for (Time now = kPaceStart + seconds(2); now < kPaceStart + seconds(60); now += seconds(2)) {
@@ -41,7 +41,7 @@ TEST(ResultsPace, StaysAtTheMostWhileNobodyWaitsLong) {
   EXPECT_EQ(pace.bytes_per_second(), kMost);
 }
 
-TEST(ResultsPace, LessThanHalfOfTheWorkersDoNotSlowTheOthersDown) {
+TEST(ResultsPace, AMinorityOfWorkersDoesNotSlowTheOthersDown) {
   ResultsPace pace(kMost, kPaceStart);
   pace.came(200, kPaceStart);
   EXPECT_FALSE(
@@ -51,12 +51,12 @@ TEST(ResultsPace, LessThanHalfOfTheWorkersDoNotSlowTheOthersDown) {
       look(pace, kPaceStart + seconds(4), {std::chrono::hours(24), seconds(2), seconds(9), seconds(4), seconds(2)}));
 }
 
-TEST(ResultsPace, WhatIsTooMuchIsCutToNineTenthsOfWhatCame) {
+TEST(ResultsPace, OverloadCutsToNineTenthsOfTheIntake) {
   cut_to(630);
   cut_to(270);
 }
 
-TEST(ResultsPace, IsCutByThreeQuartersAtMostAndNotForNothing) {
+TEST(ResultsPace, IsCutByThreeQuartersAtMostAndNeverWithoutResults) {
   ResultsPace pace(kMost, kPaceStart);
   EXPECT_FALSE(look(pace, kPaceStart + seconds(2), {seconds(9)})) << "nothing came: nobody knows what is taken in";
   pace.came(1, kPaceStart + seconds(3));
@@ -64,14 +64,14 @@ TEST(ResultsPace, IsCutByThreeQuartersAtMostAndNotForNothing) {
   EXPECT_DOUBLE_EQ(pace.bytes_per_second(), kMost / 4);
 }
 
-TEST(ResultsPace, IsNotCutForWhatWasAskedForBefore) {
+TEST(ResultsPace, IsNotCutForResultsOfAnEarlierPace) {
   ResultsPace pace = cut_to(450);
   pace.came(1000, kPaceStart + seconds(6));
   EXPECT_FALSE(look(pace, kPaceStart + seconds(8), {seconds(9)})) << "500 are taken in, 450 asked for";
   EXPECT_NEAR(pace.bytes_per_second(), 450, 1e-9);
 }
 
-TEST(ResultsPace, WhatWasGivenOutBeforeAChangeIsNotHeldAgainstIt) {
+TEST(ResultsPace, UnitsFromBeforeAChangeDoNotCount) {
   ResultsPace pace = cut_to(630, seconds(10));
   const Time there = kPaceStart + seconds(2 + 20 + 4);
   pace.came(1, there - seconds(1));
@@ -82,12 +82,12 @@ TEST(ResultsPace, WhatWasGivenOutBeforeAChangeIsNotHeldAgainstIt) {
   EXPECT_NEAR(pace.bytes_per_second(), 0.9 * 600, 1e-9);
 }
 
-TEST(ResultsPace, LooksAgainAfterHalfAMinuteHoweverLongUnitsAre) {
+TEST(ResultsPace, IsReviewedAfterHalfAMinuteAtAnyUnitLength) {
   const ResultsPace pace = cut_to(630, seconds(1000));
   EXPECT_TRUE(pace.is_due(kPaceStart + seconds(2 + 30 + 2)));
 }
 
-TEST(ResultsPace, GrowsByAFifthWhileResultsComeAndDoublesWhileNothingIsToDo) {
+TEST(ResultsPace, GrowsByAFifthWithResultsAndDoublesWhenIdle) {
   ResultsPace pace = cut_to(250);
   pace.came(1, kPaceStart + seconds(6));
   EXPECT_FALSE(look(pace, kPaceStart + seconds(8), {milliseconds(1500)})) << "neither long nor short";
@@ -101,20 +101,20 @@ TEST(ResultsPace, GrowsByAFifthWhileResultsComeAndDoublesWhileNothingIsToDo) {
   EXPECT_EQ(pace.bytes_per_second(), kMost);
 }
 
-TEST(ResultsPace, AVoiceCountsForHalfAMinute) {
+TEST(ResultsPace, AReportedWaitCountsForHalfAMinute) {
   const ResultsPace pace(kMost, kPaceStart);
   EXPECT_EQ(pace.heard_from(kPaceStart + seconds(10)), kPaceStart);
   EXPECT_EQ(pace.heard_from(kPaceStart + seconds(70)), kPaceStart + seconds(40));
 }
 
-TEST(ResultsPace, ATimeInWhichNobodySaidAnythingIsNotLookedAt) {
+TEST(ResultsPace, AnIntervalWithoutReportsDoesNotCount) {
   ResultsPace pace(kMost, kPaceStart);
   pace.came(1, kPaceStart);
   EXPECT_FALSE(look(pace, kPaceStart + std::chrono::hours(10), {seconds(9)}));
   EXPECT_EQ(pace.bytes_per_second(), kMost);
 }
 
-TEST(ResultsPace, AStandstillIsNotLookedAt) {
+TEST(ResultsPace, APauseDoesNotCount) {
   ResultsPace pace(kMost, kPaceStart);
   pace.came(1, kPaceStart);
   pace.stood_still(kPaceStart + seconds(1));
@@ -123,9 +123,9 @@ TEST(ResultsPace, AStandstillIsNotLookedAt) {
   EXPECT_TRUE(pace.is_due(kPaceStart + seconds(13)));
 }
 
-/// A coordinator that takes in `taken` bytes a second for ten minutes, and workers that send what they are told to
-/// when their units of `unit` at the most are done; what is too much waits, for 20 s at most: then so do workers.
-/// The part of `taken` that came after two minutes, and how long it waited on average.
+/// Ten minutes of a coordinator that takes in `taken` bytes a second. Workers follow the pace when their current units
+/// are done, which take `unit` at the maximum pace. The excess waits for at most 20 s. Then workers wait, too. Returns
+/// the share of `taken` that came after two minutes, and its average wait.
 std::pair<double, double> after_minutes(double taken, Duration unit) {
   ResultsPace pace(kMost, kPaceStart);
   std::deque<std::pair<Time, double>> sent{{kPaceStart, kMost}};
@@ -155,7 +155,7 @@ std::pair<double, double> after_minutes(double taken, Duration unit) {
   return {all / seen / (0.1 * taken), waited / seen};
 }
 
-TEST(ResultsPace, FindsWhatACoordinatorTakesWhereMoreWaits) {
+TEST(ResultsPace, FindsTheIntakeRateUnderOverload) {
   for (const double taken : {900, 330, 100}) {
     for (const Duration unit : {seconds(1), seconds(10)}) {
       const auto [part, wait] = after_minutes(taken, unit);
@@ -165,7 +165,7 @@ TEST(ResultsPace, FindsWhatACoordinatorTakesWhereMoreWaits) {
   }
 }
 
-TEST(ResultsPace, SomeResultsComeHoweverLongTheyWait) {
+TEST(ResultsPace, NeverFallsBelowASixtyFourth) {
   ResultsPace pace(kMost, kPaceStart);
   for (Time now = kPaceStart + seconds(2); now < kPaceStart + seconds(600); now += seconds(2)) {
     pace.came(0.01, now - seconds(1));

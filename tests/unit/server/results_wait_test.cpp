@@ -1,4 +1,4 @@
-// Workers whose results wait long for their acknowledgement are given longer ranges.
+// Longer ranges for workers whose results wait long for their acknowledgement.
 #include "server/scheduling/unit_size.h"
 #include "tests/unit/server/coordinator_fixture.h"
 
@@ -19,7 +19,7 @@ class ResultsWaitTest : public CoordinatorTest {
   double rate() const { return coordinator->snapshot().results_rate; }
   void say_wait(SessionId session, Duration wait) { say(session, WorkerHeartbeat{{}, wait}); }
   void say_nothing(SessionId session) { say(session, WorkerHeartbeat{}); }
-  /// The results of a lease of a second and more, what they cost to take in.
+  /// Sends the results of a lease. Returns the bytes that they take of the rate.
   double render(SessionId session, const LeaseGrant& grant) {
     double bytes = 0;
     for (const TileId tile : grant.unit.tiles) {
@@ -29,7 +29,7 @@ class ResultsWaitTest : public CoordinatorTest {
     }
     return bytes;
   }
-  /// Of so many leases, the samples of the longest range.
+  /// Renders `leases` leases. Returns the samples of the longest range.
   std::uint64_t longest_range(SessionId session, int leases = 100) {
     std::uint64_t most = 0;
     for (int i = 0; i < leases; ++i) {
@@ -39,7 +39,7 @@ class ResultsWaitTest : public CoordinatorTest {
     }
     return most;
   }
-  /// A worker whose results wait long, so that the pace is a quarter: they are few.
+  /// A worker whose results wait long. Few results came, so the rate falls to a quarter.
   SessionId slowed(std::uint32_t threads) {
     const SessionId session = connect("w", threads);
     render(session, got<LeaseGrant>(session).at(0));
@@ -50,7 +50,7 @@ class ResultsWaitTest : public CoordinatorTest {
   }
 };
 
-TEST_F(ResultsWaitTest, RangesAreLongerUntilNobodyWaitsAnyMore) {
+TEST_F(ResultsWaitTest, RangesGrowUntilNoWorkerWaits) {
   // A thousand threads: their results of 118 KiB may be 192 MiB a second, one of each in 0.6 s.
   const JobId job = submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId session = connect("w", 1000);
@@ -66,7 +66,7 @@ TEST_F(ResultsWaitTest, RangesAreLongerUntilNobodyWaitsAnyMore) {
   EXPECT_EQ(status(job).state, JobState::running);
 }
 
-TEST_F(ResultsWaitTest, NineTenthsOfWhatCameMayComeFromNowOn) {
+TEST_F(ResultsWaitTest, ALongWaitCutsTheRateToNineTenthsOfTheIntake) {
   restart_with(4 * kMiB);
   submit(spec("r1", 1u << 20, {0, 0, 1024, 1024}));
   const SessionId session = connect("w", 10);
@@ -79,7 +79,7 @@ TEST_F(ResultsWaitTest, NineTenthsOfWhatCameMayComeFromNowOn) {
   EXPECT_DOUBLE_EQ(rate(), 0.9 * bytes / 2);
 }
 
-TEST_F(ResultsWaitTest, WhatIsGivenOutIsRenderedBeforeItIsLookedAgain) {
+TEST_F(ResultsWaitTest, GrantedUnitsAreRenderedBeforeTheNextReview) {
   restart_with(40 * kMiB);  // a thousand threads' results in 2.9 s, a quarter of it in 11.5: units of 23 s
   submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId session = slowed(1000);
@@ -95,13 +95,13 @@ TEST_F(ResultsWaitTest, WhatIsGivenOutIsRenderedBeforeItIsLookedAgain) {
       after.push_back(to_seconds(now - changed));
     }
   }
-  // Twice units of 5.8 s, the ten that results waited, and two of looking at what comes; then as long as it looks away
-  // at most.
+  // Twice units of 5.8 s, ten seconds for waiting results, and two of observation. Then the longest pause between
+  // reviews.
   EXPECT_NEAR(after[0], 2 * 5.76 + 10 + 2, 2);
   EXPECT_NEAR(after[1] - after[0], 32, 2);
 }
 
-TEST_F(ResultsWaitTest, EachWorkerHasOneVoice) {
+TEST_F(ResultsWaitTest, EachWorkerCountsOnce) {
   submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId bad = connect("bad"), good = connect("good"), other = connect("other");
   render(good, got<LeaseGrant>(good).at(0));
@@ -113,7 +113,7 @@ TEST_F(ResultsWaitTest, EachWorkerHasOneVoice) {
     say_nothing(good);
   }
   EXPECT_EQ(rate(), limits.result_bytes_per_second);
-  // Those that are to leave have none.
+  // Draining workers do not count.
   coordinator->worker_message(good, WorkerDraining{}, now, unix_ms(), effects);
   coordinator->worker_message(other, WorkerDraining{}, now, unix_ms(), effects);
   flush();
@@ -123,7 +123,7 @@ TEST_F(ResultsWaitTest, EachWorkerHasOneVoice) {
   EXPECT_LT(rate(), limits.result_bytes_per_second);
 }
 
-TEST_F(ResultsWaitTest, AVoiceEndsWithItsConnection) {
+TEST_F(ResultsWaitTest, AReportedWaitEndsWithItsConnection) {
   submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId first = connect("w");
   say_wait(first, seconds(9));
@@ -136,7 +136,7 @@ TEST_F(ResultsWaitTest, AVoiceEndsWithItsConnection) {
   EXPECT_EQ(rate(), limits.result_bytes_per_second);
 }
 
-TEST_F(ResultsWaitTest, WhereNothingCanBeStoredNobodyIsTooFast) {
+TEST_F(ResultsWaitTest, AHoldDoesNotCutTheRate) {
   submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId session = connect("w", 1000);
   const std::vector<LeaseGrant> grants = got<LeaseGrant>(session);
@@ -159,7 +159,7 @@ TEST_F(ResultsWaitTest, WhereNothingCanBeStoredNobodyIsTooFast) {
   EXPECT_LT(rate(), limits.result_bytes_per_second);
 }
 
-TEST_F(ResultsWaitTest, AfterAStandstillNobodyIsTooFast) {
+TEST_F(ResultsWaitTest, APauseDoesNotCutTheRate) {
   submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId session = connect("w", 1000);
   stand_still(seconds(100));
@@ -171,7 +171,7 @@ TEST_F(ResultsWaitTest, AfterAStandstillNobodyIsTooFast) {
   EXPECT_EQ(rate(), limits.result_bytes_per_second);
 }
 
-TEST_F(ResultsWaitTest, OnlyAsMuchOfAnUnknownJobIsTriedAsTheResultsOfHalfASecond) {
+TEST_F(ResultsWaitTest, AnUnknownJobIsTriedWithHalfASecondOfResults) {
   restart_with(20 * kMiB);
   submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId session = slowed(1);
@@ -187,7 +187,7 @@ TEST_F(ResultsWaitTest, OnlyAsMuchOfAnUnknownJobIsTriedAsTheResultsOfHalfASecond
   EXPECT_LE(tried, 34u);
 }
 
-TEST_F(ResultsWaitTest, PeopleAreToldOnceAndWhenItIsOver) {
+TEST_F(ResultsWaitTest, ANoticeMarksTheBeginningAndTheEnd) {
   submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId session = connect("w");
   std::vector<std::string> told;
@@ -215,7 +215,7 @@ TEST_F(ResultsWaitTest, PeopleAreToldOnceAndWhenItIsOver) {
   EXPECT_EQ(told[1], "workers' results no longer wait: workers send them as often as before");
 }
 
-TEST_F(ResultsWaitTest, TheMoreWorkersThereAreTheMoreRarelyTheySayThatTheyLive) {
+TEST_F(ResultsWaitTest, WorkersOfALargeFarmSendHeartbeatsLessOften) {
   Duration last{};
   const auto until = [&](int workers) {
     for (int i = static_cast<int>(coordinator->counts().workers.size()); i < workers; ++i) {

@@ -1,4 +1,4 @@
-// Who may do what, decided without a network. tests/integration/access_test.cpp walks all RPCs over one.
+// Rights of callers, decided without a network. tests/integration/access_test.cpp calls all RPCs over one.
 #include "server/access/rights.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ Identity ada(Roles roles) {
   return {"ada", roles, Proof::certificate, 0, ""};
 }
 
-TEST(Rights, SubmittersHaveTheirOwnJobsAlone) {
+TEST(Rights, SubmittersHaveOnlyTheirOwnJobs) {
   const Identity caller = ada({Role::submit});
   EXPECT_TRUE(check_job(caller, Rpc::cancel_job, "ada").ok());
   EXPECT_TRUE(may_see_job(caller, "ada"));
@@ -38,7 +38,7 @@ TEST(Rights, RolesAddUp) {
   EXPECT_FALSE(check_job(caller, Rpc::delete_job, "bob").ok());
 }
 
-TEST(Rights, WorkingIsForWorkersAndBeyondItTheyFetchAndBringAssetsAlone) {
+TEST(Rights, WorkersCanOnlyWorkAndTransferAssets) {
   constexpr std::array kTheirs{Rpc::work, Rpc::download_asset, Rpc::find_missing_assets, Rpc::upload_asset};
   for (const RpcRule& rule : rpc_rules()) {
     EXPECT_EQ(check_call(ada({Role::worker}), rule.rpc).ok(), std::ranges::count(kTheirs, rule.rpc) == 1)
@@ -50,12 +50,12 @@ TEST(Rights, WorkingIsForWorkersAndBeyondItTheyFetchAndBringAssetsAlone) {
   }
 }
 
-TEST(Rights, RefusalsSayWhatWouldDo) {
+TEST(Rights, RefusalsNameTheNeededRoles) {
   EXPECT_EQ(message_of(check_call(ada({Role::view}), Rpc::drain_worker)),
             "DrainWorker is for the roles operate, admin, which 'ada' (roles: view; by certificate) does not have");
 }
 
-TEST(Rights, WhatIsAllowedIsWhatIsLetThrough) {
+TEST(Rights, ListedMethodsAreThoseThatPassTheChecks) {
   for (const Role role : kRoles) {
     const Identity caller = ada({role});
     const auto any = allowed_methods(caller, false), own = allowed_methods(caller, true);
@@ -78,7 +78,7 @@ TEST(Rights, AnRpcWithoutALineIsNotServed) {
   EXPECT_NE(message_of(check_rules(methods)).find("GetMetrics, which does not exist"), std::string::npos);
 }
 
-TEST(Identities, AWorkersNameIsItsOwnersFirst) {
+TEST(Identities, AWorkersNameBeginsWithItsOwner) {
   const Identity render1{"render-1", {Role::worker}, Proof::certificate, 0, ""};
   EXPECT_EQ(worker_name(render1, "render-1").value(), "render-1");
   EXPECT_EQ(worker_name(render1, "render-10").value(), "render-1/render-10");

@@ -1,4 +1,4 @@
-// Whether a coordinator notices that its own port does not answer.
+// Detection of a coordinator's own port that does not answer.
 #include "server/listen/self_check.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ Time hearing_time(double seconds) {
   return Time{from_seconds(1'000 + seconds)};
 }
 
-TEST(Hearing, SomeDialsWithoutAnswerAreADoubtThatOneAnswerEnds) {
+TEST(Hearing, AnAnswerEndsTheDoubtOfSomeUnansweredDials) {
   Hearing hearing(hearing_time(0));
   EXPECT_EQ(hearing.note(true, hearing_time(0)), Verdict::hears);
   for (int i = 1; i < Hearing::kDoubtful; ++i) {
@@ -28,7 +28,7 @@ TEST(Hearing, SomeDialsWithoutAnswerAreADoubtThatOneAnswerEnds) {
   EXPECT_EQ(hearing.note(false, hearing_time(12)), Verdict::hears);
 }
 
-TEST(Hearing, DeafIsManyDialsAndMuchTimeWithoutAnswer) {
+TEST(Hearing, ManyUnansweredDialsOverALongTimeAreDeaf) {
   Hearing hearing(hearing_time(0));
   EXPECT_EQ(hearing.note(true, hearing_time(0)), Verdict::hears);
   EXPECT_NE(hearing.note(false, hearing_time(10'000)), Verdict::deaf) << "the machine stood still";
@@ -51,7 +51,7 @@ TEST(Hearing, APortThatHasNeverAnsweredIsNotDeaf) {
   }
 }
 
-/// Each look is half a minute after the one before.
+/// A clock that moves half a minute with each reading.
 class LeapingClock final : public Clock {
  public:
   Time now() const override { return hearing_time(30.0 * ++looks_); }
@@ -61,7 +61,7 @@ class LeapingClock final : public Clock {
   mutable std::atomic<int> looks_ = 0;
 };
 
-/// What a SelfCheck has said, in order.
+/// Reports of a SelfCheck, in order.
 class Said {
  public:
   void add(const std::string& what) {
@@ -69,7 +69,7 @@ class Said {
     all_.push_back(what);
     changed_.notify_all();
   }
-  /// Waits until it has said so much.
+  /// Waits for `count` reports.
   std::vector<std::string> first(std::size_t count) {
     const MutexLock lock(mutex_);
     const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
@@ -84,7 +84,7 @@ class Said {
   std::vector<std::string> all_ LM_GUARDED_BY(mutex_);
 };
 
-/// A port whose server answers the dials that `answers` names by their number, and hangs up on the others.
+/// A port whose server answers the dials that `answers` accepts by number, and closes the others.
 class MoodyPort {
  public:
   explicit MoodyPort(std::function<bool(int)> answers)
@@ -105,7 +105,7 @@ class MoodyPort {
   const std::unique_ptr<Listener> listener_;
 };
 
-TEST(SelfCheck, SaysWhenAPortAnswersNoMoreAndWhenItDoesAgain) {
+TEST(SelfCheck, ReportsWhenAPortStopsAnsweringAndResumes) {
   MoodyPort port([](int dial) { return dial < 1 || dial >= 1 + Hearing::kDoubtful; });
   Said said;
   const SelfCheck check(

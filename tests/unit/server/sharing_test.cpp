@@ -7,7 +7,7 @@
 namespace lightmill::test {
 namespace {
 
-/// One thread whose tiles take time on the test's clock.
+/// A worker of one thread, whose tiles take time on the test's clock.
 class SharingTest : public CoordinatorTest {
  protected:
   struct Done {

@@ -1,4 +1,4 @@
-// Calls that last, and who is ended for another.
+// Places of calls that last, and which call ends for another.
 #include "server/runtime/stream_places.h"
 
 #include <gtest/gtest.h>
@@ -55,7 +55,7 @@ TEST(StreamPlaces, OneCallerDoesNotTakeAllFilms) {
   EXPECT_EQ(ended, std::vector{StreamPlaces::kMostFilms - 1});
 }
 
-TEST(StreamPlaces, ACallThatStandsStillEndsForAnotherOfItsCaller) {
+TEST(StreamPlaces, AStalledCallEndsForAnotherOfItsCaller) {
   StandingClock clock;
   StreamPlaces places({1, 2, 100}, clock);
   const auto silent = places.take(StreamKind::asset, kAda).value(), busy = places.take(StreamKind::asset, kAda).value();
@@ -70,7 +70,7 @@ TEST(StreamPlaces, ACallThatStandsStillEndsForAnotherOfItsCaller) {
   EXPECT_EQ(ends, 1);
 }
 
-TEST(StreamPlaces, ACallThatHasEndedIsNotEndedAgain) {
+TEST(StreamPlaces, AnEndedCallIsNotEndedAgain) {
   StandingClock clock;
   StreamPlaces places({1, 1, 100}, clock);
   const auto over = places.take(StreamKind::asset, kAda).value();
@@ -81,7 +81,7 @@ TEST(StreamPlaces, ACallThatHasEndedIsNotEndedAgain) {
   EXPECT_TRUE(places.take(StreamKind::asset, kAda).ok());
 }
 
-TEST(StreamPlaces, ACallThatGivesWayBeforeItHasBegunEndsWhenItBegins) {
+TEST(StreamPlaces, ACallDisplacedBeforeItBeginsEndsWhenItBegins) {
   StandingClock clock;
   StreamPlaces places({1, 1, 100}, clock);
   const auto early = places.take(StreamKind::asset, kAda).value();
@@ -94,7 +94,7 @@ TEST(StreamPlaces, ACallThatGivesWayBeforeItHasBegunEndsWhenItBegins) {
   EXPECT_EQ(ends, 1);
 }
 
-TEST(StreamPlaces, WhatLastsHasAKind) {
+TEST(StreamPlaces, LongCallsHaveAKind) {
   for (const RpcRule& rule : rpc_rules()) {
     const bool lasts = rule.method == "UploadAsset" || rule.method == "DownloadAsset" || rule.method == "WatchJob" ||
                        rule.method == "GetFilm" || rule.method == "StreamIsActive";

@@ -1,4 +1,4 @@
-// What is looked at before a job or a scene's files are taken in.
+// Checks before a job or a scene's files are accepted.
 #include "server/operations/submission.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace lightmill::test {
 namespace {
 
-/// An asset of so many bytes that take no room on the disk. Nobody reads them here, so that the digest may be any.
+/// An asset of `bytes` that take no room on the disk. Nothing reads them, so any digest will do.
 Sha256 put_hollow_asset(const std::filesystem::path& assets, const std::string& name, std::uint64_t bytes) {
   const Sha256 digest = sha256(name);
   const std::filesystem::path file = assets / digest.hex().substr(0, 2) / digest.hex().substr(2);
@@ -21,7 +21,7 @@ Sha256 put_hollow_asset(const std::filesystem::path& assets, const std::string& 
   return digest;
 }
 
-TEST(CheckFiles, AreThereAndHaveNoMoreBytesThanAWorkerHoldsBesideItsScenes) {
+TEST(CheckFiles, RefusesMissingAndTooLargeFiles) {
   const TemporaryFolder folder;
   const Sha256 large = put_hollow_asset(folder.path(), "large", kMostInspectedBytes);
   const Sha256 small = put_hollow_asset(folder.path(), "small", 1);

@@ -40,7 +40,7 @@ TEST(TileSnapshot, SumsHaveTheBitsOfTheFilm) {
   EXPECT_EQ(sums_of(snapshot(film, TileId{0})), film.sums(TileId{0}));
 }
 
-TEST(TileSnapshot, WhatTheFilmDoesNextDoesNotTouchIt) {
+TEST(TileSnapshot, LaterMergesDoNotChangeIt) {
   Film film(TileGrid({0, 0, 2, 1}), 3);
   film.merge(TileId{0}, node(0, 0, 4, 0));
   const TileSnapshot before = snapshot(film, TileId{0});
@@ -116,7 +116,7 @@ TEST(TileSnapshot, ALayersPixelsAreItsOwn) {
   EXPECT_FALSE(place_of("albedo", layers));
 }
 
-TEST(TileSnapshot, WhatNoHalfHoldsIsTheLargest) {
+TEST(TileSnapshot, ValuesBeyondHalfPrecisionBecomeTheLargest) {
   Film film(TileGrid({0, 0, 2, 1}), 3);
   film.merge(TileId{0}, node(0, 0, 1e9f, 0));
   EXPECT_EQ(first_halves(snapshot(film, TileId{0})), (std::vector<unsigned>{0x7bff, 0x7bff, 0x7bff, 0xbc00}));

@@ -1,4 +1,4 @@
-// A coordinator driven by hand, with workers on machines of their own, some of which lie.
+// Fixture of a coordinator driven by hand, with workers on machines of their own. Some of them lie.
 #pragma once
 
 #include "tests/unit/server/coordinator_fixture.h"
@@ -7,12 +7,12 @@ namespace lightmill::test {
 
 class VerifyingTest : public CoordinatorTest {
  protected:
-  /// A worker on a machine of its own, of which nobody asks who it is.
+  /// A worker on a machine of its own, without authentication.
   SessionId connect_on(const std::string& machine, const std::string& name, std::uint32_t pid = 1,
                        const std::string& fingerprint = "class-a") {
     return connect_as({name, "host of " + machine, pid, 1, fingerprint, kRendererVersion, {}, false, machine});
   }
-  /// A worker that shows the certificate of `identity`, and says of itself what it likes.
+  /// A worker with the certificate of `identity`. Its name, machine and host are claims.
   SessionId connect_with(const std::string& identity, const std::string& name, const std::string& machine,
                          const std::string& host) {
     return connect_as(
@@ -35,7 +35,7 @@ class VerifyingTest : public CoordinatorTest {
       answer_one(session, lie);
     }
   }
-  /// The first of them alone, if there is one.
+  /// Answers only the first of them, if there is one.
   void answer_one(SessionId session, float lie = 0) {
     if (waiting(session) == 0) {
       return;
@@ -52,7 +52,7 @@ class VerifyingTest : public CoordinatorTest {
     const auto done = worked.find(session);
     return got<LeaseGrant>(session).size() - (done == worked.end() ? 0 : done->second);
   }
-  /// Time passes while these say that they are there.
+  /// Time passes while these workers send heartbeats.
   void pass_with(const std::vector<SessionId>& sessions, Duration time) {
     for (const Time until = now + time; now < until;) {
       pass(std::min<Duration>(limits.heartbeat_interval, until - now));
@@ -61,7 +61,7 @@ class VerifyingTest : public CoordinatorTest {
       }
     }
   }
-  /// What a store gives back of this job, one of whose results is stored and still to be verified.
+  /// A store's state of this job. One of its results is stored and not yet audited.
   StoredState stored_with(JobId job, const WorkerResult& merged, const Renderer& by) const {
     StoredState stored{2, {}, job.value + 1};
     JobRecord record;

@@ -1,4 +1,4 @@
-// Which results are rendered again on another machine, and when a job is done with that.
+// Audits: which results another machine renders again, and when the job is done.
 #include "tests/unit/server/verifying_fixture.h"
 
 namespace lightmill::test {
@@ -21,7 +21,7 @@ TEST_F(VerifyingTest, AResultIsRenderedAgainOnAnotherMachineBeforeTheJobIsDone) 
   EXPECT_EQ(written<PutVerified>(), 1u);
 }
 
-TEST_F(VerifyingTest, WithoutAnotherMachineAJobIsDoneAndSaysSo) {
+TEST_F(VerifyingTest, AJobWithoutAnotherMachineIsDoneUnaudited) {
   const JobId job = submit_verified();
   const SessionId a = connect_on("m1", "a");
   connect_on("m1", "a2");
@@ -31,7 +31,7 @@ TEST_F(VerifyingTest, WithoutAnotherMachineAJobIsDoneAndSaysSo) {
   EXPECT_EQ(status(job).counters.results_verified, 0u);
 }
 
-TEST_F(VerifyingTest, AMachineThatWasHereLatelyIsWaitedFor) {
+TEST_F(VerifyingTest, AnAuditWaitsForARecentMachine) {
   const JobId job = submit_verified();
   const SessionId b = connect_on("m2", "b");
   coordinator->worker_disconnected(b, now, effects);
@@ -46,7 +46,7 @@ TEST_F(VerifyingTest, AMachineThatWasHereLatelyIsWaitedFor) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(VerifyingTest, AMachineIsNotGivenUpBecauseTheCoordinatorStoodStill) {
+TEST_F(VerifyingTest, APauseDoesNotEndTheWaitForAMachine) {
   const JobId job = submit_verified();
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
   answer(a);
@@ -59,7 +59,7 @@ TEST_F(VerifyingTest, AMachineIsNotGivenUpBecauseTheCoordinatorStoodStill) {
   EXPECT_EQ(status(job).counters.results_verified, 1u);
 }
 
-TEST_F(VerifyingTest, OneOfWhichNothingIsHeardIsWaitedForNoLonger) {
+TEST_F(VerifyingTest, TheWaitForASilentMachineEnds) {
   const JobId job = submit_verified();
   const SessionId b = connect_on("m2", "b"), a = connect_on("m1", "a");
   answer(b);
@@ -72,7 +72,7 @@ TEST_F(VerifyingTest, OneOfWhichNothingIsHeardIsWaitedForNoLonger) {
   EXPECT_EQ(status(job).results_unverified, 1u);
 }
 
-TEST_F(VerifyingTest, WhileNothingIsHandedOutWhatIsToBeVerifiedIsKept) {
+TEST_F(VerifyingTest, AHoldKeepsPendingAudits) {
   const JobId job = submit_verified();
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
   coordinator->hold("waits for space", now, effects);
@@ -89,7 +89,7 @@ TEST_F(VerifyingTest, WhileNothingIsHandedOutWhatIsToBeVerifiedIsKept) {
   EXPECT_EQ(status(job).counters.results_verified, 1u);
 }
 
-TEST_F(VerifyingTest, AJobThatIsDeletedTakesWhatIsToBeVerifiedWithIt) {
+TEST_F(VerifyingTest, ADeletedJobDropsItsPendingAudits) {
   limits.keep_ended = std::chrono::hours(10);
   restart({});
   const JobId job = submit_verified();
@@ -108,8 +108,8 @@ TEST_F(VerifyingTest, AJobThatIsDeletedTakesWhatIsToBeVerifiedWithIt) {
   EXPECT_EQ(status(next).state, JobState::done);
 }
 
-// A worker that comes back sends what it had rendered for a lease that was lost, and renders nothing of that again.
-TEST_F(VerifyingTest, AResultForALostLeaseEndsItsWorkersLeaseOfTheSame) {
+// A returning worker sends a result of a lost lease, and does not render that again.
+TEST_F(VerifyingTest, AResultForALostLeaseEndsTheWorkersNewLease) {
   const JobId job = submit_verified();
   const SessionId liar = connect_on("m1", "liar"), before = connect_on("m2", "b");
   answer(liar, 1);
@@ -126,7 +126,7 @@ TEST_F(VerifyingTest, AResultForALostLeaseEndsItsWorkersLeaseOfTheSame) {
   EXPECT_EQ(status(job).state, JobState::running) << "a third is to decide";
 }
 
-TEST_F(VerifyingTest, NothingIsVerifiedWhereNobodyAsksForIt) {
+TEST_F(VerifyingTest, NoResultIsAuditedWithoutAShare) {
   const JobId job = submit_verified(0);
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
   answer(a);
@@ -134,7 +134,7 @@ TEST_F(VerifyingTest, NothingIsVerifiedWhereNobodyAsksForIt) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(VerifyingTest, ARestartForgetsNeitherQuarantineNorWhatIsToBeVerified) {
+TEST_F(VerifyingTest, ARestartKeepsQuarantineAndPendingAudits) {
   const JobId job = submit_verified();
   const SessionId a = connect_on("m1", "a");
   (void)a;
@@ -158,7 +158,7 @@ TEST_F(VerifyingTest, ARestartForgetsNeitherQuarantineNorWhatIsToBeVerified) {
   EXPECT_EQ(status(job).counters.results_verified, 1u);
 }
 
-TEST_F(VerifyingTest, ResultsWhoseSamplesWereLostAreForgottenWithTheNextEffects) {
+TEST_F(VerifyingTest, RecordsOfLostSamplesAreDroppedWithTheNextEffects) {
   const JobId job = submit_verified();
   const SessionId a = connect_on("m1", "a");
   const WorkerResult first = result(got<LeaseGrant>(a)[0], TileId{0});
@@ -177,7 +177,7 @@ TEST_F(VerifyingTest, ResultsWhoseSamplesWereLostAreForgottenWithTheNextEffects)
   EXPECT_EQ(written<DropResults>(), 0u) << "once";
 }
 
-TEST_F(VerifyingTest, NothingOfACancelledJobIsToBeVerifiedAfterARestartEither) {
+TEST_F(VerifyingTest, ACancelledJobHasNoPendingAuditsAfterARestart) {
   const JobId job = submit_verified();
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
   const WorkerResult first = result(got<LeaseGrant>(a)[0], TileId{0});

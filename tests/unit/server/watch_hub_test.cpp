@@ -5,7 +5,7 @@
 namespace lightmill::test {
 namespace {
 
-/// A watcher's stream that keeps what it is offered, and reads as slowly as the test likes.
+/// A watcher's stream that keeps its messages, and reads as slowly as the test wants.
 class Inbox final : public WatchSink {
  public:
   bool closed() const override { return closed_; }
@@ -41,7 +41,7 @@ class WatchHubTest : public CoordinatorTest {
   WatchHub hub;
 };
 
-TEST_F(WatchHubTest, TheFirstStateComesAtOnceAndNothingAfterItWithoutAChange) {
+TEST_F(WatchHubTest, TheFirstStateIsSentAtOnceAndThenOnlyChanges) {
   const auto inbox = watch(submit(spec()));
   publish();
   ASSERT_EQ(inbox->updates.size(), 1u);
@@ -51,7 +51,7 @@ TEST_F(WatchHubTest, TheFirstStateComesAtOnceAndNothingAfterItWithoutAChange) {
   EXPECT_EQ(inbox->updates.size(), 1u);
 }
 
-TEST_F(WatchHubTest, AJobThatIsNotThereEndsTheStream) {
+TEST_F(WatchHubTest, AnUnknownJobEndsTheStream) {
   const auto inbox = watch(JobId{42});
   publish();
   EXPECT_EQ(inbox->failure.code(), StatusCode::kNotFound);
@@ -81,7 +81,7 @@ TEST_F(WatchHubTest, ChangesComeAtMostTenTimesASecondOnceEveryTileHasASample) {
   EXPECT_LE(static_cast<double>(inbox->updates.size()), 3 + seconds * 10);
 }
 
-TEST_F(WatchHubTest, TilesThatKeepChangingDoNotKeepTheOthersBack) {
+TEST_F(WatchHubTest, ChangingTilesDoNotDelayOthers) {
   const JobId job = submit(spec("r1", 1u << 20, {0, 0, 9 * kTileSize, 8 * kTileSize}));
   const auto inbox = watch(job);
   const SessionId worker = connect("w");
@@ -93,7 +93,7 @@ TEST_F(WatchHubTest, TilesThatKeepChangingDoNotKeepTheOthersBack) {
     }
     pass(std::chrono::seconds(1));
   };
-  // All 72 tiles have changed before each message, which holds 40 of them: those from 0, from 44 and from 16.
+  // All 72 tiles have changed before each message. A message holds 40 of them: from 0, from 44 and from 16.
   std::set<std::pair<int, int>> seen;
   for (std::uint64_t round = 1; round <= 3; ++round) {
     render_until_every_tile_has(round);
@@ -110,7 +110,7 @@ TEST_F(WatchHubTest, TilesThatKeepChangingDoNotKeepTheOthersBack) {
   EXPECT_EQ(seen.size(), 72u);
 }
 
-TEST_F(WatchHubTest, WhoReadsSlowlyGetsTheNewestStateAndNoQueue) {
+TEST_F(WatchHubTest, ASlowReaderGetsTheNewestStateWithoutAQueue) {
   const JobId job = submit(spec("r1", 1u << 20, {0, 0, 64, 64}));
   const auto inbox = watch(job);
   inbox->reads_slowly = true;
@@ -132,7 +132,7 @@ TEST_F(WatchHubTest, WhoReadsSlowlyGetsTheNewestStateAndNoQueue) {
   EXPECT_EQ(inbox->updates[1].tiles[0]->tile.samples, coordinator->film(job)->samples(TileId{0}));
 }
 
-TEST_F(WatchHubTest, ALargeFilmComesInSeveralMessagesAndTheLastSaysSo) {
+TEST_F(WatchHubTest, ALargeFilmTakesSeveralMessagesAndMarksTheLast) {
   const JobId job = submit(spec("r1", 1, {0, 0, 640, 640}));
   const SessionId worker = connect("w");
   work(worker);
@@ -153,7 +153,7 @@ TEST_F(WatchHubTest, ALargeFilmComesInSeveralMessagesAndTheLastSaysSo) {
   EXPECT_EQ(corners.size(), 100u);
 }
 
-TEST_F(WatchHubTest, WhoComesLaterIsToldOfTheSameTilesAndSoonHasAll) {
+TEST_F(WatchHubTest, ALateWatcherSharesTilesAndCatchesUp) {
   const JobId job = submit(spec("r1", 1u << 20, {0, 0, 9 * kTileSize, 8 * kTileSize}));
   const SessionId worker = connect("w");
   const auto first = watch(job);
@@ -185,9 +185,9 @@ TEST_F(WatchHubTest, WhoComesLaterIsToldOfTheSameTilesAndSoonHasAll) {
   EXPECT_EQ(corners.size(), 72u);
 }
 
-TEST_F(WatchHubTest, WhoTakesEverySecondMessageMissesNoTileForEver) {
-  // Four messages hold the picture, and all of it changes before each: of rounds in order, every second would be of the
-  // same two quarters.
+TEST_F(WatchHubTest, AReaderOfEverySecondMessageMissesNoTile) {
+  // Four messages hold the picture, and all of it changes before each. If rounds went in order, every second message
+  // would hold the same two quarters.
   const JobId job = submit(spec("r1", 1u << 20, {0, 0, 10 * kTileSize, 16 * kTileSize}));
   const SessionId worker = connect("w");
   const auto quick = watch(job), slow = watch(job);
@@ -215,7 +215,7 @@ TEST_F(WatchHubTest, WhoTakesEverySecondMessageMissesNoTileForEver) {
   EXPECT_EQ(seen.size(), 160u);
 }
 
-TEST_F(WatchHubTest, WithoutTilesOnlyTheStateComes) {
+TEST_F(WatchHubTest, AWatcherWithoutTilesGetsOnlyTheState) {
   const JobId job = submit(spec());
   const auto inbox = watch(job, false);
   work(connect("w"));
@@ -225,7 +225,7 @@ TEST_F(WatchHubTest, WithoutTilesOnlyTheStateComes) {
   EXPECT_TRUE(inbox->updates[0].tiles.empty());
 }
 
-TEST_F(WatchHubTest, AnEndIsShownOnlyOnceItIsDurable) {
+TEST_F(WatchHubTest, AnEndIsShownAfterItsCommit) {
   const JobId job = submit(spec());
   const auto inbox = watch(job);
   publish();
@@ -272,7 +272,7 @@ TEST_F(WatchHubTest, TilesOfAnEndedJobComeOnceItsFilmIsRead) {
   EXPECT_TRUE(inbox->updates[1].last);
 }
 
-TEST_F(WatchHubTest, AFilmThatCannotBeReadEndsTheStreamsThatWaitForIt) {
+TEST_F(WatchHubTest, AnUnreadableFilmEndsTheStreamsThatWaitForIt) {
   const JobId job = submit(spec("r1", 1));
   work(connect("w"));
   writes.clear();

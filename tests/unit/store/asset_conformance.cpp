@@ -32,7 +32,7 @@ Result<std::string> get(const AssetStore& store, const Sha256& digest, std::size
 
 }  // namespace
 
-TEST_P(AssetConformance, GivesBackWhatWasPut) {
+TEST_P(AssetConformance, ReturnsStoredBytes) {
   const std::string bytes = "some bytes of a mesh";
   auto store = open();
   EXPECT_FALSE(store->has(sha256(bytes)));
@@ -43,7 +43,7 @@ TEST_P(AssetConformance, GivesBackWhatWasPut) {
   EXPECT_EQ(get(*open(), sha256(bytes)).value(), bytes) << "after a restart";
 }
 
-TEST_P(AssetConformance, SizesAreAnyWithinTheLimits) {
+TEST_P(AssetConformance, AnySizeWithinTheLimitsIsStored) {
   const auto store = open();
   std::string bytes;
   for (std::uint32_t i = 0; bytes.size() < 2'500'000; ++i) {
@@ -95,7 +95,7 @@ TEST_P(AssetConformance, LimitsHold) {
   EXPECT_EQ(open()->total_bytes(), 15u) << "counted anew after a restart";
 }
 
-TEST_P(AssetConformance, WhatIsForgottenCanComeAgain) {
+TEST_P(AssetConformance, AForgottenAssetCanBeStoredAgain) {
   const auto store = open();
   ASSERT_TRUE(put(*store, "one", sha256("one")).ok() && put(*store, "two!", sha256("two!")).ok());
   ASSERT_TRUE(store->keep(sha256("one")));
@@ -123,7 +123,7 @@ TEST_P(AssetConformance, ManyCanPutTheSameAssetAtOnce) {
   EXPECT_EQ(get(*store, sha256(bytes)).value(), bytes);
 }
 
-TEST_P(AssetConformance, WhatIsKeptOrSentWhileOthersAreForgottenStays) {
+TEST_P(AssetConformance, AssetsThatAreKeptOrSentSurviveACollection) {
   const auto store = open();
   constexpr int kAssets = 60;
   const auto bytes_of = [](int i) { return fmt::format("asset {}", i); };
@@ -135,14 +135,14 @@ TEST_P(AssetConformance, WhatIsKeptOrSentWhileOthersAreForgottenStays) {
   std::atomic<int> lost = 0;
   {
     std::vector<std::jthread> threads;
-    threads.emplace_back([&] {  // the first third is asked for, perhaps too late
+    threads.emplace_back([&] {  // asks for the first third, perhaps too late
       for (int i = 0; i < kAssets / 3; ++i) {
         if (store->keep(digest_of(i))) {
           lost += get(*store, digest_of(i)).ok() ? 0 : 1;
         }
       }
     });
-    threads.emplace_back([&] {  // the second is sent again
+    threads.emplace_back([&] {  // sends the second third again
       for (int i = kAssets / 3; i < 2 * kAssets / 3; ++i) {
         lost += put(*store, bytes_of(i), digest_of(i)).ok() && store->keep(digest_of(i)) ? 0 : 1;
       }
@@ -164,7 +164,7 @@ TEST_P(AssetConformance, WhatIsKeptOrSentWhileOthersAreForgottenStays) {
   }
 }
 
-TEST_P(AssetConformance, CollectForgetsWhatNobodyWants) {
+TEST_P(AssetConformance, CollectForgetsUnwantedAssets) {
   const auto store = open();
   ASSERT_TRUE(put(*store, "wanted", sha256("wanted")).ok());
   ASSERT_TRUE(put(*store, "not wanted", sha256("not wanted")).ok());
@@ -175,7 +175,7 @@ TEST_P(AssetConformance, CollectForgetsWhatNobodyWants) {
   EXPECT_EQ(store->total_bytes(), 6u);
 }
 
-TEST_P(AssetConformance, CollectSparesWhatSomebodyHasAskedFor) {
+TEST_P(AssetConformance, CollectSparesRequestedAssets) {
   const auto store = open();
   ASSERT_TRUE(put(*store, "asked for", sha256("asked for")).ok());
   ASSERT_TRUE(put(*store, "not", sha256("not")).ok());

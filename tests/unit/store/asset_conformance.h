@@ -1,4 +1,4 @@
-// What every store of assets must do: a test program that instantiates AssetConformance holds its store to it.
+// Conformance tests of asset stores. A test program runs them by instantiating AssetConformance.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,17 +12,17 @@
 
 namespace lightmill::test {
 
-/// Where assets last; empty at first, and gone with its owner.
+/// The place of an asset store's data. It is empty at first, and is deleted with its owner.
 class AssetPlace {
  public:
   virtual ~AssetPlace() = default;
-  /// Opens the store anew; the one before has been destroyed.
+  /// Opens the store again, after the previous one has been destroyed.
   virtual std::unique_ptr<AssetStore> open(AssetLimits limits) = 0;
-  /// Leaves what an upload of 7 bytes does whose coordinator was killed; no store is open.
+  /// Leaves the traces of a 7-byte upload whose coordinator was killed. No store is open.
   virtual void leave_half_an_upload() = 0;
-  /// All assets that are there came so much earlier.
+  /// Makes all assets older by this time.
   virtual void age(std::chrono::seconds by) = 0;
-  /// Whether there is anything of unfinished uploads.
+  /// Whether there are parts of unfinished uploads.
   virtual bool has_halves() = 0;
 };
 

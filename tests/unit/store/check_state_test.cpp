@@ -79,7 +79,7 @@ class CheckStateTest : public ::testing::Test {
   std::filesystem::path file_ = folder_.path() / "store.sqlite";
 };
 
-TEST_F(CheckStateTest, WhatIsSoundIsSaidToBe) {
+TEST_F(CheckStateTest, ASoundStoreIsReportedAsSound) {
   const StateCheck found = check().value();
   EXPECT_TRUE(found.sound && found.whole);
   ASSERT_EQ(found.report.size(), 1u);
@@ -103,7 +103,7 @@ TEST_F(CheckStateTest, AFileWithoutATableIsDamaged) {
   EXPECT_EQ(open_sqlite_store(file_).status().code(), StatusCode::kDataLoss);
 }
 
-TEST_F(CheckStateTest, AnEntryOfTheLogThatCannotBeReadIsTakenOutAndNamed) {
+TEST_F(CheckStateTest, AnUnreadableLogEntryIsTakenOutAndNamed) {
   Action action;
   action.number = 7;
   ASSERT_TRUE(open_store()->commit(std::vector<StoreOp>{PutAction{action}}).ok());
@@ -115,7 +115,7 @@ TEST_F(CheckStateTest, AnEntryOfTheLogThatCannotBeReadIsTakenOutAndNamed) {
   EXPECT_TRUE(check()->sound) << "once repaired";
 }
 
-TEST_F(CheckStateTest, AJobThatIsNotWhatWasSubmittedIsTakenOutAndLost) {
+TEST_F(CheckStateTest, AnAlteredJobIsTakenOutAndLost) {
   execute("UPDATE job_specs SET message = substr(message, 2) WHERE job = 2");
   const StateCheck found = check().value();
   EXPECT_FALSE(found.sound || found.whole);
@@ -125,7 +125,7 @@ TEST_F(CheckStateTest, AJobThatIsNotWhatWasSubmittedIsTakenOutAndLost) {
   EXPECT_TRUE(check()->sound) << "once it is gone";
 }
 
-TEST_F(CheckStateTest, NodesThatNoFilmCanHaveAreRenderedAgain) {
+TEST_F(CheckStateTest, ImpossibleNodesAreRenderedAgain) {
   execute("UPDATE nodes SET tile = 77 WHERE job = 1 AND tile = 0");
   const StateCheck found = check().value();
   EXPECT_FALSE(found.sound);
@@ -135,7 +135,7 @@ TEST_F(CheckStateTest, NodesThatNoFilmCanHaveAreRenderedAgain) {
   EXPECT_TRUE(check()->sound) << "once repaired";
 }
 
-TEST_F(CheckStateTest, NodesThatShareSamplesAreRenderedAgain) {
+TEST_F(CheckStateTest, OverlappingNodesAreRenderedAgain) {
   {
     const auto store = open_store();
     ASSERT_TRUE(store->load().ok());
@@ -152,7 +152,7 @@ TEST_F(CheckStateTest, NodesThatShareSamplesAreRenderedAgain) {
   EXPECT_TRUE(found.report[0].starts_with("2 jobs with 3 nodes")) << found.report[0];
 }
 
-TEST_F(CheckStateTest, NodesOfNobodyKnowsWhomAreRenderedAgain) {
+TEST_F(CheckStateTest, NodesOfUnknownOriginAreRenderedAgain) {
   execute("DELETE FROM results WHERE job = 2 AND tile = 1");
   const StateCheck found = check().value();
   EXPECT_TRUE(!found.sound && found.whole);
@@ -191,7 +191,7 @@ TEST_F(CheckStateTest, ANodeIsSoundIfEachOfItsSamplesHasOneRecord) {
   EXPECT_FALSE(sound_with({{3, 0}, {0, 0}})) << "the record of sample 0 was not dropped";
 }
 
-TEST_F(CheckStateTest, ADoneJobThatNoLimitHasEndedIsTakenOut) {
+TEST_F(CheckStateTest, ADoneJobWithoutAReachedLimitIsTakenOut) {
   {
     const auto store = open_store();
     ASSERT_TRUE(store->load().ok());
@@ -207,7 +207,7 @@ TEST_F(CheckStateTest, ADoneJobThatNoLimitHasEndedIsTakenOut) {
   EXPECT_TRUE(check()->sound);
 }
 
-TEST_F(CheckStateTest, AJobWhoseTimesAreNoneIsTakenOut) {
+TEST_F(CheckStateTest, AJobWithInvalidTimesIsTakenOut) {
   {
     const auto store = open_store();
     ASSERT_TRUE(store->load().ok());
@@ -220,7 +220,7 @@ TEST_F(CheckStateTest, AJobWhoseTimesAreNoneIsTakenOut) {
   EXPECT_TRUE(check()->sound);
 }
 
-TEST_F(CheckStateTest, WhatACancelledJobLosesIsLost) {
+TEST_F(CheckStateTest, NodesLostByACancelledJobStayLost) {
   {
     const auto store = open_store();
     ASSERT_TRUE(store->load().ok());
@@ -236,7 +236,7 @@ TEST_F(CheckStateTest, WhatACancelledJobLosesIsLost) {
   EXPECT_TRUE(found.report.back().ends_with("its picture lacks them")) << found.report.back();
 }
 
-/// Assets that cannot be read now.
+/// An asset store that is unavailable.
 class AwayAssets final : public AssetStore {
  public:
   std::vector<Sha256> digests() const override { return {sha256("one")}; }
@@ -250,7 +250,7 @@ class AwayAssets final : public AssetStore {
   std::uint64_t collected = 0;
 };
 
-TEST_F(CheckStateTest, WhatCannotBeReadNowIsNotDamaged) {
+TEST_F(CheckStateTest, UnavailableAssetsAreNotDamaged) {
   AwayAssets away;
   EXPECT_EQ(check_assets(away).status().code(), StatusCode::kUnavailable);
   EXPECT_EQ(away.collected, 0u);
@@ -274,7 +274,7 @@ TEST_F(CheckStateTest, DamagedAndMissingAssetsAreFoundAndForgotten) {
 
 TEST_F(CheckStateTest, ADamagedDatabaseIsFound) {
   std::fstream file(file_, std::ios::in | std::ios::out | std::ios::binary);
-  file.seekp(16384);  // the second page: the first of a table, of which this is the head
+  file.seekp(16384);  // the second page, the head of a table
   file << std::string(200, '\x5a');
   file.close();
   const Result<std::unique_ptr<Store>> store = open_sqlite_store(file_);

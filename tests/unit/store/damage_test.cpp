@@ -1,4 +1,4 @@
-// Whatever a disk does to a coordinator's files, the next one has all of them, or says what it lacks.
+// Damage to a coordinator's files: the next coordinator has everything, or names what it lacks.
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 #include <sqlite3.h>
@@ -63,7 +63,7 @@ std::vector<StoreOp> writes_of_job(std::uint64_t id) {
   return ops;
 }
 
-/// What a store holds, item by item.
+/// Contents of a store, item by item.
 std::map<std::string, std::string> items_of(const StoredState& state) {
   std::map<std::string, std::string> items;
   for (const StoredState::StoredJob& job : state.jobs) {
@@ -92,7 +92,7 @@ std::map<std::string, std::string> items_of(const StoredState& state) {
   return items;
 }
 
-/// A coordinator's folder as kill -9 leaves it: half of it in the database, half in the journal.
+/// A coordinator's folder after kill -9: half of it in the database, half in the journal.
 class Damage : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -115,7 +115,7 @@ class Damage : public ::testing::Test {
     ASSERT_EQ(files_.size(), 3u);
   }
 
-  /// Puts the files back, with one of them damaged. Says how.
+  /// Puts the files back with one of them damaged. Returns what was damaged.
   std::string damage(std::mt19937_64& random) {
     auto files = files_;
     auto at = files.begin();
@@ -169,7 +169,7 @@ class Damage : public ::testing::Test {
   std::map<std::string, std::string> files_;
 };
 
-/// Whether what is missing or other than before is named.
+/// Checks that everything that is missing or changed is named.
 void expect_named(const StoredState& state, const std::map<std::string, std::string>& before) {
   const std::map<std::string, std::string> now = items_of(state);
   for (const auto& [item, value] : now) {
@@ -190,7 +190,7 @@ void expect_named(const StoredState& state, const std::map<std::string, std::str
     for (const DropResultRow& row : state.damaged_results) {
       named = named || item == fmt::format("job {} result of tile {}", row.job.value, row.tile);
     }
-    // A result of which nothing is known takes its node along: its samples are rendered again.
+    // A vanished result takes along its node, which is named. Its samples are rendered again.
     named = named || (item.find(" result of ") != std::string::npos && !state.damaged.empty());
     EXPECT_TRUE(named) << item << " is gone";
   }
@@ -235,7 +235,7 @@ TEST_F(Damage, IsNeverSilent) {
   EXPECT_GT(outcomes["named"], kRounds / 50);
 }
 
-/// The page where a table begins.
+/// The first page of a table.
 int root_page(const fs::path& file, const std::string& table) {
   sqlite3* handle = nullptr;
   EXPECT_EQ(sqlite3_open(file.c_str(), &handle), SQLITE_OK);

@@ -1,4 +1,4 @@
--- A store of format 12 as the program of that format wrote it; see AStoreOfTheFormatBeforeIsBroughtAlongAndKept.
+-- A store of format 12 as the program of that format wrote it; see AStoreOfThePreviousFormatIsConvertedAndKept.
 PRAGMA application_id = 1280133452;
 PRAGMA user_version = 12;
 BEGIN TRANSACTION;

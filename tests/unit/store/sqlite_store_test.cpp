@@ -63,7 +63,7 @@ class SqliteStoreTest : public ::testing::Test {
   std::filesystem::path chain_ = file_.string() + "-chain";
 };
 
-/// A job with some 50 MB of nodes, which is deleted.
+/// Stores a job with about 50 MB of nodes, and deletes it.
 void fill_and_delete(Store& store) {
   ASSERT_TRUE(store.load().ok());
   std::vector<StoreOp> ops{PutJob{test::full_record(1)}};
@@ -76,7 +76,7 @@ void fill_and_delete(Store& store) {
   ASSERT_TRUE(store.commit(std::vector<StoreOp>{DeleteJobRows{JobId{1}}}).ok());
 }
 
-TEST_F(SqliteStoreTest, WhatIsDeletedIsGivenBackInPieces) {
+TEST_F(SqliteStoreTest, DeletedSpaceIsFreedInPieces) {
   const auto store = open();
   fill_and_delete(*store);
   EXPECT_TRUE(store->tidy()) << "8 MiB, and there is more";
@@ -101,7 +101,7 @@ TEST_F(SqliteStoreTest, AFileThatCannotShrinkIsLeftAlone) {
   EXPECT_EQ(std::filesystem::file_size(file_.string() + "-wal"), before) << "nothing is written for nothing";
 }
 
-TEST_F(SqliteStoreTest, AnotherFormatIsRefusedWithWhatToDo) {
+TEST_F(SqliteStoreTest, AnotherFormatIsRefusedWithARemedy) {
   ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}}).ok());
   const auto refusal_of = [&](int format) {
     sql(fmt::format("PRAGMA user_version = {}", format));
@@ -127,7 +127,7 @@ TEST_F(SqliteStoreTest, AnotherFormatIsRefusedWithWhatToDo) {
   EXPECT_EQ(open()->load()->jobs.size(), 1u) << "nothing was changed";
 }
 
-TEST_F(SqliteStoreTest, AStoreOfTheFormatBeforeIsBroughtAlongAndKept) {
+TEST_F(SqliteStoreTest, AStoreOfThePreviousFormatIsConvertedAndKept) {
   const std::string before = read_file(test::source_file("tests/unit/store/format_12.sql")).value();
   sql(before);
   std::ofstream(file_.string() + ".new") << "what a program left that was killed meanwhile";
@@ -137,13 +137,13 @@ TEST_F(SqliteStoreTest, AStoreOfTheFormatBeforeIsBroughtAlongAndKept) {
     EXPECT_EQ(state.epoch, epoch);
     EXPECT_EQ(state.secret.hex(), "d099ff1169dd9f1c64c049de5beb283f90307f0979e30ebc7de9db4549024986");
   }
-  // The way back: the file as it was.
+  // The way back: the original file.
   std::filesystem::rename(file_.string() + ".format-12", file_);
   std::filesystem::remove(chain_);
   EXPECT_EQ(test::describe(open()->load().value()), test::describe(test::state_of_the_format_before()));
 }
 
-TEST_F(SqliteStoreTest, WhatWasDamagedInTheFormatBeforeIsNotCalledSoundAfterwards) {
+TEST_F(SqliteStoreTest, ConversionDoesNotHideDamage) {
   sql(read_file(test::source_file("tests/unit/store/format_12.sql")).value());
   sql("UPDATE jobs SET owner = 'mallory' WHERE id = 2; UPDATE nodes SET samples = zeroblob(96) WHERE tile = 0; "
       "UPDATE results SET worker = 'innocent' WHERE tile = 3");
@@ -154,7 +154,7 @@ TEST_F(SqliteStoreTest, WhatWasDamagedInTheFormatBeforeIsNotCalledSoundAfterward
   EXPECT_EQ(state.next_job_id, 4u);
 }
 
-TEST_F(SqliteStoreTest, EachHasItsSecretAndKeepsIt) {
+TEST_F(SqliteStoreTest, EachStoreKeepsItsOwnSecret) {
   const Sha256 secret = open()->load()->secret;
   EXPECT_EQ(open()->load()->secret, secret);
   std::filesystem::remove(file_);
@@ -230,7 +230,7 @@ TEST(CommitChain, OnlyAStoreWithAllAcknowledgedCommitsPasses) {
   }
 }
 
-/// A folder as kill -9 leaves it: three jobs, each committed by itself, and a journal.
+/// A folder after kill -9: three jobs, each in a commit of its own, and a journal.
 class LostCommits : public SqliteStoreTest {
  protected:
   void SetUp() override {
@@ -243,7 +243,7 @@ class LostCommits : public SqliteStoreTest {
       std::filesystem::copy_file(file, killed_.path() / file.filename());
     }
   }
-  /// The folder as it was killed.
+  /// Puts back the folder as kill -9 left it.
   void restore() const {
     for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) {
       std::filesystem::remove(entry);
@@ -268,7 +268,7 @@ class LostCommits : public SqliteStoreTest {
   const TemporaryFolder killed_;
 };
 
-TEST_F(LostCommits, AKilledStoreHasAll) {
+TEST_F(LostCommits, AKilledStoreHasAllCommits) {
   restore();
   const sqlite::JournalScan scan = sqlite::scan_journal(journal_);
   EXPECT_FALSE(scan.damaged);
@@ -315,7 +315,7 @@ TEST_F(LostCommits, AcceptedLossReusesNoJobId) {
   EXPECT_EQ(open()->load()->next_job_id, 4u) << "nor later";
 }
 
-TEST_F(SqliteStoreTest, NothingIsAcknowledgedWithoutARecordOfIt) {
+TEST_F(SqliteStoreTest, NoCommitIsAcknowledgedWithoutItsRecord) {
   std::filesystem::create_symlink("/dev/full", chain_);
   const Status status = open()->load().status();
   EXPECT_EQ(status.code(), StatusCode::kResourceExhausted);
@@ -332,13 +332,13 @@ TEST_F(LostCommits, AnOldCopyOfTheDatabaseIsRefused) {
   EXPECT_EQ(open_sqlite_store(file_).status().code(), StatusCode::kFailedPrecondition);
 }
 
-TEST_F(LostCommits, WithoutTheRecordTheDatabaseIsRefused) {
+TEST_F(LostCommits, ADatabaseWithoutItsRecordIsRefused) {
   restore();
   std::filesystem::remove(chain_);
   EXPECT_EQ(open_sqlite_store(file_).status().code(), StatusCode::kFailedPrecondition);
 }
 
-TEST_F(LostCommits, WithoutTheDatabaseItsJournalIsRefusedAndKept) {
+TEST_F(LostCommits, AJournalWithoutItsDatabaseIsRefusedAndKept) {
   for (const bool is_there : {false, true}) {
     restore();
     std::filesystem::remove(file_);

@@ -214,7 +214,7 @@ TEST_P(StoreConformance, JobRoundTrips) {
   EXPECT_EQ(describe(loaded(*open())), describe(expected));
 }
 
-TEST_P(StoreConformance, LaterRowReplaces) {
+TEST_P(StoreConformance, ALaterRowReplacesAnEarlierOne) {
   JobRecord record = full_record(1);
   {
     const auto store = open();
@@ -281,7 +281,7 @@ TEST_P(StoreConformance, ForestIsKept) {
   EXPECT_EQ(describe(loaded(*open())), describe(expected));
 }
 
-/// A job of so many tiles, of which each has a node of 96 KiB.
+/// A job of `tiles` tiles, each with a node of 96 KiB.
 std::vector<StoreOp> writes_of_large_film(const JobRecord& record, std::uint32_t tiles) {
   std::vector<StoreOp> ops{PutJob{record}};
   for (TileId tile{0}; tile.value < tiles; ++tile.value) {
@@ -293,7 +293,7 @@ std::vector<StoreOp> writes_of_large_film(const JobRecord& record, std::uint32_t
   return ops;
 }
 
-TEST_P(StoreConformance, TheValuesOfAnEndedJobsFilmAreReadApartInPieces) {
+TEST_P(StoreConformance, AnEndedJobsFilmIsReadSeparatelyInPieces) {
   constexpr std::uint32_t kTiles = 400;  // 37.5 MiB
   JobRecord ended = full_record(1), active = full_record(2);
   ended.state = JobState::done;
@@ -325,7 +325,7 @@ TEST_P(StoreConformance, TheValuesOfAnEndedJobsFilmAreReadApartInPieces) {
       EXPECT_TRUE(read.insert(node.tile).second) << "twice";
     }
     last = piece.last;
-    // What is committed between two pieces: the last tile goes, and what was read is neither skipped nor repeated.
+    // A commit between two pieces drops the last tile. The read skips and repeats nothing.
     commit(*store, {DropNode{{JobId{1}, TileId{kTiles - 1}, {2, 0}}},
                     PutNode{JobId{1}, TileId{0}, small_node(0, 8 + static_cast<std::uint32_t>(pieces), 1)}});
   }
@@ -335,7 +335,7 @@ TEST_P(StoreConformance, TheValuesOfAnEndedJobsFilmAreReadApartInPieces) {
   EXPECT_TRUE(store->read_film(JobId{77}, {})->nodes.empty());
 }
 
-TEST_P(StoreConformance, ADamagedNodeOfAnEndedJobIsLeftOutOnceItIsRead) {
+TEST_P(StoreConformance, ADamagedNodeOfAnEndedJobIsLeftOutWhenRead) {
   JobRecord ended = full_record(1);
   ended.state = JobState::done;
   {
@@ -354,7 +354,7 @@ TEST_P(StoreConformance, ADamagedNodeOfAnEndedJobIsLeftOutOnceItIsRead) {
   EXPECT_EQ(piece.nodes[0].tile, TileId{1});
 }
 
-TEST_P(StoreConformance, OrderWithinACommit) {
+TEST_P(StoreConformance, OperationsOfACommitKeepTheirOrder) {
   const JobId job{1};
   {
     const auto store = open();
@@ -401,7 +401,7 @@ TEST_P(StoreConformance, TokensAreKeptUntilTheyAreDropped) {
   }
   expected.tokens = {one};
   EXPECT_EQ(describe(loaded(*open())), describe(expected));
-  // One that cannot be read lets nobody in, and keeps nobody else out.
+  // A damaged token admits no caller, and other tokens stay valid.
   for (const char* const damage : {"checksum = checksum + 1", "message = substr(message, 2)"}) {
     commit(*open(), {DropToken{one.id}, PutToken{two}});
     place_->update("tokens", damage);
@@ -564,7 +564,7 @@ TEST_P(StoreConformance, ADamagedNodeIsLeftOutAndTheOthersStay) {
     EXPECT_EQ(state.jobs[0].nodes[0].tile.value, 1u);
     EXPECT_EQ(state.damaged, (std::vector<NodeKey>{{JobId{1}, TileId{0}, {0, 0}}}));
     EXPECT_TRUE(store->check_structure().ok());
-    // It is gone from the store too: the same range can be stored again.
+    // The node is also gone from the store, so the same range can be stored again.
     commit(*store, {PutNode{JobId{1}, TileId{0}, small_node(0, 0, 1)}});
   }
   const StoredState again = loaded(*open());
@@ -572,7 +572,7 @@ TEST_P(StoreConformance, ADamagedNodeIsLeftOutAndTheOthersStay) {
   EXPECT_TRUE(again.damaged.empty());
 }
 
-TEST_P(StoreConformance, AJobOfWhichSomethingElseIsStoredThanWasWrittenIsLeftOut) {
+TEST_P(StoreConformance, AnAlteredJobIsLeftOut) {
   const auto left_out = [&] {
     const StoredState state = loaded(*open());
     EXPECT_EQ(state.next_job_id, 4u);
@@ -597,7 +597,7 @@ TEST_P(StoreConformance, AJobOfWhichSomethingElseIsStoredThanWasWrittenIsLeftOut
   }
 }
 
-TEST_P(StoreConformance, DamagedProgressBeginsAnewAndIsNamed) {
+TEST_P(StoreConformance, DamagedProgressStartsAgainAndIsNamed) {
   JobRecord record = full_record(1);
   {
     const auto store = open();
@@ -617,7 +617,7 @@ TEST_P(StoreConformance, DamagedProgressBeginsAnewAndIsNamed) {
   EXPECT_TRUE(loaded(*open()).damaged_entries.empty()) << "they are written anew";
 }
 
-TEST_P(StoreConformance, AWorkerWhoseQuarantineIsDamagedStaysInIt) {
+TEST_P(StoreConformance, ADamagedQuarantineStaysInForce) {
   {
     const auto store = open();
     loaded(*store);
@@ -634,7 +634,7 @@ TEST_P(StoreConformance, AWorkerWhoseQuarantineIsDamagedStaysInIt) {
   EXPECT_TRUE(again.damaged_entries.empty()) << "it is written anew";
 }
 
-TEST_P(StoreConformance, ADamagedRecordOfAResultGoesAloneWhateverItsNumbers) {
+TEST_P(StoreConformance, OnlyTheDamagedRecordOfAResultIsDropped) {
   const NodeKey left{JobId{1}, TileId{0}, {0, 0}}, right{JobId{1}, TileId{0}, {0, 1}},
       other{JobId{1}, TileId{1}, {0, 0}};
   const auto put = [](const NodeKey& key) { return PutResult{key, Hash128{1, 2}, {"worker", "machine"}, true}; };
@@ -647,12 +647,12 @@ TEST_P(StoreConformance, ADamagedRecordOfAResultGoesAloneWhateverItsNumbers) {
   EXPECT_EQ(loaded(*open()).jobs.at(0).results.size(), 3u);
   const std::vector<std::pair<std::string, DropResultRow>> changes{
       {"worker = 'innocent'", {JobId{1}, 0, 0, 1}},
-      {"level = 20, range_index = 0", {JobId{1}, 0, 20, 0}},  // within which all others would lie
+      {"level = 20, range_index = 0", {JobId{1}, 0, 20, 0}},  // all others would lie within it
       {"level = 2147483700", {JobId{1}, 0, 2147483700, 1}},
       {"level = -3", {JobId{1}, 0, -3, 1}},
-      {"tile = 4294967297, range_index = 0", {JobId{1}, 4294967297, 0, 0}},  // the other one, in 32 bits
+      {"tile = 4294967297, range_index = 0", {JobId{1}, 4294967297, 0, 0}},  // the range of `other`, in 32 bits
       {"tile = -1", {JobId{1}, -1, 0, 1}},
-      {"range_index = 4294967297", {JobId{1}, 0, 0, 4294967297}},  // its own in 32 bits, which its checksum fits
+      {"range_index = 4294967297", {JobId{1}, 0, 0, 4294967297}},  // its own range in 32 bits, which its checksum fits
       {"audit = 2", {JobId{1}, 0, 0, 1}},                          // it would never be rendered again
       {"checksum = 0", {JobId{1}, 0, 0, 1}}};
   for (const auto& [change, row] : changes) {
@@ -663,13 +663,13 @@ TEST_P(StoreConformance, ADamagedRecordOfAResultGoesAloneWhateverItsNumbers) {
     EXPECT_EQ(after.jobs.at(0).results.size(), 2u) << change;
     commit(*open(), {put(right)});
   }
-  // One that is still there does not keep others from going.
+  // A row that stays damaged does not keep others from being dropped.
   place_->update("results", "level = -3 WHERE tile = 0 AND range_index = 1");
   commit(*open(), {DropResults{{JobId{1}, TileId{0}, {3, 0}}}});
 }
 
 TEST_P(StoreConformance, ManyNodesOfSeveralJobsAreKept) {
-  // More than any store reads or writes at once.
+  // More than a store reads or writes at once.
   StoredState expected;
   expected.next_job_id = 4;
   std::vector<StoreOp> ops;

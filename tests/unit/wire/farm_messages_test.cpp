@@ -94,7 +94,7 @@ std::string error_of(const Result<T>& result) {
   return result.ok() ? "no error" : message_of(result.status());
 }
 
-TEST(FarmMessages, AJobSpecificationComesBackWhole) {
+TEST(FarmMessages, AJobSpecificationSurvivesARoundTrip) {
   const JobSpec spec = example_spec();
   v1::SubmitJobRequest wire;
   to_wire(spec, &wire);
@@ -115,7 +115,7 @@ TEST(FarmMessages, AJobSpecificationComesBackWhole) {
   EXPECT_EQ(again.SerializeAsString(), wire.SerializeAsString());
 }
 
-TEST(FarmMessages, AJobStatusComesBackWhole) {
+TEST(FarmMessages, AJobStatusSurvivesARoundTrip) {
   JobStatus status;
   status.id = JobId{5};
   status.name = "box";
@@ -201,7 +201,7 @@ TEST(FarmMessages, ANodeKeepsItsBits) {
   EXPECT_EQ(got.tag, sent.tag);
 }
 
-TEST(FarmMessages, WhoKnowsOfNoTracesIsUnderstood) {
+TEST(FarmMessages, AResultWithoutATraceIdIsAccepted) {
   v1::WorkRequest result;
   to_wire(WorkerMessage(example_result()), &result);
   result.mutable_result()->clear_trace_id();
@@ -212,7 +212,7 @@ TEST(FarmMessages, WhoKnowsOfNoTracesIsUnderstood) {
   EXPECT_NE(error_of(from_wire(result)).find("trace_id"), std::string::npos);
 }
 
-TEST(FarmMessages, WorkerMessagesComeBackWhole) {
+TEST(FarmMessages, WorkerMessagesSurviveARoundTrip) {
   WorkerHello hello{"w1", "host", 123, 8, "class", "version", {}, true};
   hello.held.push_back(
       {LeaseId{1}, 7, sha256("job"), {JobId{3}, {2, 9}, {TileId{0}, TileId{5}}}, {sha256("tag 0"), sha256("tag 5")}});
@@ -276,7 +276,7 @@ TEST(FarmMessages, WorkerMessagesComeBackWhole) {
   EXPECT_TRUE(std::holds_alternative<WorkerDraining>(through_wire(WorkerMessage(WorkerDraining{}))));
 }
 
-TEST(FarmMessages, SentencesThatQuoteAnyBytesArriveAsText) {
+TEST(FarmMessages, QuotedBytesArriveAsText) {
   const std::string rubbish = "f 1 2 \xe9\n" + std::string(100'000, 'x');
   const auto arrived = [](const WorkerMessage& sent) {
     v1::WorkRequest wire, read;
@@ -294,7 +294,7 @@ TEST(FarmMessages, SentencesThatQuoteAnyBytesArriveAsText) {
                   .starts_with(beginning));
 }
 
-TEST(FarmMessages, CoordinatorMessagesComeBackWhole) {
+TEST(FarmMessages, CoordinatorMessagesSurviveARoundTrip) {
   const Welcome welcome{42, std::chrono::milliseconds(2500), std::chrono::seconds(10), {7, 8}};
   const auto greeted = std::get<Welcome>(through_wire(CoordinatorMessage(welcome)));
   EXPECT_EQ(greeted.epoch, 42u);
@@ -409,7 +409,7 @@ TEST(FarmMessages, BadGoalsAreNamed) {
   EXPECT_EQ(error_of(from_wire(goal)), "goal.samples: at most 1073741824, got 1073741825");
 }
 
-TEST(FarmMessages, APilotOfNoMethodsIsRefused) {
+TEST(FarmMessages, APilotWithoutMethodsIsRefused) {
   v1::WorkResponse wire;
   to_wire(CoordinatorMessage(PilotGrant{LeaseId{7}, JobId{3}, example_settings(), {}, true}), &wire);
   EXPECT_EQ(error_of(from_wire(wire)), "pilot.methods: at least one is expected");

@@ -25,7 +25,7 @@ std::string light_error(const std::string& text) {
   if (file.ok()) {
     return "no error";
   }
-  // Without the place, "", which the tests of documents look at.
+  // Without the place "", which the tests of documents check.
   const std::string message = message_of(file.status());
   return message.substr(message.find(": ") + 2);
 }

@@ -1,4 +1,4 @@
-// Materials of scene documents: all kinds are read, packed and come back; mistakes are named.
+// Materials of scene documents: all kinds survive a round trip, and mistakes are named.
 #include <gtest/gtest.h>
 
 #include "common/wire/scene_json.h"

@@ -79,7 +79,7 @@ TEST(SceneJson, AWholeDocumentIsRead) {
   EXPECT_EQ(file->source.place("objects[1].mesh.file"), "all.json:15:25");
 }
 
-TEST(SceneJson, MetersComeAndGo) {
+TEST(SceneJson, MetersSurviveARoundTrip) {
   const Result<SceneFile> file = read_scene_json(document(kCamera, kFilm, kMaterials, kObjects, R"(, "meters": [
         {"name": "desk", "irradiance": {"point": [1, 2, 3], "normal": [0, 1, 0]}},
         {"name": "wall", "patch": {"corner": [0, 0, 0], "edge1": [1, 0, 0], "edge2": [0, 2, 0]}},
@@ -199,7 +199,7 @@ TEST(SceneJson, WrongTypesAreNamed) {
   EXPECT_EQ(scene_error(" 5"), "box.json:1:2: an object is expected");
 }
 
-TEST(SceneJson, NumbersThatAreNoneAreNamed) {
+TEST(SceneJson, NonFiniteNumbersAreNamed) {
   EXPECT_EQ(scene_error(document(R"({"eye": [0, NaN, 0]})", kFilm, kMaterials, kObjects)),
             "box.json:2:23: camera.eye[1]: NaN is not allowed; a finite number is expected");
   EXPECT_EQ(
@@ -238,7 +238,7 @@ TEST(SceneJson, UnknownMaterialsAreNamed) {
             "box.json:4:55: materials[1].name: \"red\" names an earlier material already");
 }
 
-TEST(SceneJson, WhatIsMissingIsNamed) {
+TEST(SceneJson, MissingFieldsAreNamed) {
   EXPECT_EQ(scene_error("{}"), "box.json:1:1: camera: must be given");
   EXPECT_EQ(scene_error(document("{}", kFilm, kMaterials, kObjects)), "box.json:2:11: camera.eye: must be given");
   EXPECT_EQ(scene_error(document(R"({"eye": [0, 0, 0], "look_at": [0, 0, 1]})", kFilm, kMaterials, kObjects)),
@@ -268,7 +268,7 @@ TEST(SceneJson, WhatIsMissingIsNamed) {
             "cosine_power, ies, environment");
 }
 
-TEST(SceneJson, BrokenJsonIsPlaced) {
+TEST(SceneJson, BrokenJsonIsReportedWithItsPlace) {
   EXPECT_EQ(
       scene_error("{\n  \"camera\" 5}"),
       "box.json:2:12: not JSON: syntax error while parsing object separator - unexpected number literal; expected ':'");
@@ -316,7 +316,7 @@ Scene example_scene() {
   return scene;
 }
 
-TEST(CameraFile, ComesBackToTheLastBit) {
+TEST(CameraFile, SurvivesARoundTripToTheLastBit) {
   Camera camera;
   camera.eye = {0.1, -1e-300, 1.0 / 3};
   camera.look_at = {0, 0, 0};
@@ -330,7 +330,7 @@ TEST(CameraFile, ComesBackToTheLastBit) {
   EXPECT_EQ(back->vertical_fov_degrees, camera.vertical_fov_degrees);
 }
 
-TEST(PackedScene, ComesBackWithTheSameBytes) {
+TEST(PackedScene, SurvivesARoundTripWithTheSameBytes) {
   const Scene scene = example_scene();
   const std::string bytes = pack_scene(scene);
   const Result<Scene> back = unpack_scene(bytes);

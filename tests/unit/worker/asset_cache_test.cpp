@@ -36,7 +36,7 @@ TEST_F(AssetCacheTest, FetchesAnAssetOnce) {
   EXPECT_EQ(fetched_, 1);
 }
 
-TEST_F(AssetCacheTest, OtherBytesThanTheDigestSaysAreRefused) {
+TEST_F(AssetCacheTest, BytesOfAnotherDigestAreRefused) {
   AssetCache assets = cache(100);
   const Sha256 digest = sha256("mesh");
   farm_[digest] = "something else";
@@ -45,7 +45,7 @@ TEST_F(AssetCacheTest, OtherBytesThanTheDigestSaysAreRefused) {
   EXPECT_EQ(assets.get(digest).value(), "mesh") << "the damaged bytes were not kept";
 }
 
-TEST_F(AssetCacheTest, TheLeastRecentlyUsedGoesFirst) {
+TEST_F(AssetCacheTest, TheLeastRecentlyUsedAssetIsDroppedFirst) {
   AssetCache assets = cache(10);
   const Sha256 a = add("aaaa"), b = add("bbbb"), c = add("cccc");
   for (const Sha256& digest : {a, b, a, c}) {
@@ -60,7 +60,7 @@ TEST_F(AssetCacheTest, TheLeastRecentlyUsedGoesFirst) {
   EXPECT_EQ(fetched_, 1);
 }
 
-TEST_F(AssetCacheTest, WhatIsLargerThanTheLimitIsGivenButNotKept) {
+TEST_F(AssetCacheTest, AnAssetBeyondTheLimitIsReturnedButNotKept) {
   AssetCache assets = cache(3);
   const Sha256 digest = add("mesh");
   EXPECT_EQ(assets.get(digest).value(), "mesh");

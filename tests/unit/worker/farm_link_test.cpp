@@ -16,8 +16,8 @@
 namespace lightmill {
 namespace {
 
-TEST(FarmLinkTest, AStreamHasEndedWholeBeforeTheNextBegins) {
-  // Else gRPC's thread would be the last that has the channel, and would have to wait for its own end.
+TEST(FarmLinkTest, AStreamEndsBeforeTheNextBegins) {
+  // Otherwise gRPC's thread would hold the channel last, and would wait for its own end.
   constexpr std::uint64_t kStreams = 10;
   std::counting_semaphore<> told(0);
   std::atomic<std::uint64_t> returned = 0;
@@ -44,7 +44,7 @@ TEST(FarmLinkTest, AStreamHasEndedWholeBeforeTheNextBegins) {
   EXPECT_EQ(returned, kStreams);
 }
 
-/// A worker without a token, with a file to enrol by.
+/// A worker without a token, with an enrolment file.
 class EnrollingLinkTest : public ::testing::Test {
  protected:
   EnrollingLinkTest() {
@@ -63,7 +63,7 @@ class EnrollingLinkTest : public ::testing::Test {
   std::promise<Status> ended_;
 };
 
-TEST_F(EnrollingLinkTest, AnEnrolmentThatFailsEndsTheStream) {
+TEST_F(EnrollingLinkTest, AFailedEnrolmentEndsTheStream) {
   FarmLink link(farm("127.0.0.1:1"), handlers_);
   EXPECT_EQ(link.open(), 1u);
   const Status status = ended_.get_future().get();
@@ -72,7 +72,7 @@ TEST_F(EnrollingLinkTest, AnEnrolmentThatFailsEndsTheStream) {
   EXPECT_FALSE(state_.has_token());
 }
 
-TEST_F(EnrollingLinkTest, ATokenDoesNotGoOverTheNetworkInTheOpen) {
+TEST_F(EnrollingLinkTest, ATokenIsNotSentUnencrypted) {
   FarmLink link(farm("192.0.2.1:7350"), handlers_);
   link.open();
   const Status status = ended_.get_future().get();
@@ -80,7 +80,7 @@ TEST_F(EnrollingLinkTest, ATokenDoesNotGoOverTheNetworkInTheOpen) {
   EXPECT_NE(message_of(status).find("--tls-ca"), std::string::npos) << status;
 }
 
-TEST_F(EnrollingLinkTest, AWorkerThatLeavesGivesUpItsEnrolment) {
+TEST_F(EnrollingLinkTest, ALeavingWorkerStopsItsEnrolment) {
   const int silent = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;

@@ -1,4 +1,4 @@
-// One inspection after the other, whatever becomes of each.
+// Inspections one after another, whatever happens to each.
 #include "worker/inspect/inspector.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ const std::string kBall = R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0],
 "materials": [{"name": "grey", "diffuse": {"reflectance": {"rgb": [0.5, 0.5, 0.5]}}}],
 "objects": [{"name": "ball", "material": "grey", "sphere": {"center": [0, 0, 0], "radius": 1}}]})";
 
-/// Time passes when the test says so.
+/// A clock that moves when the test says so.
 class StepClock final : public Clock {
  public:
   Time now() const override { return Time(std::chrono::seconds(seconds_)); }
@@ -92,7 +92,7 @@ class InspectorTest : public ::testing::Test {
                        clock_};
 };
 
-TEST_F(InspectorTest, TellsWhatIsFoundOfEach) {
+TEST_F(InspectorTest, EachInspectionReportsItsFindings) {
   inspector_.add(grant(1, kBall));
   const InspectReport found = next_report();
   EXPECT_EQ(found.inspection, InspectionId{1});
@@ -104,7 +104,7 @@ TEST_F(InspectorTest, TellsWhatIsFoundOfEach) {
   EXPECT_FALSE(missing.found.ok());
 }
 
-TEST_F(InspectorTest, LivesOnWhereTheMemoryEndsOrALibraryThrows) {
+TEST_F(InspectorTest, SurvivesOutOfMemoryAndExceptions) {
   inspector_.add(grant(1, "no memory"));
   EXPECT_EQ(next_report().found.status().code(), StatusCode::kResourceExhausted);
   inspector_.add(grant(2, kBall));
@@ -115,7 +115,7 @@ TEST_F(InspectorTest, LivesOnWhereTheMemoryEndsOrALibraryThrows) {
   EXPECT_TRUE(next_report().found.ok());
 }
 
-TEST_F(InspectorTest, ANewOneTakesThePlaceOfWhatIsBeingRead) {
+TEST_F(InspectorTest, ANewInspectionReplacesTheRunningOne) {
   inspector_.add(grant(1, "held"));
   held_.get_future().wait();
   inspector_.add(grant(2, kBall));
@@ -123,7 +123,7 @@ TEST_F(InspectorTest, ANewOneTakesThePlaceOfWhatIsBeingRead) {
   EXPECT_EQ(next_report().inspection, InspectionId{2}) << "nobody waits for the first";
 }
 
-TEST_F(InspectorTest, WhatTakesMoreThanAMinuteIsGivenUp) {
+TEST_F(InspectorTest, AnInspectionTimesOutAfterAMinute) {
   inspector_.add(grant(1, kBall + "\n"));
   EXPECT_EQ(next_report().found.status().code(), StatusCode::kDeadlineExceeded);
   slow_upload_ = true;
@@ -135,7 +135,7 @@ TEST_F(InspectorTest, WhatTakesMoreThanAMinuteIsGivenUp) {
   EXPECT_TRUE(report.found.ok()) << report.found.status();
 }
 
-TEST_F(InspectorTest, NothingIsToldOfADroppedOne) {
+TEST_F(InspectorTest, ADroppedInspectionIsNotReported) {
   inspector_.add(grant(1, "held"));
   held_.get_future().wait();
   inspector_.drop();

@@ -1,4 +1,4 @@
-// Memory and threads that end while a worker prepares or renders.
+// Memory and threads that run out while a worker prepares or renders.
 #include <gtest/gtest.h>
 
 #include <future>
@@ -21,8 +21,8 @@ constexpr int kFilmSide = 64;
 /// Exit codes of the children.
 enum { kAllDone, kLarge, kWrong };
 
-/// With more and more memory, from so much on, until all is done. Whatever there is less of, the child must say so, and
-/// do what is small.
+/// Runs the child with more and more memory, from `least_mib` on, until it does everything. With less, the child must
+/// report what it lacks and do the small work.
 void expect_small_work_is_done(const std::function<int()>& child, std::uint64_t least_mib, std::uint64_t step_mib) {
   if (!test::kMemoryCanEnd) {
     GTEST_SKIP() << "address space cannot be limited under a sanitizer";
@@ -53,7 +53,7 @@ std::shared_ptr<const Method> method_of(const std::string& name) {
   return std::move(made).value();
 }
 
-TEST(OutOfMemory, WhileATileIsRenderedIsSaidAndOtherTilesAreRendered) {
+TEST(OutOfMemory, FailsOneTileAndOthersAreRendered) {
   // Two threads trace a large photon pass each.
   const std::shared_ptr<const Method> large = method_of("ppm:photons=100000"), small = method_of("path");
   const std::unique_ptr<Workspace> workspace = small->make_workspace();
@@ -78,8 +78,8 @@ TEST(OutOfMemory, WhileATileIsRenderedIsSaidAndOtherTilesAreRendered) {
   expect_small_work_is_done(child, 32, 8);
 }
 
-// Where one large job fits, so does the next one, although the first one's scene is kept.
-TEST(OutOfMemory, WhileAJobIsPreparedIsSaidAndOtherJobsArePrepared) {
+// If one large job fits, so does the next one, although the first job's scene is kept.
+TEST(OutOfMemory, FailsOneJobAndOthersArePrepared) {
   constexpr std::uint32_t kSquares = 500;
   Mesh mesh;
   for (std::uint32_t i = 0; i <= kSquares; ++i) {
@@ -133,7 +133,7 @@ TEST(OutOfMemory, WhileAJobIsPreparedIsSaidAndOtherJobsArePrepared) {
   expect_small_work_is_done(child, 24, 8);
 }
 
-TEST(OutOfThreads, IsSaidWithWhatToDo) {
+TEST(OutOfThreads, IsReportedWithARemedy) {
   const Result<int> result = within_limits("the scene was prepared", []() -> Result<int> {
     throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again));
   });
@@ -142,7 +142,7 @@ TEST(OutOfThreads, IsSaidWithWhatToDo) {
   EXPECT_NE(message_of(result.status()).find("pids.max"), std::string::npos) << result.status();
 }
 
-TEST(OutOfThreads, APoolWhoseThreadsCannotAllStartEndsThoseThatHave) {
+TEST(OutOfThreads, APoolThatCannotStartAllThreadsEndsTheStartedOnes) {
   if (!test::kMemoryCanEnd) {
     GTEST_SKIP() << "address space cannot be limited under a sanitizer";
   }
@@ -151,7 +151,7 @@ TEST(OutOfThreads, APoolWhoseThreadsCannotAllStartEndsThoseThatHave) {
     try {
       const RenderPool pool(1000, [](const RenderedTile&) {});
     } catch (const std::system_error&) {
-      std::thread([] {}).join();  // there is room again
+      std::thread([] {}).join();  // threads can start again
       return 7;
     }
     return 0;

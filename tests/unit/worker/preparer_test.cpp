@@ -1,4 +1,4 @@
-// The thread that makes jobs ready and runs pilots.
+// The thread that prepares jobs and runs pilots.
 #include "worker/render/preparer.h"
 #include "tests/support/places.h"
 
@@ -28,7 +28,7 @@ class PreparerTest : public ::testing::Test {
     return std::make_shared<PilotGrant>(
         PilotGrant{LeaseId{lease}, JobId{lease}, settings_, std::vector<std::string>(methods, "path")});
   }
-  /// Would take an hour.
+  /// A pilot that would take an hour.
   std::shared_ptr<const PilotGrant> endless(std::uint64_t lease) const { return pilot(lease, 100'000); }
   std::shared_ptr<const JobDescription> job(std::uint64_t id) const {
     return std::make_shared<JobDescription>(JobDescription{JobId{id}, {}, settings_});
@@ -56,7 +56,7 @@ class PreparerTest : public ::testing::Test {
     }
   }
 
-  /// Until the preparer's thread has used some CPU time: a pilot may be under way.
+  /// Waits until the preparer's thread has used CPU time, so that a pilot may be running.
   static void wait_until_it_computes() {
     const std::clock_t before = std::clock();
     EXPECT_TRUE(test::eventually([&] { return std::clock() - before > CLOCKS_PER_SEC / 20; }));
@@ -99,7 +99,7 @@ TEST_F(PreparerTest, OnlyTheLastDescriptionOfAJobIsPrepared) {
   EXPECT_EQ(prepared_[0], last);
 }
 
-TEST_F(PreparerTest, ItsEndWaitsForNoPilot) {
+TEST_F(PreparerTest, DestructionDoesNotWaitForAPilot) {
   std::unique_ptr<Preparer> preparer = make();
   preparer->add(endless(1));
   wait_until_it_computes();
@@ -107,8 +107,8 @@ TEST_F(PreparerTest, ItsEndWaitsForNoPilot) {
   EXPECT_TRUE(reported_.empty());
 }
 
-// What the finished scene holds is known to the byte; while it is compiled it takes more, but not a multiple.
-TEST(SceneMemory, IsToldBeforeWithinAFactorAndNamesWhatIsLargest) {
+// The size of the finished scene is known to the byte. Compilation takes more, but not a multiple.
+TEST(SceneMemory, IsPredictedWithinAFactorAndNamesTheLargestPart) {
   constexpr std::uint32_t kSide = 300;
   Mesh mesh;
   for (std::uint32_t i = 0; i <= kSide; ++i) {
@@ -139,13 +139,13 @@ TEST(SceneMemory, IsToldBeforeWithinAFactorAndNamesWhatIsLargest) {
   const auto held = static_cast<double>((*compiled)->bytes());
   EXPECT_GT(static_cast<double>(told->bytes), held);
   EXPECT_LT(static_cast<double>(told->bytes), 3 * held);
-  // A header that promises more than the file has is not believed.
+  // A header that promises more than the file has is not trusted.
   const std::string lie = bytes.substr(0, 4) + std::string(4, '\0') + std::string(8, '\xff') + "short";
   const auto liar = [&](const Sha256&) -> Result<std::string> { return lie; };
   EXPECT_LT(estimate_memory(scene, liar, no_images)->bytes, std::uint64_t{32} << 20);
 }
 
-TEST_F(PreparerTest, ASceneThatIsTooLargeIsRefusedByNameAndTheNextIsPrepared) {
+TEST_F(PreparerTest, ATooLargeSceneIsRefusedByNameAndTheNextIsPrepared) {
   const auto prepared_with = [&](const SceneLimits& limits) {
     Status status;
     bool done = false;

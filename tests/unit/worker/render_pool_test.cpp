@@ -1,4 +1,4 @@
-// The threads that render tiles: what they share must not change a bit.
+// Render threads, whose sharing must not change a bit.
 #include "worker/render/render_pool.h"
 
 #include <gtest/gtest.h>
@@ -14,9 +14,9 @@ namespace lightmill {
 namespace {
 
 constexpr std::uint32_t kThreads = 4;
-constexpr int kSide = 96;  ///< pixels: four tiles, of which three are narrower
+constexpr int kSide = 96;  ///< pixels: four tiles, three of them smaller
 
-/// Nodes by ticket, as they come.
+/// Nodes by ticket, in order of arrival.
 class Collected {
  public:
   void add(RenderedTile tile) {
@@ -51,7 +51,7 @@ std::vector<RenderTask> tasks_of(const std::shared_ptr<const Method>& method) {
 
 class RenderPoolTest : public testing::TestWithParam<const char*> {};
 
-TEST_P(RenderPoolTest, ThreadsThatShareAMethodRenderWhatOneAloneDoes) {
+TEST_P(RenderPoolTest, ThreadsThatShareAMethodRenderTheBitsOfOneThread) {
   const test::TestScene scene =
       test::TestScene(test::source_file("scenes/cornell-bench-balls.json")).resized(kSide, kSide);
   const MethodSettings settings{.name = GetParam(), .seed = 5};
@@ -114,7 +114,7 @@ TEST(RenderPool, FirstSamplesGoBeforeOthers) {
   EXPECT_EQ(order, (std::vector<std::uint64_t>{0, 2, 4, 1, 3, 5}));
 }
 
-TEST(RenderPool, ItsEndDropsWhatWaits) {
+TEST(RenderPool, DestructionDropsWaitingTasks) {
   const std::shared_ptr<const Method> method = path_method();
   std::atomic<int> done = 0;
   {
@@ -126,7 +126,7 @@ TEST(RenderPool, ItsEndDropsWhatWaits) {
   EXPECT_LT(done, 100);
 }
 
-/// A ball that no light leaves: a path ends after its last scattering alone.
+/// A ball that no light leaves, so a path ends only after its last scattering.
 std::shared_ptr<const Method> endless_method() {
   static const test::TestScene scene = test::TestScene::from_text(R"({
     "film": {"width": 64, "height": 64},
@@ -160,7 +160,7 @@ TEST(RenderPool, AStoppedTaskEndsBetweenBouncesWithoutValues) {
   const auto endless = std::make_shared<const Announced>(endless_method());
   Collected collected;
   RenderPool pool(1, [&](RenderedTile tile) { collected.add(std::move(tile)); });
-  pool.add({1, {5, 1}, {0, 0, 64, 64}, endless});  // it alone would take hours
+  pool.add({1, {5, 1}, {0, 0, 64, 64}, endless});  // one tile would take hours
   pool.add({2, {5, 2}, {0, 0, 64, 64}, endless});
   pool.add({3, {0, 1}, {0, 0, 64, 64}, path_method()});
   endless->wait_until_begun();
@@ -173,7 +173,7 @@ TEST(RenderPool, AStoppedTaskEndsBetweenBouncesWithoutValues) {
   }
   pool.stop(1);
   pool.stop(2);
-  pool.stop(99);  // which there is not
+  pool.stop(99);  // an unknown ticket
   const std::map<std::uint64_t, Node> nodes = collected.wait_for(3);
   EXPECT_TRUE(pool.at_work().empty());
   EXPECT_TRUE(nodes.at(1).values.empty());
@@ -181,7 +181,7 @@ TEST(RenderPool, AStoppedTaskEndsBetweenBouncesWithoutValues) {
   EXPECT_FALSE(nodes.at(3).values.empty());
 }
 
-TEST(RenderPool, EndsWhateverIsUnderWay) {
+TEST(RenderPool, DestructionStopsRunningTasks) {
   const auto endless = std::make_shared<const Announced>(endless_method());
   RenderPool pool(2, [](const RenderedTile&) {});
   pool.add({1, {5, 1}, {0, 0, 64, 64}, endless});

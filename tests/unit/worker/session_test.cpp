@@ -35,7 +35,7 @@ class SessionTest : public testing::Test {
     session->connected(now, actions);
     say(Welcome{1, std::chrono::seconds(2), std::chrono::seconds(10), farm});
   }
-  /// Connected, with a job ready and one lease.
+  /// Connects, with a job ready and one lease.
   void begin(std::uint32_t tiles) {
     connect();
     say(description());
@@ -108,7 +108,7 @@ TEST_F(SessionTest, TilesWaitForTheirSceneAndThreadsAreKeptBusy) {
   EXPECT_EQ(result.hash, hash_of(result.node));
 }
 
-TEST_F(SessionTest, FirstSamplesAreRenderedBeforeWhatWasGivenEarlier) {
+TEST_F(SessionTest, FirstSamplesAreRenderedBeforeEarlierGrants) {
   connect();
   say(description());
   session->job_ready(JobId{1}, now, actions);
@@ -157,7 +157,7 @@ TEST_F(SessionTest, ResultsAreKeptUntilAcknowledgedAndSentAgainInOrder) {
   EXPECT_EQ(asked<ForgetJob>().size(), 1u);
 }
 
-TEST_F(SessionTest, RenderingGoesOnWhileTheStreamIsDown) {
+TEST_F(SessionTest, RenderingContinuesWhileTheStreamIsDown) {
   begin(6);
   session->disconnected(now, actions);
   rendered(asked<RenderTile>()[0]);
@@ -167,7 +167,7 @@ TEST_F(SessionTest, RenderingGoesOnWhileTheStreamIsDown) {
   EXPECT_EQ(said<WorkerResult>().size(), 1u);
 }
 
-TEST_F(SessionTest, ProvesWithEachResultThatItWasGranted) {
+TEST_F(SessionTest, EachResultCarriesTheTagOfItsGrant) {
   connect();
   say(description());
   session->job_ready(JobId{1}, now, actions);
@@ -184,7 +184,7 @@ TEST_F(SessionTest, ProvesWithEachResultThatItWasGranted) {
   EXPECT_EQ(held.tags, granted.tags);
 }
 
-TEST_F(SessionTest, BringsNothingToAnotherFarm) {
+TEST_F(SessionTest, NoResultIsSentToAnotherFarm) {
   begin(3);
   const std::vector<RenderTile> old = asked<RenderTile>();
   rendered(old[0]);
@@ -224,7 +224,7 @@ TEST_F(SessionTest, UnacknowledgedBytesAreBounded) {
   EXPECT_GT(asked<RenderTile>().size(), 5u);
 }
 
-TEST_F(SessionTest, ACancelledLeaseIsNotRenderedFurther) {
+TEST_F(SessionTest, ACancelledLeaseStopsRendering) {
   begin(10);
   const std::vector<RenderTile> out = asked<RenderTile>();
   say(LeaseCancel{{LeaseId{1}}});
@@ -243,7 +243,7 @@ TEST_F(SessionTest, ACancelledLeaseIsNotRenderedFurther) {
   EXPECT_EQ(session->status().leases, 0u);
 }
 
-TEST_F(SessionTest, WhatIsLeasedAnewAfterItWasStoppedIsRenderedAnew) {
+TEST_F(SessionTest, AStoppedTileIsRenderedAgainWhenLeasedAgain) {
   begin(1);
   const RenderTile first = asked<RenderTile>().at(0);
   say(LeaseCancel{{LeaseId{1}}});
@@ -258,7 +258,7 @@ TEST_F(SessionTest, WhatIsLeasedAnewAfterItWasStoppedIsRenderedAnew) {
   EXPECT_EQ(said<WorkerResult>().size(), 1u);
 }
 
-TEST_F(SessionTest, WhatIsLeasedAnewWhileItIsRenderedIsRenderedOnce) {
+TEST_F(SessionTest, ARunningTileThatIsLeasedAgainIsRenderedOnce) {
   begin(2);
   say(grant(2, 2));  // the first lease was taken for lost; its cancellation comes later
   say(LeaseCancel{{LeaseId{1}}});
@@ -331,7 +331,7 @@ TEST_F(SessionTest, APilotEndsWithItsStream) {
   EXPECT_TRUE(said<PilotReport>().empty());
 }
 
-TEST_F(SessionTest, APilotWhoseAssetsAreAwayIsTriedAgain) {
+TEST_F(SessionTest, APilotWithUnavailableAssetsIsRetried) {
   connect();
   say(PilotGrant{LeaseId{5}, JobId{1}, {}, {"path", "ao"}});
   session->pilot_unavailable(LeaseId{5}, now, actions);
@@ -380,7 +380,7 @@ TEST_F(SessionTest, HeartbeatsListUnfinishedLeases) {
   EXPECT_EQ(said<WorkerHeartbeat>()[0].leases, std::vector<LeaseId>{LeaseId{2}});
 }
 
-TEST_F(SessionTest, HeartbeatsTellWhatTilesHaveTakenSoFar) {
+TEST_F(SessionTest, HeartbeatsReportTheTimeOfRunningTiles) {
   begin(3);
   const std::vector<RenderTile> tiles = asked<RenderTile>();
   session->at_work(tiles[0].ticket, 2.5);
@@ -393,7 +393,7 @@ TEST_F(SessionTest, HeartbeatsTellWhatTilesHaveTakenSoFar) {
   EXPECT_EQ(said<WorkerHeartbeat>().back().at_work, expected);
 }
 
-TEST_F(SessionTest, HeartbeatsTellHowLongResultsWait) {
+TEST_F(SessionTest, HeartbeatsReportTheWaitOfResults) {
   const auto last_wait = [&] { return said<WorkerHeartbeat>().back().longest_wait; };
   begin(4);
   pass(std::chrono::seconds(2));
@@ -440,7 +440,7 @@ TEST_F(SessionTest, ReconnectsWithBackoff) {
   EXPECT_EQ(*session->next_deadline() - now, std::chrono::milliseconds(50));
 }
 
-TEST_F(SessionTest, WhoIsRefusedAsksLessAndLessOftenAndComesBackAtOnceWhenLetInAgain) {
+TEST_F(SessionTest, ARefusedWorkerBacksOffUntilItIsAdmitted) {
   session->start(now, actions);
   double waited_s = 0;
   for (const double expected_s : {1, 2, 4, 8, 16, 32, 60, 60}) {
@@ -461,7 +461,7 @@ TEST_F(SessionTest, WhoIsRefusedAsksLessAndLessOftenAndComesBackAtOnceWhenLetInA
   EXPECT_EQ(*session->next_deadline() - now, std::chrono::seconds(1)) << "another refusal begins anew";
 }
 
-TEST_F(SessionTest, ADrainGivesBackWhatIsNotBegunAndFinishesTheRest) {
+TEST_F(SessionTest, ADrainReturnsUnstartedTilesAndFinishesTheRest) {
   begin(10);
   say(grant(2, 5, 1, {0, 1}));
   const std::vector<RenderTile> out = asked<RenderTile>();
@@ -487,7 +487,7 @@ TEST_F(SessionTest, ADrainGivesBackWhatIsNotBegunAndFinishesTheRest) {
   EXPECT_EQ(asked<CloseStream>().size(), 1u);
 }
 
-TEST_F(SessionTest, ADrainRequestFinishesWhatIsThere) {
+TEST_F(SessionTest, ADrainRequestFinishesAllHeldTiles) {
   begin(6);
   say(DrainRequest{});
   EXPECT_TRUE(said<WorkerReturn>().empty());
@@ -500,13 +500,13 @@ TEST_F(SessionTest, ADrainRequestFinishesWhatIsThere) {
   EXPECT_EQ(asked<Exit>().size(), 1u);
 }
 
-TEST_F(SessionTest, ADrainThatReachesNobodyWaitsShortlyAndDropsItsResults) {
+TEST_F(SessionTest, ADrainWithoutACoordinatorWaitsBrieflyAndDropsResults) {
   begin(1);
   rendered(asked<RenderTile>()[0]);
   session->disconnected(now, actions);
   session->drain(now, actions);
   pass(std::chrono::milliseconds(4'900));
-  session->disconnected(now, actions);  // another attempt that failed: the end comes no later
+  session->disconnected(now, actions);  // another failed attempt does not delay the end
   EXPECT_TRUE(asked<Exit>().empty());
   EXPECT_LE(*session->next_deadline() - now, std::chrono::milliseconds(100));
   pass(std::chrono::milliseconds(100));
@@ -515,7 +515,7 @@ TEST_F(SessionTest, ADrainThatReachesNobodyWaitsShortlyAndDropsItsResults) {
   EXPECT_NE(asked<Exit>()[0].reason.find("1 tiles are dropped"), std::string::npos) << asked<Exit>()[0].reason;
 }
 
-TEST_F(SessionTest, ADrainWhileTheCoordinatorIsAwayLeavesAtOnceIfNothingIsOwedToIt) {
+TEST_F(SessionTest, ADrainWithoutACoordinatorOrResultsLeavesAtOnce) {
   connect();
   say(description());
   say(grant(1, 3));  // leased, its scene not there yet
@@ -525,7 +525,7 @@ TEST_F(SessionTest, ADrainWhileTheCoordinatorIsAwayLeavesAtOnceIfNothingIsOwedTo
   EXPECT_FALSE(asked<Exit>()[0].failed);
 }
 
-TEST_F(SessionTest, ADrainThatLosesTheCoordinatorDeliversWhenItComesBack) {
+TEST_F(SessionTest, ADrainDeliversWhenTheCoordinatorReturns) {
   begin(1);
   session->drain(now, actions);
   session->disconnected(now, actions);
@@ -539,7 +539,7 @@ TEST_F(SessionTest, ADrainThatLosesTheCoordinatorDeliversWhenItComesBack) {
   EXPECT_EQ(asked<Exit>()[0].reason, "drained");
 }
 
-TEST_F(SessionTest, ADrainDropsWhatIsNeverAcknowledged) {
+TEST_F(SessionTest, ADrainDropsUnacknowledgedResults) {
   begin(1);
   rendered(asked<RenderTile>()[0]);
   session->drain(now, actions);
@@ -570,7 +570,7 @@ TEST_F(SessionTest, LeavesWhenDismissed) {
   EXPECT_FALSE(session->next_deadline());
 }
 
-TEST_F(SessionTest, AssetsThatCannotBeFetchedAreAskedForAgain) {
+TEST_F(SessionTest, UnavailableAssetsAreRequestedAgain) {
   connect();
   say(description());
   say(grant(1, 1));
@@ -592,7 +592,7 @@ TEST_F(SessionTest, ASceneThatDoesNotCompileIsRefused) {
   EXPECT_EQ(session->status().leases, 0u);
 }
 
-TEST_F(SessionTest, ATileThatTheWorkerLacksMemoryForLeavesItsJobToOthers) {
+TEST_F(SessionTest, ATileOutOfMemoryLeavesItsJobToOthers) {
   begin(10);
   say(description(2, "another job"));
   session->job_ready(JobId{2}, now, actions);
@@ -608,7 +608,7 @@ TEST_F(SessionTest, ATileThatTheWorkerLacksMemoryForLeavesItsJobToOthers) {
   EXPECT_TRUE(said<WorkerRefusal>()[0].own_limits);
   EXPECT_EQ(asked<ForgetJob>().size(), 1u);
   EXPECT_EQ(asked<StopTile>().size(), 3u) << "others of the job, too";
-  // Another thread found the same: it is said once. Job 2 goes on.
+  // Another thread finds the same, which is reported once. Job 2 continues.
   for (std::size_t i = 1; i < tiles.size(); ++i) {
     failed.ticket = tiles[i].ticket;
     session->tile_rendered(failed, now, actions);
@@ -628,7 +628,7 @@ TEST_F(SessionTest, ALeaseOfAnUnknownJobIsGivenBack) {
   ASSERT_EQ(said<WorkerReturn>().size(), 1u);
 }
 
-TEST_F(SessionTest, AnotherFarmsJobOfTheSameNumberIsAnotherJob) {
+TEST_F(SessionTest, TheSameJobNumberOfAnotherFarmIsAnotherJob) {
   begin(3);
   const std::vector<RenderTile> old = asked<RenderTile>();
   rendered(old[0]);

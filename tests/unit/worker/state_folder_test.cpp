@@ -1,4 +1,4 @@
-// A worker's state folder: one worker each, and a token that outlives it.
+// A worker's state folder: one worker at a time, and a token that outlives it.
 #include "worker/state/state_folder.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ mode_t mode_of(const fs::path& path) {
   return ::stat(path.c_str(), &info) == 0 ? info.st_mode & 0777u : 0;
 }
 
-TEST_F(StateFolderTest, WorkersThatRunAtOnceHaveAFolderEach) {
+TEST_F(StateFolderTest, ConcurrentWorkersHaveTheirOwnFolders) {
   std::optional<StateFolder> first = StateFolder::take(root_).value();
   const StateFolder second = StateFolder::take(root_).value();
   EXPECT_EQ(first->path(), root_ / "1");
@@ -33,7 +33,7 @@ TEST_F(StateFolderTest, WorkersThatRunAtOnceHaveAFolderEach) {
   EXPECT_EQ(mode_of(root_ / "1"), 0700u);
 }
 
-TEST_F(StateFolderTest, ATokenIsAskedForUntilItIsKept) {
+TEST_F(StateFolderTest, ARequestedTokenStaysTheSameUntilItIsKept) {
   NewToken asked;
   {
     StateFolder state = StateFolder::take(root_).value();
@@ -56,7 +56,7 @@ TEST_F(StateFolderTest, ATokenIsAskedForUntilItIsKept) {
   EXPECT_EQ(read_file(state.token_file()).value(), next.text + "\n");
 }
 
-TEST_F(StateFolderTest, ADamagedRequestIsDrawnAnew) {
+TEST_F(StateFolderTest, ADamagedRequestIsReplaced) {
   StateFolder state = StateFolder::take(root_).value();
   const NewToken asked = state.asked_token().value();
   for (const std::string& damaged : {std::string(), std::string("rubbish\n"), asked.text.substr(1)}) {
@@ -66,7 +66,7 @@ TEST_F(StateFolderTest, ADamagedRequestIsDrawnAnew) {
   }
 }
 
-TEST_F(StateFolderTest, AFolderThatEverybodyMayWriteToIsRefused) {
+TEST_F(StateFolderTest, AWorldWritableFolderIsRefused) {
   fs::create_directories(root_ / "1");
   fs::permissions(root_ / "1", fs::perms::all);
   const Status refused = StateFolder::take(root_).status();
@@ -75,14 +75,14 @@ TEST_F(StateFolderTest, AFolderThatEverybodyMayWriteToIsRefused) {
   EXPECT_NE(message_of(refused).find("--state"), std::string::npos) << refused;
 }
 
-TEST_F(StateFolderTest, WhatIsNoFolderIsNamed) {
+TEST_F(StateFolderTest, AFileInPlaceOfTheFolderIsNamed) {
   ASSERT_TRUE(write_file_atomically(root_, {}).ok());
   const Status refused = StateFolder::take(root_).status();
   EXPECT_EQ(refused.code(), StatusCode::kPermissionDenied);
   EXPECT_NE(message_of(refused).find(root_.string()), std::string::npos) << refused;
 }
 
-TEST_F(StateFolderTest, TheDefaultIsInTheStateOfTheUser) {
+TEST_F(StateFolderTest, TheDefaultIsInTheUsersStateFolder) {
   ::setenv("XDG_STATE_HOME", "/state", 1);
   EXPECT_EQ(default_state_root().value(), "/state/lightmill-worker");
   ::unsetenv("XDG_STATE_HOME");

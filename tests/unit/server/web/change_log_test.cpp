@@ -34,7 +34,7 @@ TEST(ChangeLog, AReaderGetsEachChangeOnceWithItsNewestValue) {
   EXPECT_EQ(texts(changes), Texts{"1=d"}) << "equal bytes are no change";
 }
 
-TEST(ChangeLog, AnEmptyLogIsNewsOnce) {
+TEST(ChangeLog, AnEmptyLogIsSentOnce) {
   const Log log;
   ChangeCursor reader;
   EXPECT_TRUE(log.news_for(reader));
@@ -44,7 +44,7 @@ TEST(ChangeLog, AnEmptyLogIsNewsOnce) {
   EXPECT_FALSE(log.news_for(reader));
 }
 
-TEST(ChangeLog, WhatDoesNotFitComesNext) {
+TEST(ChangeLog, ChangesBeyondTheLimitComeNext) {
   Log log;
   ChangeCursor reader;
   for (int i = 1; i <= 5; ++i) {
@@ -60,7 +60,7 @@ TEST(ChangeLog, WhatDoesNotFitComesNext) {
   EXPECT_EQ(texts(changes), (Texts{"4=x", "5=x", "1=y"}));
 }
 
-TEST(ChangeLog, RemovalsAreToldToThoseWhoKnewTheKey) {
+TEST(ChangeLog, RemovalsAreSentToReadersThatKnewTheKey) {
   Log log;
   ChangeCursor early;
   log.put(1, "a");
@@ -75,7 +75,7 @@ TEST(ChangeLog, RemovalsAreToldToThoseWhoKnewTheKey) {
   EXPECT_EQ(log.keys(), std::vector<int>{2});
 }
 
-TEST(ChangeLog, WhoHasMissedForgottenRemovalsBeginsAgainAndComesToAnEnd) {
+TEST(ChangeLog, AReaderThatMissedRemovalsStartsAgainAndFinishes) {
   Log log(2);
   ChangeCursor reader;
   for (int i = 0; i < 8; ++i) {

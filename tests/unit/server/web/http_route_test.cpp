@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-/// The operation's form in the table; empty: the path is none's.
+/// The operation's form in the table. Empty for a path without an operation.
 std::string_view form_of(std::string_view path, bool post) {
   const std::optional<HttpRoute> route = find_route(path, post);
   return route ? route->operation->http : "";
@@ -37,7 +37,7 @@ TEST(HttpRoute, PathsWithAndWithoutParametersFindTheirOperation) {
   }
 }
 
-TEST(HttpRoute, APathThatIsAskedForByTheOtherMethodSaysWhich) {
+TEST(HttpRoute, APathWithTheWrongMethodFindsItsRoute) {
   EXPECT_TRUE(find_route("jobs/1/pause", false)->post);
   EXPECT_FALSE(find_route("workers", true)->post);
 }
@@ -67,7 +67,7 @@ TEST(HttpRoute, NumbersOutOfTheirRangeAreNamed) {
   EXPECT_EQ(fill("workers/%zz/history", "", events).code(), StatusCode::kInvalidArgument);
 }
 
-TEST(HttpRoute, EachStandsInTheDescriptionWithItsParameters) {
+TEST(HttpRoute, EachRouteIsDescribedWithItsParameters) {
   const json paths = json::parse(read_file(source_file("client/web/public/openapi.json")).value())["paths"];
   int routes = 0;
   for (const Operation& operation : operations()) {
@@ -94,7 +94,7 @@ TEST(HttpRoute, EachStandsInTheDescriptionWithItsParameters) {
       at = end;
     }
     if (operation.rpc == Rpc::submit_job) {
-      taken.emplace_back("page");  // which is no matter of the farm's
+      taken.emplace_back("page");  // only the page uses it
     }
     EXPECT_EQ(taken, described) << form;
   }

@@ -17,7 +17,7 @@ class NullStore final : public Store {
   Status commit(std::span<const StoreOp>) override { return ok_status(); }
 };
 
-/// Time stands still but for what the test lets pass.
+/// A clock that moves only when the test says so.
 class StepClock final : public Clock {
  public:
   Time now() const override { return now_; }
@@ -93,7 +93,7 @@ class LiveHubTest : public ::testing::Test {
     on_farm([&](FarmLoop::Turn& turn) { job = turn.farm.submit(spec, turn.now, turn.unix_ms, turn.effects).value(); });
     return job;
   }
-  /// A worker renders the job to its end: ones.
+  /// A worker renders the job to its end. All its values are one.
   void render(JobId job) {
     on_farm([](FarmLoop::Turn& turn) {
       const WorkerHello hello{"worker", "host", 1, 1, "class-a", kRendererVersion, {}, false};
@@ -126,18 +126,18 @@ class LiveHubTest : public ::testing::Test {
       turn.farm.worker_message(SessionId{1}, std::move(result), turn.now, turn.unix_ms, turn.effects);
     }
   }
-  /// Lets half a second and more pass, with all that happens in it.
+  /// More than half a second passes, with all that happens in it.
   void settle() {
     for (int i = 0; i < 4; ++i) {
       clock.pass(std::chrono::milliseconds(300));
       hub->tick();
       on_farm([](FarmLoop::Turn&) {});
-      // A task's effects goes out after it: the next one finds it done.
+      // A task's effects leave after it. The next task finds them done.
       on_farm([](FarmLoop::Turn&) {});
       run_posted();
     }
   }
-  /// Asks again and again until `done`: the farm publishes in a part of its own time, of which much may pass.
+  /// Asks again until `done`. The farm publishes at its own pace, which can take long.
   template <typename Done>
   void ask_until(Done done, Page& page, JobId job, const std::vector<std::string>& layers) {
     for (int tries = 0; tries < 500 && !done(); ++tries) {
@@ -187,7 +187,7 @@ class LiveHubTest : public ::testing::Test {
                              clock};
 };
 
-TEST_F(LiveHubTest, APageHearsNothingUntilItAsksAndThenTheGreetingFirst) {
+TEST_F(LiveHubTest, APageGetsTheGreetingFirstAndNothingBeforeItsRequest) {
   Page page;
   hub->add(page, call_of(anybody()));
   submit("ada", "one");
@@ -205,7 +205,7 @@ TEST_F(LiveHubTest, APageHearsNothingUntilItAsksAndThenTheGreetingFirst) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, OnlyWhatChangedComes) {
+TEST_F(LiveHubTest, OnlyChangesAreSent) {
   Page page;
   hub->add(page, call_of(anybody()));
   const JobId first = submit("ada", "one");
@@ -254,7 +254,7 @@ TEST_F(LiveHubTest, HiddenPagesGetNothingAndCatchUp) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, WhoTakesNothingInGetsTwoMessagesAndThenTheNewestAlone) {
+TEST_F(LiveHubTest, AStalledPageGetsTwoMessagesAndThenOnlyTheNewest) {
   Page page;
   hub->add(page, call_of(anybody()));
   ASSERT_TRUE(ask(page).ok());
@@ -280,7 +280,7 @@ TEST_F(LiveHubTest, WhoTakesNothingInGetsTwoMessagesAndThenTheNewestAlone) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, ASocketThatIsStillWritingIsLeftAlone) {
+TEST_F(LiveHubTest, AWritingSocketGetsNoMessage) {
   Page page;
   page.reads_slowly = true;
   hub->add(page, call_of(anybody()));
@@ -294,7 +294,7 @@ TEST_F(LiveHubTest, ASocketThatIsStillWritingIsLeftAlone) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, ASilentFarmIsHeardEveryFiveSeconds) {
+TEST_F(LiveHubTest, AQuietFarmSendsAMessageEveryFiveSeconds) {
   Page page;
   hub->add(page, call_of(anybody()));
   ASSERT_TRUE(ask(page).ok());
@@ -308,7 +308,7 @@ TEST_F(LiveHubTest, ASilentFarmIsHeardEveryFiveSeconds) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, OthersJobsAreNeitherListedNorShown) {
+TEST_F(LiveHubTest, JobsOfOthersAreNeitherListedNorShown) {
   const JobId others = submit("bob", "his");
   submit("ada", "hers");
   Page page;
@@ -332,7 +332,7 @@ TEST_F(LiveHubTest, OthersJobsAreNeitherListedNorShown) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, WhoIsNotKnownAnyMoreIsSentAwayOnceAndToldNothingMore) {
+TEST_F(LiveHubTest, ARevokedCallerIsSentAwayOnceAndGetsNothingMore) {
   for (const bool hidden : {false, true}) {
     Page page;
     bool known = true;
@@ -353,7 +353,7 @@ TEST_F(LiveHubTest, WhoIsNotKnownAnyMoreIsSentAwayOnceAndToldNothingMore) {
   }
 }
 
-TEST_F(LiveHubTest, TheJobThatIsLookedAtIsFollowedAndOneThatIsNotThereIsSaidToBe) {
+TEST_F(LiveHubTest, TheOpenJobIsFollowedAndAMissingOneIsReported) {
   const JobId job = submit("ada", "one");
   Page page;
   hub->add(page, call_of(anybody()));
@@ -377,7 +377,7 @@ TEST_F(LiveHubTest, TheJobThatIsLookedAtIsFollowedAndOneThatIsNotThereIsSaidToBe
   hub->remove(page);
 }
 
-/// How often each layer's tiles came from message `first` on.
+/// How often each layer's tiles came, from message `first` on.
 std::map<std::string, std::size_t> tiles_of(const Page& page, std::size_t first = 0) {
   std::map<std::string, std::size_t> counts;
   for (std::size_t i = first; i < page.messages.size(); ++i) {
@@ -388,7 +388,7 @@ std::map<std::string, std::size_t> tiles_of(const Page& page, std::size_t first 
   return counts;
 }
 
-/// What was last said of each layer.
+/// The last failure of each layer.
 std::map<std::string, std::string> layer_failures(const Page& page) {
   std::map<std::string, std::string> failures;
   for (const v1::ViewUpdate& message : page.messages) {
@@ -405,7 +405,7 @@ std::size_t failed_layers(const Page& page) {
       std::ranges::count_if(failures, [](const auto& each) { return !each.second.empty(); }));
 }
 
-TEST_F(LiveHubTest, LayersOfALargePictureComeInTurns) {
+TEST_F(LiveHubTest, LayersOfALargePictureAreSentInTurn) {
   const std::vector<std::string> layers{"light:key", "light:rest"};
   const JobId job = submit("ada", "large", 64 * 20, 64 * 10, layers);
   render(job);
@@ -427,7 +427,7 @@ TEST_F(LiveHubTest, LayersOfALargePictureComeInTurns) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, ALayerWithoutRoomIsLeftOutAndComesWhenThereIsSome) {
+TEST_F(LiveHubTest, ALayerWithoutRoomIsSentWhenThereIsRoom) {
   // 32,640 of 32,768 tiles: none is rendered, but room is kept for all.
   const JobId large = submit("ada", "large", 64 * 255, 64 * 128);
   const std::vector<std::string> layers{"light:key", "light:rest"};
@@ -437,7 +437,7 @@ TEST_F(LiveHubTest, ALayerWithoutRoomIsLeftOutAndComesWhenThereIsSome) {
   ASSERT_TRUE(ask(first, false, large).ok());
   settle();
   hub->add(second, call_of(anybody()));
-  // 80 tiles fit once.
+  // There is room for 80 tiles once.
   ASSERT_TRUE(ask(second, false, job).ok());
   ask_until([&] { return failed_layers(second) == 2; }, second, job, layers);
   auto failures = layer_failures(second);
@@ -464,7 +464,7 @@ TEST_F(LiveHubTest, ALayerWithoutRoomIsLeftOutAndComesWhenThereIsSome) {
   hub->remove(second);
 }
 
-TEST_F(LiveHubTest, APictureThatIsTooLargeIsNotShownButItsJobIs) {
+TEST_F(LiveHubTest, ATooLargePictureIsNotShownButItsJobIs) {
   const JobId job = submit("ada", "huge", 64 * 256, 64 * 129);
   Page page;
   hub->add(page, call_of(anybody()));
@@ -482,7 +482,7 @@ TEST_F(LiveHubTest, APictureThatIsTooLargeIsNotShownButItsJobIs) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, WhatIsNoRequestIsRefused) {
+TEST_F(LiveHubTest, InvalidRequestsAreRefused) {
   Page page;
   hub->add(page, call_of(anybody()));
   EXPECT_EQ(hub->ask(page, "\xff\xff\xff").code(), StatusCode::kInvalidArgument);

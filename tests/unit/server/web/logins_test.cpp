@@ -1,4 +1,4 @@
-// The cookie of the page. What lets whom in is walked over a network by tests/integration/web_access_test.cpp.
+// The page's cookie. tests/integration/web_access_test.cpp tests access over a network.
 #include "server/web/logins.h"
 
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 namespace lightmill {
 namespace {
 
-TEST(LoginCookie, IsReadByNoScriptAndGoesToThePageAlone) {
+TEST(LoginCookie, IsHiddenFromScriptsAndOtherSites) {
   EXPECT_EQ(set_cookie_header({"localhost:7380", false}, "secret", 60),
             "lightmill-7380=secret; Path=/; Max-Age=60; HttpOnly; SameSite=Strict");
   EXPECT_EQ(set_cookie_header({"farm.example:443", true}, "secret", 60),
@@ -15,7 +15,7 @@ TEST(LoginCookie, IsReadByNoScriptAndGoesToThePageAlone) {
             "__Host-lightmill=; Path=/; Max-Age=0; HttpOnly; SameSite=Strict; Secure");
 }
 
-TEST(LoginCookie, IsFoundAmongThoseOfOtherPagesOfTheHost) {
+TEST(LoginCookie, IsFoundAmongOtherCookiesOfTheHost) {
   EXPECT_EQ(login_cookie("lightmill-7380=one; lightmill-7381=two", {"localhost:7381", false}), "two");
   EXPECT_EQ(login_cookie("a=b;  lightmill=one", {"[::1]", false}), "one");
   EXPECT_EQ(login_cookie("lightmill-80=one; __Host-lightmill-80=two", {"h:80", false}), "two")

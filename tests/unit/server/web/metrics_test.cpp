@@ -27,7 +27,7 @@ TEST(Histogram, AValueBelongsToTheFirstBucketThatHoldsIt) {
   EXPECT_DOUBLE_EQ(histogram.sum(), 1e9 + 8);
 }
 
-TEST(Metrics, AreWrittenAsTheTextFormatHasThem) {
+TEST(Metrics, FollowTheTextFormat) {
   FarmMetrics farm;
   farm.totals.units_leased = 3;
   farm.totals.pixel_samples = 123'456'789'012;
@@ -58,7 +58,7 @@ TEST(Metrics, AreWrittenAsTheTextFormatHasThem) {
   EXPECT_TRUE(text.ends_with("\n"));
 }
 
-TEST(Metrics, TheProcessStartedNotLongAgo) {
+TEST(Metrics, TheStartTimeIsRecent) {
   const double now = std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
   const double started = process_figures().started_unix_seconds;
   EXPECT_LT(started, now + 2) << "the system's start is known to a second";

@@ -16,7 +16,7 @@ void write(const fs::path& path, const std::string& text) {
   std::ofstream(path) << text;
 }
 
-TEST(PageFiles, OnlyWhatLiesInTheFolderIsFound) {
+TEST(PageFiles, OnlyFilesOfTheFolderAreFound) {
   const TemporaryFolder folder;
   const fs::path pages = folder.path() / "pages";
   write(folder.path() / "secret.json", "{}");
@@ -39,7 +39,7 @@ TEST(PageFiles, OnlyWhatLiesInTheFolderIsFound) {
   }
 }
 
-TEST(PageFiles, AFolderWithoutThePageSaysHowToBuildIt) {
+TEST(PageFiles, AMissingPageIsReportedWithItsBuildTarget) {
   const TemporaryFolder folder;
   const Result<PageFiles> files = PageFiles::load(folder.path());
   EXPECT_EQ(files.status().code(), StatusCode::kNotFound);

@@ -1,4 +1,4 @@
-// Which jobs are deleted with their page, and when.
+// Deletion of jobs with their page.
 #include "server/web/page_jobs.h"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ class PageJobsTest : public ::testing::Test {
                 }};
 };
 
-TEST_F(PageJobsTest, EndWhenThePageHasHadNoConnectionForAWhile) {
+TEST_F(PageJobsTest, JobsEndWhenThePageIsDisconnectedForLong) {
   EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
   EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok()) << "a second connection";
   submit("p", 1);
@@ -57,7 +57,7 @@ TEST_F(PageJobsTest, EndWhenThePageHasHadNoConnectionForAWhile) {
   EXPECT_EQ(discarded.size(), 2u) << "once";
 }
 
-TEST_F(PageJobsTest, StayWithAPageThatComesBackInTime) {
+TEST_F(PageJobsTest, JobsStayWhenThePageReconnectsInTime) {
   EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
   submit("p", 1);
   jobs.disconnected("p");
@@ -71,7 +71,7 @@ TEST_F(PageJobsTest, StayWithAPageThatComesBackInTime) {
   EXPECT_EQ(discarded, std::vector<std::uint64_t>{1});
 }
 
-TEST_F(PageJobsTest, EndAtOnceWhenTheirPageIsGoneBeforeTheyAreThere) {
+TEST_F(PageJobsTest, JobsEndAtOnceWhenThePageIsAlreadyGone) {
   EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
   EXPECT_TRUE(jobs.check("p", call_by("ada")).ok());
   jobs.disconnected("p");
@@ -80,7 +80,7 @@ TEST_F(PageJobsTest, EndAtOnceWhenTheirPageIsGoneBeforeTheyAreThere) {
   EXPECT_EQ(jobs.check("p", call_by("ada")).code(), StatusCode::kFailedPrecondition);
 }
 
-TEST_F(PageJobsTest, ADeletionThatFailsIsTriedAgain) {
+TEST_F(PageJobsTest, AFailedDeletionIsRetried) {
   EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
   jobs.disconnected("p");
   deletes = false;
@@ -93,7 +93,7 @@ TEST_F(PageJobsTest, ADeletionThatFailsIsTriedAgain) {
   EXPECT_EQ(discarded, (std::vector<std::uint64_t>{1, 1, 1}));
 }
 
-TEST_F(PageJobsTest, APageIsOfOneCaller) {
+TEST_F(PageJobsTest, APageBelongsToOneCaller) {
   EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
   EXPECT_EQ(jobs.connected("p", call_by("bob")).code(), StatusCode::kPermissionDenied);
   EXPECT_EQ(jobs.check("p", call_by("bob")).code(), StatusCode::kFailedPrecondition);
@@ -102,7 +102,7 @@ TEST_F(PageJobsTest, APageIsOfOneCaller) {
   EXPECT_EQ(jobs.connected(std::string(65, 'p'), call_by("ada")).code(), StatusCode::kInvalidArgument);
 }
 
-TEST_F(PageJobsTest, TheOldestOfTooManyIsDeleted) {
+TEST_F(PageJobsTest, TheOldestOfTooManyJobsIsDeleted) {
   EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
   for (std::uint64_t job = 1; job <= PageJobs::kMostJobs + 1; ++job) {
     submit("p", job);

@@ -10,7 +10,7 @@ namespace {
 const std::vector<std::string> kCertified{"farm.example", "*.farms.example", "10.0.0.5"}, kNamed{"Page.example"};
 constexpr HostRules kPlain{};
 
-TEST(RequestRules, NamesThatAnotherPageCouldHaveAreNotAnswered) {
+TEST(RequestRules, NamesThatAnotherPageCouldHaveAreRefused) {
   for (const char* host : {"localhost", "localhost:7380", "127.0.0.1:7380", "127.1.2.3", "[::1]:7380", "[::1]",
                            "10.0.0.1:7380", "[2001:db8::2]:7380"}) {
     EXPECT_TRUE(check_host({host, "", ""}, kPlain).ok()) << host;
@@ -32,7 +32,7 @@ TEST(RequestRules, AHostIsANameOrAnAddressWithAPort) {
   }
 }
 
-TEST(RequestRules, NamesOfTheCertificateAndThoseThatAreGivenAreAnswered) {
+TEST(RequestRules, CertificateNamesAndConfiguredNamesAreAnswered) {
   const HostRules rules{kCertified, kNamed, true};
   for (const char* host : {"farm.example:7380", "FARM.example", "one.farms.example", "page.example", "10.0.0.5"}) {
     EXPECT_TRUE(check_host({host, "", ""}, rules).ok()) << host;
@@ -56,7 +56,7 @@ TEST(RequestRules, PagesOfOtherOriginsChangeNothing) {
   }
 }
 
-TEST(RequestRules, WhatIsEncryptedTakesNothingFromPagesThatAreNot) {
+TEST(RequestRules, AnEncryptedFarmRefusesUnencryptedPages) {
   const HostRules encrypted{kCertified, kNamed, true}, proxied{{}, kNamed, false};
   EXPECT_TRUE(check_origin({"farm.example", "https://farm.example", ""}, encrypted).ok());
   EXPECT_FALSE(check_origin({"farm.example", "http://farm.example", ""}, encrypted).ok());

@@ -97,7 +97,7 @@ TEST_F(WebStreamTest, AHandshakeEndsAtADeadlineFromBeforeIt) {
   EXPECT_EQ(result, boost::beast::error::timeout);
 }
 
-TEST_F(WebStreamTest, AHandlerThatKeepsTheStreamDiesWithTheContext) {
+TEST_F(WebStreamTest, AHandlerThatHoldsTheStreamEndsWithTheContext) {
   char byte = 0;
   bool called = false;
   const std::weak_ptr<WebStream> stream = stream_;
