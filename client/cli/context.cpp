@@ -8,8 +8,8 @@
 namespace lightmill::cli {
 namespace {
 
-/// `text` becomes the number in its plainest form, which CLI11 reads without octal or overflow; or what is wrong with
-/// it.
+/// Rewrites `text` as a plain number, which CLI11 reads without octal or overflow. Returns what is wrong with `text`,
+/// or an empty text.
 template <class Number>
 std::string normalise(const Result<Number>& number, std::string& text) {
   if (!number.ok()) {

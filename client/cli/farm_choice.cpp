@@ -9,9 +9,10 @@ namespace lightmill::cli {
 namespace {
 
 constexpr Duration kGivenTimeout = std::chrono::seconds(10);
-constexpr Duration kDefaultTimeout = std::chrono::milliseconds(700);  // nobody asked for that farm: don't wait long
+constexpr Duration kDefaultTimeout =
+    std::chrono::milliseconds(700);  // the user did not ask for this farm, so the wait is short
 
-/// The address that the user gave and where; empty if none.
+/// The address that the user gave, and where. Empty if there is none.
 struct GivenAddress {
   std::string address;
   const char* where = "";
@@ -51,7 +52,7 @@ Status check_address(const GivenAddress& given) {
   return ok_status();
 }
 
-/// How this caller shows the farm at `addresses` who it is.
+/// The credentials that this caller shows the farm at `addresses`.
 Result<CallerTexts> read_caller(const CommonOptions& options, const std::string& addresses) {
   return lightmill::read_caller(options.caller, CLI::detail::split(addresses, ','), now_unix_s());
 }

@@ -81,7 +81,7 @@ Result<LabReference> LabFolder::load_reference(const LabSceneJob& scene) const {
                             reference.text, reference.picture.width, reference.picture.height, settings.width,
                             settings.height);
   }
-  // A file of another program states no error.
+  // A file of another program has no error estimate.
   if (const Result<FilmPicture> film = load_film_picture(given.empty() ? reference_path(scene) : fs::path(given));
       film.ok()) {
     reference.rel_mse = film->receipt.rel_mse;

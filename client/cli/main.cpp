@@ -35,7 +35,7 @@ ExitCode usage_error(std::string_view message, int argc, char** argv) {
       console.fail(invalid_argument("{}\nTry `lightmill help` or `lightmill help COMMAND`.", message)));
 }
 
-/// What `lightmill --help` lists together.
+/// Groups the commands in `lightmill --help`.
 void group_commands(CLI::App& app) {
   const std::vector<std::pair<const char*, std::vector<const char*>>> groups{
       {"Render", {"render", "submit", "watch", "fetch"}},

@@ -11,7 +11,7 @@
 namespace lightmill::cli {
 namespace {
 
-/// Steele et al., "Fast splittable pseudorandom number generators" (2014): their mix of a counter.
+/// The mix of a counter of Steele et al., "Fast splittable pseudorandom number generators" (2014).
 std::uint64_t mix(std::uint64_t counter) {
   counter = (counter ^ (counter >> 30)) * 0xbf58476d1ce4e5b9u;
   counter = (counter ^ (counter >> 27)) * 0x94d049bb133111ebu;
@@ -29,7 +29,7 @@ Status check_counts(const FilmPicture& picture) {
     least = std::min(least, samples);
     most = std::max(most, samples);
   }
-  // Meters' tiles, which are no pixels, count in the receipt too.
+  // The receipt's counts include the tiles of meters, which are no pixels.
   const bool fits = picture.receipt.meter_hashes.empty()
                         ? least == picture.receipt.min_samples && most == picture.receipt.max_samples
                         : least >= picture.receipt.min_samples && most <= picture.receipt.max_samples;
@@ -69,7 +69,7 @@ Result<FilmPicture> sound_picture(ByteView bytes) {
   return picture;
 }
 
-/// How many of one channel's values differ within `rect`, which is all of `again`.
+/// The number of values of one channel that differ within `rect`, which is all of `again`.
 template <class T>
 std::size_t count_differing(const std::vector<T>& values, const FilmPicture& picture, const std::vector<T>& again,
                             const PixelRect& rect, std::size_t channel) {

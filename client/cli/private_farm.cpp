@@ -26,7 +26,7 @@ fs::path temporary_root() {
   return error ? fs::path("/tmp") : root;
 }
 
-/// Whether this is the directory of a private farm of ours whose client is gone.
+/// Whether this is the directory of a private farm whose client has ended.
 bool is_abandoned(const fs::path& path) {
   const std::string name = path.filename().string();
   struct stat info {};
@@ -96,7 +96,7 @@ Status PrivateFarm::launch(Signals& signals, const PrivateFarmOptions& options) 
                             log_tail(folder_ / "server.log"));
     }
     signals.sleep(kStartPoll);
-    port = read_file(port_file).value_or("");  // not there yet: asked again
+    port = read_file(port_file).value_or("");  // if it is missing, it is read again
     port.erase(port.find_last_not_of(" \r\n") + 1);
   }
   address_ = "127.0.0.1:" + port;

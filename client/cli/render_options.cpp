@@ -89,7 +89,7 @@ Result<std::vector<LayerSpec>> make_layers(std::string_view text, std::string_vi
   return layers;
 }
 
-/// An option whose text `parse` reads.
+/// An option with a text that `parse` reads.
 template <class T>
 CLI::Option* add_parsed(CLI::App& command, const std::string& flags, T& value, Result<T> (*parse)(std::string_view),
                         const std::string& about) {
@@ -190,7 +190,7 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
   LM_ASSIGN_OR_RETURN(settings.crop, checked_crop(options.crop, film.width, film.height));
   settings.scene = pack_scene(job.scene.scene);
   for (const auto& [digest, bytes] : job.scene.assets) {
-    settings.assets.push_back(digest);  // a map: sorted, each once
+    settings.assets.push_back(digest);  // from a map: sorted, without duplicates
   }
   settings.width = film.width;
   settings.height = film.height;

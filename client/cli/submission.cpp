@@ -6,7 +6,7 @@
 namespace lightmill::cli {
 namespace {
 
-constexpr std::uint64_t kWorthShowing = std::uint64_t{1} << 20;  // bytes; less is there at once
+constexpr std::uint64_t kWorthShowing = std::uint64_t{1} << 20;  // bytes; smaller uploads end at once
 
 Status upload_missing(FarmConnection& connection, const PreparedJob& job, const Console& console) {
   LM_ASSIGN_OR_RETURN(const std::vector<Sha256> missing, connection.find_missing_assets(job.spec.settings.assets));

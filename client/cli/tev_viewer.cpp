@@ -120,7 +120,7 @@ Status TevViewer::serve() {
   }
   const Moment lasts = OutgoingConnection::now() + pauses_.lasting;
   for (;;) {
-    const Phase phase = this->phase();  // before the packet: whoever finishes has updated everything
+    const Phase phase = this->phase();  // before the packet: finish() comes after all updates
     if (connection_.all_taken()) {
       connection_.give(next_packet());
     }

@@ -52,7 +52,7 @@ Result<std::string> text_of(const json& value, const std::string& place) {
   return value.get<std::string>();
 }
 
-/// The items of an array that is not empty, each read by `read(item, place)`.
+/// The items of a non-empty array, each read by `read(item, place)`.
 template <class T, class Read>
 Result<std::vector<T>> list_of(const json& value, const std::string& place, const Read& read) {
   if (!value.is_array() || value.empty() || value.size() > kMostItems) {
@@ -120,7 +120,7 @@ Result<LabScene> read_scene(const json& value, const std::string& place, const f
     }
     if (value.contains("camera")) {
       LM_ASSIGN_OR_RETURN(scene.camera, text_of(value["camera"], place + ".camera"));
-      // A camera's file stands beside the experiment, as the scene does; otherwise it is a name within the scene.
+      // A camera file is relative to the experiment, as the scene is. Otherwise this is a name in the scene.
       std::error_code error;
       if (fs::exists(folder / scene.camera, error)) {
         scene.camera = (folder / scene.camera).lexically_normal().string();
@@ -190,8 +190,8 @@ Status check_each_once(const std::vector<T>& items, const char* what, const Of& 
   return ok_status();
 }
 
-/// A reference that shares its samples with what it judges would hide their error. Of one seed, other methods share
-/// those of the camera.
+/// A reference that shares its samples with what it measures would hide their error. Other methods of the same seed
+/// share the camera's samples.
 Status check_references(const Experiment& experiment) {
   for (const LabScene& scene : experiment.scenes) {
     const Reference& reference = scene.reference;

@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kReferenceShare = 0.1;  // a reference needs a tenth of the error that it judges
+constexpr double kReferenceShare = 0.1;  // a reference needs a tenth of the error that it measures
 
 double rel_mse(const LabResult& result) {
   return result.error.rel_mse;
@@ -29,7 +29,7 @@ std::string number(double value) {
   return std::isfinite(value) ? fmt::format("{:.3g}", value) : "∞";
 }
 
-/// "1.23×", with "≈" where curves were continued beyond their ends.
+/// "1.23×", with "≈" for extrapolated curves.
 std::string factor_text(double factor, bool about) {
   return fmt::format("{}{:.3g}×", about ? "≈ " : "", factor);
 }
@@ -54,7 +54,7 @@ bool is_chooser(const std::string& method) {
   return method == "auto" || method.starts_with("auto:");
 }
 
-/// What is said of one scene, in numbers.
+/// The numbers of one scene.
 struct SceneFacts {
   std::vector<std::vector<CurvePoint>> curves;  ///< by method
   std::vector<std::optional<SpeedUp>> speed_ups;
@@ -159,7 +159,7 @@ std::string method_table(const ReportInput& input, const ReportScene& scene, con
   return rows.size() < 2 ? "<p class='faint'>No results yet.</p>\n" : table(rows);
 }
 
-/// Results that the reference's own error may have changed by more than a tenth or so.
+/// A warning about results less than ten times above the reference's own error, which may have changed them by a tenth.
 std::string reference_warning(const ReportScene& scene, const SceneFacts& facts) {
   if (scene.reference_error <= 0) {
     return "";

@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// A certificate holds from a little earlier on, for machines whose clocks go slow.
+/// Certificates are valid from a little earlier, for machines with a slow clock.
 constexpr std::int64_t kClockSlackSeconds = 5 * 60;
 constexpr std::uint64_t kMaxFileBytes = 1 << 20;
 constexpr std::uint64_t kMaxCertificateDays = 36'500;
@@ -55,7 +55,7 @@ std::string_view kind_of(const CertificateFacts& facts) {
   return kind_of(facts.authority, !facts.hosts.empty(), facts.roles);
 }
 
-/// What a file holds, in words.
+/// The content of a file, in words.
 std::string what_is(const std::string& pem) {
   const Result<std::vector<CertificateFacts>> all = read_certificates(pem);
   if (!all.ok()) {
@@ -65,14 +65,14 @@ std::string what_is(const std::string& pem) {
                      holds_key(pem) ? "" : " and without its key");
 }
 
-/// A certificate for the same, with its key: of this kind and, unless it is a coordinator's, of this name.
+/// Whether this is a certificate with its key for the same subject. Names must match except for coordinators.
 bool is_former_of(const CertificateSubject& subject, const std::string& pem) {
   const Result<std::vector<CertificateFacts>> all = read_certificates(pem);
   return all.ok() && holds_key(pem) && kind_of(all->front()) == kind_of(subject) &&
          (!subject.hosts.empty() || all->front().name == subject.name);
 }
 
-/// Whether the file is not there, or is what --replace means: `is_former` of what it holds.
+/// Whether the file is missing, or --replace is given and `is_former` accepts its content.
 Status check_replaceable(const fs::path& path, const std::function<bool(const std::string&)>& is_former,
                          std::string_view wanted) {
   if (std::error_code error; !fs::exists(path, error)) {
@@ -122,7 +122,7 @@ std::string what_for(const CertificateFacts& facts) {
                                : fmt::format("coordinator at {}", fmt::join(facts.hosts, ", "));
 }
 
-// ---- making ----
+// ---- making certificates ----
 
 Status make_authority_in(const CertsOptions& options, const Console& console) {
   const fs::path folder = options.folder;
@@ -134,7 +134,7 @@ Status make_authority_in(const CertsOptions& options, const Console& console) {
     return as_output_error(unavailable("cannot make the folder {}: {}", folder.string(), error.message()));
   }
   const fs::path certificate = folder / kAuthorityCertificate;
-  if (!options.replace && fs::exists(certificate, error)) {  // its key may be kept elsewhere
+  if (!options.replace && fs::exists(certificate, error)) {  // its key may be elsewhere
     return write(certificate, "", false);
   }
   if (options.replace) {
@@ -170,7 +170,7 @@ Result<KeyAndCertificate> read_authority(const fs::path& folder) {
   return KeyAndCertificate{*key, *certificate};
 }
 
-/// NAME.pem, if that is a plain name of a file.
+/// NAME.pem, if NAME is a plain file name.
 Result<fs::path> own_file(const CertsOptions& options, const std::string& name) {
   if (!options.out.empty()) {
     return fs::path(options.out);
@@ -222,7 +222,7 @@ Status show(const std::string& file, const Console& console) {
   return ok_status();
 }
 
-// ---- the command line ----
+// ---- options ----
 
 using CertsAction = std::function<Status(const CertsOptions&, const Console&)>;
 

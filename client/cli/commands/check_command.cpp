@@ -20,7 +20,7 @@ struct CheckOptions {
   std::string save_camera;
 };
 
-/// `first` with the counts by kind.
+/// `first`, and the counts by kind.
 json counts_json(const std::string& name, std::size_t first, const SceneReport::Counts& counts) {
   json out{{name, first}};
   for (const auto& [kind, number] : counts) {
@@ -70,7 +70,7 @@ void print(const Console& console, const LoadedScene& loaded, const SceneReport&
   }
 }
 
-/// Replaces a camera's file, or an empty one, but no other.
+/// Replaces a camera file or an empty file, but no other.
 Status save_camera(const std::string& path, const Camera& camera) {
   std::error_code error;
   if (std::filesystem::exists(path, error)) {

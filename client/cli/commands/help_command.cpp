@@ -71,7 +71,7 @@ Status explain(const CLI::App& app, const std::vector<std::string>& words, const
     }
   }
   std::string page = help_page_for_terminal(*command);
-  page.pop_back();  // the line's end
+  page.pop_back();  // the final line feed
   console.result(page);
   return ok_status();
 }

@@ -49,7 +49,7 @@ int color_of_state(std::string_view state) {
                                                      : 0;
 }
 
-/// What jobs that are not done wait for, each thing once.
+/// What unfinished jobs wait for, without duplicates.
 std::vector<std::string> waits_of(std::span<const v1::Job> jobs) {
   std::map<std::string, std::vector<std::uint64_t>> by_reason;
   for (const v1::Job& job : jobs) {
@@ -118,7 +118,7 @@ Status list_jobs(FarmConnection& connection, const Console& console, const ListO
   return ok_status();
 }
 
-/// What a command has done with a job.
+/// A command's action on a job.
 struct Done {
   json object;
   std::string line;
@@ -131,7 +131,7 @@ Result<Done> done(const Result<v1::Job>& job) {
 
 using JobCall = std::function<Result<Done>(FarmConnection&, const JobOptions&, std::uint64_t job)>;
 
-/// Makes the call for each job, also after one of which it fails. A farm that does not answer ends it.
+/// Makes the call for each job, and continues after a failure. A farm that does not answer ends the loop.
 ExitCode call_for_each(FarmConnection& connection, const Console& console, const JobOptions& options,
                        const JobCall& call) {
   json objects = json::array(), failed = json::array();

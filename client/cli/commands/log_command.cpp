@@ -70,7 +70,7 @@ Status show_log(FarmConnection& connection, const Console& console, const LogOpt
     request.set_since_unix_ms(system_clock().unix_milliseconds() - static_cast<std::int64_t>(seconds * 1000));
   }
   LM_ASSIGN_OR_RETURN(std::vector<v1::Action> actions, connection.list_actions(request, options.last));
-  std::ranges::reverse(actions);  // as logs are read
+  std::ranges::reverse(actions);  // oldest first, as in a log
   json objects = json::array();
   std::vector<std::vector<std::string>> rows{{"WHEN", "WHO", "BY", "FROM", "WHAT", "JOB", "ABOUT", "OUTCOME"}};
   for (const v1::Action& action : actions) {

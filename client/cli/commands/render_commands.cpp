@@ -42,8 +42,8 @@ void say_notices(const Console& console, const PreparedJob& job) {
   }
 }
 
-/// Saves what a private farm, which is taken down, has rendered: a picture in which every tile has a sample. Says what
-/// became of it, and names what it wrote in `object`.
+/// Saves the picture of a private farm before the farm ends, if every tile has a sample. Returns what happened, and
+/// puts the file names into `object`.
 std::string save_interrupted(Farm& farm, std::uint64_t id, const std::vector<std::string>& outputs,
                              const ViewSettings& view, nlohmann::json& object) {
   const Result<AssembledFilm> film = fetch_film(*farm.connection, id);
@@ -62,9 +62,9 @@ std::string save_interrupted(Farm& farm, std::uint64_t id, const std::vector<std
                      samples_per_pixel(receipt.min_samples, receipt.max_samples), fmt::join(outputs, ", "));
 }
 
-/// What is left when the command is interrupted. On a shared farm Ctrl-C cancels the job, its film stays; what the user
-/// has not decided (a terminal that went away, a SIGTERM) leaves it running. A private farm's film is saved; `object`
-/// gets the names of its files. `server`: the end of commands that reach the same farm.
+/// Handles an interruption. On a shared farm Ctrl-C cancels the job, and its film stays. A closed terminal or a SIGTERM
+/// leaves it running, because the user did not decide. A private farm's film is saved, and `object` gets the file
+/// names. `server`: the end of commands that reach the same farm.
 void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::string& server,
                      const std::vector<std::string>& outputs, const ViewSettings& view, const Console& console,
                      nlohmann::json& object) {

@@ -54,7 +54,7 @@ Result<json> token_json(const v1::Token& token) {
   return object;
 }
 
-/// What a new token is for, in words.
+/// The purpose of a new token, in words.
 std::string purpose_of(const v1::Token& token, Roles roles) {
   return roles.has(Role::enrol) ? fmt::format("enrols {} as '{}/HOST', with tokens for {},",
                                               counted(token.enrolment().workers(), "worker"), token.name(),
@@ -77,7 +77,7 @@ Status create(FarmConnection& connection, const Console& console, const TokenOpt
   }
   const std::uint64_t days = options.days > 0 ? options.days : enrols ? kEnrolmentDays : kDays;
   request.set_until_unix_s(now_unix_s() + static_cast<std::int64_t>(days) * kDaySeconds);
-  if (!options.out.empty()) {  // first: a token that cannot be handed over is of no use
+  if (!options.out.empty()) {  // checked first, because a token that cannot be written is useless
     LM_RETURN_IF_ERROR(write_secret_file(options.out, as_byte_view(made.text + "\n"), false));
   }
   const Result<v1::Token> token = connection.create_token(request);
@@ -153,7 +153,7 @@ void run_it(CLI::App* command, Context& context, const std::function<Status(Farm
   add_common_options(*command, context);
   command->callback([&context, command, action] {
     if (!command->get_subcommands().empty()) {
-      return;  // its own callback has run
+      return;  // the subcommand's callback has run
     }
     context.run = [&context, action](const Console& console) {
       return with_farm(console, context.common,

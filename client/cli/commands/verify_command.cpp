@@ -38,7 +38,7 @@ struct VerifyOptions {
   unsigned threads = 0;
 };
 
-/// A tile that is rendered again.
+/// A tile to render again.
 struct Again {
   PixelRect rect;
   std::uint64_t job = 0;
@@ -48,14 +48,14 @@ std::string new_request_id(std::uint64_t seed, const PixelRect& rect, std::uint6
   return sha256(fmt::format("verify {} {} {} {}", seed, rect.x, rect.y, nonce)).hex();
 }
 
-/// What is to be rendered again.
+/// Everything to render again.
 struct Task {
   FilmPicture picture;
   PreparedJob job;  ///< of the whole picture
   std::vector<PixelRect> tiles;
 };
 
-/// Of tiles, of which there is at least one.
+/// A share of tiles; at least one tile is drawn.
 Result<double> parse_tiles(std::string_view text) {
   LM_ASSIGN_OR_RETURN(const double share, parse_share(text));
   return share > 0 ? Result<double>(share)
@@ -99,7 +99,7 @@ Result<Again> submit_tile(Farm& farm, const Task& task, const PixelRect& rect, s
   return Again{rect, submitted.id()};
 }
 
-/// Empty, or what differs. Errors are such that nothing can be said.
+/// Returns the difference, or an empty text. An error means that the comparison was not possible.
 Result<std::string> compare(Farm& farm, const Task& task, const Again& again, Signals& signals,
                             const Console& console) {
   LM_ASSIGN_OR_RETURN(const v1::Job job,
@@ -155,7 +155,7 @@ ExitCode verify(Context& context, const Console& console, const VerifyOptions& o
       lines.push_back(fmt::format("the {}x{} pixels at {}, {}: {}", rect.width, rect.height, rect.x, rect.y, *differs));
     }
   }
-  for (const Again& again : tiles) {  // of a private farm they end with it
+  for (const Again& again : tiles) {  // a private farm's jobs end with it
     if (!farm->private_farm) {
       (void)farm->connection->delete_job(again.job, true);
     }
@@ -168,7 +168,7 @@ ExitCode verify(Context& context, const Console& console, const VerifyOptions& o
                         {"tiles", all},           {"verified", tiles.size()},
                         {"wrong", wrong},         {"seed", seed}};
   if (!lines.empty()) {
-    // Such a picture may have samples of which earlier ones were still to come; nobody can render just those again.
+    // A picture of an unfinished job may lack some of its earlier samples. No job can render exactly the others again.
     const char* const why = task->picture.receipt.ended.empty()
                                 ? ". It was fetched before its job had ended, which may be why: fetch it again"
                                 : "";

@@ -28,7 +28,7 @@ struct WatchOptions {
   PictureOptions picture;
 };
 
-/// Waits until the viewer has all of the picture; an interruption ends that. Whether it has.
+/// Waits until the viewer has the whole picture, or an interruption. Returns whether it has.
 bool finish_showing(TevViewer& viewer, Signals& signals) {
   const auto stop_if_interrupted = [&] {
     if (signals.interrupted()) {
@@ -42,7 +42,7 @@ bool finish_showing(TevViewer& viewer, Signals& signals) {
   return sent_all;
 }
 
-/// Until the job has ended and is reported. `viewer`: null for none.
+/// Follows the job until it has ended and is reported. `viewer`: can be null.
 ExitCode follow(Context& context, const Console& console, const WatchOptions& options, const ViewSettings& view,
                 Farm& farm, TevViewer* viewer) {
   ProgressPrinter progress(console, system_clock());
@@ -136,7 +136,7 @@ void add_watch_commands(CLI::App& app, Context& context) {
           "--tev", options->tev,
           fmt::format("show the picture in tev or HDRView, which listen there (without a value: {})", kTevAddress))
       ->type_name("HOST:PORT")
-      ->option_text("[HOST:PORT]")  // CLI11's own has the default value as if it stood for an option that is not given
+      ->option_text("[HOST:PORT]")  // CLI11's own text shows the default as if it applied without the option
       ->expected(0, 1)
       ->default_str(std::string(kTevAddress))
       ->check(readable(parse_host_port));

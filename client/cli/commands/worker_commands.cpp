@@ -90,7 +90,7 @@ void add_worker_commands(CLI::App& app, Context& context) {
   add_common_options(*workers, context);
   workers->callback([&context, workers, wanted] {
     if (!workers->get_subcommands().empty()) {
-      return;  // its own callback has run
+      return;  // the subcommand's callback has run
     }
     context.run = [&context, wanted](const Console& console) {
       return with_farm(console, context.common, [&](FarmConnection& connection) {
