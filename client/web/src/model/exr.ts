@@ -1,14 +1,14 @@
 /**
- * Reads the colours of EXR files as Lightmill writes them, and of most others: scan lines, not compressed or by RLE, ZIPS or ZIP.
- * The layout is that of "OpenEXR File Layout" (openexr.com).
+ * A reader of colours in EXR files of Lightmill, and most others: scan lines, uncompressed or with RLE, ZIPS or ZIP. The layout is that of
+ * "OpenEXR File Layout" (openexr.com).
  */
 import type {Rect} from './film';
 import {kHalfValues} from './half';
 
 export interface ExrPicture {
-  /** Where its pixels lie in the frame. */
+  /** The pixels' place in the frame. */
   window: Rect;
-  /** Linear R, G and B, one after the other, rows from the top. */
+  /** Linear R, G and B as planes, rows from the top. */
   rgb: Float32Array;
 }
 
@@ -30,7 +30,7 @@ interface Header {
   channels: Channel[];
   compression: number;
   window: Rect;
-  /** Where the blocks' offsets begin. */
+  /** Where the table of block offsets begins. */
   end: number;
 }
 
@@ -128,7 +128,7 @@ async function inflated(bytes: Uint8Array<ArrayBuffer>, size: number): Promise<U
   return out.subarray(0, filled);
 }
 
-/** Counts of 0 to 127: the next byte once more often than that; below: so many bytes as they are. */
+/** Decodes RLE. A count of 0 to 127 repeats the next byte once more often. A negative count copies so many bytes. */
 function unpackedRuns(bytes: Uint8Array, size: number): Uint8Array {
   const out = new Uint8Array(size);
   let filled = 0;
@@ -149,7 +149,7 @@ function unpackedRuns(bytes: Uint8Array, size: number): Uint8Array {
   return out.subarray(0, filled);
 }
 
-/** Undoes what is done before packing: differences of bytes, even ones before odd ones. */
+/** Undoes the step before compression: differences of bytes, with even bytes before odd ones. */
 function restored(bytes: Uint8Array): Uint8Array {
   for (let i = 1; i < bytes.length; ++i) {
     bytes[i] = bytes[i - 1]! + bytes[i]! - 128;
@@ -163,7 +163,7 @@ function restored(bytes: Uint8Array): Uint8Array {
 }
 
 async function unpacked(bytes: Uint8Array<ArrayBuffer>, size: number, compression: number): Promise<Uint8Array> {
-  // What would not have become smaller is stored as it is.
+  // A block that would not become smaller is stored uncompressed.
   if (compression === 0 || bytes.length === size) {
     return bytes;
   }
@@ -181,7 +181,7 @@ function valueReader(type: Channel['type'], view: DataView): (at: number) => num
   }
 }
 
-/** Which plane of the result each of a file's channels fills; luminance alone is a grey picture. */
+/** The planes of the result that each channel fills. Luminance alone gives a grey picture. */
 function planesOf(channels: Channel[]): number[][] {
   const has = (name: string) => channels.some((channel) => channel.name === name);
   const colored = ['R', 'G', 'B'].every(has);
@@ -192,7 +192,7 @@ function planesOf(channels: Channel[]): number[][] {
   return channels.map(({name}) => (colored ? ['R', 'G', 'B'].flatMap((each, plane) => (each === name ? [plane] : [])) : name === 'Y' ? [0, 1, 2] : []));
 }
 
-/** Rejects with an ExrError what is no such file. */
+/** Rejects other files with an ExrError. */
 export async function readExr(bytes: Uint8Array<ArrayBuffer>): Promise<ExrPicture> {
   const reader = new Reader(bytes);
   const header = readHeader(reader);

@@ -1,9 +1,9 @@
-/** What the caller may do, as the coordinator has said it: it refuses what the page offers all the same. */
+/** The caller's rights, as the coordinator reports them. The coordinator checks them again. */
 import type {FarmGreeting} from '../wire/lightmill/v1/web_pb';
 
 export type Rights = Pick<FarmGreeting, 'caller' | 'roles' | 'may' | 'mayWithOwn'>;
 
-/** Why the caller may not call `method`, of the job's owner if it is about one; undefined if the caller may, or nothing is known yet. */
+/** Why the caller may not call `method` on a job of this owner. Undefined if it is allowed, or not known yet. */
 export function refusalOf(rights: Rights | undefined, method: string, owner?: string): string | undefined {
   if (!rights || rights.may.includes(method)) {
     return undefined;

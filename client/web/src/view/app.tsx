@@ -1,4 +1,4 @@
-/** The page: where it is, how it looks, and whether it is connected. */
+/** The frame of the page: route, theme and connection. */
 import {useEffect, useState} from 'preact/hooks';
 import {parseRoute, type Route} from '../model/route';
 import {JobPage, useWatch} from './job_page';

@@ -1,4 +1,4 @@
-/** A job once more: the same scene and settings, with another goal or name where one is given. */
+/** Cloning a job: the same scene and settings, with another name or goal if given. */
 import {useEffect, useMemo, useState} from 'preact/hooks';
 import {fetchSpec, Submitter} from '../api/submit';
 import {faultOf, filledSpec, formOf, sceneOf, type JobForm} from '../model/job_form';

@@ -1,4 +1,4 @@
-/** What a picture is compared with, how that is shown, and how far the two are apart. */
+/** The comparison with a reference: what it is, how it is shown, and the measured difference. */
 import {useRef} from 'preact/hooks';
 import type {Against, Comparison} from '../model/comparison';
 import {valueText} from '../model/format';
@@ -65,7 +65,7 @@ export function CompareControls({job, against, onAgainst, onFile}: CompareContro
         tabIndex={-1}
         onChange={(event) => {
           const file = event.currentTarget.files?.[0];
-          // The same file may be chosen again.
+          // So that the same file can be chosen again.
           event.currentTarget.value = '';
           if (file) {
             onFile(file);
@@ -92,7 +92,7 @@ function flipName({hdr, exposure}: NonNullable<Measurement['flip']>): string {
   return hdr ? 'FLIP, worst of all exposures' : `FLIP${exposure === 0 ? '' : ` at ${exposure > 0 ? '+' : ''}${exposure} stops`}`;
 }
 
-/** `measurement` is undefined until it is there. */
+/** `measurement` is undefined until it is computed. */
 export function ComparePanel({reference, measurement, pixels}: {reference: Reference; measurement: Measurement | undefined; pixels: number}) {
   const errors = measurement?.errors;
   const rows: [string, string][] =

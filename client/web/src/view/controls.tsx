@@ -1,4 +1,4 @@
-/** How the picture is shown: exposure, maps and comparisons. */
+/** Display settings of the picture: exposure, maps and comparisons. */
 import type {Film} from '../model/film';
 import {layerLabel, shownLayers} from '../model/layers';
 import {kMostGamma, kMostStops, type Look, type Photons, type Show} from '../model/route';

@@ -1,4 +1,4 @@
-/** Change and look again: a job's camera, materials, lights and settings, and the job that comes of them. */
+/** Editing of a job's camera, materials, lights and settings, and the new job made of them. */
 import {useEffect, useMemo, useState} from 'preact/hooks';
 import {Submitter} from '../api/submit';
 import {faultOf, filledSpec, type QuickMethod} from '../model/job_form';
@@ -22,7 +22,7 @@ const kAxes = ['x', 'y', 'z'] as const;
 function CameraFields({scene, onScene}: {scene: Scene; onScene: (scene: Scene, of: string) => void}) {
   const pose = poseOf(scene.camera);
   const round = (value: number) => Number(value.toPrecision(7));
-  // What was not edited keeps all of its digits.
+  // Components that were not edited keep all their digits.
   const changed = (before: Vector, after: Vector) => before.map((value, i) => (after[i] === round(value) ? value : after[i])) as unknown as Vector;
   const point = (key: keyof typeof pose, label: string) => (
     <div class="slot" role="group" aria-label={label}>
@@ -48,7 +48,7 @@ function CameraFields({scene, onScene}: {scene: Scene; onScene: (scene: Scene, o
   );
 }
 
-/** Ctrl+Z, and with Shift or as Ctrl+Y the way back; fields have an undo of their own while they are typed in. */
+/** Ctrl+Z undoes. With Shift, or as Ctrl+Y, it redoes. Fields have an undo of their own while the user types. */
 function useUndoKeys({undo, redo}: Editor) {
   useEffect(() => {
     const onKey = (event: KeyboardEvent) => {

@@ -1,4 +1,4 @@
-/** What happened on the farm, newest first. */
+/** The farm's events, newest first. */
 import {useEffect, useState} from 'preact/hooks';
 import {fetchEvents} from '../api/look_back';
 import {kEventKinds, withNewest, withOlder, type EventBook, type EventKind} from '../model/farm_events';

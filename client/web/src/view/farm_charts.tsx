@@ -1,4 +1,4 @@
-/** What the farm does over time: work, threads, queue. */
+/** Charts of the farm over time: speed, threads, queue. */
 import {useMemo, useState} from 'preact/hooks';
 import {fetchHistory} from '../api/look_back';
 import {csvOfHistory, farmWindow, kSpans, seriesOf, utilisation} from '../model/farm_history';
@@ -10,7 +10,7 @@ import {TimePanel} from './time_panel';
 
 const kEveryMs = 10_000;
 
-/** Means over five minutes have fractions. */
+/** Means over five minutes are fractions. */
 function few(value: number): string {
   return Number.isInteger(value) ? String(value) : value.toFixed(1);
 }

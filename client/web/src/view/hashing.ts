@@ -1,4 +1,4 @@
-/** SHA-256 of files, one after the other, in a worker. */
+/** SHA-256 of files, one after the other, in a web worker. */
 
 export interface HashQuestion {
   file: Blob;

@@ -1,11 +1,11 @@
-/** What a job is asked for, as fields: its name, size, method, seed, goal and priority. */
+/** Form fields of a job: name, size, method, seed, goal and priority. */
 import {useId} from 'preact/hooks';
 import {kLeastPriority, kMethods, kMostPriority, kMostSide, type JobForm} from '../model/job_form';
 import {NumberField} from './number_field';
 
 export interface JobFieldsProps {
   form: JobForm;
-  /** `of`: which field. */
+  /** `of`: the changed field. */
   onForm: (form: JobForm, of: string) => void;
 }
 

@@ -1,4 +1,4 @@
-/** What a job is, whom it comes from, and what can be done with it. */
+/** A job's properties, its family, and its actions. */
 import type {ComponentChildren} from 'preact';
 import {useState} from 'preact/hooks';
 import {actOnJob, deleteJob, extendJob, setPriority} from '../api/actions';
@@ -11,7 +11,7 @@ import {ActionButton, etaText} from './bits';
 import {NumberField} from './number_field';
 import {useFarm} from './store';
 
-/** What a job is extended in: its error if it has such a goal, else its samples; and what is offered. */
+/** How a job is extended: its error if it has an error goal, else its samples; and the suggested value. */
 function offeredGoal(job: Job): {label: string; offer: number; goal: (value: number) => {samples?: number; error?: number}} {
   const error = job.goal?.error ?? 0;
   if (error > 0) {
@@ -64,7 +64,7 @@ async function deleteAndLeave(job: Job): Promise<void> {
 
 export interface JobActionsProps {
   job: Job;
-  /** What is open below; one thing at a time. */
+  /** The open panel; at most one. */
   open: JobTask | undefined;
   onOpen: (task: JobTask | undefined) => void;
 }
@@ -116,7 +116,7 @@ function JobLink({id}: {id: bigint}) {
   );
 }
 
-/** What it was made from, and what was made from it. */
+/** The job's parent and children. */
 function Family({job}: {job: Job}) {
   const {jobs} = useFarm();
   const children = childrenOf(jobs, job.id);
@@ -172,7 +172,7 @@ function Facts({job}: {job: Job}) {
   );
 }
 
-/** `children`: what is open of it. */
+/** `children`: the open panel. */
 export function JobPanel({children, ...actions}: JobActionsProps & {children?: ComponentChildren}) {
   return (
     <section class="panel" aria-labelledby="facts-title">

@@ -1,4 +1,4 @@
-/** The list of jobs: found, filtered, sorted, and opened by mouse, finger or keys. */
+/** The list of jobs: search, filters, order; by mouse, finger or keys. */
 import {useEffect, useMemo, useRef, useState} from 'preact/hooks';
 import {thumbnailAddress} from '../api/actions';
 import {ageText, goalText, kMixed, methodName, samplesText} from '../model/format';
@@ -31,7 +31,7 @@ const kFilters: {filter: JobFilter; label: string}[] = [
 
 const kThumbnailMs = 4_000;
 
-/** A version that changes with a job's pixels, but every few seconds at most. */
+/** A version that changes with a job's pixels, at most once every few seconds. */
 function useThumbnailVersion(job: Job): string {
   const [shown, setShown] = useState({version: String(job.samplesDone), at: 0});
   useEffect(() => {
@@ -99,7 +99,7 @@ function useNow(everyMs: number): number {
   return now;
 }
 
-/** '/' goes to the search, arrows (or j and k) from row to row; Enter opens, as on any link. */
+/** '/' goes to the search. Arrows, or j and k, go from row to row. Enter opens a job, as on any link. */
 function useListKeys(search: {current: HTMLInputElement | null}, table: {current: HTMLElement | null}) {
   useEffect(() => {
     const onKey = (event: KeyboardEvent) => {
@@ -113,7 +113,7 @@ function useListKeys(search: {current: HTMLInputElement | null}, table: {current
         return;
       }
       const step = {ArrowDown: 1, ArrowUp: -1, j: 1, k: -1}[event.key];
-      // From the search on to what it found; other fields have arrows of their own.
+      // From the search the down arrow goes to the first result. Other fields use the arrows themselves.
       if (step === undefined || (typing && !(event.key === 'ArrowDown' && event.target === search.current))) {
         return;
       }
@@ -146,7 +146,7 @@ export function JobsPage() {
   const sortState = (order: JobOrder) => (query.order !== order ? 'none' : query.descending ? 'descending' : 'ascending');
   const take = (files: SceneFile[]) => {
     setFailure('');
-    // The same names may be other files.
+    // Files of the same names may have other contents.
     setDropped((before) => ({files, nth: (before?.nth ?? 0) + 1}));
   };
   return (

@@ -1,4 +1,4 @@
-/** A lab's results, opened from a file that goes nowhere: a chart for each scene. */
+/** A lab's results from a local file, which is not uploaded: a chart for each scene. */
 import {useRef, useState} from 'preact/hooks';
 import {parseLabReport, type LabReport, type LabScene} from '../model/lab_report';
 import {KeepButtons, LineList, Plot} from './error_chart';

@@ -1,4 +1,4 @@
-/** Who looks: the form that asks for a token, and what takes the login away again. */
+/** Login with a token, and logout. */
 import {useState} from 'preact/hooks';
 import {ActionError} from '../api/actions';
 import {logIn, logOut} from '../api/session';
@@ -45,7 +45,7 @@ export function LoginPage() {
   );
 }
 
-/** The name by which the farm knows who looks, and the way out; nothing where it does not ask. */
+/** The user's name and the logout button. Nothing if the farm has no logins. */
 export function LogOut() {
   const {greeting, link} = useFarm();
   if (!greeting?.caller || link === 'closed') {

@@ -1,4 +1,4 @@
-/** What lies over the picture: the divider between two pictures and the region that is measured. */
+/** Overlays of the picture: the divider between two pictures, and the measured region. */
 import {toScreen, type Camera, type Size} from '../model/camera';
 import type {Rect} from '../model/film';
 

@@ -1,4 +1,4 @@
-/** A region of the picture: where it is, and what its pixels are together. */
+/** A region of the picture: its place, and the statistics of its pixels. */
 import {useMemo} from 'preact/hooks';
 import type {Film, Rect} from '../model/film';
 import {humanCount, valueText} from '../model/format';
@@ -109,7 +109,7 @@ export function RegionPanel({film, region, onRegion}: RegionPanelProps) {
   );
 }
 
-/** Places are told within the frame, of which the film may be a crop. */
+/** Places are relative to the frame, and the film may be a crop of it. */
 function originOf(film: Film, field: keyof Rect): number {
   return field === 'x' || field === 'y' ? film.crop[field] : 0;
 }

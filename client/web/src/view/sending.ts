@@ -1,4 +1,4 @@
-/** Files on their way to the farm: hashed, asked for, sent where they are missing, and looked into by a worker. */
+/** The upload of files: hashing, asking which are missing, sending those, and inspection by a worker. */
 import {findMissing, uploadAsset} from '../api/assets';
 import {inspectScene, type Inspection, type NamedDigest} from '../api/inspect';
 import {hexOf} from '../model/bytes';
@@ -8,16 +8,16 @@ import {Hasher, hashingRefused} from './hashing';
 
 export interface Progress {
   what: string;
-  /** Bytes; undefined where that is not known. */
+  /** Bytes; undefined if unknown. */
   done?: number;
   total?: number;
 }
 
-/** What the farm has and can look into. */
+/** The files that the farm has and can inspect. */
 export interface Sent {
   files: NamedDigest[];
   choices: string[][];
-  /** Files that were no part of any scene. */
+  /** Number of files that are no part of any scene. */
   leftOut: number;
 }
 

@@ -1,4 +1,4 @@
-/** A scene that was dropped becomes a job: its files are sent, a worker looks into it, and what is wanted of it is chosen. */
+/** Submission of a dropped scene: upload, inspection by a worker, and the job's settings. */
 import {useEffect, useMemo, useRef, useState} from 'preact/hooks';
 import type {Inspection} from '../api/inspect';
 import {Submitter} from '../api/submit';
@@ -71,7 +71,7 @@ interface State {
 }
 const kNothing: State = {progress: undefined, sent: undefined, inspection: undefined, failure: ''};
 
-/** What was dropped, on its way to being known; `look` looks into another of its scenes, or from another camera. */
+/** The upload and inspection of dropped files. `look` inspects another of its scenes, or from another camera. */
 function useInspection(files: readonly SceneFile[]) {
   const [state, setState] = useState(kNothing);
   const going = useRef<AbortController>();
@@ -126,7 +126,7 @@ export function SubmitPanel({files, onClose}: {files: readonly SceneFile[]; onCl
   const scene = sent?.choices[chosen];
   useEffect(() => {
     if (inspection && scene) {
-      // What was already chosen stays when another camera is, and the size if it is not the last camera's.
+      // Settings stay when the camera changes. The size changes if it is still that of the last camera.
       const fresh = formOf(newSpec(inspection.scene, nameOf(scene, inspection)));
       const {width, height} = fresh;
       setForm((before) => {

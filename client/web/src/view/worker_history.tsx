@@ -1,4 +1,4 @@
-/** A worker's last hour: its speed, what it did and lost, and when it came and went. */
+/** A worker's last hour: speed, units, lost leases, and connection times. */
 import {useMemo, useState} from 'preact/hooks';
 import {fetchEvents, fetchWorkerHistory} from '../api/look_back';
 import {workerSeriesOf} from '../model/farm_history';

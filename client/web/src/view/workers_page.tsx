@@ -1,4 +1,4 @@
-/** The machines that render. */
+/** The workers page. */
 import {Fragment} from 'preact';
 import {useState} from 'preact/hooks';
 import {drainWorker, quarantineWorker, releaseWorker} from '../api/actions';
@@ -14,7 +14,7 @@ import {WorkerPast} from './worker_history';
 
 interface RowProps {
   worker: Worker;
-  /** Its past is shown. */
+  /** Whether its history is shown. */
   open: boolean;
   onOpen: () => void;
   onFailure: (message: string) => void;
