@@ -15,14 +15,14 @@ data=.lightmill
 run=$data/quickstart
 bin=build/release/bin
 
-# alive NAME: whether the process recorded under this name still is that program, of this clone.
+# alive NAME: whether the process recorded under this name is still that program of this clone.
 alive() {
   pid=$(cat "$run/$1.pid" 2>/dev/null) || return 1
   exe=$(readlink "/proc/$pid/exe" 2>/dev/null) || return 1
   [ "${exe% (deleted)}" = "$(pwd -P)/$bin/lightmill-$1" ]
 }
 
-# stop NAME: SIGTERM, then waits; SIGKILL after ten seconds.
+# stop NAME: sends SIGTERM and waits. Sends SIGKILL after ten seconds.
 stop() {
   if alive "$1"; then
     kill "$pid"
@@ -41,7 +41,7 @@ stop_farm() {
   stop server
 }
 
-# start NAME ARGUMENTS...: runs lightmill-NAME in the background, in a session of its own, so that a Ctrl-C here leaves it alone.
+# start NAME ARGUMENTS...: runs lightmill-NAME in the background. It has a session of its own, so a Ctrl-C does not stop it.
 start() {
   name=$1
   shift
@@ -49,7 +49,7 @@ start() {
   echo $! >"$run/$name.pid"
 }
 
-# wait_for_server: until it has written its port, or has ended.
+# wait_for_server: waits until the coordinator has written its ports. Fails if it has ended, or after ten seconds.
 wait_for_server() {
   tries=0
   while [ ! -s "$run/port" ] || [ ! -s "$run/http" ]; do
@@ -61,7 +61,7 @@ wait_for_server() {
   done
 }
 
-# start_server: on the usual port, or on a free one where that is taken.
+# start_server: starts the coordinator on the default ports, or on free ones if they are in use.
 start_server() {
   rm -f "$run/port" "$run/http"
   start server --data "$data" --listen 127.0.0.1:7350 --port-file "$run/port" \
@@ -80,7 +80,7 @@ start_server() {
   fi
 }
 
-# start_farm: starts what is not up; what is up stays as it is.
+# start_farm: starts the coordinator and the worker, if they are not running.
 start_farm() {
   if alive server && [ -s "$run/port" ] && [ -s "$run/http" ]; then
     echo "the farm of this clone is up, on port $(cat "$run/port"): it is used and stays up"
@@ -94,7 +94,7 @@ start_farm() {
   fi
 }
 
-# wait_for_worker: until the farm has one, or it has ended.
+# wait_for_worker: waits until the farm has a worker. Fails if the worker has ended.
 wait_for_worker() {
   until "$bin/lightmill" workers --server "$farm" --json | grep -q '"name"'; do
     if ! alive worker; then
@@ -106,7 +106,7 @@ wait_for_worker() {
   done
 }
 
-# stop_started: stops what this run has started, and only that.
+# stop_started: stops only what this run has started.
 stop_started() {
   [ "$started_worker" = no ] || stop worker
   [ "$started_server" = no ] || stop server
@@ -130,7 +130,7 @@ case "${1:-}" in
     ;;
 esac
 
-# phase NAME: ends the phase before with its time, and begins this one.
+# phase NAME: prints the time of the last phase, and begins this one.
 phase() {
   now=$(date +%s)
   [ -z "$phase" ] || echo "$phase: $((now - phase_began)) s"
@@ -138,14 +138,14 @@ phase() {
   phase_began=$now
 }
 
-# fail_build WHAT: shows the end of the log.
+# fail_build WHAT: shows the end of the log, and ends.
 fail_build() {
   tail -n 30 "$log" >&2
   echo "$1: see $log" >&2
   exit 1
 }
 
-# show_progress: copies the output of ninja to the log, and says how far it is: in a terminal in one line, else four times.
+# show_progress: copies ninja's output to the log, and shows the progress: in a terminal in one line, else four times.
 show_progress() {
   shown=0
   while IFS= read -r line; do
@@ -163,7 +163,7 @@ show_progress() {
   [ ! -t 1 ] || printf '\r\033[K'
 }
 
-# build TARGET...: fails if one of them cannot be built. It builds the others all the same.
+# build TARGET...: builds all targets it can. Fails if one of them failed.
 build() {
   rm -f build/quickstart.failed
   { NINJA_STATUS='[%f/%t] ' ninja -k 0 -C build/release "$@" 2>&1 || : >build/quickstart.failed; } | show_progress
