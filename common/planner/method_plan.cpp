@@ -193,7 +193,7 @@ Verdict admit(const SceneFacts& facts, std::string_view method) {
     return admit_ppm(facts);
   }
   if (name == "photon-dots") {
-    return {"photon-dots", false, "it shows where photons arrive, as points, and no light"};
+    return {"photon-dots", false, "it shows the photon map as points, and no light"};
   }
   if (name == "raycast" || name == "whitted") {
     return admit_simple(facts, name);

@@ -35,7 +35,7 @@ export function uploadAsset(digest: string, file: Blob, onSent: (bytes: number) 
       }
       end(new ActionError(messageOf(request)));
     };
-    request.onerror = () => end(new ActionError('the connection to the coordinator broke while a file was sent: try again, what it has is not sent twice'));
+    request.onerror = () => end(new ActionError('the connection to the coordinator broke during an upload: try again; files that arrived are not sent again'));
     request.onabort = () => end(new DOMException('stopped', 'AbortError'));
     signal.addEventListener('abort', stop);
     request.send(file);

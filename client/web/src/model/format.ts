@@ -113,7 +113,7 @@ export function methodName(job: Job): string {
 }
 
 /** The disadvantage of a job that allows mixed fingerprint classes. */
-export const kMixed = 'Workers of every fingerprint class may render it: where they round differently, nobody gets the same bits again';
+export const kMixed = 'Workers of every fingerprint class may render it. If they round differently, its bits cannot be reproduced';
 
 /** "64 samples, ±1% or 2 min 00 s". */
 export function goalText(job: Job): string {

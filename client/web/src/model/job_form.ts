@@ -154,7 +154,7 @@ export function newSpec(scene: Scene, name: string): JobSpec {
 export const kQuickEnding = ' (being edited)';
 
 /** Suffix of the names of jobs that render photons for the overlay. */
-export const kDotsEnding = ' (its photons)';
+export const kDotsEnding = ' (photon map)';
 
 /** Bytes. */
 const kMostName = 200;

@@ -18,7 +18,7 @@ type Fields = Record<string, unknown>;
 
 function fields(value: unknown, what: string): Fields {
   if (typeof value !== 'object' || value === null || Array.isArray(value)) {
-    throw new Error(`${what} is no object: this is not the results.json that "lightmill lab" writes`);
+    throw new Error(`${what} is not an object: this is not the results.json that "lightmill lab" writes`);
   }
   return value as Fields;
 }
@@ -50,7 +50,7 @@ export function parseLabReport(json: string): LabReport {
   try {
     whole = fields(JSON.parse(json), 'the file');
   } catch (error) {
-    throw error instanceof SyntaxError ? new Error(`the file is no JSON: ${error.message}`) : error;
+    throw error instanceof SyntaxError ? new Error(`the file is not JSON: ${error.message}`) : error;
   }
   const scenes = list(whole, 'scenes', 'the file').map((each) => {
     const scene = fields(each, 'a scene');

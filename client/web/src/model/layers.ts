@@ -9,7 +9,7 @@ const kLabels = new Map([
   ['direct', 'Direct light'],
   ['indirect', 'Indirect light'],
   ['caustic', 'Caustics'],
-  ['bias', 'Bias of photons'],
+  ['bias', 'Photon bias'],
   ['albedo', 'Albedo'],
   ['normal', 'Normals'],
   ['depth', 'Depth'],

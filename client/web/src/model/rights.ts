@@ -11,7 +11,7 @@ export function refusalOf(rights: Rights | undefined, method: string, owner?: st
   const roles = rights.roles.join(', ') || 'none';
   const own = rights.mayWithOwn.includes(method);
   if (own && owner !== undefined) {
-    return owner !== '' && owner === rights.caller ? undefined : `The job is somebody else's: your roles (${roles}) are for your own`;
+    return owner !== '' && owner === rights.caller ? undefined : `The job belongs to another user, and your roles (${roles}) allow this only for your own jobs`;
   }
   return own ? undefined : `Your roles (${roles}) do not allow this`;
 }

@@ -30,7 +30,7 @@ export function DropZone({onFiles, onFailure, children}: DropZoneProps) {
         onFiles(files);
       }
     } catch (error) {
-      onFailure(`What was dropped cannot be read (${error instanceof Error ? error.message : String(error)}): choose its files instead.`);
+      onFailure(`The dropped files cannot be read (${error instanceof Error ? error.message : String(error)}). Choose them instead.`);
     }
   };
   const latest = useRef(onDrop);
@@ -86,10 +86,10 @@ export function ChooseFiles({onFiles}: {onFiles: (files: SceneFile[]) => void}) 
   };
   return (
     <div class="choose" role="group" aria-label="Submit a scene">
-      <button type="button" class="primary" disabled={refused !== undefined} title={refused ?? 'A scene and the files that it names; or drop them here'} onClick={() => files.current!.click()}>
+      <button type="button" class="primary" disabled={refused !== undefined} title={refused ?? 'Choose a scene and the files that it names, or drop them here'} onClick={() => files.current!.click()}>
         Submit a scene…
       </button>
-      <button type="button" disabled={refused !== undefined} title={refused ?? 'All of a folder'} onClick={() => folder.current!.click()}>
+      <button type="button" disabled={refused !== undefined} title={refused ?? 'Choose a folder'} onClick={() => folder.current!.click()}>
         Folder…
       </button>
       <input ref={files} class="sr-only" type="file" multiple tabIndex={-1} aria-label="Scene files" onChange={(event) => take(event.currentTarget)} />

@@ -101,7 +101,7 @@ export function SlotGroups({groups, none, onScene}: {groups: SlotGroup[]; none: 
                 <SlotField slot={slot} onScene={(scene) => onScene(scene, `${group.title}/${slot.label}`)} />
               </div>
             ))}
-            {group.slots.length === 0 && <p class="muted">Nothing of it can be changed.</p>}
+            {group.slots.length === 0 && <p class="muted">It has no editable values.</p>}
           </div>
         </details>
       ))}

@@ -111,8 +111,8 @@ function describe(curve: ErrorCurve, job: Job): string {
   }
   const target = curve.target === undefined ? '' : `, target ${errorText(curve.target)}`;
   const eta = job.etaSeconds >= 0 && !hasEnded(job.state) ? `, expected in ${humanSeconds(job.etaSeconds)}` : '';
-  const finish = curve.finish && !hasEnded(job.state) ? `, after ${humanSeconds(curve.finish.earliest)} to ${humanSeconds(curve.finish.latest)} of threads` : '';
-  return `${errorText(now.error)} after ${humanSeconds(now.seconds)} of threads${target}${eta}${finish}`;
+  const finish = curve.finish && !hasEnded(job.state) ? `, after ${humanSeconds(curve.finish.earliest)} to ${humanSeconds(curve.finish.latest)} of thread time` : '';
+  return `${errorText(now.error)} after ${humanSeconds(now.seconds)} of thread time${target}${eta}${finish}`;
 }
 
 function lineOf(job: Job, color: string): ChartLine {
@@ -144,7 +144,7 @@ export function ErrorChart({job, theme, charted, onCharted}: ErrorChartProps) {
         <span class="keys">
           <span class="key band">95 %</span>
           {curve.target !== undefined && <span class="key target">target</span>}
-          {curve.finish && <span class="key finish">to the target</span>}
+          {curve.finish && <span class="key finish">extrapolation</span>}
           <span class="key guide">slopes −1, −2</span>
         </span>
         <LineList lines={lines} hover={hover} label="Jobs in the chart" onRemove={(i) => onCharted(charted.filter((id) => id !== others[i - 1]!.id))} />
@@ -276,5 +276,5 @@ export function Plot({curve, others, text, theme, onHover}: PlotProps) {
       shown.setCursor({left: shown.valToPos(known[step.current]!, 'x'), top: 10});
     }
   };
-  return <div ref={place} role="img" tabIndex={0} aria-label={`Error against time: ${text}. The arrows go through its points.`} onKeyDown={onKey} />;
+  return <div ref={place} role="img" tabIndex={0} aria-label={`Error against time: ${text}. Arrow keys move between points.`} onKeyDown={onKey} />;
 }

@@ -75,7 +75,7 @@ export class GlPicture {
     // Kept after drawing, so that the screen can be copied.
     const gl = canvas.getContext('webgl2', {antialias: false, alpha: false, preserveDrawingBuffer: true});
     if (!gl) {
-      throw new Error('this browser has no WebGL2, which the picture is drawn with');
+      throw new Error('this browser has no WebGL2, which the viewer needs');
     }
     this.gl = gl;
     this.program = gl.createProgram()!;
@@ -168,7 +168,7 @@ export class GlPicture {
     const {width, height} = film.crop;
     const most = gl.getParameter(gl.MAX_TEXTURE_SIZE) as number;
     if (Math.max(width, height) > most) {
-      throw new Error(`the picture is larger than the ${most} pixels that this machine's graphics can draw`);
+      throw new Error(`the picture is larger than ${most} pixels on a side, the limit of this browser`);
     }
     gl.activeTexture(gl.TEXTURE0 + unit);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA16F, width, height, 0, gl.RGBA, gl.HALF_FLOAT, film.rgbe);

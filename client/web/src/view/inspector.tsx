@@ -111,7 +111,7 @@ export function HistogramView({film, exposure}: {film: Film | undefined; exposur
       <h2 id="histogram-title">
         Histogram <span class="muted">stops, 2⁻¹² to 2⁸</span>
       </h2>
-      <canvas ref={canvas} class="histogram" role="img" aria-label="How many pixels have which red, green and blue, from dark to bright; the shaded part is brighter than white" />
+      <canvas ref={canvas} class="histogram" role="img" aria-label="Histogram of red, green and blue, from dark to bright. The shaded part is brighter than white." />
     </section>
   );
 }

@@ -50,7 +50,7 @@ function ViewerKeys({comparing}: {comparing: boolean}) {
       {comparing && (
         <>
           {' '}
-          · <kbd>B</kbd> this or the other · <kbd>S</kbd> split <kbd>[</kbd> <kbd>]</kbd> · <kbd>D</kbd> difference · <kbd>Q</kbd> squared error · <kbd>P</kbd> FLIP
+          · <kbd>B</kbd> this picture or the reference · <kbd>S</kbd> split <kbd>[</kbd> <kbd>]</kbd> · <kbd>D</kbd> difference · <kbd>Q</kbd> squared error · <kbd>P</kbd> FLIP
         </>
       )}
     </p>
@@ -171,7 +171,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
         {job && <Progress job={job} />}
         {job && endText(job) && <span class="muted">{endText(job)}</span>}
         <span class="spacer" />
-        <a class="button" href={`api/v1/jobs/${id}/picture.exr`} download={`job-${id}.exr`} title="All that the film holds: layers, halves, counts, receipt">
+        <a class="button" href={`api/v1/jobs/${id}/picture.exr`} download={`job-${id}.exr`} title="The whole film: layers, halves, counts, receipt">
           EXR
         </a>
         <button type="button" disabled={!film} onClick={() => film && void downloadPng(film, look, `job-${id}${layer ? `-${layer.replace(':', '-')}` : ''}`)}>
@@ -200,7 +200,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
         />
         {dots.failure && (
           <p class="notice failure" role="alert">
-            Its photons cannot be shown: {dots.failure}
+            The photon map cannot be shown: {dots.failure}
           </p>
         )}
         {notShown && (
@@ -241,7 +241,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
         {editor && <EditPanel id={id} editor={editor} onClose={() => setTask(undefined)} />}
         {notEdited && (
           <p class="notice failure" role="alert">
-            It cannot be edited: {notEdited}
+            The job cannot be edited: {notEdited}
           </p>
         )}
         {job?.methodNotes?.notices.map((notice) => (

@@ -155,7 +155,7 @@ export function JobsPage() {
         <div class="toolbar">
           <h1 id="jobs-title">Jobs</h1>
           <ChooseFiles onFiles={take} />
-          <div class="chips" role="group" aria-label="Which jobs are listed">
+          <div class="chips" role="group" aria-label="Filter">
             {kFilters.map(({filter, label}) => (
               <button type="button" key={filter} aria-pressed={query.filter === filter} onClick={() => setQuery({...query, filter})}>
                 {label} <span class="count">{counts[filter]}</span>
@@ -204,10 +204,10 @@ export function JobsPage() {
 
 function Empty({listed, any}: {listed: boolean; any: boolean}) {
   if (!listed) {
-    return <p class="empty">Asking the coordinator…</p>;
+    return <p class="empty">Loading…</p>;
   }
   return any ? (
-    <p class="empty">No job is like that.</p>
+    <p class="empty">No job matches.</p>
   ) : (
     <p class="empty">
       No jobs yet. Drop a scene here with its files, or submit one: <code>lightmill submit scenes/cornell-bench-balls.json --spp 256</code>

@@ -25,7 +25,7 @@ export function LoginPage() {
     <section class="page login" aria-labelledby="login-title">
       <h1 id="login-title">Log in</h1>
       <p>
-        This farm asks who calls. An admin makes you a token with <code>lightmill tokens create YOUR-NAME --roles view,submit</code>.
+        This farm requires a login. An admin can make a token for you with <code>lightmill tokens create YOUR-NAME --roles view,submit</code>.
       </p>
       <form onSubmit={(event) => void submit(event)}>
         <label>

@@ -25,7 +25,7 @@ export function Divider({split, onSplit}: {split: number; onSplit: (split: numbe
       class="divider"
       role="separator"
       aria-orientation="vertical"
-      aria-label="Divider: this picture on its left, the other on its right"
+      aria-label="Divider: this picture on the left, the reference on the right"
       aria-valuemin={0}
       aria-valuemax={100}
       aria-valuenow={Math.round(100 * split)}

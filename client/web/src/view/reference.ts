@@ -37,7 +37,7 @@ export function useReference(film: Film | undefined, against: Against | undefine
       return undefined;
     }
     if (asked === 'file') {
-      return file ? filmOfFile(file, film) : {name: 'a file', film: undefined, failure: 'A link cannot hold the file that this was compared with: choose it again, or drop it on the picture.'};
+      return file ? filmOfFile(file, film) : {name: 'a file', film: undefined, failure: 'The link does not contain the reference file. Choose it again, or drop it on the picture.'};
     }
     const name = job.job?.name ? `${job.job.name} #${asked}` : `job ${asked}`;
     if (job.film && (job.film.crop.width !== film.crop.width || job.film.crop.height !== film.crop.height)) {

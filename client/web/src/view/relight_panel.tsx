@@ -55,7 +55,7 @@ export function RelightPanel({lights, relight, onRelight}: RelightPanelProps) {
           As rendered
         </button>
       </div>
-      {relight.size > 0 && <p class="muted">Mixed from what was rendered; its error is not known. The EXR has the groups as they are.</p>}
+      {relight.size > 0 && <p class="muted">Mixed in the browser, so its error is unknown. The EXR has the groups as rendered.</p>}
     </section>
   );
 }

@@ -107,6 +107,6 @@ export function TimePlot(props: TimePlotProps) {
     chart.current?.setCursor({left: -10, top: -10});
   };
   return (
-    <div ref={place} class="time-plot" role="img" tabIndex={0} aria-label={`${label} The arrows go through its moments.`} onKeyDown={onKey} onBlur={onBlur} />
+    <div ref={place} class="time-plot" role="img" tabIndex={0} aria-label={`${label} Arrow keys move the cursor.`} onKeyDown={onKey} onBlur={onBlur} />
   );
 }
