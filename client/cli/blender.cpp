@@ -60,8 +60,8 @@ Result<std::string> find_blender() {
     folders.remove_prefix(std::min(colon + 1, folders.size()));
   }
   return failed_precondition(
-      ".blend files are read by Blender, which is not installed here: install it, name it in LIGHTMILL_BLENDER, or "
-      "export the scene as glTF (.glb)");
+      ".blend files need Blender, which is not installed: install it, name it in LIGHTMILL_BLENDER, or export the "
+      "scene as glTF (.glb)");
 }
 
 std::string tail_of(const fs::path& log) {
@@ -89,7 +89,7 @@ Status run_blender(const fs::path& scene, const TemporaryFolder& folder, Signals
   }
   std::error_code error;
   if (*end != "exit code 0" || !fs::exists(folder / "scene.glb", error) || !fs::exists(folder / "report.json", error)) {
-    return failed_precondition("{}: {} could not export it ({}); it said:\n{}", scene.string(), program, *end,
+    return failed_precondition("{}: {} could not export the scene ({}). Its output:\n{}", scene.string(), program, *end,
                                utf8_name(tail_of(log)));
   }
   return ok_status();

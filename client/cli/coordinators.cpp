@@ -41,7 +41,7 @@ Status to_status(const grpc::Status& status, const std::string& address) {
     return ok_status();
   }
   if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
-    return unavailable("what answers at {} is not a Lightmill coordinator of this version: {}", address,
+    return unavailable("the server at {} is not a Lightmill coordinator of this version: {}", address,
                        status.error_message());
   }
   return make_error(static_cast<StatusCode>(status.error_code()), "{}", status.error_message());
@@ -52,8 +52,8 @@ std::string_view cause_of(const grpc::Status& answer) {
   const std::string& words = answer.error_message();
   const auto has = [&words](const char* part) { return words.find(part) != std::string::npos; };
   return has("Connection refused")                                  ? ": nothing listens there"
-         : has("DNS resolution failed")                             ? ": there is no host of that name"
-         : has("No route to host") || has("Network is unreachable") ? ": there is no way to that host"
+         : has("DNS resolution failed")                             ? ": unknown host name"
+         : has("No route to host") || has("Network is unreachable") ? ": no route to the host"
                                                                     : "";
 }
 
@@ -85,7 +85,8 @@ Status Coordinators::status_of(const grpc::Status& answer, std::size_t index) co
     return failed_precondition("cannot reach the farm at {}: {}", addresses_[index], *problem);
   }
   return answer.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED
-             ? unavailable("the farm at {} has not answered in time: whether it did what was asked is not known", all_)
+             ? unavailable("the farm at {} has not answered in time: the request may or may not have been executed",
+                           all_)
              : unavailable("cannot reach the farm at {}{}", all_, cause_of(answer));
 }
 

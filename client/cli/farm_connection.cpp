@@ -62,7 +62,8 @@ class Registration {
   grpc::Status answer(const grpc::Status& end) const {
     return end.error_code() == grpc::StatusCode::CANCELLED && !calls_.is_cancelled(context_)
                ? grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
-                              "the farm has ended this, to make room for another caller or as it stops: try again")
+                              "the farm has closed this call, to make room for another caller or because it stops: "
+                              "try again")
                : end;
   }
 

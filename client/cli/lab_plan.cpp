@@ -119,7 +119,7 @@ Status check_reference_file(const LabSceneJob& scene, LabPlan& plan) {
   if (!plan.experiment.methods.empty() &&
       std::ranges::find(plan.experiment.seeds, film->receipt.seed) != plan.experiment.seeds.end()) {
     return invalid_argument(
-        "scene {}: the reference {} has seed {}, one of those that are to be judged: render it with another",
+        "scene {}: the reference {} has seed {}, which the experiment uses too: render it with another seed",
         scene.scene.name, file, film->receipt.seed);
   }
   if (film->receipt.scene_digest != sha256(scene.job.spec.settings.scene).hex()) {

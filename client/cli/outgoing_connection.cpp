@@ -91,7 +91,7 @@ Result<OutgoingConnection::Addresses> OutgoingConnection::addresses(const std::f
       return cancelled("stopped");
     }
     if (now() >= until) {
-      return unavailable("looking up its name took longer than {}", human_seconds(to_seconds(patience_)));
+      return unavailable("the name lookup took longer than {}", human_seconds(to_seconds(patience_)));
     }
     poll(0, until);
   }
@@ -100,7 +100,7 @@ Result<OutgoingConnection::Addresses> OutgoingConnection::addresses(const std::f
 
 Status OutgoingConnection::open(const std::function<bool()>& stopped) {
   LM_ASSIGN_OR_RETURN(const Addresses list, addresses(stopped));
-  Status status = unavailable("it has no address");
+  Status status = unavailable("the host has no address");
   for (const addrinfo* at = list.get(); at != nullptr; at = at->ai_next) {
     status = open(*at, stopped);
     if (status.code() != StatusCode::kUnavailable) {
@@ -169,7 +169,7 @@ Status OutgoingConnection::wait(Moment until) {
   // Drops unsent bytes. Otherwise the other side could read them later, between those of the next connection.
   const linger forget{1, 0};
   (void)::setsockopt(socket_, SOL_SOCKET, SO_LINGER, &forget, sizeof forget);
-  return unavailable("it has taken nothing for {}", human_seconds(to_seconds(patience_)));
+  return unavailable("it has accepted no data for {}", human_seconds(to_seconds(patience_)));
 }
 
 Status OutgoingConnection::send() {

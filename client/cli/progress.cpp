@@ -123,25 +123,28 @@ std::string verification_text(const v1::Job& job) {
                       merged = job.counters().results_merged();
   std::string text;
   if (verified > 0) {
-    text = fmt::format("{} of {} results were rendered again by another identity, alike", verified, merged);
+    text = fmt::format("{} of {} results were audited by another identity, with the same bits", verified, merged);
   } else if (job.verify_share() <= 0) {
-    text = "unaudited: not asked for";
+    text = "unaudited: not requested";
   } else if (unverified == 0) {
-    text = fmt::format("unaudited: none of {} results has been drawn, of which {:.3g} % are", merged,
-                       100 * job.verify_share());
+    text =
+        fmt::format("unaudited: none of {} results was drawn at a share of {:.3g} %", merged, 100 * job.verify_share());
   } else if (job.one_identity()) {
     text = "unaudited: one identity (all workers show the same certificate or token, or are on one machine)";
   } else if (job.state() == v1::JOB_STATE_DONE) {
-    text = "unaudited: no other identity was there";
+    text = "unaudited: no other identity was connected";
   } else {
     text = "nothing yet";
   }
   if (unverified > 0) {
-    text += fmt::format("; {} {}", unverified, job.state() == v1::JOB_STATE_DONE ? "could not be" : "wait for it");
+    text += fmt::format("; {} {}", unverified,
+                        job.state() == v1::JOB_STATE_DONE ? "could not be audited"
+                                                          : "wait "
+                                                            "for an "
+                                                            "audit");
   }
   if (job.counters().nodes_dropped() > 0) {
-    text += fmt::format("; {} nodes with results of workers that were wrong have been rendered again",
-                        job.counters().nodes_dropped());
+    text += fmt::format("; {} nodes with results of wrong workers were rendered again", job.counters().nodes_dropped());
   }
   return text;
 }
@@ -150,9 +153,9 @@ std::string mixed_text(const v1::Job& job) {
   if (!job.allow_mixed()) {
     return "";
   }
-  return "mixed: workers of every fingerprint class may render it; where they round differently, nobody gets the same "
-         "bits again. Results are verified only between machines of one class, and `lightmill verify` can tell of the "
-         "picture no more than that its file is unchanged";
+  return "mixed: workers of every fingerprint class may render it. If they round differently, its bits cannot be "
+         "reproduced. Results are audited only within a class, and `lightmill verify` can only check that the file "
+         "is unchanged";
 }
 
 std::string method_name(const v1::Job& job) {
@@ -165,7 +168,7 @@ std::string pilots_task(const v1::Job& job) {
   if (has_ended(job.state())) {
     return job.method_notes().candidates_size() > 1 ? "it ended before a pilot chose" : "it ended before its pilot";
   }
-  return job.method_notes().candidates_size() > 1 ? "a pilot compares them" : "a pilot looks where its noise is";
+  return job.method_notes().candidates_size() > 1 ? "a pilot compares them" : "a pilot measures its noise";
 }
 
 std::string how_chosen(const v1::Job& job) {

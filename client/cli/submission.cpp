@@ -14,7 +14,7 @@ Status upload_missing(FarmConnection& connection, const PreparedJob& job, const 
   for (const Sha256& digest : missing) {
     const auto asset = job.scene.assets.find(digest);
     if (asset == job.scene.assets.end()) {
-      return internal_error("the farm asks for an asset that the scene does not have: {}", digest.hex());
+      return internal_error("the farm requested an asset that the scene does not have: {}", digest.hex());
     }
     total += asset->second.size();
   }

@@ -119,7 +119,7 @@ std::vector<std::string> top_lines(const FarmLook& look, int columns, int rows) 
       fmt::format("jobs     {}", counts_text(job_kinds)),
   };
   if (!look.trouble.empty()) {
-    lines.insert(lines.begin(), "as it was; now: " + printable(look.trouble));
+    lines.insert(lines.begin(), "out of date: " + printable(look.trouble));
   }
   for (const std::string& notice : look.notices) {
     lines.push_back("note     " + printable(notice));

@@ -93,7 +93,7 @@ Result<ResultSet> read_lines(std::string_view text) {
       if (torn) {
         break;
       }
-      return data_loss("line {} is not a result: take it out, and its picture is rendered again", number);
+      return data_loss("line {} is not a result: delete it, and its picture is rendered again", number);
     }
   }
   return results;

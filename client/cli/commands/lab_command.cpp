@@ -15,10 +15,10 @@ namespace lightmill::cli {
 namespace {
 
 constexpr const char* kLabFooter =
-    "EXPERIMENT is a JSON document that names scenes, methods, seeds, the numbers of samples (or the errors) at which\n"
-    "pictures are compared, and a reference: docs/guide/lab.md describes it. The farm is chosen as for `render`. DIR\n"
-    "gets report.html (charts of error against time, speed-ups, pictures), the charts as files, results.csv and\n"
-    "results.json. Ctrl-C keeps what is done; the same command again goes on from there.";
+    "EXPERIMENT is a JSON document with scenes, methods, seeds, numbers of samples or errors, and a reference.\n"
+    "docs/guide/lab.md describes it. The farm is chosen as for `render`. DIR gets report.html (charts of error against\n"
+    "time, speed-ups, pictures), the charts as files, results.csv and results.json. Ctrl-C keeps finished results.\n"
+    "The same command resumes from them.";
 
 struct LabOptions {
   std::string experiment, folder;
@@ -235,7 +235,7 @@ ExitCode run_lab(Context& context, const Console& console, const LabOptions& opt
   const auto done =
       std::ranges::count_if(wanted, [&](const std::string& key) { return folder->results().contains(key); });
   if (!status.ok()) {
-    console.notice(fmt::format("{} of {} results are in {}; the same command goes on from there", done, wanted.size(),
+    console.notice(fmt::format("{} of {} results are in {}; the same command resumes from them", done, wanted.size(),
                                options.folder));
     return console.fail(status);
   }
@@ -255,11 +255,11 @@ void add_lab_command(CLI::App& app, Context& context) {
   CLI::App* command = app.add_subcommand("lab", "Compare methods on scenes: error against time, as one page.");
   command->footer(kLabFooter);
   command->add_option("EXPERIMENT", options->experiment, "a JSON document")->type_name("FILE")->required();
-  command->add_option("-o,--output", options->folder, "folder for results and report; made if need be")
+  command->add_option("-o,--output", options->folder, "folder for results and report; made if needed")
       ->required()
       ->type_name("DIR");
-  command->add_flag("--local", options->local, "use a farm of its own, whatever else there is");
-  command->add_option("--threads", options->threads, "threads of such a farm (default: one per core)")
+  command->add_flag("--local", options->local, "use a local farm, even if another one answers");
+  command->add_option("--threads", options->threads, "threads of a local farm (default: one per core)")
       ->type_name("N")
       ->check(whole_number(1, 4096));
   add_common_options(*command, context);

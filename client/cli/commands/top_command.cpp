@@ -25,7 +25,7 @@ constexpr Duration kTick = std::chrono::milliseconds(50);  // interval of checks
 constexpr Duration kSilence = std::chrono::seconds(3);     // silence below this is not reported
 
 constexpr const char* kTopFooter =
-    "q or Ctrl-C leaves. Where standard output is no terminal, and with --json, it looks once.";
+    "q or Ctrl-C ends it. With --json, or if standard output is no terminal, it prints once.";
 
 struct TopOptions {
   bool once = false;
@@ -139,10 +139,10 @@ ExitCode top(Context& context, const Console& console, const TopOptions& options
 
 void add_top_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<TopOptions>();
-  CLI::App* command = app.add_subcommand("top", "Watch the farm: its jobs that have not ended, and its workers.");
+  CLI::App* command = app.add_subcommand("top", "Watch the farm: its unfinished jobs and its workers.");
   command->footer(kTopFooter);
-  command->add_flag("--once", options->once, "look once");
-  command->add_option("--interval", options->interval, "between two looks, as 0.5s or 1m; at least 0.1s")
+  command->add_flag("--once", options->once, "print once, and end");
+  command->add_option("--interval", options->interval, "time between updates, e.g. 0.5s or 1m; at least 0.1s")
       ->type_name("TIME")
       ->check(readable(parse_interval))
       ->capture_default_str();
