@@ -1,12 +1,12 @@
 #!/bin/sh
-# From a clean clone to a picture: installs what is needed, builds, starts a
+# From a clean clone to a picture: installs packages, builds, starts a
 # farm on this machine and renders the Cornell box.
 #
-#   ./quickstart.sh          in a terminal: leaves the farm up, and says how to
-#                            use and how to stop it
-#   ./quickstart.sh --once   stops what it has started when the picture is there
-#                            (also without a terminal); a farm that was up stays
-#   ./quickstart.sh --stop   stops a farm that was left up
+#   ./quickstart.sh          in a terminal: leaves the farm running, and prints how to
+#                            use and stop it
+#   ./quickstart.sh --once   stops what it has started once the picture is done
+#                            (also without a terminal); a running farm stays
+#   ./quickstart.sh --stop   stops the farm
 set -eu
 cd "$(dirname "$0")"
 . deploy/environment.sh
@@ -73,7 +73,7 @@ start_server() {
     start server --data "$data" --listen 127.0.0.1:0 --port-file "$run/port" \
       --http 127.0.0.1:0 --http-port-file "$run/http"
     if ! wait_for_server; then
-      echo "the coordinator did not start; its log, $run/server.log, ends with:" >&2
+      echo "the coordinator did not start. The last lines of $run/server.log:" >&2
       tail -n 5 "$run/server.log" >&2
       exit 1
     fi
@@ -83,7 +83,7 @@ start_server() {
 # start_farm: starts the coordinator and the worker, if they are not running.
 start_farm() {
   if alive server && [ -s "$run/port" ] && [ -s "$run/http" ]; then
-    echo "the farm of this clone is up, on port $(cat "$run/port"): it is used and stays up"
+    echo "using the running farm of this clone, on port $(cat "$run/port")"
   else
     stop server
     start_server
@@ -98,7 +98,7 @@ start_farm() {
 wait_for_worker() {
   until "$bin/lightmill" workers --server "$farm" --json | grep -q '"name"'; do
     if ! alive worker; then
-      echo "the worker did not start; its log, $run/worker.log, ends with:" >&2
+      echo "the worker did not start. The last lines of $run/worker.log:" >&2
       tail -n 5 "$run/worker.log" >&2
       exit 1
     fi
@@ -121,7 +121,7 @@ case "${1:-}" in
   --once) once=yes ;;
   --stop)
     stop_farm
-    echo 'the farm is stopped'
+    echo 'The farm is stopped.'
     exit 0
     ;;
   *)
@@ -205,12 +205,12 @@ phase picture
 "$bin/lightmill" render scenes/cornell-bench-blocks.json --server "$farm" --spp 128 -o cornell-box.exr -o cornell-box.png
 phase ''
 echo
-echo 'the picture: cornell-box.png, and without loss cornell-box.exr'
+echo 'Pictures: cornell-box.png (8 bits) and cornell-box.exr (linear floats)'
 if [ "$once" = yes ]; then
   if [ "$started_server" = yes ]; then
-    echo 'the farm that was started for it is stopped now'
+    echo 'The farm is stopped.'
   else
-    echo 'the farm stays up, as it was; ./quickstart.sh --stop stops it'
+    echo 'The farm keeps running. ./quickstart.sh --stop stops it.'
   fi
   exit 0
 fi
@@ -219,7 +219,7 @@ client="$bin/lightmill"
 [ "$farm" = 127.0.0.1:7350 ] || client="LIGHTMILL_SERVER=$farm $client"
 cat <<END
 
-The farm is up (data in $data, logs in $run). Watch it in a browser at
+The farm is running (data in $data, logs in $run). Watch it in a browser at
 
   http://127.0.0.1:$(cat "$run/http")/
 
@@ -231,6 +231,5 @@ or try:
   $client workers
   $client --help
 
-Stop it with ./quickstart.sh --stop
-(started again, it goes on with what it had).
+Stop it with ./quickstart.sh --stop. After a restart it resumes its jobs.
 END

@@ -54,9 +54,9 @@ set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
-set(about "A coordinator cuts a scene into tiles and sample ranges, workers render them,
-and the picture grows in front of you. To the last bit it is the same however
-the work was split.")
+set(about "A coordinator splits a picture into tiles and sample ranges, and workers render
+them. The picture improves while you watch. Its bits do not depend on how the
+work was split.")
 foreach(program ${programs} lightmill-image-decoder)
   string(TOUPPER ${program} name)
   set(CPACK_DEBIAN_${name}_PACKAGE_NAME ${program})
@@ -70,17 +70,17 @@ set(decoder "lightmill-image-decoder (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_LIGHTMILL_PACKAGE_DEPENDS "${decoder}")
 set(CPACK_DEBIAN_LIGHTMILL-WORKER_PACKAGE_DEPENDS "adduser, ${decoder}")
 set(CPACK_DEBIAN_LIGHTMILL-SERVER_DESCRIPTION "render farm: the coordinator and its web page
-${about} This package has the coordinator, which is not
-started before you say so, and the web page.")
+${about} This package has the coordinator and the web
+page. It does not start the coordinator.")
 set(CPACK_DEBIAN_LIGHTMILL-WORKER_DESCRIPTION "render farm: the worker
-${about} This package has the worker, of which a farm has
-as many as you like. None is started before you say so.")
-set(CPACK_DEBIAN_LIGHTMILL-IMAGE-DECODER_DESCRIPTION "render farm: reads images in a sandbox
-${about} This package has what the command line and the
-worker read images of scenes with.")
+${about} This package has the worker. A farm can have any
+number of workers. The package starts none.")
+set(CPACK_DEBIAN_LIGHTMILL-IMAGE-DECODER_DESCRIPTION "render farm: image decoder in a sandbox
+${about} This package has the program that decodes images
+of scenes for the command line and the worker.")
 set(CPACK_DEBIAN_LIGHTMILL_DESCRIPTION "render farm: the command line
 ${about} This package has the command line, scenes and
-scripts for Slurm. With the coordinator and the worker beside it, it also renders
+scripts for Slurm. With the packages of coordinator and worker it also renders
 without a farm.")
 set(CPACK_DEBIAN_LIGHTMILL_PACKAGE_SUGGESTS "lightmill-server, lightmill-worker")
 set(CPACK_STRIP_FILES ON)
