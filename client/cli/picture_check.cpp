@@ -51,8 +51,7 @@ Result<FilmPicture> sound_picture(ByteView bytes) {
   const std::string stated = image.text(kFileChecksum);
   if (stated.empty()) {
     constexpr const char* kWhy =
-        "it has no {}: it was not written by Lightmill, or by a version without "
-        "verification{}";
+        "it has no {}: it was not written by Lightmill, or by a version without verification{}";
     return image.text("lightmill.renderDigest").empty() ? invalid_argument(kWhy, kFileChecksum, "")
                                                         : data_loss(kWhy, kFileChecksum, ", or it was removed");
   }

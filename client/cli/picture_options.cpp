@@ -38,9 +38,7 @@ void add_picture_options(CLI::App& command, PictureOptions& options) {
       ->check(real_number(-64, 64))
       ->each(note("--exposure"));
   command
-      .add_option("--view", options.view,
-                  "PNG: tone curve, plain (clipped at white) or filmic (highlights roll "
-                  "off)")
+      .add_option("--view", options.view, "PNG: tone curve, plain (clipped at white) or filmic (highlights roll off)")
       ->type_name("plain|filmic")
       ->capture_default_str()
       ->each(note("--view"));

@@ -138,10 +138,7 @@ std::string verification_text(const v1::Job& job) {
   }
   if (unverified > 0) {
     text += fmt::format("; {} {}", unverified,
-                        job.state() == v1::JOB_STATE_DONE ? "could not be audited"
-                                                          : "wait "
-                                                            "for an "
-                                                            "audit");
+                        job.state() == v1::JOB_STATE_DONE ? "could not be audited" : "wait for an audit");
   }
   if (job.counters().nodes_dropped() > 0) {
     text += fmt::format("; {} nodes with results of wrong workers were rendered again", job.counters().nodes_dropped());

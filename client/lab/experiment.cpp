@@ -155,8 +155,7 @@ Result<std::vector<std::uint64_t>> read_seeds(const json& value) {
 Status read_levels(const json& document, Experiment& experiment) {
   if (document.contains("samples") == document.contains("errors")) {
     return invalid_argument(
-        "an experiment needs either \"samples\" or \"errors\": the levels at which pictures are "
-        "compared");
+        "an experiment needs either \"samples\" or \"errors\": the levels at which pictures are compared");
   }
   if (document.contains("samples")) {
     LM_ASSIGN_OR_RETURN(experiment.samples, list_of<std::uint64_t>(document["samples"], "samples",

@@ -149,8 +149,7 @@ Verdict admit_path(const SceneFacts& facts) {
   }
   return {"path", false,
           fmt::format(
-              "{} shines on {}: this light on other surfaces is missing, because paths from the camera {}; {} "
-              "finds it",
+              "{} shines on {}: this light on other surfaces is missing, because paths from the camera {}; {} finds it",
               unmet_light(facts), first_of(facts.smooth_casters, "objects"),
               facts.delta_lights.empty() ? "hardly ever hit such a small emitter" : "never hit a light without extent",
               finder_of_caustics(facts))};

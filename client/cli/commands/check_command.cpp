@@ -77,9 +77,7 @@ Status save_camera(const std::string& path, const Camera& camera) {
     const Result<std::string> there = read_file(path);
     if (!there.ok() || (!there->empty() && !read_camera_json(*there, path).ok())) {
       return invalid_argument(
-          "--save-camera {}: this file exists and is not a camera. It was not changed: choose "
-          "another name",
-          path);
+          "--save-camera {}: this file exists and is not a camera. It was not changed: choose another name", path);
     }
   }
   return write_file_atomically(path, as_byte_view(write_camera_json(camera)));

@@ -26,8 +26,7 @@ constexpr const char* kRenderMore =
     "  lightmill render CornellBox.obj CornellBlocks.obj -o box.exr -o box.png --seconds 2m";
 
 constexpr const char* kSubmitMore =
-    "`lightmill watch JOB` follows the job, and `lightmill fetch JOB -o FILE` writes "
-    "its picture.";
+    "`lightmill watch JOB` follows the job, and `lightmill fetch JOB -o FILE` writes its picture.";
 
 struct RenderCommandOptions {
   RenderOptions render;
