@@ -231,8 +231,8 @@ TEST(Admit, ASmoothLayerOverADiffuseBaseHidesLightFromPathAndCaustic) {
 
 TEST(Admit, ReasonsNameTheLampAndTheGlass) {
   const std::string reason = admit(read_facts(scene_of({kWhite, kGlass, kMirror}, {kBulb, kSun})), "path").reason;
-  for (const char* part : {"the point light 'bulb'", "(and 1 more light)", "(and 1 more object)",
-                           "the glass 'glass ball'", "never hit"}) {
+  for (const char* part :
+       {"the point light 'bulb'", "(and 1 more light)", "(and 1 more object)", "the glass 'glass ball'", "never hit"}) {
     EXPECT_NE(reason.find(part), std::string::npos) << reason;
   }
 }
