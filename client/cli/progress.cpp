@@ -134,7 +134,7 @@ std::string verification_text(const v1::Job& job) {
   } else if (job.state() == v1::JOB_STATE_DONE) {
     text = "unaudited: no other identity was connected";
   } else {
-    text = "nothing yet";
+    text = "no audits yet";
   }
   if (unverified > 0) {
     text += fmt::format("; {} {}", unverified,

@@ -65,7 +65,7 @@ Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
   const auto is_blend = [](const std::filesystem::path& path) { return lower_ending(path) == ".blend"; };
   const bool blend = std::ranges::any_of(paths, is_blend);
   if (blend && paths.size() > 1) {
-    return invalid_argument("a .blend file is a scene of its own, got {} files", paths.size());
+    return invalid_argument("a .blend file cannot be combined with other files, got {} files", paths.size());
   }
   Result<LoadedScene> loaded = load_within_memory(paths, blend, load_options, signals);
   if (!loaded.ok()) {

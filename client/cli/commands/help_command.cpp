@@ -67,7 +67,7 @@ Status explain(const CLI::App& app, const std::vector<std::string>& words, const
       if (command == &app) {
         names.insert(names.end(), {kMethodsTopic, kExitCodesTopic});
       }
-      return invalid_argument("there is no command or topic '{}'{}", word, did_you_mean(word, names));
+      return invalid_argument("unknown command or topic '{}'{}", word, did_you_mean(word, names));
     }
   }
   std::string page = help_page_for_terminal(*command);

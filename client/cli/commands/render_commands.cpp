@@ -57,7 +57,7 @@ std::string save_interrupted(Farm& farm, std::uint64_t id, const std::vector<std
     return message_of(status);
   }
   object["outputs"] = outputs;
-  return fmt::format("what is rendered ({} per pixel) -> {}",
+  return fmt::format("the picture so far ({} per pixel) -> {}",
                      samples_per_pixel(receipt.min_samples, receipt.max_samples), fmt::join(outputs, ", "));
 }
 

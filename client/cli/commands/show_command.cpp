@@ -61,7 +61,7 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film) {
       {"worker time", human_seconds(job.worker_seconds()) + " over all threads"},
       {"results", fmt::format("{} merged, {} repeated, {} leases lost", counters.results_merged(),
                               counters.results_duplicate(), counters.leases_lost())},
-      {"verified", verification_text(job)},
+      {"audits", verification_text(job)},
       {"film hash", film.picture.receipt.film_hash},
   };
   if (job.has_error()) {
