@@ -34,8 +34,7 @@ std::vector<std::string> method_lines(const v1::Job& job);
 /// "12/64 spp", or "12 spp" without a sample goal. These are samples that every pixel has.
 std::string samples_text(const v1::Job& job);
 
-/// "3 of 412 results were audited by another identity, with the same bits", or the reason for no audit: "unaudited:
-/// ...".
+/// "3 of 412 results were audited by another identity, with the same bits", or "unaudited: " and the reason.
 std::string verification_text(const v1::Job& job);
 
 /// The trace id of the job in the logs of coordinator and workers, 32 hexadecimal digits. "none" if the coordinator has

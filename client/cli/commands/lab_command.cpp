@@ -16,9 +16,9 @@ namespace {
 
 constexpr const char* kLabFooter =
     "EXPERIMENT is a JSON document with scenes, methods, seeds, numbers of samples or errors, and a reference.\n"
-    "docs/guide/lab.md describes it. The farm is chosen as for `render`. DIR gets report.html (charts of error against\n"
-    "time, speed-ups, pictures), the charts as files, results.csv and results.json. Ctrl-C keeps finished results.\n"
-    "The same command resumes from them.";
+    "docs/guide/lab.md describes it. The farm is chosen as for `render`. DIR gets report.html (charts of error\n"
+    "against time, speed-ups, pictures), the charts as files, results.csv and results.json. Ctrl-C keeps finished\n"
+    "results. The same command resumes from them.";
 
 struct LabOptions {
   std::string experiment, folder;
