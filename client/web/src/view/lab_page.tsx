@@ -46,7 +46,7 @@ export function LabPage({theme}: {theme: string}) {
   return (
     <section class="page lab" onDragOver={(event) => event.preventDefault()} onDrop={onDrop}>
       <div class="toolbar">
-        <h1>{report ? report.title || 'Lab' : 'Lab'}</h1>
+        <h1>{report?.title || 'Lab'}</h1>
         <button type="button" onClick={() => input.current!.click()}>
           Open results.json…
         </button>
