@@ -48,8 +48,8 @@ Verdict admit_ppm(const SceneFacts& facts) {
   }
   if (!facts.lamps_never_sampled.empty()) {
     return {"ppm", false,
-            fmt::format("no photons start at {}: its light on other surfaces is missing",
-                        first_of(facts.lamps_never_sampled, "emitters"))};
+            fmt::format("no photons start at {}: what it throws on other surfaces is missing",
+                        first_of(facts.lamps_never_sampled, "lamps"))};
   }
   if (facts.planes && (!facts.distant_lights.empty() || facts.environment != SceneFacts::Environment::none)) {
     return {"ppm", false,
@@ -71,9 +71,9 @@ std::string hidden_reason(const SceneFacts& facts) {
     return "";
   }
   return fmt::format(
-      "no method samples points on {}, and hardly any path hits such a small emitter by chance: its light on other "
-      "objects is missing",
-      first_of(facts.hidden_lamps, "emitters"));
+      "no method draws points on {}, and hardly any path meets so small a lamp by chance: what it throws on "
+      "other things is missing",
+      first_of(facts.hidden_lamps, "lamps"));
 }
 
 /// What photons of light from infinitely far leave out where it goes by way of these planes; empty where that is
@@ -83,8 +83,8 @@ std::string boundless_reason(const SceneFacts& facts, const NamedThings& planes)
     return "";
   }
   return fmt::format(
-      "{} shines on {}, which is infinite: its photons cover only the surroundings of the other objects and the "
-      "camera, and light from farther away is missing",
+      "{} shines on {}, which has no end: its photons cover what lies around the other things and the "
+      "eye, and what comes from farther off is missing",
       first_of(facts.distant_lights, "lights"), first_of(planes, "planes"));
 }
 
@@ -104,15 +104,15 @@ Verdict admit_vcm(const SceneFacts& facts) {
 
 /// Of the lights that paths from the camera do not meet.
 std::string unmet_light(const SceneFacts& facts) {
-  return facts.delta_lights.empty() ? first_of(facts.small_lamps, "emitters") : first_of(facts.delta_lights, "lights");
+  return facts.delta_lights.empty() ? first_of(facts.small_lamps, "lamps") : first_of(facts.delta_lights, "lights");
 }
 
 std::string layers_reason(const SceneFacts& facts) {
-  return fmt::format("{} shines on {}, which reflects some of it as a mirror does: {} finds this light",
+  return fmt::format("{} shines on {}, which reflects some of it as a mirror does: where that goes, {} finds it",
                      unmet_light(facts), first_of(facts.smooth_layers, "objects"),
                      admit_vcm(facts).admitted   ? "vcm"
                      : admit_ppm(facts).admitted ? "ppm alone"
-                                                 : "no method");
+                                                 : "no method that there is");
 }
 
 Verdict admit_caustic(const SceneFacts& facts) {
@@ -136,7 +136,7 @@ std::string_view finder_of_caustics(const SceneFacts& facts) {
   return admit_caustic(facts).admitted ? "caustic"
          : admit_vcm(facts).admitted   ? "vcm"
          : admit_ppm(facts).admitted   ? "ppm alone"
-                                       : "no method";
+                                       : "no method that there is";
 }
 
 Verdict admit_path(const SceneFacts& facts) {
@@ -147,12 +147,13 @@ Verdict admit_path(const SceneFacts& facts) {
   if (!unseen.by_casters) {
     return unseen.by_layers ? Verdict{"path", false, layers_reason(facts)} : Verdict{"path", true, ""};
   }
-  return {"path", false,
-          fmt::format(
-              "{} shines on {}: this light on other surfaces is missing, because paths from the camera {}; {} finds it",
-              unmet_light(facts), first_of(facts.smooth_casters, "objects"),
-              facts.delta_lights.empty() ? "hardly ever hit such a small emitter" : "never hit a light without extent",
-              finder_of_caustics(facts))};
+  return {
+      "path", false,
+      fmt::format("{} shines on {}: what that sends on to other surfaces is missing, because paths from the camera "
+                  "{}; {} finds it",
+                  unmet_light(facts), first_of(facts.smooth_casters, "objects"),
+                  facts.delta_lights.empty() ? "hardly ever meet so small a lamp" : "never meet a light without extent",
+                  finder_of_caustics(facts))};
 }
 
 /// `raycast` and `whitted`, which leave light out by design.
@@ -161,7 +162,7 @@ Verdict admit_simple(const SceneFacts& facts, std::string_view method) {
                                            : "of light that goes from surface to surface it follows only what mirrors "
                                              "and glass send to the camera";
   if (facts.emissive_objects > 0) {
-    reason += ", and it treats emitters as points";
+    reason += ", and it takes lamps for points";
   }
   return {std::string(method), false, std::move(reason)};
 }
@@ -192,7 +193,7 @@ Verdict admit(const SceneFacts& facts, std::string_view method) {
     return admit_ppm(facts);
   }
   if (name == "photon-dots") {
-    return {"photon-dots", false, "it shows the photon map as points, and no light"};
+    return {"photon-dots", false, "it shows where photons arrive, as points, and no light"};
   }
   if (name == "raycast" || name == "whitted") {
     return admit_simple(facts, name);

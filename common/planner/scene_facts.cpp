@@ -161,7 +161,7 @@ void read_small_lamps(const Scene& scene, const MeshSource& meshes, SceneFacts& 
     const bool sampled = !is_never_sampled(lamp, material);
     if (is_small_from(narrow, lamp, *extent) || (!sampled && is_small_from(receivers, lamp, *extent))) {
       (sampled ? facts.small_lamps : facts.hidden_lamps)
-          .add(named("emitter", lamp.name.empty() ? material.name : lamp.name));
+          .add(named("lamp", lamp.name.empty() ? material.name : lamp.name));
     }
   }
 }

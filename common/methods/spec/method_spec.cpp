@@ -26,9 +26,10 @@ constexpr std::array kMethods{
           "all light, by paths from both ends that are connected and merged", true, true},
     Entry{"ppm", "photons=N, radius=C, no-absorption, brute-force", "all light by photons, to check the others", true,
           true},
-    Entry{"photon-dots", "photons=N, caustic, no-absorption, brute-force", "the photon map, as points", true, true},
+    Entry{"photon-dots", "photons=N, caustic, no-absorption, brute-force", "where photons arrive, as points", true,
+          true},
     Entry{"preview", "brute-force", "flat colours", false, false},
-    Entry{"ao", "distance=D, brute-force", "ambient occlusion", false, false},
+    Entry{"ao", "distance=D, brute-force", "how open the surroundings are", false, false},
     Entry{"raycast", "flat, brute-force", "what is seen first, lit with hard shadows", true, false},
     Entry{"whitted", "glass=R, flat, brute-force", "the same through mirrors and glass", true, true},
 };

@@ -57,8 +57,7 @@ TEST_F(SharedFarmTest, TheFarmLooksIntoSmallMeshesToo) {
       submit({scene("cornell-bench-small-lamp.json"), "--size", "16x16", "--spp", "1", "--method", "path"});
   const nlohmann::json watched = on_farm({"watch", id, "-o", file("a.exr")});
   ASSERT_EQ(watched["notices"].size(), 1u) << watched;
-  EXPECT_TRUE(watched["notices"][0].get<std::string>().starts_with("path: the emitter 'box/lamp'"))
-      << watched["notices"];
+  EXPECT_TRUE(watched["notices"][0].get<std::string>().starts_with("path: the lamp 'box/lamp'")) << watched["notices"];
 }
 
 TEST_F(SharedFarmTest, APictureThatLacksLightSaysSoWhereverItIsShown) {

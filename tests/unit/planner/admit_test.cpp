@@ -62,8 +62,8 @@ TEST(Admit, PathHardlyMeetsSmallLamps) {
     EXPECT_TRUE(admit(read_facts(lit_by(1.01 * edge, narrow)), "path").admitted);
     const Verdict small = admit(read_facts(lit_by(0.99 * edge, narrow)), "path");
     EXPECT_FALSE(small.admitted);
-    EXPECT_NE(small.reason.find("the emitter 'lamp ball'"), std::string::npos) << small.reason;
-    EXPECT_NE(small.reason.find("such a small emitter"), std::string::npos) << small.reason;
+    EXPECT_NE(small.reason.find("the lamp 'lamp ball'"), std::string::npos) << small.reason;
+    EXPECT_NE(small.reason.find("so small a lamp"), std::string::npos) << small.reason;
   }
   EXPECT_TRUE(admit(read_facts(lit_by(1e-6, metal(0.1))), "path").admitted) << "it is sampled from there";
   EXPECT_TRUE(admit(read_facts(lit_by(1e-6, kMirror)), "caustic").admitted);
@@ -148,7 +148,7 @@ TEST(Admit, VcmDoesNotCoverSmoothCoatsWithoutEndFromAfar) {
     EXPECT_TRUE(admit(over_plane(layer, kBulb), "vcm").admitted) << layer.name;
   }
   const std::string path = admit(over_plane(lacquer(0), kSun), "path").reason;
-  EXPECT_NE(path.find("no method finds"), std::string::npos) << path;
+  EXPECT_NE(path.find("no method that there is finds it"), std::string::npos) << path;
   EXPECT_TRUE(admit(over_plane(kWhite, kSun), "vcm").admitted) << "it is lit by what samples the sun";
 }
 
@@ -231,8 +231,8 @@ TEST(Admit, ASmoothLayerOverADiffuseBaseHidesLightFromPathAndCaustic) {
 
 TEST(Admit, ReasonsNameTheLampAndTheGlass) {
   const std::string reason = admit(read_facts(scene_of({kWhite, kGlass, kMirror}, {kBulb, kSun})), "path").reason;
-  for (const char* part :
-       {"the point light 'bulb'", "(and 1 more light)", "(and 1 more object)", "the glass 'glass ball'", "never hit"}) {
+  for (const char* part : {"the point light 'bulb'", "(and 1 more light)", "(and 1 more object)",
+                           "the glass 'glass ball'", "never meet"}) {
     EXPECT_NE(reason.find(part), std::string::npos) << reason;
   }
 }
@@ -243,7 +243,7 @@ TEST(Admit, EveryMethodHasAVerdict) {
   for (const Verdict& verdict : all) {
     EXPECT_TRUE(verdict.admitted || !verdict.reason.empty()) << verdict.method;
     if (verdict.method == "raycast" || verdict.method == "whitted") {
-      EXPECT_NE(verdict.reason.find("emitters as points"), std::string::npos) << verdict.reason;
+      EXPECT_NE(verdict.reason.find("lamps for points"), std::string::npos) << verdict.reason;
     }
   }
 }
@@ -254,7 +254,7 @@ TEST(Admit, PpmFindsAllThatPhotonsCanStartFrom) {
   };
   EXPECT_TRUE(admitted({kWhite, kGlass, kMirror, lamp()}, {kBulb, kSun}));
   EXPECT_TRUE(admitted({kWhite, lacquer(0)}, {kBulb})) << "it gathers beside single directions";
-  EXPECT_NE(admit(read_facts(scene_of({kWhite, lacquer(0)}, {kBulb})), "path").reason.find("vcm finds this light"),
+  EXPECT_NE(admit(read_facts(scene_of({kWhite, lacquer(0)}, {kBulb})), "path").reason.find("vcm finds it"),
             std::string::npos);
   Material milk = kGlass;
   milk.interior.scattering = {1, 1, 1};
