@@ -1,12 +1,12 @@
 #!/bin/sh
-# From a clean clone to a picture: installs what is needed, builds, starts a
+# From a clean clone to a picture: installs packages, builds, starts a
 # farm on this machine and renders the Cornell box.
 #
-#   ./quickstart.sh          in a terminal: leaves the farm up, and says how to
-#                            use and how to stop it
-#   ./quickstart.sh --once   stops what it has started when the picture is there
-#                            (also without a terminal); a farm that was up stays
-#   ./quickstart.sh --stop   stops a farm that was left up
+#   ./quickstart.sh          in a terminal: leaves the farm running, and prints how to
+#                            use and stop it
+#   ./quickstart.sh --once   stops what it has started once the picture is done
+#                            (also without a terminal); a running farm stays
+#   ./quickstart.sh --stop   stops the farm
 set -eu
 cd "$(dirname "$0")"
 . deploy/environment.sh
@@ -15,14 +15,14 @@ data=.lightmill
 run=$data/quickstart
 bin=build/release/bin
 
-# alive NAME: whether the process recorded under this name still is that program, of this clone.
+# alive NAME: whether the process recorded under this name is still that program of this clone.
 alive() {
   pid=$(cat "$run/$1.pid" 2>/dev/null) || return 1
   exe=$(readlink "/proc/$pid/exe" 2>/dev/null) || return 1
   [ "${exe% (deleted)}" = "$(pwd -P)/$bin/lightmill-$1" ]
 }
 
-# stop NAME: SIGTERM, then waits; SIGKILL after ten seconds.
+# stop NAME: sends SIGTERM and waits. Sends SIGKILL after ten seconds.
 stop() {
   if alive "$1"; then
     kill "$pid"
@@ -41,7 +41,7 @@ stop_farm() {
   stop server
 }
 
-# start NAME ARGUMENTS...: runs lightmill-NAME in the background, in a session of its own, so that a Ctrl-C here leaves it alone.
+# start NAME ARGUMENTS...: runs lightmill-NAME in the background. It has a session of its own, so a Ctrl-C does not stop it.
 start() {
   name=$1
   shift
@@ -49,7 +49,7 @@ start() {
   echo $! >"$run/$name.pid"
 }
 
-# wait_for_server: until it has written its port, or has ended.
+# wait_for_server: waits until the coordinator has written its ports. Fails if it has ended, or after ten seconds.
 wait_for_server() {
   tries=0
   while [ ! -s "$run/port" ] || [ ! -s "$run/http" ]; do
@@ -61,7 +61,7 @@ wait_for_server() {
   done
 }
 
-# start_server: on the usual port, or on a free one where that is taken.
+# start_server: starts the coordinator on the default ports, or on free ones if they are in use.
 start_server() {
   rm -f "$run/port" "$run/http"
   start server --data "$data" --listen 127.0.0.1:7350 --port-file "$run/port" \
@@ -73,17 +73,17 @@ start_server() {
     start server --data "$data" --listen 127.0.0.1:0 --port-file "$run/port" \
       --http 127.0.0.1:0 --http-port-file "$run/http"
     if ! wait_for_server; then
-      echo "the coordinator did not start; its log, $run/server.log, ends with:" >&2
+      echo "the coordinator did not start. The last lines of $run/server.log:" >&2
       tail -n 5 "$run/server.log" >&2
       exit 1
     fi
   fi
 }
 
-# start_farm: starts what is not up; what is up stays as it is.
+# start_farm: starts the coordinator and the worker, if they are not running.
 start_farm() {
   if alive server && [ -s "$run/port" ] && [ -s "$run/http" ]; then
-    echo "the farm of this clone is up, on port $(cat "$run/port"): it is used and stays up"
+    echo "using the running farm of this clone, on port $(cat "$run/port")"
   else
     stop server
     start_server
@@ -94,11 +94,11 @@ start_farm() {
   fi
 }
 
-# wait_for_worker: until the farm has one, or it has ended.
+# wait_for_worker: waits until the farm has a worker. Fails if the worker has ended.
 wait_for_worker() {
   until "$bin/lightmill" workers --server "$farm" --json | grep -q '"name"'; do
     if ! alive worker; then
-      echo "the worker did not start; its log, $run/worker.log, ends with:" >&2
+      echo "the worker did not start. The last lines of $run/worker.log:" >&2
       tail -n 5 "$run/worker.log" >&2
       exit 1
     fi
@@ -106,7 +106,7 @@ wait_for_worker() {
   done
 }
 
-# stop_started: stops what this run has started, and only that.
+# stop_started: stops only what this run has started.
 stop_started() {
   [ "$started_worker" = no ] || stop worker
   [ "$started_server" = no ] || stop server
@@ -121,7 +121,7 @@ case "${1:-}" in
   --once) once=yes ;;
   --stop)
     stop_farm
-    echo 'the farm is stopped'
+    echo 'The farm is stopped.'
     exit 0
     ;;
   *)
@@ -130,7 +130,7 @@ case "${1:-}" in
     ;;
 esac
 
-# phase NAME: ends the phase before with its time, and begins this one.
+# phase NAME: prints the time of the last phase, and begins this one.
 phase() {
   now=$(date +%s)
   [ -z "$phase" ] || echo "$phase: $((now - phase_began)) s"
@@ -138,14 +138,14 @@ phase() {
   phase_began=$now
 }
 
-# fail_build WHAT: shows the end of the log.
+# fail_build WHAT: shows the end of the log, and ends.
 fail_build() {
   tail -n 30 "$log" >&2
   echo "$1: see $log" >&2
   exit 1
 }
 
-# show_progress: copies the output of ninja to the log, and says how far it is: in a terminal in one line, else four times.
+# show_progress: copies ninja's output to the log, and shows the progress: in a terminal in one line, else four times.
 show_progress() {
   shown=0
   while IFS= read -r line; do
@@ -163,7 +163,7 @@ show_progress() {
   [ ! -t 1 ] || printf '\r\033[K'
 }
 
-# build TARGET...: fails if one of them cannot be built. It builds the others all the same.
+# build TARGET...: builds all targets it can. Fails if one of them failed.
 build() {
   rm -f build/quickstart.failed
   { NINJA_STATUS='[%f/%t] ' ninja -k 0 -C build/release "$@" 2>&1 || : >build/quickstart.failed; } | show_progress
@@ -205,12 +205,12 @@ phase picture
 "$bin/lightmill" render scenes/cornell-bench-blocks.json --server "$farm" --spp 128 -o cornell-box.exr -o cornell-box.png
 phase ''
 echo
-echo 'the picture: cornell-box.png, and without loss cornell-box.exr'
+echo 'Pictures: cornell-box.png (8 bits) and cornell-box.exr (linear floats)'
 if [ "$once" = yes ]; then
   if [ "$started_server" = yes ]; then
-    echo 'the farm that was started for it is stopped now'
+    echo 'The farm is stopped.'
   else
-    echo 'the farm stays up, as it was; ./quickstart.sh --stop stops it'
+    echo 'The farm keeps running. ./quickstart.sh --stop stops it.'
   fi
   exit 0
 fi
@@ -219,7 +219,7 @@ client="$bin/lightmill"
 [ "$farm" = 127.0.0.1:7350 ] || client="LIGHTMILL_SERVER=$farm $client"
 cat <<END
 
-The farm is up (data in $data, logs in $run). Watch it in a browser at
+The farm is running (data in $data, logs in $run). Watch it in a browser at
 
   http://127.0.0.1:$(cat "$run/http")/
 
@@ -231,6 +231,5 @@ or try:
   $client workers
   $client --help
 
-Stop it with ./quickstart.sh --stop
-(started again, it goes on with what it had).
+Stop it with ./quickstart.sh --stop. After a restart it resumes its jobs.
 END

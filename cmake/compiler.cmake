@@ -1,5 +1,5 @@
-# Flags of every target: the same source gives the same bits in every program. Optimisation levels differ
-# (cmake/targets.cmake), which changes no bits, because contraction and fast-math are off.
+# Compiler flags of every target. The same source gives the same bits in every program. Optimisation levels differ
+# (cmake/targets.cmake). This changes no bits, because contraction and fast-math are off.
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
@@ -11,10 +11,10 @@ endif()
 
 # No -ffast-math and no contraction: a sample's bits must not depend on how the compiler fuses operations.
 add_compile_options(-march=x86-64-v3 -ffp-contract=off -fno-math-errno -Wall -Wextra -Werror)
-set(CMAKE_CXX_FLAGS_RELEASE "-O2")  # no -DNDEBUG: our checks stay on
+set(CMAKE_CXX_FLAGS_RELEASE "-O2")  # no -DNDEBUG, because checks stay on
 set(CMAKE_CXX_FLAGS_DEBUG "-O1 -g1")
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  # GCC's garbage collector takes a seventh of the time if it starts below a gigabyte.
+  # GCC's garbage collector takes a seventh of the time if its heap starts below a gigabyte.
   add_compile_options(--param=ggc-min-heapsize=1000000)
   # GCC 12 reports false positives from its own headers with these at -O3.
   add_compile_options(-Wno-array-bounds -Wno-stringop-overflow -Wno-maybe-uninitialized -Wno-psabi)
@@ -27,13 +27,13 @@ if(LIGHTMILL_SANITIZE)
   add_compile_options(-fsanitize=${LIGHTMILL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${LIGHTMILL_SANITIZE})
   if(LIGHTMILL_SANITIZE MATCHES "thread" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    add_compile_options(-Wno-tsan)  # Boost.Asio has fences, which it does not see; all that it passes on is under a mutex
+    add_compile_options(-Wno-tsan)  # it does not see the fences of Boost.Asio; all data that Asio passes on is under a mutex
   endif()
 endif()
 
 find_program(LIGHTMILL_CCACHE ccache)
 if(LIGHTMILL_CCACHE)
-  # Precompiled headers need these to be cached at all.
+  # ccache needs these to cache files with precompiled headers.
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1
                                   CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
                                   ${LIGHTMILL_CCACHE})

@@ -1,7 +1,7 @@
 # The few functions that declare libraries, programs and tests.
 
-# Headers that nearly every file includes, compiled once. They are listed here and not in a file of ours, because the path
-# of such a file would become part of what is compiled, and ccache could not share results between checkouts.
+# Headers that nearly every file includes, compiled once. A header file of ours would put its path into the precompiled header,
+# and ccache could not share results between checkouts.
 set(LIGHTMILL_PCH_HEADERS
   <fmt/format.h> <algorithm> <array> <bit> <chrono> <cmath> <compare> <cstddef> <cstdint> <cstring> <deque>
   <filesystem> <functional> <limits> <map> <memory> <mutex> <numeric> <optional> <set> <span> <string> <string_view>
@@ -10,12 +10,12 @@ add_library(lightmill_pch STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
 target_precompile_headers(lightmill_pch PRIVATE ${LIGHTMILL_PCH_HEADERS})
 target_link_libraries(lightmill_pch PUBLIC fmt::fmt)
 
-# Unity builds: several source files of a target are compiled as one, which halves the time. The files of a target share one
-# anonymous namespace then. OFF compiles each file by itself, and finds missing includes.
+# Unity builds compile several source files of a target as one. This halves the time. The files of a target then share one
+# anonymous namespace. OFF compiles each file alone, and finds missing includes.
 option(LIGHTMILL_UNITY "compile several source files of a target as one" ON)
 
-# lightmill_unity(TARGET SIZE): compiles the sources of a target in groups of SIZE. A group's file includes its members by
-# their paths from the top: CMake's own unity builds have absolute paths, and ccache could not share results between checkouts.
+# lightmill_unity(TARGET SIZE): compiles the sources of a target in groups of SIZE. The file of a group includes its members by
+# relative paths. CMake's own unity builds use absolute paths, and ccache could not share results between checkouts.
 function(lightmill_unity target size)
   get_target_property(sources ${target} SOURCES)
   set_target_properties(${target} PROPERTIES LIGHTMILL_SOURCES "${sources}")
@@ -40,13 +40,13 @@ function(lightmill_unity target size)
   set_target_properties(${target} PROPERTIES SOURCES "${units}")
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # The warning is about types that differ between files. A unit is one file.
+    # The warning is about types that differ between files, but a unit is one file.
     target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
   endif()
 endfunction()
 
-# Code that runs per ray or per pixel. It copies structs of eight lanes 32 bytes at a time: GCC's default of 16 stalls every
-# read of the whole struct.
+# Code that runs per ray or per pixel. It copies structs of eight lanes in moves of 32 bytes. GCC's default of 16 bytes stalls
+# every read of the whole struct.
 set(LIGHTMILL_KERNEL_OPTIONS "")
 if(CMAKE_BUILD_TYPE STREQUAL "Release")
   list(APPEND LIGHTMILL_KERNEL_OPTIONS -O3)
@@ -55,14 +55,14 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_G
   list(APPEND LIGHTMILL_KERNEL_OPTIONS -mmove-max=256 -mstore-max=256)
 endif()
 
-# The same headers for kernels, and the intrinsics: a precompiled header serves only what has its options.
+# The same headers and the intrinsics for kernels. A precompiled header works only with its own options.
 add_library(lightmill_kernel_pch STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
 target_precompile_headers(lightmill_kernel_pch PRIVATE ${LIGHTMILL_PCH_HEADERS} <immintrin.h>)
 target_compile_options(lightmill_kernel_pch PRIVATE ${LIGHTMILL_KERNEL_OPTIONS})
 target_link_libraries(lightmill_kernel_pch PUBLIC fmt::fmt)
 
-# lightmill_sources(TARGET KIND): how the sources of a target are compiled. KIND is KERNEL, SHELL (reads options and calls
-# the rest: it is compiled fast rather than made fast) or empty.
+# lightmill_sources(TARGET KIND): sets how the sources of a target are compiled. KIND is KERNEL, SHELL (reads options and calls
+# the rest; optimised for compile time) or empty.
 function(lightmill_sources target kind)
   lightmill_unity(${target} 16)
   if(kind STREQUAL "KERNEL")
@@ -76,7 +76,7 @@ function(lightmill_sources target kind)
 endfunction()
 
 # lightmill_library(NAME [KERNEL | SHELL] [SOURCES a.cpp ...] [DEPS lib ...] [PRIVATE_DEPS lib ...]): the static library
-# lightmill_NAME; without SOURCES, headers only.
+# lightmill_NAME. Without SOURCES it has only headers.
 function(lightmill_library name)
   cmake_parse_arguments(ARG "KERNEL;SHELL" "" "SOURCES;DEPS;PRIVATE_DEPS" ${ARGN})
   if(ARG_SOURCES)

@@ -1,14 +1,14 @@
-# Declares what ctest runs. A *run* is a test program, a share of one, or a script.
+# Declarations of what ctest runs. A *run* is a test program, a share of one, or a script.
 
-# lightmill_run(RUN LABELS a b [NEEDS x y] [TIMEOUT s] [ENVIRONMENT V=w ...] COMMAND ...): NEEDS are programs of ours, or files in
-# the build folder: test.sh builds them first, and without them the run fails. Exit code 77 counts as skipped.
+# lightmill_run(RUN LABELS a b [NEEDS x y] [TIMEOUT s] [ENVIRONMENT V=w ...] COMMAND ...): NEEDS are programs of ours, or files
+# in the build folder. test.sh builds them first. Without them the run fails. Exit code 77 counts as skipped.
 function(lightmill_run run)
   cmake_parse_arguments(ARG "" "TIMEOUT" "LABELS;NEEDS;ENVIRONMENT;COMMAND" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 600)
   endif()
   if(LIGHTMILL_SANITIZE OR CMAKE_CXX_FLAGS MATCHES "--coverage")
-    math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 4")  # rendering is as many times slower
+    math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 4")  # rendering is about four times slower
   endif()
   if(LIGHTMILL_SANITIZE MATCHES "thread")
     list(APPEND ARG_ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/thread_sanitizer.supp")
@@ -26,13 +26,14 @@ function(lightmill_run run)
                                          ENVIRONMENT "${ARG_ENVIRONMENT}" SKIP_RETURN_CODE 77)
 endfunction()
 
-# Test sources have GoogleTest in their precompiled header. Sanitizers make code much longer, and tests are not what they examine.
+# Test sources have GoogleTest in their precompiled header. Sanitized test code is not optimised, because it is long and not the
+# code under test.
 set(LIGHTMILL_TEST_OPTIONS -O1)
 if(LIGHTMILL_SANITIZE)
   set(LIGHTMILL_TEST_OPTIONS -O0)
 endif()
 
-# Not every build has tests.
+# A function, because builds without tests have no GoogleTest.
 function(lightmill_test_pch)
   if(TARGET lightmill_test_pch)
     return()
@@ -43,7 +44,8 @@ function(lightmill_test_pch)
   target_link_libraries(lightmill_test_pch PUBLIC fmt::fmt GTest::gtest)
 endfunction()
 
-# The table of the tests that run only with `./test.sh --all`: sets LONG_<program> to a GoogleTest filter.
+# lightmill_read_long_tests(FILE): reads the table of tests that run only with `./test.sh --all`. Sets LONG_<program> to a
+# GoogleTest filter.
 function(lightmill_read_long_tests file)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
   file(STRINGS ${file} rows REGEX "^\\| `[a-z_]+` \\| `[^`]+` \\|")
@@ -73,7 +75,7 @@ function(lightmill_test name)
 endfunction()
 
 # lightmill_test_runs(PROGRAM SHARDS TIMEOUT LABEL...): ctest runs a program once, or as several processes that share its tests.
-# The tests that the table of long tests names are one more run, PROGRAM.long, with the label long.
+# Tests in the table of long tests are another run, PROGRAM.long, with the label long.
 function(lightmill_test_runs program shards timeout)
   set_property(GLOBAL APPEND PROPERTY LIGHTMILL_TEST_PROGRAMS ${program})
   get_property(long GLOBAL PROPERTY LONG_${program})
@@ -94,9 +96,9 @@ function(lightmill_test_runs program shards timeout)
   endif()
 endfunction()
 
-# lightmill_test_run(RUN FILTER ...): a run of a test program, which writes reports/RUN.xml. Those that compute take a core each
-# (tests/runner/results.py), and those that wait for processes fill the rest. Higher costs begin first: ctest begins with long
-# computations, and with the rest as it knows them from before.
+# lightmill_test_run(RUN FILTER ...): a run of a test program, which writes reports/RUN.xml. Runs that compute take a core each
+# (tests/runner/results.py). Runs that wait for processes fill the rest. ctest begins with the highest COST: long computations
+# first, then the others by their measured times.
 function(lightmill_test_run run filter)
   lightmill_run(${run} ${ARGN})
   if("integration" IN_LIST ARGN)
@@ -111,7 +113,7 @@ function(lightmill_test_run run filter)
                                                        GTEST_OUTPUT=xml:${CMAKE_BINARY_DIR}/reports/${run}.xml)
 endfunction()
 
-# lightmill_write_test_programs(): for test.sh, each program and its source files.
+# lightmill_write_test_programs(): writes each program and its source files, for test.sh.
 function(lightmill_write_test_programs)
   get_property(programs GLOBAL PROPERTY LIGHTMILL_TEST_PROGRAMS)
   set(lines "")

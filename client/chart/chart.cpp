@@ -11,15 +11,15 @@ namespace {
 constexpr int kLeft = 74, kRight = 18, kTitleHeight = 30, kAxisHeight = 44, kLegendRow = 20;
 constexpr double kRoom = 0.06;        // of the range, at both ends
 constexpr double kLeastSpan = 0.5;    // decades that an axis shows
-constexpr double kFineDecades = 1.7;  // below, 2 and 5 are labelled
-constexpr int kMostTicks = 8;         // powers of ten with labels
-constexpr double kLetterWidth = 6.6;  // of 12 px text, generously
+constexpr double kFineDecades = 1.7;  // decades; below this, 2 and 5 are labelled
+constexpr int kMostTicks = 8;         // labelled powers of ten
+constexpr double kLetterWidth = 6.6;  // width of 12 px text, rounded up
 constexpr double kMarkRadius = 3.5;
 
 struct Style {
   const char *light, *dark;
 };
-// Told apart by most eyes in both lights (after Okabe and Ito).
+// Distinguishable for most people, on light and dark (after Okabe and Ito).
 constexpr std::array<Style, kChartStyles> kStyles{{{"#0072b2", "#56b4e9"},
                                                    {"#d55e00", "#ff8c42"},
                                                    {"#009e73", "#2fd6a5"},
@@ -37,7 +37,7 @@ bool has_bar(const ChartPoint& point) {
   return point.high > 0 && std::isfinite(point.high) && point.low <= point.high;
 }
 
-/// Where the values of a chart go, in pixels of the SVG.
+/// The mapping from values to pixels of the SVG.
 struct Plot {
   LogAxis x, y;
   double left = kLeft, right = 0, top = kTitleHeight, bottom = 0;
@@ -127,7 +127,7 @@ std::string axes(const Chart& chart, const Plot& plot) {
   return svg;
 }
 
-/// The part of y = c·x^slope through the middle of the points that lies within the frame.
+/// The part of y = c·x^slope, through the middle of the points, inside the frame.
 std::string guide(const SlopeGuide& guide, const Plot& plot, const Extents& extents) {
   const double mid_x = (std::log10(extents.x.least) + std::log10(extents.x.most)) / 2;
   const double mid_y = (std::log10(extents.y.least) + std::log10(extents.y.most)) / 2;
@@ -166,7 +166,7 @@ std::string series_svg(const ChartSeries& series, std::size_t index, const Plot&
                      bars.empty() ? "" : fmt::format("<path class='bar' d='{}'/>", bars), marks);
 }
 
-/// The legend under `top` and the height that it takes.
+/// The legend below `top`, and its height.
 std::pair<std::string, double> legend(const Chart& chart, double top) {
   std::string svg;
   double x = kLeft, y = top + kLegendRow / 2.0;

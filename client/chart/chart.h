@@ -1,4 +1,4 @@
-// Log-log charts as SVG text, light and dark by the reader's settings. Pure.
+// Log-log charts as SVG text, light or dark by the reader's settings. Pure.
 #pragma once
 
 #include <string>
@@ -7,27 +7,27 @@
 
 namespace lightmill {
 
-/// A point and its error bar; drawn only if x and y are positive and finite, the bar only where it is longer than its
-/// point.
+/// A point and its error bar. It is drawn only if x and y are positive and finite. The bar is drawn only if it is
+/// longer than its point.
 struct ChartPoint {
   double x = 0, y = 0;
-  double low = 0, high = 0;  ///< of the bar; an end that is not positive goes to the chart's edge. Both 0: no bar
-  std::string title;         ///< shown when pointed at
+  double low = 0, high = 0;  ///< ends of the bar; an end that is not positive goes to the chart's edge. Both 0: no bar
+  std::string title;         ///< tooltip
 };
 
-/// Points joined by lines in their order.
+/// Points joined by lines in the given order.
 struct ChartSeries {
   std::string name;
   std::vector<ChartPoint> points;
 };
 
-/// A dashed straight line through the middle of the points.
+/// A dashed straight line of given slope through the middle of the points.
 struct SlopeGuide {
   double slope = -1;
   std::string label;
 };
 
-/// A dotted line across the chart.
+/// A dotted horizontal line.
 struct LevelLine {
   double y = 1;
   std::string label;
@@ -37,18 +37,18 @@ struct Chart {
   std::string title, x_label, y_label;
   std::vector<ChartSeries> series;  ///< colours and marks repeat after kChartStyles
   std::vector<SlopeGuide> guides;
-  std::vector<LevelLine> levels;  ///< outside the points' range they are left out
+  std::vector<LevelLine> levels;  ///< those outside the points' range are left out
   int width = 640;                ///< pixels
-  int plot_height = 340;          ///< of the axes; title, labels and legend come on top
+  int plot_height = 340;          ///< of the axes; title, labels and legend add to it
 };
 
 inline constexpr std::size_t kChartStyles = 8;
 
-/// The range of a log axis and its marks.
+/// The range and the ticks of a log axis.
 struct LogAxis {
   double low = 1, high = 10;   ///< positive, low < high
-  std::vector<double> ticks;   ///< with labels: powers of ten, or 1, 2 and 5 times them
-  std::vector<double> minors;  ///< fine lines without
+  std::vector<double> ticks;   ///< labelled: powers of ten, or 1, 2 and 5 times them
+  std::vector<double> minors;  ///< fine lines without labels
   /// 0 at low, 1 at high.
   double place(double value) const;
 };
@@ -59,16 +59,16 @@ LogAxis make_log_axis(double least, double most);
 /// "0.001", "20", "10⁻⁶".
 std::string tick_label(double value);
 
-/// `text` with &, <, > and quotes as entities, and without what XML has no place for.
+/// `text` with &, <, > and quotes as entities, and without characters that XML forbids.
 std::string xml_text(std::string_view text);
 
-/// The rules that charts need: once in a page that holds some.
+/// CSS of charts. A page with charts needs it once.
 std::string chart_css();
 
-/// The chart's <svg> element, to stand in a page with chart_css().
+/// The chart's <svg> element, for a page with chart_css().
 std::string chart_svg(const Chart& chart);
 
-/// A file of its own: the same with its rules and a background.
+/// The chart as a file of its own, with its CSS and a background.
 std::string chart_file(const Chart& chart);
 
 }  // namespace lightmill

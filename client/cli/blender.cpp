@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kBlenderLogTail = 1000;  // bytes
 
-/// A folder of our own that goes when we do.
+/// A temporary folder, removed by the destructor.
 class TemporaryFolder {
  public:
   static Result<TemporaryFolder> make() {
@@ -60,8 +60,8 @@ Result<std::string> find_blender() {
     folders.remove_prefix(std::min(colon + 1, folders.size()));
   }
   return failed_precondition(
-      ".blend files are read by Blender, which is not installed here: install it, name it in LIGHTMILL_BLENDER, or "
-      "export the scene as glTF (.glb)");
+      ".blend files need Blender, which is not installed: install it, name it in LIGHTMILL_BLENDER, or export the "
+      "scene as glTF (.glb)");
 }
 
 std::string tail_of(const fs::path& log) {
@@ -73,7 +73,7 @@ Status run_blender(const fs::path& scene, const TemporaryFolder& folder, Signals
   LM_ASSIGN_OR_RETURN(const std::string program, find_blender());
   LM_RETURN_IF_ERROR(write_file_atomically(folder / "export.py", as_byte_view(kBlenderScript)));
   const fs::path log = folder / "log";
-  // Blender does not always take its own temporary folder away: in ours it goes with ours.
+  // Blender does not always remove its own temporary folder. Inside ours it is removed with ours.
   LM_ASSIGN_OR_RETURN(ChildProcess blender,
                       ChildProcess::start({"/usr/bin/env", "TMPDIR=" + (folder / "").string(), program, "--background",
                                            "--factory-startup", "--disable-autoexec", fs::absolute(scene).string(),
@@ -89,13 +89,13 @@ Status run_blender(const fs::path& scene, const TemporaryFolder& folder, Signals
   }
   std::error_code error;
   if (*end != "exit code 0" || !fs::exists(folder / "scene.glb", error) || !fs::exists(folder / "report.json", error)) {
-    return failed_precondition("{}: {} could not export it ({}); it said:\n{}", scene.string(), program, *end,
+    return failed_precondition("{}: {} could not export the scene ({}). Its output:\n{}", scene.string(), program, *end,
                                utf8_name(tail_of(log)));
   }
   return ok_status();
 }
 
-/// What the script says of the scene beside its glTF.
+/// The script's report about the scene.
 struct Report {
   int width = 0, height = 0;
   std::string camera;
@@ -150,12 +150,12 @@ Result<LoadedScene> load_blend(const fs::path& path, const LoadOptions& options,
   LM_RETURN_IF_ERROR(run_blender(path, folder, signals));
   LM_ASSIGN_OR_RETURN(const Report report, read_report(folder / "report.json"));
   LoadOptions gltf_options = options;
-  gltf_options.light_the_dark = false;  // a scene of Blender's says what its world is
+  gltf_options.light_the_dark = false;  // a Blender scene states its own world
   const std::array<fs::path, 1> glb{folder / "scene.glb"};
   LM_ASSIGN_OR_RETURN(LoadedScene loaded, lightmill::load_scene(glb, gltf_options));
   loaded.scene.name = utf8_name(path.stem().string());
   for (ImageAsset& image : loaded.images) {
-    image.place = path.string();  // the glTF file is gone when it is read
+    image.place = path.string();  // the glTF file is deleted before this place is printed
   }
   apply(report, options, loaded);
   if (const Status valid = validate(loaded.scene); !valid.ok()) {

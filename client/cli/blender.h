@@ -1,4 +1,4 @@
-// Scenes of Blender, by way of the glTF that it exports.
+// Import of Blender scenes, through the glTF that Blender exports.
 #pragma once
 
 #include <filesystem>
@@ -8,10 +8,10 @@
 
 namespace lightmill::cli {
 
-/// Runs Blender without a window on a .blend file and loads what it exports: the active scene with its modifiers
-/// applied, its active camera, its picture size, and its world if that has one colour. Scripts within the file are not
-/// run. Notices say what is left out. Blender is LIGHTMILL_BLENDER if that is set, else `blender` on the PATH; an error
-/// says so if there is none. Stops with Cancelled when interrupted.
+/// Runs Blender without a window on a .blend file, and loads what it exports. This is the active scene with its
+/// modifiers applied, the active camera, the picture size, and the world if it has a single colour. Scripts in the file
+/// do not run. Notices list what is left out. The program is LIGHTMILL_BLENDER if that is set, else `blender` on the
+/// PATH. Without it the error says so. Returns CANCELLED when interrupted.
 Result<LoadedScene> load_blend(const std::filesystem::path& path, const LoadOptions& options, Signals& signals);
 
 }  // namespace lightmill::cli

@@ -54,7 +54,7 @@ def area_as_mesh(light):
         corners = [(-width / 2, -height / 2, 0), (-width / 2, height / 2, 0), (width / 2, height / 2, 0),
                    (width / 2, -height / 2, 0)]
         area = width * height
-    # The light's scale stretches its face, and Cycles keeps its power.
+    # The light's scale stretches its face. Cycles keeps the power.
     scale = light.matrix_world.to_scale()
     area *= abs(scale.x * scale.y)
     mesh = bpy.data.meshes.new(light.name)

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kExecFailed = 127;
 
-/// What the child does between fork and exec: only calls that are safe there.
+/// What the child does between fork and exec. Only async-signal-safe calls are allowed.
 [[noreturn]] void become(char* const* arguments, char* const* environment, int output, pid_t parent) {
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -34,7 +34,7 @@ constexpr int kExecFailed = 127;
   ::_exit(kExecFailed);
 }
 
-/// Our own variables but for those about a farm, which is not the child's.
+/// Our variables without those about a farm, which do not concern the child.
 std::vector<char*> environment_for_child() {
   std::vector<char*> variables;
   for (char** variable = environ; *variable != nullptr; ++variable) {

@@ -17,14 +17,14 @@ namespace {
 
 constexpr int kDefaultColumns = 80;
 
-/// 0 or the errno of what did not work.
+/// Returns 0 or the errno of the failed call.
 int write_line(std::FILE* stream, std::string_view line) {
   const bool written = std::fwrite(line.data(), 1, line.size(), stream) == line.size() &&
                        std::fputc('\n', stream) != EOF && std::fflush(stream) == 0;
   return written ? 0 : errno;
 }
 
-/// Names of files need not be UTF-8.
+/// File names may not be UTF-8.
 std::string text_of(const nlohmann::json& object) {
   return object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }

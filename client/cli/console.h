@@ -1,7 +1,7 @@
-// What the client says: results on standard output, everything else (progress, notices, errors) on standard error.
+// The client's output: results on standard output; progress, notices and errors on standard error.
 //
-// With --json standard output carries exactly one JSON object per command; progress is left out. An error is its
-// "failure": {"message", "exit_code"}. Control characters from elsewhere are escaped on the way out.
+// With --json a command prints exactly one JSON object on standard output, and no progress. An error is its "failure":
+// {"message", "exit_code"}. Control characters from outside are escaped.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -14,50 +14,50 @@
 
 namespace lightmill::cli {
 
-/// Exit codes of every command.
-/// kUnreachable also stands for a farm that is full or too busy now: the same command may do later.
+/// Exit codes of every command. kUnreachable also means a farm that is full or too busy now. The same command may
+/// succeed later.
 enum ExitCode : int { kDone = 0, kJobFailed = 1, kBadInput = 2, kUnreachable = 3, kInterrupted = 130 };
 
-/// The exit code that fits an error.
+/// The exit code for an error.
 ExitCode exit_code_of(const Status& status);
 
-/// An error of reading input: what is too large for this program is bad input, not a farm that is full.
+/// An error of reading input. Input that is too large for this program is bad input, not a farm that is full.
 Status as_input_error(const Status& status);
 
-/// An error of writing a picture that was rendered: whatever the reason, the exit code is kJobFailed.
+/// An error of writing a rendered picture. The exit code is always kJobFailed.
 Status as_output_error(const Status& status);
 
-/// Thread-safe: each line is whole, and never in the midst of a redrawn one.
+/// Thread-safe. Each line is written whole, and never inside a redrawn line.
 class Console {
  public:
-  /// `openjd`: progress and errors are told on standard output too, for a farm manager that runs this as a task.
+  /// `openjd`: progress and errors also go to standard output, for a farm manager that runs this as a task.
   explicit Console(bool json, bool openjd = false);
 
   bool json() const { return json_; }
   bool openjd() const { return openjd_; }
-  bool terminal() const { return terminal_; }  ///< whether standard error is one, so that lines can be redrawn
-  bool color() const { return color_; }        ///< a terminal, and NO_COLOR is not set
-  int width() const;                           ///< columns now
+  bool terminal() const { return terminal_; }  ///< whether standard error is a terminal, so that lines can be redrawn
+  bool color() const { return color_; }        ///< whether it is a terminal, and NO_COLOR is not set
+  int width() const;                           ///< current columns
 
-  void result(std::string_view line) const;                ///< a line of human output; nothing with --json
-  void styled_result(std::string_view line) const;         ///< the same; its control characters are the terminal's
-  void object(const nlohmann::json& object) const;         ///< the one object of --json; nothing without
-  void notice(std::string_view line) const;                ///< a line of news
+  void result(std::string_view line) const;                ///< a line for people; nothing with --json
+  void styled_result(std::string_view line) const;         ///< the same, with control characters for the terminal
+  void object(const nlohmann::json& object) const;         ///< the object of --json; nothing without --json
+  void notice(std::string_view line) const;                ///< a line on standard error
   void notices(std::span<const std::string> lines) const;  ///< one each
-  void progress(std::string_view line) const;              ///< how far work is; nothing with --json
-  /// The same for a farm manager: the part that is done, and more in words. Nothing without --openjd.
+  void progress(std::string_view line) const;              ///< how far the work is; nothing with --json
+  /// Progress for a farm manager: the fraction done, and a text. Nothing without --openjd.
   void tell_manager(double fraction, std::string_view status) const;
-  /// Reports an error (as an object too with --json) and gives the exit code that fits it.
+  /// Reports an error, with --json also as an object. Returns its exit code.
   ExitCode fail(const Status& status) const;
-  /// The same with more to say in the object: "failure" is added to it.
+  /// The same. Adds "failure" to `object`.
   ExitCode fail(const Status& status, nlohmann::json object) const;
-  /// The exit code at the end: `code`, but kJobFailed if results did not reach standard output. A reader that has
-  /// closed its pipe has seen what it wanted.
+  /// The exit code of the process: `code`, or kJobFailed if results could not be written. A reader that closed its pipe
+  /// is no error.
   ExitCode finish(ExitCode code) const;
 
-  /// Puts `line` in place of the last redrawn one (terminals only).
+  /// Replaces the last redrawn line (terminals only).
   void redraw(std::string_view line) const;
-  /// Ends a redrawn line, so that what follows starts on a new one.
+  /// Ends a redrawn line, so that output continues on a new one.
   void end_redraw() const;
 
  private:
@@ -67,9 +67,9 @@ class Console {
   bool json_ = false, openjd_ = false;
   bool terminal_ = false;
   bool color_ = false;
-  mutable Mutex mutex_;  ///< held while a line is written, as it is there to keep lines apart
+  mutable Mutex mutex_;  ///< held while a line is written, so that lines do not mix
   mutable bool redrawn_ LM_GUARDED_BY(mutex_) = false;
-  /// errno of the first result that did not reach standard output
+  /// errno of the first failed write to standard output
   mutable int write_error_ LM_GUARDED_BY(mutex_) = 0;
 };
 

@@ -8,8 +8,8 @@
 namespace lightmill::cli {
 namespace {
 
-/// `text` becomes the number in its plainest form, which CLI11 reads without octal or overflow; or what is wrong with
-/// it.
+/// Rewrites `text` as a plain number, which CLI11 reads without octal or overflow. Returns what is wrong with `text`,
+/// or an empty text.
 template <class Number>
 std::string normalise(const Result<Number>& number, std::string& text) {
   if (!number.ok()) {
@@ -46,8 +46,8 @@ void add_json_option(CLI::App& command, Context& context) {
 void add_openjd_option(CLI::App& command, Context& context) {
   command
       .add_flag("--openjd", context.common.openjd,
-                "say on standard output how it goes, as Open Job Description has it (openjd_progress, openjd_status, "
-                "openjd_fail): for a farm manager that runs this as a task")
+                "print progress on standard output as Open Job Description (openjd_progress, openjd_status, "
+                "openjd_fail), for a farm manager that runs this as a task")
       ->excludes(command.get_option("--json"));
 }
 
@@ -55,8 +55,7 @@ void add_common_options(CLI::App& command, Context& context) {
   command
       .add_option(
           "--server", context.common.server,
-          "the farm's address, or those of several coordinators of it, with commas (default: $LIGHTMILL_SERVER, "
-          "else 127.0.0.1:7350)")
+          "address of the coordinator, or of several, with commas (default: $LIGHTMILL_SERVER, else 127.0.0.1:7350)")
       ->type_name("HOST:PORT");
   add_json_option(command, context);
   add_caller_options(command, context.common.caller);

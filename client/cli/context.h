@@ -1,4 +1,4 @@
-// What every command gets: the options all commands share, and how a parsed command is run.
+// What every command shares: common options, and how a parsed command runs.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -13,28 +13,28 @@ namespace lightmill::cli {
 
 struct CommonOptions {
   std::string server;  ///< --server; empty: LIGHTMILL_SERVER, else the default
-  CallerFiles caller;  ///< by which the farm is known, and knows who asks
+  CallerFiles caller;  ///< files with which client and farm prove their identity
   bool json = false, openjd = false;
 
-  /// What a command that is suggested needs to reach the same farm: empty, or to be put at its end.
+  /// What a suggested command needs at its end to reach the same farm. Can be empty.
   std::string server_words() const { return server.empty() ? "" : " --server " + server; }
 };
 
-/// Filled while the command line is parsed; `run` is set by the subcommand that was given.
+/// Filled while the command line is parsed. The subcommand that was given sets `run`.
 struct Context {
   Signals& signals;
   CommonOptions common;
   std::function<ExitCode(const Console&)> run;
 };
 
-/// Takes whole numbers in decimal digits, from `least` to `most`, for an option of integer type.
+/// Accepts whole numbers in decimal digits, from `least` to `most`, for an option of integer type.
 CLI::Validator whole_number(std::uint64_t least, std::uint64_t most);
-/// The same for signed ones.
+/// The same for signed numbers.
 CLI::Validator signed_whole_number(std::int64_t least, std::int64_t most);
-/// Finite numbers.
+/// Accepts finite numbers from `least` to `most`.
 CLI::Validator real_number(double least, double most);
 
-/// Takes what `parse` reads without an error.
+/// Accepts what `parse` reads without an error.
 template <class T>
 CLI::Validator readable(Result<T> (*parse)(std::string_view)) {
   return CLI::Validator(
@@ -45,16 +45,16 @@ CLI::Validator readable(Result<T> (*parse)(std::string_view)) {
       "");
 }
 
-/// Adds the position JOB.
+/// Adds the positional argument JOB.
 void add_job_number(CLI::App& command, std::uint64_t& job);
 /// Adds --json.
 void add_json_option(CLI::App& command, Context& context);
 /// Adds --openjd, for commands that wait for a job.
 void add_openjd_option(CLI::App& command, Context& context);
-/// Adds --json, --server, and how the farm is to know who asks.
+/// Adds --json, --server, and the options that identify the caller.
 void add_common_options(CLI::App& command, Context& context);
 
-// One function per group of commands, each in its own file under commands/.
+// One function per group of commands, each in a file under commands/.
 void add_render_commands(CLI::App& app, Context& context);  ///< render, submit
 void add_watch_commands(CLI::App& app, Context& context);   ///< watch, fetch
 void add_job_commands(CLI::App& app, Context& context);     ///< jobs, cancel, pause, resume, extend, delete

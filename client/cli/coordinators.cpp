@@ -8,19 +8,19 @@
 namespace lightmill::cli {
 namespace {
 
-constexpr int kMaxMessageBytes = 64 << 20;  // a watcher may get many tiles at once
+constexpr int kMaxMessageBytes = 64 << 20;  // a watcher may receive many tiles in one message
 
 std::shared_ptr<grpc::ChannelCredentials> credentials_of(const TlsTexts& tls) {
   return tls.given() ? grpc::SslCredentials({tls.authority, tls.key, tls.certificate})
                      : grpc::InsecureChannelCredentials();
 }
 
-/// `quickly`: there is somebody else to ask when a coordinator falls silent.
+/// `quickly`: another coordinator can be asked if one is silent.
 std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const TlsTexts& tls, bool quickly) {
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
-  // How long a connection may take to come about: a machine that is very busy takes seconds to answer.
+  // Time limit of a connection attempt. A very busy machine takes seconds to answer.
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, quickly ? 3'000 : 10'000);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, quickly ? 3'000 : 20'000);
@@ -28,32 +28,32 @@ std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const Tl
   return grpc::CreateCustomChannel(address, credentials_of(tls), arguments);
 }
 
-/// Whether that is no coordinator's answer: their own words begin so; others are gRPC's about its insides.
+/// Whether the status comes from gRPC and not from a coordinator. Messages of coordinators begin so.
 bool is_silence(const grpc::Status& status) {
   return (status.error_code() == grpc::StatusCode::UNAVAILABLE ||
           status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED) &&
          !status.error_message().starts_with("the coordinator ") && !status.error_message().starts_with("the farm ");
 }
 
-/// Of an answer of the coordinator at `address`.
+/// The status of an answer of the coordinator at `address`.
 Status to_status(const grpc::Status& status, const std::string& address) {
   if (status.ok()) {
     return ok_status();
   }
   if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
-    return unavailable("what answers at {} is not a Lightmill coordinator of this version: {}", address,
+    return unavailable("the server at {} is not a Lightmill coordinator of this version: {}", address,
                        status.error_message());
   }
   return make_error(static_cast<StatusCode>(status.error_code()), "{}", status.error_message());
 }
 
-/// What gRPC's words about a coordinator that is not reached come to; empty if that is nothing people know.
+/// The cause in gRPC's message about an unreachable coordinator, for people. Empty if it is unknown.
 std::string_view cause_of(const grpc::Status& answer) {
   const std::string& words = answer.error_message();
   const auto has = [&words](const char* part) { return words.find(part) != std::string::npos; };
   return has("Connection refused")                                  ? ": nothing listens there"
-         : has("DNS resolution failed")                             ? ": there is no host of that name"
-         : has("No route to host") || has("Network is unreachable") ? ": there is no way to that host"
+         : has("DNS resolution failed")                             ? ": unknown host name"
+         : has("No route to host") || has("Network is unreachable") ? ": no route to the host"
                                                                     : "";
 }
 
@@ -85,7 +85,8 @@ Status Coordinators::status_of(const grpc::Status& answer, std::size_t index) co
     return failed_precondition("cannot reach the farm at {}: {}", addresses_[index], *problem);
   }
   return answer.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED
-             ? unavailable("the farm at {} has not answered in time: whether it did what was asked is not known", all_)
+             ? unavailable("the farm at {} has not answered in time: the request may or may not have been executed",
+                           all_)
              : unavailable("cannot reach the farm at {}{}", all_, cause_of(answer));
 }
 

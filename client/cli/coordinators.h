@@ -1,4 +1,4 @@
-// The connections to the coordinators of a farm, of which one is at work.
+// Connections to the coordinators of a farm, of which one is active.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -38,11 +38,11 @@ class Coordinators {
   /// HOST:PORT of each, with commas. Connects lazily.
   Coordinators(const std::string& addresses, CallerTexts caller);
 
-  /// Adds the caller's token, if there is one, to what a call sends.
+  /// Adds the caller's token, if it has one, to a call.
   void show_token(grpc::ClientContext& context) const;
 
-  /// Calls the one that answered last, and while there is no answer each of the others once. One that breaks off after
-  /// `begun` is set counts as an answer.
+  /// Calls the coordinator that answered last. If it does not answer, calls each of the others once. A call that breaks
+  /// off after `begun` is set counts as an answer.
   template <class Call>
   Status ask(const Call& call, const bool& begun = kNever) {
     Status status;
@@ -52,7 +52,7 @@ class Coordinators {
       if (status.code() != StatusCode::kUnavailable) {
         return status;
       }
-      std::size_t expected = index;  // another thread may have gone on already
+      std::size_t expected = index;  // another thread may have switched already
       current_.compare_exchange_strong(expected, (index + 1) % stubs_.size());
       if (begun) {
         break;
@@ -62,7 +62,7 @@ class Coordinators {
   }
 
  private:
-  /// Of an answer of the coordinator `index`, or of its silence.
+  /// The status of an answer of coordinator `index`, or of its silence.
   Status status_of(const grpc::Status& answer, std::size_t index) const;
 
   static constexpr bool kNever = false;

@@ -9,9 +9,10 @@ namespace lightmill::cli {
 namespace {
 
 constexpr Duration kGivenTimeout = std::chrono::seconds(10);
-constexpr Duration kDefaultTimeout = std::chrono::milliseconds(700);  // nobody asked for that farm: don't wait long
+constexpr Duration kDefaultTimeout =
+    std::chrono::milliseconds(700);  // the user did not ask for this farm, so the wait is short
 
-/// The address that the user gave and where; empty if none.
+/// The address that the user gave, and where. Empty if there is none.
 struct GivenAddress {
   std::string address;
   const char* where = "";
@@ -51,7 +52,7 @@ Status check_address(const GivenAddress& given) {
   return ok_status();
 }
 
-/// How this caller shows the farm at `addresses` who it is.
+/// The credentials that this caller shows the farm at `addresses`.
 Result<CallerTexts> read_caller(const CommonOptions& options, const std::string& addresses) {
   return lightmill::read_caller(options.caller, CLI::detail::split(addresses, ','), now_unix_s());
 }
@@ -79,13 +80,13 @@ Result<Farm> choose_farm(const CommonOptions& options, bool local, const Private
                          Signals& signals, const Console& console) {
   Farm farm;
   if (local && !options.server.empty()) {
-    return invalid_argument("--local and --server name two farms, one is expected");
+    return invalid_argument("--local and --server exclude each other: give one");
   }
   const GivenAddress given = local ? GivenAddress{} : given_address(options.server);
   if (!given.address.empty()) {
     LM_RETURN_IF_ERROR(check_address(given));
     if (private_options.threads > 0) {
-      return invalid_argument("--threads is about a farm of its own (--local), and {} names another", given.where);
+      return invalid_argument("--threads applies only to a local farm (--local), and {} names another", given.where);
     }
     LM_ASSIGN_OR_RETURN(CallerTexts caller, read_caller(options, given.address));
     farm.connection = std::make_unique<FarmConnection>(given.address, std::move(caller));
@@ -99,14 +100,14 @@ Result<Farm> choose_farm(const CommonOptions& options, bool local, const Private
     if (farm.connection->probe(kDefaultTimeout).ok()) {
       console.notice(fmt::format(
           "farm: {} (it answers on the default port{})", kDefaultServer,
-          private_options.threads > 0 ? "; --threads, which is about a farm of its own, has no effect" : ""));
+          private_options.threads > 0 ? "; --threads has no effect, because it applies only to a local farm" : ""));
       return farm;
     }
   }
   LM_ASSIGN_OR_RETURN(farm.private_farm, PrivateFarm::start(signals, private_options));
   farm.connection = std::make_unique<FarmConnection>(farm.private_farm->address());
-  console.notice(fmt::format("farm: a private one for this command ({})",
-                             local ? "asked for by --local" : fmt::format("no farm answers at {}", kDefaultServer)));
+  console.notice(fmt::format("farm: a local one for this command ({})",
+                             local ? "--local" : fmt::format("no farm answers at {}", kDefaultServer)));
   return farm;
 }
 

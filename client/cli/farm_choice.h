@@ -1,4 +1,4 @@
-// Which farm a command talks to.
+// The choice of the farm that a command talks to.
 #pragma once
 
 #include <functional>
@@ -21,17 +21,17 @@ struct Farm {
   std::unique_ptr<FarmConnection> connection;
 };
 
-/// The farm given by --server, else by LIGHTMILL_SERVER, else the default. Not contacted yet. Errors name a malformed
-/// address, or what is wrong with a file of --tls-….
+/// Connects to the farm of --server, else of LIGHTMILL_SERVER, else the default. Sends nothing yet. An error names a
+/// malformed address, or what is wrong with a file of --tls-….
 Result<std::unique_ptr<FarmConnection>> connect(const CommonOptions& options);
 
-/// Connects as above and runs `action`; reports its error.
+/// Connects as above, runs `action` and reports its error.
 ExitCode with_farm(const Console& console, const CommonOptions& options,
                    const std::function<Status(FarmConnection&)>& action);
 
-/// For `render`: the given farm; else one that answers on the default port, unless `local`; else a private one with
-/// `private_options`. Says which on the console. INVALID_ARGUMENT where the farm that is named cannot be `local` or
-/// have such threads.
+/// The farm for `render`. This is the given farm; else one that answers on the default port, unless `local`; else a
+/// private one with `private_options`. The console says which. INVALID_ARGUMENT if a farm is named together with
+/// `local` or a number of threads.
 Result<Farm> choose_farm(const CommonOptions& options, bool local, const PrivateFarmOptions& private_options,
                          Signals& signals, const Console& console);
 

@@ -58,11 +58,12 @@ class Registration {
   ~Registration() { calls_.remove(context_); }
   Registration(const Registration&) = delete;
   Registration& operator=(const Registration&) = delete;
-  /// What nobody here has cancelled, the coordinator has ended.
+  /// A call that ended as cancelled, but not by us, was ended by the coordinator.
   grpc::Status answer(const grpc::Status& end) const {
     return end.error_code() == grpc::StatusCode::CANCELLED && !calls_.is_cancelled(context_)
                ? grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
-                              "the farm has ended this, to make room for another caller or as it stops: try again")
+                              "the farm has closed this call, to make room for another caller or because it stops: "
+                              "try again")
                : end;
   }
 
@@ -96,7 +97,7 @@ struct FarmConnection::State {
 
 FarmConnection::FarmConnection(std::string address, CallerTexts caller)
     : address_(std::move(address)), state_(std::make_unique<State>(address_, std::move(caller))) {
-  gpr_set_log_function([](gpr_log_func_args*) {});  // what matters of it is told by errors
+  gpr_set_log_function([](gpr_log_func_args*) {});  // gRPC's own log is off, because errors have what matters
 }
 
 FarmConnection::~FarmConnection() = default;

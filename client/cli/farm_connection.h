@@ -1,8 +1,8 @@
-// The client's side of lightmill.v1.RenderService: one farm, plain calls, errors as values.
+// The client's side of lightmill.v1.RenderService: one farm, blocking calls, errors as values.
 //
-// Calls block; cancel_calls may come from another thread. A coordinator that cannot be reached gives UNAVAILABLE with
-// its address, or FAILED_PRECONDITION where it is known why and waiting does not help (certificates); what the
-// coordinator itself refuses keeps its code and message.
+// cancel_calls may come from another thread. A coordinator that cannot be reached gives UNAVAILABLE with its address.
+// It gives FAILED_PRECONDITION where the cause is known and waiting does not help (certificates). Errors of the
+// coordinator itself keep their code and message.
 #pragma once
 
 #include <functional>
@@ -23,21 +23,21 @@ namespace lightmill::cli {
 template <class T>
 struct Listed {
   std::vector<T> items;
-  std::vector<std::string> notices;  ///< what everybody should know of the farm
+  std::vector<std::string> notices;  ///< facts about the farm that every user should know
 };
 
 struct ListedJobs : Listed<v1::Job> {
-  std::uint64_t total = 0;  ///< how many there are of them, also beyond the limit
+  std::uint64_t total = 0;  ///< number of matching jobs, beyond the limit too
 };
 
 struct ListedWorkers : Listed<v1::Worker> {
-  std::uint32_t wanted = 0;  ///< how many the farm could use now
+  std::uint32_t wanted = 0;  ///< how many workers the farm could use now
 };
 
 class FarmConnection {
  public:
-  /// HOST:PORT of the coordinator, or of several, with commas, of which one is at work: calls go to the one that
-  /// answers. Connects lazily: this does not fail.
+  /// `address`: HOST:PORT of the coordinator, or of several, with commas. One of them is active, and calls go to the
+  /// one that answers. Connects lazily, so this does not fail.
   explicit FarmConnection(std::string address, CallerTexts caller = {});
   ~FarmConnection();
   FarmConnection(const FarmConnection&) = delete;
@@ -49,29 +49,29 @@ class FarmConnection {
   Status probe(Duration timeout);
 
   Result<std::vector<Sha256>> find_missing_assets(std::span<const Sha256> digests);
-  /// `sent` is told the bytes sent so far, after each chunk.
+  /// Calls `sent` after each chunk with the bytes sent so far.
   Status upload_asset(const Sha256& digest, ByteView bytes, const std::function<void(std::size_t)>& sent);
 
-  /// Sent again if the connection breaks: the request id makes that harmless.
+  /// Retries if the connection breaks. The request id makes this safe.
   Result<v1::Job> submit(const v1::SubmitJobRequest& request);
   Result<v1::Job> get_job(std::uint64_t id);
-  /// Those that the request asks for, newest first, at most `limit`.
+  /// The jobs that the request selects, newest first, at most `limit`.
   Result<ListedJobs> list_jobs(v1::ListJobsRequest request, std::size_t limit);
   Result<v1::Job> cancel_job(std::uint64_t id);
   Result<v1::Job> pause_job(std::uint64_t id);
   Result<v1::Job> resume_job(std::uint64_t id);
-  /// 0 leaves a limit as it is.
+  /// 0 keeps a limit.
   Result<v1::Job> extend_job(std::uint64_t id, std::uint64_t samples, double error);
   Result<v1::Job> set_priority(std::uint64_t id, std::int32_t priority);
-  /// `cancel`: first, if it has not ended.
+  /// `cancel`: cancels the job first, if it has not ended.
   Status delete_job(std::uint64_t id, bool cancel = false);
 
-  /// One stream of a job's changes; ends OK when the job has ended. `stop` is asked once the call can be cancelled, so
-  /// that a cancel_calls before it is not lost.
+  /// One stream of a job's changes. Returns OK when the job has ended. `stop` is asked once the call can be cancelled,
+  /// so that an earlier cancel_calls is not lost.
   Status watch(std::uint64_t id, bool tiles, const std::function<bool()>& stop,
                const std::function<void(const v1::WatchJobResponse&)>& changed);
 
-  /// The header first, then every tile; an error of `part` ends the call and is returned.
+  /// Receives the header first, then every tile. An error of `part` ends the call and is returned.
   Status get_film(std::uint64_t id, const std::function<Status(const v1::GetFilmResponse&)>& part);
 
   Result<ListedWorkers> list_workers();
@@ -79,20 +79,18 @@ class FarmConnection {
   Result<v1::Worker> quarantine_worker(const v1::QuarantineWorkerRequest& request);
   Status release_worker(const std::string& name);
 
-  /// Sent again if the connection breaks: the same token twice is one.
+  /// Retries if the connection breaks. The same request makes only one token.
   Result<v1::Token> create_token(const v1::CreateTokenRequest& request);
   Result<std::vector<v1::Token>> list_tokens();
   Result<v1::RevokeTokenResponse> revoke_token(const v1::RevokeTokenRequest& request);
 
-  /// Who did what, newest first, at most `limit`; of all pages that `request` asks for.
+  /// The log of actions, newest first, at most `limit`. Reads all pages that `request` selects.
   Result<std::vector<v1::Action>> list_actions(v1::ListActionsRequest request, std::size_t limit);
 
-  /// Cancels the calls that are running now.
+  /// Cancels the calls in progress.
   void cancel_calls();
 
  private:
-  /// Of all pages that `request` asks for.
-
   struct State;
   std::string address_;
   std::unique_ptr<State> state_;

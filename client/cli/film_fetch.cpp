@@ -30,7 +30,7 @@ Status check_outputs(const std::vector<std::string>& paths) {
   for (const std::string& text : paths) {
     const fs::path path(text);
     if (!given.insert(path.lexically_normal()).second) {
-      return invalid_argument("-o {} is given twice", text);
+      return invalid_argument("-o {} is given twice: give each output once", text);
     }
     LM_RETURN_IF_ERROR(picture_format(path).status());
     const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");

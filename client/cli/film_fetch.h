@@ -10,10 +10,10 @@
 
 namespace lightmill::cli {
 
-/// The film as it stands now, with its receipt. DATA_LOSS if the farm sends something that cannot be a film.
+/// The film as it is now, with its receipt. DATA_LOSS if what the farm sends cannot be a film.
 Result<AssembledFilm> fetch_film(FarmConnection& connection, std::uint64_t id);
 
-/// Whether each path can become a picture: it ends in .exr or .png and its folder exists and can be written to.
+/// Checks that each path can be written: it ends in .exr or .png, and its folder exists and is writable.
 Status check_outputs(const std::vector<std::string>& paths);
 
 /// Writes the picture to every path.

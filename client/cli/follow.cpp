@@ -10,7 +10,7 @@ constexpr Duration kFirstPause = std::chrono::milliseconds(200);
 constexpr Duration kLongestPause = std::chrono::seconds(5);
 constexpr Duration kPatience = std::chrono::minutes(10);
 
-/// Cancels the connection's calls at interruptions and children's deaths while it lives.
+/// Cancels the connection's calls at interruptions and children's deaths during its lifetime.
 class CancelOnEvent {
  public:
   CancelOnEvent(Signals& signals, FarmConnection& connection) : signals_(signals) {
@@ -24,7 +24,7 @@ class CancelOnEvent {
   Signals& signals_;
 };
 
-/// What a broken stream means: the coordinator may come back, or the answer is final.
+/// Whether a broken stream may recover. Otherwise the answer is final.
 bool may_recover(const Status& status) {
   return status.ok() || status.code() == StatusCode::kUnavailable || status.code() == StatusCode::kCancelled;
 }
@@ -50,7 +50,7 @@ Result<v1::Job> follow_job(Farm& farm, std::uint64_t id, bool tiles, Signals& si
         job = response.job();
         if (const std::string reason = has_ended(job.state()) ? "" : job.reason(); reason != waits_for) {
           waits_for = reason;
-          if (!reason.empty() && !farm.private_farm) {  // its own one's workers are on their way
+          if (!reason.empty() && !farm.private_farm) {  // a private farm's workers are still starting
             console.notice(fmt::format("job {}: {}", id, reason));
           }
         }
@@ -72,8 +72,8 @@ Result<v1::Job> follow_job(Farm& farm, std::uint64_t id, bool tiles, Signals& si
     const auto now = std::chrono::steady_clock::now();
     if (!lost_since) {
       lost_since = now;
-      console.notice(fmt::format("lost the connection to {}; the farm keeps what it has, trying again …",
-                                 farm.connection->address()));
+      console.notice(
+          fmt::format("lost the connection to {}; the farm keeps the job; retrying …", farm.connection->address()));
     } else if (now - *lost_since > kPatience) {
       return unavailable("the farm at {} has not answered for {}", farm.connection->address(),
                          human_seconds(to_seconds(kPatience)));

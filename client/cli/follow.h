@@ -1,4 +1,4 @@
-// Following a job until it ends, across lost connections.
+// Waiting for a job across lost connections.
 #pragma once
 
 #include <functional>
@@ -8,9 +8,9 @@
 
 namespace lightmill::cli {
 
-/// Calls `changed` with every message about the job (pixels too with `tiles`) and returns the job once it has ended. A
-/// lost connection is tried again with growing pauses for ten minutes; the console is told, and what the job waits for.
-/// CANCELLED if the user interrupts; a private farm whose process ends is an error.
+/// Calls `changed` with every message about the job, with pixels if `tiles`. Returns the job once it has ended. Retries
+/// a lost connection for ten minutes with growing pauses. The console says so, and says what the job waits for.
+/// CANCELLED if the user interrupts. An error if a process of the private farm ends.
 Result<v1::Job> follow_job(Farm& farm, std::uint64_t id, bool tiles, Signals& signals, const Console& console,
                            const std::function<void(const v1::WatchJobResponse&)>& changed);
 

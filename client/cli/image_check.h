@@ -1,4 +1,4 @@
-// Whether a scene's images can be used, asked before anything is sent.
+// A check of a scene's images before anything is sent.
 #pragma once
 
 #include "client/cli/signals.h"
@@ -8,9 +8,8 @@
 
 namespace lightmill::cli {
 
-/// Decodes each image of the scene as a worker does, by the same program. Adds notices of what counts otherwise than
-/// the file says. Fails for what cannot be rendered, with the place that names the image. Does nothing if there are no
-/// images.
+/// Decodes each image of the scene as a worker does, with the same program. Adds notices about what is used otherwise
+/// than the file says. Fails for an image that cannot be rendered, and names its place. Without images it does nothing.
 Status check_images(const DecoderOptions& decoder, LoadedScene& loaded, const Signals& signals);
 
 }  // namespace lightmill::cli

@@ -8,7 +8,7 @@ Chart job_chart(const v1::Job& job) {
   Chart chart;
   chart.title = fmt::format("job {}: {}", job.id(), job.name());
   chart.x_label = "thread seconds";
-  chart.y_label = "relMSE, as estimated";
+  chart.y_label = "estimated relMSE";
   ChartSeries series{fmt::format("{}, {}x{}, seed {}", job.method(), job.width(), job.height(), job.seed()), {}};
   for (const v1::ErrorPoint& point : job.history()) {
     const double error = point.error().rel_mse(), half_width = point.error().half_width();
@@ -19,7 +19,7 @@ Chart job_chart(const v1::Job& job) {
   chart.series.push_back(std::move(series));
   chart.guides = {{-1, "slope −1"}};
   if (job.goal().error() > 0) {
-    chart.levels = {{job.goal().error(), "the goal"}};
+    chart.levels = {{job.goal().error(), "goal"}};
   }
   return chart;
 }

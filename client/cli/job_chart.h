@@ -1,4 +1,4 @@
-// A job's own error against time.
+// A chart of a job's own error estimate against time.
 #pragma once
 
 #include "client/chart/chart.h"
@@ -6,7 +6,7 @@
 
 namespace lightmill::cli {
 
-/// From the job's history: the error that it states of itself, with its interval.
+/// Made from the job's history. Each point is an estimate with its confidence interval.
 Chart job_chart(const v1::Job& job);
 
 }  // namespace lightmill::cli

@@ -9,10 +9,10 @@
 
 namespace lightmill::cli {
 
-/// Everything that the farm says about a job; unknown values are null.
+/// All fields that the farm reports about a job. Unknown values are null.
 nlohmann::json to_json(const v1::Job& job);
 nlohmann::json to_json(const v1::Worker& worker);
-/// The same of a job, whose "notices" begin with those of the scene that was sent.
+/// The same. "notices" begin with those of the scene that was sent.
 nlohmann::json to_json(const v1::Job& job, const std::vector<std::string>& scene_notices);
 
 }  // namespace lightmill::cli

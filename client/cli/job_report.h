@@ -1,4 +1,4 @@
-// What is said and written once a job has been fetched or has ended.
+// What is printed and written once a job was fetched or has ended.
 #pragma once
 
 #include <string>
@@ -10,13 +10,13 @@
 
 namespace lightmill::cli {
 
-/// Fetches the film as it stands, writes it to `outputs` and says so; with --json also what there was to say of the
-/// scene.
+/// Fetches the film as it is now, writes it to `outputs` and reports this. With --json the report includes the scene's
+/// notices.
 ExitCode fetch_and_report(const Console& console, FarmConnection& connection, std::uint64_t id,
                           const std::vector<std::string>& outputs, const ViewSettings& view,
                           const std::vector<std::string>& scene_notices = {});
 
-/// For a job that has ended: as above if it is done, else (1) why not.
+/// The same for a done job. For a failed or cancelled job, reports the reason and returns kJobFailed.
 ExitCode report_ended_job(const Console& console, FarmConnection& connection, const v1::Job& job,
                           const std::vector<std::string>& outputs, const ViewSettings& view,
                           const std::vector<std::string>& scene_notices = {});

@@ -41,10 +41,10 @@ Result<LabFolder> LabFolder::open(const fs::path& path) {
     }
   }
   LM_ASSIGN_OR_RETURN(
-      folder.lock_, FileLock::acquire(path / "lock",
-                                      fmt::format("another lab works in {}: wait for its end, or choose another folder "
-                                                  "with -o",
-                                                  path.string())));
+      folder.lock_,
+      FileLock::acquire(path / "lock", fmt::format("another lab uses {}: wait until it ends, or choose another folder "
+                                                   "with -o",
+                                                   path.string())));
   const fs::path file = path / "results.jsonl";
   if (const Status status = check_can_write(file); !status.ok()) {
     return invalid_argument("{}", message_of(status));
@@ -81,7 +81,7 @@ Result<LabReference> LabFolder::load_reference(const LabSceneJob& scene) const {
                             reference.text, reference.picture.width, reference.picture.height, settings.width,
                             settings.height);
   }
-  // A file of another program states no error.
+  // A file of another program has no error estimate.
   if (const Result<FilmPicture> film = load_film_picture(given.empty() ? reference_path(scene) : fs::path(given));
       film.ok()) {
     reference.rel_mse = film->receipt.rel_mse;

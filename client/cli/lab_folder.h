@@ -1,9 +1,9 @@
 // The folder of an experiment: results, references, pictures and the report.
 //
-//   results.jsonl    what was measured, a JSON object a line: what a later run goes on from
+//   results.jsonl    measurements, one JSON object a line; a later run continues from them
 //   references/      KEY.exr, rendered references
-//   pictures/        of the first seed
-//   charts/          the report's, as files of their own
+//   pictures/        those of the first seed
+//   charts/          the report's charts as files
 //   report.html, results.csv, results.json
 #pragma once
 
@@ -16,31 +16,31 @@
 
 namespace lightmill::cli {
 
-/// A scene's reference.
+/// A scene's reference picture.
 struct LabReference {
   RgbImage picture;
-  double rel_mse = -1;  ///< that it states of itself; negative: it does not
-  std::string text;     ///< what it is
+  double rel_mse = -1;  ///< its own error estimate; negative: none
+  std::string text;     ///< a description
 };
 
 class LabFolder {
  public:
-  /// Makes the folder if need be and reads the results in it. FAILED_PRECONDITION while another lab works there.
+  /// Makes the folder if needed, and reads its results. FAILED_PRECONDITION while another lab uses it.
   static Result<LabFolder> open(const std::filesystem::path& path);
 
   const lab::ResultSet& results() const { return results_; }
-  /// Stores one more, at once.
+  /// Adds a result, and stores it at once.
   Status add(const LabPlan& plan, lab::LabResult result);
-  /// Compares what was made elsewhere; the references are there.
+  /// Compares the pictures of other programs with the references, which must exist.
   Status measure_others(const LabPlan& plan, const std::vector<LabReference>& references);
-  /// Where a scene's rendered reference is kept.
+  /// The path of a scene's rendered reference.
   std::filesystem::path reference_path(const LabSceneJob& scene) const;
-  /// The reference of a scene, which is there.
+  /// Loads the reference of a scene. It must exist.
   Result<LabReference> load_reference(const LabSceneJob& scene) const;
-  /// Keeps a picture under a name, and where it differs.
+  /// Stores a picture under a name, and its difference from the reference.
   Status keep_picture(const std::string& name, const RgbImage& picture, const RgbImage& reference) const;
-  /// Writes report.html, its charts, results.csv and results.json of what is there. `references` by scene; the picture
-  /// of one that is not there is empty.
+  /// Writes report.html, its charts, results.csv and results.json from the results so far. `references` are by scene. A
+  /// missing one has an empty picture.
   Status write_report(const LabPlan& plan, const std::vector<LabReference>& references) const;
   std::filesystem::path report_path() const { return path_ / "report.html"; }
 

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::uint64_t kMostExperimentBytes = 16 << 20;
-/// Bumped when a result means something else than before.
+/// Raised when the meaning of a result changes.
 constexpr const char* kResultVersion = "lightmill-lab-1";
 
 Goal goal_of(std::uint64_t samples, double error) {
@@ -22,7 +22,7 @@ Goal goal_of(std::uint64_t samples, double error) {
   return goal;
 }
 
-/// SHA-256 of what decides a picture and what it is compared with.
+/// SHA-256 of what decides a picture and its reference.
 std::string key_of(const JobSpec& spec, const std::string& reference) {
   const RenderSettings& settings = spec.settings;
   Sha256Hasher hasher;
@@ -53,11 +53,11 @@ Result<LabSceneJob> prepare(const lab::LabScene& scene, const lab::Experiment& e
   if (!job.ok()) {
     return with_context(job.status(), "scene " + scene.name);
   }
-  job->spec.settings.meters = 0;  // they would be paid for and not shown
+  job->spec.settings.meters = 0;  // the lab shows no readings, so it renders no meters
   return LabSceneJob{scene, std::move(*job), ""};
 }
 
-/// Reads what was made elsewhere, and gives each its place.
+/// Reads the pictures of other programs, and gives each its level.
 Status add_others(LabPlan& plan) {
   const std::string& file = plan.experiment.others;
   const Result<std::string> text = read_file(file, kMostExperimentBytes);
@@ -96,7 +96,7 @@ Status add_others(LabPlan& plan) {
   return ok_status();
 }
 
-/// What the reference is called in keys: the digest of its file, or of all that decides it.
+/// The reference's part of keys: the digest of its file, or of all that decides it.
 Result<std::string> reference_key(const LabPlan& plan, const LabSceneJob& scene) {
   if (scene.scene.reference.file.empty()) {
     return key_of(plan.reference_spec(scene), "");
@@ -108,18 +108,18 @@ Result<std::string> reference_key(const LabPlan& plan, const LabSceneJob& scene)
   return sha256(*bytes).hex();
 }
 
-/// As lab::Experiment's own check, of a file whose receipt says which samples it holds. One that is of another scene
-/// may be meant so: that is told.
+/// Makes lab::Experiment's own check for a file whose receipt says which samples it holds. A picture of another scene
+/// may be intended, so it gives a notice.
 Status check_reference_file(const LabSceneJob& scene, LabPlan& plan) {
   const std::string& file = scene.scene.reference.file;
   const Result<FilmPicture> film = load_film_picture(file);
   if (!film.ok() || film->receipt.scene_digest.empty()) {
-    return ok_status();  // of another program
+    return ok_status();  // a file of another program
   }
   if (!plan.experiment.methods.empty() &&
       std::ranges::find(plan.experiment.seeds, film->receipt.seed) != plan.experiment.seeds.end()) {
     return invalid_argument(
-        "scene {}: the reference {} has seed {}, one of those that are to be judged: render it with another",
+        "scene {}: the reference {} has seed {}, which the experiment uses too: render it with another seed",
         scene.scene.name, file, film->receipt.seed);
   }
   if (film->receipt.scene_digest != sha256(scene.job.spec.settings.scene).hex()) {
@@ -156,7 +156,7 @@ std::pair<std::size_t, std::size_t> LabPlan::missing(const LabRun& run, const la
     if (found == results.end()) {
       first = std::min(first, level);
     } else if (experiment.max_samples > 0 && found->second.samples >= experiment.max_samples) {
-      return {std::min(first, level + 1), level + 1};  // it never got further
+      return {std::min(first, level + 1), level + 1};  // the run ended before this level
     }
   }
   return {first, run.level_keys.size()};
@@ -170,7 +170,7 @@ std::vector<std::string> LabPlan::wanted(const lab::ResultSet& results) const {
   const auto method_place = [&](const LabRun& run) {
     return std::ranges::find(experiment.methods, run.method) - experiment.methods.begin();
   };
-  // Stable: seeds keep the experiment's order.
+  // Stable, so that seeds keep the experiment's order.
   std::ranges::stable_sort(sorted, {}, [&](const LabRun* run) { return std::pair(run->scene, method_place(*run)); });
   std::vector<std::string> keys;
   for (const LabRun* run : sorted) {

@@ -1,4 +1,4 @@
-// An experiment made ready: its scenes loaded, its jobs named by what decides their pictures.
+// A prepared experiment: scenes are loaded, and jobs have keys made of all that decides their pictures.
 #pragma once
 
 #include <string>
@@ -13,49 +13,49 @@ namespace lightmill::cli {
 /// One scene of an experiment.
 struct LabSceneJob {
   lab::LabScene scene;
-  PreparedJob job;  ///< of the first method; others differ in method, seed and goal
+  PreparedJob job;  ///< of the first method; other jobs differ in method, seed and goal
   std::string reference_key;
 };
 
-/// One job: its levels are reached one after the other.
+/// One job. It reaches its levels one after the other.
 struct LabRun {
   std::size_t scene = 0;
   std::string method;
   std::uint64_t seed = 0;
-  std::vector<std::string> level_keys;  ///< of the results
-  std::string picture;                  ///< name of its picture's files, without their endings
+  std::vector<std::string> level_keys;  ///< keys of its results
+  std::string picture;                  ///< base name of its picture's files
 };
 
-/// A picture from elsewhere.
+/// A picture of another program.
 struct LabOther {
   lab::OtherPicture picture;
   std::size_t scene = 0;
-  std::size_t level = 0;  ///< its place among those of its scene, maker and seed
+  std::size_t level = 0;  ///< its index among those of its scene, maker and seed
   std::string key;
-  std::string kept;    ///< name of the files of its scene's and maker's picture on the page
-  bool shown = false;  ///< whether it is that one
+  std::string kept;    ///< base name of the files of its scene's and maker's picture on the page
+  bool shown = false;  ///< whether the page shows this picture
 };
 
 struct LabPlan {
   lab::Experiment experiment;
-  std::vector<std::string> notices;  ///< what may be a mistake
+  std::vector<std::string> notices;  ///< possible mistakes
   std::vector<LabSceneJob> scenes;
-  std::vector<LabRun> runs;  ///< in the order in which they are rendered: by seed first, so that early reports have all
+  std::vector<LabRun> runs;  ///< in render order: by seed first, so that early reports have everything
 
   std::vector<LabOther> others;  ///< by scene, maker, seed and samples
 
-  /// What the job of a run is given at a level.
+  /// The job specification of a run at a level.
   JobSpec spec_of(const LabRun& run, std::size_t level) const;
-  /// The job of a scene's reference.
+  /// The job specification of a scene's reference.
   JobSpec reference_spec(const LabSceneJob& scene) const;
-  /// The keys of all results that are wanted, by scene, method, seed and level, then those from elsewhere; less those
-  /// of levels whose run has ended before, at its most samples.
+  /// The keys of all wanted results, by scene, method, seed and level, then those of other programs. Levels after the
+  /// end of a run that reached its maximum of samples are left out.
   std::vector<std::string> wanted(const lab::ResultSet& results) const;
-  /// The levels of a run that are wanted and not there: [first, end).
+  /// The range [first, end) of a run's levels that are wanted and missing.
   std::pair<std::size_t, std::size_t> missing(const LabRun& run, const lab::ResultSet& results) const;
 };
 
-/// Reads the document and all of its scenes. Errors are the user's to mend and name the place.
+/// Reads the document and all its scenes. Errors name the place in the user's files.
 Result<LabPlan> make_lab_plan(const std::string& experiment_file, Signals& signals);
 
 }  // namespace lightmill::cli

@@ -1,4 +1,4 @@
-// A PNG file that follows a job: rewritten as its tiles change.
+// A PNG file that follows a job. It is rewritten as tiles change.
 #pragma once
 
 #include <optional>
@@ -12,15 +12,14 @@
 
 namespace lightmill::cli {
 
-/// Keeps the picture of a job from its preview tiles, black where there are none yet, and writes it at most once a
-/// second.
+/// Keeps a job's picture from its preview tiles, black where none has arrived. Writes it at most once a second.
 class LivePicture {
  public:
   LivePicture(std::vector<std::string> png_paths, const ViewSettings& view, const Clock& clock)
       : paths_(std::move(png_paths)), view_(view), clock_(clock) {}
 
   bool wanted() const { return !paths_.empty(); }
-  /// Takes the tiles of a message; tiles outside the job's crop are errors (DATA_LOSS).
+  /// Takes the tiles of a message. DATA_LOSS for a tile outside the job's crop.
   Status update(const v1::WatchJobResponse& response);
 
  private:

@@ -1,4 +1,4 @@
-// A question to a farm that is asked on a thread of its own, and can be broken off.
+// A question to a farm on a thread of its own, which can be cancelled.
 #pragma once
 
 #include <functional>
@@ -10,17 +10,16 @@
 
 namespace lightmill::cli {
 
-/// Asks while it lives; its end does not wait for a coordinator that is silent.
+/// Asks during its lifetime. The destructor does not wait for a silent coordinator.
 template <class Answer>
 class Looking {
  public:
-  /// `ask` runs on the thread. `cancel` ends the calls that `ask` has under way; it misses those that are about to
-  /// begin.
+  /// `ask` runs on the thread. `cancel` ends the calls that `ask` has in progress, but not those about to begin.
   Looking(std::function<Result<Answer>()> ask, std::function<void()> cancel)
       : cancel_(std::move(cancel)), answer_(std::async(std::launch::async, std::move(ask))) {}
-  /// Breaks it off.
+  /// Cancels the question.
   ~Looking() {
-    // Again and again, because a call that is about to begin does not hear of it.
+    // Repeated, because a call that is about to begin misses a cancellation.
     while (answer_.valid() && !done(kCancelEvery)) {
       cancel_();
     }
@@ -28,9 +27,9 @@ class Looking {
   Looking(const Looking&) = delete;
   Looking& operator=(const Looking&) = delete;
 
-  /// Whether the answer is there now, or within so long.
+  /// Whether the answer arrived, or arrives within `patience`.
   bool done(Duration patience = {}) const { return answer_.wait_for(patience) == std::future_status::ready; }
-  /// The answer, once.
+  /// The answer. Call once.
   Result<Answer> result() { return answer_.get(); }
 
  private:

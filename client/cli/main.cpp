@@ -20,14 +20,14 @@ constexpr const char* kAbout =
     "  lightmill render scene.json -o picture.png     render and wait for the picture\n"
     "  lightmill submit scene.json                    queue a render and print its job number\n"
     "  lightmill watch 7                              follow a job\n"
-    "  lightmill fetch 7 -o picture.exr               its picture, finished or not\n\n"
-    "A farm is one lightmill-server and any number of lightmill-worker processes. Commands talk to the one given by "
-    "--server or the environment variable LIGHTMILL_SERVER, else to 127.0.0.1:7350. `render` starts a farm of its own "
-    "on this machine when there is none.";
+    "  lightmill fetch 7 -o picture.exr               write its current picture\n\n"
+    "A farm is one lightmill-server and any number of lightmill-worker processes. Commands use the farm given by "
+    "--server or the environment variable LIGHTMILL_SERVER, else 127.0.0.1:7350. Without a farm `render` starts a local "
+    "one.";
 
 constexpr const char* kFooter =
-    "`lightmill help COMMAND` says more about a command, `lightmill help methods` about the methods, and `lightmill "
-    "help exit-codes` about exit codes.";
+    "`lightmill help COMMAND` explains a command, `lightmill help methods` the methods, and `lightmill help "
+    "exit-codes` the exit codes.";
 
 ExitCode usage_error(std::string_view message, int argc, char** argv) {
   const Console console(has_flag(argc, argv, "--json"), has_flag(argc, argv, "--openjd"));
@@ -35,7 +35,7 @@ ExitCode usage_error(std::string_view message, int argc, char** argv) {
       console.fail(invalid_argument("{}\nTry `lightmill help` or `lightmill help COMMAND`.", message)));
 }
 
-/// What `lightmill --help` lists together.
+/// Groups the commands in `lightmill --help`.
 void group_commands(CLI::App& app) {
   const std::vector<std::pair<const char*, std::vector<const char*>>> groups{
       {"Render", {"render", "submit", "watch", "fetch"}},

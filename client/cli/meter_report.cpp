@@ -5,8 +5,8 @@
 namespace lightmill::cli {
 namespace {
 
-/// A value to the second digit of its error, or to seven digits where that is less. Numbers from 1e6 on, and very small
-/// ones, have an exponent.
+/// A value up to the second digit of its error, but at most seven digits. Numbers from 1e6, and very small ones, have
+/// an exponent.
 std::string with_error(double value, double half_width) {
   if (!(half_width > 1e-7 * std::abs(value))) {
     return fmt::format("{:.7g} ± {:.2g}", value, half_width);

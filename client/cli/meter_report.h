@@ -1,4 +1,4 @@
-// What a film's virtual meters read, as text.
+// Readings of a film's virtual meters, as text.
 #pragma once
 
 #include <string>

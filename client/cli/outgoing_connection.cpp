@@ -16,15 +16,15 @@
 namespace lightmill::cli {
 namespace {
 
-/// The kernel says that there is room once a third of this is free: whoever takes bytes slowly is seen to take them.
-/// And what waits in it is no longer the newest.
+/// The kernel reports room once a third of this is free, so a slow reader is seen to read. A larger buffer would hold
+/// outdated tiles.
 constexpr int kSendBufferBytes = 128 << 10;
 
 Status errno_status(int error) {
   return unavailable("{}", std::strerror(error));
 }
 
-/// Whether it is worth another try.
+/// Whether another try can succeed.
 bool not_yet(int error) {
   return error == EAGAIN || error == EWOULDBLOCK || error == EINTR;
 }
@@ -40,7 +40,7 @@ WakeUp::~WakeUp() {
 }
 
 void WakeUp::wake() const {
-  (void)!::eventfd_write(fd_, 1);  // it fails where it has been woken already
+  (void)!::eventfd_write(fd_, 1);  // fails only if it is awake already
 }
 
 void WakeUp::clear() const {
@@ -53,9 +53,9 @@ void OutgoingConnection::FreeAddresses::operator()(addrinfo* list) const {
 }
 
 short OutgoingConnection::poll(short events, Moment until) {
-  constexpr std::int64_t kLongest = 3'600'000;  // callers look at the time themselves
+  constexpr std::int64_t kLongest = 3'600'000;  // callers check the time themselves
   const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - now()).count();
-  std::array<pollfd, 2> both{{{wake_up_->fd(), POLLIN, 0}, {socket_, events, 0}}};  // poll leaves out a socket of -1
+  std::array<pollfd, 2> both{{{wake_up_->fd(), POLLIN, 0}, {socket_, events, 0}}};  // poll ignores a socket of -1
   if (::poll(both.data(), both.size(), static_cast<int>(std::clamp<std::int64_t>(left, 0, kLongest))) <= 0) {
     return 0;
   }
@@ -77,7 +77,7 @@ Result<OutgoingConnection::Addresses> OutgoingConnection::look_up(const HostPort
 
 Result<OutgoingConnection::Addresses> OutgoingConnection::addresses(const std::function<bool()>& stopped) {
   if (!looked_up_.valid()) {
-    // Nothing ends getaddrinfo early, so its thread is let go; one that still waits is the next try's too.
+    // getaddrinfo cannot be cancelled, so its thread is detached. A lookup still in progress serves the next try.
     std::packaged_task<Result<Addresses>()> task([address = address_] { return look_up(address); });
     looked_up_ = task.get_future();
     std::thread([task = std::move(task), wake_up = wake_up_]() mutable {
@@ -91,7 +91,7 @@ Result<OutgoingConnection::Addresses> OutgoingConnection::addresses(const std::f
       return cancelled("stopped");
     }
     if (now() >= until) {
-      return unavailable("looking up its name took longer than {}", human_seconds(to_seconds(patience_)));
+      return unavailable("the name lookup took longer than {}", human_seconds(to_seconds(patience_)));
     }
     poll(0, until);
   }
@@ -100,7 +100,7 @@ Result<OutgoingConnection::Addresses> OutgoingConnection::addresses(const std::f
 
 Status OutgoingConnection::open(const std::function<bool()>& stopped) {
   LM_ASSIGN_OR_RETURN(const Addresses list, addresses(stopped));
-  Status status = unavailable("it has no address");
+  Status status = unavailable("the host has no address");
   for (const addrinfo* at = list.get(); at != nullptr; at = at->ai_next) {
     status = open(*at, stopped);
     if (status.code() != StatusCode::kUnavailable) {
@@ -166,10 +166,10 @@ Status OutgoingConnection::wait(Moment until) {
   if (now() < silent) {
     return ok_status();
   }
-  // Should it wake up, what is on its way would come between what the next connection brings.
+  // Drops unsent bytes. Otherwise the other side could read them later, between those of the next connection.
   const linger forget{1, 0};
   (void)::setsockopt(socket_, SOL_SOCKET, SO_LINGER, &forget, sizeof forget);
-  return unavailable("it has taken nothing for {}", human_seconds(to_seconds(patience_)));
+  return unavailable("it has accepted no data for {}", human_seconds(to_seconds(patience_)));
 }
 
 Status OutgoingConnection::send() {

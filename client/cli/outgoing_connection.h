@@ -1,4 +1,4 @@
-// A connection to another program's port that keeps nobody waiting: every wait has an end, and can be woken.
+// A connection to another program's port. Every wait has a time limit, and can be woken.
 #pragma once
 
 #include <chrono>
@@ -15,7 +15,7 @@ struct addrinfo;
 
 namespace lightmill::cli {
 
-/// Ends what waits for it, now or next. Thread-safe.
+/// Ends the current wait, or the next one. Thread-safe.
 class WakeUp {
  public:
   WakeUp();
@@ -30,14 +30,14 @@ class WakeUp {
   int fd_;
 };
 
-/// For one thread; others may only wake it. What the other side says is dropped.
+/// For one thread. Other threads may only wake it. Received bytes are dropped.
 class OutgoingConnection {
  public:
   using Moment = std::chrono::steady_clock::time_point;
   static Moment now() { return std::chrono::steady_clock::now(); }
 
-  /// `patience`: how long the lookup of the name may take, then each of its addresses, and then how long the other side
-  /// may take nothing of what it is given.
+  /// `patience`: the time limit of the name lookup, then of each address, and then of the other side while it accepts
+  /// no bytes.
   OutgoingConnection(HostPort address, Duration patience)
       : address_(std::move(address)), patience_(patience), wake_up_(std::make_shared<WakeUp>()) {}
   ~OutgoingConnection() { close(); }
@@ -45,18 +45,18 @@ class OutgoingConnection {
   OutgoingConnection& operator=(const OutgoingConnection&) = delete;
 
   const HostPort& address() const { return address_; }
-  /// Ends a wait, or the next one if there is none. From any thread.
+  /// Ends the current wait, or the next one if there is none. May be called from any thread.
   void wake() const { wake_up_->wake(); }
 
-  /// Tries the name's addresses, one after the other. UNAVAILABLE says why not in words; CANCELLED once `stopped`,
-  /// which is asked whenever it is woken.
+  /// Tries the name's addresses one after the other. UNAVAILABLE has the reason. CANCELLED once `stopped`, which is
+  /// asked at each wake-up.
   Status open(const std::function<bool()>& stopped);
   void close();
-  /// Bytes to be sent while it waits, once all before have been taken.
+  /// Adds bytes to send. They are sent during waits, after all earlier bytes.
   void give(std::string bytes);
   bool all_taken() const { return taken_ == bytes_.size(); }
-  /// Waits until some are taken, it is woken, or `until`; it may return earlier. UNAVAILABLE once the other side has
-  /// closed, or has taken nothing for too long.
+  /// Waits until some bytes are sent, it is woken, or `until`. May return earlier. UNAVAILABLE once the other side has
+  /// closed, or has accepted no bytes for too long.
   Status wait(Moment until);
 
  private:
@@ -74,12 +74,12 @@ class OutgoingConnection {
 
   const HostPort address_;
   const Duration patience_;
-  std::shared_ptr<WakeUp> wake_up_;           ///< the lookup's too, which may outlive this
-  std::future<Result<Addresses>> looked_up_;  ///< under way, or not yet taken
+  std::shared_ptr<WakeUp> wake_up_;           ///< shared with the lookup, which may outlive this
+  std::future<Result<Addresses>> looked_up_;  ///< in progress, or not yet taken
   int socket_ = -1;                           ///< -1: closed
   std::string bytes_;
-  std::size_t taken_ = 0;  ///< of them
-  Moment last_taken_{};    ///< or given
+  std::size_t taken_ = 0;  ///< bytes of `bytes_` already sent
+  Moment last_taken_{};    ///< when bytes were last sent, or given
 };
 
 }  // namespace lightmill::cli

@@ -11,7 +11,7 @@
 namespace lightmill::cli {
 namespace {
 
-/// Steele et al., "Fast splittable pseudorandom number generators" (2014): their mix of a counter.
+/// The mix of a counter of Steele et al., "Fast splittable pseudorandom number generators" (2014).
 std::uint64_t mix(std::uint64_t counter) {
   counter = (counter ^ (counter >> 30)) * 0xbf58476d1ce4e5b9u;
   counter = (counter ^ (counter >> 27)) * 0x94d049bb133111ebu;
@@ -29,47 +29,47 @@ Status check_counts(const FilmPicture& picture) {
     least = std::min(least, samples);
     most = std::max(most, samples);
   }
-  // Meters' tiles, which are no pixels, count in the receipt too.
+  // The receipt's counts include the tiles of meters, which are no pixels.
   const bool fits = picture.receipt.meter_hashes.empty()
                         ? least == picture.receipt.min_samples && most == picture.receipt.max_samples
                         : least >= picture.receipt.min_samples && most <= picture.receipt.max_samples;
   return fits ? ok_status()
-              : data_loss("its pixels have {} to {} samples, and its receipt says {} to {}", least, most,
+              : data_loss("its pixels have {} to {} samples, but its receipt says {} to {}", least, most,
                           picture.receipt.min_samples, picture.receipt.max_samples);
 }
 
 Result<FilmPicture> sound_picture(ByteView bytes) {
   if (bytes.size() >= 4 && !is_exr(bytes)) {
-    return invalid_argument("this is no EXR file: give one that `lightmill render -o` or `fetch -o` wrote");
+    return invalid_argument("this is not an EXR file: give one that `lightmill render -o` or `fetch -o` wrote");
   }
   const Result<Image> decoded = decode_exr(bytes);
   if (!decoded.ok()) {
-    return data_loss("the file is damaged or has been changed since it was written; fetch or render it again: {}",
+    return data_loss("the file was damaged or changed after it was written; fetch or render it again: {}",
                      message_of(decoded.status()));
   }
   const Image& image = *decoded;
   const std::string stated = image.text(kFileChecksum);
   if (stated.empty()) {
-    constexpr const char* kWhy = "it has no {}: no Lightmill wrote it, or one before pictures could be verified{}";
-    return image.text("lightmill.renderDigest").empty()
-               ? invalid_argument(kWhy, kFileChecksum, "")
-               : data_loss(kWhy, kFileChecksum, ", or somebody has taken it away");
+    constexpr const char* kWhy =
+        "it has no {}: it was not written by Lightmill, or by a version without verification{}";
+    return image.text("lightmill.renderDigest").empty() ? invalid_argument(kWhy, kFileChecksum, "")
+                                                        : data_loss(kWhy, kFileChecksum, ", or it was removed");
   }
   if (stated != file_checksum(image)) {
-    return data_loss("a pixel or an attribute has been changed since the file was written: its checksum is {}, not {}",
+    return data_loss("a pixel or an attribute was changed after the file was written: its checksum is {}, not {}",
                      file_checksum(image), stated);
   }
   LM_RETURN_IF_ERROR(check_exr_form(bytes, image));
   LM_ASSIGN_OR_RETURN(FilmPicture picture, from_image(image));
   if (const std::string hash = film_hash_of(picture).hex(); hash != picture.receipt.film_hash) {
-    return data_loss("a pixel has been changed: its film hash is {}, and its receipt says {}", hash,
+    return data_loss("a pixel was changed: its film hash is {}, but its receipt says {}", hash,
                      picture.receipt.film_hash);
   }
   LM_RETURN_IF_ERROR(check_counts(picture));
   return picture;
 }
 
-/// How many of one channel's values differ within `rect`, which is all of `again`.
+/// The number of values of one channel that differ within `rect`, which is all of `again`.
 template <class T>
 std::size_t count_differing(const std::vector<T>& values, const FilmPicture& picture, const std::vector<T>& again,
                             const PixelRect& rect, std::size_t channel) {
@@ -131,9 +131,8 @@ Result<RenderSettings> settings_of(const FilmPicture& picture, const std::string
   if (const std::string digest = render_digest(settings, receipt.fingerprint_class).hex();
       digest != receipt.render_digest) {
     return data_loss(
-        "the receipt contradicts itself: what it says of scene, method, seed, layers and class has the digest {}, not "
-        "{}",
-        digest, receipt.render_digest);
+        "the receipt contradicts itself: its scene, method, seed, layers and class have the digest {}, not {}", digest,
+        receipt.render_digest);
   }
   return settings;
 }

@@ -11,7 +11,7 @@ Result<ViewSettings> PictureOptions::view_settings() const {
   settings.gamma = gamma;
   LM_ASSIGN_OR_RETURN(settings.view, parse_view(view));
   if (!png_option.empty() && png_outputs().empty()) {
-    return invalid_argument("{} is about PNG files, and none is written: -o FILE.png writes one", png_option);
+    return invalid_argument("{} applies only to PNG files, and none is written: add -o FILE.png", png_option);
   }
   return settings;
 }
@@ -27,23 +27,24 @@ std::vector<std::string> PictureOptions::png_outputs() const {
 void add_picture_options(CLI::App& command, PictureOptions& options) {
   command
       .add_option("-o,--output", options.outputs,
-                  "a picture to write, .exr (linear, all layers, and how it was made) or .png; may be repeated")
+                  "output picture, .exr (linear, with all layers and the receipt) or .png; may be repeated")
       ->type_name("FILE")
       ->allow_extra_args(false);
   const auto note = [&options](const char* name) {
     return [&options, name](const std::string&) { options.png_option = name; };
   };
-  command.add_option("--exposure", options.exposure_stops, "PNG: brighter by so many stops (0.5, -2)")
+  command.add_option("--exposure", options.exposure_stops, "PNG: exposure in stops (0.5, -2)")
       ->type_name("STOPS")
       ->check(real_number(-64, 64))
       ->each(note("--exposure"));
-  command.add_option("--view", options.view, "PNG: plain (clipped at white) or filmic (highlights roll off)")
+  command
+      .add_option("--view", options.view, "PNG: tone curve, plain (clipped at white) or filmic (highlights roll off)")
       ->type_name("plain|filmic")
       ->capture_default_str()
       ->each(note("--view"));
   command
       .add_option("--gamma", options.gamma,
-                  "PNG: above 1 lifts what is dark (values to the power of 1/G), below 1 deepens it")
+                  "PNG: gamma; above 1 brightens dark tones (values to the power of 1/G), below 1 darkens them")
       ->type_name("G")
       ->capture_default_str()
       ->check(real_number(0.01, kMaxGamma))

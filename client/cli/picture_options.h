@@ -14,9 +14,9 @@ struct PictureOptions {
   double exposure_stops = 0;
   double gamma = 1;
   std::string view = "plain";
-  std::string png_option;  ///< the last given of those that only PNG files follow
+  std::string png_option;  ///< the last given option that applies only to PNG files
 
-  /// INVALID_ARGUMENT for an unknown view, and if something is asked of PNG files where there is none among `outputs`.
+  /// INVALID_ARGUMENT for an unknown view, or for an option of PNG files if `outputs` has no PNG file.
   Result<ViewSettings> view_settings() const;
   /// The outputs that are PNG files.
   std::vector<std::string> png_outputs() const;

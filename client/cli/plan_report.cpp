@@ -67,13 +67,13 @@ ReportRows plan_rows(const SceneFacts& facts) {
   ReportRows rows = fact_rows(facts);
   for (const Verdict& verdict : admit_all(facts)) {
     rows.push_back({"method " + verdict.method,
-                    verdict.admitted ? "finds all of the light" + (verdict.reason.empty() ? "" : "; " + verdict.reason)
-                                     : "does not find all of the light: " + verdict.reason});
+                    verdict.admitted ? "finds all light" + (verdict.reason.empty() ? "" : "; " + verdict.reason)
+                                     : "misses light: " + verdict.reason});
   }
   const MethodPlan plan = plan_method(facts, kAutoMethod);
   rows.push_back(
-      {"auto takes", fmt::format("{}: {}{}", fmt::join(plan.candidates, " or "), fmt::join(plan.reasons, "; "),
-                                 plan.candidates.size() > 1 ? "; a pilot picks one" : "")});
+      {"auto chooses", fmt::format("{}: {}{}", fmt::join(plan.candidates, " or "), fmt::join(plan.reasons, "; "),
+                                   plan.candidates.size() > 1 ? "; a pilot picks one" : "")});
   return rows;
 }
 

@@ -1,4 +1,4 @@
-// What `check` says of methods: the planner's facts, its verdicts, and what `auto` would choose.
+// The part of `check` about methods: the planner's facts, its verdicts, and the choice of `auto`.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,7 +8,7 @@
 namespace lightmill::cli {
 
 nlohmann::json plan_json(const SceneFacts& facts);
-/// Rows of a table: what, and what of it.
+/// Rows of a table: name and value.
 ReportRows plan_rows(const SceneFacts& facts);
 
 }  // namespace lightmill::cli

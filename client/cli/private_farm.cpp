@@ -26,7 +26,7 @@ fs::path temporary_root() {
   return error ? fs::path("/tmp") : root;
 }
 
-/// Whether this is the directory of a private farm of ours whose client is gone.
+/// Whether this is the directory of a private farm whose client has ended.
 bool is_abandoned(const fs::path& path) {
   const std::string name = path.filename().string();
   struct stat info {};
@@ -53,7 +53,7 @@ void remove_abandoned() {
 Result<fs::path> make_folder() {
   std::string name = (temporary_root() / fmt::format("{}{}-XXXXXX", kFolderPrefix, ::getpid())).string();
   if (::mkdtemp(name.data()) == nullptr) {
-    return failed_precondition("cannot create a directory for a private farm, {}: {}", name, std::strerror(errno));
+    return failed_precondition("cannot create a directory for a local farm, {}: {}", name, std::strerror(errno));
   }
   return fs::path(name);
 }
@@ -61,7 +61,7 @@ Result<fs::path> make_folder() {
 std::string log_tail(const fs::path& path) {
   const Result<std::string> text = read_file(path);
   if (!text.ok() || text->empty()) {
-    return "(it logged nothing)";
+    return "(its log is empty)";
   }
   return text->substr(text->size() - std::min(text->size(), kLogTail));
 }
@@ -92,11 +92,11 @@ Status PrivateFarm::launch(Signals& signals, const PrivateFarmOptions& options) 
     }
     LM_RETURN_IF_ERROR(health());
     if (std::chrono::steady_clock::now() > until) {
-      return internal_error("the private coordinator did not start within {} s:\n{}", to_seconds(kStartTimeout),
-                            log_tail(folder_ / "server.log"));
+      return internal_error("the local coordinator did not start within {} s. The last lines of its log:\n{}",
+                            to_seconds(kStartTimeout), log_tail(folder_ / "server.log"));
     }
     signals.sleep(kStartPoll);
-    port = read_file(port_file).value_or("");  // not there yet: asked again
+    port = read_file(port_file).value_or("");  // if it is missing, it is read again
     port.erase(port.find_last_not_of(" \r\n") + 1);
   }
   address_ = "127.0.0.1:" + port;
@@ -114,10 +114,12 @@ Status PrivateFarm::launch(Signals& signals, const PrivateFarmOptions& options) 
 
 Status PrivateFarm::health() {
   if (const auto end = server_ ? server_->ended() : std::nullopt) {
-    return internal_error("the private coordinator ended ({}):\n{}", *end, log_tail(folder_ / "server.log"));
+    return internal_error("the local coordinator stopped ({}). The last lines of its log:\n{}", *end,
+                          log_tail(folder_ / "server.log"));
   }
   if (const auto end = worker_ ? worker_->ended() : std::nullopt) {
-    return internal_error("the private worker ended ({}):\n{}", *end, log_tail(folder_ / "worker.log"));
+    return internal_error("the local worker stopped ({}). The last lines of its log:\n{}", *end,
+                          log_tail(folder_ / "worker.log"));
   }
   return ok_status();
 }

@@ -1,8 +1,8 @@
 // A farm for one command: real coordinator and worker processes on a free loopback port, with a temporary data
 // directory.
 //
-// Everything it holds is thrown away with it, so it is taken down by SIGKILL; if the client itself is killed, the
-// kernel does the same, and the next private farm removes the directory that was left.
+// All its data is deleted with it, so its processes end by SIGKILL. If the client itself is killed, the kernel kills
+// them, and the next private farm removes the directory.
 #pragma once
 
 #include <filesystem>
@@ -18,12 +18,12 @@ namespace lightmill::cli {
 
 struct PrivateFarmOptions {
   unsigned threads = 0;             ///< 0: one per core
-  bool unsandboxed_images = false;  ///< as of a worker
+  bool unsandboxed_images = false;  ///< as the worker's option
 };
 
 class PrivateFarm {
  public:
-  /// Starts both programs, found beside our own, and waits until the coordinator listens.
+  /// Starts both programs, found beside our own. Waits until the coordinator listens.
   static Result<std::unique_ptr<PrivateFarm>> start(Signals& signals, const PrivateFarmOptions& options);
   ~PrivateFarm();
   PrivateFarm(const PrivateFarm&) = delete;

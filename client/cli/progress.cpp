@@ -11,11 +11,11 @@ namespace {
 
 constexpr int kMaxBar = 40;  // columns
 constexpr int kMinBar = 5;
-// Without a terminal: a line at each tenth of the way, but not more than one a second, and one every ten seconds.
+// Without a terminal: a line at each tenth of the progress, at most one a second, and at least one every ten seconds.
 constexpr Duration kPlainAtLeastEvery = std::chrono::seconds(10);
 constexpr Duration kPlainAtMostEvery = std::chrono::seconds(1);
 constexpr double kPlainStep = 0.1;
-// An error goal may look reached before it is read.
+// The error may seem to have reached its goal before it is checked.
 constexpr double kMostBeforeTheEnd = 0.99;
 
 std::string bar(double fraction, int columns, bool color) {
@@ -24,13 +24,13 @@ std::string bar(double fraction, int columns, bool color) {
                      color ? "\x1b[0m" : "", std::string(static_cast<std::size_t>(columns - filled), '.'));
 }
 
-/// A part of the line and the columns kept for it, known or not, so that the bar beside it keeps its width.
+/// A part of the line with a fixed number of columns, so that the bar keeps its width.
 struct Field {
   std::string text;
   int columns = 0;
 };
 
-/// The upper end of its interval: what must fall to the goal.
+/// The upper end of the error's interval. It must fall to the goal.
 double stated_error(const v1::Job& job) {
   return job.error().rel_mse() + job.error().half_width();
 }
@@ -123,25 +123,25 @@ std::string verification_text(const v1::Job& job) {
                       merged = job.counters().results_merged();
   std::string text;
   if (verified > 0) {
-    text = fmt::format("{} of {} results were rendered again by another identity, alike", verified, merged);
+    text = fmt::format("{} of {} results were audited by another identity, with the same bits", verified, merged);
   } else if (job.verify_share() <= 0) {
-    text = "unaudited: not asked for";
+    text = "unaudited: not requested";
   } else if (unverified == 0) {
-    text = fmt::format("unaudited: none of {} results has been drawn, of which {:.3g} % are", merged,
-                       100 * job.verify_share());
+    text =
+        fmt::format("unaudited: none of {} results was drawn at a share of {:.3g} %", merged, 100 * job.verify_share());
   } else if (job.one_identity()) {
     text = "unaudited: one identity (all workers show the same certificate or token, or are on one machine)";
   } else if (job.state() == v1::JOB_STATE_DONE) {
-    text = "unaudited: no other identity was there";
+    text = "unaudited: no other identity was connected";
   } else {
-    text = "nothing yet";
+    text = "no audits yet";
   }
   if (unverified > 0) {
-    text += fmt::format("; {} {}", unverified, job.state() == v1::JOB_STATE_DONE ? "could not be" : "wait for it");
+    text += fmt::format("; {} {}", unverified,
+                        job.state() == v1::JOB_STATE_DONE ? "could not be audited" : "wait for an audit");
   }
   if (job.counters().nodes_dropped() > 0) {
-    text += fmt::format("; {} nodes with results of workers that were wrong have been rendered again",
-                        job.counters().nodes_dropped());
+    text += fmt::format("; {} nodes with results of wrong workers were rendered again", job.counters().nodes_dropped());
   }
   return text;
 }
@@ -150,9 +150,9 @@ std::string mixed_text(const v1::Job& job) {
   if (!job.allow_mixed()) {
     return "";
   }
-  return "mixed: workers of every fingerprint class may render it; where they round differently, nobody gets the same "
-         "bits again. Results are verified only between machines of one class, and `lightmill verify` can tell of the "
-         "picture no more than that its file is unchanged";
+  return "mixed: workers of every fingerprint class may render it. If they round differently, its bits cannot be "
+         "reproduced. Results are audited only within a class, and `lightmill verify` can only check that the file "
+         "is unchanged";
 }
 
 std::string method_name(const v1::Job& job) {
@@ -160,12 +160,12 @@ std::string method_name(const v1::Job& job) {
   return candidates.empty() ? job.method() : fmt::format("{}", fmt::join(candidates, " or "));
 }
 
-/// What a pilot does before the first sample, or would have.
+/// What the pilot does before the first sample, or would have done.
 std::string pilots_task(const v1::Job& job) {
   if (has_ended(job.state())) {
     return job.method_notes().candidates_size() > 1 ? "it ended before a pilot chose" : "it ended before its pilot";
   }
-  return job.method_notes().candidates_size() > 1 ? "a pilot compares them" : "a pilot looks where its noise is";
+  return job.method_notes().candidates_size() > 1 ? "a pilot compares them" : "a pilot measures its noise";
 }
 
 std::string how_chosen(const v1::Job& job) {
@@ -206,7 +206,7 @@ std::string samples_text(const v1::Job& job) {
 
 namespace {
 
-/// What stays longest in a narrow terminal comes first.
+/// Ordered by priority in a narrow terminal.
 std::vector<Field> fields_of(const v1::Job& job) {
   const std::string error = error_text(job);
   const bool rated = job.samples_per_second() > 0 && !has_ended(job.state());
@@ -268,7 +268,7 @@ std::string progress_line(const v1::Job& job, int width, bool color) {
 bool ProgressPrinter::worth_a_line(const v1::Job& job) const {
   if (job.state() == v1::JOB_STATE_RUNNING && last_state_ == v1::JOB_STATE_QUEUED && fraction_done(job) == 0 &&
       job.eta_seconds() < 0) {
-    return false;  // it says nothing yet that "queued" did not
+    return false;  // says no more than "queued" did
   }
   if (!shown_ || job.state() != last_state_) {
     return true;

@@ -1,4 +1,4 @@
-// How a job's progress is shown: one line, redrawn in a terminal, repeated now and then without one.
+// A job's progress as text: one line, redrawn in a terminal, repeated at intervals without one.
 #pragma once
 
 #include <string>
@@ -11,37 +11,37 @@ namespace lightmill::cli {
 
 /// "queued", "running", …
 std::string state_name(v1::JobState state);
-/// "samples", "seconds", "error"; empty for none.
+/// "samples", "seconds" or "error"; empty for none.
 std::string limit_name(v1::GoalLimit limit);
 /// Done, failed or cancelled.
 bool has_ended(v1::JobState state);
-/// Of its nearest limit, in [0, 1].
+/// The fraction done of the nearest limit, in [0, 1].
 double fraction_done(const v1::Job& job);
-/// "±1.2%": the frame's relative root-mean-square error, √relMSE; empty while it is not known.
+/// "±1.2%": the frame's relative root-mean-square error, √relMSE. Empty while it is unknown.
 std::string error_text(const v1::Job& job);
-/// "relMSE 0.012/0.01": of a job that asks for an error, the upper end of what is known of it; empty without.
+/// "relMSE 0.012/0.01": the upper end of the estimate, and the goal. Empty for a job without an error goal.
 std::string error_goal_text(const v1::Job& job);
-/// Of a list of jobs: with "mixed" where the job allows mixed fingerprint classes, and with a "!" where the picture
+/// The method for a list of jobs. "mixed" is added if the job allows mixed fingerprint classes, and "!" if the picture
 /// lacks some of the scene's light.
 std::string method_text(const v1::Job& job);
-/// "path"; of a job whose method a pilot is still to pick, those that it picks from: "path or caustic".
+/// "path"; or the candidates, "path or caustic", while a pilot has not chosen.
 std::string method_name(const v1::Job& job);
-/// Behind that: " (chosen by auto)", what a pilot does before the first sample or would have done, or nothing of a
-/// method that was asked for.
+/// Text after the method's name: " (chosen by auto)", or what the pilot does or would have done. Empty for a method
+/// that the user chose.
 std::string how_chosen(const v1::Job& job);
-/// For people who wait for the picture: how its method was chosen, what of the light it lacks, and mixed_text.
+/// Lines for users who wait for the picture: how the method was chosen, the light that it misses, and mixed_text.
 std::vector<std::string> method_lines(const v1::Job& job);
-/// "12/64 spp", or "12 spp" without a sample goal: what all of the frame has.
+/// "12/64 spp", or "12 spp" without a sample goal. These are samples that every pixel has.
 std::string samples_text(const v1::Job& job);
 
-/// "3 of 412 results were rendered again by another identity, alike", or why nothing was: "unaudited: ...".
+/// "3 of 412 results were audited by another identity, with the same bits", or "unaudited: " and the reason.
 std::string verification_text(const v1::Job& job);
 
-/// 32 hexadecimal digits: under which the logs of coordinator and workers have the job; "none" of a coordinator that
-/// has none.
+/// The trace id of the job in the logs of coordinator and workers, 32 hexadecimal digits. "none" if the coordinator has
+/// none.
 std::string trace_text(const v1::Job& job);
 
-/// What a job costs that allows mixed fingerprint classes; empty of all others.
+/// The disadvantage of a job that allows mixed fingerprint classes. Empty for other jobs.
 std::string mixed_text(const v1::Job& job);
 
 /// "128", or "16 to 128".
@@ -49,12 +49,12 @@ std::string range_text(std::uint64_t least, std::uint64_t most);
 /// "1 sample", "128 samples", "16 to 128 samples".
 std::string samples_per_pixel(std::uint64_t least, std::uint64_t most);
 
-/// Per cent, ETA, samples, error and rate, as many as fit into `width` columns (the first ones stay longest).
+/// Per cent, ETA, samples, error and rate, as many as fit into `width` columns. The last ones are dropped first.
 std::string progress_text(const v1::Job& job, int width);
-/// The same behind a bar, where there is room for one.
+/// The same after a bar, if there is room for one.
 std::string progress_line(const v1::Job& job, int width, bool color);
 
-/// Shows a job as it changes.
+/// Prints a job's progress as it changes.
 class ProgressPrinter {
  public:
   ProgressPrinter(const Console& console, const Clock& clock) : console_(console), clock_(clock) {}

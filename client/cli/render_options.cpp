@@ -68,7 +68,7 @@ Result<MethodSpec> checked_method(const RenderSettings& settings) {
     return with_context(method.status(), "--method");
   }
   if (settings.max_bounces > 0 && !method_bounces(method->name)) {
-    return invalid_argument("--max-bounces is about light paths, and {} follows none", method->name);
+    return invalid_argument("--max-bounces has no effect with {}, which traces no light paths", method->name);
   }
   const Status status = check_max_bounces(method->name, settings.max_bounces);
   return status.ok() ? std::move(method) : Result<MethodSpec>(with_context(status, "--max-bounces"));
@@ -89,7 +89,7 @@ Result<std::vector<LayerSpec>> make_layers(std::string_view text, std::string_vi
   return layers;
 }
 
-/// An option whose text `parse` reads.
+/// An option with a text that `parse` reads.
 template <class T>
 CLI::Option* add_parsed(CLI::App& command, const std::string& flags, T& value, Result<T> (*parse)(std::string_view),
                         const std::string& about) {
@@ -105,22 +105,20 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   JobSpec& spec = options.spec;
   RenderSettings& settings = spec.settings;
   add_scene_options(command, options.scene);
-  command
-      .add_option("--spp", spec.goal.samples,
-                  "stop at so many samples per pixel (default 64 if no other limit is given)")
+  command.add_option("--spp", spec.goal.samples, "stop at N samples per pixel (default 64 if no other limit is given)")
       ->type_name("N")
       ->check(whole_number(1, kMaxSamples));
   add_parsed(command, "--seconds", spec.goal.seconds, parse_seconds,
-             "stop after so much rendering (90, 1.5m, 2h), with a sample everywhere")
+             "stop after this rendering time (90, 1.5m, 2h); each pixel gets at least one sample")
       ->type_name("T");
   add_parsed(command, "--error", spec.goal.error, parse_error,
-             "stop when the picture's error (relMSE) is at most E with 95 % confidence: 0.01 is a little grainy, "
+             "stop when the picture's error (relMSE) is at most E with 95 % confidence: 0.01 is slightly noisy, "
              "0.001 smooth; with several limits the first one ends the job")
       ->type_name("E");
   command.add_flag(
       "--adaptive", spec.goal.adaptive,
-      "noisy parts of the picture get up to 4 times as many samples, quiet ones down to a quarter, as many "
-      "on average: a pilot finds out where they are needed");
+      "adaptive sampling: noisy tiles get up to 4 times as many samples, smooth tiles as few as a quarter; the "
+      "average stays the same; a pilot measures the noise first");
   command.add_option("--size", options.size, "picture size in pixels, instead of the scene's")
       ->type_name("WxH")
       ->check(readable(parse_size));
@@ -129,43 +127,43 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       ->check(readable(parse_crop));
   command
       .add_option("--method", settings.method,
-                  fmt::format("how light is followed: {} (`lightmill help methods`)", method_list()))
+                  fmt::format("rendering method: {} (`lightmill help methods`)", method_list()))
       ->type_name("M[:PARAMETER,...]")
       ->capture_default_str();
   command.add_flag("--brute-force", options.brute_force,
-                   "try every triangle for every ray, to see what the hierarchy saves");
+                   "test every triangle for every ray, to measure what the BVH saves");
   command
       .add_option("--layers", options.layers,
-                  "further layers for the EXR: direct, indirect, caustic, bias, albedo, normal, depth, id, and "
-                  "light:NAME for a light group; caustic has all, auto, path and vcm all but caustic, ppm bias and "
-                  "those after it, other methods albedo, normal, depth and id")
+                  "more layers in the EXR: direct, indirect, caustic, bias, albedo, normal, depth, id, and "
+                  "light:NAME for a light group; caustic has all; auto, path and vcm have all but caustic; ppm has "
+                  "bias and those after it; other methods have albedo, normal, depth and id")
       ->type_name("A,B,...");
   command
       .add_option(
           "--max-bounces", settings.max_bounces,
-          "path, caustic, vcm, ppm, photon-dots, whitted: longest light path (default 1000; of whitted 128, its most; "
-          "nearly all end long before, but in dense white fog)")
+          "longest light path of path, caustic, vcm, ppm, photon-dots and whitted (default 1000; whitted: 128, its "
+          "maximum); only dense white fog reaches it")
       ->type_name("N")
       ->check(whole_number(1, kMostBounces));
   command.add_option("--seed", settings.seed, "the same seed gives the same picture, bit for bit")
       ->type_name("S")
       ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
       ->capture_default_str();
-  command.add_option("--priority", spec.priority, "jobs with a higher one go first")
+  command.add_option("--priority", spec.priority, "jobs with a higher priority go first")
       ->type_name("P")
       ->check(signed_whole_number(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()))
       ->capture_default_str();
   add_parsed(command, "--verify", spec.verify_share, parse_share,
-             "have another identity (certificate or token) render this share of the results again, to find those that "
-             "compute wrongly: 1%, 0.1%, all, none")
+             "audit this share of the results: another identity (certificate or token) renders them again, to find "
+             "workers that compute wrongly: 1%, 0.1%, all, none")
       ->type_name("SHARE")
       ->default_str("1%");
   command.add_flag(
       "--allow-mixed", spec.allow_mixed,
-      "let workers of every fingerprint class render it together, not of one alone: where they round differently, "
-      "nobody gets the same bits again, so the picture cannot be verified, and results only within a class");
-  command.add_option("--name", spec.name, "what to call the job (default: the scene's name)")->type_name("NAME");
-  command.add_option("--owner", spec.owner, "who asks (default: you)")->type_name("NAME");
+      "let workers of every fingerprint class render it together; if they round differently, its bits cannot be "
+      "reproduced, so the picture cannot be verified, and results are audited only within a class");
+  command.add_option("--name", spec.name, "name of the job (default: the scene's name)")->type_name("NAME");
+  command.add_option("--owner", spec.owner, "owner of the job (default: you)")->type_name("NAME");
 }
 
 Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
@@ -190,7 +188,7 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
   LM_ASSIGN_OR_RETURN(settings.crop, checked_crop(options.crop, film.width, film.height));
   settings.scene = pack_scene(job.scene.scene);
   for (const auto& [digest, bytes] : job.scene.assets) {
-    settings.assets.push_back(digest);  // a map: sorted, each once
+    settings.assets.push_back(digest);  // from a map: sorted, without duplicates
   }
   settings.width = film.width;
   settings.height = film.height;
@@ -199,7 +197,7 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
   }
   settings.meters = method_reads_meters(spec.name) ? static_cast<std::uint32_t>(job.scene.scene.meters.size()) : 0;
   if (const std::size_t meters = job.scene.scene.meters.size(); meters > settings.meters) {
-    job.scene.notices.push_back(fmt::format("left out: the scene's {}, which {} does not read (path does)",
+    job.scene.notices.push_back(fmt::format("left out: the scene's {}, which method {} does not support (path does)",
                                             meters == 1 ? "meter" : fmt::format("{} meters", meters), spec.name));
   }
   const bool scatters = spec.name == "path" || spec.name == kAutoMethod;

@@ -1,4 +1,4 @@
-// What `render` and `submit` are told, and the job that it makes.
+// Options of `render` and `submit`, and the job made of them.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -17,9 +17,9 @@ struct RenderOptions {
   RenderOptions() { spec.settings.method = "auto"; }
 
   SceneOptions scene;
-  std::string size, crop, layers;  ///< as typed: make_job reads them beside the scene
+  std::string size, crop, layers;  ///< as typed; make_job reads them together with the scene
   bool brute_force = false;
-  JobSpec spec;  ///< what the other options say
+  JobSpec spec;  ///< values of the other options
 };
 
 /// Used when none of --spp, --seconds and --error is given.
@@ -27,13 +27,13 @@ inline constexpr std::uint64_t kDefaultSamples = 64;
 
 void add_render_options(CLI::App& command, RenderOptions& options);
 
-/// A job ready to submit, with the assets that its scene names.
+/// A job ready to submit, with the assets of its scene.
 struct PreparedJob {
   JobSpec spec;
   LoadedScene scene;
 };
 
-/// Loads the scene and checks every option against it; errors name the option or the place in the file.
+/// Loads the scene and checks every option against it. Errors name the option or the place in the file.
 Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals);
 
 }  // namespace lightmill::cli

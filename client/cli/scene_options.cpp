@@ -26,17 +26,17 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command
       .add_option("SCENE", options.scenes,
                   "a scene document (scenes/cornell-bench-blocks.json), one or several Wavefront OBJ files, a glTF "
-                  "file (.gltf, .glb), or a .blend file where Blender is installed")
+                  "file (.gltf, .glb), or a .blend file if Blender is installed")
       ->type_name("FILE")
       ->required();
   command
       .add_option("--camera", options.camera,
-                  "a JSON file with a camera, or the name of one of the scene's, instead of its first")
+                  "a JSON file with a camera, or the name of a camera of the scene (default: its first)")
       ->type_name("FILE|NAME");
   command
       .add_option("--mtl", options.mtl,
-                  "what Ka means in the MTL files of OBJ files: emission (course) or ambient light, which is left out "
-                  "(standard); if not given, it emits where only some materials have it and none has Ke")
+                  "meaning of Ka in MTL files: emission (course), or ambient light, which is ignored (standard); by "
+                  "default it is emission if some materials lack it and none has Ke")
       ->type_name("course|standard");
   command.add_flag(
       kUnsandboxedImages, options.unsandboxed_images,
@@ -56,17 +56,16 @@ Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
   const std::vector<std::filesystem::path> paths(options.scenes.begin(), options.scenes.end());
   for (const std::filesystem::path& path : paths) {
     if (lower_ending(path) == ".exr" || lower_ending(path) == ".png") {
-      return invalid_argument("{} is a picture and no scene: each picture to be written needs its own -o",
-                              path.string());
+      return invalid_argument("{} is a picture and no scene: give each output picture its own -o", path.string());
     }
     if (!options.mtl.empty() && lower_ending(path) != ".obj") {
-      return invalid_argument("--mtl is about OBJ files and their materials, and {} is none", path.string());
+      return invalid_argument("--mtl applies only to OBJ files, and {} is none", path.string());
     }
   }
   const auto is_blend = [](const std::filesystem::path& path) { return lower_ending(path) == ".blend"; };
   const bool blend = std::ranges::any_of(paths, is_blend);
   if (blend && paths.size() > 1) {
-    return invalid_argument("a .blend file is a scene of its own, got {} files", paths.size());
+    return invalid_argument("a .blend file cannot be combined with other files, got {} files", paths.size());
   }
   Result<LoadedScene> loaded = load_within_memory(paths, blend, load_options, signals);
   if (!loaded.ok()) {

@@ -1,4 +1,4 @@
-// Which scene a command is about.
+// Options that select a command's scene.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -11,7 +11,7 @@
 
 namespace lightmill::cli {
 
-/// As typed.
+/// The options as typed.
 struct SceneOptions {
   std::vector<std::string> scenes;
   std::string camera;
@@ -21,7 +21,7 @@ struct SceneOptions {
 
 void add_scene_options(CLI::App& command, SceneOptions& options);
 
-/// Loads the scene, of Blender too; errors are the user's to mend. Cancelled when interrupted.
+/// Loads the scene, also from Blender. Errors are in the user's files or options. CANCELLED when interrupted.
 Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals);
 
 }  // namespace lightmill::cli

@@ -9,12 +9,12 @@
 namespace lightmill::cli {
 namespace {
 
-/// The second screen, no cursor, no line goes on in the next one: DEC's private modes 1049, 25 and 7, as xterm and its
-/// kin have them.
+/// Alternate screen on, cursor off, line wrapping off: DEC private modes 1049, 25 and 7 of xterm and compatible
+/// terminals.
 constexpr std::string_view kEnter = "\x1b[?1049h\x1b[?25l\x1b[?7l";
 constexpr std::string_view kLeave = "\x1b[?7h\x1b[?25h\x1b[?1049l";
 
-/// Not by stdio, whose lock another thread may hold.
+/// Not with stdio, because another thread may hold its lock.
 void put(std::string_view text) {
   while (!text.empty()) {
     const ssize_t written = ::write(STDOUT_FILENO, text.data(), text.size());
@@ -63,8 +63,8 @@ Screen::Size Screen::size() {
 }
 
 void Screen::show(const std::vector<std::string>& lines) {
-  // Each line is cleared before its text: after a line of full width the cursor stands on its last character, which
-  // clearing to the right would take away.
+  // Each line is cleared before its text. After a full line the cursor stands on the last character, and clearing to
+  // the right would delete it.
   std::string text = "\x1b[H";
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const bool last = i + 1 == lines.size();

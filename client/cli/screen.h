@@ -1,4 +1,4 @@
-// A terminal's second screen, and its keys as they are pressed.
+// The terminal's alternate screen, and single key presses.
 #pragma once
 
 #include <termios.h>
@@ -11,9 +11,9 @@
 
 namespace lightmill::cli {
 
-/// While it lives, standard output's terminal shows its second screen, without a cursor and without breaking lines, and
-/// what is typed is not shown. Ends with the terminal as it was, also where a second Ctrl-C ends the process. Ctrl-Z
-/// and Ctrl-\ do nothing meanwhile: they would leave the terminal as it is.
+/// During its lifetime standard output's terminal shows its alternate screen, without cursor and line wrapping, and
+/// does not echo. The end restores the terminal, also when a second Ctrl-C ends the process. Ctrl-Z and Ctrl-\ are
+/// ignored, because they would leave the terminal unrestored.
 class Screen {
  public:
   struct Size {
@@ -26,11 +26,11 @@ class Screen {
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
 
-  /// As it is now.
+  /// The current size.
   static Size size();
-  /// In place of what it shows; no more and no wider than its size.
+  /// Replaces the screen's content. `lines` must fit its size.
   static void show(const std::vector<std::string>& lines);
-  /// Waits, at most so long, for a key or a signal; whether it asks to leave: q, Ctrl-C.
+  /// Waits for a key or a signal, at most `patience`. Returns whether it asks to leave: q or Ctrl-C.
   bool asked_to_leave(Duration patience) const;
 
  private:

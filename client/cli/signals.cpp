@@ -6,7 +6,7 @@
 namespace lightmill::cli {
 namespace {
 
-constexpr int kStopSignal = SIGUSR2;  // sent to the watching thread alone, to end it
+constexpr int kStopSignal = SIGUSR2;  // sent only to the watching thread, to end it
 constexpr int kInterruptedExit = 130;
 
 bool ignored(int signal) {
@@ -27,7 +27,7 @@ Signals::Signals() {
   sigaddset(&watched_, SIGCHLD);
   sigaddset(&watched_, kStopSignal);
   pthread_sigmask(SIG_BLOCK, &watched_, nullptr);
-  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is an error of the write
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a write error instead
   thread_ = std::thread([this] { watch(); });
 }
 

@@ -1,8 +1,8 @@
-// Signals as values: Ctrl-C, SIGTERM, SIGHUP and the death of a child, waited for by a thread of their own.
+// Signals as values: Ctrl-C, SIGTERM, SIGHUP and the death of a child. A thread of its own waits for them.
 //
-// Construct one first thing in main, before other threads start: it blocks these signals in the thread that makes it,
-// and threads started later inherit that. Signals that the process was told to ignore (nohup) stay ignored. A second
-// Ctrl-C ends the process at once.
+// Construct one at the start of main, before other threads. It blocks these signals in its thread, and later threads
+// inherit this. Signals that the process was told to ignore (nohup) stay ignored. A second Ctrl-C ends the process at
+// once.
 #pragma once
 
 #include <csignal>
@@ -22,16 +22,16 @@ class Signals {
   Signals(const Signals&) = delete;
   Signals& operator=(const Signals&) = delete;
 
-  /// Whether the user, or the system, has asked the process to end.
+  /// Whether the user or the system asked the process to end.
   bool interrupted() const;
-  /// Whether it was the user, by Ctrl-C.
+  /// Whether the user did, by Ctrl-C.
   bool interrupted_by_user() const;
-  /// Sleeps, but not past an interruption or a child's death.
+  /// Sleeps until an interruption or a child's death at the latest.
   void sleep(Duration duration);
-  /// Called from the watching thread at each interruption and each child's death; empty: nothing is called. When this
-  /// returns, no call of the old one is running.
+  /// Sets what the watching thread calls at each interruption and each child's death. An empty callback is allowed.
+  /// When this returns, no call of the old one is running.
   void on_event(std::function<void()> callback);
-  /// Called from the watching thread before a second Ctrl-C ends the process; empty: nothing is called.
+  /// Sets what the watching thread calls before a second Ctrl-C ends the process. An empty callback is allowed.
   void before_exit(std::function<void()> callback);
 
  private:

@@ -6,7 +6,7 @@
 namespace lightmill::cli {
 namespace {
 
-constexpr std::uint64_t kWorthShowing = std::uint64_t{1} << 20;  // bytes; less is there at once
+constexpr std::uint64_t kWorthShowing = std::uint64_t{1} << 20;  // bytes; smaller uploads end at once
 
 Status upload_missing(FarmConnection& connection, const PreparedJob& job, const Console& console) {
   LM_ASSIGN_OR_RETURN(const std::vector<Sha256> missing, connection.find_missing_assets(job.spec.settings.assets));
@@ -14,7 +14,7 @@ Status upload_missing(FarmConnection& connection, const PreparedJob& job, const 
   for (const Sha256& digest : missing) {
     const auto asset = job.scene.assets.find(digest);
     if (asset == job.scene.assets.end()) {
-      return internal_error("the farm asks for an asset that the scene does not have: {}", digest.hex());
+      return internal_error("the farm requested an asset that the scene does not have: {}", digest.hex());
     }
     total += asset->second.size();
   }

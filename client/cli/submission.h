@@ -1,4 +1,4 @@
-// Handing a prepared job to a farm: the assets it lacks, then the job.
+// Submission of a prepared job: first the missing assets, then the job.
 #pragma once
 
 #include "client/cli/console.h"
@@ -7,7 +7,7 @@
 
 namespace lightmill::cli {
 
-/// Uploads what is missing, saying how far it is, and submits. The job is stored when this returns.
+/// Uploads what is missing with progress, and submits. The job is stored when this returns.
 Result<v1::Job> submit_job(FarmConnection& connection, const PreparedJob& job, const Console& console);
 
 }  // namespace lightmill::cli

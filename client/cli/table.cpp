@@ -13,12 +13,12 @@ namespace lightmill::cli {
 namespace {
 
 constexpr int kGap = 2;
-/// Further lines of a row begin here.
+/// Indentation of a row's further lines.
 constexpr int kIndent = 4;
-/// A column is wrapped to fewer columns of the terminal only where each row takes several lines.
+/// A column becomes narrower than this only if each row already takes several lines.
 constexpr int kLeastWrapped = 24;
 
-/// Columns of a table side by side, each so wide.
+/// Columns side by side, with their widths.
 struct Block {
   int indent = 0;
   std::vector<std::pair<std::size_t, int>> columns;
@@ -30,7 +30,7 @@ void escape(Rows& rows) {
   }
 }
 
-/// Of each column's widest cell.
+/// The width of each column's widest cell.
 std::vector<int> widths_of(const Rows& rows) {
   std::vector<int> widths;
   for (const auto& row : rows) {
@@ -42,7 +42,7 @@ std::vector<int> widths_of(const Rows& rows) {
   return widths;
 }
 
-/// How a row is laid out: one block, or several below each other.
+/// The layout of a row: one block, or several below each other.
 std::vector<Block> layout(std::vector<int> widths, int width) {
   int all = -kGap;
   for (const int each : widths) {

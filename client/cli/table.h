@@ -12,22 +12,22 @@ namespace lightmill::cli {
 
 using Rows = std::vector<std::vector<std::string>>;
 
-/// How a column's cells are coloured in a terminal.
+/// The colours of a column's cells in a terminal.
 struct Coloring {
   std::size_t column = 0;
-  /// Of a cell's text: an SGR code of the terminal, as 31 (red); 0: none.
+  /// Maps a cell's text to an SGR code, e.g. 31 (red). 0: none.
   std::function<int(std::string_view)> code = [](std::string_view) { return 0; };
 };
 
-/// Rows under a header, columns padded to their widest cell. Cells are UTF-8; control characters in them are escaped.
-/// Where `width` columns (0: no limit) are too few, the widest column is wrapped; if that is not enough, each row takes
-/// several lines. Nothing is left out.
+/// Rows under a header, with columns padded to their widest cell. Cells are UTF-8. Control characters in them are
+/// escaped. If `width` columns (0: no limit) are too few, the widest column is wrapped. If that is not enough, each row
+/// takes several lines. No text is left out.
 std::vector<std::string> format_table(Rows rows, int width, const Coloring& coloring = {});
 
 /// A line for each row, cut at `width` columns (0: no limit).
 std::vector<std::string> format_table_in_lines(Rows rows, int width);
 
-/// Prints rows as human output. In a terminal they are fitted to it, and coloured unless NO_COLOR is set.
+/// Prints rows for people. In a terminal they are fitted to it, and coloured unless NO_COLOR is set.
 void print_table(const Console& console, const Rows& rows, const Coloring& coloring = {});
 
 }  // namespace lightmill::cli

@@ -120,7 +120,7 @@ Status TevViewer::serve() {
   }
   const Moment lasts = OutgoingConnection::now() + pauses_.lasting;
   for (;;) {
-    const Phase phase = this->phase();  // before the packet: whoever finishes has updated everything
+    const Phase phase = this->phase();  // before the packet: finish() comes after all updates
     if (connection_.all_taken()) {
       connection_.give(next_packet());
     }
@@ -137,22 +137,21 @@ Status TevViewer::serve() {
 void TevViewer::tell_found() {
   if (std::exchange(told_missing_, false)) {
     const HostPort& address = connection_.address();
-    console_.notice(fmt::format("the picture goes to the viewer at {}:{}", address.host, address.port));
+    console_.notice(fmt::format("showing the picture in the viewer at {}:{}", address.host, address.port));
   }
 }
 
 void TevViewer::tell_missing(const Status& why) {
   if (!std::exchange(told_missing_, true)) {
     const HostPort& address = connection_.address();
-    console_.notice(fmt::format("no viewer at {}:{} ({}): start tev or HDRView there; it is tried again", address.host,
+    console_.notice(fmt::format("no viewer at {}:{} ({}): start tev or HDRView there. Retrying", address.host,
                                 address.port, message_of(why)));
   }
 }
 
 void TevViewer::tell_incomplete(const Status& why) {
   const HostPort& address = connection_.address();
-  console_.notice(
-      fmt::format("not all of the picture is shown at {}:{} ({})", address.host, address.port, message_of(why)));
+  console_.notice(fmt::format("the picture at {}:{} is incomplete ({})", address.host, address.port, message_of(why)));
 }
 
 }  // namespace lightmill::cli

@@ -1,4 +1,4 @@
-// Another program's window that shows a job's picture as it gets better: tev or HDRView, over a connection.
+// Live view of a job's picture in the window of tev or HDRView, over a connection.
 #pragma once
 
 #include <optional>
@@ -14,35 +14,35 @@
 namespace lightmill::cli {
 
 struct TevPauses {
-  Duration retry = std::chrono::seconds(1);     ///< before it is tried again
-  Duration lasting = std::chrono::seconds(3);   ///< a connection that holds for so long has a viewer at its end
-  Duration patience = std::chrono::seconds(5);  ///< a viewer that does not answer, or takes nothing, is as good as gone
+  Duration retry = std::chrono::seconds(1);     ///< before the next try
+  Duration lasting = std::chrono::seconds(3);   ///< a connection that lasts this long has a viewer
+  Duration patience = std::chrono::seconds(5);  ///< time limit for a viewer that does not answer, or accepts no bytes
 };
 
-/// Sends changed tiles from a thread of its own: a slow viewer gets the newest of each, and keeps nobody waiting. Where
-/// nobody listens, or the viewer goes away, the console is told once, and it is tried again; whoever comes back gets
-/// all of the picture.
+/// Sends changed tiles from a thread of its own. A slow viewer gets the newest version of each tile, and delays no
+/// caller. If no viewer listens, or it goes away, the console says so once and the thread retries. A viewer that comes
+/// back gets the whole picture.
 class TevViewer {
  public:
   TevViewer(HostPort address, std::uint64_t job, const Console& console, const TevPauses& pauses = {});
-  /// Ends at once, whatever the viewer lacks.
+  /// Ends at once, even if the viewer lacks tiles.
   ~TevViewer();
   TevViewer(const TevViewer&) = delete;
   TevViewer& operator=(const TevViewer&) = delete;
 
   /// Takes the tiles of a message.
   void update(const v1::WatchJobResponse& response);
-  /// Returns once the viewer has been sent everything (true), or is not there, takes nothing any more or stop() was
-  /// called (false). No update may follow.
+  /// Returns true once the viewer was sent everything. Returns false if there is no viewer, it accepts no bytes, or
+  /// stop() was called. No update may follow.
   bool finish();
-  /// Nothing more is sent: finish() returns at once. From any thread.
+  /// Stops sending. finish() returns at once. May be called from any thread.
   void stop();
 
  private:
   enum class Phase { showing, finishing, stopped };
 
   void run();
-  /// Sends until all is done (OK, also when stopped) or the viewer is gone, and why.
+  /// Sends until all is sent or stop() was called (OK), or the viewer is gone (an error with the reason).
   Status serve();
   std::string next_packet();
   void go_on_to(Phase phase);
@@ -54,13 +54,13 @@ class TevViewer {
   const std::uint64_t job_;
   const Console& console_;
   const TevPauses pauses_;
-  OutgoingConnection connection_;  ///< the thread's; it is woken when what follows has changed
-  bool told_missing_ = false;      ///< the thread's: the last that the console heard
-  bool sent_all_ = false;          ///< the thread's
+  OutgoingConnection connection_;  ///< used by the thread; woken when the members below change
+  bool told_missing_ = false;      ///< used by the thread: the last state that the console was told
+  bool sent_all_ = false;          ///< used by the thread
   Mutex mutex_;
-  std::optional<TevPicture> picture_ LM_GUARDED_BY(mutex_);  ///< once its size is known
+  std::optional<TevPicture> picture_ LM_GUARDED_BY(mutex_);  ///< empty until its size is known
   Phase phase_ LM_GUARDED_BY(mutex_) = Phase::showing;
-  std::thread thread_;  ///< the last: it uses the others
+  std::thread thread_;  ///< last, because it uses the other members
 };
 
 }  // namespace lightmill::cli

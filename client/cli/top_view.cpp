@@ -12,12 +12,12 @@
 namespace lightmill::cli {
 namespace {
 
-/// Where a job stands in the list.
+/// The place of a state in the list.
 int rank_of(v1::JobState state) {
   return state == v1::JOB_STATE_RUNNING ? 0 : state == v1::JOB_STATE_QUEUED ? 1 : 2;
 }
 
-/// "3 working, 1 idle", in the order in which the kinds come.
+/// "3 working, 1 idle", in order of first appearance.
 std::string counts_text(const std::vector<std::string>& kinds) {
   std::vector<std::pair<std::string, std::size_t>> counts;
   for (const std::string& kind : kinds) {
@@ -59,12 +59,12 @@ Rows worker_rows(const std::vector<v1::Worker>& workers) {
   return rows;
 }
 
-/// No wider than that; 0: as it is.
+/// Cuts a line to `columns`; 0: no limit.
 std::string fitted(const std::string& line, int columns) {
   return columns > 0 ? cut_to_columns(line, columns) : line;
 }
 
-/// The table in so many lines (its header among them), the last of which says how many rows are left out.
+/// Adds the table in at most `most` lines with its header. The last line says how many rows are left out.
 void add_table(Rows rows, int columns, std::size_t most, std::vector<std::string>& lines) {
   const std::size_t left_out = rows.size() > most ? rows.size() - most + 1 : 0;
   rows.resize(rows.size() - left_out);
@@ -91,7 +91,7 @@ std::string activity(const v1::Worker& worker) {
 std::vector<std::string> top_lines(const FarmLook& look, int columns, int rows) {
   std::vector<v1::Job> jobs = look.jobs;
   std::erase_if(jobs, [](const v1::Job& job) { return has_ended(job.state()); });
-  // Of those in one state, first what is worked on, then what comes next.
+  // Within a state: jobs in work first, then those that come next.
   std::ranges::sort(jobs, {}, [](const v1::Job& job) {
     return std::tuple(rank_of(job.state()), job.samples_per_second() <= 0, -job.priority(), job.id());
   });
@@ -119,7 +119,7 @@ std::vector<std::string> top_lines(const FarmLook& look, int columns, int rows) 
       fmt::format("jobs     {}", counts_text(job_kinds)),
   };
   if (!look.trouble.empty()) {
-    lines.insert(lines.begin(), "as it was; now: " + printable(look.trouble));
+    lines.insert(lines.begin(), "out of date: " + printable(look.trouble));
   }
   for (const std::string& notice : look.notices) {
     lines.push_back("note     " + printable(notice));
@@ -128,8 +128,8 @@ std::vector<std::string> top_lines(const FarmLook& look, int columns, int rows) 
     line = fitted(line, columns);
   }
 
-  // Each table gets what the other one leaves of the rows, and half of them at least.
-  constexpr std::size_t kLeast = 2;  // a header, and a row or how many there are
+  // Each table gets the rows that the other leaves, and at least half.
+  constexpr std::size_t kLeast = 2;  // a header, and one row or the number of rows
   std::size_t most_jobs = jobs.size() + 1, most_workers = workers.size() + 1;
   if (rows > 0) {
     const std::size_t blank = 2;

@@ -1,4 +1,4 @@
-// What `lightmill top` shows: pure.
+// The screen of `lightmill top`. Pure.
 #pragma once
 
 #include <string>
@@ -11,18 +11,18 @@ namespace lightmill::cli {
 /// A farm at one moment.
 struct FarmLook {
   std::string server;         ///< HOST:PORT
-  std::vector<v1::Job> jobs;  ///< ended ones are not shown
+  std::vector<v1::Job> jobs;  ///< the view leaves out ended jobs
   std::vector<v1::Worker> workers;
   std::uint32_t wanted = 0;          ///< how many workers the farm could use
-  std::vector<std::string> notices;  ///< what everybody should know of it
-  std::string trouble;               ///< why this is what it was, not what it is; empty: it is
+  std::vector<std::string> notices;  ///< facts about the farm that every user should know
+  std::string trouble;               ///< why this state is old; empty: it is current
 };
 
-/// What a worker does: "working", "idle", "draining", "quarantine", "quarantine, away".
+/// A worker's activity: "working", "idle", "draining", "quarantine", "quarantine, away".
 std::string activity(const v1::Worker& worker);
 
-/// What trouble there is, the farm's sums, its jobs that have not ended (those at work first, each kind by number), its
-/// workers (the fastest first). `columns`, `rows`: no wider and no more than that; 0: as it comes.
+/// The lines: trouble, the farm's totals, its jobs that have not ended (active ones first, each state by number), its
+/// workers (the fastest first). They fit `columns` and `rows`; 0: no limit.
 std::vector<std::string> top_lines(const FarmLook& look, int columns, int rows);
 
 }  // namespace lightmill::cli

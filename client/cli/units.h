@@ -1,4 +1,4 @@
-// Numbers for people: times, counts and rates in units that fit, and the sizes that people type.
+// Numbers for people: times, counts and rates with fitting units, and the parsers of typed values.
 #pragma once
 
 #include <cstdint>
@@ -40,15 +40,14 @@ Result<std::pair<int, int>> parse_size(std::string_view text);
 /// "X,Y,W,H" in pixels of the full film.
 Result<PixelRect> parse_crop(std::string_view text);
 
-/// The whole of `text` as a whole number in decimal digits from `least` to `most`; INVALID_ARGUMENT says what it must
-/// be.
+/// `text` as a whole number in decimal digits from `least` to `most`. INVALID_ARGUMENT says what is allowed.
 Result<std::int64_t> parse_whole(std::string_view text, std::int64_t least, std::int64_t most);
 Result<std::uint64_t> parse_whole(std::string_view text, std::uint64_t least, std::uint64_t most);
 
 /// A finite number from `least` to `most`.
 Result<double> parse_real(std::string_view text, double least, double most);
 
-/// A relMSE to be reached: positive.
+/// A relMSE as a goal: positive.
 Result<double> parse_error(std::string_view text);
 
 /// A share: "1%", "0.5%", "all" (1), "none" (0).

@@ -8,7 +8,7 @@
 namespace lightmill::lab {
 namespace {
 
-constexpr double kFloor = 0.1;  // keeps the dark's noise in bounds, as the 0.01 of relMSE does
+constexpr double kFloor = 0.1;  // limits the noise of dark pixels, as 0.01 does in relMSE
 constexpr double kFull = 0.25;
 
 }  // namespace

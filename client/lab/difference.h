@@ -1,4 +1,4 @@
-// Where a picture is brighter or darker than its reference, to look at.
+// Pictures of the difference from a reference.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace lightmill::lab {
 
-/// A PNG: red where the picture is too bright and blue where too dark, by (x − r)/(|r| + 0.1) of the channels' mean;
-/// full at a quarter, black where equal. The pictures have one size.
+/// A PNG that is red where the picture is too bright, and blue where it is too dark. The value is (x − r)/(|r| + 0.1)
+/// of the channels' mean. It is full at a quarter, and black where equal. The pictures have one size.
 Result<std::string> difference_png(const RgbImage& picture, const RgbImage& reference);
 
-/// The picture as a PNG, as it is.
+/// The picture itself as a PNG.
 Result<std::string> picture_png(const RgbImage& picture);
 
 }  // namespace lightmill::lab

@@ -47,12 +47,12 @@ Result<double> positive(const json& value, const std::string& place) {
 
 Result<std::string> text_of(const json& value, const std::string& place) {
   if (!value.is_string() || value.get<std::string>().empty()) {
-    return invalid_argument("{}: must be a text, got {}", place, printable(value.dump()));
+    return invalid_argument("{}: must be a string, got {}", place, printable(value.dump()));
   }
   return value.get<std::string>();
 }
 
-/// The items of an array that is not empty, each read by `read(item, place)`.
+/// The items of a non-empty array, each read by `read(item, place)`.
 template <class T, class Read>
 Result<std::vector<T>> list_of(const json& value, const std::string& place, const Read& read) {
   if (!value.is_array() || value.empty() || value.size() > kMostItems) {
@@ -120,7 +120,7 @@ Result<LabScene> read_scene(const json& value, const std::string& place, const f
     }
     if (value.contains("camera")) {
       LM_ASSIGN_OR_RETURN(scene.camera, text_of(value["camera"], place + ".camera"));
-      // A camera's file stands beside the experiment, as the scene does; otherwise it is a name within the scene.
+      // A camera file is relative to the experiment, as the scene is. Otherwise this is a name in the scene.
       std::error_code error;
       if (fs::exists(folder / scene.camera, error)) {
         scene.camera = (folder / scene.camera).lexically_normal().string();
@@ -134,7 +134,7 @@ Result<LabScene> read_scene(const json& value, const std::string& place, const f
     scene.name = as_name(fs::path(scene.files.front()).stem().string());
   }
   if (!reference) {
-    return invalid_argument("{}: there is no reference for it, neither its own nor a common one", place);
+    return invalid_argument("{}: has no reference: give it one, or give the experiment one", place);
   }
   scene.reference = *reference;
   return scene;
@@ -154,7 +154,8 @@ Result<std::vector<std::uint64_t>> read_seeds(const json& value) {
 
 Status read_levels(const json& document, Experiment& experiment) {
   if (document.contains("samples") == document.contains("errors")) {
-    return invalid_argument("an experiment has \"samples\" or \"errors\": the numbers at which pictures are compared");
+    return invalid_argument(
+        "an experiment needs either \"samples\" or \"errors\": the levels at which pictures are compared");
   }
   if (document.contains("samples")) {
     LM_ASSIGN_OR_RETURN(experiment.samples, list_of<std::uint64_t>(document["samples"], "samples",
@@ -162,16 +163,16 @@ Status read_levels(const json& document, Experiment& experiment) {
                                                                      return whole(item, place, 1, kMostSamples);
                                                                    }));
     if (std::ranges::adjacent_find(experiment.samples, std::greater_equal<>()) != experiment.samples.end()) {
-      return invalid_argument("samples: each must be more than the one before");
+      return invalid_argument("samples: must ascend");
     }
     if (document.contains("max_samples")) {
-      return invalid_argument("max_samples: is about errors, and this experiment has samples");
+      return invalid_argument("max_samples: applies only to errors, and this experiment has samples");
     }
     return ok_status();
   }
   LM_ASSIGN_OR_RETURN(experiment.errors, list_of<double>(document["errors"], "errors", positive));
   if (std::ranges::adjacent_find(experiment.errors, std::less_equal<>()) != experiment.errors.end()) {
-    return invalid_argument("errors: each must be less than the one before");
+    return invalid_argument("errors: must descend");
   }
   experiment.max_samples = kDefaultMaxSamples;
   if (document.contains("max_samples")) {
@@ -184,20 +185,20 @@ template <class T, class Of>
 Status check_each_once(const std::vector<T>& items, const char* what, const Of& of) {
   for (auto at = items.begin(); at != items.end(); ++at) {
     if (std::any_of(items.begin(), at, [&](const T& before) { return of(before) == of(*at); })) {
-      return invalid_argument("{}: {} is there twice", what, of(*at));
+      return invalid_argument("{}: {} is given twice", what, of(*at));
     }
   }
   return ok_status();
 }
 
-/// A reference that shares its samples with what it judges would hide their error. Of one seed, other methods share
-/// those of the camera.
+/// A reference that shares its samples with what it measures would hide their error. Other methods of the same seed
+/// share the camera's samples.
 Status check_references(const Experiment& experiment) {
   for (const LabScene& scene : experiment.scenes) {
     const Reference& reference = scene.reference;
     if (reference.file.empty() && !experiment.methods.empty() &&
         std::ranges::find(experiment.seeds, reference.seed) != experiment.seeds.end()) {
-      return invalid_argument("reference: seed {} is one of those that are to be judged; give it another",
+      return invalid_argument("reference: seed {} is also a seed of the experiment: give the reference another",
                               reference.seed);
     }
   }
@@ -242,7 +243,7 @@ Result<Experiment> parse_experiment(std::string_view text, const fs::path& folde
   }
   LM_ASSIGN_OR_RETURN(experiment.seeds, read_seeds(document.value("seeds", json(std::uint64_t{1}))));
   if (document.contains("width") != document.contains("height")) {
-    return invalid_argument("width and height: both are needed, or none");
+    return invalid_argument("width and height: give both or none");
   }
   if (document.contains("width")) {
     LM_ASSIGN_OR_RETURN(const std::uint64_t width, whole(document["width"], "width", 1, kMostPixels));
@@ -283,7 +284,7 @@ Result<std::vector<OtherPicture>> parse_others(std::string_view text, const fs::
     others.push_back(std::move(other));
   }
   if (others.empty()) {
-    return invalid_argument("there is no picture in it");
+    return invalid_argument("it has no picture");
   }
   return others;
 }

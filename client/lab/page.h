@@ -1,4 +1,4 @@
-// The fixed parts of a report's page: its style, its script, and pictures as data URIs. Other reports may use them.
+// The fixed parts of a report's page: CSS, script, and pictures as data URIs. Other reports may use them.
 #pragma once
 
 #include <string>
@@ -9,10 +9,11 @@ namespace lightmill::lab {
 /// "data:image/png;base64,…".
 std::string png_data_uri(std::string_view png);
 
-/// Rules for the page, light and dark, with those of charts.
+/// CSS of the page, light and dark, with that of charts.
 std::string page_css();
 
-/// Pictures of one section are enlarged together around the point that is clicked; a box shows the differences.
+/// The script of the page. A click enlarges all pictures of a section around the same point. A checkbox shows the
+/// differences.
 std::string page_script();
 
 }  // namespace lightmill::lab

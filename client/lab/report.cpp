@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kReferenceShare = 0.1;  // a reference needs a tenth of the error that it judges
+constexpr double kReferenceShare = 0.1;  // a reference needs a tenth of the error that it measures
 
 double rel_mse(const LabResult& result) {
   return result.error.rel_mse;
@@ -29,7 +29,7 @@ std::string number(double value) {
   return std::isfinite(value) ? fmt::format("{:.3g}", value) : "∞";
 }
 
-/// "1.23×", with "≈" where curves were continued beyond their ends.
+/// "1.23×", with "≈" for extrapolated curves.
 std::string factor_text(double factor, bool about) {
   return fmt::format("{}{:.3g}×", about ? "≈ " : "", factor);
 }
@@ -54,7 +54,7 @@ bool is_chooser(const std::string& method) {
   return method == "auto" || method.starts_with("auto:");
 }
 
-/// What is said of one scene, in numbers.
+/// The numbers of one scene.
 struct SceneFacts {
   std::vector<std::vector<CurvePoint>> curves;  ///< by method
   std::vector<std::optional<SpeedUp>> speed_ups;
@@ -82,7 +82,7 @@ Chart chart_for(const ReportInput& input, const ReportScene& scene, const std::s
                 const Metric& metric, bool monte_carlo) {
   Chart chart;
   chart.title = title;
-  chart.x_label = input.experiment.others.empty() ? "thread seconds" : "seconds (of threads, or as given)";
+  chart.x_label = input.experiment.others.empty() ? "thread seconds" : "seconds (of threads, or as stated)";
   chart.y_label = y_label;
   for (const std::string& method : input.experiment.methods) {
     ChartSeries series{method, {}};
@@ -159,7 +159,7 @@ std::string method_table(const ReportInput& input, const ReportScene& scene, con
   return rows.size() < 2 ? "<p class='faint'>No results yet.</p>\n" : table(rows);
 }
 
-/// Results that the reference's own error may have changed by more than a tenth or so.
+/// A warning about results less than ten times above the reference's own error, which may have changed them by a tenth.
 std::string reference_warning(const ReportScene& scene, const SceneFacts& facts) {
   if (scene.reference_error <= 0) {
     return "";
@@ -171,8 +171,8 @@ std::string reference_warning(const ReportScene& scene, const SceneFacts& facts)
   }
   return close == 0 ? ""
                     : fmt::format(
-                          "<p class='warn'>{} of the points are less than ten times above the reference's own "
-                          "error of {}: they look worse than they are.</p>\n",
+                          "<p class='warn'>{} of the points are less than ten times above the reference's own error "
+                          "of {}. Their true error is lower.</p>\n",
                           close, number(scene.reference_error));
 }
 
@@ -196,7 +196,7 @@ std::string overview(const ReportInput& input, const std::vector<SceneFacts>& fa
   }
   std::string html = rows.size() > 1 ? table(rows) : "";
   std::vector<double> regrets;
-  std::vector<std::vector<std::string>> regret_rows{{"the chooser's regret", "time over the best's", "the best"}};
+  std::vector<std::vector<std::string>> regret_rows{{"regret of the choice", "time relative to the best", "the best"}};
   for (std::size_t i = 0; i < facts.size(); ++i) {
     if (facts[i].regret) {
       regrets.push_back(facts[i].regret->factor);
@@ -240,9 +240,9 @@ std::string title_of(const ReportInput& input) {
 }
 
 constexpr const char* kHowToRead =
-    "<p class='faint'>Each point is the median over seeds, its bar from the best to the worst. relMSE = mean((x − r)² "
-    "/ (r² + 0.01)). Thread seconds are those of the farm's render threads. A speed-up compares times at one error, "
-    "the greater of the two last ones; ≈ where a curve is continued with slope −1 to get there. The slope is that of "
+    "<p class='faint'>Each point is the median over seeds. Its bar goes from the best to the worst. relMSE = mean((x "
+    "− r)² / (r² + 0.01)). Thread seconds are those of the farm's render threads. A speed-up compares times at the "
+    "same error, the greater of the two last errors. ≈ marks an extrapolation with slope −1. The slope is that of "
     "relMSE against samples.</p>\n";
 
 }  // namespace
@@ -258,7 +258,7 @@ std::string report_html(const ReportInput& input) {
       "content='width=device-width'>\n<title>{}</title>\n<style>{}</style></head>\n<body>\n<h1>{}</h1>\n",
       title, page_css(), title);
   html += fmt::format("<p>{} of {} results{}.</p>\n", input.results.size(), input.wanted,
-                      input.results.size() < input.wanted ? " <span class='warn'>(run it again to go on)</span>" : "");
+                      input.results.size() < input.wanted ? " <span class='warn'>(run it again to resume)</span>" : "");
   html += kHowToRead + overview(input, facts);
   for (std::size_t i = 0; i < input.scenes.size(); ++i) {
     const ReportScene& scene = input.scenes[i];

@@ -84,7 +84,7 @@ Result<ResultSet> read_lines(std::string_view text) {
   while (!text.empty()) {
     ++number;
     const std::string_view line = text.substr(0, text.find('\n'));
-    const bool torn = line.size() == text.size();  // every whole line ends with a line feed
+    const bool torn = line.size() == text.size();  // every complete line ends with a line feed
     text.remove_prefix(std::min(line.size() + 1, text.size()));
     try {
       LabResult result = from_json(json::parse(line));
@@ -93,7 +93,7 @@ Result<ResultSet> read_lines(std::string_view text) {
       if (torn) {
         break;
       }
-      return data_loss("line {} is not a result: take it out, and its picture is rendered again", number);
+      return data_loss("line {} is not a result: delete it, and its picture is rendered again", number);
     }
   }
   return results;

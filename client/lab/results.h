@@ -1,4 +1,4 @@
-// What was measured, as JSON lines and as CSV.
+// Measurements, as JSON lines and as CSV.
 #pragma once
 
 #include <cstdint>
@@ -13,18 +13,18 @@
 
 namespace lightmill::lab {
 
-/// One picture: a scene by a method with a seed, at one level.
+/// The measurement of one picture: scene, method, seed and level.
 struct LabResult {
-  std::string key;  ///< digest of all that decides it, the reference included: see docs/guide/lab.md
+  std::string key;  ///< digest of all that decides it, with the reference: see docs/guide/lab.md
   std::string scene, method;
   std::uint64_t seed = 0;
   std::size_t level = 0;
   std::uint64_t samples = 0;  ///< per pixel
-  double thread_seconds = 0;  ///< of the farm's threads, for all samples up to here
-  double seconds = 0;         ///< during which it was being rendered
+  double thread_seconds = 0;  ///< of the farm's threads, for all samples so far
+  double seconds = 0;         ///< wall-clock time of rendering
   PictureError error;         ///< against the reference
   double flip = 0;
-  double stated = -1, stated_half_width = -1;  ///< relMSE as the job itself stated it; negative: it did not
+  double stated = -1, stated_half_width = -1;  ///< the job's own relMSE; negative: unknown
   std::string film_hash;
 };
 
@@ -36,13 +36,13 @@ nlohmann::json to_json(const LabResult& result);
 /// By key.
 using ResultSet = std::map<std::string, LabResult>;
 
-/// Reads what write_lines wrote; DATA_LOSS names the line. A last one that was cut off counts as not there.
+/// Reads what write_lines wrote. DATA_LOSS names the line. A last line that was cut off is ignored.
 Result<ResultSet> read_lines(std::string_view text);
 
-/// One object a line: those of `order` first, in its order, then the others by key.
+/// One object a line: those of `order` first, in this order, then the others by key.
 std::string write_lines(const ResultSet& results, const std::vector<std::string>& order);
 
-/// With a head line; texts in quotes where they need them.
+/// CSV with a header. Texts are quoted where needed.
 std::string to_csv(const std::vector<LabResult>& results);
 
 }  // namespace lightmill::lab

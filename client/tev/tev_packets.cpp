@@ -17,7 +17,7 @@ constexpr std::array<std::string_view, 3> kChannels{"R", "G", "B"};
 class Packet {
  public:
   explicit Packet(Type type) {
-    put(std::uint32_t{0});  // its length, once that is known
+    put(std::uint32_t{0});  // space for the length
     put(type);
   }
   template <class T>
@@ -67,17 +67,17 @@ std::string tev_update_image(std::string_view name, int x, int y, int width, int
   const std::int64_t pixels = std::int64_t{width} * height;
   LM_CHECK(pixels > 0 && planes.size() == kChannels.size() * static_cast<std::size_t>(pixels));
   Packet packet(Type::update_image_3);
-  packet.put(false);  // nobody's focus is grabbed
+  packet.put(false);  // do not grab the focus
   packet.put_text(name);
   packet.put_channels();
   for (const int number : {x, y, width, height}) {
     packet.put(std::int32_t{number});
   }
   for (std::size_t channel = 0; channel < kChannels.size(); ++channel) {
-    packet.put(static_cast<std::int64_t>(channel) * pixels);  // where its values begin
+    packet.put(static_cast<std::int64_t>(channel) * pixels);  // offset of the channel's values
   }
   for (std::size_t channel = 0; channel < kChannels.size(); ++channel) {
-    packet.put(std::int64_t{1});  // and how far they are apart
+    packet.put(std::int64_t{1});  // stride of the channel's values
   }
   packet.put_floats(planes);
   return packet.take();

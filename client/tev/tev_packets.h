@@ -1,4 +1,4 @@
-// What tev, and HDRView, read from a connection: packets that make an image and change a part of it. Pure.
+// Packets that make an image in tev or HDRView, and change a part of it. Pure.
 // https://github.com/Tom94/tev, README, "Over the network"; src/Ipc.cpp has the layout of packets.
 #pragma once
 
@@ -9,10 +9,10 @@
 
 namespace lightmill {
 
-/// Where viewers listen unless they are told otherwise.
+/// The default address of viewers.
 inline constexpr std::string_view kTevAddress = "127.0.0.1:14158";
 
-/// A new image with the channels R, G and B, all black; one of that name is put out of its place. `grab_focus`: it is
+/// A new image with the channels R, G and B, all black. It replaces an image of the same name. `grab_focus`: it is
 /// shown at once.
 std::string tev_create_image(std::string_view name, int width, int height, bool grab_focus);
 

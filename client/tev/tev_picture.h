@@ -1,4 +1,4 @@
-// A picture on its way to a viewer: the newest of each tile, and which of them the viewer lacks. Pure.
+// A picture to be sent to a viewer: the newest version of each tile, and the tiles that the viewer lacks. Pure.
 #pragma once
 
 #include <cstdint>
@@ -10,29 +10,29 @@
 
 namespace lightmill {
 
-/// A part of a picture, whose top left pixel is 0,0.
+/// A part of a picture. The picture's top left pixel is (0, 0).
 struct TevTile {
   std::int64_t x = 0, y = 0;
   int width = 0, height = 0;
   std::vector<float> planes;  ///< all of R, then G, then B, each in rows from the top
 };
 
-/// Gives the packets that a viewer is to be sent. Each tile gets its turn, however often others change meanwhile: one
-/// that changes while it waits keeps its turn, one that changes later waits behind all others.
+/// Makes packets for a viewer. Tiles wait in a queue, so each gets its turn. A tile that changes while it waits keeps
+/// its place. A tile that changes later joins at the end.
 class TevPicture {
  public:
   TevPicture(std::string name, int width, int height) : name_(std::move(name)), width_(width), height_(height) {}
 
-  /// Takes the place of the tile that was there. One that is not inside the picture, or has other than
-  /// 3 * width * height values, is left out.
+  /// Replaces the tile at this place. Ignores a tile that is not inside the picture, or does not have 3 * width *
+  /// height values.
   void put(TevTile tile);
-  /// Another viewer, which has nothing yet.
+  /// Starts with another viewer, which has nothing yet.
   void start_over();
-  /// Empty: the viewer has been sent everything.
+  /// Empty once the viewer was sent everything.
   std::string next_packet();
 
  private:
-  using Place = std::pair<std::int64_t, std::int64_t>;  ///< y and x
+  using Place = std::pair<std::int64_t, std::int64_t>;  ///< y, x
   struct Kept {
     TevTile tile;
     bool waits = false;
@@ -42,7 +42,7 @@ class TevPicture {
   int width_, height_;
   bool created_ = false;
   std::map<Place, Kept> tiles_;
-  std::deque<Place> waiting_;  ///< each once, those that wait longest first
+  std::deque<Place> waiting_;  ///< each place once, longest wait first
 };
 
 }  // namespace lightmill

@@ -3,7 +3,7 @@ import {join} from 'node:path';
 import {gzipSync} from 'node:zlib';
 import {defineConfig, type Plugin} from 'vite';
 
-/** Puts a compressed copy beside every text file: the coordinator sends what is there and compresses nothing itself. */
+/** Writes a compressed copy of every text file. The coordinator serves these copies and does not compress. */
 function compressed(): Plugin {
   let folder = '';
   return {

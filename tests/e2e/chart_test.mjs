@@ -160,7 +160,7 @@ test('the results of a lab are dropped on the page, and its methods stand in one
   await page.goto(`${session.farm.page}#/lab`);
   await page.getByText('lightmill lab EXPERIMENT').waitFor();
   await page.getByLabel('The results.json of a lab').setInputFiles(experiment);
-  await page.getByRole('alert').getByText('experiment.json: a scene is no object').waitFor();
+  await page.getByRole('alert').getByText('experiment.json: a scene is not an object').waitFor();
   const dropped = await page.evaluateHandle((text) => {
     const transfer = new DataTransfer();
     transfer.items.add(new File([text], 'results.json'));

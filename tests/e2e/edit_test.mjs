@@ -66,7 +66,7 @@ test('a live picture is there while a job is edited: one at a time, of the newes
   await page.waitForSelector('canvas[data-drawn]');
   await page.getByRole('button', {name: 'Edit & render again'}).click();
   await panel().waitFor();
-  assert.ok(near(await point('Eye'), kEye));
+  assert.ok(near(await point('Position'), kEye));
   const [first] = await eventually('a small job of it', async () => (await looks()).length === 1 && looks());
   assert.equal(first.parent, job);
   assert.equal(first.method, 'raycast');
@@ -89,7 +89,7 @@ test('a live picture is there while a job is edited: one at a time, of the newes
     return there.length === 1 && there[0].id !== first.id && there[0].state === 'JOB_STATE_DONE';
   });
   assert.equal(most, 1);
-  const [x, y, z] = await point('Eye');
+  const [x, y, z] = await point('Position');
   // The scene follows the mouse to the right and down: the eye goes to the left, which is +x for who looks along +z, and up.
   assert.ok(x > 400 && y > 300, `${[x, y, z]}`);
   assert.ok(Math.abs(Math.hypot(x - 278, y - 273, z) / 800 - 1) < 1e-4, 'at the same distance');
@@ -104,14 +104,14 @@ test('a live picture is there while a job is edited: one at a time, of the newes
 });
 
 test('what was edited is taken back at once, and made again', async () => {
-  const moved = await point('Eye');
+  const moved = await point('Position');
   await page.getByRole('button', {name: 'Undo'}).click();
-  assert.ok(near(await point('Eye'), kEye), 'one drag is one edit');
+  assert.ok(near(await point('Position'), kEye), 'one drag is one edit');
   await page.locator('.viewer canvas').focus();
   await page.keyboard.press('Control+Shift+Z');
-  assert.ok(near(await point('Eye'), moved));
+  assert.ok(near(await point('Position'), moved));
   await page.getByRole('button', {name: 'Reset'}).click();
-  assert.ok(near(await point('Eye'), kEye));
+  assert.ok(near(await point('Position'), kEye));
 });
 
 test('keys turn, move and bring nearer, by known angles', async () => {
@@ -119,24 +119,24 @@ test('keys turn, move and bring nearer, by known angles', async () => {
   await page.keyboard.press('ArrowRight');
   const angle = 0.03 * Math.PI;
   // Counter-clockwise seen from above, about what is looked at.
-  assert.ok(near(await point('Eye'), [278 - 800 * Math.sin(angle), 273, -800 * Math.cos(angle)]), `${await point('Eye')}`);
+  assert.ok(near(await point('Position'), [278 - 800 * Math.sin(angle), 273, -800 * Math.cos(angle)]), `${await point('Position')}`);
   await page.getByRole('button', {name: 'Undo'}).click();
   await page.locator('.viewer canvas').focus();
   await page.keyboard.press('+');
-  assert.ok(near(await point('Eye'), [278, 273, -800 / 1.1]));
+  assert.ok(near(await point('Position'), [278, 273, -800 / 1.1]));
   await page.getByRole('button', {name: 'Reset'}).click();
   await page.locator('.viewer canvas').focus();
   await page.keyboard.press('Shift+ArrowUp');
   const up = 0.03 * 2 * 800 * Math.tan((39.3077 * Math.PI) / 360);
-  assert.ok(near(await point('Eye'), [278, 273 + up, -800]));
-  assert.ok(near(await point('Looks at'), [278, 273 + up, 0]));
+  assert.ok(near(await point('Position'), [278, 273 + up, -800]));
+  assert.ok(near(await point('Look at'), [278, 273 + up, 0]));
   await page.getByRole('button', {name: 'Reset'}).click();
-  assert.ok(near(await point('Looks at'), kLookAt));
+  assert.ok(near(await point('Look at'), kLookAt));
 });
 
 test('what is changed becomes a child that reuses every asset, the same as the command line makes of the changed file', async () => {
-  await field('Eye z').fill('-700');
-  await field('Eye z').press('Tab');
+  await field('Position z').fill('-700');
+  await field('Position z').press('Tab');
   await page.getByText(/^Materials/).click();
   await page.locator('.slot-group summary', {hasText: 'red'}).click();
   const red = page.getByRole('group', {name: 'red: Colour'});
@@ -183,8 +183,8 @@ test('parent and child name each other', async () => {
 test('a change that cannot be is refused with why, and the next one goes on', async () => {
   await open(job);
   await page.getByRole('button', {name: 'Edit & render again'}).click();
-  await field('Looks at z').fill('-800');
-  await field('Looks at z').press('Tab');
+  await field('Look at z').fill('-800');
+  await field('Look at z').press('Tab');
   await panel().getByRole('alert').getByText('No live picture').waitFor();
   await page.getByRole('button', {name: 'Undo'}).click();
   await eventually('it is taken back', async () => (await panel().getByRole('alert').count()) === 0);

@@ -1,4 +1,4 @@
-// The farm over time, a worker's past and the log of events in a real browser: node farm_test.mjs FOLDER-OF-PROGRAMS
+// The farm's history, a worker's history and the log of events in a real browser: node farm_test.mjs FOLDER-OF-PROGRAMS
 // [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
@@ -22,7 +22,7 @@ const eventTexts = () => page.getByRole('list', {name: 'Events, newest first'}).
 
 test('the charts show what the farm did', async () => {
   page = await session.open('#/workers');
-  await section('The farm over time').getByText('Nothing yet: the coordinator keeps this since it began').waitFor();
+  await section('History').getByText('No history yet. The coordinator records it from its start').waitFor();
   job = session.farm.lightmill('submit', kScene, '--size', '128x128', '--spp', '1000000').trim();
   const throughput = page.getByRole('img', {name: /^Throughput/});
   await throughput.waitFor();
@@ -36,7 +36,7 @@ test('the charts show what the farm did', async () => {
     });
   await eventually('lines', drawn);
   for (const span of ['10 minutes', 'day', 'hour']) {
-    const button = section('The farm over time').getByRole('button', {name: span});
+    const button = section('History').getByRole('button', {name: span});
     await button.click();
     assert.equal(await button.getAttribute('aria-pressed'), 'true');
   }
@@ -55,7 +55,7 @@ test('the arrow keys go through the moments of all charts at once', async () => 
 });
 
 test('the history is kept as CSV', async () => {
-  const [download] = await Promise.all([page.waitForEvent('download'), section('The farm over time').getByRole('button', {name: 'CSV'}).click()]);
+  const [download] = await Promise.all([page.waitForEvent('download'), section('History').getByRole('button', {name: 'CSV'}).click()]);
   const lines = readFileSync(await download.path(), 'utf8').trim().split('\n');
   assert.match(lines[0], /^until,seconds,pixel_samples,/);
   assert.ok(lines.length > 1);
@@ -63,7 +63,7 @@ test('the history is kept as CSV', async () => {
 
 test('events tell what happened, by kind, with a link to the job', async () => {
   await eventually('the start of the job', async () => (await eventTexts()).some((text) => text.includes(`job ${job} starts on worker box-1`)));
-  const kinds = page.getByRole('group', {name: 'Which events'});
+  const kinds = page.getByRole('group', {name: 'Kind of events'});
   await kinds.getByRole('button', {name: 'workers'}).click();
   assert.ok((await eventTexts()).every((text) => text.includes('box-1')));
   await session.farm.stop('box-1', 'SIGKILL');
@@ -83,13 +83,13 @@ test("a worker's name opens its last hour", async () => {
   await opener.focus();
   await page.keyboard.press('Enter');
   assert.equal(await opener.getAttribute('aria-expanded'), 'true');
-  await page.getByRole('list', {name: 'What happened with box-1'}).locator('li').first().waitFor();
+  await page.getByRole('list', {name: 'Events of box-1'}).locator('li').first().waitFor();
   await eventually('a whole minute', async () => (await page.getByText(/Last hour: \d+ results?, [1-9]\d* units? lost/).count()) === 1);
   if (pictures) {
     await page.screenshot({path: join(pictures, 'farm.png'), fullPage: true});
   }
   await page.keyboard.press('Enter');
-  assert.equal(await page.getByRole('list', {name: 'What happened with box-1'}).count(), 0);
+  assert.equal(await page.getByRole('list', {name: 'Events of box-1'}).count(), 0);
 });
 
 test('a machine is put aside by hand, and let back', async () => {

@@ -1,4 +1,4 @@
-// What lies over the picture: where photons arrive, and what the scene's meters read: node light_test.mjs FOLDER-OF-PROGRAMS
+// Overlays of the picture: the photon map and the scene's meters: node light_test.mjs FOLDER-OF-PROGRAMS
 // [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {cpSync, readFileSync, writeFileSync} from 'node:fs';
@@ -102,7 +102,7 @@ test('photons are drawn pixel for pixel where a job of them has them, and leave 
   await page.locator('.viewer canvas').focus();
   await page.keyboard.press('1');
   const before = await canvas();
-  await page.getByRole('combobox', {name: 'Photons'}).selectOption({label: '10,000'});
+  await page.getByRole('combobox', {name: 'Photon map'}).selectOption({label: '10,000'});
   const after = await eventually('photons over the picture', async () => {
     const now = await canvas();
     return now.some((value, i) => value !== before[i]) && now;
@@ -121,20 +121,20 @@ test('photons are drawn pixel for pixel where a job of them has them, and leave 
     }
   }
   assert.ok(dotted > 1_000 && dotted < (kSide * kSide) / 2, `${dotted} dots`);
-  assert.equal(await jobsNamed('(its photons)'), 1);
+  assert.equal(await jobsNamed('(photon map)'), 1);
   await eventually('a link with them', () => page.url().includes('photons=few'));
   if (pictures) {
     await page.keyboard.press('f');
     await page.screenshot({path: join(pictures, 'photons.png')});
   }
-  await page.getByRole('combobox', {name: 'Photons'}).selectOption({label: 'None'});
-  await eventually('no job of them is left', async () => (await jobsNamed('(its photons)')) === 0);
+  await page.getByRole('combobox', {name: 'Photon map'}).selectOption({label: 'None'});
+  await eventually('no job of them is left', async () => (await jobsNamed('(photon map)')) === 0);
   await eventually('the picture as it was', async () => (await page.keyboard.press('1'), (await canvas()).every((value, i) => value === before[i])));
 });
 
 test('a phone shows them from their link', async () => {
   const phone = await session.open(`#/jobs/${job}?photons=many`, {viewport: kPhone, colorScheme: 'light'});
-  await eventually('its job', async () => (await jobsNamed('(its photons)')) === 1);
+  await eventually('its job', async () => (await jobsNamed('(photon map)')) === 1);
   await eventually('its picture', () => phone.evaluate(() => document.querySelector('.viewer canvas')?.dataset.drawn === 'yes'));
   await assertFits(phone);
   if (pictures) {
@@ -142,7 +142,7 @@ test('a phone shows them from their link', async () => {
     await phone.screenshot({path: join(pictures, 'photons-phone.png')});
   }
   await phone.close({runBeforeUnload: false});
-  await eventually('no job of them is left', async () => (await jobsNamed('(its photons)')) === 0);
+  await eventually('no job of them is left', async () => (await jobsNamed('(photon map)')) === 0);
 });
 
 test('nobody else was asked, and nothing was complained of', () => session.assertQuiet());

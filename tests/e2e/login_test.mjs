@@ -121,7 +121,7 @@ test('buttons that the roles do not allow say so', async () => {
   const pause = page.getByRole('button', {name: 'Resume'});
   await pause.waitFor();
   assert.ok(await pause.isDisabled());
-  assert.match(await pause.getAttribute('title'), /somebody else's.*view, submit/);
+  assert.match(await pause.getAttribute('title'), /another user.*view, submit/);
   assert.ok(await page.getByLabel('Priority', {exact: true}).isDisabled());
   // Who may see it may have the same of her own.
   assert.ok(await page.getByRole('button', {name: 'Clone'}).isEnabled());

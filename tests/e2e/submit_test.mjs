@@ -85,7 +85,7 @@ test('a folder is chosen, and what the farm has is not sent again', async () => 
   const since = session.requests.length;
   await page.getByLabel("A scene's folder").setInputFiles(folder);
   await panel().getByRole('heading', {name: 'The scene'}).waitFor();
-  await panel().getByText('Left out, as no part of a scene: 1 file').waitFor();
+  await panel().getByText('Left out, because no scene names them: 1 file').waitFor();
   assert.deepEqual(uploads(since), []);
   assert.equal(await panel().getByLabel('Name', {exact: true}).inputValue(), 'cornell-bench-blocks');
   await panel().getByRole('button', {name: 'Close'}).click();

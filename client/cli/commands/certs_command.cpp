@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// A certificate holds from a little earlier on, for machines whose clocks go slow.
+/// Certificates are valid from a little earlier, for machines with a slow clock.
 constexpr std::int64_t kClockSlackSeconds = 5 * 60;
 constexpr std::uint64_t kMaxFileBytes = 1 << 20;
 constexpr std::uint64_t kMaxCertificateDays = 36'500;
@@ -55,7 +55,7 @@ std::string_view kind_of(const CertificateFacts& facts) {
   return kind_of(facts.authority, !facts.hosts.empty(), facts.roles);
 }
 
-/// What a file holds, in words.
+/// The content of a file, in words.
 std::string what_is(const std::string& pem) {
   const Result<std::vector<CertificateFacts>> all = read_certificates(pem);
   if (!all.ok()) {
@@ -65,14 +65,14 @@ std::string what_is(const std::string& pem) {
                      holds_key(pem) ? "" : " and without its key");
 }
 
-/// A certificate for the same, with its key: of this kind and, unless it is a coordinator's, of this name.
+/// Whether this is a certificate with its key for the same subject. Names must match except for coordinators.
 bool is_former_of(const CertificateSubject& subject, const std::string& pem) {
   const Result<std::vector<CertificateFacts>> all = read_certificates(pem);
   return all.ok() && holds_key(pem) && kind_of(all->front()) == kind_of(subject) &&
          (!subject.hosts.empty() || all->front().name == subject.name);
 }
 
-/// Whether the file is not there, or is what --replace means: `is_former` of what it holds.
+/// Whether the file is missing, or --replace is given and `is_former` accepts its content.
 Status check_replaceable(const fs::path& path, const std::function<bool(const std::string&)>& is_former,
                          std::string_view wanted) {
   if (std::error_code error; !fs::exists(path, error)) {
@@ -80,9 +80,8 @@ Status check_replaceable(const fs::path& path, const std::function<bool(const st
   }
   LM_ASSIGN_OR_RETURN(const std::string there, read_file(path, kMaxFileBytes));
   return is_former(there) ? ok_status()
-                          : failed_precondition(
-                                "{} holds {}, and {} is to be put in its place: nothing is changed, move it away first",
-                                path.string(), what_is(there), wanted);
+                          : failed_precondition("{} holds {}, not {}: move it away first. Nothing was changed",
+                                                path.string(), what_is(there), wanted);
 }
 
 Status write(const fs::path& path, const std::string& text, bool replace, Reader reader = Reader::owner) {
@@ -90,7 +89,7 @@ Status write(const fs::path& path, const std::string& text, bool replace, Reader
                             ? write_file_atomically(path, as_byte_view(text))
                             : write_secret_file(path, as_byte_view(text), replace);
   return status.code() == StatusCode::kAlreadyExists
-             ? already_exists("{}, and nothing is changed: --replace puts a new one in its place", message_of(status))
+             ? already_exists("{}: --replace overwrites it. Nothing was changed", message_of(status))
              : status;
 }
 
@@ -122,7 +121,7 @@ std::string what_for(const CertificateFacts& facts) {
                                : fmt::format("coordinator at {}", fmt::join(facts.hosts, ", "));
 }
 
-// ---- making ----
+// ---- making certificates ----
 
 Status make_authority_in(const CertsOptions& options, const Console& console) {
   const fs::path folder = options.folder;
@@ -134,7 +133,7 @@ Status make_authority_in(const CertsOptions& options, const Console& console) {
     return as_output_error(unavailable("cannot make the folder {}: {}", folder.string(), error.message()));
   }
   const fs::path certificate = folder / kAuthorityCertificate;
-  if (!options.replace && fs::exists(certificate, error)) {  // its key may be kept elsewhere
+  if (!options.replace && fs::exists(certificate, error)) {  // its key may be elsewhere
     return write(certificate, "", false);
   }
   if (options.replace) {
@@ -152,9 +151,8 @@ Status make_authority_in(const CertsOptions& options, const Console& console) {
   console.object(object);
   console.result(fmt::format("{}: '{}', an authority until {}", certificate.string(), facts.front().name,
                              date_text(facts.front().until_unix_s)));
-  console.result(
-      fmt::format("{}: its key. Whoever has it can make themselves admin: keep it to yourself, best off line",
-                  (folder / kAuthorityKey).string()));
+  console.result(fmt::format("{}: its key. Anybody who has it can become admin: keep it secret, best offline",
+                             (folder / kAuthorityKey).string()));
   return ok_status();
 }
 
@@ -165,12 +163,12 @@ Result<KeyAndCertificate> read_authority(const fs::path& folder) {
   if (!key.ok() || !certificate.ok()) {
     return with_context(
         key.ok() ? certificate.status() : key.status(),
-        fmt::format("no authority in {} (`lightmill certs init {}` makes one)", folder.string(), folder.string()));
+        fmt::format("no authority in {}: make one with `lightmill certs init {}`", folder.string(), folder.string()));
   }
   return KeyAndCertificate{*key, *certificate};
 }
 
-/// NAME.pem, if that is a plain name of a file.
+/// NAME.pem, if NAME is a plain file name.
 Result<fs::path> own_file(const CertsOptions& options, const std::string& name) {
   if (!options.out.empty()) {
     return fs::path(options.out);
@@ -178,7 +176,7 @@ Result<fs::path> own_file(const CertsOptions& options, const std::string& name) 
   const bool plain = !name.empty() && name.front() != '.' && name.find('/') == std::string::npos &&
                      name + ".pem" != kAuthorityCertificate;
   return plain ? Result<fs::path>(fs::path(options.folder) / (name + ".pem"))
-               : invalid_argument("'{}' makes no name of a file: give one with --out", name);
+               : invalid_argument("'{}' is not usable as a file name: give one with --out", name);
 }
 
 Status issue(const CertsOptions& options, const CertificateSubject& subject, const std::string& file_name,
@@ -214,7 +212,7 @@ Status show(const std::string& file, const Console& console) {
     rows.push_back({facts.name, what_for(facts), date_text(facts.from_unix_s), date_text(facts.until_unix_s),
                     facts.issuer, facts.fingerprint.hex()});
     if (facts.until_unix_s <= now_unix_s()) {
-      console.notice(fmt::format("the certificate of '{}' has ended", facts.name));
+      console.notice(fmt::format("the certificate of '{}' has expired", facts.name));
     }
   }
   console.object(json{{"certificates", objects}});
@@ -222,7 +220,7 @@ Status show(const std::string& file, const Console& console) {
   return ok_status();
 }
 
-// ---- the command line ----
+// ---- options ----
 
 using CertsAction = std::function<Status(const CertsOptions&, const Console&)>;
 
@@ -239,12 +237,14 @@ void run_it(CLI::App* command, Context& context, const std::shared_ptr<CertsOpti
 
 CLI::App* add_issuing(CLI::App& certs, CertsOptions& options, const char* name, const char* about) {
   CLI::App* command = certs.add_subcommand(name, about);
-  command->add_option("DIR", options.folder, "where `certs init` has made the authority")->type_name("DIR")->required();
-  command->add_option("--days", options.days, "how long it holds")
+  command->add_option("DIR", options.folder, "the folder in which `certs init` made the authority")
+      ->type_name("DIR")
+      ->required();
+  command->add_option("--days", options.days, "days of validity")
       ->check(whole_number(1, kMaxCertificateDays))
       ->capture_default_str();
-  command->add_option("--out", options.out, "the file (default: in DIR, by its name)")->type_name("FILE.pem");
-  command->add_flag("--replace", options.replace, "put it in the place of a file of that name, as when it is renewed");
+  command->add_option("--out", options.out, "output file (default: in DIR, by its name)")->type_name("FILE.pem");
+  command->add_flag("--replace", options.replace, "overwrite an existing certificate of this name, to renew it");
   return command;
 }
 
@@ -252,48 +252,46 @@ CLI::App* add_issuing(CLI::App& certs, CertsOptions& options, const char* name, 
 
 void add_certs_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<CertsOptions>();
-  CLI::App* certs =
-      app.add_subcommand("certs", "Make the certificates by which a farm's machines and people know each other.");
+  CLI::App* certs = app.add_subcommand("certs", "Make certificates for a farm's machines and people.");
   certs->require_subcommand(1);
-  certs->footer("docs/operate/security.md says how a farm is set up with them.");
+  certs->footer("docs/operate/security.md explains how to use them.");
 
-  CLI::App* init = certs->add_subcommand("init", "Make an authority: what it signs, its farm believes.");
-  init->add_option("DIR", options->folder, "a directory for it; made if need be")->type_name("DIR")->required();
-  init->add_option("--name", options->name, "what it is called")->capture_default_str();
-  init->add_option("--days", options->authority_days, "how long it holds")
+  CLI::App* init = certs->add_subcommand("init", "Make an authority. The farm trusts the certificates that it signs.");
+  init->add_option("DIR", options->folder, "its folder; made if needed")->type_name("DIR")->required();
+  init->add_option("--name", options->name, "its name")->capture_default_str();
+  init->add_option("--days", options->authority_days, "days of validity")
       ->check(whole_number(1, kMaxCertificateDays))
       ->capture_default_str();
-  init->add_flag("--replace", options->replace,
-                 "put it in the place of another, whose certificates then are worth nothing");
+  init->add_flag("--replace", options->replace, "overwrite an existing authority; its certificates become invalid");
   run_it(init, context, options, make_authority_in);
 
   CLI::App* server = add_issuing(*certs, *options, "server", "Make a coordinator's certificate: DIR/server.pem.");
-  server->add_option("HOST", options->hosts, "names and IP addresses by which it is reached, all of them")->required();
+  server->add_option("HOST", options->hosts, "all host names and IP addresses of the coordinator")->required();
   run_it(server, context, options, [](const CertsOptions& given, const Console& console) {
     return issue(given, {given.hosts.front(), given.hosts, {}}, "server", console);
   });
 
   CLI::App* worker = add_issuing(*certs, *options, "worker", "Make a worker's certificate: DIR/NAME.pem.");
-  worker->add_option("NAME", options->name, "the machine that is to have it: one certificate, one machine")->required();
+  worker->add_option("NAME", options->name, "name of the machine: use one certificate for each machine")->required();
   run_it(worker, context, options, [](const CertsOptions& given, const Console& console) {
     return issue(given, {given.name, {}, {Role::worker}}, given.name, console);
   });
 
   CLI::App* person = add_issuing(*certs, *options, "person", "Make a person's certificate: DIR/NAME.pem.");
-  person->add_option("NAME", options->name, "who it is; the owner of the jobs that are submitted with it")->required();
-  person->add_option("--roles", options->roles, "what they may do: view, submit, operate, worker, admin; with commas")
+  person->add_option("NAME", options->name, "name of the person, the owner of jobs submitted with it")->required();
+  person->add_option("--roles", options->roles, "roles: view, submit, operate, worker, admin; with commas")
       ->type_name("ROLE[,ROLE]")
       ->check(readable(parse_roles))
       ->capture_default_str();
   run_it(person, context, options, [](const CertsOptions& given, const Console& console) -> Status {
     LM_ASSIGN_OR_RETURN(const Roles roles, parse_roles(given.roles));
     if (roles.has(Role::enrol)) {
-      return invalid_argument("--roles: the role enrol is for tokens alone (lightmill tokens create NAME --enrol N)");
+      return invalid_argument("--roles: the role enrol is only for tokens (lightmill tokens create NAME --enrol N)");
     }
     return issue(given, {given.name, {}, roles}, given.name, console);
   });
 
-  CLI::App* shown = certs->add_subcommand("show", "Say what a certificate says.");
+  CLI::App* shown = certs->add_subcommand("show", "Show the content of a certificate.");
   shown->add_option("FILE", options->file, "PEM")->type_name("FILE")->required();
   run_it(shown, context, options,
          [](const CertsOptions& given, const Console& console) { return show(given.file, console); });

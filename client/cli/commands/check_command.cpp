@@ -20,7 +20,7 @@ struct CheckOptions {
   std::string save_camera;
 };
 
-/// `first` with the counts by kind.
+/// `first`, and the counts by kind.
 json counts_json(const std::string& name, std::size_t first, const SceneReport::Counts& counts) {
   json out{{name, first}};
   for (const auto& [kind, number] : counts) {
@@ -70,13 +70,14 @@ void print(const Console& console, const LoadedScene& loaded, const SceneReport&
   }
 }
 
-/// Replaces a camera's file, or an empty one, but no other.
+/// Replaces a camera file or an empty file, but no other.
 Status save_camera(const std::string& path, const Camera& camera) {
   std::error_code error;
   if (std::filesystem::exists(path, error)) {
     const Result<std::string> there = read_file(path);
     if (!there.ok() || (!there->empty() && !read_camera_json(*there, path).ok())) {
-      return invalid_argument("--save-camera {}: there is another file, which is no camera; it is left as it is", path);
+      return invalid_argument(
+          "--save-camera {}: this file exists and is not a camera. It was not changed: choose another name", path);
     }
   }
   return write_file_atomically(path, as_byte_view(write_camera_json(camera)));
@@ -106,8 +107,8 @@ ExitCode check(const Console& console, const CheckOptions& options, Signals& sig
 void add_check_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<CheckOptions>();
   CLI::App* command = app.add_subcommand("check",
-                                         "Read a scene, say what is in it or what is wrong with it, and which methods "
-                                         "find all of its light. Needs no farm.");
+                                         "Check a scene: show its contents or its errors, and which methods find all "
+                                         "its light. Needs no farm.");
   add_scene_options(*command, options->scene);
   command->add_option("--save-camera", options->save_camera, "write the scene's camera to a file for --camera")
       ->type_name("FILE");

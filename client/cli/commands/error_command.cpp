@@ -12,9 +12,9 @@ namespace {
 
 constexpr const char* kErrorFooter =
     "relMSE = mean((x-r)²/(r²+0.01)), also without the worst 0.1 % of the pixels; energy ratio; SMAPE, the mean of\n"
-    "|x-r|/(|x|+|r|); and the largest difference. FLIP tells how different the two look, from 0 to 1: its mean over\n"
-    "pixels as they are shown without exposure, and of the worst of several exposures (HDR). Reads EXR and PNG; PNGs\n"
-    "are made linear first: what was brighter than white, or finer than 1/255, they don't have.";
+    "|x-r|/(|x|+|r|); and the largest difference. FLIP says how different the two look, from 0 to 1: the mean over\n"
+    "pixels without exposure, and the worst of several exposures (HDR). Reads EXR and PNG. PNGs are made linear\n"
+    "first. They lack values above white, and differences below 1/255.";
 
 struct ErrorOptions {
   std::string image, reference;
@@ -48,8 +48,8 @@ ExitCode show_error(const Console& console, const ErrorOptions& options) {
   }
   if (is_png(options.image) != is_png(options.reference)) {
     const std::string& png = is_png(options.image) ? options.image : options.reference;
-    console.notices(std::vector{
-        fmt::format("{} has nothing that is brighter than white: where the other one has, they differ for that", png)});
+    console.notices(
+        std::vector{fmt::format("{} has no values above white: where the other picture has some, they differ", png)});
   }
   const PictureError* const error = &comparison->error;
   console.object(nlohmann::json{{"image", options.image},
@@ -78,10 +78,10 @@ ExitCode show_error(const Console& console, const ErrorOptions& options) {
 
 void add_error_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<ErrorOptions>();
-  CLI::App* command = app.add_subcommand("error", "How far a picture is from a reference.");
+  CLI::App* command = app.add_subcommand("error", "Measure the error of a picture against a reference.");
   command->footer(kErrorFooter);
   command->add_option("IMAGE", options->image, "the picture")->type_name("FILE")->required();
-  command->add_option("REFERENCE", options->reference, "what it should be")->type_name("FILE")->required();
+  command->add_option("REFERENCE", options->reference, "the reference")->type_name("FILE")->required();
   add_json_option(*command, context);
   command->callback([&context, options] {
     context.run = [options](const Console& console) { return show_error(console, *options); };

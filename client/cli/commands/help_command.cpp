@@ -25,14 +25,14 @@ void explain_methods(const Console& console) {
   console.result("");
   print_table(console,
               {{"PARAMETER", "MEANS"},
-               {"photons=N", "photons of a pass, one pass a sample (default: one for 16 pixels, of vcm for 4)"},
-               {"radius=C", "how far photons are gathered in the first pass, in pixels (1.5, of vcm 0.5, of ppm 3)"},
+               {"photons=N", "photons of a pass, one pass for each sample (default: one for 16 pixels; vcm: for 4)"},
+               {"radius=C", "gather radius of the first pass, in pixels (default: 1.5; vcm: 0.5; ppm: 3)"},
                {"caustic", "only photons that have met a mirror or glass first"},
-               {"no-absorption", "what fills shapes lets all light pass"},
-               {"distance=D", "how far to look, in scene units (default: without end)"},
-               {"flat", "shades with the normals of triangles"},
-               {"glass=R", "what smooth glass reflects, instead of what Fresnel's equations say"},
-               {"brute-force", "tries every triangle for every ray, to see what the hierarchy saves"}});
+               {"no-absorption", "media inside shapes absorb no light"},
+               {"distance=D", "maximum distance of occluders, in scene units (default: unlimited)"},
+               {"flat", "shades with geometric normals"},
+               {"glass=R", "constant reflectance of smooth glass, instead of Fresnel's equations"},
+               {"brute-force", "tests every triangle for every ray, to measure what the BVH saves"}});
   console.result("");
   console.result("lightmill render scene.json --method caustic:photons=50000,radius=1 -o picture.exr");
 }
@@ -40,9 +40,9 @@ void explain_methods(const Console& console) {
 void explain_exit_codes(const Console& console) {
   print_table(console, {{"CODE", "MEANS"},
                         {"0", "done"},
-                        {"1", "the job failed, or two pictures differ more than they may"},
+                        {"1", "the job failed, or a check found a difference"},
                         {"2", "bad usage or bad input"},
-                        {"3", "the farm cannot be reached, or is full: try again later"},
+                        {"3", "the farm is unreachable or full: try again later"},
                         {"130", "interrupted"}});
 }
 
@@ -67,11 +67,11 @@ Status explain(const CLI::App& app, const std::vector<std::string>& words, const
       if (command == &app) {
         names.insert(names.end(), {kMethodsTopic, kExitCodesTopic});
       }
-      return invalid_argument("there is no command or topic '{}'{}", word, did_you_mean(word, names));
+      return invalid_argument("unknown command or topic '{}'{}", word, did_you_mean(word, names));
     }
   }
   std::string page = help_page_for_terminal(*command);
-  page.pop_back();  // the line's end
+  page.pop_back();  // the final line feed
   console.result(page);
   return ok_status();
 }

@@ -49,7 +49,7 @@ int color_of_state(std::string_view state) {
                                                      : 0;
 }
 
-/// What jobs that are not done wait for, each thing once.
+/// What unfinished jobs wait for, without duplicates.
 std::vector<std::string> waits_of(std::span<const v1::Job> jobs) {
   std::map<std::string, std::vector<std::uint64_t>> by_reason;
   for (const v1::Job& job : jobs) {
@@ -75,7 +75,7 @@ Result<JobState> parse_state(std::string_view text) {
       return state;
     }
   }
-  return invalid_argument("a state is one of {}, got '{}'", fmt::join(names, ", "), text);
+  return invalid_argument("the state must be one of {}, got '{}'", fmt::join(names, ", "), text);
 }
 
 struct ListOptions {
@@ -107,18 +107,18 @@ Status list_jobs(FarmConnection& connection, const Console& console, const ListO
   console.object(json{{"jobs", objects}, {"total", listed.total}, {"notices", listed.notices}});
   const bool chosen = !options.states.empty() || !options.owner.empty() || !options.name.empty();
   if (jobs.empty()) {
-    console.result(chosen ? "no job is like that" : "no jobs yet: `lightmill submit SCENE` queues one");
+    console.result(chosen ? "no job matches" : "no jobs yet: `lightmill submit SCENE` queues one");
   } else {
     print_table(console, rows, {1, color_of_state});
     if (jobs.size() < listed.total) {
-      console.notice(fmt::format("{} of {} jobs: --all lists the others, too", jobs.size(), listed.total));
+      console.notice(fmt::format("{} of {} jobs; --all lists all", jobs.size(), listed.total));
     }
     console.notices(waits_of(jobs));
   }
   return ok_status();
 }
 
-/// What a command has done with a job.
+/// A command's action on a job.
 struct Done {
   json object;
   std::string line;
@@ -131,7 +131,7 @@ Result<Done> done(const Result<v1::Job>& job) {
 
 using JobCall = std::function<Result<Done>(FarmConnection&, const JobOptions&, std::uint64_t job)>;
 
-/// Makes the call for each job, also after one of which it fails. A farm that does not answer ends it.
+/// Makes the call for each job, and continues after a failure. A farm that does not answer ends the loop.
 ExitCode call_for_each(FarmConnection& connection, const Console& console, const JobOptions& options,
                        const JobCall& call) {
   json objects = json::array(), failed = json::array();
@@ -163,7 +163,7 @@ ExitCode call_for_each(FarmConnection& connection, const Console& console, const
     return kDone;
   }
   if (exit_code_of(failure) != kUnreachable) {
-    failure = make_error(failure.code(), "{} of {} jobs are as they were", failed.size(), options.jobs.size());
+    failure = make_error(failure.code(), "{} of {} jobs were not changed", failed.size(), options.jobs.size());
   }
   return console.fail(failure, all);
 }
@@ -195,9 +195,8 @@ void add_job_commands(CLI::App& app, Context& context) {
 
   CLI::App* jobs = app.add_subcommand("jobs", "List the farm's jobs, newest first.");
   jobs->footer(
-      "A ! after the method: its picture lacks some of the scene's light; `lightmill show JOB` says what. Mixed: "
-      "workers\n"
-      "of every fingerprint class may render it (--allow-mixed).");
+      "A ! after the method: the picture lacks some of the scene's light; `lightmill show JOB` explains which.\n"
+      "Mixed: workers of every fingerprint class may render it (--allow-mixed).");
   const auto list = std::make_shared<ListOptions>();
   jobs->add_option("--state", list->states, "only jobs in this state: queued, running, paused, done, failed, cancelled")
       ->type_name("S,...")
@@ -205,11 +204,11 @@ void add_job_commands(CLI::App& app, Context& context) {
       ->check(readable(parse_state));
   jobs->add_option("--owner", list->owner, "only jobs of this owner")->type_name("NAME");
   jobs->add_option("--name", list->name, "only jobs whose name contains this")->type_name("TEXT");
-  CLI::Option* const limit = jobs->add_option("--limit", list->limit, "how many at most")
+  CLI::Option* const limit = jobs->add_option("--limit", list->limit, "maximum number of jobs")
                                  ->type_name("N")
                                  ->check(whole_number(1, 100'000))
                                  ->capture_default_str();
-  jobs->add_flag("--all", list->all, "all of them")->excludes(limit);
+  jobs->add_flag("--all", list->all, "list all jobs")->excludes(limit);
   add_common_options(*jobs, context);
   jobs->callback([&context, list] {
     context.run = [&context, list](const Console& console) {
@@ -221,26 +220,26 @@ void add_job_commands(CLI::App& app, Context& context) {
   const auto add = [&](const char* name, const char* about, const JobCall& call) {
     return add_job_command(app, context, options, name, about, call);
   };
-  add("cancel", "End jobs for good. What is rendered can still be fetched.",
+  add("cancel", "Cancel jobs. Their pictures can still be fetched.",
       [](FarmConnection& connection, const JobOptions&, std::uint64_t job) {
         return done(connection.cancel_job(job));
       });
-  add("pause", "Hold jobs; `resume` lets them go on.",
+  add("pause", "Pause jobs. `resume` continues them.",
       [](FarmConnection& connection, const JobOptions&, std::uint64_t job) { return done(connection.pause_job(job)); });
-  add("resume", "Let paused jobs go on.", [](FarmConnection& connection, const JobOptions&, std::uint64_t job) {
+  add("resume", "Resume paused jobs.", [](FarmConnection& connection, const JobOptions&, std::uint64_t job) {
     return done(connection.resume_job(job));
   });
 
-  add("priority", "Let jobs go before others, or after them.",
+  add("priority", "Set the priority of jobs.",
       [](FarmConnection& connection, const JobOptions& given, std::uint64_t job) {
         return done(connection.set_priority(job, given.priority));
       })
-      ->add_option("--to", options->priority, "jobs with a higher priority go first; they have 0 by themselves")
+      ->add_option("--to", options->priority, "jobs with a higher priority go first; the default is 0")
       ->type_name("P")
       ->required()
       ->check(signed_whole_number(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()));
 
-  CLI::App* extend = add("extend", "Ask more of jobs, also of finished ones.",
+  CLI::App* extend = add("extend", "Raise the goal of jobs, also of finished ones.",
                          [](FarmConnection& connection, const JobOptions& given, std::uint64_t job) -> Result<Done> {
                            double error = 0;
                            if (!given.error.empty()) {
@@ -249,22 +248,22 @@ void add_job_commands(CLI::App& app, Context& context) {
                            return done(connection.extend_job(job, given.samples, error));
                          });
   extend->footer(
-      "They go on where they stopped: more samples give the same bits as if they had been asked for at once, and an "
-      "error is\nread at 2^k and 3·2^k samples from there on. Their other limits stay, but those that they have reached.");
+      "Jobs continue where they stopped. Their samples have the same bits as if all had been requested at once. An "
+      "error is\nchecked at 2^k and 3·2^k samples from then on. Other limits stay, except those already reached.");
   CLI::Option_group* const limits = extend->add_option_group("limits");
   limits->add_option("--spp", options->samples, "the new total of samples per pixel")
       ->check(whole_number(1, kMaxSamples));
-  limits->add_option("--error", options->error, "a smaller error to be reached (relMSE)")
+  limits->add_option("--error", options->error, "a smaller error (relMSE)")
       ->type_name("E")
       ->check(readable(parse_error));
   limits->require_option(1, 2);
 
-  add("delete", "Forget ended jobs and their films.",
+  add("delete", "Delete ended jobs and their films.",
       [](FarmConnection& connection, const JobOptions& given, std::uint64_t job) -> Result<Done> {
         LM_RETURN_IF_ERROR(connection.delete_job(job, given.cancel));
         return Done{json{{"id", job}, {"deleted", true}}, fmt::format("job {} and its film are deleted", job)};
       })
-      ->add_flag("--cancel", options->cancel, "cancel those first that have not ended");
+      ->add_flag("--cancel", options->cancel, "cancel jobs first that have not ended");
 }
 
 }  // namespace lightmill::cli

@@ -15,10 +15,10 @@ namespace lightmill::cli {
 namespace {
 
 constexpr const char* kLabFooter =
-    "EXPERIMENT is a JSON document that names scenes, methods, seeds, the numbers of samples (or the errors) at which\n"
-    "pictures are compared, and a reference: docs/guide/lab.md describes it. The farm is chosen as for `render`. DIR\n"
-    "gets report.html (charts of error against time, speed-ups, pictures), the charts as files, results.csv and\n"
-    "results.json. Ctrl-C keeps what is done; the same command again goes on from there.";
+    "EXPERIMENT is a JSON document with scenes, methods, seeds, numbers of samples or errors, and a reference.\n"
+    "docs/guide/lab.md describes it. The farm is chosen as for `render`. DIR gets report.html (charts of error\n"
+    "against time, speed-ups, pictures), the charts as files, results.csv and results.json. Ctrl-C keeps finished\n"
+    "results. The same command resumes from them.";
 
 struct LabOptions {
   std::string experiment, folder;
@@ -26,7 +26,7 @@ struct LabOptions {
   unsigned threads = 0;
 };
 
-/// Renders what an experiment lacks.
+/// Renders the missing results of an experiment.
 class Lab {
  public:
   Lab(const LabPlan& plan, LabFolder& folder, Farm& farm, Signals& signals, const Console& console)
@@ -37,7 +37,7 @@ class Lab {
     runs_ = runs_left_;
   }
 
-  /// Makes references that are not there, then all runs. `references` is filled scene by scene.
+  /// Makes missing references, then all runs. Fills `references` scene by scene.
   Status run(std::vector<LabReference>& references) {
     for (std::size_t s = 0; s < plan_.scenes.size(); ++s) {
       LM_ASSIGN_OR_RETURN(references[s], reference_of(plan_.scenes[s]));
@@ -59,7 +59,7 @@ class Lab {
     return first < end;
   }
 
-  /// Of all runs, from those that are done; empty before the first.
+  /// The remaining time of all runs, from those that are done. Empty before the first.
   std::string eta_text() const {
     const std::size_t done = runs_ - runs_left_;
     if (done == 0) {
@@ -69,7 +69,7 @@ class Lab {
     return ", all in " + human_seconds(each * static_cast<double>(runs_left_));
   }
 
-  /// Follows the job to its goal; takes it from the farm if that fails.
+  /// Follows the job to its goal. Deletes it from the farm on failure.
   Result<v1::Job> follow(std::uint64_t id, const std::string& label) {
     Result<v1::Job> job = follow_job(farm_, id, false, signals_, console_, [&](const v1::WatchJobResponse& response) {
       if (console_.terminal() && !console_.json()) {
@@ -83,7 +83,7 @@ class Lab {
     return job;
   }
 
-  /// The farm should not fill up with films that nobody asks for again.
+  /// Deletes the job, so that the farm does not fill with unused films.
   void forget(std::uint64_t id, bool running) { (void)farm_.connection->delete_job(id, running); }
 
   Result<v1::Job> submit(const LabSceneJob& scene, JobSpec spec, const std::string& label) {
@@ -185,7 +185,7 @@ std::string Lab::as_job_name(const std::string& label) {
   return "lab: " + label.substr(0, 150);
 }
 
-/// The references that are there already, so that a report can be written without a farm.
+/// The existing references, so that a report can be written without a farm.
 std::vector<LabReference> references_there(const LabPlan& plan, const LabFolder& folder) {
   std::vector<LabReference> references(plan.scenes.size());
   for (std::size_t s = 0; s < plan.scenes.size(); ++s) {
@@ -196,7 +196,7 @@ std::vector<LabReference> references_there(const LabPlan& plan, const LabFolder&
   return references;
 }
 
-/// Whether there is something to render.
+/// Whether anything has to be rendered.
 bool needs_farm(const LabPlan& plan, const LabFolder& folder, const std::vector<LabReference>& references) {
   const auto pending = [&](const LabRun& run) {
     const auto [first, end] = plan.missing(run, folder.results());
@@ -235,7 +235,7 @@ ExitCode run_lab(Context& context, const Console& console, const LabOptions& opt
   const auto done =
       std::ranges::count_if(wanted, [&](const std::string& key) { return folder->results().contains(key); });
   if (!status.ok()) {
-    console.notice(fmt::format("{} of {} results are in {}; the same command goes on from there", done, wanted.size(),
+    console.notice(fmt::format("{} of {} results are in {}; the same command resumes from them", done, wanted.size(),
                                options.folder));
     return console.fail(status);
   }
@@ -255,11 +255,11 @@ void add_lab_command(CLI::App& app, Context& context) {
   CLI::App* command = app.add_subcommand("lab", "Compare methods on scenes: error against time, as one page.");
   command->footer(kLabFooter);
   command->add_option("EXPERIMENT", options->experiment, "a JSON document")->type_name("FILE")->required();
-  command->add_option("-o,--output", options->folder, "folder for results and report; made if need be")
+  command->add_option("-o,--output", options->folder, "folder for results and report; made if needed")
       ->required()
       ->type_name("DIR");
-  command->add_flag("--local", options->local, "use a farm of its own, whatever else there is");
-  command->add_option("--threads", options->threads, "threads of such a farm (default: one per core)")
+  command->add_flag("--local", options->local, "use a local farm, even if another one answers");
+  command->add_option("--threads", options->threads, "threads of a local farm (default: one per core)")
       ->type_name("N")
       ->check(whole_number(1, 4096));
   add_common_options(*command, context);

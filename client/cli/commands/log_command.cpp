@@ -70,7 +70,7 @@ Status show_log(FarmConnection& connection, const Console& console, const LogOpt
     request.set_since_unix_ms(system_clock().unix_milliseconds() - static_cast<std::int64_t>(seconds * 1000));
   }
   LM_ASSIGN_OR_RETURN(std::vector<v1::Action> actions, connection.list_actions(request, options.last));
-  std::ranges::reverse(actions);  // as logs are read
+  std::ranges::reverse(actions);  // oldest first, as in a log
   json objects = json::array();
   std::vector<std::vector<std::string>> rows{{"WHEN", "WHO", "BY", "FROM", "WHAT", "JOB", "ABOUT", "OUTCOME"}};
   for (const v1::Action& action : actions) {
@@ -81,7 +81,7 @@ Status show_log(FarmConnection& connection, const Console& console, const LogOpt
   }
   console.object(json{{"actions", objects}});
   if (actions.empty()) {
-    console.result("nothing is recorded that fits");
+    console.result("no recorded action matches");
   } else {
     print_table(console, rows);
   }
@@ -92,15 +92,15 @@ Status show_log(FarmConnection& connection, const Console& console, const LogOpt
 
 void add_log_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<LogOptions>();
-  CLI::App* command = app.add_subcommand("log", "Show who did what with the farm, and what was refused.");
-  command->footer("For the role admin. docs/operate/security.md says what is recorded, and how long it is kept.");
+  CLI::App* command = app.add_subcommand("log", "Show the log of actions: who did what, and what was refused.");
+  command->footer("Needs the role admin. docs/operate/security.md lists what is recorded, and how long it is kept.");
   add_common_options(*command, context);
-  command->add_option("--job", options->job, "what was done with this job alone")->type_name("N");
-  command->add_option("--who", options->who, "what somebody of this name did alone")->type_name("NAME");
-  command->add_option("--since", options->since, "not what is longer ago: 90m, 2h, 7d")
+  command->add_option("--job", options->job, "only actions on this job")->type_name("N");
+  command->add_option("--who", options->who, "only actions of this name")->type_name("NAME");
+  command->add_option("--since", options->since, "only actions of this last time: 90m, 2h, 7d")
       ->type_name("TIME")
       ->check(readable(parse_seconds));
-  command->add_option("--last", options->last, "so many at most, the newest")
+  command->add_option("--last", options->last, "the newest N actions")
       ->type_name("N")
       ->check(whole_number(1, kMostLast))
       ->capture_default_str();

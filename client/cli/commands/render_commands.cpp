@@ -17,17 +17,16 @@ namespace lightmill::cli {
 namespace {
 
 constexpr const char* kRenderMore =
-    "It uses the farm given by --server or LIGHTMILL_SERVER; else one that answers at 127.0.0.1:7350; else, or with\n"
-    "--local, one of its own on this machine, taken down afterwards. Without -o it writes SCENE.exr and SCENE.png into "
-    "the\n"
-    "current folder. Ctrl-C cancels the job: what is rendered can still be fetched, or, of a farm of its own, is "
-    "written\n"
-    "to the -o files if every part of the picture has a sample. To let a job run on by itself, use `lightmill "
-    "submit`.\n\n"
+    "The farm is that of --server or LIGHTMILL_SERVER. Otherwise it is one that answers at 127.0.0.1:7350.\n"
+    "Otherwise, or with --local, it is a local farm, which stops afterwards. Without -o the pictures are SCENE.exr\n"
+    "and SCENE.png in the current folder. Ctrl-C cancels the job. Its picture can still be fetched. A local farm\n"
+    "writes it to the -o files, if every part has a sample. Use `lightmill submit` for jobs that outlive the\n"
+    "command.\n\n"
     "  lightmill render scenes/cornell-bench-blocks.json -o box.png --spp 256\n"
     "  lightmill render CornellBox.obj CornellBlocks.obj -o box.exr -o box.png --seconds 2m";
 
-constexpr const char* kSubmitMore = "`lightmill watch JOB` follows it, `lightmill fetch JOB -o FILE` gets its picture.";
+constexpr const char* kSubmitMore =
+    "`lightmill watch JOB` follows the job, and `lightmill fetch JOB -o FILE` writes its picture.";
 
 struct RenderCommandOptions {
   RenderOptions render;
@@ -42,8 +41,8 @@ void say_notices(const Console& console, const PreparedJob& job) {
   }
 }
 
-/// Saves what a private farm, which is taken down, has rendered: a picture in which every tile has a sample. Says what
-/// became of it, and names what it wrote in `object`.
+/// Saves the picture of a private farm before the farm ends, if every tile has a sample. Returns what happened, and
+/// puts the file names into `object`.
 std::string save_interrupted(Farm& farm, std::uint64_t id, const std::vector<std::string>& outputs,
                              const ViewSettings& view, nlohmann::json& object) {
   const Result<AssembledFilm> film = fetch_film(*farm.connection, id);
@@ -52,34 +51,35 @@ std::string save_interrupted(Farm& farm, std::uint64_t id, const std::vector<std
   }
   const Receipt& receipt = film->picture.receipt;
   if (receipt.min_samples == 0) {
-    return "nothing is written, as parts of the picture have no sample yet";
+    return "nothing is written, because parts of the picture have no samples yet";
   }
   if (const Status status = write_outputs(film->picture, outputs, view); !status.ok()) {
     return message_of(status);
   }
   object["outputs"] = outputs;
-  return fmt::format("what is rendered ({} per pixel) -> {}",
+  return fmt::format("the picture so far ({} per pixel) -> {}",
                      samples_per_pixel(receipt.min_samples, receipt.max_samples), fmt::join(outputs, ", "));
 }
 
-/// What is left when the command is interrupted. On a shared farm Ctrl-C cancels the job, its film stays; what the user
-/// has not decided (a terminal that went away, a SIGTERM) leaves it running. A private farm's film is saved; `object`
-/// gets the names of its files. `server`: the end of commands that reach the same farm.
+/// Handles an interruption. On a shared farm Ctrl-C cancels the job, and its film stays. A closed terminal or a SIGTERM
+/// leaves it running, because the user did not decide. A private farm's film is saved, and `object` gets the file
+/// names. `server`: the end of commands that reach the same farm.
 void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::string& server,
                      const std::vector<std::string>& outputs, const ViewSettings& view, const Console& console,
                      nlohmann::json& object) {
   if (farm.private_farm) {
-    console.notice(fmt::format("interrupted; {}; the private farm is taken down",
-                               save_interrupted(farm, id, outputs, view, object)));
+    console.notice(
+        fmt::format("interrupted; {}; the local farm is stopped", save_interrupted(farm, id, outputs, view, object)));
     return;
   }
   if (!by_user) {
-    console.notice(fmt::format("interrupted; job {} goes on: lightmill watch {}{}", id, id, server));
+    console.notice(fmt::format("interrupted; job {} continues; follow it with: lightmill watch {}{}", id, id, server));
     return;
   }
   const Result<v1::Job> job = farm.connection->cancel_job(id);
   console.notice(job.ok()
-                     ? fmt::format("interrupted; job {} is cancelled. What is rendered: lightmill fetch {} -o FILE{}",
+                     ? fmt::format("interrupted; job {} is cancelled. Get its picture with: lightmill fetch {} -o "
+                                   "FILE{}",
                                    id, id, server)
                      : fmt::format("interrupted; job {} could not be cancelled: {}", id, message_of(job.status())));
 }
@@ -88,7 +88,7 @@ void say_if_nobody_renders(const Console& console, FarmConnection& connection) {
   const Result<ListedWorkers> workers = connection.list_workers();
   if (workers.ok() && workers->items.empty()) {
     console.notice(
-        fmt::format("no worker is connected to {}: the job waits until one comes (lightmill-worker --server {})",
+        fmt::format("no worker is connected to {}: the job waits. Start one with: lightmill-worker --server {}",
                     connection.address(), connection.address()));
   }
 }
@@ -113,7 +113,7 @@ ExitCode render(Context& context, const Console& console, RenderCommandOptions o
   say_notices(console, *prepared);
   const bool exr = std::ranges::any_of(outputs, [](const std::string& path) { return lower_ending(path) == ".exr"; });
   if (!options.render.layers.empty() && !exr) {
-    console.notice("note: --layers are written into EXR files alone, and none is: " +
+    console.notice("note: --layers are written only to EXR files, and none is written: " +
                    fmt::format("{}", fmt::join(outputs, ", ")));
   }
   Result<Farm> farm = choose_farm(context.common, options.local,
@@ -154,7 +154,7 @@ ExitCode submit(Context& context, const Console& console, const RenderOptions& o
     for (const std::string& line : method_lines(job)) {
       console.notice(line);
     }
-    console.notice(fmt::format("job {} is trace {} in the farm's logs", job.id(), trace_text(job)));
+    console.notice(fmt::format("job {} has the trace id {} in the farm's logs", job.id(), trace_text(job)));
     console.result(std::to_string(job.id()));
     return ok_status();
   });
@@ -165,12 +165,12 @@ ExitCode submit(Context& context, const Console& console, const RenderOptions& o
 void add_render_commands(CLI::App& app, Context& context) {
   const auto options = std::make_shared<RenderCommandOptions>();
 
-  CLI::App* render_command = app.add_subcommand("render", "Render a scene, show how it goes, and write the picture.");
+  CLI::App* render_command = app.add_subcommand("render", "Render a scene, show the progress, and write the picture.");
   render_command->footer(kRenderMore);
   add_render_options(*render_command, options->render);
   add_picture_options(*render_command, options->picture);
-  render_command->add_flag("--local", options->local, "use a farm of its own, whatever else there is");
-  render_command->add_option("--threads", options->threads, "threads of such a farm (default: one per core)")
+  render_command->add_flag("--local", options->local, "use a local farm, even if another one answers");
+  render_command->add_option("--threads", options->threads, "threads of a local farm (default: one per core)")
       ->type_name("N")
       ->check(whole_number(1, 4096));
   add_common_options(*render_command, context);

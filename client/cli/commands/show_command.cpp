@@ -19,13 +19,13 @@ namespace {
 std::string goal_text(const v1::Goal& goal) {
   std::string text = goal.samples() > 0 ? fmt::format("{} samples per pixel", goal.samples()) : "";
   if (goal.seconds() > 0) {
-    text += (text.empty() ? "" : ", or ") + human_seconds(goal.seconds()) + " of rendering";
+    text += (text.empty() ? "" : ", or ") + human_seconds(goal.seconds()) + " of rendering time";
   }
   if (goal.error() > 0) {
     text += (text.empty() ? "" : ", or ") + fmt::format("error (relMSE) {:g}", goal.error());
   }
   if (goal.adaptive()) {
-    text += ", samples by noise";
+    text += ", adaptive";
   }
   return text;
 }
@@ -47,7 +47,7 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film) {
   std::vector<std::vector<std::string>> rows{
       {"job", fmt::format("{}  {}", job.id(), job.name())},
       {"state", state_name(job.state()) + (says_more ? ": " + job.reason() : "")},
-      {"asked by", fmt::format("{} on {}, {}", job.owner(), job.host(), human_date(job.submitted_unix_ms()))},
+      {"owner", fmt::format("{} on {}, {}", job.owner(), job.host(), human_date(job.submitted_unix_ms()))},
       {"picture",
        fmt::format(
            "{}x{}{}", job.width(), job.height(),
@@ -61,7 +61,7 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film) {
       {"worker time", human_seconds(job.worker_seconds()) + " over all threads"},
       {"results", fmt::format("{} merged, {} repeated, {} leases lost", counters.results_merged(),
                               counters.results_duplicate(), counters.leases_lost())},
-      {"verified", verification_text(job)},
+      {"audits", verification_text(job)},
       {"film hash", film.picture.receipt.film_hash},
   };
   if (job.has_error()) {
@@ -103,9 +103,9 @@ Status show_job(FarmConnection& connection, const Console& console, const ShowOp
   if (!options.chart.empty()) {
     LM_RETURN_IF_ERROR(
         as_output_error(write_file_atomically(options.chart, as_byte_view(chart_file(job_chart(film.job))))));
-    console.notice(fmt::format("the chart is in {}", options.chart));
+    console.notice(fmt::format("the chart is written to {}", options.chart));
     if (film.job.history().empty()) {
-      console.notice("the chart has no points yet: a job's error is looked at from 16 samples per pixel on");
+      console.notice("the chart has no points yet: a job's error is estimated from 16 samples per pixel on");
     }
   }
   nlohmann::json object = to_json(film.job);
@@ -121,9 +121,9 @@ Status show_job(FarmConnection& connection, const Console& console, const ShowOp
 
 void add_show_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<ShowOptions>();
-  CLI::App* command = app.add_subcommand("show", "Everything about one job, with the hash of its film.");
+  CLI::App* command = app.add_subcommand("show", "Show a job in detail, with the hash of its film.");
   add_job_number(*command, options->job);
-  command->add_option("--chart", options->chart, "also draw how its error fell, as SVG")
+  command->add_option("--chart", options->chart, "write a chart of its error as SVG")
       ->type_name("FILE.svg")
       ->check(CLI::Validator(
           [](std::string& file) {

@@ -54,12 +54,12 @@ Result<json> token_json(const v1::Token& token) {
   return object;
 }
 
-/// What a new token is for, in words.
+/// The purpose of a new token, in words.
 std::string purpose_of(const v1::Token& token, Roles roles) {
   return roles.has(Role::enrol) ? fmt::format("enrols {} as '{}/HOST', with tokens for {},",
                                               counted(token.enrolment().workers(), "worker"), token.name(),
                                               counted(token.enrolment().worker_seconds() / kDaySeconds, "day"))
-                                : fmt::format("stands for '{}' ({})", token.name(), names_of(roles));
+                                : fmt::format("of '{}' ({})", token.name(), names_of(roles));
 }
 
 Status create(FarmConnection& connection, const Console& console, const TokenOptions& options) {
@@ -77,7 +77,7 @@ Status create(FarmConnection& connection, const Console& console, const TokenOpt
   }
   const std::uint64_t days = options.days > 0 ? options.days : enrols ? kEnrolmentDays : kDays;
   request.set_until_unix_s(now_unix_s() + static_cast<std::int64_t>(days) * kDaySeconds);
-  if (!options.out.empty()) {  // first: a token that cannot be handed over is of no use
+  if (!options.out.empty()) {  // checked first, because a token that cannot be written is useless
     LM_RETURN_IF_ERROR(write_secret_file(options.out, as_byte_view(made.text + "\n"), false));
   }
   const Result<v1::Token> token = connection.create_token(request);
@@ -92,7 +92,7 @@ Status create(FarmConnection& connection, const Console& console, const TokenOpt
   object[options.out.empty() ? "token" : "file"] = options.out.empty() ? made.text : options.out;
   console.object(object);
   console.notice(fmt::format("token {} {} until {}{}", made.id, purpose_of(*token, roles),
-                             date_text(token->until_unix_s()), options.out.empty() ? "; it is shown this once" : ""));
+                             date_text(token->until_unix_s()), options.out.empty() ? "; it is shown only once" : ""));
   console.result(options.out.empty() ? made.text : fmt::format("{}: the token", options.out));
   return ok_status();
 }
@@ -113,11 +113,11 @@ Status list(FarmConnection& connection, const Console& console) {
                     !token.enrolled_by().empty() ? "token " + token.enrolled_by()
                     : token.made_by().empty()    ? "-"
                                                  : token.made_by(),
-                    date_text(token.until_unix_s()) + (token.until_unix_s() <= now_unix_s() ? " (ended)" : "")});
+                    date_text(token.until_unix_s()) + (token.until_unix_s() <= now_unix_s() ? " (expired)" : "")});
   }
   console.object(json{{"tokens", objects}});
   if (tokens.empty()) {
-    console.result("no tokens: `lightmill tokens create NAME` makes one");
+    console.result("no tokens: make one with `lightmill tokens create NAME`");
   } else {
     print_table(console, rows);
   }
@@ -135,15 +135,17 @@ Status revoke(FarmConnection& connection, const Console& console, const TokenOpt
                       {"enrolled_revoked", options.enrolled},
                       {"enrols_again_by", response.enrols_again_by()}});
   const std::string enrolled = counted(response.enrolled(), "worker");
-  console.result(fmt::format("nobody gets in by token {}{} any more", options.id,
-                             options.enrolled ? fmt::format(", or by those of {} that it enrolled,", enrolled) : ""));
+  console.result(
+      fmt::format("token {} is revoked{}", options.id,
+                  options.enrolled ? fmt::format(", and so are those of {} that it enrolled", enrolled) : ""));
   if (response.enrolled() > 0 && !options.enrolled) {
     console.notice(fmt::format(
-        "the tokens of {} that it enrolled still hold: `lightmill tokens revoke {} --enrolled` revokes them too",
+        "the tokens of {} that it enrolled are still valid: revoke them too with `lightmill tokens revoke {} "
+        "--enrolled`",
         enrolled, options.id));
   }
   if (!response.enrols_again_by().empty()) {
-    console.notice(fmt::format("its bearer can enrol again by token {}: `lightmill tokens revoke {}` ends that",
+    console.notice(fmt::format("its bearer can enrol again with token {}: revoke it with `lightmill tokens revoke {}`",
                                response.enrols_again_by(), response.enrols_again_by()));
   }
   return ok_status();
@@ -153,7 +155,7 @@ void run_it(CLI::App* command, Context& context, const std::function<Status(Farm
   add_common_options(*command, context);
   command->callback([&context, command, action] {
     if (!command->get_subcommands().empty()) {
-      return;  // its own callback has run
+      return;  // the subcommand's callback has run
     }
     context.run = [&context, action](const Console& console) {
       return with_farm(console, context.common,
@@ -167,45 +169,44 @@ void run_it(CLI::App* command, Context& context, const std::function<Status(Farm
 void add_token_commands(CLI::App& app, Context& context) {
   const auto options = std::make_shared<TokenOptions>();
   CLI::App* tokens =
-      app.add_subcommand("tokens", "List the tokens that let in who has no certificate, or make or revoke one.");
+      app.add_subcommand("tokens", "List, make or revoke tokens, for users and workers without a certificate.");
   tokens->require_subcommand(0, 1);
   tokens->footer(
-      "For the role admin. A token is given in a file (--token-file) or in LIGHTMILL_TOKEN; docs/operate/security.md "
-      "says more.");
+      "Needs the role admin. Programs take a token from a file (--token-file) or from LIGHTMILL_TOKEN; see "
+      "docs/operate/security.md.");
   run_it(tokens, context, list);
 
-  CLI::App* made = tokens->add_subcommand("create", "Make a token, and print it this once.");
-  made->add_option("NAME", options->name, "whom it stands for; the owner of the jobs that are submitted with it")
+  CLI::App* made = tokens->add_subcommand("create", "Make a token, and print it once.");
+  made->add_option("NAME", options->name, "name of the user or worker, the owner of jobs submitted with it")
       ->required();
-  made->add_option("--roles", options->roles,
-                   "what its bearer may do: view, submit, operate, worker, admin; with commas")
+  made->add_option("--roles", options->roles, "roles: view, submit, operate, worker, admin; with commas")
       ->type_name("ROLE[,ROLE]")
       ->check(readable(parse_roles))
       ->capture_default_str();
   made->add_option(
           "--enrol", options->enrolments,
-          "in place of roles: N workers get a token of their own by it (lightmill-worker --enrol-file), and it "
-          "is of no other use")
+          "instead of roles: N workers can enrol with it for a token of their own (lightmill-worker --enrol-file); "
+          "it has no other use")
       ->type_name("N")
       ->check(whole_number(1, kMaxEnrolments))
       ->excludes("--roles");
   made->add_option("--days", options->days,
-                   fmt::format("how long it holds (default: {}, with --enrol {})", kDays, kEnrolmentDays))
+                   fmt::format("days of validity (default: {}; with --enrol {})", kDays, kEnrolmentDays))
       ->check(whole_number(1, kMaxTokenDays));
-  made->add_option("--worker-days", options->worker_days, "with --enrol: how long the workers' tokens hold")
+  made->add_option("--worker-days", options->worker_days, "with --enrol: days of validity of the workers' tokens")
       ->check(whole_number(1, kMaxTokenDays))
       ->capture_default_str()
       ->needs("--enrol");
-  made->add_option("--out", options->out, "write it here, for its owner's eyes alone, instead of printing it")
+  made->add_option("--out", options->out, "write it to this file, readable only by its owner, instead of printing it")
       ->type_name("FILE");
   run_it(made, context, [options](FarmConnection& connection, const Console& console) {
     return create(connection, console, *options);
   });
 
-  CLI::App* revoked = tokens->add_subcommand("revoke", "Let nobody in by a token any more.");
-  revoked->add_option("ID", options->id, "as `tokens` lists it")->required();
+  CLI::App* revoked = tokens->add_subcommand("revoke", "Revoke a token.");
+  revoked->add_option("ID", options->id, "its id, as `tokens` prints it")->required();
   revoked->add_flag("--enrolled", options->enrolled,
-                    "also the tokens of all workers that it enrolled; it may have been revoked before");
+                    "also revoke the tokens of all workers that it enrolled; the token itself may be revoked already");
   run_it(revoked, context, [options](FarmConnection& connection, const Console& console) {
     return revoke(connection, console, *options);
   });

@@ -21,11 +21,11 @@ namespace {
 using SteadyTime = std::chrono::steady_clock::time_point;
 
 constexpr double kLeastInterval = 0.1;
-constexpr Duration kTick = std::chrono::milliseconds(50);  // keys and the window's size are looked at so often
-constexpr Duration kSilence = std::chrono::seconds(3);     // that is not worth a word
+constexpr Duration kTick = std::chrono::milliseconds(50);  // interval of checks for keys and the window's size
+constexpr Duration kSilence = std::chrono::seconds(3);     // silence below this is not reported
 
 constexpr const char* kTopFooter =
-    "q or Ctrl-C leaves. Where standard output is no terminal, and with --json, it looks once.";
+    "q or Ctrl-C ends it. With --json, or if standard output is no terminal, it prints once.";
 
 struct TopOptions {
   bool once = false;
@@ -49,7 +49,7 @@ Result<FarmLook> look_at(FarmConnection& connection) {
                   workers.wanted,       std::move(workers.notices), ""};
 }
 
-/// A look at the farm that is under way.
+/// A snapshot of the farm in progress.
 struct Look : Looking<FarmLook> {
   explicit Look(FarmConnection& connection)
       : Looking([&connection] { return look_at(connection); }, [&connection] { connection.cancel_calls(); }) {}
@@ -79,12 +79,12 @@ Result<FarmLook> first_look(FarmConnection& connection, const Signals& signals) 
   return looking.result();
 }
 
-/// Shows the farm, from `look` on, until somebody wants to leave.
+/// Shows the farm, beginning with `look`, until the user leaves.
 void follow_farm(FarmConnection& connection, FarmLook look, Duration interval, Signals& signals) {
   std::optional<Look> looking;
-  Screen screen(signals);  // after what may take long to break off: the terminal is given back first
-  SteadyTime since = std::chrono::steady_clock::now();  // when the look that is under way began, or the last one ended
-  std::optional<Screen::Size> shown;                    // of what the screen has; none: it is out of date
+  Screen screen(signals);  // destroyed before `looking`, which may take long to cancel: the terminal is restored first
+  SteadyTime since = std::chrono::steady_clock::now();  // when the snapshot in progress began, or the last one ended
+  std::optional<Screen::Size> shown;                    // of the screen's content; empty: out of date
   do {
     const SteadyTime now = std::chrono::steady_clock::now();
     if (looking && looking->done()) {
@@ -139,10 +139,10 @@ ExitCode top(Context& context, const Console& console, const TopOptions& options
 
 void add_top_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<TopOptions>();
-  CLI::App* command = app.add_subcommand("top", "Watch the farm: its jobs that have not ended, and its workers.");
+  CLI::App* command = app.add_subcommand("top", "Watch the farm: its unfinished jobs and its workers.");
   command->footer(kTopFooter);
-  command->add_flag("--once", options->once, "look once");
-  command->add_option("--interval", options->interval, "between two looks, as 0.5s or 1m; at least 0.1s")
+  command->add_flag("--once", options->once, "print once, and end");
+  command->add_option("--interval", options->interval, "time between updates, e.g. 0.5s or 1m; at least 0.1s")
       ->type_name("TIME")
       ->check(readable(parse_interval))
       ->capture_default_str();

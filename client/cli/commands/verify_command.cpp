@@ -18,13 +18,13 @@ namespace lightmill::cli {
 namespace {
 
 constexpr const char* kVerifyFooter =
-    "The picture is an EXR that Lightmill wrote; the scene is what it was rendered from, with the same --camera and\n"
-    "--mtl. First the file alone: that it is whole, that no pixel and no attribute has been changed, that\n"
-    "its receipt (scene, assets, method, seed, layers, class) has the render digest that it states. Then random tiles\n"
-    "are rendered again and compared bit for bit, on the farm that `render` would use; its workers must have the\n"
-    "picture's renderer and fingerprint class. A picture of which a share w is wrong, in whole tiles, passes n tiles\n"
-    "with probability (1 - w)^n. Methods with photons or light paths trace all of them for each tile. Of a picture\n"
-    "whose job allowed mixed classes the file is checked, and that is all that can be.\n\n"
+    "IMAGE is an EXR of Lightmill. SCENE is the scene of the render, with the same --camera and --mtl. First the\n"
+    "file is checked: it must be complete, with unchanged pixels and attributes, and the receipt (scene, assets,\n"
+    "method, seed, layers, class) must give its render digest. Then random tiles are rendered again and compared\n"
+    "bit for bit. The farm is chosen as for `render`. Its workers must have the picture's renderer and fingerprint\n"
+    "class. A picture in which a share w of the tiles is wrong passes n tiles with probability (1 - w)^n. Methods\n"
+    "with photons or light paths trace all of them for each tile. If the job allowed mixed classes, only the file\n"
+    "is checked.\n\n"
     "  lightmill verify picture.exr scenes/cornell-bench-blocks.json --share 5%";
 
 constexpr std::uint64_t kMostSeed = (std::uint64_t{1} << 53) - 1;  ///< every reader of JSON has such numbers exactly
@@ -38,7 +38,7 @@ struct VerifyOptions {
   unsigned threads = 0;
 };
 
-/// A tile that is rendered again.
+/// A tile to render again.
 struct Again {
   PixelRect rect;
   std::uint64_t job = 0;
@@ -48,19 +48,17 @@ std::string new_request_id(std::uint64_t seed, const PixelRect& rect, std::uint6
   return sha256(fmt::format("verify {} {} {} {}", seed, rect.x, rect.y, nonce)).hex();
 }
 
-/// What is to be rendered again.
+/// Everything to render again.
 struct Task {
   FilmPicture picture;
   PreparedJob job;  ///< of the whole picture
   std::vector<PixelRect> tiles;
 };
 
-/// Of tiles, of which there is at least one.
+/// A share of tiles; at least one tile is drawn.
 Result<double> parse_tiles(std::string_view text) {
   LM_ASSIGN_OR_RETURN(const double share, parse_share(text));
-  return share > 0 ? Result<double>(share)
-                   : invalid_argument(
-                         "a share of more than 0% is expected, got '{}': one tile is rendered again at least", text);
+  return share > 0 ? Result<double>(share) : invalid_argument("the share must be more than 0%, got '{}'", text);
 }
 
 Result<Task> prepare(const VerifyOptions& options, std::uint64_t seed, Signals& signals) {
@@ -99,7 +97,7 @@ Result<Again> submit_tile(Farm& farm, const Task& task, const PixelRect& rect, s
   return Again{rect, submitted.id()};
 }
 
-/// Empty, or what differs. Errors are such that nothing can be said.
+/// Returns the difference, or an empty text. An error means that the comparison was not possible.
 Result<std::string> compare(Farm& farm, const Task& task, const Again& again, Signals& signals,
                             const Console& console) {
   LM_ASSIGN_OR_RETURN(const v1::Job job,
@@ -109,8 +107,8 @@ Result<std::string> compare(Farm& farm, const Task& task, const Again& again, Si
   }
   if (job.fingerprint_class() != task.picture.receipt.fingerprint_class) {
     return failed_precondition(
-        "the farm's workers are of fingerprint class {}, and the picture is of {}: their bits differ where nobody is "
-        "wrong",
+        "the farm's workers are of fingerprint class {}, and the picture is of {}: their bits differ although both "
+        "are correct",
         job.fingerprint_class(), task.picture.receipt.fingerprint_class);
   }
   LM_ASSIGN_OR_RETURN(const AssembledFilm film, fetch_film(*farm.connection, again.job));
@@ -126,8 +124,8 @@ ExitCode verify(Context& context, const Console& console, const VerifyOptions& o
   }
   if (task->picture.receipt.fingerprint_class == kMixedClass) {
     return console.fail(failed_precondition(
-        "{}: the file is as it was written, but workers of mixed fingerprint classes have rendered "
-        "it (--allow-mixed), so that nobody can tell by rendering tiles again whether they are right",
+        "{}: the file is unchanged, but workers of mixed fingerprint classes rendered it (--allow-mixed), so its "
+        "tiles cannot be verified",
         options.image));
   }
   Result<Farm> farm = choose_farm(context.common, options.local, {options.threads, options.scene.unsandboxed_images},
@@ -155,7 +153,7 @@ ExitCode verify(Context& context, const Console& console, const VerifyOptions& o
       lines.push_back(fmt::format("the {}x{} pixels at {}, {}: {}", rect.width, rect.height, rect.x, rect.y, *differs));
     }
   }
-  for (const Again& again : tiles) {  // of a private farm they end with it
+  for (const Again& again : tiles) {  // a private farm's jobs end with it
     if (!farm->private_farm) {
       (void)farm->connection->delete_job(again.job, true);
     }
@@ -168,18 +166,19 @@ ExitCode verify(Context& context, const Console& console, const VerifyOptions& o
                         {"tiles", all},           {"verified", tiles.size()},
                         {"wrong", wrong},         {"seed", seed}};
   if (!lines.empty()) {
-    // Such a picture may have samples of which earlier ones were still to come; nobody can render just those again.
+    // A picture of an unfinished job may lack some of its earlier samples. No job can render exactly the others again.
     const char* const why = task->picture.receipt.ended.empty()
-                                ? ". It was fetched before its job had ended, which may be why: fetch it again"
+                                ? ". The picture was fetched before its job had ended, which may be the reason: "
+                                  "fetch it again"
                                 : "";
-    return console.fail(data_loss("{}: {} of {} tiles that were rendered again are not what the picture has: {}{}",
-                                  options.image, lines.size(), tiles.size(), fmt::join(lines, "; "), why),
+    return console.fail(data_loss("{}: {} of {} tiles differ from a new render: {}{}", options.image, lines.size(),
+                                  tiles.size(), fmt::join(lines, "; "), why),
                         object);
   }
   console.object(object);
   console.result(
-      fmt::format("{}: the file is as it was written, and {} of its {} tiles, rendered again, have the same "
-                  "bits (--seed {})",
+      fmt::format("{}: the file is unchanged, and {} of its {} tiles were rendered again with the same bits (--seed "
+                  "{})",
                   options.image, tiles.size(), all, seed));
   return kDone;
 }
@@ -189,21 +188,21 @@ ExitCode verify(Context& context, const Console& console, const VerifyOptions& o
 void add_verify_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<VerifyOptions>();
   CLI::App* command =
-      app.add_subcommand("verify", "Check that a picture is what its receipt says, by rendering parts of it again.");
+      app.add_subcommand("verify", "Check a picture against its receipt, by rendering parts of it again.");
   command->footer(kVerifyFooter);
   command->add_option("IMAGE", options->image, "an EXR that Lightmill wrote")->type_name("FILE")->required();
   add_scene_options(*command, options->scene);
   command
       ->add_option("--share", options->share,
-                   "of the picture's tiles (64x64 pixels) that are rendered again, one at least: 1%, all")
+                   "share of the picture's tiles (64x64 pixels) to render again, at least one tile: 1%, all")
       ->type_name("SHARE")
       ->check(readable(parse_tiles))
       ->capture_default_str();
-  command->add_option("--seed", options->seed, "draws the tiles (default: others each time)")
+  command->add_option("--seed", options->seed, "seed of the choice of tiles (default: random)")
       ->type_name("S")
       ->check(whole_number(0, kMostSeed));
-  command->add_flag("--local", options->local, "use a farm of its own, whatever else there is");
-  command->add_option("--threads", options->threads, "threads of such a farm (default: one per core)")
+  command->add_flag("--local", options->local, "use a local farm, even if another one answers");
+  command->add_option("--threads", options->threads, "threads of a local farm (default: one per core)")
       ->type_name("N")
       ->check(whole_number(1, 4096));
   add_common_options(*command, context);

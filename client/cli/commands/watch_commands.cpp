@@ -16,11 +16,9 @@ namespace lightmill::cli {
 namespace {
 
 constexpr const char* kWatchMore =
-    "With -o FILE.png that file is rewritten as the picture gets better; when the job is done, every -o is written "
-    "from\n"
-    "the finished film. If the farm goes away, it waits for it to come back (ten minutes). Ctrl-C stops watching, not "
-    "the\n"
-    "job. With --tev it ends once the viewer has all of the picture; exit code 1 if it does not get it.";
+    "With -o FILE.png the file is rewritten as the picture improves. When the job is done, every -o is written from\n"
+    "the finished film. If the farm goes away, the command retries for ten minutes. Ctrl-C stops watching, not the\n"
+    "job. With --tev it ends once the viewer has the whole picture; exit code 1 if the viewer does not get it.";
 
 struct WatchOptions {
   std::uint64_t job = 0;
@@ -28,7 +26,7 @@ struct WatchOptions {
   PictureOptions picture;
 };
 
-/// Waits until the viewer has all of the picture; an interruption ends that. Whether it has.
+/// Waits until the viewer has the whole picture, or an interruption. Returns whether it has.
 bool finish_showing(TevViewer& viewer, Signals& signals) {
   const auto stop_if_interrupted = [&] {
     if (signals.interrupted()) {
@@ -42,7 +40,7 @@ bool finish_showing(TevViewer& viewer, Signals& signals) {
   return sent_all;
 }
 
-/// Until the job has ended and is reported. `viewer`: null for none.
+/// Follows the job until it has ended and is reported. `viewer`: can be null.
 ExitCode follow(Context& context, const Console& console, const WatchOptions& options, const ViewSettings& view,
                 Farm& farm, TevViewer* viewer) {
   ProgressPrinter progress(console, system_clock());
@@ -60,8 +58,8 @@ ExitCode follow(Context& context, const Console& console, const WatchOptions& op
                                          });
   if (!job.ok()) {
     if (context.signals.interrupted()) {
-      console.notice(fmt::format("job {} goes on; `lightmill watch {}{}` follows it again", options.job, options.job,
-                                 context.common.server_words()));
+      console.notice(fmt::format("job {} continues; follow it again with `lightmill watch {}{}`", options.job,
+                                 options.job, context.common.server_words()));
     }
     return console.fail(job.status());
   }
@@ -132,16 +130,15 @@ void add_watch_commands(CLI::App& app, Context& context) {
   CLI::App* watch_command = add_command(app, context, options, "watch", "Follow a job until it ends.", watch);
   watch_command->footer(kWatchMore);
   watch_command
-      ->add_option(
-          "--tev", options->tev,
-          fmt::format("show the picture in tev or HDRView, which listen there (without a value: {})", kTevAddress))
+      ->add_option("--tev", options->tev,
+                   fmt::format("show the picture in tev or HDRView at this address (without a value: {})", kTevAddress))
       ->type_name("HOST:PORT")
-      ->option_text("[HOST:PORT]")  // CLI11's own has the default value as if it stood for an option that is not given
+      ->option_text("[HOST:PORT]")  // CLI11's own text shows the default as if it applied without the option
       ->expected(0, 1)
       ->default_str(std::string(kTevAddress))
       ->check(readable(parse_host_port));
   add_openjd_option(*watch_command, context);
-  add_command(app, context, options, "fetch", "Write a job's picture as it stands now.", fetch)
+  add_command(app, context, options, "fetch", "Write a job's current picture.", fetch)
       ->get_option("--output")
       ->required();
 }

@@ -36,7 +36,7 @@ Status list_workers(FarmConnection& connection, const Console& console, const st
   }
   for (const v1::Worker& worker : workers) {
     if (!worker.quarantine().empty()) {
-      console.notice(fmt::format("{} is in quarantine: {}; `lightmill workers release {}{}` lets it render again",
+      console.notice(fmt::format("{} is in quarantine: {}; release it with `lightmill workers release {}{}`",
                                  worker.name(), worker.quarantine(), worker.name(), server));
     }
   }
@@ -56,7 +56,7 @@ Status list_workers(FarmConnection& connection, const Console& console, const st
 Status drain_worker(FarmConnection& connection, const Console& console, const std::string& name) {
   LM_ASSIGN_OR_RETURN(const v1::Worker worker, connection.drain_worker(name));
   console.object(to_json(worker));
-  console.result(fmt::format("worker {} finishes what it has and leaves", name));
+  console.result(fmt::format("worker {} finishes its units and leaves", name));
   return ok_status();
 }
 
@@ -65,9 +65,8 @@ Status quarantine_worker(FarmConnection& connection, const Console& console,
   LM_ASSIGN_OR_RETURN(const v1::Worker worker, connection.quarantine_worker(request));
   console.object(to_json(worker));
   console.result(fmt::format(
-      "worker {} is in quarantine, with all others of its identity{}; `lightmill workers release "
-      "{}` ends that",
-      request.name(), request.render_again() ? ", and what they had a part in is rendered again" : "", request.name()));
+      "worker {} and all others of its identity are in quarantine{}; release them with `lightmill workers release {}`",
+      request.name(), request.render_again() ? ", and their results are rendered again" : "", request.name()));
   return ok_status();
 }
 
@@ -81,16 +80,14 @@ Status release_worker(FarmConnection& connection, const Console& console, const 
 }  // namespace
 
 void add_worker_commands(CLI::App& app, Context& context) {
-  CLI::App* workers =
-      app.add_subcommand("workers", "List the farm's workers, drain one, put one into quarantine or release it.");
+  CLI::App* workers = app.add_subcommand("workers", "List, drain, quarantine or release the farm's workers.");
   workers->require_subcommand(0, 1);
   const auto wanted = std::make_shared<bool>(false);
-  workers->add_flag("--wanted", *wanted,
-                    "print only how many workers the farm could use now, for what starts and stops them");
+  workers->add_flag("--wanted", *wanted, "print only how many workers the farm could use now, for autoscalers");
   add_common_options(*workers, context);
   workers->callback([&context, workers, wanted] {
     if (!workers->get_subcommands().empty()) {
-      return;  // its own callback has run
+      return;  // the subcommand's callback has run
     }
     context.run = [&context, wanted](const Console& console) {
       return with_farm(console, context.common, [&](FarmConnection& connection) {
@@ -100,7 +97,7 @@ void add_worker_commands(CLI::App& app, Context& context) {
   });
 
   const auto name = std::make_shared<std::string>();
-  CLI::App* drain = workers->add_subcommand("drain", "Ask a worker to finish what it has and leave.");
+  CLI::App* drain = workers->add_subcommand("drain", "Let a worker finish its units and leave.");
   drain->add_option("NAME", *name, "the worker's name, as `workers` prints it")->required();
   add_common_options(*drain, context);
   drain->callback([&context, name] {
@@ -113,13 +110,13 @@ void add_worker_commands(CLI::App& app, Context& context) {
   const auto suspect = std::make_shared<v1::QuarantineWorkerRequest>();
   CLI::App* quarantine = workers->add_subcommand(
       "quarantine",
-      "Give a worker, and all others of its identity, nothing to render until they are released. What they have is "
-      "given to others at once; the worker that differs from two others is put there by the farm itself.");
+      "Give no work to a worker and all others of its identity until they are released. Their units go to other "
+      "workers at once. The farm itself quarantines a worker that differs from two others.");
   quarantine->add_option("NAME", *suspect->mutable_name(), "the worker's name, as `workers` prints it")->required();
-  quarantine->add_option("--reason", *suspect->mutable_reason(), "what others are told of it, one line");
+  quarantine->add_option("--reason", *suspect->mutable_reason(), "the reason that others see, one line");
   quarantine->add_flag_function(
       "--render-again", [suspect](std::int64_t) { suspect->set_render_again(true); },
-      "also take out of all pictures what they have had a part in; it is rendered again, of done jobs, too");
+      "also remove their results from all pictures, and render them again, also of done jobs");
   add_common_options(*quarantine, context);
   quarantine->callback([&context, suspect] {
     context.run = [&context, suspect](const Console& console) {
@@ -128,8 +125,8 @@ void add_worker_commands(CLI::App& app, Context& context) {
     };
   });
 
-  CLI::App* release = workers->add_subcommand(
-      "release", "Let a worker that is in quarantine render again, and all others of its identity.");
+  CLI::App* release =
+      workers->add_subcommand("release", "Release a worker and all others of its identity from quarantine.");
   release->add_option("NAME", *name, "the worker's name, as `workers` prints it")->required();
   add_common_options(*release, context);
   release->callback([&context, name] {

@@ -58,7 +58,7 @@ test('a lab report has a line for each method, without what logarithms have no p
 });
 
 test('what is no lab report says so', () => {
-  expect(() => parseLabReport('nothing')).toThrow(/the file is no JSON/);
-  expect(() => parseLabReport('[]')).toThrow(/the file is no object: this is not the results.json/);
+  expect(() => parseLabReport('nothing')).toThrow(/the file is not JSON/);
+  expect(() => parseLabReport('[]')).toThrow(/the file is not an object: this is not the results.json/);
   expect(() => parseLabReport('{"scenes": [{"scene": "box"}]}')).toThrow(/scene box has no list "methods"/);
 });

@@ -101,9 +101,9 @@ test('a job of photons is the same scene, size and seed by one sample of dots', 
     settings: {width: 64, height: 32, seed: 7n, method: 'path', maxBounces: 5, meters: 2, crop: {x: 1, y: 2, width: 3, height: 4}},
   });
   const dots = dotsSpec(spec, 'caustic', 'core', 12n);
-  expect(dots.name).toBe('box (its photons)');
+  expect(dots.name).toBe('box (photon map)');
   const long = dotsSpec({...spec, name: '箱'.repeat(66)}, 'few', 'core', 12n).name;
-  expect(long).toBe(`${'箱'.repeat(62)} (its photons)`);
+  expect(long).toBe(`${'箱'.repeat(62)} (photon map)`);
   expect(new TextEncoder().encode(long).length).toBe(200);
   expect(isLook(dots.name)).toBe(true);
   expect(isLook('box')).toBe(false);

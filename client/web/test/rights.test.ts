@@ -6,7 +6,7 @@ const submitter: Rights = {caller: 'ada', roles: ['submit'], may: ['SubmitJob'],
 test('what the coordinator has named may be done, with anybody’s job or with one’s own', () => {
   expect(refusalOf(submitter, 'SubmitJob')).toBeUndefined();
   expect(refusalOf(submitter, 'PauseJob', 'ada')).toBeUndefined();
-  expect(refusalOf(submitter, 'PauseJob', 'bob')).toMatch(/somebody else's.*submit/);
+  expect(refusalOf(submitter, 'PauseJob', 'bob')).toMatch(/another user.*submit/);
   expect(refusalOf(submitter, 'DrainWorker')).toMatch(/Your roles \(submit\)/);
 });
 

@@ -56,8 +56,8 @@ const std::vector<Kind>& kinds() {
       {"rough gold, adaptive", "tests/bench/choices/sun-on-rough-gold.json --method path --size 160x120 --adaptive",
        128},
       {"meters", "tests/bench/soak/light-meters.json --method caustic", 128},
-      {"photons as dots", "scenes/cornell-bench-balls.json --method photon-dots --size 128x128", 64},
-      {"openness of the blocks", "scenes/cornell-bench-blocks.json --method ao --size 192x192", 512, true},
+      {"photon map", "scenes/cornell-bench-balls.json --method photon-dots --size 128x128", 64},
+      {"ambient occlusion of the blocks", "scenes/cornell-bench-blocks.json --method ao --size 192x192", 512, true},
   };
   return all;
 }

@@ -178,7 +178,7 @@ class Scripts(unittest.TestCase):
         run = subprocess.run(["bash", SLURM / "worker.sbatch"], check=False, capture_output=True, text=True,
                              env={**self.environment, "SLURM_JOB_ID": "5"})
         self.assertEqual((run.returncode, run.stdout), (1, ""))
-        self.assertRegex(run.stderr, r"^no address in \S*/coordinators: start coordinator.sbatch")
+        self.assertRegex(run.stderr, r"^\S*/coordinators has no address: start coordinator.sbatch")
 
 
 class FakeSlurm:
@@ -267,9 +267,9 @@ class Autoscale(unittest.TestCase):
             self.look()
             self.slurm.all("FAILED", seconds=2, reason="NonZeroExitCode")
         self.assertEqual(self.slurm.arrays, 14)  # after 0, 30, 60, 120, 240 and then every 300 s, and what asking takes
-        self.assertIn("3 ended within a minute of their start, or are held (1_1: FAILED; its log may say why): no more for 30 s",
+        self.assertIn("3 ended within a minute of their start, or are held (1_1: FAILED; see its log): no submissions for 30 s",
                       self.said)
-        self.assertTrue(self.said[-1].endswith("no more for 300 s") or self.said[-2].endswith("no more for 300 s"))
+        self.assertTrue(self.said[-1].endswith("no submissions for 300 s") or self.said[-2].endswith("no submissions for 300 s"))
         self.look(300)
         self.slurm.all("RUNNING")
         self.look(1200)
@@ -279,7 +279,7 @@ class Autoscale(unittest.TestCase):
         self.assertEqual(self.slurm.arrays, arrays + 1, "they ran long enough")
         self.slurm.all("COMPLETED", seconds=10)
         self.look()
-        self.assertTrue(self.said[-1].endswith("no more for 30 s"), "it began anew")
+        self.assertTrue(self.said[-1].endswith("no submissions for 30 s"), "it began anew")
 
     def test_held_ones_are_not_to_come(self):
         self.slurm.wanted = 2

@@ -81,7 +81,7 @@ TEST_F(SecureCliTest, ReplacingTouchesNothingElse) {
   };
   const auto kept = [&](const std::vector<std::string>& arguments, const std::string& path) {
     const std::string before = contents(path);
-    EXPECT_TRUE(says(failure(arguments), "nothing is changed")) << path;
+    EXPECT_TRUE(says(failure(arguments), "Nothing was changed")) << path;
     EXPECT_EQ(contents(path), before) << path;
   };
   write("letter", "dear ada");
@@ -215,11 +215,13 @@ TEST_F(SecureCliTest, EnrolmentTokensSayWhomTheyEnrolled) {
       says(failure(as("", {"jobs", "--token-file", file("render.enrol")})), "'render' (roles: enrol; by token"));
 
   const CommandResult machine = lightmill(as("root", {"tokens", "revoke", listed[1].value("id", "")}));
-  EXPECT_TRUE(says(machine.err, "its bearer can enrol again by token " + id)) << machine.err;
+  EXPECT_TRUE(says(machine.err, "its bearer can enrol again with token " + id)) << machine.err;
   ASSERT_TRUE(eventually([&] { return json(as("root", {"tokens"}))["tokens"].size() == 2; })) << "it has";
   const CommandResult closed = lightmill(as("root", {"tokens", "revoke", id}));
-  EXPECT_TRUE(says(closed.err, "the tokens of 1 worker that it enrolled still hold: `lightmill tokens revoke " + id +
-                                   " --enrolled`"))
+  EXPECT_TRUE(says(closed.err,
+                   "the tokens of 1 worker that it enrolled are still valid: revoke them too with `lightmill tokens "
+                   "revoke " +
+                       id + " --enrolled`"))
       << closed.err;
   EXPECT_EQ(json(as("root", {"tokens"}))["tokens"].size(), 1u);
   EXPECT_EQ(json(as("root", {"tokens", "revoke", id, "--enrolled"}))["enrolled"], 1);

@@ -173,9 +173,9 @@ TEST_F(FarmCliTest, RenderSaysThatNoWorkerIsThereAndWorkersFindTheFarmAsItDoes) 
       return std::string(std::istreambuf_iterator<char>(log), {}).find(text) != std::string::npos;
     });
   };
-  EXPECT_TRUE(said(fmt::format("no worker is connected to {}: the job waits until one comes", server())));
+  EXPECT_TRUE(said(fmt::format("no worker is connected to {}: the job waits. Start one", server())));
   EXPECT_TRUE(said("job 1: waits for a worker: none is connected")) << "that is what `show` has, too";
-  EXPECT_TRUE(said("--layers are written into EXR files alone, and none is: " + file("a.png")));
+  EXPECT_TRUE(said("--layers are written only to EXR files, and none is written: " + file("a.png")));
   BackgroundProcess worker({program("lightmill-worker"), "--threads", "1"}, file("worker.log"),
                            {{"LIGHTMILL_SERVER", server()}});
   EXPECT_EQ(render.wait(), 0);
@@ -221,7 +221,7 @@ TEST_F(FarmCliTest, SeveralJobsAreChangedAtOnceAlsoAfterOneThatCannotBe) {
   ASSERT_EQ(all["failed"].size(), 2u);
   EXPECT_EQ(std::to_string(all["failed"][0].value("id", 0)), second);
   EXPECT_NE(all["failed"][1]["message"].get<std::string>().find("77"), std::string::npos);
-  EXPECT_EQ(all["failure"]["message"], "2 of 4 jobs are as they were");
+  EXPECT_EQ(all["failure"]["message"], "2 of 4 jobs were not changed");
   EXPECT_EQ(on_farm({"delete", first, third, "--cancel"})["jobs"].size(), 2u);
   EXPECT_EQ(on_farm({"jobs"})["jobs"].size(), 1u);
 }

@@ -47,7 +47,7 @@ TEST_F(CheckTest, EverySceneThatComesWithLightmillHasAMethodThatAutoTakes) {
 
 TEST_F(CheckTest, ReasonsNameWhatIsInTheWay) {
   const std::string text = lightmill({"check", kGlassUnderABulb}).out;
-  for (const char* part : {"method path", "the point light 'bulb'", "glass", "auto takes", "compiled in"}) {
+  for (const char* part : {"method path", "the point light 'bulb'", "glass", "auto chooses", "compiled in"}) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   }
 }

@@ -30,7 +30,7 @@ TEST_F(CliTest, RendersAndLeavesNothingButThePictures) {
       lightmill({"render", scene("cornell-bench-balls.json"), "--local", "--size", "80x64", "--spp", "4", "-o",
                  file("a.exr"), "-o", file("a.png"), "--exposure", "1", "--view", "filmic"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_NE(result.err.find("private"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("farm: a local one"), std::string::npos) << result.err;
   for (const char* name : {"a.exr", "a.png"}) {
     const Result<RgbImage> image = load_rgb(file(name));
     ASSERT_TRUE(image.ok()) << image.status();
@@ -263,7 +263,7 @@ TEST_F(SharedFarmTest, MetersAreReadAndAreNoPartOfThePicture) {
   // Other methods read none.
   EXPECT_FALSE(on_farm(render("metered.json", "preview")).contains("meters"));
   const CommandResult preview = lightmill(with(render("metered.json", "preview"), {"--server", server()}));
-  EXPECT_NE(preview.err.find("left out: the scene's 2 meters, which preview does not read (path does)"),
+  EXPECT_NE(preview.err.find("left out: the scene's 2 meters, which method preview does not support (path does)"),
             std::string::npos)
       << preview.err;
 }
@@ -366,7 +366,7 @@ TEST_P(InterruptedRender, WritesWhatIsRendered) {
   ASSERT_TRUE(eventually([&] { return log().find("samples/s") != std::string::npos; })) << log();
   client.send(GetParam());
   EXPECT_EQ(client.wait(), 130);
-  EXPECT_NE(log().find("interrupted; what is rendered ("), std::string::npos) << log();
+  EXPECT_NE(log().find("interrupted; the picture so far ("), std::string::npos) << log();
   EXPECT_TRUE(load_rgb(file("a.exr")).ok());
 }
 
@@ -389,7 +389,7 @@ TEST_F(CliTest, NewsGoToStandardErrorAndNoticesIntoTheObject) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const std::string black = "nothing emits light: the picture will be black";
   EXPECT_NE(result.err.find("note: " + black), std::string::npos) << result.err;
-  EXPECT_NE(result.err.find("farm: a private one"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("farm: a local one"), std::string::npos) << result.err;
   const auto notices = nlohmann::json::parse(result.out)["notices"].get<std::vector<std::string>>();
   EXPECT_EQ(std::ranges::count(notices, black), 1) << result.out;
 }

@@ -236,7 +236,7 @@ class SilentFarmTest : public FarmCliTest {
     Terminal terminal({program("lightmill"), "top", "--server", server(), "--interval", "0.1s"}, 24, 100);
     ASSERT_TRUE(terminal.says("workers  none")) << terminal.said();
     server_->send(SIGSTOP);
-    ASSERT_TRUE(terminal.says("as it was; now: no answer for 3 s")) << terminal.said();
+    ASSERT_TRUE(terminal.says("out of date: no answer for 3 s")) << terminal.said();
     for (const char key : keys) {
       terminal.type(key);
       std::this_thread::sleep_for(std::chrono::milliseconds(10));  // two at once may be one signal
@@ -301,7 +301,7 @@ TEST_F(FarmCliTest, TopSaysWhenTheFarmIsAway) {
   Terminal terminal({program("lightmill"), "top", "--server", server(), "--interval", "0.2s"}, 24, 100);
   ASSERT_TRUE(terminal.says("workers  none")) << terminal.said();
   stop_server();
-  EXPECT_TRUE(terminal.says("as it was; now: ")) << terminal.said();
+  EXPECT_TRUE(terminal.says("out of date: ")) << terminal.said();
   terminal.type('\x03');
   EXPECT_EQ(terminal.wait(), 0);
   EXPECT_EQ(lightmill({"top", "--server", server()}).exit_code, 3);

@@ -191,7 +191,7 @@ TEST_F(StudioTest, AViewerThatStartsLaterIsFound) {
   };
   ASSERT_TRUE(said("no viewer at " + address));
   Viewer viewer(static_cast<std::uint16_t>(port.number()));
-  ASSERT_TRUE(said("the picture goes to the viewer at " + address));
+  ASSERT_TRUE(said("showing the picture in the viewer at " + address));
   start_worker("w");
   EXPECT_EQ(watch.wait(), 0);
   expect_picture(viewer, "job " + job + " cornell-bench-blocks", file("a.exr"));
@@ -205,7 +205,7 @@ TEST_F(SharedFarmTest, WithoutAViewerAJobIsFollowedAndTheEndIsAFailure) {
   EXPECT_EQ(run.exit_code, 1) << run.err;
   EXPECT_TRUE(std::filesystem::exists(file("a.exr")));
   EXPECT_NE(run.err.find("start tev or HDRView there"), std::string::npos) << run.err;
-  EXPECT_NE(run.err.find("not all of the picture is shown at " + address), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("the picture at " + address + " is incomplete"), std::string::npos) << run.err;
   EXPECT_NE(lightmill({"watch", job, "--tev", "nonsense", "--server", server()}).exit_code, 0);
 }
 

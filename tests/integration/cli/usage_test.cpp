@@ -149,8 +149,8 @@ TEST_F(CliTest, OptionsCountMoreThanVariablesInAllCommands) {
 }
 
 TEST_F(CliTest, AFarmThatIsNotThereIsSaidToBeSo) {
-  for (const auto& [address, cause] : {std::pair("127.0.0.1:1", "nothing listens there"),
-                                       std::pair("nobody.invalid:7350", "there is no host of that name")}) {
+  for (const auto& [address, cause] :
+       {std::pair("127.0.0.1:1", "nothing listens there"), std::pair("nobody.invalid:7350", "unknown host name")}) {
     const CommandResult result = lightmill({"jobs", "--server", address});
     EXPECT_EQ(result.exit_code, 3);
     EXPECT_EQ(result.err, fmt::format("lightmill: cannot reach the farm at {}: {}\n", address, cause));
@@ -238,16 +238,16 @@ TEST_F(CliTest, BlendFilesNeedBlender) {
   without["PATH"] = file("no programs here");
   CommandResult result = run_command({program("lightmill"), "check", blend}, without);
   EXPECT_EQ(result.exit_code, 2);
-  EXPECT_NE(result.err.find("Blender, which is not installed here"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("Blender, which is not installed"), std::string::npos) << result.err;
   // What is no scene of Blender's, and a Blender that is none: /bin/false.
   without["LIGHTMILL_BLENDER"] = "/bin/false";
   result = run_command({program("lightmill"), "check", blend}, without);
   EXPECT_EQ(result.exit_code, 2);
-  EXPECT_NE(result.err.find("scene.blend: /bin/false could not export it (exit code 1)"), std::string::npos)
+  EXPECT_NE(result.err.find("scene.blend: /bin/false could not export the scene (exit code 1)"), std::string::npos)
       << result.err;
   EXPECT_EQ(lightmill({"check", file("none.blend")}).exit_code, 2);
   result = run_command({program("lightmill"), "check", write("SCENE.BLEND", "BLENDER-v304")}, without);
-  EXPECT_NE(result.err.find("SCENE.BLEND: /bin/false could not export it (exit code 1)"), std::string::npos)
+  EXPECT_NE(result.err.find("SCENE.BLEND: /bin/false could not export the scene (exit code 1)"), std::string::npos)
       << result.err;
   EXPECT_TRUE(temporary_is_empty());
 }
@@ -421,7 +421,8 @@ TEST_F(FarmCliTest, WhatWillBeBlackIsSaidBefore) {
 
 TEST_F(FarmCliTest, ThreadsAreOfAFarmOfItsOwn) {
   const nlohmann::json answer = on_farm({"render", scene("cornell-bench-blocks.json"), "--threads", "2"}, 2);
-  EXPECT_EQ(answer["failure"]["message"], "--threads is about a farm of its own (--local), and --server names another");
+  EXPECT_EQ(answer["failure"]["message"],
+            "--threads applies only to a local farm (--local), and --server names another");
 }
 
 TEST_F(CliTest, ALongLineThatTakesTooMuchMemoryIsAnErrorWithItsFile) {

@@ -126,7 +126,7 @@ TEST(Top, FitsTheSmallestTerminals) {
 TEST(Top, AnUnreachableFarmIsReportedFirst) {
   FarmLook look = farm(3, 3);
   look.trouble = "no\x1b[2Janswer";
-  EXPECT_EQ(top_lines(look, 80, 1), std::vector<std::string>{"as it was; now: no\\x1b[2Janswer"});
+  EXPECT_EQ(top_lines(look, 80, 1), std::vector<std::string>{"out of date: no\\x1b[2Janswer"});
   EXPECT_EQ(top_lines(look, 80, 24)[1], "farm     farm:7350");
 }
 

@@ -1,16 +1,16 @@
-/** What the page asks the coordinator to do: the JSON API. Each call ends once the change is stored. */
+/** The JSON API: actions that the page requests of the coordinator. Each call returns once the change is stored. */
 
 export class ActionError extends Error {
   constructor(
     message: string,
-    /** HTTP's; 0 where nobody answered. */
+    /** The HTTP status; 0 if there was no answer. */
     readonly status = 0,
   ) {
     super(message);
   }
 }
 
-/** What the coordinator answers; `path` begins behind api/v1/. */
+/** Returns the coordinator's answer. `path` is relative to api/v1/. */
 export async function ask(path: string, init?: RequestInit): Promise<unknown> {
   let response: Response;
   try {
@@ -35,7 +35,7 @@ export async function actOnJob(job: bigint, action: JobAction): Promise<void> {
   await post(`jobs/${job}/${action}`);
 }
 
-/** Forgets an ended job and its picture. */
+/** Deletes an ended job and its picture. */
 export async function deleteJob(job: bigint): Promise<void> {
   await post(`jobs/${job}/delete`);
 }
@@ -44,7 +44,7 @@ export async function setPriority(job: bigint, priority: number): Promise<void> 
   await post(`jobs/${job}/priority`, {priority});
 }
 
-/** Gives a job another goal: a new total of samples per pixel, or a relMSE; what is left out stays. */
+/** Changes a job's goal: a new total of samples per pixel, or a relMSE. What is left out stays. */
 export async function extendJob(job: bigint, to: {samples?: number; error?: number}): Promise<void> {
   await post(`jobs/${job}/extend`, to);
 }
@@ -53,17 +53,17 @@ export async function drainWorker(name: string): Promise<void> {
   await post(`workers/${encodeURIComponent(name)}/drain`);
 }
 
-/** It and all others of its identity get nothing to render until they are released. */
+/** Quarantines a worker and all others of its identity, until they are released. */
 export async function quarantineWorker(name: string): Promise<void> {
   await post(`workers/${encodeURIComponent(name)}/quarantine`);
 }
 
-/** Lets a worker in quarantine, and those of its identity, render again. */
+/** Releases a worker, and those of its identity, from quarantine. */
 export async function releaseWorker(name: string): Promise<void> {
   await post(`workers/${encodeURIComponent(name)}/release`);
 }
 
-/** The address of a job's thumbnail; another one once it has other pixels. */
+/** The address of a job's thumbnail. It changes with `version`. */
 export function thumbnailAddress(job: bigint, version: string): string {
   return `api/v1/jobs/${job}/thumbnail.png?v=${version}`;
 }

@@ -1,11 +1,11 @@
-/** Files that go to the farm by their content: which of them it lacks, and those themselves. */
+/** Uploads of files by content: which ones the farm lacks, and their bytes. */
 import {base64Of, bytesOfBase64, hexOf} from '../model/bytes';
 import {ActionError, post} from './actions';
 
-/** How many one request may name. */
+/** Limit of digests in one request. */
 const kMostAsked = 10_000;
 
-/** SHA-256 in hex, of those that the farm does not have. */
+/** The SHA-256, in hex, of the files that the farm lacks. */
 export async function findMissing(digests: readonly Uint8Array[], signal: AbortSignal): Promise<Set<string>> {
   const missing = new Set<string>();
   for (let at = 0; at < digests.length; at += kMostAsked) {
@@ -15,10 +15,10 @@ export async function findMissing(digests: readonly Uint8Array[], signal: AbortS
   return missing;
 }
 
-/** `onSent` is told how many bytes of it have gone so far. */
+/** Calls `onSent` with the number of bytes sent so far. */
 export function uploadAsset(digest: string, file: Blob, onSent: (bytes: number) => void, signal: AbortSignal): Promise<void> {
   return new Promise((resolve, reject) => {
-    // fetch tells nothing of what is sent.
+    // fetch does not report upload progress.
     const request = new XMLHttpRequest();
     const stop = () => request.abort();
     const end = (error?: Error) => {
@@ -35,7 +35,7 @@ export function uploadAsset(digest: string, file: Blob, onSent: (bytes: number) 
       }
       end(new ActionError(messageOf(request)));
     };
-    request.onerror = () => end(new ActionError('the connection to the coordinator broke while a file was sent: try again, what it has is not sent twice'));
+    request.onerror = () => end(new ActionError('the connection to the coordinator broke during an upload: try again; files that arrived are not sent again'));
     request.onabort = () => end(new DOMException('stopped', 'AbortError'));
     signal.addEventListener('abort', stop);
     request.send(file);

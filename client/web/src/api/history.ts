@@ -1,4 +1,4 @@
-/** A job with its history, asked for once: for charts of jobs that are not looked at. */
+/** A job with its history, fetched once, for charts of jobs that are not watched. */
 import {fromJson, type JsonValue} from '@bufbuild/protobuf';
 import {JobSchema, type Job} from '../wire/lightmill/v1/farm_pb';
 import {ask} from './actions';

@@ -1,4 +1,4 @@
-/** What a worker finds in scene files that the farm has. */
+/** A worker's report on scene files that the farm has. */
 import {fromJson, type JsonValue} from '@bufbuild/protobuf';
 import {base64Of} from '../model/bytes';
 import {SceneSchema, type Scene} from '../wire/lightmill/v1/scene_pb';
@@ -10,12 +10,12 @@ export interface NamedDigest {
 }
 
 export interface Inspection {
-  /** Packed: its meshes and images are assets that the farm has. */
+  /** The packed scene. Its meshes and images are assets that the farm has. */
   scene: Scene;
   notices: string[];
   facts: {what: string; value: string}[];
   methods: {method: string; admitted: boolean; reason: string}[];
-  /** What auto would choose, or choose among. */
+  /** What auto would choose, or the candidates of its pilot. */
   chosen: string[];
   cameras: string[];
 }
@@ -24,7 +24,7 @@ interface Answer extends Partial<Omit<Inspection, 'scene'>> {
   scene?: JsonValue;
 }
 
-/** `camera`: by name; empty: the scene's. */
+/** `camera`: a name; empty: the scene's own. */
 export async function inspectScene(files: readonly NamedDigest[], scene: readonly string[], camera: string, signal: AbortSignal): Promise<Inspection> {
   const named = files.map(({path, digest}) => ({path, digest: base64Of(digest)}));
   const {scene: found, notices = [], facts = [], methods = [], chosen = [], cameras = []} = (await post('inspect', {files: named, scene, camera}, {signal})) as Answer;

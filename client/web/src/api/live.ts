@@ -1,4 +1,4 @@
-/** The WebSocket to the coordinator: says what the page wants to know, hands on what comes, and connects again when it breaks. */
+/** The WebSocket to the coordinator. It sends what the page wants to watch, passes on messages, and reconnects when it breaks. */
 import {create, fromBinary, toBinary} from '@bufbuild/protobuf';
 import {hexOf} from '../model/bytes';
 import {isSilent, kNoLongerAllowed, retryDelayMs, type Link} from '../model/connection';
@@ -8,21 +8,21 @@ import {needsLogin} from './session';
 export interface Wants {
   jobs: boolean;
   workers: boolean;
-  /** The job that is looked at; 0n: none. */
+  /** The watched job; 0n: none. */
   job: bigint;
-  /** Whose pixels come beside those of beauty. */
+  /** Layers that are watched beside beauty. */
   layers?: readonly string[];
 }
 
 export interface LiveListener {
   onLink(link: Link): void;
-  /** In the order in which they were sent. After a break everything wanted comes again. */
+  /** In the order of sending. After a break everything wanted comes again. */
   onUpdate(update: ViewUpdate): void;
 }
 
 const kLookMs = 1_000;
 
-/** By which the coordinator knows this page: jobs that are submitted for it end with its last connection. */
+/** The id of this page. Jobs that are submitted for it end with its last connection. */
 export const kPage = hexOf(crypto.getRandomValues(new Uint8Array(16)));
 
 export class Live {
@@ -42,7 +42,7 @@ export class Live {
     this.connect();
   }
 
-  /** Ends the connection for good. */
+  /** Closes the connection for good. */
   close(): void {
     this.closing.abort();
     clearInterval(this.look);
@@ -58,7 +58,7 @@ export class Live {
     this.say();
   }
 
-  /** Connects as somebody else: who has just logged in or out. */
+  /** Connects as another user, after a login or logout. */
   begin(): void {
     const before = this.socket;
     this.socket = undefined;
@@ -101,11 +101,11 @@ export class Live {
     this.seen += 1n;
     this.listener.onLink('connected');
     this.listener.onUpdate(fromBinary(ViewUpdateSchema, new Uint8Array(bytes)));
-    // Told once what came is drawn: a page that draws slowly is sent less.
+    // Sent after the update is drawn: a page that draws slowly gets fewer updates.
     requestAnimationFrame(() => this.say());
   }
 
-  /** A refused connection looks like a lost one: whether it was refused is asked. */
+  /** A refused connection looks like a lost one, so this asks whether it was refused. */
   private async onClose(socket: WebSocket, code: number): Promise<void> {
     const heard = this.seen > 0n;
     if (code === kNoLongerAllowed || (!heard && (await needsLogin()))) {

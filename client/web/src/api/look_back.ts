@@ -1,4 +1,4 @@
-/** What the farm did: asked for anew every few seconds by those who look. */
+/** The farm's history and events. They are polled while a page shows them. */
 import {fromJson, type JsonValue} from '@bufbuild/protobuf';
 import type {EventKind} from '../model/farm_events';
 import {FarmEventsSchema, FarmHistorySchema, WorkerHistorySchema, type FarmEvents, type FarmHistory, type WorkerHistory} from '../wire/lightmill/v1/web_pb';
@@ -17,12 +17,12 @@ export async function fetchWorkerHistory(name: string, signal: AbortSignal): Pro
 export interface EventQuestion {
   kind?: EventKind;
   worker?: string;
-  /** The next page's. */
+  /** The token of the next page. */
   token?: string;
   size?: number;
 }
 
-/** Encoded as paths are: a + stands for itself. */
+/** Encoded as in paths: a + stands for itself. */
 export function eventQuery({kind, worker, token, size}: EventQuestion): string {
   const given = Object.entries({kind, worker, page_token: token, page_size: size && String(size)}).filter(([, value]) => value);
   return given.map(([name, value]) => `${name}=${encodeURIComponent(value!)}`).join('&');

@@ -1,7 +1,7 @@
-/** Who the browser is to the coordinator: by a cookie that only the coordinator reads, which stands for a token. */
+/** The browser's session: a cookie that stands for a token. Only the coordinator reads it. */
 import {ActionError, post} from './actions';
 
-/** Whether the coordinator asks who calls, and does not know yet; false too where it cannot be reached. */
+/** Whether the coordinator requires a login and this browser has none. False if the coordinator cannot be reached. */
 export async function needsLogin(): Promise<boolean> {
   const response = await fetch('api/v1/farm').catch(() => undefined);
   return response?.status === 401;

@@ -1,23 +1,23 @@
-/** Jobs that the page submits: what others were asked for, new ones, and small ones that only live while something is edited. */
+/** Jobs that the page submits: clones, new ones, and quick looks that live only during editing. */
 import {fromJson, toJson, type JsonValue} from '@bufbuild/protobuf';
 import {JobSchema, JobSpecSchema, type JobSpec} from '../wire/lightmill/v1/farm_pb';
 import {hexOf} from '../model/bytes';
 import {ActionError, ask, post} from './actions';
 import {kPage} from './live';
 
-/** With its packed scene. */
+/** Includes the packed scene. */
 export async function fetchSpec(job: bigint): Promise<JobSpec> {
   return fromJson(JobSpecSchema, (await ask(`jobs/${job}/spec`)) as JsonValue, {ignoreUnknownFields: true});
 }
 
-/** Submits jobs, each once: the same again, after an answer that did not come, is the same job. */
+/** Submits jobs, each once. A retry after a lost answer gives the same job. */
 export class Submitter {
   private last: {job: string; requestId: string} | undefined;
 
-  /** `withPage`: the job is deleted when this page is gone, however it goes. */
+  /** `withPage`: the coordinator deletes the job when this page is gone. */
   constructor(private readonly withPage = false) {}
 
-  /** Its number, once it is stored. */
+  /** Returns the job's number once it is stored. */
   async submit(spec: JobSpec): Promise<bigint> {
     const job = toJson(JobSpecSchema, spec, {useProtoFieldName: true});
     const text = JSON.stringify(job);
@@ -26,12 +26,12 @@ export class Submitter {
     }
     const answer = await post(this.withPage ? `jobs?page=${kPage}` : 'jobs', {request_id: this.last.requestId, job});
     const {id} = fromJson(JobSchema, answer as JsonValue, {ignoreUnknownFields: true});
-    this.last = undefined; // not before its answer was understood
+    this.last = undefined; // kept until the answer is understood
     return id;
   }
 }
 
-/** Ends and forgets a job, whatever state it is in; one that is not there is forgotten. */
+/** Cancels and deletes a job in any state. A missing job is no error. */
 export async function discardJob(job: bigint): Promise<void> {
   try {
     await post(`jobs/${job}/delete`, {cancel: true});

@@ -1,4 +1,4 @@
-/** Which part of the picture is seen: zoom and pan. Pure; lengths on the screen in CSS pixels. */
+/** The visible part of the picture: zoom and pan. Pure. Lengths on the screen are in CSS pixels. */
 
 export interface Size {
   width: number;
@@ -19,7 +19,7 @@ export interface Camera {
 export const kMostZoom = 64;
 export const kLeastZoom = 1 / 64;
 
-/** All of the picture, in the middle. */
+/** The whole picture, centred. */
 export function fit(picture: Size, screen: Size): Camera {
   const zoom = Math.min(screen.width / picture.width, screen.height / picture.height);
   return {zoom: clampZoom(zoom), center: {x: picture.width / 2, y: picture.height / 2}};
@@ -29,7 +29,7 @@ function clampZoom(zoom: number): number {
   return Math.min(Math.max(zoom, kLeastZoom), kMostZoom);
 }
 
-/** The picture's point below a point of the screen. */
+/** The picture's point at a point of the screen. */
 export function toPicture(camera: Camera, screen: Size, at: Point): Point {
   return {
     x: camera.center.x + (at.x - screen.width / 2) / camera.zoom,
@@ -44,7 +44,7 @@ export function toScreen(camera: Camera, screen: Size, at: Point): Point {
   };
 }
 
-/** Zooms so that what lies below `at` stays there. */
+/** Zooms so that the point at `at` stays in place. */
 export function zoomAt(camera: Camera, screen: Size, at: Point, factor: number): Camera {
   const below = toPicture(camera, screen, at);
   const zoom = clampZoom(camera.zoom * factor);
@@ -54,7 +54,7 @@ export function zoomAt(camera: Camera, screen: Size, at: Point, factor: number):
   };
 }
 
-/** Moves the picture by so much of the screen; its middle stays within the picture. */
+/** Moves the picture by this much of the screen. The screen's middle stays within the picture. */
 export function pan(camera: Camera, picture: Size, by: Point): Camera {
   const clamp = (value: number, most: number) => Math.min(Math.max(value, 0), most);
   return {

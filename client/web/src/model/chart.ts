@@ -1,11 +1,11 @@
-/** Errors against time on log-log axes, as files: CSV, and SVG that stands alone. */
+/** Exports of errors against time on log-log axes: CSV, and stand-alone SVG. */
 import type {CurvePoint} from './error_curve';
 
 export interface ChartLine {
-  /** Of a job, or of a lab's scene. */
+  /** The name of a job, or of a lab's scene. */
   name: string;
   method: string;
-  /** A colour as CSS has it. */
+  /** A CSS colour. */
   color: string;
   points: readonly CurvePoint[];
 }
@@ -16,22 +16,22 @@ export interface Chart {
   target: number | undefined;
 }
 
-/** Of the jobs beside the first; seen on light and on dark. */
+/** Colours of the lines after the first, visible on light and dark. */
 export const kLineColors = ['#3b82f6', '#30a46c', '#e5484d', '#8e4ec6', '#12a594', '#f76b15', '#d6409f'];
 
-/** The point of a line that is nearest to so many seconds on a logarithmic axis. */
+/** The point of a line that is nearest to `seconds` on a logarithmic axis. */
 export function nearestPoint(points: readonly CurvePoint[], seconds: number): CurvePoint | undefined {
   const distance = (point: CurvePoint) => Math.abs(Math.log(point.seconds / seconds));
   return points.reduce<CurvePoint | undefined>((best, point) => (best && distance(best) <= distance(point) ? best : point), undefined);
 }
 
-/** A field in quotes where it needs them; what a spreadsheet would take for a formula is a text. */
+/** A CSV field, quoted where needed. Text that a spreadsheet would take for a formula stays text. */
 function field(text: string): string {
   const safe = /^[=+\-@\t\r]/.test(text) ? `'${text}` : text;
   return /[",\r\n]/.test(safe) ? `"${safe.replaceAll('"', '""')}"` : safe;
 }
 
-/** A line for each point: seconds of threads, relMSE and its 95 % interval. */
+/** One line per point: thread seconds, relMSE and its 95 % interval. */
 export function csvOf({lines}: Chart): string {
   const rows = lines.flatMap(({name, method, points}) =>
     points.map((point) => [field(name), field(method), point.seconds, point.error, point.low, point.high].join(',')),
@@ -43,7 +43,7 @@ const kWidth = 640;
 const kPlot = {left: 70, top: 20, right: 620, bottom: 360};
 const kRowHeight = 18;
 
-/** Whole decades around all values, at least one. */
+/** The whole decades that contain all values, at least one. */
 function decades(values: readonly number[]): [number, number] {
   const low = Math.floor(Math.log10(Math.min(...values)) + 1e-9);
   const high = Math.ceil(Math.log10(Math.max(...values)) - 1e-9);
@@ -55,7 +55,7 @@ function xml(text: string): string {
   return allowed.replaceAll('&', '&amp;').replaceAll('<', '&lt;').replaceAll('>', '&gt;').replaceAll('"', '&quot;');
 }
 
-/** Empty where no line has points. */
+/** Empty if no line has points. */
 export function svgOf({lines, target}: Chart): string {
   const points = lines.flatMap((line) => line.points);
   if (points.length === 0) {

@@ -1,37 +1,37 @@
-/** A picture beside another that it is measured by: how the two are shown, and how far they are apart. */
+/** Comparison of a picture with a reference: how both are shown, and how much they differ. */
 import type {Rect} from './film';
 import type {ExrPicture} from './exr';
 
 export const kComparisons = ['picture', 'other', 'split', 'difference', 'squared-error', 'flip', 'hdr-flip'] as const;
 export type Comparison = (typeof kComparisons)[number];
 
-/** What a job is compared with, and how that is shown. */
+/** What a job is compared with, and how this is shown. */
 export interface Against {
-  /** A job, or a file that the reader chose. */
+  /** A job, or a file that the user chose. */
   other: bigint | 'file';
   how: Comparison;
-  /** Where the divider stands, as a share of the viewer's width. */
+  /** The divider's position, as a fraction of the viewer's width. */
   split: number;
 }
 
-/** The floor in relMSE's denominator: that of the command line and of the farm. */
+/** The constant in relMSE's denominator, as in the command line and the farm. */
 export const kRelMseFloor = 0.01;
 
-/** Linear R, G and B, one after the other, and which pixels count. */
+/** Linear R, G and B as planes, and which pixels count. */
 export interface Measured {
   rgb: Float32Array;
   known: Uint8Array;
 }
 
 export interface PictureErrors {
-  /** Mean over pixels and channels of (x−r)² / (r² + 0.01), and without the worst 0.1 % of the pixels (rounded down). */
+  /** Mean over pixels and channels of (x−r)² / (r² + 0.01), and the same without the worst 0.1 % of the pixels (rounded down). */
   relMse: number;
   relMseTrimmed: number;
   /** Σx / Σr. */
   energyRatio: number;
   /** Mean of |x−r| / (|x|+|r|), in [0, 1]; 0/0 counts as 0. */
   smape: number;
-  /** Of the pixels, that count: where both have samples and finite values. */
+  /** The fraction of pixels that count: those with samples and finite values in both. */
   share: number;
 }
 
@@ -44,7 +44,7 @@ export function commonPixels(picture: Measured, reference: Measured): Uint8Array
   });
 }
 
-/** Of pictures of one size; undefined where no pixel counts. */
+/** For pictures of one size. Undefined if no pixel counts. */
 export function errorsBetween(picture: Measured, reference: Measured, common: Uint8Array): PictureErrors | undefined {
   const pixels = common.length;
   const squares: number[] = [];
@@ -67,7 +67,7 @@ export function errorsBetween(picture: Measured, reference: Measured, common: Ui
   if (squares.length === 0) {
     return undefined;
   }
-  // Ascending: the worst come last, and small terms first keep the sum exact.
+  // Ascending: the worst come last, and adding small terms first keeps the sum exact.
   const sorted = Float64Array.from(squares).sort();
   const kept = sorted.length - Math.floor(sorted.length / 1000);
   const sum = (part: Float64Array) => part.reduce((total, value) => total + value, 0);
@@ -81,7 +81,7 @@ export function errorsBetween(picture: Measured, reference: Measured, common: Ui
   };
 }
 
-/** The mean of a map over what counts; 0 where nothing does. */
+/** The mean of a map over the pixels that count; 0 if there are none. */
 export function meanOver(map: Float32Array, common: Uint8Array): number {
   let [sum, count] = [0, 0];
   map.forEach((value, i) => {
@@ -91,14 +91,14 @@ export function meanOver(map: Float32Array, common: Uint8Array): number {
   return count > 0 ? sum / count : 0;
 }
 
-/** 0 in both pictures where a pixel does not count: maps have no error there, and neighbours see none. */
+/** Sets pixels that do not count to 0 in both pictures, so that maps and filters see no difference there. */
 export function onlyCommon({rgb}: Measured, common: Uint8Array): Float32Array {
   return rgb.map((value, i) => (common[i % common.length] ? value : 0));
 }
 
 /**
- * The part of a file's picture that lies below a job's crop, as an ExrPicture's `rgb`: where its window covers the crop, else, of the
- * same size, as it is. Undefined where neither is so.
+ * The part of a file's picture at a job's crop, as an ExrPicture's `rgb`. If the window does not cover the crop but has its size, this is
+ * the whole picture. Undefined otherwise.
  */
 export function partBelow({window, rgb}: ExrPicture, crop: Rect): Float32Array | undefined {
   const covers =

@@ -1,4 +1,4 @@
-/** A job's error against the work spent on it, and where it leads. */
+/** A job's error against the time spent, and its extrapolation. */
 import type {Job} from '../wire/lightmill/v1/farm_pb';
 
 export interface CurvePoint {
@@ -12,23 +12,23 @@ export interface CurvePoint {
 
 export interface ErrorCurve {
   points: CurvePoint[];
-  /** The relMSE asked for; undefined without an error goal. */
+  /** The relMSE goal; undefined without an error goal. */
   target: number | undefined;
   /**
-   * Where the upper end meets the target if the error goes on falling as 1/seconds; and the earliest and the latest, if the true error
-   * lies anywhere in its interval and what is stated then is that, with as wide an interval for its size as now.
+   * Where the upper end meets the target if errors fall as 1/seconds. `earliest` and `latest` are the same if the true error lies anywhere
+   * in its interval, and the interval keeps its relative width.
    */
   finish: {seconds: number; error: number; earliest: number; latest: number} | undefined;
-  /** Lines of slope −1 and −2 through the first point: errors of independent samples fall as the first. */
+  /** Guide lines of slope −1 and −2 through the first point. Errors of independent samples fall with slope −1. */
   guides: {slope: number; from: {seconds: number; error: number}; to: {seconds: number; error: number}}[];
 }
 
 function point(seconds: number, relMse: number, halfWidth: number): CurvePoint {
-  // A lower end of 0 or less has no place on a logarithmic axis.
+  // A logarithmic axis cannot show a lower end of 0 or less.
   return {seconds, error: relMse, low: Math.max(relMse - halfWidth, relMse / 10), high: relMse + halfWidth};
 }
 
-/** What the job's history and its state say; empty before anything is known. */
+/** Made from the job's history and state. Empty before anything is known. */
 export function errorCurve(job: Job): ErrorCurve {
   const points = job.history
     .filter((each) => each.workerSeconds > 0 && (each.error?.relMse ?? 0) > 0)

@@ -1,14 +1,14 @@
 /**
- * Reads the colours of EXR files as Lightmill writes them, and of most others: scan lines, not compressed or by RLE, ZIPS or ZIP.
- * The layout is that of "OpenEXR File Layout" (openexr.com).
+ * A reader of colours in EXR files of Lightmill, and most others: scan lines, uncompressed or with RLE, ZIPS or ZIP. The layout is that of
+ * "OpenEXR File Layout" (openexr.com).
  */
 import type {Rect} from './film';
 import {kHalfValues} from './half';
 
 export interface ExrPicture {
-  /** Where its pixels lie in the frame. */
+  /** The pixels' place in the frame. */
   window: Rect;
-  /** Linear R, G and B, one after the other, rows from the top. */
+  /** Linear R, G and B as planes, rows from the top. */
   rgb: Float32Array;
 }
 
@@ -30,7 +30,7 @@ interface Header {
   channels: Channel[];
   compression: number;
   window: Rect;
-  /** Where the blocks' offsets begin. */
+  /** Where the table of block offsets begins. */
   end: number;
 }
 
@@ -43,7 +43,7 @@ class Reader {
   skip(count: number): number {
     const from = this.at;
     if (!(count >= 0 && from + count <= this.bytes.length)) {
-      throw new ExrError('the file ends too early: it may not have come whole');
+      throw new ExrError('the file is truncated');
     }
     this.at += count;
     return from;
@@ -66,7 +66,7 @@ function readChannels(reader: Reader, end: number): Channel[] {
     reader.skip(4);
     const [across, down] = [reader.int(), reader.int()];
     if (!type || across !== 1 || down !== 1) {
-      throw new ExrError(`channel ${name} has not a value for every pixel, which is not read here`);
+      throw new ExrError(`channel ${name} is subsampled, which is not supported`);
     }
     channels.push({name, type});
   }
@@ -77,17 +77,17 @@ function readWindow(reader: Reader): Rect {
   const [x, y, right, bottom] = [reader.int(), reader.int(), reader.int(), reader.int()];
   const [width, height] = [right - x + 1, bottom - y + 1];
   if (width < 1 || height < 1 || width * height > kMostPixels) {
-    throw new ExrError(`a picture of ${width}×${height} pixels cannot be read: at least one and at most ${kMostPixels} can`);
+    throw new ExrError(`a picture of ${width}×${height} pixels cannot be read: it must have 1 to ${kMostPixels} pixels`);
   }
   return {x, y, width, height};
 }
 
 function readHeader(reader: Reader): Header {
   if (reader.bytes.length < 8 || reader.int() !== 20000630) {
-    throw new ExrError('this is no EXR file');
+    throw new ExrError('this is not an EXR file');
   }
   if (reader.int() & 0x1a00) {
-    throw new ExrError('files of tiles, several parts or deep pixels are not read here: save it as one part of scan lines');
+    throw new ExrError('tiled, multi-part and deep files are not supported: save it as one part of scan lines');
   }
   let [channels, window]: [Channel[], Rect | undefined] = [[], undefined];
   let compression = -1;
@@ -105,7 +105,7 @@ function readHeader(reader: Reader): Header {
     }
   }
   if (!(compression in kLinesOfBlock)) {
-    throw new ExrError(`compression ${kCompressions[compression] ?? compression} is not read here: save it with ZIP`);
+    throw new ExrError(`compression ${kCompressions[compression] ?? compression} is not supported: save it with ZIP`);
   }
   if (!window) {
     throw new ExrError('the file does not say how large its picture is');
@@ -120,7 +120,7 @@ async function inflated(bytes: Uint8Array<ArrayBuffer>, size: number): Promise<U
   for (let part = await stream.read(); !part.done; part = await stream.read()) {
     if (filled + part.value.length > size) {
       await stream.cancel();
-      throw new ExrError('a block holds more than its lines');
+      throw new ExrError('a block is longer than its lines');
     }
     out.set(part.value, filled);
     filled += part.value.length;
@@ -128,7 +128,7 @@ async function inflated(bytes: Uint8Array<ArrayBuffer>, size: number): Promise<U
   return out.subarray(0, filled);
 }
 
-/** Counts of 0 to 127: the next byte once more often than that; below: so many bytes as they are. */
+/** Decodes RLE. A count of 0 to 127 repeats the next byte once more often. A negative count copies so many bytes. */
 function unpackedRuns(bytes: Uint8Array, size: number): Uint8Array {
   const out = new Uint8Array(size);
   let filled = 0;
@@ -136,7 +136,7 @@ function unpackedRuns(bytes: Uint8Array, size: number): Uint8Array {
     const count = (bytes[i++]! << 24) >> 24;
     const length = count < 0 ? -count : count + 1;
     if (filled + length > size) {
-      throw new ExrError('a block holds more than its lines');
+      throw new ExrError('a block is longer than its lines');
     }
     if (count < 0) {
       out.set(bytes.subarray(i, i + length), filled);
@@ -149,7 +149,7 @@ function unpackedRuns(bytes: Uint8Array, size: number): Uint8Array {
   return out.subarray(0, filled);
 }
 
-/** Undoes what is done before packing: differences of bytes, even ones before odd ones. */
+/** Undoes the step before compression: differences of bytes, with even bytes before odd ones. */
 function restored(bytes: Uint8Array): Uint8Array {
   for (let i = 1; i < bytes.length; ++i) {
     bytes[i] = bytes[i - 1]! + bytes[i]! - 128;
@@ -163,7 +163,7 @@ function restored(bytes: Uint8Array): Uint8Array {
 }
 
 async function unpacked(bytes: Uint8Array<ArrayBuffer>, size: number, compression: number): Promise<Uint8Array> {
-  // What would not have become smaller is stored as it is.
+  // A block that would not become smaller is stored uncompressed.
   if (compression === 0 || bytes.length === size) {
     return bytes;
   }
@@ -181,18 +181,18 @@ function valueReader(type: Channel['type'], view: DataView): (at: number) => num
   }
 }
 
-/** Which plane of the result each of a file's channels fills; luminance alone is a grey picture. */
+/** The planes of the result that each channel fills. Luminance alone gives a grey picture. */
 function planesOf(channels: Channel[]): number[][] {
   const has = (name: string) => channels.some((channel) => channel.name === name);
   const colored = ['R', 'G', 'B'].every(has);
   if (!colored && !has('Y')) {
     const names = channels.slice(0, 8).map((channel) => channel.name);
-    throw new ExrError(`the file has no channels R, G and B, nor Y; it has ${names.join(', ') || 'none'}`);
+    throw new ExrError(`the file has neither R, G and B nor Y. Its channels: ${names.join(', ') || 'none'}`);
   }
   return channels.map(({name}) => (colored ? ['R', 'G', 'B'].flatMap((each, plane) => (each === name ? [plane] : [])) : name === 'Y' ? [0, 1, 2] : []));
 }
 
-/** Rejects with an ExrError what is no such file. */
+/** Rejects other files with an ExrError. */
 export async function readExr(bytes: Uint8Array<ArrayBuffer>): Promise<ExrPicture> {
   const reader = new Reader(bytes);
   const header = readHeader(reader);
@@ -203,7 +203,7 @@ export async function readExr(bytes: Uint8Array<ArrayBuffer>): Promise<ExrPictur
   const pixels = window.width * window.height;
   const blocks = Math.ceil(window.height / linesOfBlock);
   if (reader.bytes.length - header.end < 16 * blocks) {
-    throw new ExrError('the file ends too early: it may not have come whole');
+    throw new ExrError('the file is truncated');
   }
   const rgb = new Float32Array(3 * pixels);
   for (let block = 0; block < blocks; ++block) {
@@ -214,7 +214,7 @@ export async function readExr(bytes: Uint8Array<ArrayBuffer>): Promise<ExrPictur
     const from = reader.skip(size);
     const lines = Math.min(linesOfBlock, window.height - first);
     if (!(first >= 0 && lines > 0)) {
-      throw new ExrError(`a block begins at line ${first + window.y}, where there is no picture`);
+      throw new ExrError(`a block begins at line ${first + window.y}, outside the picture`);
     }
     const raw = await unpacked(bytes.subarray(from, from + size), lines * lineBytes, compression).catch((error: unknown) => {
       throw error instanceof ExrError ? error : new ExrError(`lines ${first} to ${first + lines - 1} are damaged`);

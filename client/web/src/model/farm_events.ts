@@ -1,4 +1,4 @@
-/** The farm's events as the page lists them, of one kind. */
+/** The list of the farm's events, of one kind. */
 import type {FarmEvent, FarmEvents} from '../wire/lightmill/v1/web_pb';
 
 export const kEventKinds = ['all', 'warnings', 'jobs', 'workers'] as const;
@@ -7,21 +7,21 @@ export type EventKind = (typeof kEventKinds)[number];
 /** The coordinator keeps no more. */
 const kMost = 5_000;
 
-/** What is known of them. */
+/** The known events. */
 export interface EventBook {
-  /** Newest first, none left out. */
+  /** Newest first, without gaps. */
   events: readonly FarmEvent[];
-  /** The token of those before them; empty: there are none. */
+  /** The token of the page before them; empty if there is none. */
   older: string;
 }
 
-/** Whether nothing is missing between the two, and they are of one coordinator: one that begins anew counts from 1. */
+/** Whether the pages join without a gap, and are of one coordinator. A restarted coordinator counts from 1. */
 function joins(known: readonly FarmEvent[], coming: readonly FarmEvent[]): boolean {
   const newest = known[0];
   return coming.some(({number, unixMs}) => number === newest?.number && unixMs === newest.unixMs);
 }
 
-/** With the newest page, which takes the place of all if it doesn't join them. */
+/** Adds the newest page. It replaces all if it does not join them. */
 export function withNewest(book: EventBook, page: FarmEvents): EventBook {
   if (!joins(book.events, page.events)) {
     return {events: page.events, older: page.nextPageToken};
@@ -31,7 +31,7 @@ export function withNewest(book: EventBook, page: FarmEvents): EventBook {
   return events.length > kMost ? {events: events.slice(0, kMost), older: ''} : {events, older: book.older};
 }
 
-/** With the page of `book.older`, if that is where the book still ends. */
+/** Adds the page of `book.older`, if the list still ends there. */
 export function withOlder(book: EventBook, token: string, page: FarmEvents): EventBook {
   return book.older === token ? {events: [...book.events, ...page.events], older: page.nextPageToken} : book;
 }

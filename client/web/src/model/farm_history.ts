@@ -1,16 +1,16 @@
-/** The farm over time, ready for charts: what is not known is a gap, and no line. */
+/** The farm's history as series for charts. Unknown values are gaps. */
 import type {FarmHistory, FarmSample, WorkerHistory} from '../wire/lightmill/v1/web_pb';
 
-/** How far back is looked, in seconds. */
+/** Time spans of the charts, in seconds. */
 export const kSpans = [
   {seconds: 600, name: '10 minutes'},
   {seconds: 3600, name: 'hour'},
   {seconds: 86400, name: 'day'},
 ] as const;
 
-/** Samples whose ends are further apart than so many intervals have a gap between them. */
+/** Samples whose ends are further apart than this many intervals have a gap between them. */
 const kLongest = 2.5;
-/** An axis shows no less than so many intervals, also of a coordinator that has just begun. */
+/** The least length of an axis, in intervals, also for a coordinator that has just started. */
 const kLeastShown = 15;
 
 export type Column = (number | null)[];
@@ -18,7 +18,7 @@ export type Column = (number | null)[];
 /** Times in Unix seconds, and as many values of each kind. */
 export interface FarmSeries {
   times: number[];
-  /** Samples of pixels a second. */
+  /** Pixel samples per second. */
   rate: Column;
   threads: Column;
   busy: Column;
@@ -26,14 +26,14 @@ export interface FarmSeries {
   waiting: Column;
 }
 
-/** The first and the last moment of an axis, in Unix seconds. */
+/** The first and last time of an axis, in Unix seconds. */
 export type TimeWindow = readonly [number, number];
 
 function windowOf(begin: number, end: number, interval: number): TimeWindow {
   return [Math.min(begin, end - kLeastShown * interval), end];
 }
 
-/** What an axis over `span` seconds shows: it begins where nothing is known before. */
+/** The range of an axis of `span` seconds. It begins with the first known value. */
 export function farmWindow(history: FarmHistory, span: number): TimeWindow {
   const end = Number(history.unixMs) / 1000;
   const first = history.samples[0];
@@ -41,7 +41,7 @@ export function farmWindow(history: FarmHistory, span: number): TimeWindow {
   return windowOf(Math.max(known, end - span), end, history.intervalSeconds);
 }
 
-/** The places of values with a gap, or nothing, on both sides: no line goes through them. */
+/** Indices of values with a gap on both sides. No line goes through them. */
 export function lonely(column: Column): number[] {
   const known = (at: number) => (column[at] ?? null) !== null;
   return [...column.keys()].filter((at) => known(at) && !known(at - 1) && !known(at + 1));
@@ -60,7 +60,7 @@ export function seriesOf(history: FarmHistory): FarmSeries {
   for (const sample of history.samples) {
     const end = Number(sample.unixMs) / 1000;
     const before = series.times.at(-1);
-    // Of a machine that slept, only the clock on the wall tells.
+    // After a machine slept, only the wall clock shows the gap.
     if (before !== undefined && end - before > kLongest * history.intervalSeconds) {
       put((before + end) / 2);
     }
@@ -69,7 +69,7 @@ export function seriesOf(history: FarmHistory): FarmSeries {
   return series;
 }
 
-/** Busy threads of all, in percent, over the whole of it; undefined where nobody was there. */
+/** The mean share of busy threads, in percent; undefined if there were no threads. */
 export function utilisation(history: FarmHistory): number | undefined {
   let [busy, all] = [0, 0];
   for (const {seconds, threads, busyThreads} of history.samples) {
@@ -99,11 +99,11 @@ export function csvOfHistory(history: FarmHistory): string {
 /** A worker's last hour. */
 export interface WorkerSeries {
   times: number[];
-  /** Samples of pixels a second, of the time that it was there; null while it was away. */
+  /** Pixel samples per second while connected; null while it was away. */
   rate: Column;
   results: number;
   lost: number;
-  /** Seconds that it was there. */
+  /** Seconds for which it was connected. */
   seconds: number;
   window: TimeWindow;
 }

@@ -1,4 +1,4 @@
-/** The pixels of the job that is looked at, as they come in: linear RGB, standard error, and counts by tile. */
+/** The pixels of the watched job: linear RGB, standard error, and counts by tile. */
 import type {Job, PixelRect} from '../wire/lightmill/v1/farm_pb';
 import type {ViewTile} from '../wire/lightmill/v1/web_pb';
 import {kHalfValues, toHalf} from './half';
@@ -11,7 +11,7 @@ export const kSmoothing = 4;
 /** −1, as a half. */
 const kUnknown = 0xbc00;
 
-/** A rectangle of pixels of the film's crop, (0,0) its upper left. */
+/** A rectangle of pixels of the film's crop; (0,0) is its upper left. */
 export interface Rect {
   x: number;
   y: number;
@@ -22,13 +22,13 @@ export interface Rect {
 export interface Pixel {
   rgb: Rgb;
   luminance: number;
-  /** Standard error of the luminance, averaged over its neighbourhood; undefined while halves are missing. */
+  /** Standard error of the luminance, smoothed over its neighbourhood; undefined while a half is missing. */
   standardError: number | undefined;
   samples: number;
 }
 
 export class Film {
-  /** R, G, B, E of each pixel as half floats, rows from the top; E is −1 where it is not known. */
+  /** R, G, B, E of each pixel as half floats, rows from the top. E is −1 where it is unknown. */
   readonly rgbe: Uint16Array;
   /** Samples per pixel, by tile. */
   readonly counts: Float32Array;
@@ -56,7 +56,7 @@ export class Film {
     return new Film(job.id, {x: crop.x, y: crop.y, width: crop.width, height: crop.height}, layer);
   }
 
-  /** A picture that stands still: each of its pixels counts as one sample, and its errors are not known. `rgb` as an ExrPicture's. */
+  /** A film of a still picture. Each pixel counts as one sample, and errors are unknown. `rgb` is as in ExrPicture. */
   static still(crop: Rect, rgb: Float32Array): Film {
     const film = new Film(0n, crop);
     const pixels = crop.width * crop.height;
@@ -67,13 +67,13 @@ export class Film {
     return film;
   }
 
-  /** Takes in a tile; where it lies within the crop, or undefined if it is none of this film's. */
+  /** Takes a tile. Returns its place in the crop, or undefined if it is outside. */
   put(tile: ViewTile): {rect: Rect; pixels: Uint16Array} | undefined {
     const rect = tile.rect && this.within(tile.rect);
     if (tile.job !== this.job || tile.layer !== this.layer || !rect || tile.rgbe.byteLength !== 8 * rect.width * rect.height) {
       return undefined;
     }
-    // A copy: the message's bytes need not be aligned.
+    // A copy, because the message's bytes may be unaligned.
     const pixels = new Uint16Array(tile.rgbe.slice().buffer);
     for (let row = 0; row < rect.height; ++row) {
       const from = 4 * row * rect.width;
@@ -83,7 +83,7 @@ export class Film {
     return {rect, pixels};
   }
 
-  /** A copy of the values of a rectangle of the crop, row by row. */
+  /** Copies the values of a rectangle of the crop, row by row. */
   valuesOf(rect: Rect): Uint16Array {
     const values = new Uint16Array(4 * rect.width * rect.height);
     for (let row = 0; row < rect.height; ++row) {
@@ -106,7 +106,7 @@ export class Film {
     };
   }
 
-  /** Linear R, G and B, one after the other, and which pixels have samples. */
+  /** Linear R, G and B as planes, and which pixels have samples. */
   planes(): {rgb: Float32Array; known: Uint8Array} {
     const pixels = this.crop.width * this.crop.height;
     const rgb = new Float32Array(3 * pixels);
@@ -122,17 +122,17 @@ export class Film {
     return {rgb, known};
   }
 
-  /** Of a pixel of the crop. */
+  /** Samples per pixel at a pixel of the crop. */
   samplesAt(x: number, y: number): number {
     return this.counts[this.tileAt(x, y)] ?? 0;
   }
 
-  /** Of the whole tile. */
+  /** Sets the count of the whole tile. */
   setSamplesAt(x: number, y: number, samples: number): void {
     this.counts[this.tileAt(x, y)] = samples;
   }
 
-  /** Of the most sampled tile. */
+  /** The count of the tile with most samples. */
   mostSamples(): number {
     return this.counts.reduce((most, count) => Math.max(most, count), 0);
   }
@@ -174,14 +174,14 @@ export class Film {
 }
 
 export interface Histogram {
-  /** Of red, green and blue; the share of the pixels that were counted in each bin. */
+  /** The fraction of counted pixels in each bin, for red, green and blue. */
   bins: [Float32Array, Float32Array, Float32Array];
-  /** log2 of the values at the outer edges of the first and the last bin; what lies beyond is in those. */
+  /** log2 of the values at the outer edges of the first and last bin. Values beyond are counted in these bins. */
   least: number;
   most: number;
 }
 
-/** Over at most some `samples` pixels that have samples, evenly spaced. */
+/** Counts about `samples` pixels that have samples, evenly spaced. */
 export function histogramOf(film: Film, bins = 128, samples = 100_000): Histogram {
   const [least, most] = [-12, 8];
   const result: Histogram = {
@@ -190,7 +190,7 @@ export function histogramOf(film: Film, bins = 128, samples = 100_000): Histogra
     most,
   };
   const pixels = film.crop.width * film.crop.height;
-  // Odd steps do not fall on the same columns of pictures whose width is a power of two.
+  // An odd step does not repeat columns if the width is a power of two.
   const step = Math.max(1, Math.floor(pixels / samples) | 1);
   let counted = 0;
   for (let i = 0; i < pixels; i += step) {

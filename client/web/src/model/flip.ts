@@ -1,24 +1,24 @@
 /**
- * FLIP: how different two pictures look to a person who flips between them. The formulas and constants of common/image/flip.cpp.
+ * FLIP: how different two pictures look when a viewer flips between them. The formulas and constants of common/image/flip.cpp.
  *
  * LDR-FLIP: P. Andersson, J. Nilsson, T. Akenine-Möller, M. Oskarsson, K. Åström, M. D. Fairchild, "FLIP: A Difference Evaluator for
- * Alternating Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020. HDR-FLIP: P. Andersson, J. Nilsson, P. Shirley,
- * T. Akenine-Möller, "Visualizing Errors in Rendered High Dynamic Range Images", Eurographics Short Papers, 2021.
+ * Alternating Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020. HDR-FLIP: P. Andersson, J. Nilsson, P. Shirley, T.
+ * Akenine-Möller, "Visualizing Errors in Rendered High Dynamic Range Images", Eurographics Short Papers, 2021.
  */
 
-/** Linear R, G and B, one after the other, rows from the top. */
+/** Linear R, G and B as planes, rows from the top. */
 export interface Planes {
   width: number;
   height: number;
   rgb: Float32Array;
 }
 
-/** Pixels per degree of visual angle for the papers' observer: 0.7 m before a screen 0.7 m and 3840 pixels wide. */
+/** Pixels per degree of visual angle for the papers' observer, at 0.7 m from a screen that is 0.7 m and 3840 pixels wide. */
 export const kFlipPixelsPerDegree = 67.02064327658225;
 
 type Color = [number, number, number];
 type Plane = Float32Array;
-/** Of odd length, its middle at 0. */
+/** Of odd length, centred at 0. */
 type Kernel = Float32Array;
 
 /** Contrast sensitivity as a sum of two Gaussians: [a1, b1, a2, b2]. */
@@ -36,7 +36,7 @@ const kFeatureExponent = 0.5; // q_f
 const kFeatureWidth = 0.082; // w, degrees
 const kWhite: Color = [0.950428545, 1.0, 1.088900371]; // D65
 
-/** Linear sRGB to CIE XYZ, as shares of the white. */
+/** Linear sRGB to CIE XYZ, relative to the white point. */
 function shareOfWhite([r, g, b]: Color): Color {
   return [
     (10135552 * r + 8788810 * g + 4435075 * b) / 24577794 / kWhite[0],
@@ -69,21 +69,21 @@ function labCurve(t: number): number {
   return t > delta ** 3 ? Math.cbrt(t) : t / (3 * delta * delta) + 4 / 29;
 }
 
-/** CIELAB with the Hunt effect, by which colours are stronger in the light. */
+/** CIELAB with the Hunt effect: colours look stronger in bright light. */
 function huntLabOf(rgb: Color): Color {
   const [x, y, z] = shareOfWhite(rgb).map(labCurve) as Color;
   const lightness = 116 * y - 16;
   return [lightness, 0.01 * lightness * 500 * (x - y), 0.01 * lightness * 200 * (y - z)];
 }
 
-/** The HyAB distance of large colour differences, to the power q_c. */
+/** The HyAB distance, made for large colour differences, to the power q_c. */
 function colorDistance(one: Color, other: Color): number {
   return (Math.abs(one[0] - other[0]) + Math.sqrt((one[1] - other[1]) ** 2 + (one[2] - other[2]) ** 2)) ** kColorExponent;
 }
 
 const kMostDistance = colorDistance(huntLabOf([0, 1, 0]), huntLabOf([0, 0, 1]));
 
-/** Distances up to p_c of the largest, from green to blue, take the range to p_t, the few others the rest. */
+/** Maps distances up to p_c of the maximum (green to blue) to [0, p_t], and larger ones to the rest. */
 function redistributed(distance: number): number {
   const knee = kColorKnee * kMostDistance;
   const error =
@@ -97,7 +97,7 @@ function clamped(value: number): number {
   return Math.min(Math.max(value, 0), 1);
 }
 
-// ---- filters; the border's pixels go on beyond it ----
+// ---- filters; the border is replicated ----
 
 function filterRows(from: Plane, width: number, height: number, kernel: Kernel): Plane {
   const radius = kernel.length >> 1;
@@ -152,8 +152,8 @@ function gaussian(radius: number, sigma: number): Float64Array {
 }
 
 /**
- * Blurs by the eye's contrast sensitivity: a₁√(π/b₁) exp(−π²x²/b₁) + the same of 2, in two dimensions, normalised; each of the two
- * is a product of a function of x and one of y.
+ * Blurs by the eye's contrast sensitivity: a₁√(π/b₁) exp(−π²x²/b₁) plus the same of 2, in two dimensions, normalised. Each of the two is
+ * separable.
  */
 function asSeen(size: Planes, from: Plane, [a1, b1, a2, b2]: Sensitivity, pixelsPerDegree: number): Plane {
   const radius = Math.ceil(3 * Math.sqrt(kWidestGaussian / (2 * Math.PI ** 2)) * pixelsPerDegree);
@@ -172,7 +172,7 @@ function asSeen(size: Planes, from: Plane, [a1, b1, a2, b2]: Sensitivity, pixels
   return out;
 }
 
-/** The lengths of the gradients that a filter finds: positive and negative weights of `along` add up to ±1. */
+/** Lengths of the gradients that a filter finds. Positive and negative weights of `along` add up to ±1. */
 function featureLengths(size: Planes, luma: Plane, along: Float64Array, across: Kernel): Plane {
   const positive = sumOf(along.map((weight) => Math.max(weight, 0)));
   const negative = sumOf(along.map((weight) => Math.max(-weight, 0)));
@@ -193,7 +193,7 @@ function featuresOf(size: Planes, luma: Plane, pixelsPerDegree: number): {edges:
   return {edges: featureLengths(size, luma, first, across), points: featureLengths(size, luma, second, across)};
 }
 
-/** A picture as the eye has it. */
+/** A picture after the eye's filters. */
 interface Seen {
   huntLab: Plane[];
   edges: Plane;
@@ -219,7 +219,7 @@ function see(picture: Planes, pixelsPerDegree: number): Seen {
   return {huntLab, ...featuresOf(picture, luma, pixelsPerDegree)};
 }
 
-/** Of values in [0, 1]: ΔE_c^(1 − ΔE_f). */
+/** For values in [0, 1]: ΔE_c^(1 − ΔE_f). */
 function flipOfShown(picture: Planes, reference: Planes, pixelsPerDegree: number): Plane {
   const test = see(picture, pixelsPerDegree);
   const truth = see(reference, pixelsPerDegree);
@@ -234,8 +234,8 @@ function flipOfShown(picture: Planes, reference: Planes, pixelsPerDegree: number
 }
 
 /**
- * The error of every pixel, in [0, 1], of pictures of one size as they are shown with an exposure in stops: values are clamped to
- * [0, 1] after it.
+ * The error of every pixel, in [0, 1], for pictures of one size that are shown with an exposure in stops. Values are clamped to [0, 1]
+ * after the exposure.
  */
 export function flipMap(picture: Planes, reference: Planes, exposure = 0, pixelsPerDegree = kFlipPixelsPerDegree): Float32Array {
   const shown = (of: Planes): Planes => ({...of, rgb: of.rgb.map((value) => clamped(value * 2 ** exposure))});
@@ -244,9 +244,9 @@ export function flipMap(picture: Planes, reference: Planes, exposure = 0, pixels
 
 // ---- exposures ----
 
-// The ACES curve by K. Narkowicz with the factor 0.6 that it is meant for: (k0 x² + k1 x)/(k3 x² + k4 x + k5).
+// The ACES curve by K. Narkowicz, with its factor 0.6: (k0 x² + k1 x)/(k3 x² + k4 x + k5).
 const kCurve = [0.6 * 0.6 * 2.51, 0.6 * 0.03, 0, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14] as const;
-const kShownAs = 0.85; // what the curve makes of the brightest and of the median
+const kShownAs = 0.85; // the curve's output for the brightest pixel and for the median
 const kMostExposures = 64;
 
 function toneMapped(picture: Planes, exposure: number): Planes {
@@ -262,7 +262,7 @@ function medianOf(sorted: Float64Array): number {
   return (sorted[(sorted.length - 1) >> 1]! + sorted[sorted.length >> 1]!) / 2;
 }
 
-/** The exposures at which a reference is looked at, ascending, in stops. */
+/** Exposures for a reference, ascending, in stops. */
 function exposuresFor({width, height, rgb}: Planes): number[] {
   const pixels = width * height;
   const light = (i: number, plane: number) => Math.max(rgb[plane * pixels + i]!, 0);
@@ -272,7 +272,7 @@ function exposuresFor({width, height, rgb}: Planes): number[] {
     return [0];
   }
   const middle = medianOf(luminance) || medianOf(luminance.subarray(lit));
-  // The positive x that the curve shows as kShownAs.
+  // The positive x that the curve maps to kShownAs.
   const [a, b, c] = [kCurve[0] - kCurve[3] * kShownAs, kCurve[1] - kCurve[4] * kShownAs, -kCurve[5] * kShownAs];
   const x = (-b + Math.sqrt(b * b - 4 * a * c)) / (2 * a);
   const [start, stop] = [Math.log2(x / luminance.at(-1)!), Math.log2(x / middle)];
@@ -281,9 +281,9 @@ function exposuresFor({width, height, rgb}: Planes): number[] {
 }
 
 /**
- * The largest error of every pixel over exposures and the ACES tone curve, from the one that shows the brightest pixel of the
- * reference to the one that shows its median. Negative values count as 0. Where the median is 0 that of the pixels that are not is
- * taken; a black reference has the exposure 1 alone.
+ * The largest error of every pixel over exposures with the ACES tone curve. They range from the exposure for the reference's brightest
+ * pixel to that for its median. Negative values count as 0. If the median is 0, that of the nonzero pixels is taken. A black reference has
+ * only the exposure 1.
  */
 export function hdrFlipMap(picture: Planes, reference: Planes, pixelsPerDegree = kFlipPixelsPerDegree): Float32Array {
   const map = new Float32Array(picture.width * picture.height);

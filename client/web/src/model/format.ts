@@ -1,4 +1,4 @@
-/** Numbers and words for people, as the command line writes them. */
+/** Numbers and words for people, as in the command line. */
 import {GoalLimit, JobState, type Job} from '../wire/lightmill/v1/farm_pb';
 
 /** The two largest units: "0.4 s", "3 min 05 s", "2 h 03 min"; "?" for negative (unknown) times. */
@@ -43,7 +43,7 @@ function threeDigits(value: number): string {
   return value.toFixed(value < 9.995 ? 2 : value < 99.95 ? 1 : 0);
 }
 
-/** The same of a tick, without idle zeros: "0", "2.5 M". */
+/** The same for a tick, without trailing zeros: "0", "2.5 M". */
 export function tickText(count: number): string {
   const [digits, ...prefix] = humanCount(count).split(' ');
   return [Number(digits), ...prefix].join(' ');
@@ -59,7 +59,7 @@ export function humanRate(samplesPerSecond: number): string {
   return /[kMGTPE]$/.test(text) ? `${text}samples/s` : `${text} samples/s`;
 }
 
-/** "±1.2%": √relMSE; empty while it is not known. */
+/** "±1.2%": √relMSE; empty while it is unknown. */
 export function errorText(relMse: number | undefined): string {
   if (relMse === undefined) {
     return '';
@@ -68,7 +68,7 @@ export function errorText(relMse: number | undefined): string {
   return percent >= 9.95 ? `±${percent.toFixed(0)}%` : `±${Number(percent.toPrecision(2))}%`;
 }
 
-/** A value of a pixel in five significant digits. */
+/** A pixel's value in five significant digits. */
 export function valueText(value: number): string {
   if (!Number.isFinite(value)) {
     return String(value);
@@ -77,7 +77,7 @@ export function valueText(value: number): string {
   return size !== 0 && (size < 1e-3 || size >= 1e5) ? value.toExponential(3) : value.toPrecision(4);
 }
 
-/** A tick of a logarithmic axis: whole powers of ten; others (and null, where there is no room) have no label. */
+/** A tick of a logarithmic axis: whole powers of ten. Other values, and null (no room), have no label. */
 export function powerOfTen(value: number | null): string {
   const exponent = value === null ? NaN : Math.log10(value);
   const whole = Math.round(exponent);
@@ -101,19 +101,19 @@ export function stateName(state: JobState): string {
   return kStates[state] ?? 'unknown';
 }
 
-/** Which of its limits ended a job. */
+/** The limit that ended a job. */
 export function reachedName(limit: GoalLimit): string {
   return {[GoalLimit.SAMPLES]: 'samples', [GoalLimit.SECONDS]: 'time', [GoalLimit.ERROR]: 'error'}[limit as number] ?? '';
 }
 
-/** "path"; of a job whose method a pilot is still to pick, those it picks from. */
+/** "path"; or the candidates, while a pilot has not chosen. */
 export function methodName(job: Job): string {
   const candidates = job.methodNotes?.candidates ?? [];
   return candidates.length > 0 ? candidates.join(' or ') : job.method;
 }
 
-/** What a job costs that allows mixed fingerprint classes. */
-export const kMixed = 'Workers of every fingerprint class may render it: where they round differently, nobody gets the same bits again';
+/** The disadvantage of a job that allows mixed fingerprint classes. */
+export const kMixed = 'Workers of every fingerprint class may render it. If they round differently, its bits cannot be reproduced';
 
 /** "64 samples, ±1% or 2 min 00 s". */
 export function goalText(job: Job): string {
@@ -130,7 +130,7 @@ export function goalText(job: Job): string {
   return parts.join(' or ');
 }
 
-/** "12/64", or "12" without a goal in samples. */
+/** "12/64", or "12" without a sample goal. */
 export function samplesText(job: Job): string {
   const wanted = job.goal?.samples ?? 0n;
   return wanted > 0n ? `${job.frameSamples}/${wanted}` : String(job.frameSamples);
@@ -140,21 +140,21 @@ function dateText(time: Date): string {
   return time.toLocaleDateString('en-GB', {day: 'numeric', month: 'short'});
 }
 
-/** A tick of an axis of times, of Unix seconds, here: "14:05"; at midnight the day that begins, "24 Nov". */
+/** A tick of a time axis in Unix seconds, in local time: "14:05"; at midnight the new day, "24 Nov". */
 export function clockTick(seconds: number): string {
   const time = new Date(1000 * seconds);
   const pad = (n: number) => String(n).padStart(2, '0');
   return time.getHours() + time.getMinutes() === 0 ? dateText(time) : `${pad(time.getHours())}:${pad(time.getMinutes())}`;
 }
 
-/** A moment in Unix milliseconds, here: "14:05:09" of the day that `nowMs` is in, "23 Nov 14:05:09" of others. */
+/** A time in Unix milliseconds, in local time: "14:05:09" on the day of `nowMs`, else "23 Nov 14:05:09". */
 export function momentText(unixMs: number, nowMs: number): string {
   const time = new Date(unixMs);
   const clock = time.toLocaleTimeString('en-GB');
   return time.toDateString() === new Date(nowMs).toDateString() ? clock : `${dateText(time)} ${clock}`;
 }
 
-/** "just now", "5 min ago"; of a Unix time in milliseconds. */
+/** "just now" or "5 min ago", for a Unix time in milliseconds. */
 export function ageText(unixMs: number, nowMs: number): string {
   const seconds = (nowMs - unixMs) / 1000;
   if (unixMs === 0) {

@@ -1,4 +1,4 @@
-/** Half floats (IEEE 754 binary16) as they stand in tiles. */
+/** Half floats (IEEE 754 binary16), as in tiles. */
 
 /** The value of a half by its bits. */
 export function halfValue(bits: number): number {
@@ -11,13 +11,13 @@ export function halfValue(bits: number): number {
   return exponent === 31 ? (fraction ? NaN : sign * Infinity) : sign * (1 + fraction / 1024) * 2 ** (exponent - 15);
 }
 
-/** All 65,536 values by their bits. */
+/** All 65,536 values, indexed by their bits. */
 export const kHalfValues = Float32Array.from({length: 65536}, (_, bits) => halfValue(bits));
 
 const kBits = new Uint32Array(1);
 const kAsFloat = new Float32Array(kBits.buffer);
 
-/** The bits of the half nearest to `value`, ties to even; what is beyond ±65504 is ±65504, as in tiles. */
+/** The bits of the half nearest to `value`, ties to even. Values beyond ±65504 become ±65504, as in tiles. */
 export function toHalf(value: number): number {
   if (Number.isNaN(value)) {
     return 0x7e00;
@@ -27,7 +27,7 @@ export function toHalf(value: number): number {
   const bits = kBits[0]!;
   const exponent = (bits >>> 23) - 127;
   if (exponent < -14) {
-    // A multiple of 2^-24, which a float holds exactly where the half does.
+    // A multiple of 2^-24, which a float holds exactly if the half does.
     const units = kAsFloat[0]! * 2 ** 24;
     const whole = Math.floor(units);
     const rest = units - whole;

@@ -1,4 +1,4 @@
-/** What a job is asked for, as a form has it, and the job that comes of it: a changed one, the same again, or a quick look. Pure. */
+/** The form of a job, and the job made of it: an edited one, a clone, or a quick look. Pure. */
 import {create, fromBinary, toBinary} from '@bufbuild/protobuf';
 import {
   GoalSchema,
@@ -24,13 +24,13 @@ export interface JobForm {
   name: string;
   width: number;
   height: number;
-  /** With its parameters, as "caustic:photons=20000". */
+  /** With its parameters, e.g. "caustic:photons=20000". */
   method: string;
   seed: bigint;
-  /** 0: no limit, as of the next two. */
+  /** 0: no limit; the same for the next two. */
   samples: number;
   seconds: number;
-  /** The error as people see it: ±1 % is the relMSE 0.0001. */
+  /** The error in percent: ±1 % is the relMSE 0.0001. */
   percent: number;
   adaptive: boolean;
   priority: number;
@@ -52,7 +52,7 @@ export function formOf(spec: JobSpec): JobForm {
   };
 }
 
-/** What is wrong with it, and what to do; undefined if nothing is. The coordinator checks more. */
+/** What is wrong with the form, and what to do; undefined if nothing is. The coordinator checks more. */
 export function faultOf(form: JobForm): string | undefined {
   if (!(form.samples > 0) && !(form.seconds > 0) && !(form.percent > 0)) {
     return 'A job needs a goal: give samples, an error or a time.';
@@ -73,7 +73,7 @@ const followsAllLight = (method: string): boolean => ['path', 'caustic', 'vcm', 
 
 const kBeauty: LayerSpec = create(LayerSpecSchema, {name: 'beauty', channels: 3, kind: LayerSpec_Kind.SUMMED});
 
-/** Those that the method has, of those that were asked for. */
+/** The requested layers that the method has. */
 function layersFor(method: string, layers: readonly LayerSpec[]): LayerSpec[] {
   const all = followsAllLight(method);
   const has = (name: string) =>
@@ -86,7 +86,7 @@ function layersFor(method: string, layers: readonly LayerSpec[]): LayerSpec[] {
   return kept.length > 0 ? kept : [kBeauty];
 }
 
-/** Assets that a packed scene names, sorted, each once. */
+/** The assets of a packed scene, sorted, without duplicates. */
 export function assetsOf(scene: Scene): Uint8Array[] {
   const named = new Set<string>();
   scene.textures.forEach(({asset}) => named.add(asset));
@@ -96,7 +96,7 @@ export function assetsOf(scene: Scene): Uint8Array[] {
   return [...named].sort().map(bytesOfHex);
 }
 
-/** The crop goes with a picture of another size where that size is a multiple or a part of the old one; else it is all of the film. */
+/** The crop is scaled if the new size is a multiple or a fraction of the old one. Otherwise it is the whole film. */
 function cropFor({crop, width, height}: RenderSettings, to: {width: number; height: number}) {
   if (crop && width === to.width && height === to.height) {
     return crop;
@@ -131,7 +131,7 @@ function settingsFor(before: RenderSettings, scene: Scene, form: Pick<JobForm, '
   };
 }
 
-/** The job that the form asks for, of `scene`; what it does not say stays as `spec` has it. `parent`: 0n is none. */
+/** The form's job for `scene`. Other fields come from `spec`. `parent`: 0n is none. */
 export function filledSpec(spec: JobSpec, scene: Scene, form: JobForm, rendererVersion: string, parent: bigint): JobSpec {
   return {
     ...spec,
@@ -143,23 +143,23 @@ export function filledSpec(spec: JobSpec, scene: Scene, form: JobForm, rendererV
   };
 }
 
-/** A job's first spec, of a scene that was read from files. */
+/** The first spec for a scene that was read from files. */
 export function newSpec(scene: Scene, name: string): JobSpec {
   const [width, height] = [scene.film?.width ?? 512, scene.film?.height ?? 512];
   const settings = create(RenderSettingsSchema, {width, height, method: 'auto', layers: [kBeauty]});
   return create(JobSpecSchema, {name, goal: {samples: 64n}, settings});
 }
 
-/** How the names of quick looks end. */
+/** Suffix of the names of quick looks. */
 export const kQuickEnding = ' (being edited)';
 
-/** How the names of jobs end whose photons are drawn over a picture. */
-export const kDotsEnding = ' (its photons)';
+/** Suffix of the names of jobs that render photons for the overlay. */
+export const kDotsEnding = ' (photon map)';
 
 /** Bytes. */
 const kMostName = 200;
 
-/** As much of the name as there is room for before the ending. */
+/** The name, cut so that the ending fits. */
 function lookName(name: string, ending: string): string {
   const room = kMostName - ending.length;
   let cut = '';
@@ -172,7 +172,7 @@ function lookName(name: string, ending: string): string {
   return cut + ending;
 }
 
-/** Whether a job is there for a page alone, which deletes it. */
+/** Whether the job belongs to a page, which deletes it. */
 export function isLook(name: string): boolean {
   return name.endsWith(kQuickEnding) || name.endsWith(kDotsEnding);
 }
@@ -183,7 +183,7 @@ const kDotsMethods: Record<Exclude<Photons, 'none'>, string> = {
   caustic: 'photon-dots:caustic:photons=100000',
 };
 
-/** The photons of a job's scene, pixel for pixel where its picture has them: one sample, since all show the same. */
+/** The photons of a job's scene, aligned with its pixels. One sample is enough, since all show the same. */
 export function dotsSpec(spec: JobSpec, photons: Exclude<Photons, 'none'>, rendererVersion: string, parent: bigint): JobSpec {
   const {settings} = spec;
   return {
@@ -198,11 +198,11 @@ export function dotsSpec(spec: JobSpec, photons: Exclude<Photons, 'none'>, rende
 }
 
 export type QuickMethod = 'preview' | 'raycast' | 'path';
-/** Samples of a quick look: enough for smooth edges, or to see what the light does. */
+/** Samples of a quick look: enough for smooth edges, or for a first impression of the light. */
 const kQuickSamples: Record<QuickMethod, bigint> = {preview: 16n, raycast: 16n, path: 64n};
 export const kMostQuickSide = 480;
 
-/** A quick look at a scene that is being edited: small, before other jobs, never verified, of all that the job shows. */
+/** A quick look at a scene during editing: small, with high priority, without audits, of the job's whole picture. */
 export function quickSpec(spec: JobSpec, scene: Scene, form: JobForm, rendererVersion: string, parent: bigint, method: QuickMethod): JobSpec {
   const scale = Math.min(1, kMostQuickSide / Math.max(form.width, form.height));
   const side = (length: number) => Math.max(1, Math.round(length * scale));

@@ -1,4 +1,4 @@
-/** The lists of jobs and workers: how changes are taken in, and what a reader sees of them. */
+/** The lists of jobs and workers: how they change, and what is shown of them. */
 import {JobState, type Job, type Worker} from '../wire/lightmill/v1/farm_pb';
 import type {JobChanges, WorkerChanges} from '../wire/lightmill/v1/web_pb';
 import {methodName, stateName} from './format';
@@ -32,7 +32,7 @@ export function hasEnded(state: JobState): boolean {
   return state === JobState.DONE || state === JobState.FAILED || state === JobState.CANCELLED;
 }
 
-/** Of its nearest limit, in [0, 1]; errors fall as 1/samples. */
+/** The fraction done of the nearest limit, in [0, 1]. Errors fall as 1/samples. */
 export function fractionDone(job: Job): number {
   if (job.state === JobState.DONE) {
     return 1;
@@ -51,7 +51,7 @@ export function fractionDone(job: Job): number {
   return Math.min(fraction, 1);
 }
 
-/** Jobs that were made from `parent`, the oldest first, but for looks at what is being edited. */
+/** Jobs made from `parent`, oldest first, without quick looks. */
 export function childrenOf(list: JobList, parent: bigint): bigint[] {
   const children = [...list.values()].filter((job) => job.parent === parent && !isLook(job.name));
   return children.map((job) => job.id).sort((a, b) => Number(a - b));
@@ -93,7 +93,7 @@ function matches(job: Job, words: readonly string[]): boolean {
   return words.every((word) => text.includes(word));
 }
 
-/** What the query lets through, in its order; newer jobs first among equals. */
+/** The jobs that match the query, in its order. Among equals newer jobs come first. */
 export function listedJobs(list: JobList, query: JobQuery): Job[] {
   const words = query.search.toLowerCase().split(/\s+/).filter(Boolean);
   const key = kOrders[query.order];
@@ -106,7 +106,7 @@ export function listedJobs(list: JobList, query: JobQuery): Job[] {
     });
 }
 
-/** How many each filter would let through. */
+/** How many jobs each filter would show. */
 export function filterCounts(list: JobList): Record<JobFilter, number> {
   const counts = {all: 0, active: 0, done: 0, failed: 0};
   for (const job of list.values()) {

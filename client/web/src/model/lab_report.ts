@@ -5,7 +5,7 @@ import type {CurvePoint} from './error_curve';
 export interface LabScene {
   name: string;
   reference: string;
-  /** A line for each method; the interval of a point is from its best to its worst seed. */
+  /** One line per method. A point's interval is from its best to its worst seed. */
   lines: ChartLine[];
 }
 
@@ -18,7 +18,7 @@ type Fields = Record<string, unknown>;
 
 function fields(value: unknown, what: string): Fields {
   if (typeof value !== 'object' || value === null || Array.isArray(value)) {
-    throw new Error(`${what} is no object: this is not the results.json that "lightmill lab" writes`);
+    throw new Error(`${what} is not an object: this is not the results.json that "lightmill lab" writes`);
   }
   return value as Fields;
 }
@@ -35,7 +35,7 @@ function text(value: unknown): string {
   return typeof value === 'string' ? value : '';
 }
 
-/** Undefined of what has no place on logarithmic axes. */
+/** Undefined for what logarithmic axes cannot show. */
 function pointOf(value: unknown): CurvePoint | undefined {
   const of = fields(value, 'a point');
   const number = (name: string) => (typeof of[name] === 'number' ? of[name] : NaN);
@@ -44,13 +44,13 @@ function pointOf(value: unknown): CurvePoint | undefined {
   return seconds > 0 && error > 0 ? {seconds, error, low: least > 0 ? least : error, high: most > 0 ? most : error} : undefined;
 }
 
-/** Throws an Error that says what is wrong with it. */
+/** Throws an Error that says what is wrong. */
 export function parseLabReport(json: string): LabReport {
   let whole: Fields;
   try {
     whole = fields(JSON.parse(json), 'the file');
   } catch (error) {
-    throw error instanceof SyntaxError ? new Error(`the file is no JSON: ${error.message}`) : error;
+    throw error instanceof SyntaxError ? new Error(`the file is not JSON: ${error.message}`) : error;
   }
   const scenes = list(whole, 'scenes', 'the file').map((each) => {
     const scene = fields(each, 'a scene');

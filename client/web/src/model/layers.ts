@@ -1,4 +1,4 @@
-/** A film's layers as the page shows them, and light groups that are mixed anew. Pure. */
+/** A film's layers as the page shows them, and the mix of light groups. Pure. */
 import {ofSwatch, swatchOf} from './color';
 import {kTileSide, type Film, type Rect} from './film';
 import {kHalfValues, toHalf} from './half';
@@ -9,7 +9,7 @@ const kLabels = new Map([
   ['direct', 'Direct light'],
   ['indirect', 'Indirect light'],
   ['caustic', 'Caustics'],
-  ['bias', 'Bias of photons'],
+  ['bias', 'Photon bias'],
   ['albedo', 'Albedo'],
   ['normal', 'Normals'],
   ['depth', 'Depth'],
@@ -17,12 +17,12 @@ const kLabels = new Map([
 const kLight = 'light:';
 export const kRest = 'light:rest';
 
-/** Those that are pictures: ids are not. */
+/** The layers that are pictures: ids are not. */
 export function shownLayers(layers: readonly string[]): string[] {
   return layers.filter((layer) => layer !== 'id');
 }
 
-/** Together they are all of the light; none where the job has no light groups. */
+/** The light layers, which add up to all of the light. Empty if the job has no light groups. */
 export function lightLayers(layers: readonly string[]): string[] {
   return layers.filter((layer) => layer.startsWith(kLight));
 }
@@ -31,7 +31,7 @@ export function layerLabel(layer: string): string {
   return layer === '' ? 'Beauty' : layer === kRest ? 'All other light' : layer.startsWith(kLight) ? `Light: ${layer.slice(kLight.length)}` : (kLabels.get(layer) ?? layer);
 }
 
-/** Why layers' pixels do not come, by layer; beauty is ''. */
+/** Why a layer's pixels do not come, by layer; beauty is ''. */
 export type LayerFailures = ReadonlyMap<string, string>;
 export const kNoFailures: LayerFailures = new Map();
 
@@ -50,27 +50,27 @@ export function withLayerFailures(failures: LayerFailures, news: readonly LayerF
   return next;
 }
 
-/** One sentence of those that are wanted; empty if their pixels come. */
+/** A sentence about the wanted layers without pixels; empty if all come. */
 export function failureOf(failures: LayerFailures, wanted: readonly string[]): string {
   const failed = wanted.filter((layer) => failures.has(layer));
   return failed.length > 0 ? `${failed.map(layerLabel).join(', ')} cannot be shown: ${failures.get(failed[0]!)}` : '';
 }
 
-/** Of a light's layer. */
+/** The name of a light's layer. */
 export function groupName(layer: string): string {
   return layer === kRest ? 'all other light' : layer.slice(kLight.length);
 }
 
-/** How one light group shines: its light times 2^stops, in a colour of its own; undefined stops: switched off. */
+/** The setting of one light group: its light times 2^stops, tinted. Undefined stops: switched off. */
 export interface Gain {
   stops: number | undefined;
-  /** Each from 0 to 1. */
+  /** Each in [0, 1]. */
   tint: Rgb;
 }
 export const kMostGainStops = 8;
 export const kAsRendered: Gain = {stops: 0, tint: [1, 1, 1]};
 
-/** By layer; what is not in it is as it was rendered. */
+/** By layer. Layers that are not in it stay as rendered. */
 export type Relight = ReadonlyMap<string, Gain>;
 
 export function isAsRendered({stops, tint}: Gain): boolean {
@@ -87,7 +87,7 @@ export function withGain(relight: Relight, layer: string, gain: Gain): Relight {
   return next;
 }
 
-/** What the layer's values are multiplied by. */
+/** The factors of the layer's values. */
 export function factorOf(gain: Gain | undefined): Rgb {
   const {stops, tint} = gain ?? kAsRendered;
   return stops === undefined ? [0, 0, 0] : (tint.map((value) => value * 2 ** stops) as Rgb);
@@ -100,7 +100,7 @@ export function relightText(relight: Relight): string {
   return parts.join(',');
 }
 
-/** What is not understood is left out. */
+/** Ignores what it does not understand. */
 export function parseRelight(text: string): Relight {
   const relight = new Map<string, Gain>();
   for (const part of text.split(',')) {
@@ -119,8 +119,8 @@ export function parseRelight(text: string): Relight {
 const kUnknown = 0xbc00;
 
 /**
- * Fills a rectangle of `target`, pixels of its crop, with the sum of the layers, each times its factors. The errors of the sum are not
- * known: those of layers depend on each other.
+ * Fills a rectangle of `target`, in pixels of its crop, with the weighted sum of the layers. The errors of the sum are unknown, because
+ * layers are correlated.
  */
 export function mix(target: Film, layers: readonly {film: Film; factor: Rgb}[], rect: Rect): void {
   const {width} = target.crop;
@@ -147,7 +147,7 @@ export function mix(target: Film, layers: readonly {film: Film; factor: Rgb}[], 
   }
 }
 
-/** The first pixel behind the tile of pixel `at`; both of the crop, which begins at `origin`. */
+/** The first pixel after the tile of pixel `at`. Both are in the crop, which begins at `origin`. */
 function nextTile(origin: number, at: number): number {
   return (Math.floor((origin + at) / kTileSide) + 1) * kTileSide - origin;
 }

@@ -1,4 +1,4 @@
-/** The virtual meters of a job's scene: where they lie in its picture, and what they read. Pure. */
+/** The virtual meters of a job's scene: their places in the picture, and their readings. Pure. */
 import type {RenderSettings} from '../wire/lightmill/v1/farm_pb';
 import type {Camera, Meter, Meter_Patch, Scene} from '../wire/lightmill/v1/scene_pb';
 import type {MeterReading} from '../wire/lightmill/v1/web_pb';
@@ -6,10 +6,10 @@ import type {Point} from './camera';
 import {cross, dot, frameOf, length, minus, plus, times, type Vector} from './orbit';
 import {fovOf, poseOf, vectorOf} from './scene_edit';
 
-/** How a point of the scene comes to lie in a picture: pixels of its crop; undefined behind the eye. */
+/** Projects a point of the scene to pixels of the crop; undefined behind the camera. */
 export type Projection = (point: Vector) => Point | undefined;
 
-/** As seen through the middle of the lens. */
+/** Through the centre of the lens. */
 export function projectionOf(camera: Camera | undefined, {width, height, crop}: Pick<RenderSettings, 'width' | 'height' | 'crop'>): Projection {
   const pose = poseOf(camera);
   const {right, above, forward} = frameOf(pose);
@@ -29,15 +29,15 @@ export function projectionOf(camera: Camera | undefined, {width, height, crop}: 
 /** How a meter is drawn. */
 export interface MeterMark {
   name: string;
-  /** Where its name stands. */
+  /** The position of its name. */
   at: Point;
-  /** What it measures, as a closed line; empty for points. */
+  /** The outline of its surface, closed; empty for points. */
   outline: Point[];
-  /** Of points: the end of the line that says which way they face or look. */
+  /** For points: the end of the line that shows the direction. */
   tip: Point | undefined;
 }
 
-/** Lines that say which way a meter faces are this part of its distance from the eye. */
+/** The length of direction lines, as a fraction of the distance from the camera. */
 const kTip = 0.08;
 
 function cornersOf(patch: Meter_Patch | undefined): Vector[] {
@@ -45,7 +45,7 @@ function cornersOf(patch: Meter_Patch | undefined): Vector[] {
   return [corner, plus(corner, a), plus(plus(corner, a), b), plus(corner, b)];
 }
 
-/** Undefined where it lies behind the eye, if only in part. */
+/** Undefined if any part lies behind the camera. */
 function markOf(meter: Meter, scene: Scene, project: Projection): MeterMark | undefined {
   const {kind, name} = meter;
   if (kind.case === 'patch' || kind.case === 'flux') {
@@ -64,7 +64,7 @@ function markOf(meter: Meter, scene: Scene, project: Projection): MeterMark | un
   return at && {name, at, outline: [], tip: project(plus(point, times(way, reach)))};
 }
 
-/** Of the meters that lie before the eye, by their place in the scene. */
+/** The marks of the meters in front of the camera, by index in the scene. */
 export function marksOf(scene: Scene, settings: Pick<RenderSettings, 'width' | 'height' | 'crop'>): Map<number, MeterMark> {
   const project = projectionOf(scene.camera, settings);
   const marks = new Map<number, MeterMark>();
@@ -80,7 +80,7 @@ export function marksOf(scene: Scene, settings: Pick<RenderSettings, 'width' | '
 const kLetter = 6.5;
 const kLine = 15;
 
-/** Where texts of one line begin that stand at these points of the screen: those that would lie over another go up. */
+/** Vertical positions of text lines at these points of the screen. A line that would overlap another moves up. */
 export function labelPlaces(labels: readonly {at: Point; text: string}[]): Point[] {
   const places: Point[] = [];
   labels.forEach(({at}, i) => {
@@ -95,7 +95,7 @@ export function labelPlaces(labels: readonly {at: Point; text: string}[]): Point
   return places;
 }
 
-/** What a reading is multiplied by: a flux meter's patch, else 1. */
+/** The factor of a reading: a flux meter's patch, else 1. */
 function areaOf(meter: Meter): number {
   const patch = meter.kind.case === 'flux' ? meter.kind.value.patch : undefined;
   return patch ? length(cross(vectorOf(patch.edge1), vectorOf(patch.edge2))) : 1;
@@ -108,12 +108,12 @@ const kUnits = {
   flux: ['W', 'lm'],
 } as const;
 
-/** As the command line writes them: with two digits at least. */
+/** As in the command line: an exponent with at least two digits. */
 function exponential(value: number, digits: number): string {
   return value.toExponential(digits).replace(/e([+-])(\d)$/, 'e$10$2');
 }
 
-/** A value to the second digit of its error, or to seven digits where that is less. */
+/** A value up to the second digit of its error, but at most seven digits. */
 export function withError(value: number, halfWidth: number): string {
   if (!(halfWidth > 1e-7 * Math.abs(value))) {
     return `${Number(value.toPrecision(7))} ± ${Number(halfWidth.toPrecision(2))}`;

@@ -1,18 +1,18 @@
-/** How a scene's camera is moved: about what it looks at, along its picture, and towards it. Pure; lengths in scene units. */
+/** Motions of a scene's camera: orbit, pan and dolly. Pure. Lengths are in scene units. */
 
 export type Vector = readonly [number, number, number];
 
 export interface Pose {
   eye: Vector;
-  /** What it turns about. */
+  /** The centre of the orbit. */
   lookAt: Vector;
   /** Need not be a unit vector. */
   up: Vector;
 }
 
-/** How near the view may come to straight up or down, radians: there left and right would change places. */
+/** Least angle between the view and straight up or down, radians. There left and right would swap. */
 const kLeastPolar = Math.PI / 180;
-/** A camera never reaches what it looks at, and stays within what scene documents allow. */
+/** Limits of the distance: the camera never reaches its target, and stays within the limits of scene documents. */
 const kLeastDistance = 1e-9;
 const kMostDistance = 1e11;
 
@@ -28,25 +28,25 @@ function unit(a: Vector, otherwise: Vector): Vector {
   return size > 0 ? times(a, 1 / size) : otherwise;
 }
 
-/** Counter-clockwise seen against the unit vector `axis`, by Rodrigues' formula. */
+/** Rotates counter-clockwise seen against the unit vector `axis`, by Rodrigues' formula. */
 export function rotated(a: Vector, axis: Vector, radians: number): Vector {
   const [sin, cos] = [Math.sin(radians), Math.cos(radians)];
   return plus(plus(times(a, cos), times(cross(axis, a), sin)), times(axis, dot(axis, a) * (1 - cos)));
 }
 
-/** Unit vectors: to the picture's right, upwards in it, and into it. */
+/** Unit vectors to the right, upwards, and into the picture. */
 export function frameOf({eye, lookAt, up}: Pose): {right: Vector; above: Vector; forward: Vector} {
   const forward = unit(minus(lookAt, eye), [0, 0, -1]);
   let right = cross(forward, unit(up, [0, 1, 0]));
   if (length(right) < 1e-9) {
-    // It looks along `up`: any direction across will do.
+    // The camera looks along `up`, so any horizontal direction works.
     right = cross(forward, Math.abs(forward[0]) < 0.9 ? [1, 0, 0] : [0, 0, 1]);
   }
   right = unit(right, [1, 0, 0]);
   return {right, above: cross(right, forward), forward};
 }
 
-/** Turns the eye about `lookAt`: by `yaw` about `up`, counter-clockwise seen from above, then by `pitch` upwards; radians. */
+/** Orbits the camera about `lookAt`: by `yaw` about `up`, counter-clockwise seen from above, then by `pitch` upwards; radians. */
 export function orbited(pose: Pose, yaw: number, pitch: number): Pose {
   const axis = unit(pose.up, [0, 1, 0]);
   const turned: Pose = {...pose, eye: plus(pose.lookAt, rotated(minus(pose.eye, pose.lookAt), axis, yaw))};
@@ -54,11 +54,11 @@ export function orbited(pose: Pose, yaw: number, pitch: number): Pose {
   const {right} = frameOf(turned);
   const polar = Math.atan2(length(cross(axis, offset)), dot(axis, offset));
   const next = Math.min(Math.max(polar - pitch, kLeastPolar), Math.PI - kLeastPolar);
-  // A positive turn about `right` leads away from `up`.
+  // A positive rotation about `right` leads away from `up`.
   return {...turned, eye: plus(pose.lookAt, rotated(offset, right, next - polar))};
 }
 
-/** Moves eye and `lookAt` so that what lies at `lookAt` is seen `x` to the right and `y` downwards, in heights of the picture. */
+/** Moves camera and `lookAt` so that the point at `lookAt` moves `x` to the right and `y` downwards, in picture heights. */
 export function panned(pose: Pose, fovDegrees: number, x: number, y: number): Pose {
   const {right, above} = frameOf(pose);
   const height = 2 * length(minus(pose.lookAt, pose.eye)) * Math.tan((fovDegrees * Math.PI) / 360);
@@ -66,7 +66,7 @@ export function panned(pose: Pose, fovDegrees: number, x: number, y: number): Po
   return {...pose, eye: plus(pose.eye, by), lookAt: plus(pose.lookAt, by)};
 }
 
-/** Multiplies the distance to what is looked at. */
+/** Multiplies the distance to `lookAt`. */
 export function dollied(pose: Pose, factor: number): Pose {
   const offset = minus(pose.eye, pose.lookAt);
   const distance = Math.min(Math.max(length(offset) * factor, kLeastDistance), kMostDistance);

@@ -1,8 +1,8 @@
-/** Keeps one small job for what is being edited: the newest wish, at most one job at a time, none once it is closed. Pure. */
+/** The quick look during editing: renders the newest wish, with at most one job at a time, and none once it is closed. Pure. */
 
 export interface QuickJobs<Wish> {
   submit(wish: Wish): Promise<bigint>;
-  /** Ends and forgets a job, whatever state it is in. */
+  /** Cancels and deletes a job in any state. */
   discard(job: bigint): Promise<void>;
 }
 
@@ -15,7 +15,7 @@ export interface QuickListener {
 export class QuickLook<Wish> {
   private waiting: Wish | undefined;
   private job: bigint | undefined;
-  /** Those that could not be discarded yet. */
+  /** Jobs that could not be deleted yet. */
   private readonly left = new Set<bigint>();
   private busy: Promise<void> | undefined;
   private closed = false;
@@ -25,7 +25,7 @@ export class QuickLook<Wish> {
     private readonly listener: QuickListener,
   ) {}
 
-  /** What is to be seen from now on; a wish that waits is forgotten. */
+  /** Sets what to render. An older wish that waits is dropped. */
   want(wish: Wish): void {
     if (!this.closed) {
       this.waiting = wish;
@@ -33,12 +33,12 @@ export class QuickLook<Wish> {
     }
   }
 
-  /** The job that is there now. */
+  /** The current job. */
   get current(): bigint | undefined {
     return this.job;
   }
 
-  /** Ends once no job of it is left. */
+  /** Resolves once none of its jobs is left. */
   async close(): Promise<void> {
     this.closed = true;
     this.waiting = undefined;
@@ -47,7 +47,7 @@ export class QuickLook<Wish> {
   }
 
   private async work(): Promise<void> {
-    // What is wanted at once, one after the other, is one wish.
+    // Several wishes in the same turn count as one.
     await Promise.resolve();
     while (this.waiting !== undefined) {
       const wish = this.waiting;
@@ -64,7 +64,7 @@ export class QuickLook<Wish> {
     this.busy = undefined;
   }
 
-  /** Throws if one could not be; it is tried again the next time. */
+  /** Throws if a job could not be deleted. The next call retries. */
   private async discard(): Promise<void> {
     if (this.job !== undefined) {
       this.left.add(this.job);

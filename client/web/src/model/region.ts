@@ -1,4 +1,4 @@
-/** A rectangle of a film that is measured as one. */
+/** Statistics of a rectangle of a film. */
 import type {Size} from './camera';
 import type {Film, Rect} from './film';
 import {kHalfValues} from './half';
@@ -9,27 +9,27 @@ export interface Spread {
   median: number;
   least: number;
   most: number;
-  /** Of the pixels' values, around their mean. */
+  /** The standard deviation of the pixels' values. */
   variance: number;
 }
 
 export interface RegionStatistics {
-  /** Those that have samples and finite values; the rest counts nowhere. */
+  /** Pixels with samples and finite values. The others are ignored. */
   pixels: number;
   red: Spread;
   green: Spread;
   blue: Spread;
   luminance: Spread;
   /**
-   * Of the mean luminance: √Σe²/pixels, e² being what a pixel's two halves tell of its mean's variance; pixels' errors are taken as
-   * independent. Undefined while halves are missing.
+   * The standard error of the mean luminance: √Σe²/pixels, where e² is the variance of a pixel's mean, estimated from its two halves. The
+   * pixels' errors are taken as independent. Undefined while a half is missing.
    */
   standardError: number | undefined;
-  /** Per pixel, and of all pixels together. */
+  /** Per pixel, and the total over all pixels. */
   samples: {least: number; most: number; total: number};
 }
 
-/** The value that `rank` others stand before in ascending order; reorders `values`. */
+/** The value with `rank` others before it in ascending order. Reorders `values`. */
 export function selected(values: Float32Array, rank: number): number {
   let [low, high] = [0, values.length - 1];
   while (low < high) {
@@ -59,7 +59,7 @@ export function selected(values: Float32Array, rank: number): number {
   return values[rank]!;
 }
 
-/** Of at least one value. */
+/** Needs at least one value. */
 function spreadOf(values: Float32Array): Spread {
   const mean = values.reduce((sum, value) => sum + value, 0) / values.length;
   const squares = values.reduce((sum, value) => sum + (value - mean) ** 2, 0);
@@ -69,7 +69,7 @@ function spreadOf(values: Float32Array): Spread {
   return {mean, median, least, most, variance: squares / values.length};
 }
 
-/** The part of a region that lies within a picture; undefined where that is nothing. */
+/** The part of a region inside a picture; undefined if it is empty. */
 export function within(region: Rect, picture: Size): Rect | undefined {
   const [x, y] = [Math.max(0, region.x), Math.max(0, region.y)];
   const width = Math.min(region.x + region.width, picture.width) - x;
@@ -77,14 +77,14 @@ export function within(region: Rect, picture: Size): Rect | undefined {
   return width > 0 && height > 0 ? {x, y, width, height} : undefined;
 }
 
-/** The pixels between two points of a picture, those below both included. */
+/** The rectangle between two points of a picture, both included. */
 export function regionBetween(a: {x: number; y: number}, b: {x: number; y: number}, picture: Size): Rect | undefined {
   const [x, y] = [Math.floor(Math.min(a.x, b.x)), Math.floor(Math.min(a.y, b.y))];
   const [right, bottom] = [Math.floor(Math.max(a.x, b.x)), Math.floor(Math.max(a.y, b.y))];
   return within({x, y, width: right - x + 1, height: bottom - y + 1}, picture);
 }
 
-/** Moves a region, or makes it larger, by whole pixels; it stays within the picture and has at least one pixel. */
+/** Moves or grows a region by whole pixels. It stays within the picture and has at least one pixel. */
 export function movedRegion(region: Rect, by: Partial<Rect>, picture: Size): Rect {
   const clamp = (value: number, least: number, most: number) => Math.min(Math.max(value, least), most);
   const width = clamp(region.width + (by.width ?? 0), 1, picture.width);
@@ -97,7 +97,7 @@ export function movedRegion(region: Rect, by: Partial<Rect>, picture: Size): Rec
   };
 }
 
-/** Undefined where no pixel of the region has samples. `region` lies within the film. */
+/** Undefined if no pixel of the region has samples. `region` lies within the film. */
 export function regionStatistics(film: Film, region: Rect): RegionStatistics | undefined {
   const size = region.width * region.height;
   const channels = [0, 1, 2, 3].map(() => new Float32Array(size));

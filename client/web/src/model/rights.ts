@@ -1,9 +1,9 @@
-/** What the caller may do, as the coordinator has said it: it refuses what the page offers all the same. */
+/** The caller's rights, as the coordinator reports them. The coordinator checks them again. */
 import type {FarmGreeting} from '../wire/lightmill/v1/web_pb';
 
 export type Rights = Pick<FarmGreeting, 'caller' | 'roles' | 'may' | 'mayWithOwn'>;
 
-/** Why the caller may not call `method`, of the job's owner if it is about one; undefined if the caller may, or nothing is known yet. */
+/** Why the caller may not call `method` on a job of this owner. Undefined if it is allowed, or not known yet. */
 export function refusalOf(rights: Rights | undefined, method: string, owner?: string): string | undefined {
   if (!rights || rights.may.includes(method)) {
     return undefined;
@@ -11,7 +11,7 @@ export function refusalOf(rights: Rights | undefined, method: string, owner?: st
   const roles = rights.roles.join(', ') || 'none';
   const own = rights.mayWithOwn.includes(method);
   if (own && owner !== undefined) {
-    return owner !== '' && owner === rights.caller ? undefined : `The job is somebody else's: your roles (${roles}) are for your own`;
+    return owner !== '' && owner === rights.caller ? undefined : `The job belongs to another user, and your roles (${roles}) allow this only for your own jobs`;
   }
   return own ? undefined : `Your roles (${roles}) do not allow this`;
 }

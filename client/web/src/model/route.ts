@@ -1,4 +1,4 @@
-/** Where the page is, as the part of its address behind '#': every view has a link that brings it back. */
+/** The page's route: the part of its address after '#'. Every view has a link. */
 import type {Camera} from './camera';
 import {kComparisons, type Against} from './comparison';
 import type {Rect} from './film';
@@ -16,23 +16,23 @@ export const kPlainLook: Look = {exposure: 0, gamma: 1, view: 'plain', show: 'co
 export const kMostStops = 20;
 export const kMostGamma = 10;
 
-/** The photons that are drawn over the picture; `caustic`: those alone that have met mirrors and glass first. */
+/** The photon overlay. `caustic`: only photons that met mirrors or glass first. */
 export const kPhotons = ['none', 'few', 'many', 'caustic'] as const;
 export type Photons = (typeof kPhotons)[number];
 
 /** What one job's page shows. */
 export interface JobView {
   look: Look;
-  /** Undefined: all of the picture. */
+  /** Undefined: the whole picture. */
   camera: Camera | undefined;
   against: Against | undefined;
-  /** Pixels that are measured together, of the crop. */
+  /** The measured region, in pixels of the crop. */
   region: Rect | undefined;
   /** Other jobs in the chart. */
   charted: readonly bigint[];
   /** Empty: beauty. */
   layer: string;
-  /** How its light groups are mixed. */
+  /** The mix of the light groups. */
   relight: Relight;
   photons: Photons;
   /** Whether the scene's meters are drawn over the picture. */
@@ -42,7 +42,7 @@ export interface JobView {
 export type Route = {page: 'jobs'} | {page: 'workers'} | {page: 'lab'} | {page: 'nowhere'; path: string} | ({page: 'job'; job: bigint} & JobView);
 
 export const kPlainView: JobView = {look: kPlainLook, camera: undefined, against: undefined, region: undefined, charted: [], layer: '', relight: new Map(), photons: 'none', meters: true};
-/** How many other jobs one chart holds. */
+/** Limit of other jobs in one chart. */
 export const kMostCharted = 7;
 
 function number(text: string | null, least: number, most: number, otherwise: number): number {
@@ -79,7 +79,7 @@ function chartedOf(parameters: URLSearchParams): bigint[] {
   return [...new Set(jobs)].filter((job) => job !== undefined).slice(0, kMostCharted);
 }
 
-/** Whatever the address says; what it says wrongly is as if it said nothing. */
+/** Accepts any address. Invalid parts are ignored. */
 export function parseRoute(hash: string): Route {
   const [path = '', query = ''] = hash.replace(/^#/, '').split('?', 2);
   const job = /^\/jobs\/(\d{1,19})$/.exec(path);
@@ -120,7 +120,7 @@ export function parseRoute(hash: string): Route {
   }
 }
 
-/** The inverse; what is as usual is left out. */
+/** The inverse. Defaults are left out. */
 export function routeHash(route: Route): string {
   if (route.page === 'nowhere') {
     return `#${route.path}`;

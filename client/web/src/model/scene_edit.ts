@@ -1,6 +1,6 @@
 /**
- * What of a scene can be edited: its materials and lights as lists of slots, each a value with what the scene would be with
- * another one. Scenes are never changed, and what this page does not know of them goes on: messages are copied with all they hold.
+ * The editable parts of a scene: materials and lights as lists of slots. A slot has a value, and makes the scene with another value. Scenes
+ * are immutable. Fields that this page does not know are kept, because messages are copied whole.
  */
 import {create} from '@bufbuild/protobuf';
 import {
@@ -22,11 +22,11 @@ interface Named {
   label: string;
 }
 export type Slot =
-  /** Reflects: each channel in [0, 1]; perhaps times a texture. */
+  /** A reflectance: each channel in [0, 1]; perhaps times a texture. */
   | (Named & {kind: 'color'; value: Rgb; texture: string; put: (value: Rgb) => Scene})
-  /** Radiates: each channel at least 0. */
+  /** An emission: each channel at least 0. */
   | (Named & {kind: 'light'; value: Rgb; unit: string; texture: string; put: (value: Rgb) => Scene})
-  /** Three numbers of which each has a meaning of its own. */
+  /** Three numbers with a meaning each. */
   | (Named & {kind: 'triple'; value: Vector; names: readonly [string, string, string]; least: number; most: number; put: (value: Vector) => Scene})
   | (Named & {kind: 'number'; value: number; least: number; most: number; step: number; slides: boolean; put: (value: number) => Scene})
   | (Named & {kind: 'flag'; value: boolean; put: (value: boolean) => Scene});
@@ -46,7 +46,7 @@ const kBlack: Rgb = [0, 0, 0];
 const kAxes = ['x', 'y', 'z'] as const;
 const kChannels = ['R', 'G', 'B'] as const;
 
-/** Numbers that are stored as 32-bit floats, in the fewest digits that are still the same float. */
+/** Numbers stored as 32-bit floats, in the fewest digits that give the same float. */
 function shown(value: number): number {
   const stored = Math.fround(value);
   const short = [6, 7, 8].map((digits) => Number(stored.toPrecision(digits)));
@@ -102,7 +102,7 @@ export function withCamera(scene: Scene, change: Partial<Pick<Camera, 'view' | '
 
 type Fields = Record<string, unknown>;
 
-/** Slots of one message: how it is read, and what the scene is with another one in its place. */
+/** Slots of one message: its reader, and the scene with another message in its place. */
 class Slots<Message extends object> {
   readonly found: Slot[] = [];
 
@@ -163,7 +163,7 @@ class Slots<Message extends object> {
 const kLeastIor = 1e-3;
 const kMostIor = 10;
 
-/** What is said of the material's kind itself. */
+/** Slots of the material's kind itself. */
 function kindSlots({kind}: Material, put: (kind: Material['kind']) => Scene): Slot[] {
   switch (kind.case) {
     case 'diffuse':
@@ -269,7 +269,7 @@ function lightSlots(scene: Scene, index: number): Slot[] {
 
 const kKindNames: Record<string, string> = {dielectric: 'glass', conductor: 'metal', cosinePower: 'cosine power', ies: 'IES'};
 
-/** As they are named, numbered where a name comes again or is missing. */
+/** Names, with a number added where a name repeats or is missing. */
 function titled(items: readonly {name: string; kind: {case?: string | undefined}}[], what: string, slotsOf: (index: number) => Slot[]): SlotGroup[] {
   const seen = new Set<string>();
   return items.map((item, i) => {

@@ -1,22 +1,22 @@
-/** Files that were dropped: which of them are scenes, what they name, and where what they name lies. Pure. */
+/** Dropped files: which are scenes, which files they name, and where these lie. Pure. */
 
 const kScenes = /\.(json|gltf|glb)$/i;
 const kMeshes = /\.obj$/i;
-/** What scenes name: meshes, buffers, materials, images and photometry. */
+/** Kinds of files that scenes name: meshes, buffers, materials, images and photometry. */
 const kParts = /\.(json|gltf|glb|obj|mtl|bin|png|jpe?g|exr|hdr|pic|tiff?|tga|bmp|gif|webp|ies)$/i;
-/** Of these, what they name is read. */
+/** The kinds whose content names further files. */
 const kTexts = /\.(json|gltf|obj|mtl)$/i;
-/** Larger ones are not searched: what they name must lie where they say. */
+/** Larger files are not searched. The files that they name must be at the named paths. */
 export const kMostSearchedBytes = 64 * 1024 * 1024;
 export const kMostFiles = 10_000;
 
-/** How much of a file is searched: what an OBJ file names stands before its vertices. */
+/** How much of a file is searched. An OBJ file names other files before its vertices. */
 export function searchedBytes(path: string): number {
   return kMeshes.test(path) ? 1024 * 1024 : kMostSearchedBytes;
 }
 
 export interface DroppedFile {
-  /** As the folder that was dropped has it, with '/'. */
+  /** The path in the dropped folder, with '/'. */
   path: string;
   size: number;
 }
@@ -30,8 +30,8 @@ export function isSearched({path, size}: DroppedFile): boolean {
 }
 
 /**
- * The choices of a scene; each is one file, or all meshes together where there is no other. Those that lie highest come first:
- * what lies deeper is more likely a part of them.
+ * The choices of a scene: each is one file, or all meshes together if there is nothing else. Files nearest to the top come first, because
+ * deeper ones are more likely parts of them.
  */
 export function sceneChoices(paths: readonly string[]): string[][] {
   const depth = (path: string) => path.split('/').length;
@@ -40,7 +40,7 @@ export function sceneChoices(paths: readonly string[]): string[][] {
   return scenes.length > 0 ? scenes.map((path) => [path]) : meshes.length > 0 ? [meshes] : [];
 }
 
-/** "a/b/../c" is "a/c"; undefined where it leads out of the folder. */
+/** "a/b/../c" is "a/c"; undefined if it leads out of the folder. */
 export function resolved(folder: string, name: string): string | undefined {
   const parts: string[] = [];
   for (const part of `${folder}/${name.replaceAll('\\', '/')}`.split('/')) {
@@ -65,7 +65,7 @@ function jsonNames(text: string): string[] {
   });
 }
 
-/** What a file names, as it is written there. */
+/** The paths in a file, as written. */
 export function namesIn(path: string, text: string): string[] {
   if (/\.(json|gltf)$/i.test(path)) {
     return jsonNames(text);
@@ -75,8 +75,8 @@ export function namesIn(path: string, text: string): string[] {
 }
 
 /**
- * Files that are named where they do not lie, as when some were chosen out of their folders: by the path that is named, the path of
- * the only file of that name. What two files could be is left alone.
+ * Maps a named path without a file to the only file of that name, as when files were chosen without their folders. Ambiguous names are left
+ * out.
  */
 export function misplaced(paths: readonly string[], named: readonly {path: string; names: readonly string[]}[]): Map<string, string> {
   const base = (path: string) => path.slice(path.lastIndexOf('/') + 1).toLowerCase();
@@ -97,7 +97,7 @@ export function misplaced(paths: readonly string[], named: readonly {path: strin
   return found;
 }
 
-/** "1.5 MB": thousands, as files are told of. */
+/** "1.5 MB": powers of 1000, as usual for files. */
 export function humanBytes(bytes: number): string {
   const units = ['bytes', 'kB', 'MB', 'GB', 'TB'];
   let unit = 0;

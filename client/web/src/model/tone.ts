@@ -1,15 +1,15 @@
-/** How linear radiance becomes a displayed value: the same formulas as the command line's PNG files and as the viewer's shader. */
+/** The display of linear radiance. The formulas are those of the command line's PNG files and of the viewer's shader. */
 
 export type Rgb = [number, number, number];
 export type View = 'plain' | 'filmic';
 
 export interface Tone {
-  /** Values are multiplied by 2^exposure first. */
+  /** Values are first multiplied by 2^exposure. */
   exposure: number;
   view: View;
-  /** What is shown is raised to 1/gamma before the sRGB curve. */
+  /** Displayed values are raised to 1/gamma before the sRGB curve. */
   gamma: number;
-  /** Values from -1 to 1 are shown from black to white, and nothing else is done to them: directions. */
+  /** Shows values from -1 to 1 from black to white without other steps, for directions. */
   signed?: boolean;
 }
 
@@ -40,7 +40,7 @@ export function displayed(linear: number, tone: Tone): number {
   return Math.round(255 * srgbEncode(shown ** (1 / tone.gamma)));
 }
 
-/** Stops that bring the value that 99 % of `values` stay below to 1; 0 where nothing is lit. */
+/** The stops that bring the 99th percentile of `values` to 1; 0 if all are black. */
 export function exposureFor(values: Float32Array): number {
   const sorted = values.filter((value) => value > 0).sort();
   const high = sorted[Math.floor(sorted.length * 0.99)];

@@ -1,4 +1,4 @@
-/** What was edited, so that it can be taken back: a value, those before it, and those that were taken back. Pure. */
+/** Undo history of an edited value. Pure. */
 
 export interface Edits<Value> {
   /** Before all edits. */
@@ -6,7 +6,7 @@ export interface Edits<Value> {
   past: readonly Value[];
   now: Value;
   future: readonly Value[];
-  /** What the newest edit was of: more of the same (a drag, a slider) are taken back together. */
+  /** The target of the newest edit. Further edits of it (a drag, a slider) are undone together. */
   of: string;
 }
 
@@ -16,14 +16,14 @@ export function begun<Value>(value: Value): Edits<Value> {
   return {first: value, past: [], now: value, future: [], of: ''};
 }
 
-/** An empty `of` is an edit of its own. */
+/** An edit with an empty `of` is always separate. */
 export function edited<Value>(edits: Edits<Value>, value: Value, of: string): Edits<Value> {
   const goesOn = of !== '' && of === edits.of && edits.past.length > 0;
   const past = goesOn ? edits.past : [...edits.past, edits.now].slice(-kMostEdits);
   return {first: edits.first, past, now: value, future: [], of};
 }
 
-/** The next edit is one of its own, whatever it is of. */
+/** Makes the next edit separate. */
 export function settled<Value>(edits: Edits<Value>): Edits<Value> {
   return edits.of === '' ? edits : {...edits, of: ''};
 }

@@ -1,7 +1,7 @@
-/** What a reader sees of a worker. */
+/** A worker as the page shows it. */
 import type {Worker} from '../wire/lightmill/v1/farm_pb';
 
-/** Its state in a word or two, and the kind of job state that has its colour. */
+/** Its state in a word or two, and the job state whose colour it has. */
 export function healthOf(worker: Worker): {name: string; kind: string} {
   if (worker.quarantine) {
     return {name: worker.away ? 'quarantine, away' : 'quarantine', kind: 'failed'};

@@ -1,4 +1,4 @@
-/** The page: where it is, how it looks, and whether it is connected. */
+/** The frame of the page: route, theme and connection. */
 import {useEffect, useState} from 'preact/hooks';
 import {parseRoute, type Route} from '../model/route';
 import {JobPage, useWatch} from './job_page';
@@ -72,7 +72,7 @@ function Header({route, theme, onTheme}: {route: Route; theme: Theme; onTheme: (
         {kLinkTexts[link]}
       </span>
       <LogOut />
-      <button type="button" class="quiet" aria-label={`Colours: ${theme}. Press for the next.`} title={`Colours: ${theme}`} onClick={onTheme}>
+      <button type="button" class="quiet" aria-label={`Theme: ${theme}. Press to change.`} title={`Theme: ${theme}`} onClick={onTheme}>
         {{auto: '◐', light: '☀', dark: '☾'}[theme]}
       </button>
     </header>
@@ -82,9 +82,9 @@ function Header({route, theme, onTheme}: {route: Route; theme: Theme; onTheme: (
 function NowherePage({path}: {path: string}) {
   return (
     <section class="page">
-      <h1>There is no such page</h1>
+      <h1>Page not found</h1>
       <p class="notice">
-        Nothing is at “{path}” here. There are <a href="#/jobs">all jobs</a>, each at #/jobs/ and its number, the <a href="#/workers">workers</a> and the <a href="#/lab">lab</a>.
+        There is no page “{path}”. Go to <a href="#/jobs">jobs</a>, <a href="#/workers">workers</a> or <a href="#/lab">lab</a>.
       </p>
     </section>
   );
@@ -101,12 +101,12 @@ export function App() {
   return (
     <>
       <a class="skip" href="#main" onClick={(event) => (event.preventDefault(), document.getElementById('main')?.focus())}>
-        To the content
+        Skip to content
       </a>
       <Header route={route} theme={theme} onTheme={nextTheme} />
       {link === 'lost' && (
         <p class="notice lost" role="alert">
-          The connection to the coordinator is lost: what you see is from before. Trying again…{' '}
+          The connection to the coordinator is lost. The page shows the last known state. Retrying…{' '}
           <button type="button" onClick={() => farm.connectNow()}>
             Now
           </button>

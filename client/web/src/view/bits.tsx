@@ -1,11 +1,11 @@
-/** Small pieces that several pages show. */
+/** Small components of several pages. */
 import {useEffect, useRef, useState} from 'preact/hooks';
 import {ActionError} from '../api/actions';
 import {errorText, humanSeconds, stateName} from '../model/format';
 import {fractionDone} from '../model/jobs';
 import {JobState, type Job} from '../wire/lightmill/v1/farm_pb';
 
-/** For what has just been opened: it is brought into sight, and keys go on there. */
+/** For an element that was just opened: focuses it, and scrolls it into view. */
 export function useOpened<Element extends HTMLElement>(): {current: Element | null} {
   const opened = useRef<Element>(null);
   useEffect(() => {
@@ -20,7 +20,7 @@ export function StateBadge({state}: {state: JobState}) {
   return <span class={`badge state-${name}`}>{name}</span>;
 }
 
-/** How far a job is, as a bar with its number. */
+/** A job's progress, as a bar with a number. */
 export function Progress({job}: {job: Job}) {
   const percent = Math.floor(100 * fractionDone(job));
   return (
@@ -33,13 +33,13 @@ export function Progress({job}: {job: Job}) {
   );
 }
 
-/** The frame's error; of a job that asks for one, whether it is still to fall. */
+/** The frame's error, and for a job with an error goal whether it still has to fall. */
 export function ErrorValue({job}: {job: Job}) {
   const text = errorText(job.error?.relMse);
   return <span title={job.error ? `relMSE ${job.error.relMse.toPrecision(3)}` : undefined}>{text || '–'}</span>;
 }
 
-/** When a running job is expected to end. */
+/** When a running job will probably end. */
 export function etaText(job: Job): string {
   if (job.state === JobState.RUNNING) {
     return job.etaSeconds >= 0 ? humanSeconds(job.etaSeconds) : '?';
@@ -49,19 +49,19 @@ export function etaText(job: Job): string {
 
 interface ActionButtonProps {
   label: string;
-  /** Asked before it is done. */
+  /** Confirmation text. */
   question?: string;
   danger?: boolean;
-  /** What the form around it is for. */
+  /** Whether it is the main action of its form. */
   primary?: boolean;
   title?: string;
-  /** Why it cannot be done; it is shown, but cannot be pressed. */
+  /** Why the action is not allowed. The button is shown, but disabled. */
   refused?: string;
   act: () => Promise<void>;
   onFailure: (message: string) => void;
 }
 
-/** Does something at the coordinator; says what went wrong. */
+/** Runs an action of the coordinator, and reports its failure. */
 export function ActionButton({label, question, danger, primary, title, refused, act, onFailure}: ActionButtonProps) {
   const [busy, setBusy] = useState(false);
   const press = async () => {

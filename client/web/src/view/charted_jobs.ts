@@ -1,4 +1,4 @@
-/** Other jobs whose errors stand in the same chart: asked for every few seconds while they change and the page is looked at. */
+/** Other jobs in the error chart. They are polled while they change and the page is visible. */
 import {useEffect, useState} from 'preact/hooks';
 import {fetchJob} from '../api/history';
 import {hasEnded} from '../model/jobs';
@@ -7,7 +7,7 @@ import {useFarm} from './store';
 
 const kEveryMs = 4_000;
 
-/** Those that are known, in the order of `ids`; and what went wrong. */
+/** The known jobs, in the order of `ids`, and the last failure. */
 export function useChartedJobs(ids: readonly bigint[]): [Job[], string] {
   const [known, setKnown] = useState<ReadonlyMap<bigint, Job>>(new Map());
   const [failure, setFailure] = useState('');
@@ -41,7 +41,7 @@ export function useChartedJobs(ids: readonly bigint[]): [Job[], string] {
       stopped = true;
       clearInterval(timer);
     };
-    // A farm that comes back may have other jobs, or have gone on with these.
+    // After a reconnection the farm may have other jobs, or later states of these.
   }, [asked, link === 'connected']);
   return [ids.map((id) => known.get(id)).filter((job) => job !== undefined), failure];
 }

@@ -1,4 +1,4 @@
-/** A job once more: the same scene and settings, with another goal or name where one is given. */
+/** Cloning a job: the same scene and settings, with another name or goal if given. */
 import {useEffect, useMemo, useState} from 'preact/hooks';
 import {fetchSpec, Submitter} from '../api/submit';
 import {faultOf, filledSpec, formOf, sceneOf, type JobForm} from '../model/job_form';
@@ -36,9 +36,9 @@ export function ClonePanel({id, onClose}: {id: bigint; onClose: () => void}) {
   return (
     <section ref={opened} class="inset" aria-label="Clone" tabIndex={-1}>
       {form && <JobFields form={form} onForm={setForm} />}
-      {!form && !failure && <p class="muted">Asking what it was…</p>}
+      {!form && !failure && <p class="muted">Loading…</p>}
       <div class="actions">
-        <ActionButton label="Submit the clone" refused={form ? faultOf(form) : 'It is not there yet'} act={submit} onFailure={setFailure} primary />
+        <ActionButton label="Submit the clone" refused={form ? faultOf(form) : 'The job is still loading'} act={submit} onFailure={setFailure} primary />
         <button type="button" onClick={onClose}>
           Close
         </button>

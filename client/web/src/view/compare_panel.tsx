@@ -1,4 +1,4 @@
-/** What a picture is compared with, how that is shown, and how far the two are apart. */
+/** The comparison with a reference: what it is, how it is shown, and the measured difference. */
 import {useRef} from 'preact/hooks';
 import type {Against, Comparison} from '../model/comparison';
 import {valueText} from '../model/format';
@@ -9,12 +9,12 @@ import {useFarm} from './store';
 
 const kHowLabels: [Comparison, string][] = [
   ['split', 'Split'],
-  ['picture', 'This one'],
-  ['other', 'The other'],
+  ['picture', 'This picture'],
+  ['other', 'Reference'],
   ['difference', 'Difference'],
   ['squared-error', 'Relative squared error'],
   ['flip', 'FLIP'],
-  ['hdr-flip', 'FLIP of all exposures'],
+  ['hdr-flip', 'HDR-FLIP'],
 ];
 
 function sizeOf(job: Job): string {
@@ -65,7 +65,7 @@ export function CompareControls({job, against, onAgainst, onFile}: CompareContro
         tabIndex={-1}
         onChange={(event) => {
           const file = event.currentTarget.files?.[0];
-          // The same file may be chosen again.
+          // So that the same file can be chosen again.
           event.currentTarget.value = '';
           if (file) {
             onFile(file);
@@ -75,7 +75,7 @@ export function CompareControls({job, against, onAgainst, onFile}: CompareContro
       {against && (
         <label>
           as
-          <select aria-label="How they are compared" value={against.how} onChange={(event) => onAgainst({...against, how: event.currentTarget.value as Comparison})}>
+          <select aria-label="Comparison" value={against.how} onChange={(event) => onAgainst({...against, how: event.currentTarget.value as Comparison})}>
             {kHowLabels.map(([how, label]) => (
               <option key={how} value={how}>
                 {label}
@@ -89,34 +89,34 @@ export function CompareControls({job, against, onAgainst, onFile}: CompareContro
 }
 
 function flipName({hdr, exposure}: NonNullable<Measurement['flip']>): string {
-  return hdr ? 'FLIP, worst of all exposures' : `FLIP${exposure === 0 ? '' : ` at ${exposure > 0 ? '+' : ''}${exposure} stops`}`;
+  return hdr ? 'HDR-FLIP' : `FLIP${exposure === 0 ? '' : ` at ${exposure > 0 ? '+' : ''}${exposure} stops`}`;
 }
 
-/** `measurement` is undefined until it is there. */
+/** `measurement` is undefined until it is computed. */
 export function ComparePanel({reference, measurement, pixels}: {reference: Reference; measurement: Measurement | undefined; pixels: number}) {
   const errors = measurement?.errors;
   const rows: [string, string][] =
     measurement && errors
       ? [
           ['relMSE', valueText(errors.relMse)],
-          ['without the worst 0.1 %', valueText(errors.relMseTrimmed)],
+          ['relMSE without the worst 0.1 %', valueText(errors.relMseTrimmed)],
           ['Energy ratio', valueText(errors.energyRatio)],
           ['SMAPE', valueText(errors.smape)],
           measurement.flip ? [flipName(measurement.flip), valueText(measurement.flip.mean)] : ['FLIP', '…'],
         ]
       : [];
-  const waiting = measurement ? 'Nowhere have both of them samples.' : 'Being measured…';
+  const waiting = measurement ? 'No pixel has samples in both pictures.' : 'Measuring…';
   return (
     <section class="panel" aria-labelledby="compare-title">
       <h2 id="compare-title">
-        Against <span class="muted">{reference.name}</span>
+        Reference <span class="muted">{reference.name}</span>
       </h2>
       {reference.failure && (
         <p class="notice failure" role="alert">
           {reference.failure}
         </p>
       )}
-      {!reference.failure && !errors && <p class="muted">{pixels > kMostMeasuredPixels ? 'Pictures of more than 16 million pixels are not measured here: "lightmill error" does.' : waiting}</p>}
+      {!reference.failure && !errors && <p class="muted">{pixels > kMostMeasuredPixels ? 'Pictures of more than 16 million pixels are not measured here. Use "lightmill error".' : waiting}</p>}
       <dl class="facts measured">
         {rows.map(([name, value]) => (
           <div key={name}>

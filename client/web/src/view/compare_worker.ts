@@ -1,4 +1,4 @@
-/** Measures pictures away from the page's own thread, which goes on drawing. */
+/** A web worker that measures pictures, so that the page's thread can draw. */
 import {commonPixels, errorsBetween, meanOver, onlyCommon, type Measured, type PictureErrors} from '../model/comparison';
 import {flipMap, hdrFlipMap} from '../model/flip';
 
@@ -8,19 +8,19 @@ export interface Question {
   picture: Measured;
   reference: Measured;
   hdr: boolean;
-  /** Stops; of FLIP that is not HDR. */
+  /** Stops; used by FLIP, not by HDR-FLIP. */
   exposure: number;
 }
 
-/** Of FLIP at each pixel, and its mean. */
+/** FLIP at each pixel, and its mean. */
 export interface FlipAnswer {
   map: Float32Array<ArrayBuffer>;
   mean: number;
 }
 
-/** Two of them: the errors at once, then, later, the same with FLIP. */
+/** Sent twice: the errors at once, then the same with FLIP. */
 export interface Answer {
-  /** Undefined where no pixel counts. */
+  /** Undefined if no pixel counts. */
   errors: PictureErrors | undefined;
   flip: FlipAnswer | undefined;
 }

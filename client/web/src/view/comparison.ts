@@ -1,17 +1,17 @@
-/** How far two films are apart, worked out again as they change. */
+/** The measured difference of two films, updated as they change. */
 import {useEffect, useRef, useState} from 'preact/hooks';
 import type {PictureErrors} from '../model/comparison';
 import type {Film} from '../model/film';
 import type {Answer, FlipAnswer, Question} from './compare_worker';
 import {useFilmVersion} from './inspector';
 
-/** Larger pictures are compared by eye alone. */
+/** Larger pictures are not measured. */
 export const kMostMeasuredPixels = 16_777_216;
 
 export interface Measurement {
-  /** Undefined where no pixel counts. */
+  /** Undefined if no pixel counts. */
   errors: PictureErrors | undefined;
-  /** Undefined until it is there; then of an exposure, or of all. */
+  /** Undefined until it is computed; then for one exposure, or for all (HDR). */
   flip: (FlipAnswer & {hdr: boolean; exposure: number}) | undefined;
 }
 
@@ -20,7 +20,7 @@ function canMeasure(film: Film, other: Film): boolean {
   return film.crop.width === other.crop.width && film.crop.height === other.crop.height && pixels <= kMostMeasuredPixels;
 }
 
-/** Asks for one measurement at a time, the newest wish first, and rests as long as the last one took. */
+/** Runs one measurement at a time, of the newest request. Afterwards it pauses for as long as the measurement took. */
 class Measurer {
   private readonly worker = new Worker(new URL('./compare_worker.ts', import.meta.url), {type: 'module'});
   private asked: {at: number; hdr: boolean; exposure: number} | undefined;
@@ -61,7 +61,7 @@ class Measurer {
   }
 }
 
-/** Undefined while nothing is known. */
+/** Undefined until the first result. */
 export function useMeasurement(film: Film | undefined, other: Film | undefined, hdr: boolean, exposure: number): Measurement | undefined {
   const [measurement, setMeasurement] = useState<Measurement>();
   const versions = [useFilmVersion(film, 1_000), useFilmVersion(other, 1_000)];
@@ -71,7 +71,7 @@ export function useMeasurement(film: Film | undefined, other: Film | undefined, 
     if (!comparing) {
       return;
     }
-    // FLIP takes longest: the one of before stays until it is there.
+    // FLIP takes longest, so the last FLIP stays until the next one.
     measurer.current = new Measurer((next) => setMeasurement((before) => ({errors: next.errors, flip: next.flip ?? before?.flip})));
     return () => {
       measurer.current!.close();

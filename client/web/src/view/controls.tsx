@@ -1,4 +1,4 @@
-/** How the picture is shown: exposure, maps and comparisons. */
+/** Display settings of the picture: exposure, maps and comparisons. */
 import type {Film} from '../model/film';
 import {layerLabel, shownLayers} from '../model/layers';
 import {kMostGamma, kMostStops, type Look, type Photons, type Show} from '../model/route';
@@ -23,7 +23,7 @@ const kPhotonLabels: [Photons, string][] = [
   ['none', 'None'],
   ['few', '10,000'],
   ['many', '100,000'],
-  ['caustic', '100,000 through mirrors and glass'],
+  ['caustic', '100,000, caustics only'],
 ];
 
 export interface ControlsProps extends CompareControlsProps {
@@ -46,7 +46,7 @@ export function Controls(props: ControlsProps) {
   useFilmVersion(film, 500);
   const legend = legendOf(against?.how ?? 'picture', look, film?.mostSamples() ?? 0);
   return (
-    <div class="controls" role="group" aria-label="How the picture is shown">
+    <div class="controls" role="group" aria-label="Display settings">
       {layers.length > 0 && (
         <label>
           Layer
@@ -74,7 +74,7 @@ export function Controls(props: ControlsProps) {
         <input type="range" min={-10} max={10} step={0.25} value={look.exposure} aria-valuetext={`${look.exposure} stops`} onInput={(event) => onLook({...look, exposure: Number(event.currentTarget.value)})} />
         <NumberField class="short" label="Exposure in stops" least={-kMostStops} most={kMostStops} step={0.25} value={look.exposure} onValue={(exposure) => onLook({...look, exposure})} />
       </label>
-      <button type="button" title="Find the exposure that fits (N)" onClick={onNormalize}>
+      <button type="button" title="Fit the exposure to the picture (N)" onClick={onNormalize}>
         Auto
       </button>
       <label>
@@ -89,8 +89,8 @@ export function Controls(props: ControlsProps) {
         </select>
       </label>
       <label>
-        Photons
-        <select class="photons" value={photons} title="Where photons arrive, drawn over the picture by a small job of its own" onChange={(event) => onPhotons(event.currentTarget.value as Photons)}>
+        Photon map
+        <select class="photons" value={photons} title="Draws photons over the picture. A small job renders them." onChange={(event) => onPhotons(event.currentTarget.value as Photons)}>
           {kPhotonLabels.map(([each, label]) => (
             <option key={each} value={each}>
               {label}

@@ -1,4 +1,4 @@
-/** Photons over the picture: the dots of a small job of the same scene, camera and size. */
+/** The photon overlay: photons rendered by a small job of the same scene, camera and size. */
 import {useEffect, useMemo, useState} from 'preact/hooks';
 import {fetchSpec} from '../api/submit';
 import type {Film} from '../model/film';
@@ -8,7 +8,7 @@ import type {JobSpec} from '../wire/lightmill/v1/farm_pb';
 import {useQuickLook} from './quick_look';
 import {useFarm} from './store';
 
-/** No film while none are wanted, and until they are there; then also why not. */
+/** No film if no photons are wanted, or before they arrive. `failure` says why they cannot. */
 export function useDots(id: bigint, photons: Photons): {film: Film | undefined; failure: string} {
   const {greeting} = useFarm();
   const [spec, setSpec] = useState<JobSpec>();

@@ -1,16 +1,16 @@
-/** What the reader keeps as files. */
+/** Files that the page saves. */
 import type {Film} from '../model/film';
 import {kHalfValues} from '../model/half';
 import {displayed, type Tone} from '../model/tone';
 
-/** The picture as an 8-bit PNG, as it is shown but for maps and zoom. */
+/** Saves the displayed picture as an 8-bit PNG, without maps and zoom. */
 export async function downloadPng(film: Film, tone: Tone, name: string): Promise<void> {
   const {width, height} = film.crop;
   const canvas = document.createElement('canvas');
   canvas.width = width;
   canvas.height = height;
   const image = new ImageData(width, height);
-  // Each of the 65,536 halves is worked out once.
+  // Tone mapping runs once for each of the 65,536 halves.
   const shown = Uint8ClampedArray.from(kHalfValues, (value) => displayed(Number.isNaN(value) ? 0 : value, tone));
   for (let i = 0; i < film.rgbe.length; i += 4) {
     image.data[i] = shown[film.rgbe[i]!]!;
@@ -23,7 +23,7 @@ export async function downloadPng(film: Film, tone: Tone, name: string): Promise
   save(blob!, `${name}.png`);
 }
 
-/** Has the browser keep `content` as a file. */
+/** Saves `content` as a file by the browser's download. */
 export function save(content: Blob, name: string): void {
   const link = document.createElement('a');
   link.href = URL.createObjectURL(content);

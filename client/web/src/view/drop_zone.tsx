@@ -1,4 +1,4 @@
-/** Where scenes are dropped, or chosen: anywhere on the list of jobs. */
+/** Dropping or choosing scenes, anywhere on the list of jobs. */
 import type {ComponentChildren} from 'preact';
 import {useEffect, useRef, useState} from 'preact/hooks';
 import {refusalOf} from '../model/rights';
@@ -15,7 +15,7 @@ export interface DropZoneProps {
   children: ComponentChildren;
 }
 
-/** Takes what is dropped anywhere in the window while it is there. */
+/** Accepts drops anywhere in the window while it is mounted. */
 export function DropZone({onFiles, onFailure, children}: DropZoneProps) {
   const {greeting} = useFarm();
   const refused = refusalOf(greeting, 'SubmitJob');
@@ -30,7 +30,7 @@ export function DropZone({onFiles, onFailure, children}: DropZoneProps) {
         onFiles(files);
       }
     } catch (error) {
-      onFailure(`What was dropped cannot be read (${error instanceof Error ? error.message : String(error)}): choose its files instead.`);
+      onFailure(`The dropped files cannot be read (${error instanceof Error ? error.message : String(error)}). Choose them instead.`);
     }
   };
   const latest = useRef(onDrop);
@@ -38,7 +38,7 @@ export function DropZone({onFiles, onFailure, children}: DropZoneProps) {
   useEffect(() => {
     const leaving = new AbortController();
     const {signal} = leaving;
-    // Entered and left for every element in between.
+    // Every element below the pointer sends enter and leave events.
     let depth = 0;
     const enter = (by: number) => (event: DragEvent) => {
       if (holdsFiles(event)) {
@@ -70,7 +70,7 @@ export function DropZone({onFiles, onFailure, children}: DropZoneProps) {
   );
 }
 
-/** The same for those who do not drag. */
+/** The same with a file dialogue. */
 export function ChooseFiles({onFiles}: {onFiles: (files: SceneFile[]) => void}) {
   const {greeting} = useFarm();
   const files = useRef<HTMLInputElement>(null);
@@ -78,7 +78,7 @@ export function ChooseFiles({onFiles}: {onFiles: (files: SceneFile[]) => void}) 
   const refused = refusalOf(greeting, 'SubmitJob');
   const take = (input: HTMLInputElement) => {
     const chosen = chosenFiles(input.files);
-    // The same ones may be chosen again.
+    // So that the same files can be chosen again.
     input.value = '';
     if (chosen.length > 0) {
       onFiles(chosen);
@@ -86,10 +86,10 @@ export function ChooseFiles({onFiles}: {onFiles: (files: SceneFile[]) => void}) 
   };
   return (
     <div class="choose" role="group" aria-label="Submit a scene">
-      <button type="button" class="primary" disabled={refused !== undefined} title={refused ?? 'A scene and the files that it names; or drop them here'} onClick={() => files.current!.click()}>
+      <button type="button" class="primary" disabled={refused !== undefined} title={refused ?? 'Choose a scene and the files that it names, or drop them here'} onClick={() => files.current!.click()}>
         Submit a scene…
       </button>
-      <button type="button" disabled={refused !== undefined} title={refused ?? 'All of a folder'} onClick={() => folder.current!.click()}>
+      <button type="button" disabled={refused !== undefined} title={refused ?? 'Choose a folder'} onClick={() => folder.current!.click()}>
         Folder…
       </button>
       <input ref={files} class="sr-only" type="file" multiple tabIndex={-1} aria-label="Scene files" onChange={(event) => take(event.currentTarget)} />

@@ -1,4 +1,4 @@
-/** The files of what was dropped or chosen, folders and all. */
+/** The files of a drop or a file dialogue, with those of folders. */
 import type {DroppedFile} from '../model/scene_files';
 
 export interface SceneFile extends DroppedFile {
@@ -15,7 +15,7 @@ async function filesBelow(entry: FileSystemEntry): Promise<SceneFile[]> {
   const reader = (entry as FileSystemDirectoryEntry).createReader();
   const found: SceneFile[] = [];
   for (;;) {
-    // Each call brings a hundred at most.
+    // Each call returns at most a hundred entries.
     const some = await new Promise<FileSystemEntry[]>((resolve, reject) => reader.readEntries(resolve, reject));
     if (some.length === 0) {
       return found;
@@ -26,7 +26,7 @@ async function filesBelow(entry: FileSystemEntry): Promise<SceneFile[]> {
   }
 }
 
-/** What the event holds is there only while it is handled: this begins at once. */
+/** The event's content is valid only while it is handled, so this starts at once. */
 export async function droppedFiles(transfer: DataTransfer): Promise<SceneFile[]> {
   const entries = [...transfer.items].map((item) => (item.kind === 'file' ? item.webkitGetAsEntry() : null));
   const plain = [...transfer.files];

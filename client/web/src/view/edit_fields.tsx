@@ -1,4 +1,4 @@
-/** Fields for what of a scene can be edited: colours, lights, numbers and points. */
+/** Fields for the editable parts of a scene: colours, lights, numbers and points. */
 import {ofStrength, ofSwatch, strengthOf, swatchOf} from '../model/color';
 import type {Vector} from '../model/orbit';
 import type {Slot, SlotGroup} from '../model/scene_edit';
@@ -9,7 +9,7 @@ import {NumberField} from './number_field';
 const kChannels = ['R', 'G', 'B'] as const;
 
 interface TripleProps {
-  /** What screen readers hear before each of the names. */
+  /** Prefix of each field's name for screen readers. */
   label: string;
   names: readonly [string, string, string];
   value: Vector;
@@ -18,7 +18,7 @@ interface TripleProps {
   onValue: (value: Vector) => void;
 }
 
-/** Three numbers beside each other. */
+/** Three numbers in a row. */
 export function TripleField({label, names, value, least, most, onValue}: TripleProps) {
   return (
     <span class="triple">
@@ -78,7 +78,7 @@ function SlotField({slot, onScene}: {slot: Slot; onScene: PutSlot}) {
   }
 }
 
-/** `onScene` is told which slot the change is of. */
+/** `onScene` gets the new scene, and the id of the changed slot. */
 export function SlotGroups({groups, none, onScene}: {groups: SlotGroup[]; none: string; onScene: (scene: Scene, of: string) => void}) {
   if (groups.length === 0) {
     return <p class="muted">{none}</p>;
@@ -101,7 +101,7 @@ export function SlotGroups({groups, none, onScene}: {groups: SlotGroup[]; none: 
                 <SlotField slot={slot} onScene={(scene) => onScene(scene, `${group.title}/${slot.label}`)} />
               </div>
             ))}
-            {group.slots.length === 0 && <p class="muted">Nothing of it can be changed.</p>}
+            {group.slots.length === 0 && <p class="muted">It has no editable values.</p>}
           </div>
         </details>
       ))}
@@ -109,7 +109,7 @@ export function SlotGroups({groups, none, onScene}: {groups: SlotGroup[]; none: 
   );
 }
 
-/** A glance at a colour while its group is closed. */
+/** The colour of a slot, shown while its group is closed. */
 function Chip({slot}: {slot: Slot & {kind: 'color' | 'light'}}) {
   const color = slot.kind === 'light' ? strengthOf(slot.value).color : slot.value;
   return (

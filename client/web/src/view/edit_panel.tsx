@@ -1,4 +1,4 @@
-/** Change and look again: a job's camera, materials, lights and settings, and the job that comes of them. */
+/** Editing of a job's camera, materials, lights and settings, and the new job made of them. */
 import {useEffect, useMemo, useState} from 'preact/hooks';
 import {Submitter} from '../api/submit';
 import {faultOf, filledSpec, type QuickMethod} from '../model/job_form';
@@ -15,14 +15,14 @@ import {useFarm} from './store';
 const kQuickLabels: [QuickMethod, string][] = [
   ['preview', 'Flat colours'],
   ['raycast', 'Hard shadows'],
-  ['path', 'All light, grainy'],
+  ['path', 'All light, noisy'],
 ];
 const kAxes = ['x', 'y', 'z'] as const;
 
 function CameraFields({scene, onScene}: {scene: Scene; onScene: (scene: Scene, of: string) => void}) {
   const pose = poseOf(scene.camera);
   const round = (value: number) => Number(value.toPrecision(7));
-  // What was not edited keeps all of its digits.
+  // Components that were not edited keep all their digits.
   const changed = (before: Vector, after: Vector) => before.map((value, i) => (after[i] === round(value) ? value : after[i])) as unknown as Vector;
   const point = (key: keyof typeof pose, label: string) => (
     <div class="slot" role="group" aria-label={label}>
@@ -38,17 +38,17 @@ function CameraFields({scene, onScene}: {scene: Scene; onScene: (scene: Scene, o
   );
   return (
     <div class="slots">
-      {point('eye', 'Eye')}
-      {point('lookAt', 'Looks at')}
+      {point('eye', 'Position')}
+      {point('lookAt', 'Look at')}
       {point('up', 'Up')}
       {number('Field of view, degrees', fovOf(scene.camera), 179, (value) => withCamera(scene, {view: {case: 'verticalFovDegrees', value}}), 0.1)}
       {number('Lens radius', scene.camera?.lensRadius ?? 0, 1e12, (lensRadius) => withCamera(scene, {lensRadius}))}
-      {(scene.camera?.lensRadius ?? 0) > 0 && number('Sharp at, 0: what it looks at', scene.camera?.focusDistance ?? 0, 1e12, (focusDistance) => withCamera(scene, {focusDistance}))}
+      {(scene.camera?.lensRadius ?? 0) > 0 && number('Focus distance (0: look-at point)', scene.camera?.focusDistance ?? 0, 1e12, (focusDistance) => withCamera(scene, {focusDistance}))}
     </div>
   );
 }
 
-/** Ctrl+Z, and with Shift or as Ctrl+Y the way back; fields have an undo of their own while they are typed in. */
+/** Ctrl+Z undoes. With Shift, or as Ctrl+Y, it redoes. Fields have an undo of their own while the user types. */
 function useUndoKeys({undo, redo}: Editor) {
   useEffect(() => {
     const onKey = (event: KeyboardEvent) => {
@@ -96,7 +96,7 @@ export function EditPanel({id, editor, onClose}: EditPanelProps) {
         <button type="button" disabled={edits.future.length === 0} title="Ctrl+Shift+Z" onClick={editor.redo}>
           Redo
         </button>
-        <button type="button" disabled={edits.past.length === 0} title="Back to the job as it is" onClick={editor.reset}>
+        <button type="button" disabled={edits.past.length === 0} title="Undo all changes" onClick={editor.reset}>
           Reset
         </button>
         <span class="spacer" />
@@ -133,14 +133,14 @@ export function EditPanel({id, editor, onClose}: EditPanelProps) {
         <summary>
           Lights <span class="count">{lights.length}</span>
         </summary>
-        <SlotGroups groups={lights} none="All of its light comes from materials that emit: see their emission." onScene={onScene} />
+        <SlotGroups groups={lights} none="The scene has no lights. Its light comes from emissive materials." onScene={onScene} />
       </details>
       <details>
         <summary>Settings</summary>
         <JobFields form={form} onForm={(next, of) => editor.set({form: next}, `form/${of}`)} />
       </details>
       <div class="actions">
-        <ActionButton label="Render" title="As a job of its own; nothing is sent twice" refused={faultOf(form)} act={render} onFailure={setFailure} primary />
+        <ActionButton label="Render" title="Submit the change as a new job" refused={faultOf(form)} act={render} onFailure={setFailure} primary />
       </div>
       {failure && (
         <p class="notice failure" role="alert">

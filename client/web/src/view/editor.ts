@@ -1,4 +1,4 @@
-/** What is being edited of a job: scene and form, their past and future, and the picture of how it would look. */
+/** The editor of a job: scene and form, their undo history, and the quick look. */
 import {useEffect, useMemo, useRef, useState} from 'preact/hooks';
 import {fetchSpec} from '../api/submit';
 import type {Film} from '../model/film';
@@ -24,12 +24,12 @@ export interface Editor {
   undo: () => void;
   redo: () => void;
   reset: () => void;
-  /** How the quick look is rendered. */
+  /** The method of the quick look. */
   quick: QuickMethod;
   setQuick: (quick: QuickMethod) => void;
-  /** How it would look; undefined until that is there. */
+  /** The quick look; undefined until it arrives. */
   film: Film | undefined;
-  /** Why there is no picture of it. */
+  /** Why there is no quick look. */
   failure: string;
   steering: Steering;
 }
@@ -39,7 +39,7 @@ type Change = (edits: Edits<Draft>) => Edits<Draft>;
 function steeringOf(change: (by: Change) => void): Steering {
   const steer = (move: (scene: Scene) => Scene) => change((edits) => edited(edits, {...edits.now, scene: move(edits.now.scene)}, 'camera'));
   return {
-    // The scene follows the finger: a picture's height is half a turn.
+    // The scene follows the finger. A drag over the picture's height is half a turn.
     orbit: (x, y) => steer((scene) => withPose(scene, orbited(poseOf(scene.camera), -x * Math.PI, y * Math.PI))),
     pan: (x, y) => steer((scene) => withPose(scene, panned(poseOf(scene.camera), fovOf(scene.camera), x, y))),
     dolly: (factor) => steer((scene) => withPose(scene, dollied(poseOf(scene.camera), factor))),
@@ -47,7 +47,7 @@ function steeringOf(change: (by: Change) => void): Steering {
   };
 }
 
-/** Undefined unless `editing`, and until the job's scene is there; then also why it is not. */
+/** Undefined unless `editing`, and until the job's scene arrives. `failure` says why it cannot. */
 export function useEditor(id: bigint, editing: boolean): {editor: Editor | undefined; failure: string} {
   const {greeting} = useFarm();
   const [spec, setSpec] = useState<JobSpec>();
@@ -78,7 +78,7 @@ export function useEditor(id: bigint, editing: boolean): {editor: Editor | undef
   const steering = useMemo(() => steeringOf(change), []);
   const draft = edits?.now;
   const version = greeting?.rendererVersion;
-  // Name and goal are not to be seen.
+  // Name and goal do not change the picture.
   const {width, height, seed, priority} = draft?.form ?? {};
   const wish = useMemo(
     () => (spec && draft && version && !faultOf({...draft.form, samples: 1}) ? quickSpec(spec, draft.scene, draft.form, version, id, quick) : undefined),

@@ -1,4 +1,4 @@
-/** The job's error against the work spent on it, beside that of others, on log-log axes. */
+/** The job's error against the time spent, beside that of other jobs, on log-log axes. */
 import {useEffect, useRef, useState} from 'preact/hooks';
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
@@ -12,12 +12,12 @@ import {useChartedJobs} from './charted_jobs';
 import {save} from './download';
 import {useFarm} from './store';
 
-/** How many columns there are before those of other jobs. */
+/** Number of columns before those of other jobs. */
 const kOwnColumns = 9;
 
 /**
- * Columns: seconds; error, low, high, target, the way to the finish, its earliest and latest, and the guides of slope −1 and −2; then
- * the errors of other jobs.
+ * Columns: seconds; error, low, high, target, the extrapolated upper end, the earliest and latest extrapolation, the guides of slope −1 and
+ * −2; then the errors of other jobs.
  */
 function columnsOf(curve: ErrorCurve, others: readonly ChartLine[]): uPlot.AlignedData {
   const rows = new Map<number, (number | null)[]>();
@@ -43,7 +43,7 @@ function columnsOf(curve: ErrorCurve, others: readonly ChartLine[]): uPlot.Align
       const {seconds, latest, error} = curve.finish;
       put(last.seconds, 4, last.high);
       put(seconds, 4, error);
-      // Two lines of slope −1 that end together, for what lies between them is filled.
+      // Two lines of slope −1 with the same end, because the area between them is filled.
       put(last.seconds, 5, last.error);
       put(latest, 5, (last.error * last.seconds) / latest);
       put(last.seconds, 6, 2 * last.high - last.error);
@@ -111,8 +111,8 @@ function describe(curve: ErrorCurve, job: Job): string {
   }
   const target = curve.target === undefined ? '' : `, target ${errorText(curve.target)}`;
   const eta = job.etaSeconds >= 0 && !hasEnded(job.state) ? `, expected in ${humanSeconds(job.etaSeconds)}` : '';
-  const finish = curve.finish && !hasEnded(job.state) ? `, after ${humanSeconds(curve.finish.earliest)} to ${humanSeconds(curve.finish.latest)} of threads` : '';
-  return `${errorText(now.error)} after ${humanSeconds(now.seconds)} of threads${target}${eta}${finish}`;
+  const finish = curve.finish && !hasEnded(job.state) ? `, after ${humanSeconds(curve.finish.earliest)} to ${humanSeconds(curve.finish.latest)} of thread time` : '';
+  return `${errorText(now.error)} after ${humanSeconds(now.seconds)} of thread time${target}${eta}${finish}`;
 }
 
 function lineOf(job: Job, color: string): ChartLine {
@@ -144,7 +144,7 @@ export function ErrorChart({job, theme, charted, onCharted}: ErrorChartProps) {
         <span class="keys">
           <span class="key band">95 %</span>
           {curve.target !== undefined && <span class="key target">target</span>}
-          {curve.finish && <span class="key finish">to the target</span>}
+          {curve.finish && <span class="key finish">extrapolation</span>}
           <span class="key guide">slopes −1, −2</span>
         </span>
         <LineList lines={lines} hover={hover} label="Jobs in the chart" onRemove={(i) => onCharted(charted.filter((id) => id !== others[i - 1]!.id))} />
@@ -164,10 +164,10 @@ export function ErrorChart({job, theme, charted, onCharted}: ErrorChartProps) {
 
 export interface LineListProps {
   lines: readonly ChartLine[];
-  /** Seconds that are pointed at. */
+  /** Seconds below the pointer. */
   hover: number | undefined;
   label: string;
-  /** Of jobs but the first; left out where the lines are a lab's methods. */
+  /** For jobs after the first. Left out if the lines are a lab's methods. */
   onRemove?: (line: number) => void;
 }
 
@@ -204,7 +204,7 @@ export function KeepButtons({chart, name}: {chart: Chart; name: string}) {
   );
 }
 
-/** What a line has nearest to so many seconds. */
+/** The point of a line that is nearest to `seconds`, as text. */
 function hoverText({points}: ChartLine, seconds: number): string {
   const point = nearestPoint(points, seconds);
   const time = (at: number) => (at < 1 ? `${at.toPrecision(2)} s` : humanSeconds(at));
@@ -242,7 +242,7 @@ export interface PlotProps {
   others: readonly ChartLine[];
   text: string;
   theme: string;
-  /** Seconds that are pointed at. */
+  /** Seconds below the pointer. */
   onHover: (seconds: number | undefined) => void;
 }
 
@@ -276,5 +276,5 @@ export function Plot({curve, others, text, theme, onHover}: PlotProps) {
       shown.setCursor({left: shown.valToPos(known[step.current]!, 'x'), top: 10});
     }
   };
-  return <div ref={place} role="img" tabIndex={0} aria-label={`Error against time: ${text}. The arrows go through its points.`} onKeyDown={onKey} />;
+  return <div ref={place} role="img" tabIndex={0} aria-label={`Error against time: ${text}. Arrow keys move between points.`} onKeyDown={onKey} />;
 }

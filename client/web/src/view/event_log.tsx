@@ -1,4 +1,4 @@
-/** What happened on the farm, newest first. */
+/** The farm's events, newest first. */
 import {useEffect, useState} from 'preact/hooks';
 import {fetchEvents} from '../api/look_back';
 import {kEventKinds, withNewest, withOlder, type EventBook, type EventKind} from '../model/farm_events';
@@ -63,10 +63,10 @@ function Events({kind}: {kind: EventKind}) {
         </p>
       )}
       <EventList events={book?.events.slice(0, shown) ?? []} label="Events, newest first" />
-      {book?.events.length === 0 && <p class="muted">Nothing yet{kind !== 'all' && ' of this kind'}: the coordinator keeps the last 5,000 events since it began.</p>}
+      {book?.events.length === 0 && <p class="muted">No events yet{kind !== 'all' && ' of this kind'}. The coordinator keeps the last 5,000 events since its start.</p>}
       {book && (book.events.length > shown || book.older !== '') && (
         <button type="button" onClick={() => void more(book)}>
-          Older ones
+          Older events
         </button>
       )}
     </>
@@ -79,7 +79,7 @@ export function EventLog() {
     <section aria-labelledby="events-title">
       <div class="toolbar">
         <h2 id="events-title">Events</h2>
-        <div class="chips" role="group" aria-label="Which events">
+        <div class="chips" role="group" aria-label="Kind of events">
           {kEventKinds.map((each) => (
             <button key={each} type="button" aria-pressed={kind === each} onClick={() => setKind(each)}>
               {each}

@@ -1,4 +1,4 @@
-/** What the farm does over time: work, threads, queue. */
+/** Charts of the farm over time: speed, threads, queue. */
 import {useMemo, useState} from 'preact/hooks';
 import {fetchHistory} from '../api/look_back';
 import {csvOfHistory, farmWindow, kSpans, seriesOf, utilisation} from '../model/farm_history';
@@ -10,7 +10,7 @@ import {TimePanel} from './time_panel';
 
 const kEveryMs = 10_000;
 
-/** Means over five minutes have fractions. */
+/** Means over five minutes are fractions. */
 function few(value: number): string {
   return Number.isInteger(value) ? String(value) : value.toFixed(1);
 }
@@ -54,17 +54,17 @@ export function FarmCharts({theme}: {theme: string}) {
   return (
     <section aria-labelledby="farm-title">
       <div class="toolbar">
-        <h2 id="farm-title">The farm over time</h2>
-        <div class="chips" role="group" aria-label="How far back">
+        <h2 id="farm-title">History</h2>
+        <div class="chips" role="group" aria-label="Time span">
           {kSpans.map(({seconds, name}) => (
             <button key={name} type="button" aria-pressed={span === seconds} onClick={() => setSpan(seconds)}>
               {name}
             </button>
           ))}
         </div>
-        {used !== undefined && <p class="summary">{used.toFixed(0)}% of its threads were busy</p>}
+        {used !== undefined && <p class="summary">{used.toFixed(0)}% of threads busy</p>}
         {history && history.samples.length > 0 && (
-          <button type="button" class="push" title="Keep it as a file" onClick={() => save(new Blob([csvOfHistory(history)], {type: 'text/csv'}), 'farm-history.csv')}>
+          <button type="button" class="push" title="Save as a file" onClick={() => save(new Blob([csvOfHistory(history)], {type: 'text/csv'}), 'farm-history.csv')}>
             CSV
           </button>
         )}
@@ -75,7 +75,7 @@ export function FarmCharts({theme}: {theme: string}) {
         </p>
       )}
       {history?.samples.length === 0 && (
-        <p class="muted">Nothing yet: the coordinator keeps this since it began, and has the first {span > 3600 ? 'five minutes when they are over' : 'ten seconds when they are over'}.</p>
+        <p class="muted">No history yet. The coordinator records it from its start, in steps of {span > 3600 ? 'five minutes' : 'ten seconds'}.</p>
       )}
       {history && history.samples.length > 0 ? <Panels key={span} history={history} span={span} theme={theme} /> : !history && <div class="farm-charts pending" />}
     </section>

@@ -1,11 +1,11 @@
-/** Draws a film with WebGL2 from linear half floats: tiles are uploaded as they come, everything else is done by one shader. */
+/** Draws a film with WebGL2 from linear half floats. Tiles are uploaded as they come, and one shader does everything else. */
 import type {Camera, Size} from '../model/camera';
 import {kComparisons, type Comparison} from '../model/comparison';
 import {kTileSide, type Film, type Rect} from '../model/film';
 import {kShows, type Look} from '../model/route';
 import {kFragment, kVertex} from './gl_shader';
 
-/** What the colours of a map stand for: its left end, its middle and its right end. */
+/** The values of a map's colours at its left end, middle and right end. */
 export function legendOf(how: Comparison, look: Look, mostSamples: number): [string, string, string] | undefined {
   const stops = (at: number) => (2 ** (at - look.exposure)).toPrecision(2);
   const tenths = (at: number) => (10 ** at / 2 ** look.exposure).toPrecision(2);
@@ -33,7 +33,7 @@ export interface Drawing {
   camera: Camera;
   look: Look;
   how: Comparison;
-  /** Where the divider stands, as a share of the screen's width. */
+  /** The divider's position, as a fraction of the screen's width. */
   split: number;
   screen: Size;
   /** Device pixels per CSS pixel. */
@@ -70,12 +70,12 @@ export class GlPicture {
   private other: Film | undefined;
   private dots: Film | undefined;
 
-  /** Throws where there is no WebGL2. */
+  /** Throws without WebGL2. */
   constructor(private readonly canvas: HTMLCanvasElement) {
-    // Kept after drawing, so that what is on the screen can be copied.
+    // Kept after drawing, so that the screen can be copied.
     const gl = canvas.getContext('webgl2', {antialias: false, alpha: false, preserveDrawingBuffer: true});
     if (!gl) {
-      throw new Error('this browser has no WebGL2, which the picture is drawn with');
+      throw new Error('this browser has no WebGL2, which the viewer needs');
     }
     this.gl = gl;
     this.program = gl.createProgram()!;
@@ -86,13 +86,13 @@ export class GlPicture {
     [kFilmUnit, kFilmUnit + 1, kOtherUnit, kOtherUnit + 1, kMapUnit, kDotsUnit, kDotsUnit + 1].forEach((unit) => this.makeTexture(unit));
   }
 
-  /** Takes the whole film, which may have been drawn before by another. Throws if it is too large for this machine. */
+  /** Sets the whole film, which another instance may have drawn. Throws if it is too large for the GPU. */
   setFilm(film: Film): void {
     this.upload(film, kFilmUnit);
     this.film = film;
   }
 
-  /** Takes what the film is compared with, of the same size; undefined: nothing. */
+  /** Sets the film to compare with, of the same size; undefined: none. */
   setOther(film: Film | undefined): void {
     if (film) {
       this.upload(film, kOtherUnit);
@@ -100,7 +100,7 @@ export class GlPicture {
     this.other = film;
   }
 
-  /** Takes the photons that are drawn over the film, of the same size; undefined: none. */
+  /** Sets the photon overlay, of the same size; undefined: none. */
   setDots(film: Film | undefined): void {
     if (film) {
       this.upload(film, kDotsUnit);
@@ -108,7 +108,7 @@ export class GlPicture {
     this.dots = film;
   }
 
-  /** How far the two are apart at each pixel, in [0, 1]. */
+  /** Sets the difference of the two at each pixel, in [0, 1]. */
   setErrorMap(map: Float32Array): void {
     const gl = this.gl;
     const {width, height} = this.film?.crop ?? {width: 0, height: 0};
@@ -168,7 +168,7 @@ export class GlPicture {
     const {width, height} = film.crop;
     const most = gl.getParameter(gl.MAX_TEXTURE_SIZE) as number;
     if (Math.max(width, height) > most) {
-      throw new Error(`the picture is larger than the ${most} pixels that this machine's graphics can draw`);
+      throw new Error(`the picture is larger than ${most} pixels on a side, the limit of this browser`);
     }
     gl.activeTexture(gl.TEXTURE0 + unit);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA16F, width, height, 0, gl.RGBA, gl.HALF_FLOAT, film.rgbe);

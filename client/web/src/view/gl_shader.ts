@@ -1,4 +1,4 @@
-/** The one shader of the viewer: tone, maps and comparisons of films that lie in textures of half floats. */
+/** The shader of the viewer: tone, maps and comparisons of films in half-float textures. */
 import {kComparisons, kRelMseFloor} from '../model/comparison';
 import {kSmoothing} from '../model/film';
 import {kShows} from '../model/route';
@@ -12,18 +12,18 @@ void main() {
 export const kFragment = `#version 300 es
 precision highp float;
 precision highp sampler2D;
-uniform sampler2D film;        // R, G, B and the standard error of the luminance; -1 where that is not known
+uniform sampler2D film;        // R, G, B and the standard error of the luminance; -1 where it is unknown
 uniform sampler2D counts;      // samples per pixel, by tile
-uniform sampler2D otherFilm;   // what it is compared with
+uniform sampler2D otherFilm;   // the film to compare with
 uniform sampler2D otherCounts;
-uniform sampler2D errorMap;    // of the two, in [0, 1]
-uniform sampler2D dots;        // photons' colours, 0 where there are none
+uniform sampler2D errorMap;    // difference of the two, in [0, 1]
+uniform sampler2D dots;        // photons' colours, 0 without photons
 uniform bool dotted;
 uniform vec2 filmSize;         // pixels
 uniform vec2 tileOrigin;       // of the first pixel within its tile
 uniform vec2 otherOrigin;
 uniform vec2 screenSize;     // device pixels
-uniform vec2 center;         // the film's point in the middle
+uniform vec2 center;         // the film's point in the middle of the screen
 uniform float zoom;          // device pixels per pixel of the film
 uniform float exposure, gamma;
 uniform int view, show, how;
@@ -47,7 +47,7 @@ vec4 filmAt(bool other, ivec2 at) {
 
 const int kDifference = ${kComparisons.indexOf('difference')}, kSquaredError = ${kComparisons.indexOf('squared-error')};
 
-// What is seen of one pixel of the films: one of the two, or how far they are apart.
+// The value of one pixel: of one of the films, or their difference.
 vec3 valueAt(bool other, ivec2 at) {
   if (how < kDifference) {
     return filmAt(other, at).rgb;
@@ -60,7 +60,7 @@ vec3 valueAt(bool other, ivec2 at) {
   return how == kDifference ? distance : distance * distance / (reference * reference + ${kRelMseFloor});
 }
 
-// The mean over the films' pixels below one pixel of the screen.
+// The mean over the film's pixels below one pixel of the screen.
 vec3 colorAt(bool other, vec2 at) {
   float width = 1.0 / zoom;
   if (width <= 1.0) {
@@ -121,7 +121,7 @@ vec3 turbo(float t) {
     dot(v4, vec4(0.10667330, 12.64194608, -60.58204836, 110.36276771)) + dot(v2, vec2(-89.90310912, 27.34824973)));
 }
 
-// What lies over one pixel of the screen: the photons' hue, and how much of the pixel they cover, a few much more than none.
+// The overlay at one pixel of the screen: the photons' hue, and their coverage. The square root makes a few photons visible.
 vec4 dotsAt(vec2 at) {
   float width = 1.0 / zoom;
   int taps = clamp(int(ceil(width)), 1, kMostTaps);
@@ -184,7 +184,7 @@ void main() {
     result = error < 0.0 ? vec3(0.5) : turbo((log(max(value, 1e-9)) / log(10.0) + 4.0) / 4.0);
   }
   if (dotted && !apart && !other) {
-    // The picture steps back, so that bright places show their photons, too.
+    // The picture is darkened, so that photons are visible in bright places.
     vec4 over = dotsAt(at);
     result = mix(0.4 * result, vec3(encoded(over.r), encoded(over.g), encoded(over.b)), over.a);
   }

@@ -1,4 +1,4 @@
-/** Hashes files, so that the page goes on meanwhile. */
+/** A web worker that hashes files, so that the page stays responsive. */
 import type {HashAnswer, HashQuestion} from './hashing';
 
 addEventListener('message', ({data}: MessageEvent<HashQuestion>) => {

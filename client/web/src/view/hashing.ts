@@ -1,4 +1,4 @@
-/** SHA-256 of files, one after the other, in a worker. */
+/** SHA-256 of files, one after the other, in a web worker. */
 
 export interface HashQuestion {
   file: Blob;
@@ -9,7 +9,7 @@ export type HashAnswer = {digest: Uint8Array; failure?: undefined} | {digest?: u
 export function hashingRefused(): string | undefined {
   return globalThis.crypto?.subtle
     ? undefined
-    : 'Browsers hash files only on pages that came encrypted or from their own machine: open this page over https, through a tunnel to localhost, or use "lightmill submit".';
+    : 'Browsers hash files only on encrypted pages and on localhost. Open this page over https or through a tunnel to localhost, or use "lightmill submit".';
 }
 
 export class Hasher {

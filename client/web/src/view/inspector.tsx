@@ -1,11 +1,11 @@
-/** What is known of the pixel that is pointed at, and how bright all pixels are. */
+/** The values of the pixel below the pointer, and the histogram of all pixels. */
 import {useEffect, useRef, useState} from 'preact/hooks';
 import type {Point} from '../model/camera';
 import {histogramOf, type Film, type Pixel} from '../model/film';
 import {valueText} from '../model/format';
 import {farm} from './store';
 
-/** Counts up when the film's pixels have changed, some times a second at most. */
+/** Counts up when the film's pixels have changed, at most once per `everyMs`. */
 export function useFilmVersion(film: Film | undefined, everyMs: number): number {
   const [version, setVersion] = useState(0);
   useEffect(() => {
@@ -38,7 +38,7 @@ function rowsOf(pixel: Pixel | undefined): [string, string][] {
   ];
 }
 
-/** Of both pictures, where there is another. */
+/** Shows both pictures, if there is a reference. */
 export function PixelInspector({film, other, at}: {film: Film | undefined; other: Film | undefined; at: Point | undefined}) {
   useFilmVersion(film, 300);
   const [x, y] = [Math.floor(at?.x ?? -1), Math.floor(at?.y ?? -1)];
@@ -83,12 +83,12 @@ export function HistogramView({film, exposure}: {film: Film | undefined; exposur
     const histogram = histogramOf(film);
     const place = (stops: number) => ((stops - histogram.least) / (histogram.most - histogram.least)) * width;
     const ink = getComputedStyle(element).color;
-    // The value that is shown at its brightest.
+    // The range that is displayed as white.
     context.fillStyle = ink;
     context.globalAlpha = 0.1;
     context.fillRect(place(-exposure), 0, width, height);
     context.globalAlpha = 1;
-    // Outer bins also hold what lies beyond, such as all that is black.
+    // The outer bins are left out of the maximum, because they hold all values beyond, such as black.
     const most = Math.max(...histogram.bins.map((channel) => Math.max(...channel.slice(1, -1))), 1e-6);
     context.globalCompositeOperation = 'source-over';
     histogram.bins.forEach((channel, c) => {
@@ -111,7 +111,7 @@ export function HistogramView({film, exposure}: {film: Film | undefined; exposur
       <h2 id="histogram-title">
         Histogram <span class="muted">stops, 2⁻¹² to 2⁸</span>
       </h2>
-      <canvas ref={canvas} class="histogram" role="img" aria-label="How many pixels have which red, green and blue, from dark to bright; the shaded part is brighter than white" />
+      <canvas ref={canvas} class="histogram" role="img" aria-label="Histogram of red, green and blue, from dark to bright. The shaded part is brighter than white." />
     </section>
   );
 }

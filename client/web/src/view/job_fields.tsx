@@ -1,11 +1,11 @@
-/** What a job is asked for, as fields: its name, size, method, seed, goal and priority. */
+/** Form fields of a job: name, size, method, seed, goal and priority. */
 import {useId} from 'preact/hooks';
 import {kLeastPriority, kMethods, kMostPriority, kMostSide, type JobForm} from '../model/job_form';
 import {NumberField} from './number_field';
 
 export interface JobFieldsProps {
   form: JobForm;
-  /** `of`: which field. */
+  /** `of`: the changed field. */
   onForm: (form: JobForm, of: string) => void;
 }
 
@@ -45,17 +45,17 @@ export function JobFields({form, onForm}: JobFieldsProps) {
       </label>
       <fieldset class="whole">
         <legend>
-          Goal <span class="muted">the first that is reached ends it; 0: no such limit</span>
+          Goal <span class="muted">the first one that is reached ends the job; 0: no limit</span>
         </legend>
         {number('samples', 'Samples', {least: 0, title: 'Per pixel'})}
-        {number('percent', 'Error, ±%', {least: 0, step: 0.1, whole: false, title: 'With 95 % confidence: 10 is a little grainy, 3 smooth'})}
-        {number('seconds', 'Seconds', {least: 0, whole: false, title: 'Of rendering'})}
-        <label class="check" title="Noisy parts get up to 4 times as many samples, quiet ones down to a quarter">
+        {number('percent', 'Error, ±%', {least: 0, step: 0.1, whole: false, title: 'With 95 % confidence. 10 is slightly noisy, 3 is smooth'})}
+        {number('seconds', 'Seconds', {least: 0, whole: false, title: 'Rendering time'})}
+        <label class="check" title="Adaptive sampling: noisy tiles get up to 4 times as many samples, smooth tiles as few as a quarter">
           <input type="checkbox" checked={form.adaptive} onChange={(event) => set({adaptive: event.currentTarget.checked})} />
           Adaptive
         </label>
       </fieldset>
-      {number('priority', 'Priority', {least: kLeastPriority, most: kMostPriority, title: 'Jobs with a higher one go first'})}
+      {number('priority', 'Priority', {least: kLeastPriority, most: kMostPriority, title: 'Jobs with a higher priority go first'})}
     </div>
   );
 }

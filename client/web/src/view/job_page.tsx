@@ -1,4 +1,4 @@
-/** One job: its picture, how its error falls, what it is, and what can be done with it. */
+/** One job: its picture, its error, its properties and its actions. */
 import {useEffect, useMemo, useRef, useState} from 'preact/hooks';
 import type {Point} from '../model/camera';
 import type {Film} from '../model/film';
@@ -28,7 +28,7 @@ import {RelightPanel} from './relight_panel';
 import {farm, useFarm} from './store';
 import {Viewer} from './viewer';
 
-/** Of every so-manieth pixel. */
+/** Luminances of evenly spaced pixels. */
 function someLuminances(film: Film): Float32Array {
   const step = 4 * Math.max(1, Math.floor(film.rgbe.length / 4 / 50_000));
   const values: number[] = [];
@@ -50,7 +50,7 @@ function ViewerKeys({comparing}: {comparing: boolean}) {
       {comparing && (
         <>
           {' '}
-          · <kbd>B</kbd> this or the other · <kbd>S</kbd> split <kbd>[</kbd> <kbd>]</kbd> · <kbd>D</kbd> difference · <kbd>Q</kbd> squared error · <kbd>P</kbd> FLIP
+          · <kbd>B</kbd> this picture or the reference · <kbd>S</kbd> split <kbd>[</kbd> <kbd>]</kbd> · <kbd>D</kbd> difference · <kbd>Q</kbd> squared error · <kbd>P</kbd> FLIP
         </>
       )}
     </p>
@@ -70,7 +70,7 @@ const kNoMeters: readonly MeterRow[] = [];
 const kDirections = 'normal';
 const kDepth = 'depth';
 
-/** Lengths have any scale: the exposure that fits them is found once they are there. */
+/** Depths have no common scale, so the exposure is set when the first values arrive. */
 function useFirstExposure(film: Film | undefined, normalize: () => void): void {
   const done = useRef<Film>();
   useFilmVersion(film, 100);
@@ -84,7 +84,7 @@ function useFirstExposure(film: Film | undefined, normalize: () => void): void {
 
 export interface JobPageProps {
   id: bigint;
-  /** As the address has it: another object whenever somebody goes to another one. */
+  /** The view in the address. It is a new object after each navigation. */
   linked: JobView;
   theme: string;
 }
@@ -116,8 +116,8 @@ export function JobPage({id, linked, theme}: JobPageProps) {
   const reference = useReference(film, against, file);
   const measurement = useMeasurement(film, reference?.film, against?.how === 'hdr-flip', look.exposure);
   useEffect(() => {
-    // The address follows the view, a moment later: browsers allow only so many changes. Who has gone back or on meanwhile
-    // is at another one, which stays.
+    // The address follows the view after a delay, because browsers limit such changes. It is left alone if the user has navigated
+    // meanwhile.
     const {hash} = window.location;
     const follow = () => hash === window.location.hash && history.replaceState(null, '', routeHash({page: 'job', job: id, ...view}));
     const timer = setTimeout(follow, 250);
@@ -131,7 +131,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
   const onLook = ({signed, ...next}: JobView['look']) => change({look: next});
   const exposureBefore = useRef(view.look.exposure);
   const onLayer = (next: string) => {
-    // A depth's exposure is for nothing else.
+    // The exposure of depth is not used for other layers.
     const exposure = layer === kDepth ? exposureBefore.current : view.look.exposure;
     exposureBefore.current = exposure;
     change({layer: next, look: {...view.look, exposure}});
@@ -171,7 +171,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
         {job && <Progress job={job} />}
         {job && endText(job) && <span class="muted">{endText(job)}</span>}
         <span class="spacer" />
-        <a class="button" href={`api/v1/jobs/${id}/picture.exr`} download={`job-${id}.exr`} title="All that the film holds: layers, halves, counts, receipt">
+        <a class="button" href={`api/v1/jobs/${id}/picture.exr`} download={`job-${id}.exr`} title="The whole film: layers, halves, counts, receipt">
           EXR
         </a>
         <button type="button" disabled={!film} onClick={() => film && void downloadPng(film, look, `job-${id}${layer ? `-${layer.replace(':', '-')}` : ''}`)}>
@@ -200,7 +200,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
         />
         {dots.failure && (
           <p class="notice failure" role="alert">
-            Its photons cannot be shown: {dots.failure}
+            The photon map cannot be shown: {dots.failure}
           </p>
         )}
         {notShown && (
@@ -241,7 +241,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
         {editor && <EditPanel id={id} editor={editor} onClose={() => setTask(undefined)} />}
         {notEdited && (
           <p class="notice failure" role="alert">
-            It cannot be edited: {notEdited}
+            The job cannot be edited: {notEdited}
           </p>
         )}
         {job?.methodNotes?.notices.map((notice) => (
@@ -271,7 +271,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
   );
 }
 
-/** Tells the coordinator which job is looked at. */
+/** Watches a job. */
 export function useWatch(job: bigint): void {
   useEffect(() => farm.watch(job), [job]);
 }

@@ -1,4 +1,4 @@
-/** What a job is, whom it comes from, and what can be done with it. */
+/** A job's properties, its family, and its actions. */
 import type {ComponentChildren} from 'preact';
 import {useState} from 'preact/hooks';
 import {actOnJob, deleteJob, extendJob, setPriority} from '../api/actions';
@@ -11,7 +11,7 @@ import {ActionButton, etaText} from './bits';
 import {NumberField} from './number_field';
 import {useFarm} from './store';
 
-/** What a job is extended in: its error if it has such a goal, else its samples; and what is offered. */
+/** How a job is extended: its error if it has an error goal, else its samples; and the suggested value. */
 function offeredGoal(job: Job): {label: string; offer: number; goal: (value: number) => {samples?: number; error?: number}} {
   const error = job.goal?.error ?? 0;
   if (error > 0) {
@@ -23,8 +23,8 @@ function offeredGoal(job: Job): {label: string; offer: number; goal: (value: num
 }
 
 const kTasks: {task: JobTask; label: string; title: string}[] = [
-  {task: 'edit', label: 'Edit & render again', title: 'Change camera, materials, lights and settings, and render that as a job of its own'},
-  {task: 'clone', label: 'Clone', title: 'The same once more, perhaps with another goal'},
+  {task: 'edit', label: 'Edit & render again', title: 'Change camera, materials, lights and settings, and render the result as a new job'},
+  {task: 'clone', label: 'Clone', title: 'Submit the same job again, perhaps with another goal'},
 ];
 
 function Extend({job, onFailure}: {job: Job; onFailure: (message: string) => void}) {
@@ -37,7 +37,7 @@ function Extend({job, onFailure}: {job: Job; onFailure: (message: string) => voi
         {label}
         <input type="number" min={0} step="any" inputMode="decimal" placeholder={String(offer)} value={text} onInput={(event) => setText(event.currentTarget.value)} />
       </label>
-      <ActionButton label="Extend" title="Give the job this goal; a finished one goes on" refused={refusalOf(greeting, 'ExtendJob', job.owner)} act={() => extendJob(job.id, goal(Number(text) || offer))} onFailure={onFailure} />
+      <ActionButton label="Extend" title="Give the job this goal. A finished job continues." refused={refusalOf(greeting, 'ExtendJob', job.owner)} act={() => extendJob(job.id, goal(Number(text) || offer))} onFailure={onFailure} />
     </form>
   );
 }
@@ -50,7 +50,7 @@ function Priority({job, onFailure}: {job: Job; onFailure: (message: string) => v
     setPriority(job.id, Math.round(priority)).catch((error: unknown) => onFailure(error instanceof Error ? error.message : String(error)));
   };
   return (
-    <label class="stacked" title={refused ?? 'Jobs with a higher one go first'}>
+    <label class="stacked" title={refused ?? 'Jobs with a higher priority go first'}>
       Priority
       <NumberField class="short" step={1} least={kLeastPriority} most={kMostPriority} value={job.priority} disabled={refused !== undefined} onValue={set} />
     </label>
@@ -64,7 +64,7 @@ async function deleteAndLeave(job: Job): Promise<void> {
 
 export interface JobActionsProps {
   job: Job;
-  /** What is open below; one thing at a time. */
+  /** The open panel; at most one. */
   open: JobTask | undefined;
   onOpen: (task: JobTask | undefined) => void;
 }
@@ -85,7 +85,7 @@ function Actions({job, open, onOpen}: JobActionsProps) {
         !ended && <ActionButton label="Pause" refused={refused('PauseJob')} act={act('pause')} onFailure={setFailure} />
       )}
       {!ended && (
-        <ActionButton label="Cancel" danger question={`Cancel job ${job.id}? What is rendered stays.`} refused={refused('CancelJob')} act={act('cancel')} onFailure={setFailure} />
+        <ActionButton label="Cancel" danger question={`Cancel job ${job.id}? Its picture stays.`} refused={refused('CancelJob')} act={act('cancel')} onFailure={setFailure} />
       )}
       {kTasks.map(({task, label, title}) => (
         <button type="button" key={task} aria-pressed={open === task} disabled={refused('SubmitJob') !== undefined} title={refused('SubmitJob') ?? title} onClick={() => onOpen(open === task ? undefined : task)}>
@@ -93,7 +93,7 @@ function Actions({job, open, onOpen}: JobActionsProps) {
         </button>
       ))}
       {ended && (
-        <ActionButton label="Delete" danger question={`Delete job ${job.id} and its picture? Nothing brings them back.`} refused={refused('DeleteJob')} act={() => deleteAndLeave(job)} onFailure={setFailure} />
+        <ActionButton label="Delete" danger question={`Delete job ${job.id} and its picture? This cannot be undone.`} refused={refused('DeleteJob')} act={() => deleteAndLeave(job)} onFailure={setFailure} />
       )}
       {extendable && <Extend job={job} onFailure={setFailure} />}
       {!ended && <Priority job={job} onFailure={setFailure} />}
@@ -116,7 +116,7 @@ function JobLink({id}: {id: bigint}) {
   );
 }
 
-/** What it was made from, and what was made from it. */
+/** The job's parent and children. */
 function Family({job}: {job: Job}) {
   const {jobs} = useFarm();
   const children = childrenOf(jobs, job.id);
@@ -124,7 +124,7 @@ function Family({job}: {job: Job}) {
     <>
       {job.parent > 0n && (
         <div>
-          <dt>Made from</dt>
+          <dt>Parent</dt>
           <dd>
             <JobLink id={job.parent} />
           </dd>
@@ -132,7 +132,7 @@ function Family({job}: {job: Job}) {
       )}
       {children.length > 0 && (
         <div>
-          <dt>Changed into</dt>
+          <dt>Children</dt>
           <dd class="family">
             {children.map((id) => (
               <JobLink key={String(id)} id={id} />
@@ -151,7 +151,7 @@ function Facts({job}: {job: Job}) {
     ['Error', errorText(job.error?.relMse) || '–'],
     ['Speed', job.state === JobState.RUNNING ? humanRate(job.samplesPerSecond) : '–'],
     ['ETA', etaText(job) || '–'],
-    ['Rendered for', `${humanSeconds(job.activeSeconds)} (${humanSeconds(job.workerSeconds)} of threads)`],
+    ['Rendering time', `${humanSeconds(job.activeSeconds)} (${humanSeconds(job.workerSeconds)} of thread time)`],
     ['Method', methodName(job)],
     ['Size', `${job.width}×${job.height}`],
     ['Owner', job.owner ? `${job.owner}${job.host ? ` on ${job.host}` : ''}` : '–'],
@@ -172,7 +172,7 @@ function Facts({job}: {job: Job}) {
   );
 }
 
-/** `children`: what is open of it. */
+/** `children`: the open panel. */
 export function JobPanel({children, ...actions}: JobActionsProps & {children?: ComponentChildren}) {
   return (
     <section class="panel" aria-labelledby="facts-title">

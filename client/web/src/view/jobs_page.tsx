@@ -1,4 +1,4 @@
-/** The list of jobs: found, filtered, sorted, and opened by mouse, finger or keys. */
+/** The list of jobs: search, filters, order; by mouse, finger or keys. */
 import {useEffect, useMemo, useRef, useState} from 'preact/hooks';
 import {thumbnailAddress} from '../api/actions';
 import {ageText, goalText, kMixed, methodName, samplesText} from '../model/format';
@@ -31,7 +31,7 @@ const kFilters: {filter: JobFilter; label: string}[] = [
 
 const kThumbnailMs = 4_000;
 
-/** A version that changes with a job's pixels, but every few seconds at most. */
+/** A version that changes with a job's pixels, at most once every few seconds. */
 function useThumbnailVersion(job: Job): string {
   const [shown, setShown] = useState({version: String(job.samplesDone), at: 0});
   useEffect(() => {
@@ -99,7 +99,7 @@ function useNow(everyMs: number): number {
   return now;
 }
 
-/** '/' goes to the search, arrows (or j and k) from row to row; Enter opens, as on any link. */
+/** '/' goes to the search. Arrows, or j and k, go from row to row. Enter opens a job, as on any link. */
 function useListKeys(search: {current: HTMLInputElement | null}, table: {current: HTMLElement | null}) {
   useEffect(() => {
     const onKey = (event: KeyboardEvent) => {
@@ -113,7 +113,7 @@ function useListKeys(search: {current: HTMLInputElement | null}, table: {current
         return;
       }
       const step = {ArrowDown: 1, ArrowUp: -1, j: 1, k: -1}[event.key];
-      // From the search on to what it found; other fields have arrows of their own.
+      // From the search the down arrow goes to the first result. Other fields use the arrows themselves.
       if (step === undefined || (typing && !(event.key === 'ArrowDown' && event.target === search.current))) {
         return;
       }
@@ -146,7 +146,7 @@ export function JobsPage() {
   const sortState = (order: JobOrder) => (query.order !== order ? 'none' : query.descending ? 'descending' : 'ascending');
   const take = (files: SceneFile[]) => {
     setFailure('');
-    // The same names may be other files.
+    // Files of the same names may have other contents.
     setDropped((before) => ({files, nth: (before?.nth ?? 0) + 1}));
   };
   return (
@@ -155,7 +155,7 @@ export function JobsPage() {
         <div class="toolbar">
           <h1 id="jobs-title">Jobs</h1>
           <ChooseFiles onFiles={take} />
-          <div class="chips" role="group" aria-label="Which jobs are listed">
+          <div class="chips" role="group" aria-label="Filter">
             {kFilters.map(({filter, label}) => (
               <button type="button" key={filter} aria-pressed={query.filter === filter} onClick={() => setQuery({...query, filter})}>
                 {label} <span class="count">{counts[filter]}</span>
@@ -204,10 +204,10 @@ export function JobsPage() {
 
 function Empty({listed, any}: {listed: boolean; any: boolean}) {
   if (!listed) {
-    return <p class="empty">Asking the coordinator…</p>;
+    return <p class="empty">Loading…</p>;
   }
   return any ? (
-    <p class="empty">No job is like that.</p>
+    <p class="empty">No job matches.</p>
   ) : (
     <p class="empty">
       No jobs yet. Drop a scene here with its files, or submit one: <code>lightmill submit scenes/cornell-bench-balls.json --spp 256</code>

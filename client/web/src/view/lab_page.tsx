@@ -1,4 +1,4 @@
-/** A lab's results, opened from a file that goes nowhere: a chart for each scene. */
+/** A lab's results from a local file, which is not uploaded: a chart for each scene. */
 import {useRef, useState} from 'preact/hooks';
 import {parseLabReport, type LabReport, type LabScene} from '../model/lab_report';
 import {KeepButtons, LineList, Plot} from './error_chart';
@@ -46,7 +46,7 @@ export function LabPage({theme}: {theme: string}) {
   return (
     <section class="page lab" onDragOver={(event) => event.preventDefault()} onDrop={onDrop}>
       <div class="toolbar">
-        <h1>{report ? report.title || 'A lab' : 'Lab'}</h1>
+        <h1>{report?.title || 'Lab'}</h1>
         <button type="button" onClick={() => input.current!.click()}>
           Open results.json…
         </button>
@@ -71,7 +71,7 @@ export function LabPage({theme}: {theme: string}) {
       )}
       {!report && (
         <p class="empty">
-          Drop the <code>results.json</code> of <code>lightmill lab EXPERIMENT -o DIR</code> here, or open it: errors against time of its methods, scene by scene. It stays in this browser.
+          Drop the <code>results.json</code> of <code>lightmill lab EXPERIMENT -o DIR</code> here, or open it. The page charts error against time for each scene and method. The file stays in this browser.
         </p>
       )}
       <div class="lab-scenes">

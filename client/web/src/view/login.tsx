@@ -1,4 +1,4 @@
-/** Who looks: the form that asks for a token, and what takes the login away again. */
+/** Login with a token, and logout. */
 import {useState} from 'preact/hooks';
 import {ActionError} from '../api/actions';
 import {logIn, logOut} from '../api/session';
@@ -25,7 +25,7 @@ export function LoginPage() {
     <section class="page login" aria-labelledby="login-title">
       <h1 id="login-title">Log in</h1>
       <p>
-        This farm asks who calls. An admin makes you a token with <code>lightmill tokens create YOUR-NAME --roles view,submit</code>.
+        This farm requires a login. An admin can make a token for you with <code>lightmill tokens create YOUR-NAME --roles view,submit</code>.
       </p>
       <form onSubmit={(event) => void submit(event)}>
         <label>
@@ -45,7 +45,7 @@ export function LoginPage() {
   );
 }
 
-/** The name by which the farm knows who looks, and the way out; nothing where it does not ask. */
+/** The user's name and the logout button. Nothing if the farm has no logins. */
 export function LogOut() {
   const {greeting, link} = useFarm();
   if (!greeting?.caller || link === 'closed') {

@@ -18,7 +18,7 @@ export interface MeterRow {
   name: string;
   radiometric: string;
   photometric: string;
-  /** Undefined behind the eye. */
+  /** Undefined behind the camera. */
   mark: MeterMark | undefined;
 }
 
@@ -29,7 +29,7 @@ function rowsOf(scene: Scene, marks: Map<number, MeterMark>, readings: readonly 
   });
 }
 
-/** Empty where the job reads no meters, and until they are there. */
+/** Empty if the job reads no meters, and until they arrive. */
 export function useMeters(job: Job | undefined): readonly MeterRow[] {
   const id = job?.id;
   const active = job !== undefined && !hasEnded(job.state);
@@ -49,7 +49,7 @@ export function useMeters(job: Job | undefined): readonly MeterRow[] {
           setKnown({id, scene, marks: marksOf(scene, spec.settings)});
         }
       })
-      .catch(() => undefined);  // the picture goes without
+      .catch(() => undefined);  // the picture is shown without meters
     return () => {
       left = true;
     };

@@ -1,9 +1,9 @@
-/** A number that is typed: what was typed stays until it is done, whatever else changes meanwhile. */
+/** A number field that keeps the typed text until the user is done. */
 import {useState} from 'preact/hooks';
 
 export interface NumberFieldProps {
   value: number | undefined;
-  /** Once the reader is done; not of what is no number. */
+  /** Called when the user is done, with valid numbers only. */
   onValue: (value: number) => void;
   label?: string;
   class?: string;

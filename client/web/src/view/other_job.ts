@@ -1,4 +1,4 @@
-/** A second job that is looked at beside the page's own: over a connection of its own, for each brings the pixels of one job. */
+/** A second watched job. It has a connection of its own, because a connection brings the pixels of one job. */
 import {useEffect, useState} from 'preact/hooks';
 import {Live} from '../api/live';
 import {Film} from '../model/film';

@@ -1,4 +1,4 @@
-/** What lies over the picture: the divider between two pictures and the region that is measured. */
+/** Overlays of the picture: the divider between two pictures, and the measured region. */
 import {toScreen, type Camera, type Size} from '../model/camera';
 import type {Rect} from '../model/film';
 
@@ -25,7 +25,7 @@ export function Divider({split, onSplit}: {split: number; onSplit: (split: numbe
       class="divider"
       role="separator"
       aria-orientation="vertical"
-      aria-label="Divider: this picture on its left, the other on its right"
+      aria-label="Divider: this picture on the left, the reference on the right"
       aria-valuemin={0}
       aria-valuemax={100}
       aria-valuenow={Math.round(100 * split)}

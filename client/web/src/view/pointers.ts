@@ -1,29 +1,29 @@
-/** What fingers, pen and mouse do to the picture. */
+/** Mouse, pen and finger actions on the picture. */
 import {useEffect, useRef} from 'preact/hooks';
 import type {Point} from '../model/camera';
 
 export interface PointerActions {
-  /** The picture is dragged by so much; `second`: by two fingers, another button than the first, or with Shift. */
+  /** A drag of the picture. `second`: with two fingers, another button than the first, or Shift. */
   move: (by: Point, second: boolean) => void;
-  /** What was dragged is let go. */
+  /** The end of a drag. */
   release: () => void;
   zoom: (at: Point, factor: number) => void;
   point: (at: Point | undefined) => void;
-  /** A region is drawn from one point to another: with Shift, or where `drawing` says so. */
+  /** A region is drawn from one point to another: with Shift, or if `drawing`. */
   draw: (from: Point, to: Point) => void;
   drawing: boolean;
-  /** Nothing is drawn, whatever Shift and `drawing` say: all that is dragged moves. */
+  /** Every drag moves, and none draws, whatever Shift and `drawing` say. */
   steering: boolean;
 }
 
-/** Mouse, pen and fingers: one drags or draws, two also zoom. Points are of the canvas, in CSS pixels. */
+/** One pointer drags or draws, two also zoom. Points are on the canvas, in CSS pixels. */
 export function usePointers(canvas: {current: HTMLCanvasElement | null}, actions: PointerActions) {
   const latest = useRef(actions);
   latest.current = actions;
   useEffect(() => {
     const element = canvas.current!;
     const down = new Map<number, Point>();
-    /** Where the region that is drawn begins. */
+    /** The first corner of the region being drawn. */
     let corner: Point | undefined;
     let second = false;
     const place = (event: MouseEvent): Point => {

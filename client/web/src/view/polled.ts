@@ -1,10 +1,8 @@
-/** What is asked for again every few seconds, as long as the page is looked at. */
+/** Polling of the coordinator while the page is visible. */
 import {useEffect, useRef, useState} from 'preact/hooks';
 import {useFarm} from './store';
 
-/**
- * The newest answer, and what went wrong with the last question. `key` says what is asked for: another one is asked at once.
- */
+/** The newest answer, and the failure of the last request. A new `key` makes a request at once. */
 export function usePolled<T>(fetch: (signal: AbortSignal) => Promise<T>, key: string, everyMs: number): [T | undefined, string] {
   const [answer, setAnswer] = useState<{key: string; value: T}>();
   const [failure, setFailure] = useState('');
@@ -39,7 +37,7 @@ export function usePolled<T>(fetch: (signal: AbortSignal) => Promise<T>, key: st
       gone.abort();
       clearInterval(timer);
     };
-    // A farm that comes back may be another one.
+    // After a reconnection it may be another farm.
   }, [key, everyMs, link === 'connected']);
   return [answer?.key === key ? answer.value : undefined, failure];
 }

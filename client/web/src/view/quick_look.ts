@@ -1,4 +1,4 @@
-/** The small job that shows what is being edited, and its picture: over a connection of its own. */
+/** The job of a quick look and its picture, over a connection of its own. */
 import {useEffect, useRef, useState} from 'preact/hooks';
 import {Live} from '../api/live';
 import {discardJob, Submitter} from '../api/submit';
@@ -7,7 +7,7 @@ import {QuickLook} from '../model/quick_look';
 import {JobState, type JobSpec} from '../wire/lightmill/v1/farm_pb';
 import {farm} from './store';
 
-/** A look is not replaced before its picture is there, or so long has gone by. */
+/** A quick look is not replaced before its picture is complete, or this time has passed. */
 const kPictureMs = 1_500;
 
 class LiveLook {
@@ -22,7 +22,7 @@ class LiveLook {
     onLink: () => undefined,
     onUpdate: ({job, tiles, jobFailure}) => {
       if (jobFailure && this.spec && this.look.current === this.job) {
-        this.look.want(this.spec); // it was deleted while the page had no connection
+        this.look.want(this.spec); // it was deleted while the page was not connected
       }
       if (job && job.id === this.job) {
         this.film ??= Film.of(job);
@@ -51,7 +51,7 @@ class LiveLook {
   close(): void {
     this.live.close();
     this.onPicture();
-    // What is left of it is in the list of jobs, where it can be deleted.
+    // A job that could not be deleted stays in the list of jobs, where users can delete it.
     void this.look.close().catch(() => undefined);
   }
 
@@ -74,7 +74,7 @@ class LiveLook {
   }
 }
 
-/** The picture of the newest wish that has one, and why there is none of a newer one. None while `wish` is undefined. */
+/** The picture of the newest wish that has one, and why a newer wish has none. None while `wish` is undefined. */
 export function useQuickLook(wish: JobSpec | undefined): {film: Film | undefined; failure: string} {
   const [film, setFilm] = useState<Film>();
   const [failure, setFailure] = useState('');

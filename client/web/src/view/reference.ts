@@ -1,4 +1,4 @@
-/** What a job's picture is compared with: another job, or a file that the reader chose. */
+/** The reference of a job's picture: another job, or a file that the user chose. */
 import {useMemo, useState} from 'preact/hooks';
 import {partBelow, type Against} from '../model/comparison';
 import {readExr, type ExrPicture} from '../model/exr';
@@ -12,7 +12,7 @@ export interface ReferenceFile {
 
 export interface Reference {
   name: string;
-  /** Of the size of the job's; undefined until there is one. */
+  /** Of the size of the job's film; undefined until it arrives. */
   film: Film | undefined;
   failure: string;
 }
@@ -22,7 +22,7 @@ function fitting(name: string, film: Film, width: number, height: number): strin
   return `${name} has ${width}×${height} pixels, this picture ${crop.width}×${crop.height}: choose one of the same size.`;
 }
 
-/** A file as a film of the crop of `film`. */
+/** A file's picture as a film with the crop of `film`. */
 function filmOfFile(file: ReferenceFile, film: Film): Reference {
   const {name, picture} = file;
   const rgb = partBelow(picture, film.crop);
@@ -37,7 +37,7 @@ export function useReference(film: Film | undefined, against: Against | undefine
       return undefined;
     }
     if (asked === 'file') {
-      return file ? filmOfFile(file, film) : {name: 'a file', film: undefined, failure: 'A link cannot hold the file that this was compared with: choose it again, or drop it on the picture.'};
+      return file ? filmOfFile(file, film) : {name: 'a file', film: undefined, failure: 'The link does not contain the reference file. Choose it again, or drop it on the picture.'};
     }
     const name = job.job?.name ? `${job.job.name} #${asked}` : `job ${asked}`;
     if (job.film && (job.film.crop.width !== film.crop.width || job.film.crop.height !== film.crop.height)) {
@@ -47,7 +47,7 @@ export function useReference(film: Film | undefined, against: Against | undefine
   }, [film, asked, file, job]);
 }
 
-/** The file that was chosen, how another is, and why it could not be read. */
+/** The chosen file, the function that chooses another, and why that failed. */
 export function useReferenceFile(): [ReferenceFile | undefined, (file: File) => Promise<boolean>, string] {
   const [chosen, setChosen] = useState<ReferenceFile>();
   const [failure, setFailure] = useState('');

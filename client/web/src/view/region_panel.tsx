@@ -1,4 +1,4 @@
-/** A region of the picture: where it is, and what its pixels are together. */
+/** A region of the picture: its place, and the statistics of its pixels. */
 import {useMemo} from 'preact/hooks';
 import type {Film, Rect} from '../model/film';
 import {humanCount, valueText} from '../model/format';
@@ -15,8 +15,8 @@ const kFields: [keyof Rect, string][] = [
 const kMeasures: [keyof Spread, string][] = [
   ['mean', 'Mean'],
   ['median', 'Median'],
-  ['least', 'Least'],
-  ['most', 'Most'],
+  ['least', 'Minimum'],
+  ['most', 'Maximum'],
   ['variance', 'Variance'],
 ];
 
@@ -55,8 +55,8 @@ function Statistics({found}: {found: RegionStatistics}) {
       </table>
       <dl class="facts">
         <div>
-          <dt>Error of the mean luminance</dt>
-          <dd title="Standard error, pixels' errors taken as independent">{found.standardError === undefined ? '–' : `± ${valueText(found.standardError)}`}</dd>
+          <dt>Standard error of the mean luminance</dt>
+          <dd title="Assumes that the errors of pixels are independent">{found.standardError === undefined ? '–' : `± ${valueText(found.standardError)}`}</dd>
         </div>
         <div>
           <dt>Pixels</dt>
@@ -104,12 +104,12 @@ export function RegionPanel({film, region, onRegion}: RegionPanelProps) {
           </label>
         ))}
       </div>
-      {found ? <Statistics found={found} /> : <p class="muted">No pixel of it has samples.</p>}
+      {found ? <Statistics found={found} /> : <p class="muted">No pixel of the region has samples.</p>}
     </section>
   );
 }
 
-/** Places are told within the frame, of which the film may be a crop. */
+/** Places are relative to the frame, and the film may be a crop of it. */
 function originOf(film: Film, field: keyof Rect): number {
   return field === 'x' || field === 'y' ? film.crop[field] : 0;
 }

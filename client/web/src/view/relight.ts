@@ -1,11 +1,11 @@
-/** The picture of light groups that are mixed anew, kept up with what comes. */
+/** The mix of light groups as a film, updated as their tiles arrive. */
 import {useEffect, useMemo} from 'preact/hooks';
 import {Film, type Rect} from '../model/film';
 import {factorOf, mix, type Relight} from '../model/layers';
 import type {Job} from '../wire/lightmill/v1/farm_pb';
 import {farm} from './store';
 
-/** Undefined until all of `lights` are there; they are all light layers of the job, none if nothing is mixed. */
+/** Undefined until all of `lights` have arrived. `lights`: all light layers of the job; empty if nothing is mixed. */
 export function useRelit(job: Job | undefined, lights: readonly string[], relight: Relight, layers: ReadonlyMap<string, Film>): Film | undefined {
   const films = lights.map((layer) => layers.get(layer));
   const complete = job !== undefined && films.length > 0 && films.every((film) => film !== undefined);
@@ -17,7 +17,7 @@ export function useRelit(job: Job | undefined, lights: readonly string[], religh
     }
     let frame = 0;
     let whole = true;
-    // By their places: what several layers have anew of one is mixed once.
+    // By place: tiles of several layers at the same place are mixed once.
     const changed = new Map<string, Rect>();
     const draw = () => {
       frame = 0;

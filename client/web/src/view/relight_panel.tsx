@@ -1,4 +1,4 @@
-/** Light groups as switches, strengths and colours: the picture follows at once, and nothing is rendered. */
+/** Switches, strengths and colours of light groups. The picture follows at once without rendering. */
 import {useRef} from 'preact/hooks';
 import {ofSwatch, swatchOf} from '../model/color';
 import {groupName, isAsRendered, kAsRendered, kMostGainStops, layerLabel, withGain, type Gain, type Relight} from '../model/layers';
@@ -7,7 +7,7 @@ function Row({layer, gain, onGain}: {layer: string; gain: Gain; onGain: (gain: G
   const label = layerLabel(layer);
   const {stops, tint} = gain;
   const off = stops === undefined;
-  const before = useRef(0); // its strength, for when it is switched on again
+  const before = useRef(0); // the strength before it was switched off
   const turn = (on: boolean) => {
     before.current = stops ?? before.current;
     onGain({...gain, stops: on ? before.current : undefined});
@@ -35,7 +35,7 @@ function Row({layer, gain, onGain}: {layer: string; gain: Gain; onGain: (gain: G
 }
 
 export interface RelightPanelProps {
-  /** Light layers. */
+  /** The light layers. */
   lights: readonly string[];
   relight: Relight;
   onRelight: (relight: Relight) => void;
@@ -55,7 +55,7 @@ export function RelightPanel({lights, relight, onRelight}: RelightPanelProps) {
           As rendered
         </button>
       </div>
-      {relight.size > 0 && <p class="muted">Mixed from what was rendered; its error is not known. The EXR has the groups as they are.</p>}
+      {relight.size > 0 && <p class="muted">Mixed in the browser, so its error is unknown. The EXR has the groups as rendered.</p>}
     </section>
   );
 }

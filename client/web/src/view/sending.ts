@@ -1,4 +1,4 @@
-/** Files on their way to the farm: hashed, asked for, sent where they are missing, and looked into by a worker. */
+/** The upload of files: hashing, asking which are missing, sending those, and inspection by a worker. */
 import {findMissing, uploadAsset} from '../api/assets';
 import {inspectScene, type Inspection, type NamedDigest} from '../api/inspect';
 import {hexOf} from '../model/bytes';
@@ -8,16 +8,16 @@ import {Hasher, hashingRefused} from './hashing';
 
 export interface Progress {
   what: string;
-  /** Bytes; undefined where that is not known. */
+  /** Bytes; undefined if unknown. */
   done?: number;
   total?: number;
 }
 
-/** What the farm has and can look into. */
+/** The files that the farm has and can inspect. */
 export interface Sent {
   files: NamedDigest[];
   choices: string[][];
-  /** Files that were no part of any scene. */
+  /** Number of files that are no part of any scene. */
   leftOut: number;
 }
 
@@ -39,7 +39,7 @@ async function hashAll(files: readonly SceneFile[], onProgress: (progress: Progr
 }
 
 async function uploadMissing(files: readonly SceneFile[], digests: readonly Uint8Array[], onProgress: (progress: Progress) => void, signal: AbortSignal): Promise<void> {
-  onProgress({what: 'Asking what the farm lacks'});
+  onProgress({what: 'Checking which files the farm lacks'});
   const missing = await findMissing(digests, signal);
   const names = digests.map(hexOf);
   const waiting = files.map((file, i) => ({file, digest: names[i]!})).filter(({digest}, i) => missing.has(digest) && names.indexOf(digest) === i);
@@ -66,11 +66,11 @@ export async function sendFiles(dropped: readonly SceneFile[], onProgress: (prog
     throw new Error('None of these files is a scene: drop a .json, .gltf, .glb or .obj file, with the files that it names or the folder that holds all of them.');
   }
   if (files.length > kMostFiles) {
-    throw new Error(`These are ${files.length} files, and ${kMostFiles} is the most: drop the scene's own folder.`);
+    throw new Error(`${files.length} files are too many (limit ${kMostFiles}): drop the scene's own folder.`);
   }
   const digests = await hashAll(files, onProgress, signal);
   await uploadMissing(files, digests, onProgress, signal);
-  onProgress({what: 'Looking for what the scene names'});
+  onProgress({what: 'Searching for the files that the scene names'});
   const named: {path: string; names: string[]}[] = [];
   for (const {path, file} of files.filter(isSearched)) {
     signal.throwIfAborted();

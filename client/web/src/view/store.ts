@@ -1,4 +1,4 @@
-/** What the page knows of the farm, as components see it: a small store with one source, the live connection. */
+/** The state of the farm for components: a small store that the live connection fills. */
 import {useEffect, useState} from 'preact/hooks';
 import {Live} from '../api/live';
 import type {Link} from '../model/connection';
@@ -13,20 +13,20 @@ export interface FarmState {
   greeting: FarmGreeting | undefined;
   jobs: JobList;
   workers: WorkerList;
-  /** Whether the lists have come. */
+  /** Whether the lists have arrived. */
   listed: boolean;
-  /** The job that is looked at, with its history. */
+  /** The watched job, with its history. */
   job: Job | undefined;
   jobFailure: string;
   film: Film | undefined;
-  /** Those of the job's layers that are wanted, as they come. */
+  /** The watched layers of the job, as they arrive. */
   layers: ReadonlyMap<string, Film>;
   layerFailures: LayerFailures;
 }
 
 const kNoLayers: ReadonlyMap<string, Film> = new Map();
 
-/** Tiles that came, for whoever draws the film. */
+/** Gets the tiles that changed in a film, to draw them. */
 export type TileListener = (film: Film, tiles: {rect: Rect; pixels: Uint16Array}[]) => void;
 
 type Listener = () => void;
@@ -57,7 +57,7 @@ class FarmStore {
     onUpdate: (update) => this.take(update),
   });
 
-  /** Which job is looked at from now on; 0n: none. */
+  /** Sets the watched job; 0n: none. */
   watch(job: bigint): void {
     if (job !== this.watched) {
       this.watched = job;
@@ -67,11 +67,11 @@ class FarmStore {
     this.want();
   }
 
-  /** Which of that job's layers are looked at beside beauty; their pixels so far are kept. */
+  /** Sets the layers of that job that are watched beside beauty. Pixels so far are kept. */
   watchLayers(layers: readonly string[]): void {
     if (layers.join() !== this.wantedLayers.join()) {
       this.wantedLayers = layers;
-      // Of one that is wanted again later it is said again.
+      // A layer's failure is reported again when it is watched again.
       const kept = [...this.state.layerFailures].filter(([layer]) => layer === '' || layers.includes(layer));
       this.set({layerFailures: new Map(kept)});
       this.want();
@@ -86,7 +86,7 @@ class FarmStore {
     this.live.connectNow();
   }
 
-  /** Somebody else looks from now on: what was known is forgotten. */
+  /** Starts as another user: forgets everything, and reconnects. */
   begin(): void {
     this.set({greeting: undefined, jobs: new Map(), workers: new Map(), listed: false, job: undefined, jobFailure: '', film: undefined, layers: kNoLayers});
     this.live.begin();
@@ -147,14 +147,14 @@ class FarmStore {
     }
   }
 
-  /** Puts tiles into a film, this store's or another, and tells whoever draws it. */
+  /** Puts tiles into a film, this store's or another, and tells its listeners. */
   putTiles(film: Film | undefined, tiles: readonly ViewTile[]): void {
     if (film && tiles.length > 0) {
       this.tell(film, tiles.map((tile) => film.put(tile)).filter((tile) => tile !== undefined));
     }
   }
 
-  /** Tells whoever draws the film what has changed in it. */
+  /** Tells the listeners what has changed in the film. */
   tell(film: Film, tiles: {rect: Rect; pixels: Uint16Array}[]): void {
     this.tileListeners.forEach((listener) => listener(film, tiles));
   }

@@ -1,4 +1,4 @@
-/** A scene that was dropped becomes a job: its files are sent, a worker looks into it, and what is wanted of it is chosen. */
+/** Submission of a dropped scene: upload, inspection by a worker, and the job's settings. */
 import {useEffect, useMemo, useRef, useState} from 'preact/hooks';
 import type {Inspection} from '../api/inspect';
 import {Submitter} from '../api/submit';
@@ -53,7 +53,7 @@ function Findings({inspection}: {inspection: Inspection}) {
         <ul class="verdicts">
           {methods.map(({method, admitted, reason}) => (
             <li key={method}>
-              <strong>{method}</strong> <span class={`badge state-${admitted ? 'done' : 'paused'}`}>{admitted ? 'all light' : 'not all light'}</span>
+              <strong>{method}</strong> <span class={`badge state-${admitted ? 'done' : 'paused'}`}>{admitted ? 'finds all light' : 'misses light'}</span>
               {reason && <small>{reason}</small>}
             </li>
           ))}
@@ -71,7 +71,7 @@ interface State {
 }
 const kNothing: State = {progress: undefined, sent: undefined, inspection: undefined, failure: ''};
 
-/** What was dropped, on its way to being known; `look` looks into another of its scenes, or from another camera. */
+/** The upload and inspection of dropped files. `look` inspects another of its scenes, or from another camera. */
 function useInspection(files: readonly SceneFile[]) {
   const [state, setState] = useState(kNothing);
   const going = useRef<AbortController>();
@@ -84,19 +84,19 @@ function useInspection(files: readonly SceneFile[]) {
       change({...(await work(mine.signal)), progress: undefined, failure: ''});
     } catch (error) {
       const stopped = error instanceof DOMException && error.name === 'AbortError';
-      change({progress: undefined, failure: stopped ? 'Stopped. What the farm has by now is not sent again.' : error instanceof Error ? error.message : String(error)});
+      change({progress: undefined, failure: stopped ? 'Cancelled. Files that the farm already has are not sent again.' : error instanceof Error ? error.message : String(error)});
     }
   };
   const look = (sent: Sent, scene: readonly string[], camera: string) =>
     run(async (signal) => {
-      setState((before) => ({...before, progress: {what: 'A worker looks into the scene'}}));
+      setState((before) => ({...before, progress: {what: 'A worker inspects the scene'}}));
       return {inspection: await inspect(sent, scene, camera, signal)};
     });
   const send = () =>
     run(async (signal) => {
-      setState({...kNothing, progress: {what: 'Reading what was dropped'}});
+      setState({...kNothing, progress: {what: 'Reading the dropped files'}});
       const sent = await sendFiles(files, (progress) => setState((before) => ({...before, progress})), signal);
-      setState((before) => ({...before, sent, progress: {what: 'A worker looks into the scene'}}));
+      setState((before) => ({...before, sent, progress: {what: 'A worker inspects the scene'}}));
       return {sent, inspection: await inspect(sent, sent.choices[0]!, '', signal)};
     });
   useEffect(() => {
@@ -126,7 +126,7 @@ export function SubmitPanel({files, onClose}: {files: readonly SceneFile[]; onCl
   const scene = sent?.choices[chosen];
   useEffect(() => {
     if (inspection && scene) {
-      // What was already chosen stays when another camera is, and the size if it is not the last camera's.
+      // Settings stay when the camera changes. The size changes if it is still that of the last camera.
       const fresh = formOf(newSpec(inspection.scene, nameOf(scene, inspection)));
       const {width, height} = fresh;
       setForm((before) => {
@@ -152,7 +152,7 @@ export function SubmitPanel({files, onClose}: {files: readonly SceneFile[]; onCl
       <h2 id="submit-title">
         Submit a scene <span class="muted">{files.length === 1 ? files[0]!.path : `${files.length} files`}</span>
       </h2>
-      {sent && sent.leftOut > 0 && <p class="muted">Left out, as no part of a scene: {sent.leftOut === 1 ? '1 file' : `${sent.leftOut} files`}.</p>}
+      {sent && sent.leftOut > 0 && <p class="muted">Left out, because no scene names them: {sent.leftOut === 1 ? '1 file' : `${sent.leftOut} files`}.</p>}
       {progress && <Going progress={progress} onCancel={cancel} />}
       {sent && (
         <div class="scene-choice">

@@ -1,4 +1,4 @@
-/** A chart over time with its title, and what its lines say of the moment that is pointed at, or of the last. */
+/** A chart over time with its title, and the lines' values at the pointer, or the last ones. */
 import type {ComponentChildren} from 'preact';
 import type {Column} from '../model/farm_history';
 import {momentText} from '../model/format';
@@ -7,7 +7,7 @@ import {TimePlot, type TimePlotProps} from './time_plot';
 export interface TimePanelProps extends Omit<TimePlotProps, 'label'> {
   title: string;
   write: (value: number) => string;
-  /** The place in `times` that is pointed at. */
+  /** The index in `times` below the pointer. */
   at: number | undefined;
   children?: ComponentChildren;
 }

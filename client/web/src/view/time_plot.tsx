@@ -1,4 +1,4 @@
-/** Lines over time, with a cursor for the mouse and the arrow keys. */
+/** Lines over time, with a cursor for mouse and arrow keys. */
 import {useEffect, useRef} from 'preact/hooks';
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
@@ -6,16 +6,16 @@ import {lonely, type Column, type TimeWindow} from '../model/farm_history';
 import {clockTick, tickText} from '../model/format';
 
 const kHeight = 120;
-/** Between ticks of times, in seconds: whole minutes, which a clock tells. */
+/** Possible distances between ticks, in seconds: whole minutes that divide hours or days. */
 const kTimeSteps = [1, 2, 5, 10, 15, 30, 60, 120, 180, 240, 360, 720, 1440].map((minutes) => 60 * minutes);
 const kWholeSteps = [1, 10, 100, 1e3, 1e4, 1e5, 1e6].flatMap((power) => [power, 2 * power, 5 * power]);
 
 export interface TimeLine {
   name: string;
-  /** Of the style sheets, such as "--accent". */
+  /** A CSS variable, e.g. "--accent". */
   color: string;
   filled?: boolean;
-  /** For who does not see its colour. */
+  /** Makes the line distinguishable without colour. */
   dashed?: boolean;
   values: Column;
 }
@@ -26,12 +26,12 @@ export interface TimePlotProps {
   window: TimeWindow;
   /** Ticks are whole numbers. */
   whole?: boolean;
-  /** Plots of one name have one cursor. */
+  /** Plots with the same name share a cursor. */
   together: string;
-  /** For who does not see it. */
+  /** For screen readers. */
   label: string;
   theme: string;
-  /** The place in `times` that is pointed at. */
+  /** The index in `times` below the pointer. */
   onHover: (at: number | undefined) => void;
 }
 
@@ -107,6 +107,6 @@ export function TimePlot(props: TimePlotProps) {
     chart.current?.setCursor({left: -10, top: -10});
   };
   return (
-    <div ref={place} class="time-plot" role="img" tabIndex={0} aria-label={`${label} The arrows go through its moments.`} onKeyDown={onKey} onBlur={onBlur} />
+    <div ref={place} class="time-plot" role="img" tabIndex={0} aria-label={`${label} Arrow keys move the cursor.`} onKeyDown={onKey} onBlur={onBlur} />
   );
 }

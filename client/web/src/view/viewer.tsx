@@ -1,4 +1,4 @@
-/** The picture: drawn as it comes, moved by wheel, fingers and keys, and read pixel by pixel. */
+/** The picture: drawn as it arrives, moved by wheel, fingers and keys. */
 import {useEffect, useLayoutEffect, useRef, useState} from 'preact/hooks';
 import {fit, pan, toPicture, zoomAt, type Camera, type Point, type Size} from '../model/camera';
 import type {Against} from '../model/comparison';
@@ -15,43 +15,43 @@ import {steeringKeys, viewerKeys} from './viewer_keys';
 export interface ViewerProps {
   film: Film | undefined;
   look: Look;
-  /** Undefined: all of the picture. */
+  /** Undefined: the whole picture. */
   camera: Camera | undefined;
   theme: string;
-  /** What it is compared with, of the same size; undefined until that is there. */
+  /** The reference, of the same size; undefined until it arrives. */
   other: Film | undefined;
   against: Against | undefined;
-  /** How far the two are apart at each pixel. */
+  /** The difference of the two at each pixel. */
   errorMap: Float32Array | undefined;
-  /** Photons that lie over it, of the same size. */
+  /** The photon overlay, of the same size. */
   dots: Film | undefined;
-  /** Meters that are drawn over it. */
+  /** Meters drawn over the picture. */
   meters: readonly MeterRow[];
   region: Rect | undefined;
-  /** Whether dragging draws a region rather than moves the picture. */
+  /** Whether dragging draws a region instead of moving the picture. */
   drawing: boolean;
   onLook: (look: Look) => void;
   onCamera: (camera: Camera | undefined) => void;
   onAgainst: (against: Against) => void;
   onRegion: (region: Rect | undefined) => void;
   onDrawing: (drawing: boolean) => void;
-  /** A file was dropped on the picture. */
+  /** Called when a file is dropped on the picture. */
   onFile: (file: File) => void;
-  /** The pixel that is pointed at, of the crop; undefined where there is none. */
+  /** The pixel of the crop below the pointer; undefined if there is none. */
   onPoint: (at: Point | undefined) => void;
-  /** The exposure that fits the picture. */
+  /** Sets the exposure that fits the picture. */
   onNormalize: () => void;
-  /** Moves the scene's camera: what is dragged, turned and pressed then goes there, and not to the picture. */
+  /** Moves the scene's camera. If set, drags, wheel and keys go to it, and not to the picture. */
   steering?: Steering;
 }
 
-/** Parts are of the picture's height. */
+/** Distances are fractions of the picture's height. */
 export interface Steering {
   orbit: (x: number, y: number) => void;
   pan: (x: number, y: number) => void;
   /** Multiplies the distance. */
   dolly: (factor: number) => void;
-  /** What was moved is let go. */
+  /** The end of a drag. */
   release: () => void;
 }
 
@@ -82,7 +82,7 @@ export function Viewer(props: ViewerProps) {
     return () => observer.disconnect();
   }, []);
 
-  // However much changes, it is drawn once a frame.
+  // At most one redraw per frame.
   const frame = useRef(0);
   redraw.current = () => {
     frame.current ||= requestAnimationFrame(() => {
@@ -125,13 +125,13 @@ export function Viewer(props: ViewerProps) {
     [film, other, dots],
   );
   useEffect(() => {
-    // What waits was asked for with what was before.
+    // A pending redraw has the old values.
     cancelAnimationFrame(frame.current);
     frame.current = 0;
     redraw.current();
   }, [film, look, camera, screen, theme, other, dots, against, errorMap]);
 
-  // Several moves may come before what the first did is drawn: each goes on from the one before.
+  // Several moves may come before the first is drawn. Each starts from the one before.
   const current = useRef(shown);
   current.current = shown;
   const aim = (next: Camera) => {
@@ -155,7 +155,7 @@ export function Viewer(props: ViewerProps) {
   });
 
   const changeRegion = (by: Partial<Rect>) => {
-    // The first one is a quarter of what is seen, in the middle.
+    // The first region is a quarter of the visible width and height, in the middle.
     const [width, height] = [Math.ceil(screen.width / shown.zoom / 4), Math.ceil(screen.height / shown.zoom / 4)];
     const first = {x: Math.floor(shown.center.x - width / 2), y: Math.floor(shown.center.y - height / 2), width, height};
     props.onRegion(movedRegion(region ?? first, by, size));

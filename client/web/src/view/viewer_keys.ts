@@ -1,4 +1,4 @@
-/** What keys do to the picture. */
+/** Key bindings of the picture. */
 import type {Camera, Point} from '../model/camera';
 import type {Against, Comparison} from '../model/comparison';
 import type {Rect} from '../model/film';
@@ -16,18 +16,18 @@ export interface KeyTargets {
   onDrawing: (drawing: boolean) => void;
   onRegion: (region: Rect | undefined) => void;
   onNormalize: () => void;
-  /** Moves the picture by so many CSS pixels. */
+  /** Moves the picture by CSS pixels. */
   move: (by: Point) => void;
-  /** Around the middle. */
+  /** Around the middle of the screen. */
   zoom: (factor: number) => void;
-  /** Moves the region, or makes it larger, by so many of its pixels; makes one where there is none. */
+  /** Moves or grows the region by pixels of the picture. Makes one if there is none. */
   changeRegion: (by: Partial<Rect>) => void;
 }
 
 const kPanPixels = 40;
 const kKeyZoom = 1.25;
 const kSplitStep = 0.05;
-/** Pixels of the screen that a key moves a region by; at least one of the picture. */
+/** Step of a key that moves a region, in pixels of the screen. At least one pixel of the picture. */
 const kRegionPixels = 8;
 
 function comparisonKeys({against, onAgainst}: KeyTargets): Record<string, () => void> {
@@ -60,11 +60,11 @@ function arrowKeys(targets: KeyTargets, shift: boolean): Record<string, () => vo
   return {arrowleft: go(-1, 0), arrowright: go(1, 0), arrowup: go(0, -1), arrowdown: go(0, 1)};
 }
 
-/** Of a picture's height. */
+/** As a fraction of the picture's height. */
 const kSteerStep = 0.03;
 const kDollyStep = 1.1;
 
-/** What keys do while the scene's camera is moved. Arrows move the camera, not what it sees. */
+/** Key bindings while the scene's camera is moved. Arrows move the camera, not the scene. */
 export function steeringKeys(steering: Steering, shift: boolean): Record<string, () => void> {
   const go = (x: number, y: number) => () => (shift ? steering.pan : steering.orbit)(-x * kSteerStep, -y * kSteerStep);
   const dolly = (factor: number) => () => steering.dolly(factor);
@@ -82,7 +82,7 @@ export function steeringKeys(steering: Steering, shift: boolean): Record<string,
   };
 }
 
-/** By the key's name in small letters. */
+/** By the key's name in lower case. */
 export function viewerKeys(targets: KeyTargets, shift: boolean): Record<string, () => void> {
   const {look, camera, onLook, onCamera, drawing} = targets;
   const brighter = (stops: number) => onLook({...look, exposure: Math.min(Math.max(look.exposure + stops, -kMostStops), kMostStops)});

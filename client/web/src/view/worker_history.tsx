@@ -1,4 +1,4 @@
-/** A worker's last hour: its speed, what it did and lost, and when it came and went. */
+/** A worker's last hour: speed, units, lost leases, and connection times. */
 import {useMemo, useState} from 'preact/hooks';
 import {fetchEvents, fetchWorkerHistory} from '../api/look_back';
 import {workerSeriesOf} from '../model/farm_history';
@@ -34,12 +34,12 @@ export function WorkerPast({name, theme}: {name: string; theme: string}) {
           at={at}
           onHover={setAt}
         >
-          {`: ${counted(series.results, 'result')}, ${counted(series.lost, 'unit')} lost, here for ${humanSeconds(series.seconds)}`}
+          {`: ${counted(series.results, 'result')}, ${counted(series.lost, 'unit')} lost, connected for ${humanSeconds(series.seconds)}`}
         </TimePanel>
       ) : (
-        <p class="muted">{series ? 'Nothing yet: its first whole minute is not over.' : 'Asking the coordinator…'}</p>
+        <p class="muted">{series ? 'No history yet. It begins after the first whole minute.' : 'Loading…'}</p>
       )}
-      {page && <EventList events={page.events} label={`What happened with ${name}`} />}
+      {page && <EventList events={page.events} label={`Events of ${name}`} />}
     </div>
   );
 }

@@ -1,4 +1,4 @@
-/** The machines that render. */
+/** The workers page. */
 import {Fragment} from 'preact';
 import {useState} from 'preact/hooks';
 import {drainWorker, quarantineWorker, releaseWorker} from '../api/actions';
@@ -14,7 +14,7 @@ import {WorkerPast} from './worker_history';
 
 interface RowProps {
   worker: Worker;
-  /** Its past is shown. */
+  /** Whether its history is shown. */
   open: boolean;
   onOpen: () => void;
   onFailure: (message: string) => void;
@@ -27,7 +27,7 @@ function Row({worker, open, onOpen, onFailure}: RowProps) {
     <tr>
       <td class="name">
         <span class="two-lines">
-          <button type="button" class="quiet opener" aria-expanded={open} title="Its last hour" onClick={onOpen}>
+          <button type="button" class="quiet opener" aria-expanded={open} title="Show its last hour" onClick={onOpen}>
             {worker.name}
           </button>
           <small>{worker.away ? worker.host : `${worker.host} · process ${worker.pid}`}</small>
@@ -54,8 +54,8 @@ function Row({worker, open, onOpen, onFailure}: RowProps) {
         {worker.quarantine && (
           <ActionButton
             label="Release"
-            title="Let it and all others of its identity render again"
-            question={`Shall ${worker.name} and all others of its identity render again?`}
+            title="Release it and all others of its identity from quarantine"
+            question={`Release ${worker.name} and all others of its identity from quarantine?`}
             refused={refusalOf(greeting, 'ReleaseWorker')}
             act={() => releaseWorker(worker.name)}
             onFailure={onFailure}
@@ -64,8 +64,8 @@ function Row({worker, open, onOpen, onFailure}: RowProps) {
         {!worker.quarantine && !worker.away && (
           <ActionButton
             label="Quarantine"
-            title="Give it, and all others of its identity, nothing to render until they are released"
-            question={`Shall ${worker.name} and all others of its identity get nothing to render until they are released?`}
+            title="Give no work to it and all others of its identity until they are released"
+            question={`Quarantine ${worker.name} and all others of its identity? They get no work until they are released.`}
             refused={refusalOf(greeting, 'QuarantineWorker')}
             act={() => quarantineWorker(worker.name)}
             onFailure={onFailure}
@@ -74,8 +74,8 @@ function Row({worker, open, onOpen, onFailure}: RowProps) {
         {!worker.draining && !worker.away && (
           <ActionButton
             label="Drain"
-            title="Let it finish what it has, and leave"
-            question={`Shall ${worker.name} finish what it has, and leave the farm?`}
+            title="Let it finish its units and leave the farm"
+            question={`Drain ${worker.name}? It finishes its units and leaves the farm.`}
             refused={refusalOf(greeting, 'DrainWorker')}
             act={() => drainWorker(worker.name)}
             onFailure={onFailure}
@@ -88,7 +88,7 @@ function Row({worker, open, onOpen, onFailure}: RowProps) {
 
 const kHeads: [string, string][] = [
   ['Worker', ''],
-  ['Health', ''],
+  ['State', ''],
   ['Speed', 'right'],
   ['Threads', 'right'],
   ['Units', 'right'],
@@ -155,7 +155,7 @@ export function WorkersPage({theme}: {theme: string}) {
               No workers. Start one: <code>lightmill-worker --server HOST:7350</code>
             </>
           ) : (
-            'Asking the coordinator…'
+            'Loading…'
           )}
         </p>
       )}
