@@ -16,7 +16,7 @@
 #include <new>
 
 #include "common/base/quantities.h"
-#include "decoder/sanitizers.h"
+#include "common/base/sanitizers.h"
 
 namespace lightmill {
 namespace {

@@ -12,7 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "decoder/sanitizers.h"
+#include "common/base/sanitizers.h"
 
 namespace lightmill {
 namespace {

@@ -11,13 +11,6 @@
 
 namespace lightmill::test {
 
-/// Sanitizers reserve more address space than any limit allows.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr bool kMemoryCanEnd = false;
-#else
-inline constexpr bool kMemoryCanEnd = true;
-#endif
-
 /// The exit code of `what` in a child that may take so much more address space than this process has; -1 if a signal
 /// ended it. A child that hangs is ended after a minute.
 inline int run_in_little_memory(std::uint64_t bytes_more, const std::function<int()>& what) {

@@ -1,5 +1,6 @@
 // The end of a program that cannot get the memory it needs.
 #include "common/base/memory_end.h"
+#include "common/base/sanitizers.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -12,12 +13,6 @@
 
 namespace lightmill {
 namespace {
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kOwnMemoryMap = true;  // a sanitizer's shadow needs terabytes of addresses
-#else
-constexpr bool kOwnMemoryMap = false;
-#endif
 
 /// Limits the address space of this process to `bytes`, including what it already has.
 void limit_address_space(rlim_t bytes) {
@@ -48,7 +43,7 @@ TEST(MemoryEnd, OtherExceptionsAbortAsBefore) {
 }
 
 TEST(MemoryEnd, AnAbortWithAFullAddressSpaceCountsAsOutOfMemory) {
-  if (kOwnMemoryMap) {
+  if (kSanitized) {
     GTEST_SKIP() << "a sanitizer takes all addresses";
   }
   const auto abort_with = [](rlim_t bytes) {

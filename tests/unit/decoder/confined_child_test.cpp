@@ -12,7 +12,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "decoder/sanitizers.h"
+#include "common/base/sanitizers.h"
 
 namespace lightmill::test {
 namespace {

@@ -16,10 +16,10 @@
 
 #include "common/base/check.h"
 #include "common/base/file.h"
+#include "common/base/sanitizers.h"
 #include "common/image/png.h"
 #include "common/image/read/image_format.h"
 #include "common/image/read/read_image.h"
-#include "decoder/sanitizers.h"
 #include "tests/support/image_files.h"
 #include "tests/support/places.h"
 

@@ -4,6 +4,7 @@
 #include <future>
 #include <thread>
 
+#include "common/base/sanitizers.h"
 #include "common/scene/mesh.h"
 #include "common/wire/scene_proto.h"
 #include "tests/support/little_memory.h"
@@ -24,7 +25,7 @@ enum { kAllDone, kLarge, kWrong };
 /// Runs the child with more and more memory, from `least_mib` on, until it does everything. With less, the child must
 /// report what it lacks and do the small work.
 void expect_small_work_is_done(const std::function<int()>& child, std::uint64_t least_mib, std::uint64_t step_mib) {
-  if (!test::kMemoryCanEnd) {
+  if (kSanitized) {
     GTEST_SKIP() << "address space cannot be limited under a sanitizer";
   }
   int result = kLarge, ended = 0;
@@ -143,7 +144,7 @@ TEST(OutOfThreads, IsReportedWithARemedy) {
 }
 
 TEST(OutOfThreads, APoolThatCannotStartAllThreadsEndsTheStartedOnes) {
-  if (!test::kMemoryCanEnd) {
+  if (kSanitized) {
     GTEST_SKIP() << "address space cannot be limited under a sanitizer";
   }
   // Each thread takes 8 MiB of address space for its stack.
