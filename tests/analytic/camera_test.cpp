@@ -62,7 +62,7 @@ TEST(ThinLens, BlursByTheShareOfTheLensThatSeesPastTheEdge) {
   }
 }
 
-TEST(ThinLens, OfRadiusZeroIsAPinhole) {
+TEST(ThinLens, IsAPinholeAtRadiusZero) {
   const HalfImages image = edge_at(2, 0);
   EXPECT_EQ(column(image, 7), 0);
   EXPECT_EQ(column(image, 8), 1);

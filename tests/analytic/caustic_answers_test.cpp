@@ -79,7 +79,7 @@ TEST_P(CausticB, APointOverAMirrorLightsAWallTwice) {
 
 // The same wall of reflectance 1 in pictures: seen directly, where photons are splatted, and in the mirror, where they
 // are gathered. Light that has met more surfaces is cut off.
-TEST_P(CausticB, ThePictureShowsItDirectlyAndInTheMirror) {
+TEST_P(CausticB, TheCameraSeesTheWallDirectlyAndInTheMirror) {
   const auto irradiance = [](double y, double z) {
     return M_PI * (std::pow(1 + (1 - y) * (1 - y) + z * z, -1.5) + std::pow(1 + (1 + y) * (1 + y) + z * z, -1.5));
   };
@@ -114,7 +114,7 @@ TEST_P(CausticB, ThePictureShowsItDirectlyAndInTheMirror) {
 
 // Scene A: the sun at normal incidence through a slab onto a diffuse floor. Photons cover a disc of the scene's sphere,
 // which the distant eye makes large; what comes from beyond it adds less than 1e-3.
-TEST_P(CausticA, TheSunThroughASlabOntoADiffuseFloor) {
+TEST_P(CausticA, TheSunLightsADiffuseFloorThroughASlab) {
   for (const auto& [reflectance, radiance] : {std::pair(0.2, 0.1905390), {0.5, 0.5004331}, {0.8, 0.8433346}}) {
     const auto scene = TestScene::from_text(fmt::format(
         R"({{"camera": {{"eye": [0, 0.5, 200], "look_at": [0, 0.5, 0], "vertical_fov_degrees": 10}},

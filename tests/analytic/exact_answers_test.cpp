@@ -21,7 +21,7 @@ TEST(Furnace, AClosedSphereOfAlbedoAHasRadianceOneOverOneMinusA) {
   }
 }
 
-TEST(Furnace, CutAfterSomeBouncesItIsThePartialSum) {
+TEST(Furnace, AfterSomeBouncesHasThePartialSum) {
   struct Case {
     double albedo;
     std::uint32_t bounces;
@@ -34,7 +34,7 @@ TEST(Furnace, CutAfterSomeBouncesItIsThePartialSum) {
   }
 }
 
-TEST(Furnace, AClosedBoxToo) {
+TEST(Furnace, AClosedBoxHasRadianceOneOverOneMinusA) {
   const std::string box =
       "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n"
       "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 4 3 7 8\nf 1 4 8 5\nf 2 6 7 3\n";
@@ -66,7 +66,7 @@ TEST(PointLight, AtTheCentreOfADiffuseSphereGivesRadianceOne) {
   }
 }
 
-TEST(SphereLight, ABlackEmitterInADiffuseSphere) {
+TEST(SphereLight, LightsADiffuseSphereByTheClosedForm) {
   // Of what the wall sends out the share f = (r/R)² meets the lamp: L = ρ f / (1 − ρ (1 − f)).
   const auto formula = [](double r, double big, double rho) {
     const double f = r * r / (big * big);
@@ -108,7 +108,7 @@ double corner_form_factor(double side, double h) {
   return x / s * std::atan(x / s) / M_PI;
 }
 
-TEST(FormFactor, AUnitSquareFromHeightOneAboveItsCentreAndItsCorner) {
+TEST(FormFactor, SquareAboveAPointMatchesTheFormula) {
   EXPECT_NEAR(corner_form_factor(1, 1), 0.1385316, 5e-8);
   EXPECT_NEAR(4 * corner_form_factor(0.5, 1), 0.2394565, 5e-8);
   const struct {
@@ -127,7 +127,7 @@ TEST(FormFactor, AUnitSquareFromHeightOneAboveItsCentreAndItsCorner) {
   }
 }
 
-TEST(Lights, OfEveryKindAndStrengthAddUp) {
+TEST(Lights, AllKindsAndStrengthsAddUp) {
   // On a white floor at the origin: a sphere straight above it, a point light, a square away from both, and a sphere a
   // hundred thousand times weaker than the first. Each is chosen by its power and weighted against being found by
   // chance.
@@ -207,7 +207,7 @@ Estimate mean_over_receiver(const TestScene& scene, const HalfImages& image, Vec
   return {sum / area, std::sqrt(variance) / area};
 }
 
-TEST(FormFactor, OnAFloorOfAnySize) {
+TEST(FormFactor, DoesNotDependOnTheSizeOfTheFloor) {
   // What keeps rays off the floor must not grow with it.
   for (const double side : {4.0, 200.0, 2e4}) {
     const auto scene =
@@ -219,7 +219,7 @@ TEST(FormFactor, OnAFloorOfAnySize) {
   }
 }
 
-TEST(FormFactor, ParallelUnitSquaresAtDistanceOne) {
+TEST(FormFactor, ParallelUnitSquaresMatchTheFormula) {
   const auto scene = TestScene::from_text(
       document(R"("eye": [0, 3, 6], "look_at": [0, 0, 0])", 14, 64, diffuse("floor", 1) + "," + diffuse("lamp", 0, 1),
                mesh("floor", "floor.obj") + "," + mesh("lamp", "lamp.obj")),
@@ -228,7 +228,7 @@ TEST(FormFactor, ParallelUnitSquaresAtDistanceOne) {
                 1e-3);
 }
 
-TEST(FormFactor, CoaxialDiscsOfRadiusAndDistanceOne) {
+TEST(FormFactor, CoaxialUnitDiscsMatchTheFormula) {
   std::vector<std::array<double, 3>> floor, lamp;
   constexpr int kCorners = 1024;
   for (int i = 0; i < kCorners; ++i) {
@@ -244,7 +244,7 @@ TEST(FormFactor, CoaxialDiscsOfRadiusAndDistanceOne) {
                 1e-3);
 }
 
-TEST(FormFactor, PerpendicularUnitSquaresThatShareAnEdge) {
+TEST(FormFactor, PerpendicularUnitSquaresMatchTheFormula) {
   // The lamp is in the picture: what a black floor shows is taken off what a white one shows.
   const auto render = [](double reflectance) {
     const auto scene =
@@ -307,7 +307,7 @@ TEST(Fresnel, AGlassPlaneShowsTheSkyByItsReflectance) {
   }
 }
 
-TEST(Fresnel, GlassWithTheIndexOfAirIsNotThere) {
+TEST(Fresnel, GlassOfIndexOneIsInvisible) {
   // A ball and a slanted sheet of it before a lamp: all of it is seen, and nothing else.
   const auto scene = TestScene::from_text(
       document(R"("eye": [0, 3, 0.5], "look_at": [0, 0, 0], "up": [1, 0, 0])", 20, 32,

@@ -23,7 +23,7 @@ std::array<Estimate, 3> floor_layers_at(double x, const std::string& more_object
   return {mean_of(rendered, 0), mean_of(rendered, 1), mean_of(rendered, 2)};
 }
 
-TEST(Holdout, WithoutObjectsIsTheBackground) {
+TEST(Holdout, ShowsTheBackgroundWithoutObjects) {
   const std::string lights =
       std::string(kColoredSky) + R"(, {"directional": {"direction": [1, -1, 0], "irradiance": {"rgb": [3, 3, 3]}}})";
   for (const std::string& light : {std::string(kColoredSky), lights}) {
@@ -33,7 +33,7 @@ TEST(Holdout, WithoutObjectsIsTheBackground) {
   }
 }
 
-TEST(Holdout, UnderABlackSphereInAnEvenSky) {
+TEST(Holdout, LosesTheSkyThatASphereHides) {
   // A sphere fills h R² / d³ of the plane's cosine-weighted sky.
   struct Case {
     double radius, height, x, exact;
@@ -47,7 +47,7 @@ TEST(Holdout, UnderABlackSphereInAnEvenSky) {
   }
 }
 
-TEST(AmbientOcclusion, UnderASphereIsTheShareOfTheSkyThatIsLeft) {
+TEST(AmbientOcclusion, UnderASphereIsTheVisibleShareOfTheSky) {
   // The same by `ao`, whatever the colours.
   struct Case {
     double radius, height, x, exact;
@@ -69,7 +69,7 @@ TEST(AmbientOcclusion, UnderASphereIsTheShareOfTheSkyThatIsLeft) {
   }
 }
 
-TEST(Holdout, ClosedLampsShowTheirOuterSideAlone) {
+TEST(Holdout, SeesOnlyTheOuterSideOfClosedEmitters) {
   // A two-sided cube lamp, alone and with the sky; its light on the floor has no shadow.
   std::string cube;
   for (int i = 0; i < 8; ++i) {
@@ -108,7 +108,7 @@ double under_lamp(double unit_irradiance, double radiance) {
   return 0.1 * (1 - 0.1 * unit_irradiance / whole);
 }
 
-TEST(Holdout, PanelsOnBothSidesCountHoweverTheyAreWound) {
+TEST(Holdout, TwoSidedPanelsCountInEitherWinding) {
   const std::string corners =
       "v -3 1 -1\nv -1 1 -1\nv -1 1 1\nv -3 1 1\nv 1 1 -1\nv 3 1 -1\nv 3 1 1\nv 1 1 1\nf 1 2 3 4\n";
   // Of a rectangle with a corner at height 1 (Lambert), twice of two.
@@ -121,7 +121,7 @@ TEST(Holdout, PanelsOnBothSidesCountHoweverTheyAreWound) {
   expect_answer(floor_under_lamp(0, corners + "f 8 7 6 5\n", 1), exact, 5e-3);
 }
 
-TEST(Holdout, InALampItSeesTheInnerSide) {
+TEST(Holdout, SeesTheInnerSideOfAnEmitterAroundIt) {
   // Whichever way it is wound.
   const std::string corners = "v -5 -4 -5\nv 5 -4 -5\nv 5 -4 5\nv -5 -4 5\nv -5 6 -5\nv 5 6 -5\nv 5 6 5\nv -5 6 5\n";
   expect_answer(floor_under_lamp(1, corners + "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n", 1),
@@ -160,7 +160,7 @@ TEST(Holdout, AHoleOutOfViewChangesNothing) {
   }
 }
 
-TEST(Holdout, LightThatTheSceneScattersIsNoPartOfIt) {
+TEST(Holdout, IgnoresLightThatTheSceneScatters) {
   const auto dark = floor_layers_at(0.5, ", " + sphere("black", "[0, 0.5, 0]", 0.5), kColoredSky, 7);
   const auto white = floor_layers_at(0.5, ", " + sphere("white", "[0, 0.5, 0]", 0.5), kColoredSky, 7);
   EXPECT_EQ(dark[1].value, white[1].value);
@@ -178,7 +178,7 @@ TEST(Holdout, IsDarkenedByTheShareOfEachLight) {
   }
 }
 
-TEST(Holdout, WithoutLightShowsTheBackgroundAsItIs) {
+TEST(Holdout, ShowsTheBackgroundUnchangedWithoutLight) {
   // Its back gets nothing of a lamp above it.
   const auto scene =
       TestScene::from_text(document(R"("eye": [0, -1, 0.1], "look_at": [0, 0, 0])", 0.01, 8, kMaterials, kFloor,
@@ -186,7 +186,7 @@ TEST(Holdout, WithoutLightShowsTheBackgroundAsItIs) {
   EXPECT_EQ(mean_of(scene.render({"path", 3, 1}, 3), 0).value, 0);
 }
 
-TEST(Holdout, ObjectsSeeTheBackgroundInItToo) {
+TEST(Holdout, ObjectsSeeTheBackgroundInIt) {
   // A white sphere above an unshadowed, even world would show 1 times the sky; its own shadow takes some.
   const auto scene =
       TestScene::from_text(document(R"("eye": [0, 50, 0.1], "look_at": [0, 40, 0])", 0.001, 8, kMaterials,
@@ -195,7 +195,7 @@ TEST(Holdout, ObjectsSeeTheBackgroundInItToo) {
   expect_answer(top, 2, 1e-2);
 }
 
-TEST(Holdout, RefusesWhatItCannotCompare) {
+TEST(Holdout, RefusesEmissionThatItCannotCompare) {
   Scene scene = TestScene::from_text(document(R"("eye": [0, 1, 0], "look_at": [0, 0, 0.1])", 30, 8, kMaterials,
                                               std::string(kFloor) + ", " + sphere("black", "[0, 1, 0]", 0.1)))
                     .scene();

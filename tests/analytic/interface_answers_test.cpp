@@ -72,7 +72,7 @@ TEST(Interface, ReflectsAllBeyondTheCriticalAngle) {
   }
 }
 
-TEST(Interface, AtBrewstersAngleHalfOfWhatTheOtherPolarisationHas) {
+TEST(Interface, ReflectsHalfOfTheSPolarisationAtBrewstersAngle) {
   for (const double n : {1.5, 2.0, 1.2}) {
     const double degrees = std::atan(n) * 180 / M_PI, s = (n * n - 1) / (n * n + 1);
     EXPECT_NEAR(seen_at_surface(degrees, n, false, "whitted", 1).value, s * s / 2, 2e-6) << n;
@@ -81,7 +81,7 @@ TEST(Interface, AtBrewstersAngleHalfOfWhatTheOtherPolarisationHas) {
   expect_answer(seen_at_surface(56.309932, 1.5, false, "path", 12), 0.5 * 25 / 169, 2e-2);
 }
 
-TEST(Interface, DiffuseMeansFromBothSides) {
+TEST(Interface, DiffuseMeansMatchTheIntegralOnBothSides) {
   // Outside a meter that looks down at glass under an even sky reads π times the mean reflectance. In the glass, over a
   // floor that glows, so does one that looks up.
   EXPECT_NEAR(diffuse_mean([](double degrees) { return fresnel_at(degrees, 1.5); }), 0.0917780, 1e-6);
@@ -103,7 +103,7 @@ TEST(Interface, DiffuseMeansFromBothSides) {
   }
 }
 
-TEST(Slab, ClearOrAbsorbingWhateverItsIndexAndTheAngle) {
+TEST(Slab, TransmitsByTheClosedFormAtAnyIndexAndAngle) {
   // T = (1 − R)² t / (1 − R² t²), t = e^(−σ d / cos of the angle within): seen against a glowing wall.
   for (const auto& [n, degrees, sigma] : {std::tuple(1.33, 30.0, 0.0),
                                           {2.0, 70.0, 0.0},
@@ -131,7 +131,7 @@ TEST(Slab, ClearOrAbsorbingWhateverItsIndexAndTheAngle) {
 // Scene A: the sun at normal incidence through a slab onto a diffuse floor. To a path that starts at the eye a sun that
 // is a point does not exist; one that has an extent does. This one is a distant square of ±15°, whose light arrives
 // like that of the zenith to 2e-4.
-TEST(SceneA, SunThroughASlabOntoADiffuseFloor) {
+TEST(SceneA, TheSunLightsADiffuseFloorThroughASlab) {
   constexpr double kHeight = 2000, kHalf = 536;
   struct Case {
     double n, reflectance, table;
@@ -173,7 +173,7 @@ TEST(SceneA, SunThroughASlabOntoADiffuseFloor) {
 
 // Scene B: a light over a mirror floor, and a wall. A sphere lamp gives what a point of the same intensity gives, to
 // whom sees it whole: the table's numbers hold for a lamp that paths can meet by chance in the mirror.
-TEST(SceneB, LampOverAMirrorFloorLightsAWallTwice) {
+TEST(SceneB, AnEmitterOverAMirrorFloorLightsAWallTwice) {
   struct Case {
     double intensity, height, reflectance, y, direct, mirrored;
   };
@@ -198,7 +198,7 @@ TEST(SceneB, LampOverAMirrorFloorLightsAWallTwice) {
   }
 }
 
-TEST(SceneB, APointLightsTheWallDirectlyToEveryMethod) {
+TEST(SceneB, EveryMethodSeesDirectLightOfAPointOnTheWall) {
   // What comes by the mirror would be added to this; it has no path from the eye to a point.
   struct Case {
     double intensity, height, y, direct;
@@ -239,7 +239,7 @@ double sphere_through_surface(double x, double n, double h, double d, double rad
 }
 
 // Scene C: a light over water, so to speak, and its black bottom. Again the lamp is a sphere.
-TEST(SceneC, LampOverAHalfSpaceOfGlassLightsItsBottom) {
+TEST(SceneC, AnEmitterOverAHalfSpaceOfGlassLightsItsBottom) {
   struct Case {
     double n, height, depth, x, table;
   };

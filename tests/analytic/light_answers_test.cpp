@@ -40,7 +40,7 @@ TEST(DirectionalLight, IrradianceFollowsTheCosine) {
   EXPECT_EQ(floor_at(0, R"({"directional": {"direction": [0, 1, 0], "irradiance": {"rgb": [7, 7, 7]}}})").value, 0);
 }
 
-TEST(DirectionalLight, WhatIsFarAwayShadows) {
+TEST(DirectionalLight, FarObjectsCastShadows) {
   const auto lit = [](double center) {
     return floor_at(
                0, R"({"directional": {"direction": [0, -1, 0]}, "strength": {"lux": 683}})",
@@ -106,7 +106,7 @@ TEST(CosinePowerLight, FallsOffWithThePowerOfTheCosine) {
             0);
 }
 
-TEST(IesLight, ShinesAsTheFileSays) {
+TEST(IesLight, HasTheIntensitiesOfItsFile) {
   const std::string file =
       "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 3 1 2 0 0 0\n1 1 10\n0 45 90\n0 90 180\n"
       "1000 800 0\n1000 400 0\n1000 200 0\n";
@@ -123,7 +123,7 @@ TEST(IesLight, ShinesAsTheFileSays) {
   expect_irradiance(floor_at(1, turned, "", "", 6, files), 400 / std::pow(2, 1.5));
 }
 
-TEST(Environment, OfOneColourGivesItsRadianceToAWhiteFloor) {
+TEST(Environment, AConstantOneGivesAWhiteFloorItsRadiance) {
   // E = πL, all of it found by rays that scatter.
   const Estimate floor = floor_at(0, R"({"environment": {"radiance": {"rgb": [0.6, 0.6, 0.6]}, "scale": 2}})");
   expect_irradiance(floor, 1.2 * M_PI);
@@ -162,7 +162,7 @@ TEST(Lights, SeveralAtOnceAddUp) {
   expect_answer(floor, (of_point + of_sun + of_lamp + of_sky) / M_PI, 3e-3);
 }
 
-TEST(Units, OfAPointASpotAndACosinePower) {
+TEST(Units, ConvertForPointsSpotsAndCosinePowers) {
   const std::string point = R"("point": {"position": [0, 2, 0]})";
   const auto one = [&](const std::string& kind, const std::string& strength) {
     return floor_at(0, fmt::format("{{{}, \"strength\": {{{}}}}}", kind, strength));
@@ -201,7 +201,7 @@ double lamp_seen(const std::string& emission, double degrees, const std::string&
   return mean_of(scene.render({"path", 1, 0}, 2), 0).value;
 }
 
-TEST(Units, OfSurfacesThatEmit) {
+TEST(Units, ConvertForEmissiveSurfaces) {
   const std::map<std::string, std::string> quad{{"quad.obj", horizontal_rectangle(-0.04, 0.06, -0.06, 0.04, 0, true)}};
   const auto quad_seen = [&](const std::string& emission, double degrees) {
     return lamp_seen(emission, degrees, mesh("lamp", "quad.obj"), quad);
@@ -225,7 +225,7 @@ TEST(Units, OfSurfacesThatEmit) {
 }
 
 // A ray finds one of two lamps in one place, so the light that is drawn must be of one as well.
-TEST(EmissiveSurfaces, InOnePlaceAreOneLampWhateverTheirMaterials) {
+TEST(EmissiveSurfaces, CountOnceInOnePlaceWhateverTheirMaterials) {
   const std::string sides = R"(, "two_sided_emission": true)";
   const auto lamp = [&](const std::string& name) {
     return fmt::format(R"({{"name": "{}", "diffuse": {{"reflectance": {}}}, "emission": {}{}}})", name, gray(0),
@@ -247,7 +247,7 @@ TEST(EmissiveSurfaces, InOnePlaceAreOneLampWhateverTheirMaterials) {
                  2 * M_PI * 0.25, 2e-2);
 }
 
-TEST(CosineProfile, IlluminatesAsTheIntegralOverTheLampSays) {
+TEST(CosineProfile, IrradianceIsTheIntegralOverTheEmitter) {
   // A 1 × 1 lamp at height 1 with L = 3 cos^n: E at the floor below its centre, by the midpoint rule over the lamp.
   for (const double n : {1.0, 8.0}) {
     double irradiance = 0;

@@ -53,7 +53,7 @@ double read_under_a_light(const std::string& object, std::uint32_t level = 1) {
   return read_meters(scene, level).front().value;
 }
 
-TEST(Meters, InTheOpenFarThingsDoNotMoveThem) {
+TEST(Meters, FarSurfacesDoNotMoveThem) {
   // E = I / d² = 1, however far below a plane, a triangle's far corner or a ball is: they are not at the meter.
   for (const double depth : {1.0, 10.0, 1e3, 1e4, 1e6}) {
     EXPECT_NEAR(read_under_a_light(fmt::format(R"("plane": {{"point": [0, 0, {}], "normal": [0, 0, 1]}})", -depth)), 1,
@@ -81,7 +81,7 @@ TEST(Meters, OnASurfaceTheySeeWhatTheSurfaceSees) {
   EXPECT_NEAR(read_under_a_light(R"("plane": {"point": [300, 0, -100], "normal": [1, 0, 3]})", 4), 1, 3e-3);
 }
 
-TEST(Meters, SphereLights) {
+TEST(Meters, ReadSphereLightsByTheFormula) {
   // E = πL (R/d)² cosθ while the whole sphere stands above the meter's horizon.
   struct Case {
     double radius, distance, cosine;
@@ -105,7 +105,7 @@ double corner_form_factor(double a, double b, double h) {
          (2 * kPiDouble);
 }
 
-TEST(Meters, QuadsSeenFromAPoint) {
+TEST(Meters, ReadQuadsByTheirFormFactor) {
   struct Case {
     double x0, y0, x1, y1, h, form_factor;
   };
@@ -134,7 +134,7 @@ double perpendicular_form_factor(double l, double w, double h) {
                           std::pow(a2 * (1 + c2) / ((1 + a2) * c2), a2)));
 }
 
-TEST(Meters, ParallelRectangles) {
+TEST(Meters, ReadParallelRectanglesByTheirFormFactor) {
   EXPECT_NEAR(parallel_form_factor(1, 1, 1), 0.1998249, 5e-8);
   for (const auto& [a, b, h] : {std::array{1.0, 1.0, 1.0}, {2.0, 0.5, 1.0}, {1.0, 3.0, 0.4}}) {
     const auto scene = scene_with(fmt::format(R"({0}, {1}, "meters": [
@@ -151,7 +151,7 @@ TEST(Meters, ParallelRectangles) {
   }
 }
 
-TEST(Meters, PerpendicularRectanglesWithACommonEdge) {
+TEST(Meters, ReadPerpendicularRectanglesByTheirFormFactor) {
   EXPECT_NEAR(perpendicular_form_factor(1, 1, 1), 0.2000438, 5e-8);
   // The lamp (w along x, l along y) lies in z = 0; the meter stands on its edge x = 0 and faces +x.
   for (const auto& [l, w, h] : {std::array{1.0, 1.0, 1.0}, {2.0, 1.0, 0.5}, {1.0, 0.3, 2.0}}) {
@@ -165,7 +165,7 @@ TEST(Meters, PerpendicularRectanglesWithACommonEdge) {
   }
 }
 
-TEST(Meters, CoaxialDiscs) {
+TEST(Meters, ReadCoaxialDiscsByTheirFormFactor) {
   // The mean over a disc is the integral over u = ρ²/r² of the irradiance at radius ρ: by eight point meters at Gauss-
   // Legendre nodes. The lamp is a polygon of 720 sides.
   constexpr std::array kNodes{0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
@@ -209,7 +209,7 @@ TEST(Meters, CoaxialDiscs) {
   }
 }
 
-TEST(Meters, ADiffuseSphereWithAPointLightInIt) {
+TEST(Meters, ReadTheSeriesOfBouncesInADiffuseSphere) {
   // Every bounce sends on ρ of the light: L = (I/R²)/π · ρ/(1 − ρ). Inside, the wall gives πL whatever way one faces.
   struct Case {
     double radius, reflectance, intensity;
@@ -233,7 +233,7 @@ TEST(Meters, ADiffuseSphereWithAPointLightInIt) {
   }
 }
 
-TEST(Meters, InsideAnAbsorbingBall) {
+TEST(Meters, ReadWhatAnAbsorbingBallTransmits) {
   // Through a medium of index 1 that absorbs σ = −ln 0.5 a unit, light from a point a distance away: I e^(−σd)/d².
   const auto scene = scene_with(
       R"("materials": [{"name": "smoke", "dielectric": {"ior": 1}, "interior": {"absorption": {"rgb": [0.6931472, 0.6931472, 0.6931472]}}}],

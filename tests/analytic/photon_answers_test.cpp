@@ -64,7 +64,7 @@ TEST_P(PhotonAnswers, APointLightAtTheCentreOfADiffuseSphereGivesRadianceOne) {
   }
 }
 
-TEST_P(PhotonAnswers, ABlackEmitterInADiffuseSphere) {
+TEST_P(PhotonAnswers, ABlackEmitterLightsADiffuseSphereByTheClosedForm) {
   for (const auto& [r, room, rho] : {std::tuple(0.25, 1.0, 0.5), {0.9, 2.0, 0.8}}) {
     const double f = r * r / (room * room);
     const auto scene =
@@ -76,7 +76,7 @@ TEST_P(PhotonAnswers, ABlackEmitterInADiffuseSphere) {
 }
 
 // Of one colour, which next-event estimation never samples; an image is sampled. A ball of reflectance ρ sends ρL on.
-TEST_P(PhotonAnswers, AWhiteBallUnderAnEvenSky) {
+TEST_P(PhotonAnswers, ABallReflectsItsAlbedoUnderAnEvenSky) {
   for (const auto& [rho, sky] : {std::pair(1.0, 0.7), {0.4, 3.0}}) {
     const auto scene = TestScene::from_text(
         document(R"("eye": [0, 0, 4], "look_at": [0, 0, 0])", 12, 16, diffuse("ball", rho),
@@ -99,7 +99,7 @@ TEST_P(PhotonAnswers, ASphereLightsAFloor) {
 }
 
 // What photons cross is counted: no radius enters.
-TEST_P(PhotonAnswers, FormFactorsOfUnitSquares) {
+TEST_P(PhotonAnswers, UnitSquaresHaveTheirFormFactors) {
   const auto patch = [](const std::string& edge1, const std::string& edge2) {
     return fmt::format(R"("meters": [{{"name": "m", "patch": {{"corner": [0, 0, 0], "edge1": {}, "edge2": {}}}}}])",
                        edge1, edge2);

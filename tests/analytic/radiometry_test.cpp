@@ -38,7 +38,7 @@ std::string lamp_material(const std::string& emission) {
 }
 
 // A bulb of 2.4 V and 0.7 A: 1.68 W, 0.13369 W/sr, 504 J in five minutes. And another one.
-TEST(Radiometry, ABulbAsAPoint) {
+TEST(Radiometry, APointEmitsItsWatts) {
   for (const auto& [watt, intensity] : {std::pair(2.4 * 0.7, 0.13369), {60.0, 60 / (4 * M_PI)}}) {
     const auto scene = scene_with(fmt::format(
         R"({}, "lights": [{{"point": {{"position": [0, 0, 0]}}, "strength": {{"watt": {}}}}}],
@@ -57,7 +57,7 @@ TEST(Radiometry, ABulbAsAPoint) {
 }
 
 // As a sphere of diameter 1 cm its exitance is 5347.6 W/m².
-TEST(Radiometry, ABulbAsASphere) {
+TEST(Radiometry, ASphereEmitsItsWatts) {
   for (const auto& [watt, diameter, exitance] :
        {std::tuple(1.68, 0.01, 5347.6), {100.0, 0.2, 100 / (M_PI * 0.2 * 0.2)}}) {
     const auto scene = scene_with(
@@ -76,7 +76,7 @@ TEST(Radiometry, ABulbAsASphere) {
 }
 
 // 0.1 × 0.1 m with L = 5000 gives 15,708 W/m² and 157.080 W; with L = 6000 cos θ 125.664 W, as 2π L₀ A/(n + 2).
-TEST(Radiometry, ASquareEmitterWithAndWithoutACosineProfile) {
+TEST(Radiometry, ASquareEmitsItsWattsWithAndWithoutACosineProfile) {
   struct Case {
     double side, radiance, exponent, watt;
   };

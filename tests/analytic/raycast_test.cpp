@@ -104,7 +104,7 @@ TEST(AreaLight, ShinesOnTheSidesThatEmit) {
   expect_near(lit(false, R"(, "two_sided_emission": true)"), 0.25);
 }
 
-TEST(AreaLight, OnBothSidesDoesNotCareHowItIsWound) {
+TEST(AreaLight, IgnoresTheWindingWhenTwoSided) {
   const std::string corners =
       "v -3 1 -1\nv -1 1 -1\nv -1 1 1\nv -3 1 1\nv 1 1 -1\nv 3 1 -1\nv 3 1 1\nv 1 1 1\nf 1 2 3 4\n";
   const auto lit = [](const std::string& obj) {
@@ -126,7 +126,7 @@ TEST(AreaLight, OnBothSidesDoesNotCareHowItIsWound) {
   expect_near(lit(tube + "f 4 3 2 1\nf 5 6 7 8\n"), 24.0 / 4 / 9);
 }
 
-TEST(AreaLight, OfATriangleIsAtTheMiddleOfItsBox) {
+TEST(AreaLight, TriangleShinesFromTheMiddleOfItsBox) {
   // Half of a 2 × 2 square: the middle of the box is on its longest side.
   const std::string triangle =
       R"(, {"material": "lamp", "triangle": {"a": [0, 2, 0], "b": [2, 2, 0], "c": [0, 2, 2]}})";
@@ -134,7 +134,7 @@ TEST(AreaLight, OfATriangleIsAtTheMiddleOfItsBox) {
   expect_near(floor_irradiance(-0.5, "", triangle, also(diffuse("lamp", 0, 3)), {}, 1), 6 * 0.64 / 6.25);
 }
 
-TEST(AreaLight, OfASphereOrAClosedMeshShinesAlikeInAllDirections) {
+TEST(AreaLight, SphereOrClosedMeshShinesAlikeInAllDirections) {
   // A sphere: L π r². It does not hide its own middle.
   const std::string ball = also(sphere("lamp", "[0, 2, 0]", 0.5));
   expect_near(floor_irradiance(1.5, "", ball, also(diffuse("lamp", 0, 3))), 3 * M_PI * 0.25 * 0.8 / 6.25);
@@ -147,7 +147,7 @@ TEST(AreaLight, OfASphereOrAClosedMeshShinesAlikeInAllDirections) {
               3 * 0.8 / 6.25);
 }
 
-TEST(AreaLight, OfACurvedMeshShinesAboutItsMeanNormal) {
+TEST(AreaLight, CurvedMeshShinesAboutItsMeanNormal) {
   // Two unit squares that meet at the bottom, 45° off the horizontal: A = 2, mean normal straight down.
   const double s = std::sqrt(0.5);
   const Files files{{"roof.obj", fmt::format("v 0 2 -0.5\nv 0 2 0.5\nv {0} {1} 0.5\nv {0} {1} -0.5\nv -{0} {1} 0.5\n"
@@ -158,7 +158,7 @@ TEST(AreaLight, OfACurvedMeshShinesAboutItsMeanNormal) {
               6 * height * height / (d2 * d2));
 }
 
-TEST(AreaLight, IsHiddenByWhatIsBetween) {
+TEST(AreaLight, IsHiddenByOccluders) {
   const std::string lamp = also(sphere("lamp", "[0, 4, 0]", 0.5)), ball = also(sphere("floor", "[0, 2, 0]", 0.25));
   const auto lit = [&](double x) { return floor_irradiance(x, "", lamp + ball, also(diffuse("lamp", 0, 1))); };
   // Seen from the lamp's middle, 2 above the ball's, the ball hides a cone whose sine is 1/8: at the floor tan · 4.
@@ -168,7 +168,7 @@ TEST(AreaLight, IsHiddenByWhatIsBetween) {
   expect_near(lit(x), M_PI * 0.25 * 4 / std::pow(16 + x * x, 1.5));
 }
 
-TEST(AreaLight, IsSeenAsItIsAndDoesNotLightItself) {
+TEST(AreaLight, ShowsItsRadianceAndDoesNotLightItself) {
   const std::string view = R"("eye": [0.2, 0, 0.1], "look_at": [0.2, 2, 0.1], "up": [0, 0, 1])";
   const auto looks = [&](bool up) {
     return seen(view, diffuse("lamp", 0.9, 5), mesh("lamp", "lamp.obj"), "",

@@ -55,21 +55,21 @@ double direction_z(std::uint32_t seed, const std::function<V8(Pair8)>& sample, D
   return chi_squared_z(counts, expected);
 }
 
-TEST(Samplers, TheTestItselfFindsAWrongDensity) {
+TEST(Samplers, TheChiSquaredTestFindsAWrongDensity) {
   const double z = direction_z(1, square_to_cosine_hemisphere, [](double z) { return z > 0 ? 1 / (2 * M_PI) : 0.0; });
   EXPECT_GT(z, 50);
 }
 
-TEST(Samplers, CosineHemisphere) {
+TEST(Samplers, CosineHemisphereFollowsItsDensity) {
   const double z = direction_z(2, square_to_cosine_hemisphere, [](double z) { return std::max(z, 0.0) / M_PI; });
   EXPECT_LT(z, kChiSquaredThreshold);
 }
 
-TEST(Samplers, UniformSphere) {
+TEST(Samplers, UniformSphereFollowsItsDensity) {
   EXPECT_LT(direction_z(5, square_to_sphere, [](double) { return 1 / (4 * M_PI); }), kChiSquaredThreshold);
 }
 
-TEST(Samplers, UniformCone) {
+TEST(Samplers, UniformConeFollowsItsDensity) {
   for (const float one_minus_cos : {0.2f, 0.7f, 1.0f}) {
     const double cos_max = 1 - one_minus_cos;
     const double pdf = Lanes(cone_pdf_solid_angle(F8(one_minus_cos)))[0];

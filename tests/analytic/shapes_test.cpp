@@ -46,22 +46,22 @@ void expect_floor(const std::string& objects) {
   }
 }
 
-TEST(Shapes, AnInfinitePlaneUnderAPointLight) {
+TEST(Shapes, AnInfinitePlaneIsAFloor) {
   expect_floor(R"({"material": "white", "plane": {"point": [7, 0, 9], "normal": [0, 2, 0]}})");
 }
 
-TEST(Shapes, APlaneThatIsMovedAndTurned) {
+TEST(Shapes, AMovedAndTurnedPlaneIsAFloor) {
   // The plane x = 1 turned by 90° about z becomes y = 1, and moved down by 1 the floor.
   expect_floor(R"({"material": "white", "plane": {"point": [1, 0, 0], "normal": [1, 0, 0]},
       "transform": {"rotate": {"axis": [0, 0, 5], "degrees": 90}, "translate": [0, -1, 0]}})");
 }
 
-TEST(Shapes, ATriangleThatIsScaledByVeryDifferentNumbers) {
+TEST(Shapes, AnUnevenlyScaledTriangleIsAFloor) {
   expect_floor(R"({"material": "white", "transform": {"scale": [0.0005, 1000, 0.0005]},
       "triangle": {"a": [-40000, 0, 42000], "b": [80000, 0, 44000], "c": [1000, 0, -100000]}})");
 }
 
-TEST(Shapes, ATriangleIsAFloorToo) {
+TEST(Shapes, ALargeTriangleIsAFloor) {
   expect_floor(R"({"material": "white", "triangle": {"a": [-20, 0, 21], "b": [40, 0, 22], "c": [0.5, 0, -50]}})");
 }
 
@@ -136,7 +136,7 @@ TEST(Shapes, InstancesLookLikeCopiesOfTheirMesh) {
   EXPECT_LT(difference, 2e-3 * sum);
 }
 
-TEST(Shapes, ASphereThatIsScaledAndMovedIsTheSphereSaidAtOnce) {
+TEST(Shapes, ATransformedSphereEqualsTheSphereGivenDirectly) {
   const auto document = [](const std::string& sphere) {
     return R"({"camera": {"eye": [0, 0, 9], "look_at": [0, 0, 0], "vertical_fov_degrees": 40},
       "film": {"width": 32, "height": 32},

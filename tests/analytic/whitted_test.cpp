@@ -49,7 +49,7 @@ TEST(Whitted, AnAbsorbingSlabFollowsBouguer) {
   }
 }
 
-TEST(Whitted, AFixedReflectanceStandsForFresnels) {
+TEST(Whitted, AFixedReflectanceReplacesFresnels) {
   // 0.9² (1 + 0.1² + 0.1⁴ + …) whatever the angle.
   EXPECT_NEAR(through_slab(0, "whitted:glass=0.1"), 0.81 / 0.99, 1e-5);
   EXPECT_NEAR(through_slab(60, "whitted:glass=0.1"), 0.81 / 0.99, 1e-5);
@@ -146,7 +146,7 @@ TEST(Whitted, PrincipledMaterialsShowAnEvenSkyAsInThePathTracer) {
   }
 }
 
-TEST(Whitted, MirrorsMultiply) {
+TEST(Whitted, MirrorReflectancesMultiply) {
   // Between two mirrors of reflectance 0.5 at 45°: five reflections on the way to the lamp.
   const std::string mirror = fmt::format(R"({{"name": "mirror", "mirror": {{"reflectance": {}}}}})", gray(0.5));
   const std::string corridor = plane_shape("mirror", "[0, 0, 0]", "[0, 1, 0]") +
@@ -161,7 +161,7 @@ TEST(Whitted, MirrorsMultiply) {
   EXPECT_EQ(after(4), 0);
 }
 
-TEST(Whitted, GlassAmongMirrorsComesToAnEnd) {
+TEST(Whitted, GlassAmongMirrorsTerminates) {
   // In a closed room of perfect mirrors with a pane of glass that halves whatever meets it, branches double without end
   // and without loss. Weights add up to at most 1, and so does what is seen of the lamp.
   const auto scene = TestScene::from_text(

@@ -29,7 +29,7 @@ TEST(LightChoice, FewLightsAreChosenByPower) {
   EXPECT_LT(chi_squared_z(counts, expected), kChiSquaredThreshold);
 }
 
-TEST(LightChoice, NoLightIsForgotten) {
+TEST(LightChoice, AWeakLightBesideAStrongOneIsDrawn) {
   // One is 1e9 times as strong as the other: both are drawn.
   LightTable table;
   table.points.add({{0, 0, 1}, Vec3(1e9f)});
@@ -142,7 +142,7 @@ TEST(LightChoice, NearLightsAreDrawnMoreOften) {
   EXPECT_GT(pmf[500], 0.05);
 }
 
-TEST(LightChoice, AHundredThousandLightsInOnePlaceAreATreeToo) {
+TEST(LightChoice, TheTreeBalancesAHundredThousandLightsInOnePlace) {
   std::vector<LightBounds> lights(100'000);
   for (LightBounds& b : lights) {
     b.power = 1;
@@ -152,7 +152,7 @@ TEST(LightChoice, AHundredThousandLightsInOnePlaceAreATreeToo) {
   EXPECT_NEAR(pmf[0] * 100'000, 1, 0.5);  // a balanced tree's leaves differ by one level
 }
 
-TEST(LightChoice, DistantLightsShareWithATree) {
+TEST(LightChoice, DistantLightsAndTheTreeAreBothDrawn) {
   LightTable table;
   for (int i = 0; i < 40; ++i) {
     table.points.add({{static_cast<float>(i), 5, 0}, Vec3(1)});

@@ -84,7 +84,7 @@ TEST(Environment, DirectionsFollowTheStatedDensity) {
   EXPECT_LT(direction_z(2, image.light(247 * 15.0 / 48)), kChiSquaredThreshold);
 }
 
-TEST(Environment, OddSizesAndSinglePixels) {
+TEST(Environment, OddSizesAndSinglePixelsFollowTheStatedDensity) {
   TestImage odd(7, 3, 0.5f);
   odd.set(3, 1, Vec3(4));
   EXPECT_LT(direction_z(3, odd.light()), kChiSquaredThreshold);
@@ -111,7 +111,7 @@ TEST(Environment, ASampleHasTheDensityOfARayThatFindsIt) {
   EXPECT_LT(differ, kDraws / 1000);
 }
 
-TEST(Environment, ConstantsAreLeftToRaysThatScatter) {
+TEST(Environment, ConstantsAreNotSampled) {
   EXPECT_FALSE(EnvironmentRadiance(Vec3(1, 2, 3)).samplable());
   EXPECT_FALSE(TestImage(16, 8, 0.7f).light().samplable());
   const VectorLanes radiance(EnvironmentRadiance(Vec3(1, 2, 3)).radiance(broadcast(Vec3(0, 1, 0))));
@@ -136,7 +136,7 @@ TEST(Environment, TheMeanCountsRowsByTheirSolidAngle) {
   EXPECT_EQ(EnvironmentRadiance().mean_radiance(), Vec3d(0));
 }
 
-TEST(Environment, TheImageIsWhereItIsSaidToBe) {
+TEST(Environment, EachPixelIsInItsDocumentedDirection) {
   // 8 x 4 pixels, each told by its value: 10 y + x.
   TestImage image(8, 4);
   for (std::size_t y = 0; y < 4; ++y) {
@@ -172,7 +172,7 @@ TEST(Environment, TheImageIsWhereItIsSaidToBe) {
   }
 }
 
-TEST(Environment, ADirectionThatIsNoNumberStaysInTheImage) {
+TEST(Environment, ANanDirectionStaysInTheImage) {
   TestImage image(3, 2, 0.5f);
   image.set(1, 1, Vec3(2));
   const float nan = std::numeric_limits<float>::quiet_NaN();

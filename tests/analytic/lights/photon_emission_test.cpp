@@ -48,7 +48,7 @@ TEST(PhotonEmission, APointFillsTheSolidAngleOfASphere) {
   }
 }
 
-TEST(PhotonEmission, WhatTargetsShareCountsOnce) {
+TEST(PhotonEmission, OverlapsOfTargetsCountOnce) {
   const LightTable table = point_table();
   // The first two overlap, the third one lies within the first, the fourth before the second.
   const std::vector<BoundingSphere> targets{{{3, 0, 0}, 1.5}, {{2, 2, 0}, 1.2}, {{3, 0, 0.2}, 0.5}, {{1, 0.9, 0}, 0.3}};
@@ -72,7 +72,7 @@ TEST(PhotonEmission, WhatTargetsShareCountsOnce) {
   expect_flux(photon_flux(emission, 4, anywhere), exactly(4 * M_PI * covered / (double{kHeights} * kTurns)), 1e-3);
 }
 
-TEST(PhotonEmission, AroundALightWithinATargetGoesAllOfIt) {
+TEST(PhotonEmission, ALightWithinATargetEmitsInAllDirections) {
   const LightTable table = point_table({1, 0, 0});
   // Within, just touching on the inner and on the outer side, infinite; with a finite one beside.
   expect_flux(photon_flux(emission_of(table, {{{0, 0, 0}, 2}}), 5, anywhere), exactly(4 * M_PI));
@@ -120,7 +120,7 @@ void expect_as_sampled(const LightTable& table, const Quad& quad, std::uint32_t 
 
 const Quad kQuad{{-1, -1.2, 3}, {2, 0, 0.3}, {0.2, 1.8, 0.5}};
 
-TEST(PhotonEmission, ProfilesOfPointsSendWhatSamplingFinds) {
+TEST(PhotonEmission, PointProfilesEmitTheFluxThatSamplingFinds) {
   const Vec3 axis = glm::normalize(Vec3(0.1f, -0.3f, 1));
   // A spot that the target holds as a whole, one whose rim crosses it.
   const LightTable narrow = table_of([&](LightTable& t) { t.spots.add({{0, 0, 0}, axis, kColor, 0.005f, 0.02f}); });
@@ -169,7 +169,7 @@ TEST(PhotonEmission, ParallelSquaresExchangeTheirFormFactor) {
   }
 }
 
-TEST(PhotonEmission, FacetsSendWhatSamplingFinds) {
+TEST(PhotonEmission, FacetsEmitTheFluxThatSamplingFinds) {
   std::uint32_t seed = 21;
   for (const bool whole : {false, true}) {
     for (const float exponent : {0.0f, 1.0f, 12.0f}) {
@@ -185,7 +185,7 @@ TEST(PhotonEmission, FacetsSendWhatSamplingFinds) {
   }
 }
 
-TEST(PhotonEmission, TexelsShineAsTheyDoWhenSampled) {
+TEST(PhotonEmission, TexelsEmitTheFluxThatSamplingFinds) {
   TextureSet textures;
   std::vector<float> values;
   for (int i = 0; i < 16; ++i) {
@@ -206,7 +206,7 @@ TEST(PhotonEmission, TexelsShineAsTheyDoWhenSampled) {
   }
 }
 
-TEST(PhotonEmission, SpheresShineOnDiscsAndOnWhatIsWithinThem) {
+TEST(PhotonEmission, SpheresLightDiscsOutsideAndTargetsInside) {
   // From a sphere to a coaxial disc of radius R in the distance d: (1 − 1 / √(1 + (R/d)²)) / 2 of its flux.
   const LightTable outward = table_of([](LightTable& t) { t.spheres.add({{0, 0, 0}, 0.5f, kColor, false, false, 0}); });
   const auto disc = [](const PhotonRay& ray) {

@@ -26,7 +26,7 @@ LightTable sun_table() {
   return table_of([](LightTable& t) { t.directional.add({glm::normalize(Vec3(1, -2, 0.5f)), kColor}); });
 }
 
-TEST(PhotonEmission, TheSunFillsTheShadowsOfSpheres) {
+TEST(PhotonEmission, TheSunLightsTheCrossSectionOfEachTarget) {
   const LightTable table = sun_table();
   const PhotonEmission emission = table_emission_of(table, kTargets);
   for (const BoundingSphere& t : kTargets) {
@@ -51,7 +51,7 @@ TEST(PhotonEmission, AConstantEnvironmentGivesPiTimesTheSurface) {
   }
 }
 
-TEST(PhotonEmission, AnEnvironmentThatIsNotSampledMayBeLeftOut) {
+TEST(PhotonEmission, AnUnsampledEnvironmentCanBeLeftOut) {
   const LightTable constant = table_of([](LightTable& t) { t.environment = EnvironmentRadiance(kColor); });
   EXPECT_TRUE(PhotonEmission(constant, kTargets, {}, kTableScene, false).empty());
   const LightTable image = table_of([](LightTable& t) {
@@ -60,7 +60,7 @@ TEST(PhotonEmission, AnEnvironmentThatIsNotSampledMayBeLeftOut) {
   EXPECT_FALSE(PhotonEmission(image, kTargets, {}, kTableScene, false).empty());
 }
 
-TEST(PhotonEmission, ImagesGiveAllOfTheirLight) {
+TEST(PhotonEmission, EnvironmentImagesEmitAllOfTheirLight) {
   // Dark, dim and very bright places.
   std::vector<float> rgb;
   for (int i = 0; i < 32 * 16; ++i) {
@@ -123,7 +123,7 @@ TEST(PhotonEmission, LightAlongAPlaneStartsNearTheScene) {
 
 // ---- many lights ----
 
-TEST(PhotonEmission, EachOfManyLightsGivesItsOwn) {
+TEST(PhotonEmission, EachOfManyLightsEmitsItsFlux) {
   const auto facets = [](LightTable& t) {
     t.facets.add({{-3, 5, -1}, {1, 0, 0}, {0, 0, 1}, kColor * 3.0f, true, true, 0});
     t.facets.add({{3, 5, -1}, {1, 0, 0}, {0, 0, 1}, kColor * 0.01f, true, false, 0});
@@ -154,7 +154,7 @@ TEST(PhotonEmission, EachOfManyLightsGivesItsOwn) {
   EXPECT_EQ(together.first(LightKind::environment), 6u);
 }
 
-TEST(PhotonEmission, LanesDoNotKnowEachOther) {
+TEST(PhotonEmission, LanesAreIndependent) {
   const LightTable table = table_of([](LightTable& t) {
     t.facets.add({{-3, 5, -1}, {1, 0, 0}, {0, 0, 1}, kColor, true, true, 2});
     t.points.add({{0, 0.5f, 0}, kColor});
@@ -176,7 +176,7 @@ TEST(PhotonEmission, LanesDoNotKnowEachOther) {
   }
 }
 
-TEST(PhotonEmission, HundredThousandsOfLightsAndTargets) {
+TEST(PhotonEmission, AMillionLightsReachOneOfAThousandTargets) {
   // So many that several lights share an entry of the choice; the last entry is not full.
   constexpr std::size_t kLights = (std::size_t{1} << 20) + 12'345;
   LightTable table;
@@ -256,7 +256,7 @@ TEST(PhotonEmission, LightsThatMissTheTargetsGetNoPhotons) {
 
 // ---- targets ----
 
-TEST(PhotonTargets, GroupsHoldAllAndAreFew) {
+TEST(PhotonTargets, FewGroupsHoldAllTargets) {
   std::vector<BoundingSphere> spheres;
   for (int i = 0; i < 1000; ++i) {
     const auto number = [&](std::uint32_t d) {
@@ -319,7 +319,7 @@ void expect_densities(const LightTable& table, const std::vector<BoundingSphere>
   EXPECT_GT(valid, 5000);
 }
 
-TEST(PhotonEmission, PowersTimesDensitiesAreWhatLeavesTheLights) {
+TEST(PhotonEmission, PowerTimesDensityIsTheEmittedLight) {
   const LightTable all = table_of([](LightTable& t) {
     t.facets.add({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, kColor, false, true, 0});
     t.facets.add({{3, 0, 0}, {1, 0, 1}, {0, 2, 0}, kColor, true, false, 0});

@@ -55,7 +55,7 @@ double facet_z(std::uint32_t seed, const EmissiveFacet& facet, const Vec3& p) {
   return chi_squared_z(counts, expected);
 }
 
-TEST(SurfaceLights, TrianglesFarAndNear) {
+TEST(SurfaceLights, TrianglesFollowTheirDensityFarAndNear) {
   const Vec3 a(1, 2, 3), b(2, 2.5f, 3), c(1.2f, 3, 3.7f);
   // Far off by area, near by solid angle; beside an edge, and right above it.
   for (const Vec3& p : {Vec3(-9, 3, 1), Vec3(0.3f, 1.9f, 2.5f), Vec3(1.4f, 2.4f, 2.9f), Vec3(1.5f, 2.1f, 3.3f)}) {
@@ -67,7 +67,7 @@ TEST(SurfaceLights, TrianglesFarAndNear) {
   EXPECT_LT(facet_z(3, facet_of({-30, -20, 0}, {30, -20, 0}, {0, 40, 0}, false), {0, 0, 2}), kChiSquaredThreshold);
 }
 
-TEST(SurfaceLights, SpheresThatLookSmallLoseNothing) {
+TEST(SurfaceLights, SmallSpheresKeepTheirIrradiance) {
   // E = πL (R/d)² on a surface that faces it; every sample must count, and have the same weight but for the cosine.
   for (const double ratio : {1e-1, 1e-2, 1.4e-3, 3.5e-4, 2.8e-4, 1e-4, 1e-5}) {
     for (const Vec3& direction : {Vec3(1, 0, 0), Vec3(0.3f, -0.8f, 0.4f), Vec3(-1, 2, 3)}) {
@@ -89,7 +89,7 @@ TEST(SurfaceLights, SpheresThatLookSmallLoseNothing) {
   }
 }
 
-TEST(SurfaceLights, Parallelograms) {
+TEST(SurfaceLights, ParallelogramsFollowTheirDensity) {
   const EmissiveFacet facet = facet_of({-1, -0.5f, 2}, {0.5f, -0.3f, 2.1f}, {-0.7f, 0.5f, 1.6f}, true);
   for (const Vec3& p : {Vec3(0, 0, 0), Vec3(-0.5f, 0, 1.7f), Vec3(5, -3, 2)}) {
     EXPECT_LT(facet_z(4, facet, p), kChiSquaredThreshold) << p.x;

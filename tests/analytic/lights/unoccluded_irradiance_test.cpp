@@ -33,7 +33,7 @@ LightTable with(const EmissiveFacet& facet) {
   return table;
 }
 
-TEST(UnoccludedIrradiance, OfTrianglesAndParallelograms) {
+TEST(UnoccludedIrradiance, MatchesSamplesOfTrianglesAndParallelograms) {
   const EmissiveFacet triangle{{-1, 2, -1}, {2, 0.3f, 0}, {0.2f, 0, 2.5f}, {1, 3, 2}, true, false, 0};
   EmissiveFacet whole = triangle;
   whole.parallelogram = true;
@@ -51,7 +51,7 @@ TEST(UnoccludedIrradiance, OfTrianglesAndParallelograms) {
   expect_mean_of_samples(with(one_sided), {0, 5, 0}, {0, -1, 0});
 }
 
-TEST(UnoccludedIrradiance, OfSpheres) {
+TEST(UnoccludedIrradiance, MatchesSamplesOfSpheres) {
   EmissiveSphere sphere{{0, 1, 0}, 0.7f, {1, 3, 2}, false, false, 0};
   for (const Vec3& n : {Vec3(0, 1, 0), Vec3(1, 0.3f, 0), Vec3(1, 0, 0), Vec3(1, -0.4f, 0.1f), Vec3(0, -1, 0)}) {
     LightTable table;
@@ -66,7 +66,7 @@ TEST(UnoccludedIrradiance, OfSpheres) {
   }
 }
 
-TEST(UnoccludedIrradiance, OfPointsAndDirections) {
+TEST(UnoccludedIrradiance, MatchesSamplesOfPointsAndDirections) {
   LightTable point, spot, cosine, sun;
   point.points.add({{1, 2, 3}, {1, 3, 2}});
   spot.spots.add({{1, 2, 3}, glm::normalize(Vec3(-1, -2, -2)), {1, 3, 2}, 0.01f, 0.2f});
@@ -78,7 +78,7 @@ TEST(UnoccludedIrradiance, OfPointsAndDirections) {
   }
 }
 
-TEST(UnoccludedIrradiance, OfAnEnvironmentsImage) {
+TEST(UnoccludedIrradiance, MatchesTheSumOverAnEnvironmentImage) {
   // Clear sky with a sun over darker ground, turned; the integral is a plain sum over directions.
   constexpr int kWidth = 16, kHeight = 8;
   std::vector<float> rgb;
@@ -120,7 +120,7 @@ TEST(UnoccludedIrradiance, OfAnEnvironmentsImage) {
   }
 }
 
-TEST(UnoccludedIrradiance, OfOneColourIsPiTimesIt) {
+TEST(UnoccludedIrradiance, IsPiTimesAConstantEnvironment) {
   LightTable table;
   table.environment = EnvironmentRadiance({1, 2, 3});
   table.build(1);

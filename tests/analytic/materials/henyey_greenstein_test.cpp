@@ -38,7 +38,7 @@ TEST(HenyeyGreenstein, DrawsWhatItsPdfSaysWithMeanCosineG) {
   }
 }
 
-TEST(HenyeyGreenstein, IsReciprocalAndKnowsTheAngleAlone) {
+TEST(HenyeyGreenstein, IsReciprocalAndDependsOnlyOnTheAngle) {
   for (const double g : {0.0, 0.4, -0.7, 0.95}) {
     const HenyeyGreenstein8 phase{F8(static_cast<float>(g))};
     for (int i = 0; i < 200; ++i) {

@@ -94,7 +94,7 @@ TEST(Media, CoatedAbsorbingGlassTransmitsWhatItsLayersLeave) {
   }
 }
 
-TEST(Media, AColourIsWhatAUnitPathIsToldBy) {
+TEST(Media, ColourCGivesAbsorptionOneMinusCOverC) {
   const struct { double color, exact; } cases[] = {{0.5, 0.3678794}, {0.9, 0.8948393}, {1, 1}, {0.2, std::exp(-4)}};
   for (const auto& c : cases) {
     const Estimate seen = seen_through(medium("m", 1, R"("color": )" + gray(c.color)), {{"m", 0.5, -0.5}});
@@ -108,7 +108,7 @@ TEST(Media, AColourIsWhatAUnitPathIsToldBy) {
   }
 }
 
-TEST(Media, TheScaleOfASceneDoesNotChangeWhatIsLeft) {
+TEST(Media, TheScaleOfASceneDoesNotChangeTheTransmittance) {
   for (const double scale : {1e-3, 1e3}) {
     const auto scene = TestScene::from_text(
         document(fmt::format(R"("eye": [0, {}, 0], "look_at": [0, 0, 0], "up": [1, 0, 0])", 3 * scale), 0.01, 8,
@@ -118,7 +118,7 @@ TEST(Media, TheScaleOfASceneDoesNotChangeWhatIsLeft) {
   }
 }
 
-TEST(Media, TheInnerOfNestedShapesIsWhatIsThere) {
+TEST(Media, AnInnerShapeReplacesTheMediumAroundIt) {
   // Two units of the outer one, one of the inner one.
   const std::string materials = medium("outer", 1, absorbing(0.3)) + "," + medium("inner", 1, absorbing(1.1));
   const std::vector<Slab> slabs{{"outer", 2, -1}, {"inner", 1, 0}};
@@ -208,7 +208,7 @@ TEST(Media, SamplesInMoreThanFourShapesAreCountedAsNotFinite) {
   }
 }
 
-TEST(Media, AnEyeInsideAbsorbingGlassSeesTheSkyBrighter) {
+TEST(Media, ACameraInsideAbsorbingGlassSeesABrighterSky) {
   // Along a diameter: radiance is n² denser inside, (1 − R) of it enters, and what is reflected comes back from the
   // other side.
   const double n = 1.5, r = 0.04, sigma = 0.6;
@@ -220,7 +220,7 @@ TEST(Media, AnEyeInsideAbsorbingGlassSeesTheSkyBrighter) {
   expect_answer(mean_of(scene.render({"path", 43, 0}, 10), 0), exact, 5e-3);
 }
 
-TEST(Media, AnEyeInsideNestedShapesKnowsAllOfThem) {
+TEST(Media, ACameraInsideNestedShapesStartsInAllOfThem) {
   const auto scene = TestScene::from_text(document(
       R"("eye": [0, 0, 0], "look_at": [0, 0, -1])", 0.01, 8,
       diffuse("sky", 0, 1) + "," + medium("inner", 1, absorbing(0.4)) + "," + medium("outer", 1, absorbing(0.9)),
@@ -229,7 +229,7 @@ TEST(Media, AnEyeInsideNestedShapesKnowsAllOfThem) {
   expect_answer(mean_of(scene.render({"path", 44, 0}, 12), 0), std::exp(-1.3), 5e-3);
 }
 
-TEST(Media, LightOfALampInsideIsAbsorbedToo) {
+TEST(Media, LightFromInsideAMediumIsAbsorbed) {
   // A white wall within a block of the medium, lit by a point light one unit away; the eye is in the block as well.
   const auto scene =
       TestScene::from_text(document(R"("eye": [0, 0.5, 0.3], "look_at": [0, 0, 0])", 0.01, 8,
@@ -241,7 +241,7 @@ TEST(Media, LightOfALampInsideIsAbsorbedToo) {
   expect_answer(mean_of(scene.render({"path", 45, 1}, 4), 0), std::exp(-0.7 * (1 + to_eye)) / M_PI, 2e-3);
 }
 
-TEST(Media, ShadowRaysPassWhatLightDoesNotNotice) {
+TEST(Media, ShadowRaysPassSurfacesOfIndexOne) {
   // Clear and absorbing balls of index 1 between a light and a floor, one of them around the other.
   const std::string light = R"({"point": {"position": [0, 4, 0], "intensity": {"rgb": [1, 1, 1]}}})";
   for (const double sigma : {0.0, 0.8}) {
@@ -263,7 +263,7 @@ TEST(Media, ShadowRaysPassWhatLightDoesNotNotice) {
   EXPECT_EQ(mean_of(glass.render({"path", 46, 1}, 4), 0).value, 0);
 }
 
-TEST(Media, LightThroughWhatIsNotThereIsCountedOnce) {
+TEST(Media, LightThroughIndexOneIsCountedOnce) {
   // A large sphere lamp seen by a floor through a sheet of index 1: found by scattered rays and by shadow rays.
   const auto scene = TestScene::from_text(
       document(R"("eye": [0, 0.2, 3], "look_at": [0, 0, 0])", 0.01, 8,
@@ -273,7 +273,7 @@ TEST(Media, LightThroughWhatIsNotThereIsCountedOnce) {
   expect_answer(mean_of(scene.render({"path", 47, 2}, 10), 0), 1.44 / 4, 2e-3);
 }
 
-TEST(Media, WhatIsNotThereStillEmits) {
+TEST(Media, SurfacesThatDoNotRefractStillEmit) {
   // A ball of radius r whose boundary light does not notice, of radiance 1, at distance d above a floor: E = π r²/d².
   // It is a bubble of index 1, or glass that gives way to what fills all space around.
   const double r = 0.8, d = 2;
@@ -308,7 +308,7 @@ double phase(double g, double cosine) {
   return (1 - g * g) / (4 * M_PI * std::pow(1 + g * g - 2 * g * cosine, 1.5));
 }
 
-TEST(Scattering, OnceInFogAroundAPointLight) {
+TEST(Scattering, SingleScatteringAroundAPointLightMatchesTheIntegral) {
   // The light is at distance h from a line of sight in endless fog: ∫ σs e^(−σ(s + d)) p(cos θ) I/d² ds from the eye
   // on.
   const double h = 0.8, ahead = 1.5;

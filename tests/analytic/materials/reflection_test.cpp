@@ -193,7 +193,7 @@ TEST(Conductor, MakesNoEnergy) {
   }
 }
 
-TEST(Conductor, ASharpOneReflectsAllAndARoughOneWhatSingleScatteringLeaves) {
+TEST(Conductor, WhiteMetalLosesNothingWhenSmoothAndLnTwoAtAlphaOne) {
   const Vec3d up = tilted(0);
   EXPECT_NEAR(directional_albedo(white_metal(1e-3), up, Grid(up, -up, 2e-3), 1).by_sampling, 1, 1e-4);
   // At normal incidence G2/G1 of visible normals is the mean of G1-like shadowing: for α = 1 the normal is uniform in

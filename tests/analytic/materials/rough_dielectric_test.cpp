@@ -63,7 +63,7 @@ TEST(RoughDielectric, IsReciprocalUpToEtaSquared) {
   }
 }
 
-TEST(RoughDielectric, WhereItIsSmoothItIsTheSmoothOne) {
+TEST(RoughDielectric, EqualsTheSmoothDielectricAtRoughnessZero) {
   const V8 wo = to_lanes(tilted(50));
   for (const double u : {0.01, 0.5}) {
     const F8 choice(static_cast<float>(u));

@@ -62,7 +62,7 @@ TEST(GlossyFloor, RoughGlassShowsAPointLightBelow) {
   }
 }
 
-TEST(GlossyFloor, ShowsASphereLampByItsFormula) {
+TEST(GlossyFloor, ShowsASphereLightByItsFormula) {
   // Large and near the mirror direction: both techniques find it, and their weights must add up.
   const Vec3d lamp(0.5, 1, 0.1), eye(-0.7, 1.2, 0);
   const Vec3d wo = glm::normalize(eye);
@@ -98,7 +98,7 @@ double under_sky(const std::string& kind, std::uint64_t seed, double degrees = 0
   return estimate.value;
 }
 
-TEST(WhiteFurnace, WhatReflectsAllCannotBeToldFromTheSky) {
+TEST(WhiteFurnace, LosslessSurfacesAreInvisible) {
   EXPECT_NEAR(under_sky(phong(0.4, 0.6, 30), 30), 1, 4e-3);  // at normal incidence
   EXPECT_NEAR(under_sky(conductor(1, 1000, 0), 31, 40), 1, 1e-4);
   EXPECT_NEAR(under_sky(conductor(1, 1000, 0.1), 32, 40), 1, 1e-3);
@@ -112,12 +112,12 @@ TEST(WhiteFurnace, WhatReflectsAllCannotBeToldFromTheSky) {
   }
 }
 
-TEST(WhiteFurnace, VeryRoughWhiteMetalLosesLnTwoOfIt) {
+TEST(WhiteFurnace, VeryRoughWhiteMetalLosesLnTwo) {
   // As derived in the sampler's test: single scattering leaves 1 − ln 2 at α = 1.
   EXPECT_NEAR(under_sky(conductor(1, 1000, 1), 34), 1 - std::log(2.0), 4e-3);
 }
 
-TEST(WhiteFurnace, ASmoothMetalRoomSeenFromItsCentre) {
+TEST(WhiteFurnace, ASmoothMetalRoomHasRadianceOneOverOneMinusF) {
   // Each ray keeps to a diameter: 1/(1 − F), F = k²/(k² + 4) for n = 1.
   const auto scene =
       TestScene::from_text(document(view({0, 0, 0}, {0, 0, -1}), 0.01, 8, named("wall", conductor(1, 1, 0), 1),

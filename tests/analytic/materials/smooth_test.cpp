@@ -49,7 +49,7 @@ TEST(Diffuse, IsReciprocal) {
   expect_reciprocity([](const V8&, M8) { return lambert(0.7); }, 1, false, 1e-6);
 }
 
-TEST(Mirror, SendsItsShareOneWayAndBack) {
+TEST(Mirror, ReflectsTheSameShareInBothDirections) {
   const Mirror8 mirror{broadcast(Vec3(0.9f, 0.5f, 1.0f))};
   for (const double degrees : kSmoothAngles) {
     const Vec3d wo = tilted(degrees);
