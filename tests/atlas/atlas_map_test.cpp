@@ -38,7 +38,7 @@ TEST_P(AtlasMap, NoMethodIsWrongWithoutAVeto) {
   }
 }
 
-TEST(AtlasMapItself, TellsRightWrongSlowVetoedAndRefusedApart) {
+TEST(AtlasReport, DistinguishesRightWrongSlowVetoedAndRefused) {
   AtlasCase what = LightOverMirror{.subject = "s", .name = "a \"lamp\" <over> a mirror", .radius = 0.3}.made();
   const double exact = *what.exact;
   const AtlasSettings settings{.methods = {"path", "whitted"}, .seeds = 8, .measure_vetoed = true};
@@ -65,7 +65,7 @@ TEST(AtlasMapItself, TellsRightWrongSlowVetoedAndRefusedApart) {
   EXPECT_EQ(outcomes(), (std::vector{Outcome::vetoed, Outcome::vetoed}));
 }
 
-TEST(AtlasMapItself, ItsPageCountsAndQuotes) {
+TEST(AtlasReport, ThePageCountsOutcomesAndEscapesNames) {
   AtlasCase what = LightOverMirror{.subject = "s", .name = "a \"lamp\" <over> a mirror", .radius = 0.3}.made();
   *what.exact *= 1.1;
   const AtlasSettings settings{.methods = {"path"}, .seeds = 4, .measure_vetoed = true};
@@ -80,7 +80,7 @@ TEST(AtlasMapItself, ItsPageCountsAndQuotes) {
   EXPECT_NE(atlas_json(rows, settings).find("\"outcome\": \"wrong\""), std::string::npos);
 }
 
-TEST(AtlasMapItself, GoesOnWithWhatIsMeasured) {
+TEST(AtlasReport, ResumesWithTheMeasuredRows) {
   const TemporaryFolder folder;
   const MeasuredRows measured(folder.path());
   AtlasCase what = LightOverMirror{.subject = "s", .name = "a lamp over a mirror", .radius = 0.3}.made();
@@ -101,7 +101,7 @@ TEST(AtlasMapItself, GoesOnWithWhatIsMeasured) {
   EXPECT_FALSE(measured.find(what, settings));
 }
 
-TEST(AtlasMapItself, WhereAllSeedsAreDarkItsNumbersAreNumbers) {
+TEST(AtlasReport, NumbersAreFiniteWhenAllSeedsAreDark) {
   const AtlasCase what =
       LightOverMirror{.subject = "s", .name = "a lamp that none meets", .radius = 1e-5, .textured = true}.made();
   const AtlasSettings settings{.methods = {"path"}, .seeds = 4, .measure_vetoed = true};

@@ -18,7 +18,7 @@ std::string looking(const std::string& eye, const std::string& at, double fov) {
   return fmt::format(R"("eye": {}, "look_at": {}, "vertical_fov_degrees": {:.17g})", eye, at, fov);
 }
 
-TEST(Cameras, WithoutAViewAreRefused) {
+TEST(Cameras, AreRefusedWithoutAView) {
   const struct {
     std::string camera, why;
   } cases[] = {
@@ -43,7 +43,7 @@ TEST(Cameras, WithoutAViewAreRefused) {
   }
 }
 
-TEST(Cameras, LookingNearlyAlongUpSeeTheMiddle) {
+TEST(Cameras, SeeTheMiddleWhenTheyLookNearlyAlongUp) {
   for (const double tilt : {1e-5, 1e-3}) {
     const auto scene = TestScene::from_text(ball_seen_by(looking(fmt::format("[{}, 5, 0]", 5 * tilt), "[0, 0, 0]", 1)));
     for (const char* const method : {"path", "raycast"}) {
@@ -52,7 +52,7 @@ TEST(Cameras, LookingNearlyAlongUpSeeTheMiddle) {
   }
 }
 
-TEST(Cameras, OfNoWidthSeeOnePoint) {
+TEST(Cameras, SeeOnePointAtZeroWidth) {
   for (const double fov : {1e-300, 1e-12, 1e-5}) {
     const auto scene = TestScene::from_text(ball_seen_by(looking("[0, 0, 5]", "[0, 0, 0]", fov)));
     for (const char* const method : kMethods) {
@@ -62,7 +62,7 @@ TEST(Cameras, OfNoWidthSeeOnePoint) {
   }
 }
 
-TEST(Cameras, ThatSeeHalfTheWorldSeeTheBallSmall) {
+TEST(Cameras, SeeASmallBallAtNearly180Degrees) {
   // At 179.9° the film's half height is 1146 at distance 1: the ball, seen at sin⁻¹ 0.2, covers less than a pixel in
   // the middle; at 180° less one rounding all is far to the sides. Odd sizes have a pixel there.
   for (const double fov : {179.0, 179.9, 179.9999999, std::nextafter(180.0, 0.0)}) {
@@ -77,7 +77,7 @@ TEST(Cameras, ThatSeeHalfTheWorldSeeTheBallSmall) {
   }
 }
 
-TEST(Cameras, SeeTheBallAsLargeAsItIs) {
+TEST(Cameras, SeeTheBallAtItsSize) {
   // Its silhouette is a circle of angular radius sin⁻¹(1/d) in a pinhole's plane: area π tan² of d² (film area).
   for (const double distance : {1.5, 10.0, 1e3, 1e4}) {
     const double tangent = 1 / std::sqrt(distance * distance - 1);
@@ -90,7 +90,7 @@ TEST(Cameras, SeeTheBallAsLargeAsItIs) {
   }
 }
 
-TEST(Cameras, AtASurfaceSeeOneSideOfIt) {
+TEST(Cameras, SeeOneSideOfASurfaceThatTheyTouch) {
   // On a floor, as triangles, a plane or a ball: exactly there, each ray sees one side or the other; from a hair above
   // it there is the sky upwards and the surface downwards.
   const std::map<std::string, std::string> files{{"floor.obj", plane(20, 0, true)}};
@@ -115,13 +115,13 @@ TEST(Cameras, AtASurfaceSeeOneSideOfIt) {
   }
 }
 
-TEST(Cameras, InsideGlassSeeTheSkyDenser) {
+TEST(Cameras, SeeABrighterSkyInsideGlass) {
   for (const double n : {1.5, 1.1, 2.4}) {
     expect_answer(mean_of(clean_picture(scene_of(eye_in_glass(n)), "path", 8), 0), n * n, 1e-2);
   }
 }
 
-TEST(Lenses, OfRadiusZeroAndNearlySoArePinholes) {
+TEST(Lenses, ArePinholesAtZeroAndTinyRadii) {
   const auto scene = [](const std::string& lens) {
     return TestScene::from_text(ball_seen_by(looking("[0, 0, 5]", "[0, 0, 0]", 30) + lens, 16, 16));
   };
@@ -135,7 +135,7 @@ TEST(Lenses, OfRadiusZeroAndNearlySoArePinholes) {
   EXPECT_LT(difference, 1e-3 * static_cast<double>(tiny.a.size()));
 }
 
-TEST(Lenses, OfAnySizeAndFocusSeeAnEvenWorldEvenly) {
+TEST(Lenses, SeeAnEvenWorldEvenlyAtAnySizeAndFocus) {
   for (const std::string lens :
        {R"(, "lens_radius": 1e-3, "focus_distance": 1e-9)", R"(, "lens_radius": 1, "focus_distance": 1e-6)",
         R"(, "lens_radius": 1e12, "focus_distance": 1)", R"(, "lens_radius": 1e12, "focus_distance": 1e12)",

@@ -7,11 +7,11 @@
 namespace lightmill::test {
 namespace {
 
-TEST(Faces, OfBlocksThatStandAndTouchLeakNothing) {
+TEST(Faces, TouchingBlocksLeakNoLight) {
   expect_answer(mean_of(clean_picture(scene_of(blocks_in_a_furnace()), "path", 8), 0), 2, 2e-3);
 }
 
-TEST(Faces, ALampAHairBelowTheCeilingLightsTheFloorAlone) {
+TEST(Faces, AnEmitterJustBelowTheCeilingLightsOnlyTheFloor) {
   for (const double gap : {1e-2, 1e-4, 1e-5}) {
     const auto seen = [&](const std::string& view) {
       return mean_of(clean_picture(scene_of(lamp_below_a_ceiling(gap, view)), "path", 10, 1), 0);
@@ -22,7 +22,7 @@ TEST(Faces, ALampAHairBelowTheCeilingLightsTheFloorAlone) {
   }
 }
 
-TEST(Faces, ANarrowGapIsNoContact) {
+TEST(Faces, ANarrowGapPassesItsFormFactor) {
   // Parallel unit squares a hair apart: what passes between them is what the form factor says, not more and not less.
   for (const double gap : {1e-1, 1e-3, 1e-4}) {
     const auto scene = scene_with(fmt::format(
@@ -36,7 +36,7 @@ TEST(Faces, ANarrowGapIsNoContact) {
   }
 }
 
-TEST(Walls, ThinOnesKeepAllLightOnOneSide) {
+TEST(Walls, StopAllLightHoweverThin) {
   // A closed room, a wall across it, and glaring lamps on its far side: in front of it there is nothing at all. The
   // wall goes on through the floor and the others, as walls do.
   for (const double thickness : {0.1, 1e-3, 1e-5}) {
@@ -58,7 +58,7 @@ TEST(Walls, ThinOnesKeepAllLightOnOneSide) {
   }
 }
 
-TEST(Walls, TheirFootIsLitAsMuchAsTheRest) {
+TEST(Walls, FillHalfOfTheViewAtTheirFoot) {
   // Right beside a glowing wall half of all that a point sees is the wall.
   EXPECT_NEAR(standing_form_factor(1e9, 1e9, 1e-3), 0.5, 1e-9);
   for (const double distance : {1e-1, 1e-2, 1e-3, 1e-4}) {
@@ -73,7 +73,7 @@ TEST(Walls, TheirFootIsLitAsMuchAsTheRest) {
   }
 }
 
-TEST(Walls, ADoorAjarLetsThroughWhatIsSeenOfTheLamp) {
+TEST(Walls, ADoorAjarPassesTheVisiblePartOfTheLight) {
   for (const double width : {0.5, 0.1, 0.01}) {
     const AtlasCase door = door_ajar(width);
     SCOPED_TRACE(width);
@@ -81,7 +81,7 @@ TEST(Walls, ADoorAjarLetsThroughWhatIsSeenOfTheLamp) {
   }
 }
 
-TEST(Faces, ADuplicatedLampIsOneLamp) {
+TEST(Faces, ADuplicatedEmitterCountsOnce) {
   // Again in its own file, from another corner, as triangles, as another object; by its radiance and by its power.
   const std::string lamp = horizontal_square(1, 1, false);
   for (const std::string& obj : {lamp + "f 1 2 3 4\n", lamp + "f 2 3 4 1\n", lamp + "f 3 4 1 2\nf 1 2 3 4\n"}) {
@@ -109,7 +109,7 @@ TEST(Faces, ADuplicatedLampIsOneLamp) {
   expect_answer(mean_of(clean_picture(balls, "path", 10, 1), 0), 0.49 / 4, 2e-3);
 }
 
-TEST(Rooms, OfAlbedoOneComeToAnEnd) {
+TEST(Rooms, TerminateAtAlbedoOne) {
   expect_answer(mean_of(clean_picture(scene_of(room_without_losses()), "path", 2), 0), 1000, 1e-2);
   expect_answer(mean_of(clean_picture(scene_of(room_of_albedo(0.99)), "path", 10), 0), 100, 1e-2);
 }

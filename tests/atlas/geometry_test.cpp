@@ -11,7 +11,7 @@ const char* const kPoint = R"({"point": {"position": [0, 2, 0], "intensity": {"r
 
 // ---- triangles ----
 
-TEST(Triangles, WithoutAreaAndDuplicatesChangeNothing) {
+TEST(Triangles, ChangeNothingAsDuplicatesOrWithoutArea) {
   const std::string floor = plane(40, 0, true), worse = degenerate_floor(40);
   const std::string second = "v -20 0 -20\nv -20 0 20\nv 20 0 20\nf 1 2 3\nf 1 2 3\nf 3 2 1\n";
   for (const std::string method : {"path", "raycast", "whitted", "preview", "path:brute-force"}) {
@@ -27,7 +27,7 @@ TEST(Triangles, WithoutAreaAndDuplicatesChangeNothing) {
   }
 }
 
-TEST(Triangles, OfALampWithoutAreaShineNotAtAll) {
+TEST(Triangles, EmitNothingWithoutArea) {
   const std::string lamp = horizontal_square(1, 1, false) + "f 1 1 2\nf 1 2 2\nv 0 1 0\nv 0.1 1 0\nf 1 5 5\nf 5 6 5\n";
   const auto scene = TestScene::from_text(document(R"("eye": [0, 0.5, 1], "look_at": [0, 0, 0])", 0.01, 8,
                                                    diffuse("floor", 1) + also(diffuse("lamp", 0, 1)),
@@ -36,7 +36,7 @@ TEST(Triangles, OfALampWithoutAreaShineNotAtAll) {
   expect_answer(mean_of(clean_picture(scene, "path", 10, 1), 0), 0.2394565, 2e-3);
 }
 
-TEST(Triangles, ThatAreNoneAreAllThatThereIs) {
+TEST(Triangles, ShowTheSkyWhenNoneHasArea) {
   // Nothing can be hit: the sky is seen.
   const std::string text =
       document(kAbove, 60, 8, diffuse("floor", 0.5), mesh("floor", "floor.obj") + also(shape("floor", R"("triangle":
@@ -49,7 +49,7 @@ TEST(Triangles, ThatAreNoneAreAllThatThereIs) {
   }
 }
 
-TEST(Triangles, OfNumbersThatAreNoneAreRefusedByTheirLine) {
+TEST(Triangles, AreRefusedWithTheLineOfAnInvalidCoordinate) {
   const std::string text = document(kAbove, 60, 8, diffuse("floor", 0.5), mesh("floor", "floor.obj"));
   const auto why = [&](const std::string& vertex) {
     const std::string message = refusal(text, {{"floor.obj", "v 0 0 0\nv " + vertex + "\nv 2 0 0\nf 1 2 3\n"}});
@@ -119,7 +119,7 @@ TEST(Place, ScenesFarAwayLookTheSame) {
   }
 }
 
-TEST(Place, BeyondTheLimitsIsRefused) {
+TEST(Place, ScenesBeyondTheLimitsAreRefused) {
   const auto why = [&](double x, double radius) {
     return refusal(document(kAbove, 60, 8, diffuse("m", 0.5),
                             shape("m", fmt::format(R"("sphere": {{"center": [{}, 0, 0], "radius": {}}})", x, radius))));
@@ -136,7 +136,7 @@ TEST(Place, BeyondTheLimitsIsRefused) {
 
 // ---- spheres ----
 
-TEST(Spheres, OfAnySizeShowTheirAlbedoInAnEvenSky) {
+TEST(Spheres, ShowTheirAlbedoInAnEvenSkyAtAnySize) {
   // Nothing that a convex shape sends out comes back to it, and clear glass is not seen at all.
   for (const double radius : {1e-6, 1e-3, 1.0, 1e3, 1e6}) {
     for (const bool glass : {false, true}) {
@@ -154,7 +154,7 @@ TEST(Spheres, OfAnySizeShowTheirAlbedoInAnEvenSky) {
   }
 }
 
-TEST(Spheres, OneOfAMillionUnitsIsAFloor) {
+TEST(Spheres, AreAFloorAtAMillionUnits) {
   // Lamps as near to its ground as a thousandth of its radius, 4e-6 of which rays keep off it.
   for (const double height : {1e6, 1e4, 1e3}) {
     const auto scene = TestScene::from_text(document(
@@ -168,7 +168,7 @@ TEST(Spheres, OneOfAMillionUnitsIsAFloor) {
   }
 }
 
-TEST(Spheres, AMoteShinesByItsIntensity) {
+TEST(Spheres, GiveTheirIrradianceWhenTinyOrHuge) {
   // E = πL(R/d)² of a lamp a millionth as large as its distance; and from the surface of one a million times as large.
   const auto irradiance = [](double radius, double distance) {
     const auto scene = scene_with(fmt::format(
@@ -185,7 +185,7 @@ TEST(Spheres, AMoteShinesByItsIntensity) {
 
 // ---- planes ----
 
-TEST(Planes, SeenEdgeOnAreALine) {
+TEST(Planes, AreALineEdgeOn) {
   // The eye in the plane sees the sky above and below; a hair above it the lower half is the plane.
   for (const double height : {0.0, 1e-6, 1e-3}) {
     const auto scene = TestScene::from_text(
@@ -201,7 +201,7 @@ TEST(Planes, SeenEdgeOnAreALine) {
   }
 }
 
-TEST(Planes, TouchingAndCrossingOnesHideEachOther) {
+TEST(Planes, HideEachOtherWhereTheyTouchOrCross) {
   // Two planes in one place, with a ball cut in half by them: all white under a white sky.
   const auto scene = TestScene::from_text(
       document(R"("eye": [0, 1, 3], "look_at": [0, 0, 0])", 60, 16, diffuse("floor", 1),
@@ -213,7 +213,7 @@ TEST(Planes, TouchingAndCrossingOnesHideEachOther) {
 
 // ---- normals ----
 
-TEST(Normals, ThatAreFarFromTheSurfacesOwnAddNoLight) {
+TEST(Normals, AddNoLightFarFromTheGeometricNormal) {
   // White under a sky of radiance 1: what the two normals disagree about may be lost, and nothing is made up. Normals
   // the wrong way round are turned.
   const auto picture = [](const std::string& obj, const std::string& method, const std::string& material) {

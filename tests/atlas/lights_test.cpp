@@ -27,7 +27,7 @@ Estimate floor_under(const std::string& objects, const std::string& materials, c
 
 // ---- size ----
 
-TEST(Shrinking, AtConstantPowerASphereIsAPointAtLast) {
+TEST(Shrinking, ASphereOfConstantPowerBecomesAPoint) {
   // Of 8 W the intensity is 2/π: E = I cosθ/d², from (1, 2, 0) I · 2/5^1.5. A sphere gives it at any size.
   const double exact = 8 / (4 * M_PI) * 2 / std::pow(5, 1.5) / M_PI;
   for (const double radius : {1.0, 0.1, 1e-2, 1e-4, 1e-6, 1e-7, 1e-9, 1e-15}) {
@@ -42,7 +42,7 @@ TEST(Shrinking, AtConstantPowerASphereIsAPointAtLast) {
   EXPECT_NEAR(point.value, exact, 1e-4 * exact);
 }
 
-TEST(Shrinking, AtConstantPowerASquareIsACosineLightAtLast) {
+TEST(Shrinking, ASquareOfConstantPowerBecomesACosineLight) {
   // Φ/π along the normal: E = Φ/π cos²θ/d², from height 2 at 45° beside.
   const double exact = 8 / M_PI * 0.5 / 8 / M_PI;
   for (const double side : {0.1, 1e-2, 1e-4, 1e-6}) {
@@ -84,14 +84,14 @@ TEST(Shrinking, PowerWithoutAreaIsRefused) {
 
 // ---- number ----
 
-TEST(Many, AHundredThousandPointsAddUp) {
+TEST(ManyLights, AHundredThousandPointsAddUp) {
   const ManyPoints points = many_points(100'000);
   expect_answer(floor_under("", "", points.lights, "path", 10), points.radiance, 1e-2);
   const Estimate all = floor_under("", "", points.lights, "raycast", 1);
   EXPECT_NEAR(all.value, points.radiance, 1e-3 * points.radiance);
 }
 
-TEST(Many, AHundredThousandLampsOfTrianglesAddUp) {
+TEST(ManyLights, AHundredThousandEmissiveTrianglesAddUp) {
   // A ceiling of radiance 1 in 2 × 225² pieces is one square: its form factor from below its middle.
   constexpr int kSide = 224;
   std::string ceiling;
@@ -112,7 +112,7 @@ TEST(Many, AHundredThousandLampsOfTrianglesAddUp) {
       0.2394565, 5e-3);
 }
 
-TEST(Many, DimOnesBesideAGlaringOneAreNotLost) {
+TEST(ManyLights, DimOnesBesideAGlaringOneCount) {
   // One of 100 W/sr that is hidden takes all but a hundredth of the samples: noise, but no loss.
   const std::string card = also(sphere("floor", "[0, 4, 0]", 0.5));
   const std::string lights = glaring_and_dim();
@@ -144,7 +144,7 @@ TEST(Place, LightsAtASurfaceLightWhatTheyFace) {
   }
 }
 
-TEST(Place, LightsInsideThingsStayThere) {
+TEST(Place, LightsInsideObjectsStayInside) {
   for (const std::string method : {"path", "raycast"}) {
     EXPECT_EQ(floor_under(also(sphere("floor", "[0, 2, 0]", 1)), "", point_light("[0, 2.3, 0]", 5), method, 4).value,
               0);
@@ -160,7 +160,7 @@ TEST(Place, LightsInsideThingsStayThere) {
   }
 }
 
-TEST(Place, ALampInAGlassBallShinesByWhatIsLetThrough) {
+TEST(Place, AnEmitterInAGlassBallShinesByTheTransmittance) {
   // Of radius 0.5 in a ball of radius 1: no light meets the glass beyond its critical angle, and what is reflected
   // comes back to the lamp, which is black. So a line of sight that passes the middle at b sees (1 − R(sin⁻¹ b)) L, up
   // to b = 0.5 n; from a distance d that is E = 2πL/d² ∫ (1 − R) b db.
@@ -180,7 +180,7 @@ TEST(Place, ALampInAGlassBallShinesByWhatIsLetThrough) {
   expect_reading(read_meters(scene, 6).front(), 2 * M_PI / (n * n * d * d) * exact, 3e-2);
 }
 
-TEST(Place, GrazingSunsGiveTheirSine) {
+TEST(Place, GrazingSunsGiveTheSineOfTheirElevation) {
   for (const double degrees : {0.0, 1e-5, 1e-3, 0.1, 180.0, 270.0}) {
     const double sine = std::sin(degrees * M_PI / 180);
     const std::string sun =
@@ -193,7 +193,7 @@ TEST(Place, GrazingSunsGiveTheirSine) {
   }
 }
 
-TEST(Place, LightsFarAwayAreSuns) {
+TEST(Place, FarLightsAreSuns) {
   for (const double distance : {1e3, 1e6, 1e9}) {
     const std::string light = point_light(fmt::format("[0, {}, 0]", distance), 2 * distance * distance);
     for (const std::string method : {"path", "raycast"}) {
@@ -202,7 +202,7 @@ TEST(Place, LightsFarAwayAreSuns) {
   }
 }
 
-TEST(Spots, OfNoWidthAndOfAllDirections) {
+TEST(Spots, ShineFromTheNarrowestConeToAllDirections) {
   const auto under = [](double cutoff, double blend) {
     return floor_under("", "",
                        fmt::format(R"({{"spot": {{"position": [0, 2, 0], "direction": [0, -1, 0], "intensity": {},
@@ -225,7 +225,7 @@ TEST(Spots, OfNoWidthAndOfAllDirections) {
             std::string::npos);
 }
 
-TEST(Strength, OfLightsThatAreNoneIsRefused) {
+TEST(LightStrength, IsRefusedWhenInvalid) {
   const auto why = [](const std::string& light) {
     return refusal(document(kDown, 60, 8, diffuse("floor", 1), sphere("floor", "[0, 0, 0]", 1), light));
   };
@@ -244,7 +244,7 @@ TEST(Strength, OfLightsThatAreNoneIsRefused) {
             std::string::npos);
 }
 
-TEST(Strength, TooMuchForAPictureIsCountedAndLeftOut) {
+TEST(LightStrength, OverflowIsCountedAndLeftOut) {
   // 1e20 W/sr from 1e-9 away are more than single precision holds: samples count as zero, and are counted.
   const auto scene =
       TestScene::from_text(document(kDown, 0.01, 8, diffuse("floor", 1), mesh("floor", "floor.obj"),
@@ -258,7 +258,7 @@ TEST(Strength, TooMuchForAPictureIsCountedAndLeftOut) {
 
 // ---- environments ----
 
-TEST(EnvironmentImage, OneBrightPixelAnywhere) {
+TEST(EnvironmentImage, OneBrightPixelLightsFromItsDirection) {
   // In the middle, at the seam on both sides, at both poles; also turned.
   struct Case {
     int x, y;
@@ -289,7 +289,7 @@ TEST(EnvironmentImage, OneBrightPixelAnywhere) {
   }
 }
 
-TEST(EnvironmentImage, ItsSeamAndPolesCannotBeSeen) {
+TEST(EnvironmentImage, HasNoVisibleSeamOrPoles) {
   // A picture that is even is even there too, whatever its size; so is a mirror ball in it.
   for (const auto& [width, height] : {std::pair(1, 1), {2, 1}, {3, 5}, {7, 2}, {64, 32}}) {
     for (const std::string method : {"path", "raycast", "whitted"}) {
@@ -304,7 +304,7 @@ TEST(EnvironmentImage, ItsSeamAndPolesCannotBeSeen) {
   }
 }
 
-TEST(EnvironmentImage, BlackOrHugeIsItselfToo) {
+TEST(EnvironmentImage, KeepsBlackAndHugeValues) {
   for (const float value : {0.0f, 1e-30f, 1e10f}) {
     const auto scene =
         TestScene::from_text(document(R"("eye": [0, 1, 0.01], "look_at": [0, 0, 0])", 1, 8, diffuse("floor", 0.5),
@@ -314,7 +314,7 @@ TEST(EnvironmentImage, BlackOrHugeIsItselfToo) {
   }
 }
 
-TEST(EnvironmentImage, ThatIsNoneIsRefused) {
+TEST(EnvironmentImage, IsRefusedWhenInvalid) {
   const std::string text = document(kDown, 60, 8, diffuse("floor", 1), sphere("floor", "[0, 0, 0]", 1),
                                     R"({"name": "world", "environment": {"file": "sky.exr"}})");
   const auto why = [&](const std::map<std::string, std::string>& files) { return refusal(text, files, read_image); };

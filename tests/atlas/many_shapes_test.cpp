@@ -24,7 +24,7 @@ std::string hills(int n) {
   return text;
 }
 
-TEST(Many, AMillionTrianglesAreWhiteInAWhiteSky) {
+TEST(ManyShapes, AMillionTrianglesAreWhiteInAWhiteSky) {
   const auto scene = TestScene::from_text(document(R"("eye": [0.3, 0.8, 0.9], "look_at": [0, 0, 0])", 50, 32,
                                                    diffuse("white", 1), mesh("white", "hills.obj"), sky(1)),
                                           {{"hills.obj", hills(708)}});
@@ -33,7 +33,7 @@ TEST(Many, AMillionTrianglesAreWhiteInAWhiteSky) {
   }
 }
 
-TEST(Many, AHundredThousandInstancesAreWhiteInAWhiteSky) {
+TEST(ManyShapes, AHundredThousandInstancesAreWhiteInAWhiteSky) {
   // Small hilly tiles, mirrored and stretched each in its own way.
   std::string objects;
   objects.reserve(20'000'000);
@@ -77,7 +77,7 @@ std::string ball() {
   return text + faces;
 }
 
-TEST(Instances, MirroredAndStretchedOnesKeepTheirOutside) {
+TEST(Instances, KeepTheirOutsideWhenMirroredOrStretched) {
   // A convex thing under a sky of radiance 1 shows its albedo, and its emission on the outside only.
   for (const std::string scale : {"[1, 1, 1]", "[-1, 1, 1]", "[-1, -1, -1]", "[0.001, 1, 0.5]", "[1, 0.0001, 1]",
                                   "[-1000, 1, 3]", "[0.00001, 0.00001, 0.00001]", "[1e5, -1e5, 1e5]"}) {
@@ -101,7 +101,7 @@ TEST(Instances, MirroredAndStretchedOnesKeepTheirOutside) {
   }
 }
 
-TEST(Instances, ThatHaveNoInverseAreRefused) {
+TEST(Instances, AreRefusedWithoutAnInverse) {
   for (const std::string scale : {"[0, 1, 1]", "[1, 1e-31, 1]", "[0, 0, 0]"}) {
     const std::string why =
         refusal(document(kAbove, 60, 8, diffuse("m", 0.5),

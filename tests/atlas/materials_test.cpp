@@ -11,7 +11,7 @@ Estimate mirrored_lamp(const std::string& kind, std::uint64_t seed) {
   return mean_of(scene_of(lamp_in_a_floor(kind, 0)).render({"path", seed, 0}, 10), 0);
 }
 
-TEST(Atlas, RoughnessToZeroIsAMirrorAllTheWay) {
+TEST(Materials, AreMirrorsAsRoughnessFallsToZero) {
   // F at 45° of glass, and 1 of white metal; across the limit below which a surface counts as smooth.
   for (const double roughness : {0.0, 1e-30, 1e-4, 0.0099, 0.0101, 0.02, 0.05}) {
     const struct {
@@ -29,7 +29,7 @@ TEST(Atlas, RoughnessToZeroIsAMirrorAllTheWay) {
   }
 }
 
-TEST(Atlas, PhongExponentsToAMillionAreAMirrorAtLast) {
+TEST(Materials, PhongBecomesAMirrorAtExponentAMillion) {
   for (const double exponent : {1e4, 1e5, 1e6}) {
     const Estimate seen =
         mirrored_lamp(fmt::format(R"("phong": {{"specular": {}, "exponent": {}}})", gray(0.8), exponent), 51);
@@ -38,7 +38,7 @@ TEST(Atlas, PhongExponentsToAMillionAreAMirrorAtLast) {
   }
 }
 
-TEST(Atlas, MaterialsStayFiniteAtGrazingAngles) {
+TEST(Materials, StayFiniteAtGrazingAngles) {
   const std::string kinds[] = {
       R"("phong": {"diffuse": {"rgb": [0.5, 0.5, 0.5]}, "specular": {"rgb": [0.5, 0.5, 0.5]}, "exponent": 1e6})",
       R"("phong": {"specular": {"rgb": [1, 1, 1]}, "exponent": 0})",
@@ -62,7 +62,7 @@ TEST(Atlas, MaterialsStayFiniteAtGrazingAngles) {
   }
 }
 
-TEST(Atlas, APrincipledSurfaceThatReflectsAllByItsGlossIsAFurnaceStill) {
+TEST(Materials, APrincipledSurfaceWithFullGlossAddsNoEnergy) {
   // Normal reflectance reaches 1 from an index of 5.83 on with twice the gloss; nothing is left for what is below.
   for (const double ior : {5.8, 5.9, 10.0}) {
     for (const double roughness : {0.0, 0.3, 1.0}) {
@@ -80,7 +80,7 @@ TEST(Atlas, APrincipledSurfaceThatReflectsAllByItsGlossIsAFurnaceStill) {
   }
 }
 
-TEST(Atlas, AnIndexOfOneIsNothingHoweverRough) {
+TEST(Materials, AnIndexOfOneIsInvisibleAtAnyRoughness) {
   for (const std::string kind :
        {R"("dielectric": {"ior": 1, "roughness": 0})", R"("dielectric": {"ior": 1, "roughness": 1})",
         R"("principled": {"base_color": {"rgb": [1, 1, 1]}, "transmission": 1, "ior": 1})"}) {
@@ -94,13 +94,13 @@ TEST(Atlas, AnIndexOfOneIsNothingHoweverRough) {
   }
 }
 
-TEST(Atlas, ALightPipeReflectsAHundredTimes) {
+TEST(Materials, ALightPipeReflectsAHundredTimes) {
   const Estimate seen = mean_of(scene_of(light_pipe()).render({"path", 54, 0}, 8), 0);
   EXPECT_NEAR(seen.value, 2.25, 5 * seen.standard_error + 0.01);
   EXPECT_LT(seen.standard_error, 0.05);
 }
 
-TEST(Atlas, AMirrorCorridorIsSeenToItsEnd) {
+TEST(Materials, AMirrorCorridorIsSeenToItsEnd) {
   for (const auto& [share, reflections] : {std::pair(1.0, 120), {0.99, 100}, {0.5, 5}}) {
     const AtlasCase corridor = mirror_corridor(share, reflections);
     const TestScene scene = scene_of(corridor);
@@ -110,7 +110,7 @@ TEST(Atlas, AMirrorCorridorIsSeenToItsEnd) {
   }
 }
 
-TEST(Atlas, VeachsPlatesShowLampsOfAllSizesInAllRoughnesses) {
+TEST(Materials, VeachsPlatesShowLightsOfAllSizesAtAllRoughnesses) {
   // The small ones are found by their light alone, the large ones in smooth plates by reflection alone.
   for (const double roughness : {0.1, 0.25, 0.5, 0.8}) {
     for (const double radius : {0.02, 0.1, 0.4, 0.9}) {
@@ -123,7 +123,7 @@ TEST(Atlas, VeachsPlatesShowLampsOfAllSizesInAllRoughnesses) {
   }
 }
 
-TEST(Atlas, ACausticIsSeenInAMirrorAsOnItsWall) {
+TEST(Materials, ACausticIsSeenInAMirrorAsOnItsWall) {
   // A lamp and its image in a mirror floor light a white wall; what the mirror shows of the wall is the same, at its
   // edge to the floor too.
   const double radius = 0.3;
@@ -143,7 +143,7 @@ TEST(Atlas, ACausticIsSeenInAMirrorAsOnItsWall) {
   }
 }
 
-TEST(Atlas, GlassInOnAndAcrossGlassHidesInUniformLight) {
+TEST(Materials, GlassInOnAndAcrossGlassIsInvisibleInUniformLight) {
   // Radiance is n² denser in each, and 1 again outside.
   const auto seen = [&](const std::string& objects, double reach) {
     return mean_of(clean_picture(TestScene::from_text(document(R"("eye": [0.5, 2, 4], "look_at": [0, 0, 0])", 30, 32,
@@ -165,7 +165,7 @@ TEST(Atlas, GlassInOnAndAcrossGlassHidesInUniformLight) {
   }
 }
 
-TEST(Atlas, InfiniteAbsorptionIsBlackAndNoMoreThanThat) {
+TEST(Materials, InfiniteAbsorptionLeavesOnlyTheReflection) {
   for (const std::string interior :
        {R"("color": {"rgb": [0, 0, 0]})", R"("absorption": {"rgb": [1e30, 1e30, 1e30]})"}) {
     const Estimate seen = mean_of(scene_of(ink(interior)).render({"path", 55, 0}, 10), 0);
@@ -174,7 +174,7 @@ TEST(Atlas, InfiniteAbsorptionIsBlackAndNoMoreThanThat) {
   }
 }
 
-TEST(Atlas, AnEyeOnTheSurfaceOfGlassSeesOneSideOrTheOther) {
+TEST(Materials, ACameraOnTheSurfaceOfGlassSeesOneSideOrTheOther) {
   const auto scene = TestScene::from_text(document(
       R"("eye": [0, 0, 1], "look_at": [0, 0, -1])", 20, 16,
       diffuse("sky", 0, 1) + R"(, {"name": "glass", "dielectric": {}, "interior": {"absorption": {"rgb": [0, 0, 0]}}})",
@@ -185,7 +185,7 @@ TEST(Atlas, AnEyeOnTheSurfaceOfGlassSeesOneSideOrTheOther) {
   EXPECT_LT(seen.value, 2.3);
 }
 
-TEST(Atlas, MoreNestedShapesThanAreKeptTrackOfAreCountedAsSamplesThatAreNotFinite) {
+TEST(Materials, SamplesInTooManyNestedShapesAreCountedAsNotFinite) {
   std::string materials = diffuse("sky", 0, 1), objects = sphere("sky", "[0, 0, 0]", 20, true);
   for (int i = 0; i < 12; ++i) {
     const std::string name = fmt::format("shell{}", i);

@@ -55,7 +55,7 @@ HalfImages preview_of(const std::string& text, const Texels2D& texels) {
   return clean_picture(TestScene::from_text(text, {{"t.exr", texels.file()}}, read_image), "preview", 1);
 }
 
-TEST(Textures, OfAnySizeRepeatOrEndOnBothSidesOfZero) {
+TEST(Textures, RepeatOrClampOnBothSidesOfZeroAtAnySize) {
   // Coordinates from −2 to 2: a pixel is a texel.
   for (const auto& [width, height] : {std::pair(3, 5), {1, 1}, {1, 7}, {6, 1}, {2, 2}}) {
     const Texels2D texels = numbered(width, height);
@@ -79,7 +79,7 @@ TEST(Textures, OfAnySizeRepeatOrEndOnBothSidesOfZero) {
   }
 }
 
-TEST(Textures, SeamsAtWholeNumbersAreSmoothOrEnd) {
+TEST(Textures, SeamsAtWholeNumbersAreBlendedOrClamped) {
   // Bilinear, four texels wide: at u = 0, 1, −1, … half of the first and half of the last; where it is clamped, the
   // border and no more.
   const Texels2D texels{4, 1, {0.1f, 0.3f, 0.5f, 0.9f}};
@@ -123,7 +123,7 @@ TEST(Textures, CornersOfAMeshAreCornersOfTheImage) {
   }
 }
 
-TEST(Textures, FarOutTheyStayWithinTheirTexels) {
+TEST(Textures, StayWithinTheirTexelsAtHugeCoordinates) {
   // Coordinates so large that single precision has no fraction of them, or none are left: some texel, never another
   // number.
   const Texels2D texels{2, 2, {0.2f, 0.4f, 0.6f, 0.8f}};
@@ -146,7 +146,7 @@ TEST(Textures, FarOutTheyStayWithinTheirTexels) {
   expect_even(preview_of(text, texels), 0.4, 0.4 + 1e-6);
 }
 
-TEST(Textures, WhatHasNoCoordinatesHasTheFirstTexel) {
+TEST(Textures, ObjectsWithoutCoordinatesHaveTheFirstTexel) {
   // A sphere has (0, 0) everywhere: the lower left texel. So has a mesh without `vt`, or with one for all.
   const Texels2D texels = numbered(3, 2);
   const std::string nearest = R"("filter": "NEAREST")";
@@ -165,7 +165,7 @@ TEST(Textures, WhatHasNoCoordinatesHasTheFirstTexel) {
   }
 }
 
-TEST(Textures, ReflectanceBeyondAllAndNothingIsCut) {
+TEST(Textures, ReflectanceIsClampedToZeroAndOne) {
   // An image of floats may hold anything: a surface reflects all of the light at most. Under a sky of radiance 1.
   for (const auto& [value, exact] : {std::pair(5.0f, 1.0), {-3.0f, 0.0}, {0.25f, 0.25}, {1e30f, 1.0}}) {
     std::string text = floor_document(R"("filter": "BILINEAR")", 0, 0, 1, 8);
@@ -200,7 +200,7 @@ TEST(Textures, EmissionByATextureIsItsTexels) {
   }
 }
 
-TEST(Textures, ThatAreNoneAreRefused) {
+TEST(Textures, AreRefusedWhenInvalid) {
   const auto why = [](const std::string& settings, const std::map<std::string, std::string>& files) {
     return refusal(floor_document(settings, 0, 0, 1, 4), files, read_image);
   };
