@@ -64,9 +64,9 @@ TestScene caustic_in_a_mirror() {
                                        R"({"point": {"position": [0.5, 3, 0.9], "intensity": {"rgb": [9, 9, 9]}}})"));
 }
 
-class BiasOfGathersBy : public ::testing::TestWithParam<const char*> {};
+class GatherBiasByMethod : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(BiasOfGathersBy, IsStatedWithTheError) {
+TEST_P(GatherBiasByMethod, IsStatedWithTheError) {
   const TestScene scene = caustic_in_a_mirror();
   const Sums reference = sums_of(scene, "caustic:photons=20000,radius=0.4", 1, 10);
   const double noise = stated_error(reference, true);
@@ -81,10 +81,10 @@ TEST_P(BiasOfGathersBy, IsStatedWithTheError) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(By, BiasOfGathersBy, ::testing::Values("caustic", "vcm"),
+INSTANTIATE_TEST_SUITE_P(By, GatherBiasByMethod, ::testing::Values("caustic", "vcm"),
                          [](const auto& info) { return std::string(info.param); });
 
-TEST(BiasOfGathers, IsNoneWhereThereIsNothingToGather) {
+TEST(GatherBias, IsZeroWithoutGathers) {
   const TestScene scene =
       TestScene::from_text(document(R"("eye": [0, 1, 3], "look_at": [0, 0, 0])", 50, kSide, diffuse("floor", 0.7),
                                     plane_shape("floor", "[0, 0, 0]", "[0, 1, 0]"),

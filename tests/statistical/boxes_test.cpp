@@ -50,7 +50,7 @@ BlockMeans reference(const std::string& name) {
 
 class Boxes : public ::testing::TestWithParam<std::string> {};
 
-TEST_P(Boxes, AgreeWithTheOracle) {
+TEST_P(Boxes, AgreeWithTheReferenceTracer) {
   const Comparison c = compare(render(box(GetParam()), 0, 6), reference(GetParam()));
   EXPECT_LT(c.largest_z, 6);
   EXPECT_LT(c.mean_square_z, 1.35);
