@@ -70,7 +70,7 @@ std::string request_for(const google::protobuf::MethodDescriptor& method, std::u
   return message->SerializeAsString();
 }
 
-TEST(Access, EveryRpcForEveryRoleWithOwnAndOthersJobs) {
+TEST(Access, EveryRpcChecksRolesAndOwners) {
   SecureFarm secure;
   const auto ada = secure.channel(secure.person("ada", {Role::submit}));
   const auto bob = secure.channel(secure.person("bob", {Role::submit}));
@@ -111,7 +111,7 @@ TEST(Access, EveryRpcForEveryRoleWithOwnAndOthersJobs) {
   }
 }
 
-TEST(Access, SubmittersAreListedTheirOwnJobsAndAreTheirOwners) {
+TEST(Access, SubmittersSeeAndOwnOnlyTheirJobs) {
   SecureFarm secure;
   const auto ada = secure.channel(secure.person("ada", {Role::submit}));
   const auto bob = secure.channel(secure.person("bob", {Role::submit}));
@@ -134,7 +134,7 @@ TEST(Access, SubmittersAreListedTheirOwnJobsAndAreTheirOwners) {
   EXPECT_EQ(listed(secure.channel(secure.person("eve", {Role::view}))), (Owners{{adas, "ada"}, {bobs, "bob"}}));
 }
 
-TEST(Access, ARequestIdOfAnotherGivesNothingAway) {
+TEST(Access, ARequestIdOfAnotherUserRevealsNothing) {
   SecureFarm secure;
   const auto ada = secure.channel(secure.person("ada", {Role::submit}));
   const auto eve = secure.channel(secure.person("eve", {Role::submit}));
@@ -152,7 +152,7 @@ TEST(Access, ARequestIdOfAnotherGivesNothingAway) {
   EXPECT_EQ(submit(eve), std::pair(StatusCode::ALREADY_EXISTS, std::uint64_t{0}));
 }
 
-TEST(Access, StrangersDoNotGetAsFarAsACall) {
+TEST(Access, StrangersCannotConnect) {
   SecureFarm secure;
   const KeyAndCertificate other = make_authority("Test farm", today()).value();
   const auto code = [&](const std::shared_ptr<grpc::Channel>& channel) {
@@ -174,7 +174,7 @@ TEST(Access, StrangersDoNotGetAsFarAsACall) {
       << "without TLS";
 }
 
-TEST(Access, HealthIsForEverybodyAndReflectionForNobody) {
+TEST(Access, EveryoneCanCallHealthAndNoOneReflection) {
   SecureFarm secure;
   const auto nobody = secure.channel(std::nullopt);
   std::vector<std::string> replies;

@@ -14,7 +14,7 @@ namespace {
 
 using grpc::StatusCode;
 
-TEST(TokenAccess, TokensOutliveTheCoordinatorAsHashesAlone) {
+TEST(TokenAccess, TokensOutliveTheCoordinatorOnlyAsHashes) {
   SecureFarm secure;
   const auto root = [&] { return secure.channel(secure.person("root", {Role::admin})); };
   const auto listed = [&](const std::string& token) {
@@ -76,7 +76,7 @@ TEST(TokenAccess, TokensAreListedInPagesThatRevokingDoesNotDisturb) {
   EXPECT_EQ(listed, sorted);
 }
 
-TEST(TokenAccess, AWorkerWhoseTokenIsRevokedIsSentAway) {
+TEST(TokenAccess, AWorkerWithARevokedTokenIsDisconnected) {
   SecureFarm secure;
   const auto root = secure.channel(secure.person("root", {Role::admin}));
   const std::string token = token_for(root, "render-1", {Role::worker});
@@ -100,7 +100,7 @@ TEST(TokenAccess, AWorkerWhoseTokenIsRevokedIsSentAway) {
   EXPECT_TRUE(eventually([&] { return workers() == 0; }));
 }
 
-TEST(TokenAccess, AWorkerThatIsRefusedSaysSoOnceAndComesWhenItIsLetIn) {
+TEST(TokenAccess, ARefusedWorkerLogsItOnceAndConnectsWhenAllowed) {
   SecureFarm secure;
   const auto root = secure.channel(secure.person("root", {Role::admin}));
   const BackgroundProcess worker(
@@ -152,7 +152,7 @@ grpc::Status work_until_sent_away(const std::shared_ptr<grpc::Channel>& channel,
   return stream->Finish();
 }
 
-TEST(TokenAccess, StreamsEndWithTheCertificateOrTokenThatTheyCameBy) {
+TEST(TokenAccess, StreamsEndWithTheirCertificateOrToken) {
   constexpr std::int64_t kHour = 3600;
   const MovableClock clock;
   SecureFarm secure({}, {"127.0.0.1", {}, clock.environment()});
@@ -199,7 +199,7 @@ TEST(TokenAccess, StreamsEndWithTheCertificateOrTokenThatTheyCameBy) {
   expect_ended(third, "render-3");
 }
 
-TEST(TokenAccess, AScalerWhoseTokenIsRevokedHearsNoMore) {
+TEST(TokenAccess, AScalerWithARevokedTokenIsDisconnected) {
   SecureFarm secure;
   const auto root = secure.channel(secure.person("root", {Role::admin}));
   const std::string token = token_for(root, "scaler", {Role::view});

@@ -196,7 +196,7 @@ TEST(ActionLog, EveryChangeIsRecordedWithWhoAndWhat) {
   EXPECT_EQ(actions(root, filter).size(), 0u);
 }
 
-TEST(ActionLog, WhatIsRefusedIsRecordedButNotWithoutEnd) {
+TEST(ActionLog, RefusalsAreRecordedUpToALimit) {
   SecureFarm secure;
   const auto root = secure.channel(secure.person("root", {Role::admin}));
   const auto ada = secure.channel(secure.person("ada", {Role::submit}));
@@ -246,7 +246,7 @@ TEST(ActionLog, WhatIsRefusedIsRecordedButNotWithoutEnd) {
   EXPECT_GE(actions(root).size(), expected.size() + 90);
 }
 
-TEST(ActionLog, OutlivesTheCoordinatorAndTellsHowItEnded) {
+TEST(ActionLog, OutlivesTheCoordinatorAndRecordsHowItEnded) {
   SecureFarm secure;
   const auto root = [&] { return secure.channel(secure.person("root", {Role::admin})); };
   const std::string token = token_for(root(), "ada", {Role::submit});

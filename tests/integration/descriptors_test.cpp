@@ -102,7 +102,7 @@ class NoDescriptors {
   rlimit before_{};
 };
 
-TEST(Descriptors, AFloodFromElsewhereKeepsNobodyOut) {
+TEST(Descriptors, AFloodFromAnotherAddressBlocksNoCaller) {
   Farm farm({}, with_few_files());
   const auto open = [&] { return channel_to(farm.address()); };
   Flood flood(port_of(farm.address()), "127.0.0.2", kFlood);
@@ -111,7 +111,7 @@ TEST(Descriptors, AFloodFromElsewhereKeepsNobodyOut) {
   EXPECT_TRUE(answers_again("after it", open));
 }
 
-TEST(Descriptors, AFloodFromTheSameAddressEndsNoKnownCallerAndMakesRoomInTime) {
+TEST(Descriptors, AFloodFromTheSameAddressKeepsKnownCallersAndMakesRoom) {
   Farm farm({}, with_few_files());
   const auto open = [&] { return channel_to(farm.address()); };
   std::vector<std::shared_ptr<grpc::Channel>> known;
@@ -129,7 +129,7 @@ TEST(Descriptors, AFloodFromTheSameAddressEndsNoKnownCallerAndMakesRoomInTime) {
   }
 }
 
-TEST(Descriptors, AFloodOfSilentConnectionsKeepsNobodyOutOfAnEncryptedPort) {
+TEST(Descriptors, SilentConnectionsDoNotBlockAnEncryptedPort) {
   SecureFarm secure({}, with_few_files());
   const KeyAndCertificate ada = secure.person("ada", {Role::submit});
   const auto open = [&] { return secure.channel(ada); };
@@ -139,7 +139,7 @@ TEST(Descriptors, AFloodOfSilentConnectionsKeepsNobodyOutOfAnEncryptedPort) {
   EXPECT_TRUE(answers_again("after it", open));
 }
 
-TEST(Descriptors, HalfSentRequestsKeepNobodyOffThePage) {
+TEST(Descriptors, HalfSentRequestsDoNotBlockThePage) {
   WebFarm farm({}, with_few_files());
   const Flood flood(farm.port(), "127.0.0.2", kFlood, "GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Half");
   EXPECT_TRUE(recovers("during a flood of half-sent requests", [&] { return farm.get("/").result_int() == 200u; }));
@@ -159,7 +159,7 @@ TEST(Descriptors, APortThatRanOutOfFilesAcceptsAgain) {
   EXPECT_EQ(farm.get("/").result_int(), 200u);
 }
 
-TEST(Descriptors, AFloodOfTheHealthPortKeepsNoProbeOut) {
+TEST(Descriptors, AFloodOfTheHealthPortBlocksNoProbe) {
   TemporaryFolder folder;
   const std::string port_file = (folder.path() / "port").string();
   const Farm farm({"--health", "127.0.0.1:0", "--health-port-file", port_file}, with_few_files());

@@ -107,7 +107,7 @@ class Enrolment : public ::testing::Test {
   SecureFarm secure_;
 };
 
-TEST_F(Enrolment, UsesAreCountedThoughTheCoordinatorIsKilled) {
+TEST_F(Enrolment, UsesAreCountedAcrossAKillOfTheCoordinator) {
   const std::string by = enrolment_token(2);
   const NewToken one = make_token().value(), two = make_token().value(), three = make_token().value();
   v1::Token made, again;
@@ -162,7 +162,7 @@ TEST_F(Enrolment, AWorkerWhoseAnswerWasLostRepeatsItsRequest) {
   EXPECT_FALSE(std::filesystem::exists(state("1/token.asked")));
 }
 
-TEST_F(Enrolment, WorkersOfOneMachineHaveAnIdentityEachAndBeyondTheUsesNone) {
+TEST_F(Enrolment, EachWorkerOfAMachineHasAnIdentityUpToTheUses) {
   const std::string file = secure_.write("enrol", enrolment_token(2));
   const auto one = worker(file, "one");
   ASSERT_TRUE(come_to_be({first_})) << secure_.farm().log("one");
@@ -192,7 +192,7 @@ TEST_F(Enrolment, AWorkerWhoseTokenIsRevokedEnrolsAgainWhileItMay) {
   EXPECT_TRUE(come_to_be({}));
 }
 
-TEST_F(Enrolment, ToRevokeAnEnrolmentTokenLeavesItsWorkersUnlessTheyAreMeantToo) {
+TEST_F(Enrolment, RevokingAnEnrolmentTokenKeepsItsWorkersByDefault) {
   const std::string by = enrolment_token(3);
   const std::string id = token_id(by).value();
   const std::string file = secure_.write("enrol", by);
@@ -236,7 +236,7 @@ TEST_F(Enrolment, AWorkerThatCannotEnrolSaysWhatToDo) {
   fails(file, {}, 1, "chmod 600");
 }
 
-TEST_F(Enrolment, ATokenThatIsNoneOfEnrolmentIsRefusedByName) {
+TEST_F(Enrolment, ATokenOfAnotherKindIsRefusedByName) {
   const std::string file = secure_.write("enrol", token_for(root(), "ada", {Role::submit}));
   const auto process = worker(file);
   EXPECT_TRUE(says("Enrol is for the roles enrol, which 'ada' (roles: submit; by token"))

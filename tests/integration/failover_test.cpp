@@ -63,7 +63,7 @@ class TwoCoordinators {
   std::unique_ptr<BackgroundProcess> worker_;
 };
 
-TEST(SharedDatabase, TheCoordinatorKilledTwice) {
+TEST(SharedDatabase, TwoKillsOfTheCoordinatorKeepTheBits) {
   Farm farm({"--store", server().new_database()});
   farm.add_worker(2, "w1");
   FarmClient client = farm.client();
@@ -77,7 +77,7 @@ TEST(SharedDatabase, TheCoordinatorKilledTwice) {
   expect_reference_film(farm.client(), job, picture);
 }
 
-TEST(SharedDatabase, AFarmLivesThroughItsDatabasesCrash) {
+TEST(SharedDatabase, AFarmSurvivesACrashOfItsDatabase) {
   const TemporaryFolder folder;
   const std::string port_file = (folder.path() / "port").string();
   Farm farm({"--store", server().new_database(), "--health", "127.0.0.1:0", "--health-port-file", port_file});
@@ -96,7 +96,7 @@ TEST(SharedDatabase, AFarmLivesThroughItsDatabasesCrash) {
   EXPECT_TRUE(eventually([&] { return health(probed) == "SERVING"; }));
 }
 
-TEST(SharedDatabase, OneThatStandsByTakesOverFromOneThatIsKilled) {
+TEST(SharedDatabase, AStandbyTakesOverFromAKilledCoordinator) {
   TwoCoordinators both;
   // The longest time until another one takes over.
   EXPECT_LE(std::stod(both.sql("SELECT extract(epoch FROM expires - clock_timestamp()) FROM lightmill.lease")), 2.5);
@@ -112,7 +112,7 @@ TEST(SharedDatabase, OneThatStandsByTakesOverFromOneThatIsKilled) {
   expect_reference_film(FarmClient(both.address(1)), job);
 }
 
-TEST(SharedDatabase, OneThatWasStoppedIsReplacedAndDoesNoHarmWhenItGoesOn) {
+TEST(SharedDatabase, AStoppedCoordinatorIsReplacedAndDoesNoHarmWhenItResumes) {
   TwoCoordinators both;
   FarmClient to_first(both.address(0));
   const std::uint64_t job = to_first.submit(Picture()).id();
@@ -133,7 +133,7 @@ TEST(SharedDatabase, OneThatWasStoppedIsReplacedAndDoesNoHarmWhenItGoesOn) {
   expect_reference_film(FarmClient(both.address(0)), job);
 }
 
-TEST(SharedDatabase, ClientsAndWorkersThatAreGivenBothGoOn) {
+TEST(SharedDatabase, ClientsAndWorkersWithBothAddressesResume) {
   TwoCoordinators both;
   const TemporaryFolder folder;
   Picture shown;
@@ -158,7 +158,7 @@ TEST(SharedDatabase, ClientsAndWorkersThatAreGivenBothGoOn) {
   expect_reference_film(FarmClient(both.address(1)), 1, shown);
 }
 
-TEST(Backup, ADumpOfTheDatabaseIsPutBackAndFinishesWithTheSameBits) {
+TEST(Backup, ARestoredDumpFinishesWithTheSameBits) {
   const Picture picture, small{.side = 64, .samples = 16};
   const std::string url = server().new_database();
   std::string restored_url;

@@ -109,7 +109,7 @@ TEST_F(FaultyLines, StallsInOneDirectionOrBothKeepTheBits) {
   EXPECT_EQ(farm_.times_missed("w2"), 0);
 }
 
-TEST(StoppedProcesses, AWorkerThatStandsStillIsReplacedAndComesBack) {
+TEST(StoppedProcesses, AStoppedWorkerIsReplacedAndComesBack) {
   Farm farm;
   Picture picture = picture_of(600);
   farm.add_worker(1, "w1");
@@ -128,7 +128,7 @@ TEST(StoppedProcesses, AWorkerThatStandsStillIsReplacedAndComesBack) {
   EXPECT_FALSE(farm.worker("w1").wait(milliseconds(0)));
 }
 
-TEST(StoppedProcesses, ACoordinatorThatStandsStillGoesOn) {
+TEST(StoppedProcesses, AStoppedCoordinatorResumes) {
   Farm farm;
   Picture picture = picture_of(300);
   farm.add_worker(1, "w1");
@@ -145,7 +145,7 @@ TEST(StoppedProcesses, ACoordinatorThatStandsStillGoesOn) {
   expect_reference_film(farm.client(), job, picture);
 }
 
-TEST(JumpingClocks, AreNotWhatAFarmGoesBy) {
+TEST(JumpingClocks, DoNotDisturbAFarm) {
   const MovableClock coordinators, workers;
   Farm farm({}, {"127.0.0.1", {}, coordinators.environment()});
   Picture picture = picture_of(300);

@@ -98,7 +98,7 @@ TEST(Inspect, GivesTheJobThatTheCommandLineWouldSubmit) {
   expect_reference_film(farm.client(), job.id(), picture);
 }
 
-TEST(Inspect, NamesWhatIsWrongAsItWasNamed) {
+TEST(Inspect, NamesFaultsByTheGivenNames) {
   Farm farm;
   farm.add_worker(1, "w1");
   ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));
@@ -130,7 +130,7 @@ TEST(Inspect, NamesWhatIsWrongAsItWasNamed) {
   EXPECT_EQ(nothing.inspect().error_code(), grpc::StatusCode::INVALID_ARGUMENT);
 }
 
-TEST(Inspect, TellsOfFilesThatAreNoTextWithoutLosingItsWorker) {
+TEST(Inspect, ReportsFilesThatAreNoTextWithoutLosingItsWorker) {
   Farm farm;
   farm.add_worker(1, "w1");
   ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));
@@ -155,7 +155,7 @@ TEST(Inspect, TellsOfFilesThatAreNoTextWithoutLosingItsWorker) {
   EXPECT_EQ(farm.server_log().find("is gone"), std::string::npos) << farm.server_log();
 }
 
-TEST(Inspect, SaysThatThereIsNoWorkerAndGoesOnWithoutOneThatIsLost) {
+TEST(Inspect, ReportsAMissingWorkerAndReplacesALostOne) {
   Farm farm;
   Dropped dropped(farm.client());
   drop_box(dropped);
@@ -174,7 +174,7 @@ TEST(Inspect, SaysThatThereIsNoWorkerAndGoesOnWithoutOneThatIsLost) {
   EXPECT_EQ(dropped.found.packed(), pack_scene(bench_box().scene));
 }
 
-TEST(Inspect, GoesOnWhileTheWorkerRenders) {
+TEST(Inspect, WorksWhileTheWorkerRenders) {
   Farm farm;
   farm.add_worker(1, "w1");
   ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));

@@ -25,7 +25,7 @@ bool says(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-TEST(Keeping, WithLittleSpaceJobsWaitAndGoOnByThemselves) {
+TEST(Storage, JobsWaitWhenSpaceIsShortAndResumeByThemselves) {
   const SmallDisk disk(160);
   if (!disk.mounted()) {
     GTEST_SKIP() << "no disk can be mounted here";
@@ -45,7 +45,7 @@ TEST(Keeping, WithLittleSpaceJobsWaitAndGoOnByThemselves) {
   expect_reference_film(farm.client(), job, picture);
 }
 
-TEST(Keeping, FilmsFitIntoTheMemoryThatTheCoordinatorMayUse) {
+TEST(Storage, FilmsFitIntoTheMemoryThatTheCoordinatorMayUse) {
   const MemoryGroup group(256);
   if (!group.made()) {
     GTEST_SKIP() << "no control group can be made here";
@@ -71,7 +71,7 @@ TEST(Keeping, FilmsFitIntoTheMemoryThatTheCoordinatorMayUse) {
   EXPECT_FALSE(farm.server().wait(std::chrono::milliseconds(0)).has_value()) << farm.server_log();
 }
 
-TEST(Keeping, FilmsOfEndedJobsMayOutgrowTheMemoryAndEachIsServed) {
+TEST(Storage, FilmsOfEndedJobsMayOutgrowTheMemoryAndEachIsServed) {
   const MemoryGroup group(256);
   if (!group.made()) {
     GTEST_SKIP() << "no control group can be made here";
@@ -113,7 +113,7 @@ TEST(Keeping, FilmsOfEndedJobsMayOutgrowTheMemoryAndEachIsServed) {
   EXPECT_TRUE(lives()) << farm.server_log();
 }
 
-TEST(Keeping, ADamagedNodeOfAnEndedJobIsRenderedAgainOnceItsFilmIsRead) {
+TEST(Storage, ADamagedNodeOfAnEndedJobIsRenderedAgainOnceItsFilmIsRead) {
   Farm farm;
   FarmClient client = farm.client();
   farm.add_worker(1, "w1");
@@ -136,7 +136,7 @@ TEST(Keeping, ADamagedNodeOfAnEndedJobIsRenderedAgainOnceItsFilmIsRead) {
   expect_reference_film(farm.client(), job);
 }
 
-TEST(Keeping, WhoDeletesJobsMakesRoom) {
+TEST(Storage, DeletingJobsMakesRoom) {
   const SmallDisk disk(480);
   if (!disk.mounted()) {
     GTEST_SKIP() << "no disk can be mounted here";
@@ -170,7 +170,7 @@ TEST(Keeping, WhoDeletesJobsMakesRoom) {
   EXPECT_TRUE(eventually([&] { return done(jobs.back()); })) << client.job(jobs.back()).ShortDebugString();
 }
 
-TEST(Keeping, AFullDiskLosesNothing) {
+TEST(Storage, AFullDiskLosesNothing) {
   const SmallDisk disk(64);
   if (!disk.mounted()) {
     GTEST_SKIP() << "no disk can be mounted here";
@@ -194,7 +194,7 @@ TEST(Keeping, AFullDiskLosesNothing) {
   expect_reference_film(farm.client(), job, picture);
 }
 
-TEST(Keeping, WhoSubmitsToAFullDiskHearsItAtOnceAndNothingThatWasTakenInIsLost) {
+TEST(Storage, AFullDiskRefusesJobsAtOnceAndKeepsAcceptedOnes) {
   const SmallDisk disk(64);
   if (!disk.mounted()) {
     GTEST_SKIP() << "no disk can be mounted here";
@@ -232,7 +232,7 @@ TEST(Keeping, WhoSubmitsToAFullDiskHearsItAtOnceAndNothingThatWasTakenInIsLost) 
   EXPECT_EQ(static_cast<std::size_t>(all.jobs_size()), jobs.size());
 }
 
-TEST(Keeping, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
+TEST(Storage, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
   const MovableClock clock;
   Farm farm({"--keep-days", "7"}, {"127.0.0.1", {}, clock.environment()});
   FarmClient client = farm.client();
@@ -252,7 +252,7 @@ TEST(Keeping, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
   EXPECT_EQ(jobs_after("+8d"), std::vector{waiting});
 }
 
-TEST(Check, AFolderWithoutAFarmIsNotCalledSound) {
+TEST(Check, AFolderWithoutAFarmFails) {
   const TemporaryFolder folder;
   const auto check = [&] {
     return run_command({program("lightmill-server"), "check", "--data", folder.path().string()});
@@ -265,7 +265,7 @@ TEST(Check, AFolderWithoutAFarmIsNotCalledSound) {
   EXPECT_NE(empty.err.find("is empty"), std::string::npos) << empty.err;
 }
 
-TEST(Keeping, ADatabaseThatHasLostCommitsIsRefusedUntilThatIsAccepted) {
+TEST(Storage, ADatabaseThatHasLostCommitsIsRefusedUntilThatIsAccepted) {
   Farm farm;
   FarmClient client = farm.client();
   farm.add_worker(2, "w1");
@@ -301,7 +301,7 @@ TEST(Keeping, ADatabaseThatHasLostCommitsIsRefusedUntilThatIsAccepted) {
   expect_reference_film(farm.client(), lost + 1);
 }
 
-TEST(Keeping, ADamagedAssetIsForgottenAndSentAgain) {
+TEST(Storage, ADamagedAssetIsForgottenAndSentAgain) {
   Farm farm;
   FarmClient client = farm.client();
   Picture picture;
@@ -323,7 +323,7 @@ TEST(Keeping, ADamagedAssetIsForgottenAndSentAgain) {
   expect_reference_film(farm.client(), waiting, picture);
 }
 
-TEST(Keeping, AnAssetThatCannotBeReadNowIsWaitedFor) {
+TEST(Storage, AJobWaitsForAnUnreadableAsset) {
   Farm farm;
   FarmClient client = farm.client();
   const Picture picture;
@@ -343,7 +343,7 @@ TEST(Keeping, AnAssetThatCannotBeReadNowIsWaitedFor) {
   expect_reference_film(farm.client(), job, picture);
 }
 
-TEST(Keeping, ACopyOfTheDirectoryIsABackup) {
+TEST(Storage, ACopyOfTheDirectoryIsABackup) {
   Picture picture;
   const TemporaryFolder backup;
   std::uint64_t job = 0;

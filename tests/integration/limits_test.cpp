@@ -22,7 +22,7 @@ bool says(const grpc::Status& status, const std::string& part) {
   return status.error_message().find(part) != std::string::npos;
 }
 
-TEST(Limits, RequestsASecond) {
+TEST(Limits, RequestsASecondAreLimited) {
   Farm farm({"--caller-requests", "2"});
   FarmClient client = farm.client();
   int taken = 0;
@@ -42,7 +42,7 @@ TEST(Limits, RequestsASecond) {
   EXPECT_TRUE(eventually([&] { return list(client.stub()).ok(); })) << "after what it has said";
 }
 
-TEST(Limits, StreamsOfOneCaller) {
+TEST(Limits, StreamsOfOneCallerAreLimited) {
   Farm farm({"--caller-streams", "2"});
   FarmClient client = farm.client();
   client.upload_assets();
@@ -77,7 +77,7 @@ TEST(Limits, StreamsOfOneCaller) {
   (void)second.reader->Finish();
 }
 
-TEST(Limits, AWorkerThatFindsTheFarmFullComesInWhenAnotherHasLeft) {
+TEST(Limits, AWorkerJoinsAFullFarmWhenAnotherLeaves) {
   Farm farm({"--max-workers", "1"});
   farm.add_worker(1, "first");
   ASSERT_TRUE(eventually([&] { return farm.met("first"); }));
@@ -89,7 +89,7 @@ TEST(Limits, AWorkerThatFindsTheFarmFullComesInWhenAnotherHasLeft) {
   EXPECT_TRUE(eventually([&] { return farm.met("second"); }));
 }
 
-TEST(Limits, JobsOfOneUser) {
+TEST(Limits, JobsOfOneUserAreLimited) {
   Farm farm({"--user-jobs", "2"});
   FarmClient client = farm.client();
   client.upload_assets();

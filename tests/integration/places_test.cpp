@@ -129,7 +129,7 @@ TEST(PlacesOfAFarm, SilentUploadsMakeRoomForOthersOfTheirCaller) {
   EXPECT_EQ((first_stays ? second : first).end().error_code(), grpc::StatusCode::CANCELLED);
 }
 
-TEST(PlacesOfAFarm, FilmsThatOneCallerDoesNotReadKeepNobodyFromTheirs) {
+TEST(PlacesOfAFarm, UnreadFilmsDoNotBlockOtherFilms) {
   SecureFarm secure;
   grpc::ChannelArguments small_windows;
   small_windows.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
@@ -208,7 +208,7 @@ TEST(PlacesOfAFarm, PagesOfOneAddressMakeRoomForThoseOfAnother) {
   EXPECT_EQ(open_page(web, page), "HTTP/1.1 101 Switching Protocols");
 }
 
-TEST(PlacesOfAFarm, HalfSentRequestsOfACallerKeepItsOthersOffNoPort) {
+TEST(PlacesOfAFarm, HalfSentRequestsDoNotBlockOtherRequestsOfTheirCaller) {
   WebFarm web({}, {"127.0.0.1", {"/bin/sh", "-c", "ulimit -n 256; exec \"$@\"", "sh"}, {}});
   constexpr int kPlaces = 24;
   const std::string request = fmt::format("GET /api/v1/farm HTTP/1.1\r\nHost: {}\r\n", web.host());

@@ -34,13 +34,13 @@ Rendered rendered_by(const Farm& farm, const std::vector<std::string>& workers) 
   return rendered;
 }
 
-TEST(SameBits, OneWorkerOneThread) {
+TEST(SameBits, OneWorkerGivesTheReferenceFilm) {
   Farm farm;
   farm.add_worker(1, "w1");
   expect_reference_film(farm.client(), farm.client().submit(kPicture).id());
 }
 
-TEST(SameBits, ThreeWorkersTwoThreads) {
+TEST(SameBits, ThreeWorkersGiveTheReferenceFilm) {
   Farm farm;
   for (const char* name : {"w1", "w2", "w3"}) {
     farm.add_worker(2, name);
@@ -48,7 +48,7 @@ TEST(SameBits, ThreeWorkersTwoThreads) {
   expect_reference_film(farm.client(), farm.client().submit(kPicture).id());
 }
 
-TEST(SameBits, EveryOtherMethodOnFarmsOfBothSizes) {
+TEST(SameBits, EveryOtherMethodKeepsItsBitsOnFarmsOfBothSizes) {
   Farm one, four;
   one.add_worker(1, "w1");
   four.add_worker(2, "w1");
@@ -63,7 +63,7 @@ TEST(SameBits, EveryOtherMethodOnFarmsOfBothSizes) {
   }
 }
 
-TEST(SameBits, ManyShortUnitsOrFewLongOnes) {
+TEST(SameBits, TheLengthOfUnitsDoesNotChangeTheBits) {
   // 1 MiB/s of results: half a second a range, and more.
   const std::array<std::vector<std::string>, 3> options{
       {{"--unit-seconds", "0.05"}, {"--unit-seconds", "60"}, {"--results-rate", "1"}}};
@@ -80,7 +80,7 @@ TEST(SameBits, ManyShortUnitsOrFewLongOnes) {
   EXPECT_LT(2 * results[2], results[0]);
 }
 
-TEST(SameBits, FourWorkersKilledAtWork) {
+TEST(SameBits, FourKilledWorkersKeepTheBits) {
   Farm farm({"--unit-seconds", "0.3"});
   for (const char* name : {"w1", "w2", "w3"}) {
     farm.add_worker(2, name);
@@ -91,7 +91,7 @@ TEST(SameBits, FourWorkersKilledAtWork) {
   expect_reference_film(farm.client(), job, picture);
 }
 
-TEST(SameBits, TheCoordinatorKilledTwice) {
+TEST(SameBits, TwoKillsOfTheCoordinatorKeepTheBits) {
   Farm farm({"--return-seconds", "10"});
   farm.add_worker(2, "w1");
   farm.add_worker(2, "w2");
@@ -114,7 +114,7 @@ TEST(SameBits, TheCoordinatorKilledTwice) {
   }
 }
 
-TEST(SameBits, AJobThatIsExtended) {
+TEST(SameBits, AnExtendedJobHasTheSameBits) {
   Farm farm;
   farm.add_worker(2, "w1");
   FarmClient client = farm.client();
@@ -151,7 +151,7 @@ TEST(SameBits, AnErrorIsReachedWithTheSameSamplesOnAnyFarm) {
   EXPECT_EQ(samples_to_an_error(3, 2), alone);
 }
 
-TEST(NothingTwice, AfterAWorkersDeathOnlyItsUnacknowledgedUnitsAreRenderedAgain) {
+TEST(WorkerDeath, RepeatsOnlyUnacknowledgedUnits) {
   Farm farm;
   farm.add_worker(2, "dies");
   farm.add_worker(2, "lives");
@@ -168,7 +168,7 @@ TEST(NothingTwice, AfterAWorkersDeathOnlyItsUnacknowledgedUnitsAreRenderedAgain)
       << "two leases, or one a thread and another ahead where units are small";
 }
 
-TEST(Drain, AWorkerFinishesWhatItHasBegunAndLeaves) {
+TEST(Drain, AWorkerFinishesItsUnitsAndLeaves) {
   Farm farm;
   farm.add_worker(2, "leaves");
   farm.add_worker(2, "stays");
@@ -182,7 +182,7 @@ TEST(Drain, AWorkerFinishesWhatItHasBegunAndLeaves) {
   EXPECT_LE(client.job(job).counters().results_duplicate(), client.job(job).counters().copies_leased());
 }
 
-TEST(Stop, ACoordinatorStopsCleanlyAndGoesOnLater) {
+TEST(Stop, ACoordinatorStopsCleanlyAndResumesLater) {
   Farm farm;
   farm.add_worker(2, "w1");
   FarmClient client = farm.client();

@@ -69,7 +69,7 @@ class Scaler {
   externalscaler::ScaledObjectRef ref_;
 };
 
-TEST(Scaler, KedaIsToldHowManyWorkersAJobCouldUse) {
+TEST(Scaler, KedaLearnsHowManyWorkersAJobCanUse) {
   Farm farm;
   Scaler scaler(farm.address());
   EXPECT_FALSE(scaler.is_active());
@@ -91,7 +91,7 @@ TEST(Scaler, KedaIsToldHowManyWorkersAJobCouldUse) {
   EXPECT_FALSE(scaler.is_active());
 }
 
-TEST(Scaler, AMetricThatThereIsNotIsRefused) {
+TEST(Scaler, AnUnknownMetricIsRefused) {
   Farm farm;
   Scaler scaler(farm.address());
   externalscaler::GetMetricsResponse response;
@@ -101,7 +101,7 @@ TEST(Scaler, AMetricThatThereIsNotIsRefused) {
   EXPECT_NE(status.error_message().find(scaler.spec().metricname()), std::string::npos) << status.error_message();
 }
 
-TEST(Scaler, WhoListensHearsOfTheFirstJobAndOfTheEndOfTheLast) {
+TEST(Scaler, AListenerLearnsOfTheFirstJobAndOfTheEndOfTheLast) {
   Farm farm;
   Scaler scaler(farm.address());
   grpc::ClientContext context;
@@ -124,7 +124,7 @@ TEST(Scaler, WhoListensHearsOfTheFirstJobAndOfTheEndOfTheLast) {
   EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::UNAVAILABLE) << "listen again, wherever it is next";
 }
 
-TEST(Health, ItsOwnPortAnswersThatAlone) {
+TEST(Health, ItsPortAnswersNothingElse) {
   const TemporaryFolder folder;
   const std::string port_file = (folder.path() / "port").string();
   Farm farm({"--health", "127.0.0.1:0", "--health-port-file", port_file});
@@ -141,7 +141,7 @@ TEST(Health, ItsOwnPortAnswersThatAlone) {
   EXPECT_TRUE(eventually([&] { return health(address) != "SERVING"; }));
 }
 
-TEST(Health, WhoWatchesHearsOfTheEnd) {
+TEST(Health, AWatcherLearnsOfTheShutdown) {
   const TemporaryFolder folder;
   const std::string port_file = (folder.path() / "port").string();
   Farm farm({"--health", "127.0.0.1:0", "--health-port-file", port_file});
@@ -173,7 +173,7 @@ TEST(Health, WhoWatchesHearsOfTheEnd) {
   EXPECT_EQ(hear(), "\x08\x02") << "NOT_SERVING";
 }
 
-TEST(Health, ATakenPortIsSaid) {
+TEST(Health, ATakenPortIsReported) {
   const TemporaryFolder folder;
   const std::string port_file = (folder.path() / "port").string();
   const Farm farm({"--health", "127.0.0.1:0", "--health-port-file", port_file});

@@ -147,7 +147,7 @@ void pause_and_resume(Farm& farm, std::uint64_t job) {
 }
 
 // Each process ends with code 66 where ThreadSanitizer has found something; Farm looks at what they have said.
-TEST(Threads, AllAtWorkAtOnceAndAnOrderlyEnd) {
+TEST(Threads, WorkAtOnceAndEndCleanly) {
   const TemporaryFolder pages;
   const std::string port_file = (pages.path() / "port").string();
   ASSERT_TRUE(write_file_atomically(pages.path() / "index.html", as_byte_view("<p>the page</p>")).ok());

@@ -46,9 +46,9 @@ v1::Job submit_verified(Farm& farm, const Picture& picture, double share, bool a
   return job;
 }
 
-class Verification : public testing::TestWithParam<const char*> {};
+class Audits : public testing::TestWithParam<const char*> {};
 
-TEST_P(Verification, ALiarAmongThreeMachinesChangesNothing) {
+TEST_P(Audits, ALiarAmongThreeMachinesChangesNothing) {
   Farm farm;
   const auto liar = start_liar(farm, "liar", "machine-1", GetParam());
   const auto honest = start_liar(farm, "honest", "machine-2", "0");
@@ -84,7 +84,7 @@ TEST_P(Verification, ALiarAmongThreeMachinesChangesNothing) {
   EXPECT_TRUE(client.stub().ReleaseWorker(&context, request, &response).ok());
   EXPECT_EQ(named(farm.client().workers(), "liar")->quarantine(), "");
 }
-INSTANTIATE_TEST_SUITE_P(Lies, Verification, testing::Values("1", "0.2"),
+INSTANTIATE_TEST_SUITE_P(Lies, Audits, testing::Values("1", "0.2"),
                          [](const auto& info) { return info.index == 0 ? "Always" : "InOneOfFive"; });
 
 /// What the whole picture's first half has in all its pixels, at most so many of their last bits apart.
@@ -97,7 +97,7 @@ void expect_near(const FilmPlanes& film, const FilmPlanes& other) {
 
 // Workers of two classes, of which each node of the one has another last bit, render one picture together: nobody is
 // accused, and each class verifies its own.
-TEST(MixedFarm, RendersThePictureButForItsLastBits) {
+TEST(MixedFarm, RendersThePictureExceptForItsLastBits) {
   Farm farm;
   farm.add_worker(1, "usual");
   const auto one = start_liar(farm, "other-1", "machine-1", "1", "other class"),
@@ -174,7 +174,7 @@ class RawWorker {
 };
 
 // One worker sends all samples of every tile on its first lease, as one result each.
-TEST(ForgedResults, ReplaceNoPicture) {
+TEST(ForgedResults, DoNotReplaceAPicture) {
   Farm farm;
   Picture picture;
   picture.side = 256;
@@ -204,7 +204,7 @@ TEST(ForgedResults, ReplaceNoPicture) {
   expect_reference_film(farm.client(), job.id(), picture);
 }
 
-TEST(UnverifiedFarm, SaysSo) {
+TEST(UnauditedFarm, ReportsItsResultsAsUnverified) {
   Farm farm;
   farm.add_worker(1, "w1");
   farm.add_worker(1, "w2");  // on the same machine

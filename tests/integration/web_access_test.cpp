@@ -213,7 +213,7 @@ std::string filled_in(std::string path, const std::string& name, const std::stri
   return at == std::string::npos ? path : path.replace(at, name.size(), value);
 }
 
-TEST(WebAccess, EveryPathForEveryRoleWithOwnAndOthersJobs) {
+TEST(WebAccess, EveryPathChecksRolesAndOwners) {
   SecureWeb web;
   const auto ada = web.channel("ada", {Role::submit}), bob = web.channel("bob", {Role::submit});
   upload_assets(ada);
@@ -274,7 +274,7 @@ TEST(WebAccess, EveryPathForEveryRoleWithOwnAndOthersJobs) {
   EXPECT_EQ(walked, expectations().size());
 }
 
-TEST(WebAccess, ALoginIsACookieThatEndsWhenSomebodyLogsOut) {
+TEST(WebAccess, ALoginIsACookieThatEndsAtLogout) {
   SecureWeb web;
   const std::string token = web.token("ada", {Role::view, Role::submit});
   const Response login = web.log_in(token);
@@ -372,7 +372,7 @@ TEST(WebAccess, PagesEndWithTheirLoginAndLoginsWithTheirToken) {
   EXPECT_EQ(web.get("/api/v1/jobs", short_lived).result_int(), 401u);
 }
 
-TEST(WebAccess, OthersJobsAreNeitherListedNorShownAndLooksAreWrittenDown) {
+TEST(WebAccess, OthersJobsAreHiddenAndViewsAreRecorded) {
   SecureWeb web;
   const auto ada = web.channel("ada", {Role::submit}), bob = web.channel("bob", {Role::submit});
   upload_assets(ada);
@@ -424,7 +424,7 @@ TEST(WebAccess, OthersJobsAreNeitherListedNorShownAndLooksAreWrittenDown) {
   })) << actions.DebugString();
 }
 
-TEST(WebAccess, AJobIsItsCallersWhateverItSaysAndIsWrittenDown) {
+TEST(WebAccess, AJobBelongsToItsCallerAndIsRecorded) {
   SecureWeb web;
   upload_assets(web.channel("ada", {Role::submit}));
   const Headers ada = web.cookie_of(web.token("ada", {Role::submit}));
@@ -461,7 +461,7 @@ TEST(WebAccess, AJobIsItsCallersWhateverItSaysAndIsWrittenDown) {
   EXPECT_EQ(times("GetJob", "eve", grpc::StatusCode::PERMISSION_DENIED), 1);
 }
 
-TEST(WebAccess, WhoIsNotEncryptedIsPointedToHttpsAndGetsNothingElse) {
+TEST(WebAccess, PlainHttpIsRedirectedToHttpsAndGetsNothingElse) {
   SecureWeb web;
   const std::string token = web.token("ada", {Role::view});
   const auto ask = [&](http::verb verb, const std::string& target) {
@@ -526,7 +526,7 @@ TEST(WebAccess, ARenewedCertificateComesIntoUseWithoutARestart) {
   EXPECT_FALSE(serial().empty()) << "what was read before stays";
 }
 
-TEST(WebAccess, WhoDoesNotEncryptIsNotAnswered) {
+TEST(WebAccess, PlainHttpGetsNoAnswer) {
   SecureWeb web;
   tcp::socket plain = web.socket();
   beast::error_code error;

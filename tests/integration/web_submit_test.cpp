@@ -96,7 +96,7 @@ Picture submitted_picture() {
   return picture;
 }
 
-TEST(WebSubmit, AJobComesWithItsAssetsAndGivesTheSameBits) {
+TEST(WebSubmit, AJobWithItsAssetsGivesTheSameBits) {
   WebFarm web;
   const JobSpec spec = job_of(submitted_picture(), "over http");
   v1::FindMissingAssetsRequest digests;
@@ -146,7 +146,7 @@ TEST(WebSubmit, AJobComesWithItsAssetsAndGivesTheSameBits) {
   EXPECT_EQ(web.post("/api/v1/jobs/" + id + "/delete").result_int(), 404u);
 }
 
-TEST(WebSubmit, WhatIsNoJobIsRefusedByItsField) {
+TEST(WebSubmit, AnInvalidJobIsRefusedWithItsField) {
   WebFarm web;
   EXPECT_TRUE(says(web.post("/api/v1/jobs", "{}"), "request_id"));
   EXPECT_EQ(web.post("/api/v1/jobs", "{\"request_id\": ").result_int(), 400u);
@@ -162,7 +162,7 @@ TEST(WebSubmit, WhatIsNoJobIsRefusedByItsField) {
   EXPECT_EQ(web.get("/api/v1/assets/missing").result_int(), 405u);
 }
 
-TEST(WebSubmit, LargeScenesComeAndGoWhole) {
+TEST(WebSubmit, LargeScenesAreStoredAndReturnedWhole) {
   WebFarm web;
   JobSpec spec = job_of(submitted_picture(), "large");
   spec.settings.assets.clear();
@@ -224,7 +224,7 @@ TEST(WebSubmit, LargeBodiesOfOneCallerAndOfAllHaveALimit) {
   EXPECT_TRUE(eventually([&] { return answer(large) == 400 && answer(large, "127.0.0.3") == 400; }));
 }
 
-TEST(WebSubmit, AnAssetIsWhatItsNameSaysOrNotThere) {
+TEST(WebSubmit, AnAssetThatDoesNotMatchItsNameIsRefused) {
   WebFarm web;
   const auto send = [&](const std::string& path, const std::string& bytes, const std::string& type) {
     return web.send(http::verb::post, path, bytes, {{"Content-Type", type}});
@@ -251,7 +251,7 @@ TEST(WebSubmit, AnAssetIsWhatItsNameSaysOrNotThere) {
   EXPECT_EQ(polite.read().result_int(), 200u);
 }
 
-TEST(WebSubmit, OtherPagesSendNothing) {
+TEST(WebSubmit, OtherPagesCannotSend) {
   WebFarm web;
   const std::string evil = "http://evil.example";
   for (const auto& [name, value] : {std::pair{"Origin", evil}, std::pair{"Sec-Fetch-Site", std::string("cross-site")},
@@ -294,7 +294,7 @@ TEST(WebSubmit, AnUploadThatIsCutLeavesNothing) {
   EXPECT_EQ(web.send(http::verb::post, asset_path(bytes), bytes, kBytes).result_int(), 200u);
 }
 
-TEST(WebSubmit, ACoordinatorThatStopsMeanwhileLeavesNothing) {
+TEST(WebSubmit, AStoppingCoordinatorLeavesNothing) {
   WebFarm web;
   const std::string bytes(std::size_t{64} << 20, 'x');
   RawRequest waits(web, asset_path("waits"), 5),
@@ -313,7 +313,7 @@ TEST(WebSubmit, ACoordinatorThatStopsMeanwhileLeavesNothing) {
   EXPECT_EQ(incoming(web), 0);
 }
 
-TEST(WebSubmit, TheSameAssetTwiceAtOnceIsThereOnce) {
+TEST(WebSubmit, TheSameAssetSentTwiceAtOnceIsStoredOnce) {
   WebFarm web;
   const std::string bytes(std::size_t{1} << 20, 'y');
   RawRequest first(web, asset_path(bytes), bytes.size());
@@ -340,7 +340,7 @@ TEST(WebSubmit, UploadsOfOneCallerHaveALimit) {
       [&] { return web.send(http::verb::post, asset_path("third"), "third", kBytes).result_int() == 200u; }));
 }
 
-TEST(WebSubmit, EveryRequestCountsTowardsItsCallers) {
+TEST(WebSubmit, EveryRequestCountsTowardsTheLimitOfItsCaller) {
   WebFarm web({"--caller-requests", "2"});  // and 20 at once
   const auto refused = [&](const auto& ask) {
     for (int i = 0; i < 100; ++i) {
@@ -357,7 +357,7 @@ TEST(WebSubmit, EveryRequestCountsTowardsItsCallers) {
   EXPECT_EQ(web.send(http::verb::post, asset_path("one"), "one", kBytes).result_int(), 200u) << "as over gRPC";
 }
 
-TEST(WebSubmit, WhoSendsTooSlowlyIsHungUpOn) {
+TEST(WebSubmit, ATooSlowRequestIsDisconnected) {
   WebFarm web;
   const auto start = std::chrono::steady_clock::now();
   RawRequest silent(web, asset_path("silent"), 1'000'000), slow(web, asset_path("slow"), 1'000'000);
@@ -376,7 +376,7 @@ TEST(WebSubmit, WhoSendsTooSlowlyIsHungUpOn) {
   EXPECT_TRUE(eventually([&] { return silent.hung_up_on() && job.hung_up_on() && incoming(web) == 0; }));
 }
 
-TEST(WebSubmit, WhoAnnouncesMuchAndSendsNothingHoldsUpNobody) {
+TEST(WebSubmit, IdleLargeRequestsDelayNoOtherCaller) {
   WebFarm web;
   std::vector<std::unique_ptr<RawRequest>> idle;
   for (int i = 0; i < 20; ++i) {

@@ -89,7 +89,7 @@ Picture small_picture(std::uint64_t samples = 8) {
   return picture;
 }
 
-TEST(Web, ThePageComesWithItsRulesAndNothingElseOfTheDisk) {
+TEST(Web, ServesThePageWithItsSecurityHeadersAndNoOtherFile) {
   WebFarm web;
   const Response page = web.get("/");
   EXPECT_EQ(page.result_int(), 200u);
@@ -163,7 +163,7 @@ TEST(Web, JobsAndWorkersAreListedAndSteered) {
   EXPECT_EQ(web.post("/api/v1/workers/nobody").result_int(), 404u);
 }
 
-TEST(Web, WhatIsShownOfAJobThatHasEndedIsItsLast) {
+TEST(Web, AnEndedJobShowsItsLastPicture) {
   WebFarm web({"--unit-seconds", "0.05"});
   FarmClient client = web.farm().client();
   client.upload_assets();
@@ -179,7 +179,7 @@ TEST(Web, WhatIsShownOfAJobThatHasEndedIsItsLast) {
   EXPECT_TRUE(web.get(path + "/thumbnail.png").body() == last);
 }
 
-TEST(Web, WhateverIsDescribedIsServed) {
+TEST(Web, EveryPathOfOpenApiJsonIsServed) {
   WebFarm web;
   FarmClient client = web.farm().client();
   client.upload_assets();
@@ -215,7 +215,7 @@ TEST(Web, WhateverIsDescribedIsServed) {
   EXPECT_EQ(calls, 28);
 }
 
-TEST(Web, TellsWhatHappenedOnTheFarm) {
+TEST(Web, ReportsEventsOfTheFarm) {
   WebFarm web;
   FarmClient client = web.farm().client();
   client.upload_assets();
@@ -316,7 +316,7 @@ TEST(Web, ListsComeInPages) {
   }
 }
 
-TEST(Web, OtherPagesAndOtherNamesAreTurnedAway) {
+TEST(Web, OtherPagesAndOtherNamesAreRefused) {
   WebFarm web;
   EXPECT_EQ(web.get("/", {{"Host", "evil.example"}}).result_int(), 403u);
   EXPECT_EQ(web.get("/api/v1/jobs", {{"Host", "evil.example"}}).result_int(), 403u);
@@ -487,7 +487,7 @@ TEST(Web, APageSeesThePictureComeAndCatchesUpAfterABreak) {
   EXPECT_EQ(tiles.at({64, 64}).rect().width(), 32);
 }
 
-TEST(Web, AnEndedJobIsShownAndExtendedWhoseFilmIsInTheStoreAlone) {
+TEST(Web, AnEndedJobIsShownAndExtendedFromTheStore) {
   WebFarm web;
   FarmClient client = web.farm().client();
   client.upload_assets();
@@ -521,7 +521,7 @@ TEST(Web, AnEndedJobIsShownAndExtendedWhoseFilmIsInTheStoreAlone) {
   expect_reference_film(web.farm().client(), job, picture);
 }
 
-TEST(Web, WhoDoesNotSayWhatItSawIsSentTwoMessages) {
+TEST(Web, APageThatAcknowledgesNothingGetsTwoMessages) {
   WebFarm web;
   FarmClient client = web.farm().client();
   client.upload_assets();
@@ -550,7 +550,7 @@ TEST(Web, WhoDoesNotSayWhatItSawIsSentTwoMessages) {
   EXPECT_GT(seen, 0u);
 }
 
-TEST(Web, WithoutFilesToOpenConnectionsWaitAndAreTriedNowAndThen) {
+TEST(Web, ConnectionsWaitWhenFileDescriptorsRunOut) {
   WebFarm web({"--log-level", "debug"});
   const pid_t server = web.farm().server().pid();
   rlim_t next = 0;  // the first number that no file has

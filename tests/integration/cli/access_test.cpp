@@ -113,7 +113,7 @@ TEST_F(SecureCliTest, PeopleUseTheFarmByTheirRoles) {
   EXPECT_EQ(json(as("ada", {"cancel", "1"}))["state"], "cancelled");
 }
 
-TEST_F(SecureCliTest, WhatDoesNotFitIsSaid) {
+TEST_F(SecureCliTest, MismatchedCertificatesAndTokensAreReported) {
   start_server("127.0.0.1:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
   const std::string here = "127.0.0.1:" + port();
   EXPECT_TRUE(says(failure({"jobs", "--server", here}), "it takes encrypted connections alone"));
@@ -154,7 +154,7 @@ TEST_F(SecureCliTest, AnOpenFarmIsMadeOnlyWhenAskedForAndSaysSo) {
                    "it does not take encrypted connections"));
 }
 
-TEST_F(SecureCliTest, TokensComeAndGo) {
+TEST_F(SecureCliTest, TokensAreCreatedListedAndRevoked) {
   json({"certs", "person", certs(), "root", "--roles", "admin"});
   start_server("127.0.0.1:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
   EXPECT_TRUE(json(as("root", {"tokens"}))["tokens"].empty());
@@ -189,7 +189,7 @@ TEST_F(SecureCliTest, TokensComeAndGo) {
   EXPECT_TRUE(says(failure(as("root", {"tokens", "revoke", made.value("id", "")})), "there is no token"));
 }
 
-TEST_F(SecureCliTest, EnrolmentTokensSayWhomTheyEnrolled) {
+TEST_F(SecureCliTest, EnrolmentTokensListTheirWorkers) {
   json({"certs", "person", certs(), "root", "--roles", "admin"});
   start_server("127.0.0.1:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
   const nlohmann::json made = json(

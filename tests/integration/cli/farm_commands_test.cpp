@@ -72,7 +72,7 @@ TEST_F(SharedFarmTest, ACropHasTheBitsOfTheWhole) {
   EXPECT_EQ(png->width, 33);
 }
 
-TEST_F(SharedFarmTest, ErrorOfAPictureAgainstItselfIsNothingAndFallsWithSamples) {
+TEST_F(SharedFarmTest, ErrorIsZeroAgainstItselfAndFallsWithSamples) {
   const std::string box = scene("cornell-bench-blocks.json");
   for (const char* samples : {"2", "32", "256"}) {
     on_farm({"render", box, "--size", "48x48", "--seed", samples, "--spp", samples, "-o",
@@ -84,7 +84,7 @@ TEST_F(SharedFarmTest, ErrorOfAPictureAgainstItselfIsNothingAndFallsWithSamples)
   EXPECT_LT(fine, coarse / 4);  // at least 1/n; the samples are 16 times as many
 }
 
-TEST_F(FarmCliTest, WorkersAreWantedWhileAJobGoesOn) {
+TEST_F(FarmCliTest, WorkersAreWantedWhileAJobRuns) {
   const auto wanted = [&] { return lightmill({"workers", "--wanted", "--server", server()}).out; };
   EXPECT_EQ(wanted(), "0\n");
   const std::string job =
@@ -107,7 +107,7 @@ TEST_F(FarmCliTest, WorkersAreListedAndDrained) {
   EXPECT_EQ(workers_[0]->wait(), 0);
 }
 
-TEST_F(FarmCliTest, ASecondWorkerOfOneNameIsToldAndTheFirstStays) {
+TEST_F(FarmCliTest, ASecondWorkerOfOneNameIsRefusedAndTheFirstStays) {
   start_worker("w1");
   ASSERT_TRUE(eventually([&] { return on_farm({"workers"})["workers"].size() == 1; }));
   BackgroundProcess second({program("lightmill-worker"), "--server", server(), "--name", "w1", "--threads", "1"},
@@ -163,7 +163,7 @@ TEST_F(FarmCliTest, WatchingSurvivesARestartOfTheCoordinator) {
   EXPECT_TRUE(load_rgb(file("live.png")).ok());
 }
 
-TEST_F(FarmCliTest, RenderSaysThatNoWorkerIsThereAndWorkersFindTheFarmAsItDoes) {
+TEST_F(FarmCliTest, RenderReportsMissingWorkersAndWorkersFindTheFarmAsItDoes) {
   BackgroundProcess render({program("lightmill"), "render", scene("cornell-bench-blocks.json"), "--size", "32x32",
                             "--spp", "2", "--layers", "albedo", "-o", file("a.png"), "--server", server()},
                            file("render.log"), environment());
@@ -204,7 +204,7 @@ TEST_F(FarmCliTest, InterruptingWatchLeavesTheJobAndInterruptingRenderCancelsIt)
   EXPECT_EQ(jobs[1]["state"], "queued");
 }
 
-TEST_F(FarmCliTest, SeveralJobsAreChangedAtOnceAlsoAfterOneThatCannotBe) {
+TEST_F(FarmCliTest, SeveralJobsAreChangedAtOnceDespiteOneFailure) {
   const std::string box = scene("cornell-bench-blocks.json");  // no worker: the jobs wait
   const std::string first = submit({box}), second = submit({box}), third = submit({box});
   nlohmann::json all = on_farm({"priority", first, second, third, "--to", "-4"});

@@ -104,7 +104,7 @@ TEST_F(SharedLabTest, ReportsAreWrittenAgainWithoutAFarm) {
   EXPECT_TRUE(std::filesystem::exists(file("out") + "/report.html"));
 }
 
-TEST_F(SharedLabTest, PicturesFromElsewhereStandInTheSameCharts) {
+TEST_F(SharedLabTest, OtherPicturesAppearInTheSameCharts) {
   const std::string box = scene("cornell-bench-blocks.json");
   for (const std::string samples : {"1", "16", "200"}) {
     on_farm({"render", box, "--method", "path", "--size", "20x16", "--spp", samples, "-o", file(samples + ".exr")});
@@ -142,7 +142,7 @@ TEST_F(SharedLabTest, LevelsMayBeErrors) {
   EXPECT_EQ(again["results"], 2);  // an error that was not reached is not tried again
 }
 
-TEST_F(LabTest, GoesOnAfterAnInterruptionToTheSameResults) {
+TEST_F(LabTest, ResumesAfterAnInterruptionWithTheSameResults) {
   start_worker("w1");
   on_farm({"lab", experiment("[1, 64, 4096]"), "-o", file("whole")});
   {
@@ -164,7 +164,7 @@ TEST_F(LabTest, GoesOnAfterAnInterruptionToTheSameResults) {
   EXPECT_EQ(results("parts"), results("whole"));
 }
 
-TEST_F(SharedLabTest, MistakesAreToldBeforeAnythingIsRendered) {
+TEST_F(SharedLabTest, MistakesAreReportedBeforeAnythingIsRendered) {
   const auto error = [&](const std::string& text) {
     write("bad.json", text);
     return on_farm({"lab", file("bad.json"), "-o", file("out")}, 2)["failure"]["message"].get<std::string>();

@@ -19,7 +19,7 @@ const nlohmann::json& verdict_on(const nlohmann::json& checked, const std::strin
 
 using CheckTest = CliTest;
 
-TEST_F(CheckTest, EverySceneThatComesWithLightmillHasAMethodThatAutoTakes) {
+TEST_F(CheckTest, AutoFindsAMethodForEveryIncludedScene) {
   int checked = 0;
   for (const auto& entry : std::filesystem::directory_iterator(scene(""))) {
     if (entry.path().extension() != ".json") {
@@ -45,14 +45,14 @@ TEST_F(CheckTest, EverySceneThatComesWithLightmillHasAMethodThatAutoTakes) {
   EXPECT_GE(checked, 8);
 }
 
-TEST_F(CheckTest, ReasonsNameWhatIsInTheWay) {
+TEST_F(CheckTest, ReasonsNameTheObstacle) {
   const std::string text = lightmill({"check", kGlassUnderABulb}).out;
   for (const char* part : {"method path", "the point light 'bulb'", "glass", "auto takes", "compiled in"}) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   }
 }
 
-TEST_F(SharedFarmTest, TheFarmLooksIntoSmallMeshesToo) {
+TEST_F(SharedFarmTest, TheFarmInspectsSmallMeshes) {
   const std::string id =
       submit({scene("cornell-bench-small-lamp.json"), "--size", "16x16", "--spp", "1", "--method", "path"});
   const nlohmann::json watched = on_farm({"watch", id, "-o", file("a.exr")});
@@ -89,7 +89,7 @@ TEST_F(SharedFarmTest, APictureThatLacksLightSaysSoWhereverItIsShown) {
             std::string::npos);
 }
 
-TEST_F(SharedFarmTest, AutoIsAMethodThatTheJobSaysAndKeepsItsBits) {
+TEST_F(SharedFarmTest, AutoReportsItsMethodAndKeepsItsBits) {
   const auto render = [&](const std::vector<std::string>& method, const std::string& out) {
     std::vector<std::string> command{
         "render", scene("cornell-bench-blocks.json"), "--size", "48x48", "--spp", "4", "-o", file(out)};
@@ -127,7 +127,7 @@ TEST_F(FarmCliTest, ChoiceAndNoticesOutliveTheCoordinator) {
   }
 }
 
-TEST_F(FarmCliTest, AdaptiveJobsGiveNoiseMoreSamplesTheSameEveryTime) {
+TEST_F(FarmCliTest, AdaptiveJobsGiveNoiseMoreSamplesReproducibly) {
   start_worker("w1");
   const auto render = [&](const std::vector<std::string>& more, const char* out) {
     std::vector<std::string> arguments{"render",   scene("course-default.json"),

@@ -41,7 +41,7 @@ TEST_F(CliTest, RendersAndLeavesNothingButThePictures) {
   EXPECT_TRUE(temporary_is_empty());
 }
 
-TEST_F(CliTest, APrivateFarmKnowsNothingOfHowAnotherIsReached) {
+TEST_F(CliTest, ALocalFarmIgnoresTheConnectionSettingsOfAnother) {
   Environment of_another = environment();
   for (const char* name : {"LIGHTMILL_TLS_CA", "LIGHTMILL_TLS_CERT"}) {
     of_another[name] = file("none");
@@ -68,7 +68,7 @@ const std::vector<float>& plane(const Image& image, const std::string& name) {
   return *values;
 }
 
-TEST_F(SharedFarmTest, LayersComeOutAndTheHashCoversThem) {
+TEST_F(SharedFarmTest, LayersAreWrittenAndTheHashCoversThem) {
   const std::vector<std::string> render{
       "render", scene("cornell-bench-balls.json"), "--size", "70x66", "--spp", "20", "-o", file("a.exr")};
   std::vector<std::string> layered = render;
@@ -227,7 +227,7 @@ const std::string kMeters = R"(, "meters": [
     {"name": "desk", "irradiance": {"point": [0, -1, 0], "normal": [0, 1, 0]}},
     {"name": "eye", "radiance": {"point": [0, 0, 5], "direction": [0, 1, -5]}}]})";
 
-TEST_F(SharedFarmTest, MetersAreReadAndAreNoPartOfThePicture) {
+TEST_F(SharedFarmTest, MetersAreReadAndDoNotChangeThePicture) {
   const auto render = [&](const std::string& name, const std::string& method) {
     return std::vector<std::string>{"render",     file(name), "--spp",       "20",       "--crop",
                                     "10,0,70,66", "-o",       file("a.exr"), "--method", method};
@@ -268,7 +268,7 @@ TEST_F(SharedFarmTest, MetersAreReadAndAreNoPartOfThePicture) {
       << preview.err;
 }
 
-TEST_F(SharedFarmTest, TheFirstOfThreeLimitsEndsTheJobAndIsTold) {
+TEST_F(SharedFarmTest, TheFirstOfThreeLimitsEndsTheJobAndIsNamed) {
   const auto render = [&](std::vector<std::string> limits) {
     std::vector<std::string> arguments{"render",     scene("cornell-bench-blocks.json"), "--size", "64x64", "-o",
                                        file("a.exr")};
@@ -297,7 +297,7 @@ TEST_F(SharedFarmTest, TheFirstOfThreeLimitsEndsTheJobAndIsTold) {
   EXPECT_EQ(ended(), "reached 1 second");
 }
 
-TEST_F(CliTest, LayersMetersAndLimitsWorkOnAPrivateFarmToo) {
+TEST_F(CliTest, LayersMetersAndLimitsWorkOnALocalFarm) {
   write("scene.json", kLit + kMeters);
   const nlohmann::json done =
       json({"render", file("scene.json"), "--local", "--method", "path", "--layers", "direct,depth", "--error", "1e-9",
@@ -319,7 +319,7 @@ TEST_F(CliTest, LayersMetersAndLimitsWorkOnAPrivateFarmToo) {
   EXPECT_EQ(verified["verified"], verified["tiles"]);
 }
 
-TEST_F(CliTest, LayersThatCannotBeAreRefusedAtOnce) {
+TEST_F(CliTest, InvalidLayersAreRefusedAtOnce) {
   const std::string balls = scene("cornell-bench-balls.json");
   const auto error = [&](std::vector<std::string> arguments) {
     const CommandResult result = lightmill(std::move(arguments));
@@ -340,9 +340,9 @@ std::string name_of_signal(const ::testing::TestParamInfo<int>& info) {
   return fmt::format("SIG{}", ::sigabbrev_np(info.param));
 }
 
-class EndedBySignal : public CliTest, public ::testing::WithParamInterface<int> {};
+class SignalledRender : public CliTest, public ::testing::WithParamInterface<int> {};
 
-TEST_P(EndedBySignal, ThePrivateFarmGoesWithItsCommand) {
+TEST_P(SignalledRender, EndsItsLocalFarm) {
   BackgroundProcess render(endless(file("a.png")), file("render.log"), environment());
   ASSERT_TRUE(eventually([&] { return left_over().size() == 3; })) << "client, coordinator and worker";
   render.send(GetParam());
@@ -353,11 +353,11 @@ TEST_P(EndedBySignal, ThePrivateFarmGoesWithItsCommand) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Signals, EndedBySignal, ::testing::Values(SIGINT, SIGTERM, SIGKILL), name_of_signal);
+INSTANTIATE_TEST_SUITE_P(Signals, SignalledRender, ::testing::Values(SIGINT, SIGTERM, SIGKILL), name_of_signal);
 
 class InterruptedRender : public CliTest, public ::testing::WithParamInterface<int> {};
 
-TEST_P(InterruptedRender, WritesWhatIsRendered) {
+TEST_P(InterruptedRender, WritesThePictureSoFar) {
   std::vector<std::string> render = endless(file("a.exr"));
   render.insert(render.end(), {"--size", "48x48"});
   BackgroundProcess client(render, file("render.log"), environment());
@@ -372,7 +372,7 @@ TEST_P(InterruptedRender, WritesWhatIsRendered) {
 
 INSTANTIATE_TEST_SUITE_P(Signals, InterruptedRender, ::testing::Values(SIGINT, SIGTERM, SIGHUP), name_of_signal);
 
-TEST_F(CliTest, APictureWithGapsIsNotWrittenWhenItIsInterrupted) {
+TEST_F(CliTest, AnInterruptedPictureWithGapsIsNotWritten) {
   BackgroundProcess client(endless(file("a.exr")), file("render.log"), environment());
   ASSERT_TRUE(eventually([&] { return left_over().size() == 3; }));  // the worker has yet to measure its class
   client.send(SIGINT);
@@ -380,7 +380,7 @@ TEST_F(CliTest, APictureWithGapsIsNotWrittenWhenItIsInterrupted) {
   EXPECT_FALSE(std::filesystem::exists(file("a.exr")));
 }
 
-TEST_F(CliTest, NewsGoToStandardErrorAndNoticesIntoTheObject) {
+TEST_F(CliTest, ProgressGoesToStandardErrorAndNoticesIntoTheJson) {
   write("dark.json", R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "camera_constant": 1},
 "film": {"width": 8, "height": 8}, "materials": [{"name": "m", "mirror": {}}],
 "objects": [{"material": "m", "sphere": {"center": [0, 0, 0], "radius": 1}}]})");
@@ -394,7 +394,7 @@ TEST_F(CliTest, NewsGoToStandardErrorAndNoticesIntoTheObject) {
   EXPECT_EQ(std::ranges::count(notices, black), 1) << result.out;
 }
 
-TEST_F(CliTest, WhatAKilledCommandLeftIsRemovedByTheNext) {
+TEST_F(CliTest, TheNextCommandRemovesWhatAKilledOneLeft) {
   {
     BackgroundProcess render(endless(file("a.png")), file("render.log"), environment());
     ASSERT_TRUE(eventually([&] { return left_over().size() == 3; }));
@@ -407,7 +407,7 @@ TEST_F(CliTest, WhatAKilledCommandLeftIsRemovedByTheNext) {
   EXPECT_TRUE(temporary_is_empty());
 }
 
-TEST_F(CliTest, AWorkerThatDiesEndsThePrivateRender) {
+TEST_F(CliTest, ADeadWorkerEndsTheLocalRender) {
   BackgroundProcess render(endless(file("a.png")), file("render.log"), environment());
   const auto workers = [&] {
     std::vector<pid_t> found = left_over();

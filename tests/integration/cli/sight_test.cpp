@@ -218,7 +218,7 @@ TEST_F(FarmCliTest, TopDrawsAgainWhenTheWindowGrows) {
   EXPECT_TRUE(terminal.says("the farm could use")) << terminal.said();
 }
 
-TEST_F(FarmCliTest, TopIsNotLeftHalfwayByCtrlZ) {
+TEST_F(FarmCliTest, CtrlZDoesNotSuspendTop) {
   Terminal terminal({program("lightmill"), "top", "--server", server()}, 24, 100);
   ASSERT_TRUE(terminal.says("workers  none")) << terminal.said();
   for (const char key : {'\x1a', '\x1c', 'q'}) {
@@ -248,16 +248,16 @@ class SilentFarmTest : public FarmCliTest {
   }
 };
 
-TEST_F(SilentFarmTest, TopIsLeftAllTheSame) {
+TEST_F(SilentFarmTest, TopCanBeLeft) {
   expect_leaves("q", {0});
   expect_leaves("\x03", {0});
 }
 
-TEST_F(SilentFarmTest, ASecondCtrlCLeavesTheTerminalAsItWas) {
+TEST_F(SilentFarmTest, ASecondCtrlCRestoresTheTerminal) {
   expect_leaves("\x03\x03", {0, 130});
 }
 
-TEST_F(SilentFarmTest, TheFirstLookIsBrokenOffToo) {
+TEST_F(SilentFarmTest, CtrlCEndsTheFirstRequest) {
   server_->send(SIGSTOP);
   Terminal terminal({program("lightmill"), "top", "--server", server()}, 24, 100);
   ASSERT_TRUE(terminal.hears_signals());
@@ -266,7 +266,7 @@ TEST_F(SilentFarmTest, TheFirstLookIsBrokenOffToo) {
 }
 
 // Left alone, a call ends after 30 s, with another error.
-TEST_F(SilentFarmTest, CallsOfALookThatIsBrokenOffEndAsCancelled) {
+TEST_F(SilentFarmTest, InterruptedCallsEndAsCancelled) {
   cli::FarmConnection connection(server());
   ASSERT_TRUE(connection.probe(std::chrono::seconds(60)).ok());
   server_->send(SIGSTOP);
@@ -287,7 +287,7 @@ TEST_F(SilentFarmTest, CallsOfALookThatIsBrokenOffEndAsCancelled) {
   server_->send(SIGCONT);
 }
 
-TEST_F(SilentFarmTest, TopGoesOnWhenTheFarmAnswersAgain) {
+TEST_F(SilentFarmTest, TopResumesWhenTheFarmAnswersAgain) {
   Terminal terminal({program("lightmill"), "top", "--server", server(), "--interval", "0.1s"}, 24, 100);
   ASSERT_TRUE(terminal.says("jobs     none")) << terminal.said();
   server_->send(SIGSTOP);

@@ -40,7 +40,7 @@ Told read_openjd(const std::string& out) {
 
 using StudioTest = FarmCliTest;
 
-TEST_F(SharedFarmTest, AFarmManagerIsToldHowARenderGoes) {
+TEST_F(SharedFarmTest, AFarmManagerReceivesTheProgressOfARender) {
   const CommandResult run = lightmill(
       with({"render", scene("cornell-bench-blocks.json"), "-o", file("a.exr"), "--openjd", "--server", server()},
            kSmallByPath));
@@ -55,7 +55,7 @@ TEST_F(SharedFarmTest, AFarmManagerIsToldHowARenderGoes) {
   EXPECT_TRUE(told.fail.empty());
 }
 
-TEST_F(StudioTest, AFarmManagerIsToldWhatFailed) {
+TEST_F(StudioTest, AFarmManagerReceivesTheFailure) {
   const CommandResult run = lightmill({"watch", "7", "--openjd", "--server", server()});
   EXPECT_EQ(run.exit_code, 2);
   const Told told = read_openjd(run.out);
@@ -64,7 +64,7 @@ TEST_F(StudioTest, AFarmManagerIsToldWhatFailed) {
   EXPECT_NE(lightmill({"watch", "7", "--openjd", "--json", "--server", server()}).exit_code, 0) << "one or the other";
 }
 
-TEST_F(CliTest, AFarmManagerIsToldWhatIsWrongWithACommandLine) {
+TEST_F(CliTest, AFarmManagerReceivesUsageErrors) {
   const std::string box = scene("cornell-bench-blocks.json");
   const std::vector<std::vector<std::string>> commands{
       {"lightmill", "--openjd"},
@@ -92,7 +92,7 @@ TEST_F(CliTest, AFarmManagerIsToldWhatIsWrongWithACommandLine) {
   }
 }
 
-TEST_F(StudioTest, AWorkerThatIsATaskTellsWhatItDoes) {
+TEST_F(StudioTest, AWorkerReportsToItsFarmManager) {
   BackgroundProcess worker(
       {program("lightmill-worker"), "--server", server(), "--threads", "1", "--openjd", "--log-level", "info"},
       file("task.log"));
@@ -197,7 +197,7 @@ TEST_F(StudioTest, AViewerThatStartsLaterIsFound) {
   expect_picture(viewer, "job " + job + " cornell-bench-blocks", file("a.exr"));
 }
 
-TEST_F(SharedFarmTest, WithoutAViewerAJobIsFollowedAndTheEndIsAFailure) {
+TEST_F(SharedFarmTest, WatchWithoutAViewerFollowsTheJobAndFails) {
   const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmallByPath));
   const ReservedPort nobody_listens;
   const std::string address = fmt::format("127.0.0.1:{}", nobody_listens.number());
@@ -209,7 +209,7 @@ TEST_F(SharedFarmTest, WithoutAViewerAJobIsFollowedAndTheEndIsAFailure) {
   EXPECT_NE(lightmill({"watch", job, "--tev", "nonsense", "--server", server()}).exit_code, 0);
 }
 
-TEST_F(SharedFarmTest, WithoutAValueTheViewerIsWhereViewersListen) {
+TEST_F(SharedFarmTest, TevWithoutAValueUsesTheDefaultAddress) {
   const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmallByPath));
   ASSERT_EQ(on_farm({"watch", job})["state"], "done");
   // Whether there is one or not, its address is said.

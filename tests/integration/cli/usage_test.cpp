@@ -122,7 +122,7 @@ TEST_F(CliTest, EmptyValuesAreRefusedByAllPrograms) {
   EXPECT_TRUE(lightmill({"jobs", "--tls-ca", ""}).err.starts_with(fmt::format("lightmill: --tls-ca{}", why)));
 }
 
-TEST_F(CliTest, OptionsCountMoreThanVariablesInAllCommands) {
+TEST_F(CliTest, OptionsOverrideVariablesInAllCommands) {
   Environment all = environment();
   for (const char* name : {"LIGHTMILL_TLS_CA", "LIGHTMILL_TLS_CERT", "LIGHTMILL_TOKEN_FILE"}) {
     all[name] = file("of-the-environment");
@@ -148,7 +148,7 @@ TEST_F(CliTest, OptionsCountMoreThanVariablesInAllCommands) {
   EXPECT_TRUE(before.err.starts_with("lightmill: --tls-ca " + file("given"))) << before.err;
 }
 
-TEST_F(CliTest, AFarmThatIsNotThereIsSaidToBeSo) {
+TEST_F(CliTest, AMissingFarmIsReported) {
   for (const auto& [address, cause] : {std::pair("127.0.0.1:1", "nothing listens there"),
                                        std::pair("nobody.invalid:7350", "there is no host of that name")}) {
     const CommandResult result = lightmill({"jobs", "--server", address});
@@ -157,7 +157,7 @@ TEST_F(CliTest, AFarmThatIsNotThereIsSaidToBeSo) {
   }
 }
 
-TEST_F(CliTest, AWorkersNameIsLookedAtBeforeItStarts) {
+TEST_F(CliTest, AWorkersNameIsCheckedBeforeItStarts) {
   for (const std::string& name : {std::string("a\nb"), std::string(300, 'n')}) {
     const CommandResult result = run_command({program("lightmill-worker"), "--name", name}, environment());
     EXPECT_EQ(result.exit_code, 2);
@@ -165,7 +165,7 @@ TEST_F(CliTest, AWorkersNameIsLookedAtBeforeItStarts) {
   }
 }
 
-TEST_F(CliTest, AFileThatCannotBeWrittenIsCalledAsTheUserDoes) {
+TEST_F(CliTest, AFileThatCannotBeWrittenIsNamedAsGiven) {
   const std::string box = scene("cornell-bench-blocks.json");
   for (const std::vector<std::string>& command :
        {std::vector<std::string>{"check", box, "--save-camera", "/proc/a.png"}, {"render", box, "-o", "/proc/a.png"}}) {
@@ -193,7 +193,7 @@ TEST_F(CliTest, ResultsThatCannotBeWrittenAreAnError) {
   }
 }
 
-TEST_F(CliTest, AnUnknownCommandIsNamedWithThoseThereAre) {
+TEST_F(CliTest, AnUnknownCommandIsReportedWithTheKnownOnes) {
   const CommandResult result = lightmill({"frobnicate"});
   for (const char* word : {"frobnicate", "render", "check"}) {
     EXPECT_NE(result.err.find(word), std::string::npos) << result.err;
@@ -279,7 +279,7 @@ bpy.ops.wm.save_as_mainfile(filepath=")" + blend + "\")\n");
   EXPECT_TRUE(temporary_is_empty());
 }
 
-TEST_F(CliTest, KaIsReadAsTold) {
+TEST_F(CliTest, TheMtlOptionDecidesWhetherKaEmits) {
   write("a.mtl", "newmtl white\nKa 1 1 1\n");
   const std::string mesh = write("a.obj", "mtllib a.mtl\nusemtl white\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_EQ(json({"check", mesh})["lights"]["emissive_objects"], 0);
@@ -365,7 +365,7 @@ TEST_F(CliTest, TheEnvironmentNamesTheFarm) {
   EXPECT_NE(result.err.find(closed.address()), std::string::npos) << result.err;
 }
 
-TEST_F(CliTest, HelpIsThereForEveryCommand) {
+TEST_F(CliTest, EveryCommandHasHelp) {
   const CommandResult all = lightmill({"--help"});
   EXPECT_EQ(all.exit_code, 0);
   for (const char* command : {"render", "submit", "watch", "fetch", "jobs", "show", "cancel", "pause", "resume",
@@ -411,7 +411,7 @@ TEST_F(CliTest, CheckNamesMetersAndLightGroups) {
   }
 }
 
-TEST_F(FarmCliTest, WhatWillBeBlackIsSaidBefore) {
+TEST_F(FarmCliTest, ABlackPictureIsPredicted) {
   const std::string dark = write("dark.json", floor_scene(""));
   const std::string note = "nothing emits light";
   EXPECT_NE(lightmill({"check", dark}).out.find(note), std::string::npos);
@@ -419,7 +419,7 @@ TEST_F(FarmCliTest, WhatWillBeBlackIsSaidBefore) {
   EXPECT_EQ(lightmill({"submit", dark, "--server", server(), "--method", "ao"}).err.find(note), std::string::npos);
 }
 
-TEST_F(FarmCliTest, ThreadsAreOfAFarmOfItsOwn) {
+TEST_F(FarmCliTest, ThreadsNeedALocalFarm) {
   const nlohmann::json answer = on_farm({"render", scene("cornell-bench-blocks.json"), "--threads", "2"}, 2);
   EXPECT_EQ(answer["failure"]["message"], "--threads is about a farm of its own (--local), and --server names another");
 }
@@ -447,7 +447,7 @@ TEST_F(CliTest, ALongLineThatTakesTooMuchMemoryIsAnErrorWithItsFile) {
   EXPECT_EQ(face.err.find("lightmill: " + polygon + ": reading it takes more memory"), 0u) << face.err;
 }
 
-TEST_F(CliTest, ProgramsThatMayNotHaveTheMemoryThatTheyWantSaySoAndEnd) {
+TEST_F(CliTest, ProgramsWithoutEnoughMemorySaySoAndEnd) {
   const std::string port_file = file("port");
   const std::vector<std::vector<std::string>> programs{
       {program("lightmill-server"), "--listen", "127.0.0.1:0", "--data", file("data"), "--port-file", port_file},

@@ -23,7 +23,7 @@ class VerifyTest : public SharedFarmTest {
   const std::string path_ = file("picture.exr");
 };
 
-TEST_F(VerifyTest, APictureIsWhatItsReceiptSays) {
+TEST_F(VerifyTest, APictureMatchesItsReceipt) {
   const nlohmann::json all = verify(0, scene_);
   EXPECT_EQ(all["tiles"], 6);
   EXPECT_EQ(all["verified"], 6);
@@ -58,7 +58,7 @@ TEST_F(VerifyTest, DamageAndOtherScenesAreFoundBeforeAnythingIsRendered) {
   verify(2, scene("cornell-bench-balls.json"));
 }
 
-TEST_F(VerifyTest, OfAMixedPictureTheFileAloneIsChecked) {
+TEST_F(VerifyTest, OnlyTheFileOfAMixedPictureIsChecked) {
   const CommandResult rendered = lightmill({"render", scene_, "--size", "64x64", "--spp", "1", "--method", "path",
                                             "--allow-mixed", "-o", path_, "--server", server()});
   ASSERT_EQ(rendered.exit_code, 0) << rendered.err;

@@ -134,7 +134,7 @@ TEST_F(PostgresStoreTest, AnotherFormatIsRefusedWithWhatToDo) {
   EXPECT_EQ(stored().jobs.size(), 1u) << "nothing was changed";
 }
 
-TEST_F(PostgresStoreTest, ADatabaseOfTheFormatBeforeIsBroughtAlongAndKept) {
+TEST_F(PostgresStoreTest, ADatabaseOfThePreviousFormatIsMigratedAndKept) {
   const std::string before = read_file(source_file("tests/integration/store/format_6.sql")).value();
   sql(before);
   sql("UPDATE lightmill.lease SET expires = clock_timestamp() + interval '1 hour'");
@@ -184,7 +184,7 @@ TEST_F(PostgresStoreTest, ADatabaseBehindTheRecordOfTheLastCommitIsRefusedUntilT
   EXPECT_TRUE(open_postgres(recorded).ok());
 }
 
-TEST_F(PostgresStoreTest, OneThatStandsByRecordsTheOthersCommits) {
+TEST_F(PostgresStoreTest, AStandbyRecordsTheOthersCommits) {
   const TemporaryFolder folder;
   const auto at_work = opened(options()).store;
   ASSERT_TRUE(at_work->load().ok());
@@ -202,7 +202,7 @@ TEST_F(PostgresStoreTest, OneThatStandsByRecordsTheOthersCommits) {
   EXPECT_EQ(last->highest_job, 7u);
 }
 
-TEST_F(PostgresStoreTest, ASchemaOfSomethingElseIsRefusedAndAnEmptyOneTaken) {
+TEST_F(PostgresStoreTest, AForeignSchemaIsRefusedAndAnEmptyOneIsUsed) {
   sql("CREATE SCHEMA lightmill; CREATE TABLE lightmill.other (x BIGINT)");
   EXPECT_EQ(open_postgres(options()).status().code(), StatusCode::kFailedPrecondition) << "not to be overwritten";
   sql("DROP TABLE lightmill.other");
@@ -216,7 +216,7 @@ TEST_F(PostgresStoreTest, ADatabaseWithoutUtf8IsRefusedWithWhatToDo) {
   EXPECT_NE(message_of(status).find("ENCODING 'UTF8'"), std::string::npos) << status;
 }
 
-TEST_F(PostgresStoreTest, WhoOnlyLooksMakesNoFarmAndWaitsForNobody) {
+TEST_F(PostgresStoreTest, ALookCreatesNoFarmAndDoesNotWait) {
   PostgresOptions look = options();
   look.only_look = true;
   const Status none = open_postgres(look).status();
@@ -232,7 +232,7 @@ TEST_F(PostgresStoreTest, WhoOnlyLooksMakesNoFarmAndWaitsForNobody) {
   EXPECT_TRUE(open_postgres(look).ok());
 }
 
-TEST_F(PostgresStoreTest, NoServerIsSaidWithItsAddress) {
+TEST_F(PostgresStoreTest, AMissingServerIsReportedWithItsAddress) {
   PostgresOptions nowhere = options();
   nowhere.url = "postgres://someone:secret@127.0.0.1:1/farm";
   const Status status = open_postgres(nowhere).status();
@@ -256,7 +256,7 @@ TEST_F(PostgresStoreTest, TextsOfAnyBytesCanBeStored) {
 
 // ---- connections that are lost ----
 
-TEST_F(PostgresStoreTest, ALostConnectionIsMadeAgain) {
+TEST_F(PostgresStoreTest, ALostConnectionIsRestored) {
   const PostgresStores stores = opened(options());
   ASSERT_TRUE(stores.store->load().ok());
   ASSERT_TRUE(stores.store->commit(std::vector<StoreOp>{PutJob{full_record(1)}}).ok());
@@ -316,7 +316,7 @@ TEST_F(PostgresStoreTest, ACommitThatNeverReachedTheServerIsStored) {
 
 // ---- several coordinators ----
 
-TEST_F(PostgresStoreTest, ASecondOneStandsByUntilTheFirstLeaves) {
+TEST_F(PostgresStoreTest, ASecondCoordinatorWaitsUntilTheFirstLeaves) {
   std::optional<PostgresStores> first = opened(options());
   const std::uint64_t epoch = first->store->load()->epoch;
   std::atomic<int> looks = 0;
@@ -332,14 +332,14 @@ TEST_F(PostgresStoreTest, ASecondOneStandsByUntilTheFirstLeaves) {
   EXPECT_EQ(second.store->load()->epoch, epoch + 1);
 }
 
-TEST_F(PostgresStoreTest, OneThatStandsByCanBeStopped) {
+TEST_F(PostgresStoreTest, AStandbyCanBeStopped) {
   const PostgresStores first = opened(options());
   PostgresOptions stopped = options();
   stopped.wait = [](std::chrono::milliseconds) { return false; };
   EXPECT_EQ(open_postgres(stopped).status().code(), StatusCode::kCancelled);
 }
 
-TEST_F(PostgresStoreTest, OneThatIsKilledIsReplacedWhenItsLeaseRunsOut) {
+TEST_F(PostgresStoreTest, AKilledCoordinatorIsReplacedWhenItsLeaseExpires) {
   stored();
   // As it leaves the lease, but for its length:
   sql("UPDATE lightmill.lease SET instance = 'killed', expires = clock_timestamp() + interval '1 hour'");
@@ -356,7 +356,7 @@ TEST_F(PostgresStoreTest, OneThatIsKilledIsReplacedWhenItsLeaseRunsOut) {
   EXPECT_EQ(looks, 3);
 }
 
-TEST_F(PostgresStoreTest, OneWhoseConnectionsAreGoneIsReplacedBeforeItsLeaseRunsOut) {
+TEST_F(PostgresStoreTest, ADisconnectedCoordinatorIsReplacedBeforeItsLeaseExpires) {
   stored();
   // One at work: a connection, and the lease.
   auto killed = std::make_unique<postgres::Session>(postgres::Target{url_, "lightmill-server killed"},
@@ -376,7 +376,7 @@ TEST_F(PostgresStoreTest, OneWhoseConnectionsAreGoneIsReplacedBeforeItsLeaseRuns
   EXPECT_LE(looks, 8) << "three while it is there, and four without it";
 }
 
-TEST_F(PostgresStoreTest, ADeposedOneStoresNothing) {
+TEST_F(PostgresStoreTest, ADeposedCoordinatorStoresNothing) {
   std::atomic<int> deposed = 0;
   PostgresOptions of_first = options();
   of_first.lease = std::chrono::seconds(1);
@@ -413,7 +413,7 @@ TEST_F(PostgresStoreTest, ADeposedOneStoresNothing) {
   EXPECT_FALSE(second.assets->has(sha256("late")));
 }
 
-TEST_F(PostgresStoreTest, ATransactionOfADeposedOneThatIsUnderWayIsEnded) {
+TEST_F(PostgresStoreTest, AnOpenTransactionOfADeposedCoordinatorIsEnded) {
   PostgresOptions of_first = options();
   of_first.on_deposed = [](const Status&) {};
   const PostgresStores first = opened(of_first);
