@@ -46,7 +46,7 @@ function nearly(value, expected, share, what) {
   assert.ok(Math.abs(value - expected) <= share * expected, `${what}: ${value} for ${expected}`);
 }
 
-test('a job is compared with another of its size, by the numbers of the command line', async () => {
+test('a comparison with a job of the same size has the numbers of the command line', async () => {
   page = await session.open(`#/jobs/${job}`);
   await page.waitForSelector('canvas[data-drawn]');
   await page.locator('.viewer canvas').focus();
@@ -71,7 +71,7 @@ test('a job is compared with another of its size, by the numbers of the command 
   nearly((await measured())['FLIP, worst of all exposures'], expected.flip_hdr, 5e-3, 'HDR-FLIP');
 });
 
-test('split shows each on its side of a divider that keys and the mouse move', async () => {
+test('split shows both pictures, and keys and the mouse move the divider', async () => {
   await howBox().selectOption('picture');
   const here = await shown();
   await page.locator('.viewer canvas').focus();
@@ -106,7 +106,7 @@ test('split shows each on its side of a divider that keys and the mouse move', a
   await page.keyboard.press('1');
 });
 
-test('every comparison draws, and the link brings it back', async () => {
+test('every comparison is drawn, and the link restores it', async () => {
   const seen = new Set();
   for (const [key, how] of [['d', 'difference'], ['q', 'squared-error'], ['p', 'flip']]) {
     await page.keyboard.press(key);
@@ -125,7 +125,7 @@ test('every comparison draws, and the link brings it back', async () => {
   await again.context().close();
 });
 
-test('an EXR file of the farm is the picture itself, and one of another size is refused', async () => {
+test('an EXR file of the farm equals the picture, and a file of another size is refused', async () => {
   const [chooser] = await Promise.all([page.waitForEvent('filechooser'), compareBox().selectOption('file')]);
   await chooser.setFiles(join(session.farm.folder, `${job}.exr`));
   // Nothing but the rounding to half floats, which both of them go through.
@@ -172,4 +172,4 @@ test('a region is measured by mouse, by keys and by numbers', async () => {
   await eventually('it is gone', async () => (await page.locator('.region-fields').count()) === 0);
 });
 
-test('the page asked nobody but the coordinator, and complained of nothing', () => session.assertQuiet());
+test('the page contacts only the coordinator and logs no error', () => session.assertQuiet());

@@ -52,7 +52,7 @@ function assertNear(got, expected, what) {
   got.forEach((value, i) => assert.ok(Math.abs(value - expected[i]) <= 2e-3 * Math.abs(expected[i]) + 1e-6, `${what}: ${got} are not ${expected}`));
 }
 
-test('every layer is shown, and the parts of the light are all of it', async () => {
+test('every layer is shown, and the parts of the light add up to the picture', async () => {
   const layers = 'direct,indirect,albedo,normal,depth,id,light:lamp,light:blue';
   job = session.farm.lightmill('submit', twoLights(), '--size', '160x160', '--spp', '64', '--layers', layers, '--method', 'path').trim();
   page = await session.open(`#/jobs/${job}`);
@@ -80,7 +80,7 @@ test('every layer is shown, and the parts of the light are all of it', async () 
   assert.equal(await page.getByLabel('Exposure in stops').inputValue(), '0');
 });
 
-test('light groups are mixed at once, and the link brings the mix back', async () => {
+test('light groups are mixed at once, and the link restores the mix', async () => {
   const [lamp, blue] = [await middleOf('Light: lamp'), await middleOf('Light: blue')];
   await page.getByRole('combobox', {name: 'Layer'}).selectOption({label: 'Beauty'});
   const panel = page.getByRole('region', {name: 'Light groups'});
@@ -105,7 +105,7 @@ test('light groups are mixed at once, and the link brings the mix back', async (
   page = again;
 });
 
-test('the layers fit a phone and please axe', async () => {
+test('the layers fit a phone and pass axe', async () => {
   for (const colorScheme of ['light', 'dark']) {
     const small = await session.open(`#/jobs/${job}?relight=blue:2`, {viewport: kPhone, colorScheme, bypassCSP: true});
     await small.waitForSelector('canvas[data-drawn]');
@@ -118,4 +118,4 @@ test('the layers fit a phone and please axe', async () => {
   }
 });
 
-test('the page asked nobody but the coordinator, and complained of nothing', () => session.assertQuiet());
+test('the page contacts only the coordinator and logs no error', () => session.assertQuiet());

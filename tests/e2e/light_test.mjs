@@ -41,7 +41,7 @@ const jobsNamed = async (ending) => {
   return (jobs ?? []).filter(({name}) => name.endsWith(ending)).length;
 };
 
-test('the meters read what the command line says, and lie where they stand', async () => {
+test('the meters show the readings of the command line at their places', async () => {
   job = session.farm.lightmill('submit', measuredBox(), '--size', `${kSide}x${kSide}`, '--spp', '32', '--method', 'path').trim();
   page = await session.open(`#/jobs/${job}`);
   await session.waitForState(job, 'DONE');
@@ -75,7 +75,7 @@ test('the meters read what the command line says, and lie where they stand', asy
   await assertFits(page);
 });
 
-test('the meters stay while their job ends, and have its last readings at once', async () => {
+test('the meters stay while their job ends, and show its last readings at once', async () => {
   const ending = session.farm.lightmill('submit', measuredBox(), '--size', `${kSide}x${kSide}`, '--spp', '100000', '--method', 'path').trim();
   const watching = await session.open(`#/jobs/${ending}`);
   await watching.locator('.meters').waitFor();
@@ -96,7 +96,7 @@ test('the meters stay while their job ends, and have its last readings at once',
   await watching.context().close();
 });
 
-test('photons are drawn pixel for pixel where a job of them has them, and leave nothing behind', async () => {
+test('photons are drawn at the pixels of a photon job, and leave nothing behind', async () => {
   const reference = session.farm.lightmill('submit', measuredBox(), '--size', `${kSide}x${kSide}`, '--spp', '1', '--method', 'photon-dots:photons=10000').trim();
   await session.waitForState(reference, 'DONE');
   await page.locator('.viewer canvas').focus();
@@ -132,7 +132,7 @@ test('photons are drawn pixel for pixel where a job of them has them, and leave 
   await eventually('the picture as it was', async () => (await page.keyboard.press('1'), (await canvas()).every((value, i) => value === before[i])));
 });
 
-test('a phone shows them from their link', async () => {
+test('a phone shows photons from the link', async () => {
   const phone = await session.open(`#/jobs/${job}?photons=many`, {viewport: kPhone, colorScheme: 'light'});
   await eventually('its job', async () => (await jobsNamed('(its photons)')) === 1);
   await eventually('its picture', () => phone.evaluate(() => document.querySelector('.viewer canvas')?.dataset.drawn === 'yes'));
@@ -145,4 +145,4 @@ test('a phone shows them from their link', async () => {
   await eventually('no job of them is left', async () => (await jobsNamed('(its photons)')) === 0);
 });
 
-test('nobody else was asked, and nothing was complained of', () => session.assertQuiet());
+test('the page contacts only the coordinator and logs no error', () => session.assertQuiet());

@@ -14,7 +14,7 @@ let job;
 before(() => session.start());
 after(() => session.close());
 
-test('the picture of a job that is submitted sharpens to the pixels of the PNG', async () => {
+test('the picture of a submitted job sharpens to the pixels of the PNG', async () => {
   page = await session.open('#/jobs');
   job = session.farm.submit('cornell-bench-blocks', '--spp', '32', '--size', '192x160', '--name', 'blocks in a box');
   await page.getByRole('link', {name: 'blocks in a box'}).click();
@@ -34,7 +34,7 @@ test('the picture of a job that is submitted sharpens to the pixels of the PNG',
   });
 });
 
-test('the pixel that is pointed at is told', async () => {
+test('the page shows the values of the pixel under the mouse', async () => {
   const box = await page.locator('.viewer canvas').boundingBox();
   await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
   await page.getByText('96, 80').waitFor();
@@ -43,7 +43,7 @@ test('the pixel that is pointed at is told', async () => {
   values.slice(0, 5).forEach((value) => assert.match(value, /^\d\.\d+/));
 });
 
-test('keys and controls change how it is shown, and the link brings that back', async () => {
+test('keys and controls change the view, and the link restores it', async () => {
   const canvas = page.locator('.viewer canvas');
   const before = await canvas.screenshot();
   await canvas.focus();
@@ -95,7 +95,7 @@ function middleOf(shown) {
   });
 }
 
-test('the wheel zooms about the mouse, and what is dragged moves by as much', async () => {
+test('the wheel zooms about the mouse, and a drag moves the picture by its length', async () => {
   const shown = await session.open(`#/jobs/${job}?zoom=2&x=90&y=70`);
   await shown.waitForSelector('canvas[data-drawn]');
   const exact = await middleOf(shown);
@@ -115,7 +115,7 @@ test('the wheel zooms about the mouse, and what is dragged moves by as much', as
   await shown.context().close();
 });
 
-test('two fingers move the picture and bring it nearer', async () => {
+test('two fingers move and zoom the picture', async () => {
   const shown = await session.open(`#/jobs/${job}?zoom=1&x=96&y=80`, {hasTouch: true});
   await shown.waitForSelector('canvas[data-drawn]');
   const exact = await middleOf(shown);
@@ -135,7 +135,7 @@ test('two fingers move the picture and bring it nearer', async () => {
   await shown.context().close();
 });
 
-test('every map draws without a fault', async () => {
+test('every map is drawn without an error', async () => {
   const seen = new Set();
   for (const show of await page.getByRole('combobox', {name: 'Show'}).locator('option').evaluateAll((all) => all.map((each) => each.value))) {
     await page.getByRole('combobox', {name: 'Show'}).selectOption(show);
@@ -150,7 +150,7 @@ test('every map draws without a fault', async () => {
   await page.keyboard.press('f');
 });
 
-test('the PNG that the page makes has the pixels of the command line', async () => {
+test('the PNG from the page has the pixels of the command line', async () => {
   const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', {name: 'PNG'}).click()]);
   assert.equal(download.suggestedFilename(), `job-${job}.png`);
   const made = await page.evaluate(pixelsOf, readFileSync(await download.path()).toString('base64'));
@@ -159,4 +159,4 @@ test('the PNG that the page makes has the pixels of the command line', async () 
   assert.ok(made.every((value, i) => Math.abs(value - expected[i]) <= 1));
 });
 
-test('the page asked nobody but the coordinator, and complained of nothing', () => session.assertQuiet());
+test('the page contacts only the coordinator and logs no error', () => session.assertQuiet());

@@ -43,7 +43,7 @@ async function fill(label, value) {
   await panel().getByLabel(label, {exact: true}).press('Tab');
 }
 
-test('a scene that is dropped with its files is sent, looked into, and becomes a job', async () => {
+test('a dropped scene with its files is sent, inspected and submitted', async () => {
   page = await session.open('#/jobs');
   await page.getByRole('status').getByText('live').waitFor();
   const since = session.requests.length;
@@ -75,7 +75,7 @@ test('a scene that is dropped with its files is sent, looked into, and becomes a
   assert.equal((await api(`jobs/${job}`)).render_digest, (await api(`jobs/${other}`)).render_digest);
 });
 
-test('a folder is chosen, and what the farm has is not sent again', async () => {
+test('files of a chosen folder that the farm has are not sent again', async () => {
   const folder = join(session.farm.folder, 'scene-folder');
   mkdirSync(join(folder, 'assets'), {recursive: true});
   cpSync(kScene, join(folder, 'room.json'));
@@ -92,7 +92,7 @@ test('a folder is chosen, and what the farm has is not sent again', async () => 
   assert.equal(await panel().count(), 0);
 });
 
-test('what is wrong with a scene is told with its place, and what to do', async () => {
+test('a fault in a scene is shown with its place and what to do', async () => {
   await drop([{name: 'broken.json', text: '{"name": "broken", "camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0]}}'}]);
   await panel().getByRole('alert').getByText('camera').waitFor();
   await panel().getByRole('button', {name: 'Try again'}).waitFor();
@@ -103,7 +103,7 @@ test('what is wrong with a scene is told with its place, and what to do', async 
   await panel().getByRole('button', {name: 'Close'}).click();
 });
 
-test('sending is cancelled, and goes on where it was', async () => {
+test('a cancelled upload resumes where it stopped', async () => {
   let held;
   await page.route(/assets\/[0-9a-f]{64}$/, async (route) => {
     await new Promise((resolve) => (held = resolve));
@@ -134,7 +134,7 @@ test('a browser that cannot hash says what to do instead', async () => {
   page = here;
 });
 
-test('the panel fits a phone and pleases axe', async () => {
+test('the panel fits a phone and passes axe', async () => {
   for (const [viewport, colorScheme] of [[undefined, 'light'], [undefined, 'dark'], [kPhone, 'light'], [kPhone, 'dark']]) {
     page = await session.open('#/jobs', {...(viewport && {viewport}), colorScheme, bypassCSP: true});
     await drop([kScene, ...kAssets].map(named));
@@ -147,4 +147,4 @@ test('the panel fits a phone and pleases axe', async () => {
   }
 });
 
-test('the page asked nobody but the coordinator, and complained of nothing', () => session.assertQuiet());
+test('the page contacts only the coordinator and logs no error', () => session.assertQuiet());
