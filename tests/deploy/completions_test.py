@@ -126,7 +126,7 @@ class Completions(unittest.TestCase):
     def test_bash_takes_no_value_for_a_command(self):
         self.assertEqual(bash_offers(["lightmill", "workers", "--server", "drain", "qu"]), {"quarantine"})
 
-    def test_bash_completes_what_follows_a_value_that_is_left_out(self):
+    def test_bash_completes_after_an_omitted_value(self):
         with tempfile.TemporaryDirectory() as folder:
             (pathlib.Path(folder) / "film.exr").touch()
             self.assertEqual(bash_offers(["lightmill", "watch", "--tev", "-o", "f"], folder), {"film.exr"})
@@ -155,7 +155,7 @@ class Completions(unittest.TestCase):
         self.assertEqual(quarantine, {"quarantine"})
 
     @unittest.skipUnless(shutil.which("fish"), "no fish")
-    def test_fish_completes_what_follows_a_value_that_is_left_out(self):
+    def test_fish_completes_after_an_omitted_value(self):
         with tempfile.TemporaryDirectory() as folder:
             (pathlib.Path(folder) / "film.exr").touch()
             files, options = fish_offers(["lightmill watch --tev -o f", "lightmill watch --tev --open"], folder)
@@ -163,7 +163,7 @@ class Completions(unittest.TestCase):
         self.assertEqual(options, {"--openjd"})
 
     @unittest.skipUnless(shutil.which("zsh"), "no zsh")
-    def test_zsh_completes_what_follows_a_value_that_is_left_out(self):
+    def test_zsh_completes_after_an_omitted_value(self):
         with Zsh() as zsh:
             (pathlib.Path(zsh.home.name) / "film.exr").touch()
             for value in ("", "farm:1 "):
@@ -185,7 +185,7 @@ class Completions(unittest.TestCase):
                             shown = zsh.ask(f"{' '.join(words)} \x04", commands[0]) + zsh.ask(CLEAR, CLEARED)
                             self.assertEqual({name for name in commands if not re.search(rf"(?m)^{name}\s", shown)}, set())
 
-    def test_a_shell_that_is_not_known_is_named(self):
+    def test_an_unknown_shell_is_named(self):
         for program in help_text.PROGRAMS:
             run = subprocess.run([BIN / program, "--describe", "tcsh"], capture_output=True, text=True, check=False)
             self.assertEqual((run.returncode, run.stdout), (2, ""))

@@ -41,7 +41,7 @@ class ManPages(unittest.TestCase):
                 with self.subTest(words=words):
                     self.assertEqual({name for name in options if not re.search(rf"(?<![\w-]){name}(?![\w-])", text)} - {"-h"}, set())
 
-    def test_options_that_a_command_leaves_to_a_later_section_are_told_there(self):
+    def test_a_later_section_describes_shared_options(self):
         sections = sections_of("lightmill")
         titles = list(sections)
         shared = "".join(sections[title] for title in titles[titles.index("OPTIONS OF SEVERAL COMMANDS"):])

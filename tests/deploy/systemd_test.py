@@ -163,7 +163,7 @@ class Units(unittest.TestCase):
                         program.kill()
                         program.wait()
 
-    def test_the_filter_refuses_what_it_should(self):
+    def test_the_filter_refuses_forbidden_calls(self):
         steps = filter_program(allowed_calls("lightmill-worker"))
         asks = ("import ctypes, mmap\nlibc = ctypes.CDLL(None, use_errno=True)\n"
                 "print(libc.chroot(b'/'), ctypes.get_errno())\n"
@@ -171,7 +171,7 @@ class Units(unittest.TestCase):
         run = subprocess.run([sys.executable, "-c", asks], capture_output=True, text=True, check=True, preexec_fn=lambda: confine(steps))
         self.assertEqual(run.stdout, "-1 1\nrefused\n")
 
-    def test_a_worker_has_longer_to_leave_than_its_farm_waits_for_it(self):
+    def test_a_worker_has_time_to_leave(self):
         # A unit of work is about a second (--unit-seconds), at most 60, and is sent once more if the coordinator is away.
         self.assertGreaterEqual(int(setting("lightmill-worker", "TimeoutStopSec")[0]), 2 * 60)
 
@@ -189,7 +189,7 @@ class Units(unittest.TestCase):
             if name != "LIGHTMILL_WORKER_OPTIONS":
                 self.assertIn(f"(or ${name})", worker_help)
 
-    def test_both_run_as_users_that_are_made(self):
+    def test_both_run_as_users_that_the_packages_create(self):
         for program in PROGRAMS:
             script = (SOURCE / "deploy" / "debian" / program / "postinst").read_text()
             self.assertEqual(setting(program, "User"), re.findall(r"(?m)adduser --system .* (\S+)$", script))

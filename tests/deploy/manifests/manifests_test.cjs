@@ -30,8 +30,8 @@ for (const [name, docs] of [
   ['base', base],
   ['overlays/postgres', shared],
 ]) {
-  test(`${name} fits the schemas, and its parts each other`, () => assert.deepStrictEqual(allFaults(docs), []));
-  test(`kubectl makes the same of ${name}`, (context) => {
+  test(`${name} fits the schemas, and its parts agree`, () => assert.deepStrictEqual(allFaults(docs), []));
+  test(`kubectl renders ${name} alike`, (context) => {
     const made = childProcess.spawnSync('kubectl', ['kustomize', folders[name]], {encoding: 'utf8'});
     // Kustomizations have had these fields since kubectl 1.21.
     if (made.error || /invalid Kustomization|unknown field/.test(made.stderr)) {
@@ -43,7 +43,7 @@ for (const [name, docs] of [
     assert.deepStrictEqual(byName(documents(made.stdout)), byName(docs));
   });
 }
-test('compose.yaml fits the schema, and its parts each other', () => assert.deepStrictEqual(allComposeFaults(compose), []));
+test('compose.yaml fits the schema, and its parts agree', () => assert.deepStrictEqual(allComposeFaults(compose), []));
 
 const page = (name) => fs.readFileSync(path.join(source, 'docs/operate', name), 'utf8');
 const argsIn = (kind) => base.find((doc) => doc.kind === kind).spec.template.spec.containers[0].args;
@@ -66,7 +66,7 @@ test('a farm starts with the arguments of compose.yaml', () =>
 
 /** Plants one fault, and wants a fault found whose words match. */
 function planted(what, docs, change, words, faultsOf = allFaults) {
-  test(`it is found that ${what}`, () => {
+  test(`the check finds that ${what}`, () => {
     const changed = structuredClone(docs);
     change(
       Array.isArray(changed)

@@ -102,7 +102,7 @@ class MetricsTest(unittest.TestCase):
             for sample in family.samples:
                 self.assertNotIn("job", sample.labels, "jobs come and go: a series for each would never end")
 
-    def test_it_tells_what_the_farm_did(self):
+    def test_counters_show_what_the_farm_did(self):
         self.assertEqual(self.value("lightmill_pixel_samples_total"), SIDE * SIDE * SAMPLES)
         merged = self.job["counters"]["results_merged"]
         self.assertEqual(self.value("lightmill_results_total", outcome="merged"), merged)
@@ -115,7 +115,7 @@ class MetricsTest(unittest.TestCase):
         self.assertGreater(self.value("lightmill_commit_seconds_sum"), 0)
         self.assertGreaterEqual(self.value("lightmill_sent_bytes_total", what="films"), TILE_BYTES, "for the file")
 
-    def test_it_tells_how_the_farm_is(self):
+    def test_gauges_show_the_state_of_the_farm(self):
         for state in ("queued", "running", "paused", "failed", "cancelled"):
             self.assertEqual(self.value("lightmill_jobs", state=state), 0, state)
         self.assertEqual(self.value("lightmill_jobs", state="done"), 1)
@@ -131,7 +131,7 @@ class MetricsTest(unittest.TestCase):
         self.assertGreater(self.value("process_max_fds"), self.value("process_open_fds"))
         self.assertGreater(self.value("process_resident_memory_bytes"), 1 << 20)
 
-    def test_counters_only_grow_and_buckets_hold_each_other(self):
+    def test_counters_only_grow_and_buckets_are_cumulative(self):
         again = self.read()
         for family in self.families:
             for sample in family.samples if family.type in ("counter", "histogram") else []:
@@ -142,7 +142,7 @@ class MetricsTest(unittest.TestCase):
             if buckets:
                 self.assertEqual(buckets[-1], again[f"{family.name}_count", ()])
 
-    def test_jobs_that_wait_are_a_queue(self):
+    def test_waiting_jobs_are_a_queue(self):
         job = self.lightmill("submit", SOURCE / "scenes" / "cornell-bench-blocks.json", "--size", f"{SIDE}x{SIDE}", "--spp",
                              10_000_000, "--method", "path")["id"]
         wait_until("it is rendered", lambda: self.read()["lightmill_workers", (("state", "rendering"),)] == 1)
@@ -154,7 +154,7 @@ class MetricsTest(unittest.TestCase):
         self.lightmill("delete", job, "--cancel")
         wait_until("nothing waits", lambda: self.read()["lightmill_queue_pixel_samples", ()] == 0)
 
-    def test_dashboard_and_alerts_ask_for_what_there_is(self):
+    def test_dashboard_and_alerts_use_existing_metrics(self):
         known = {name for name, _ in self.after}
         states = {(name, label, value) for name, labels in self.after for label, value in labels}
         for where, expression in expressions().items():
@@ -166,7 +166,7 @@ class MetricsTest(unittest.TestCase):
                 for value in values.split("|"):
                     self.assertIn((name, label, value), states, where)
 
-    def test_prometheus_takes_them(self):
+    def test_prometheus_accepts_all_expressions(self):
         self.assertTrue(shutil.which("promtool"), "promtool is in Debian's package prometheus: deploy/setup --tests")
         rules = {"groups": [{"name": "all", "rules": [
             {"record": f"panel:{i}", "expr": expression.replace("$instance", ".*").replace("$__rate_interval", "1m")}

@@ -162,7 +162,7 @@ class SlurmTest(unittest.TestCase):
         self.cluster.start_node(lost)
         wait_until("the node is back", lambda: self.cluster.states()[lost] in ("idle", "mixed", "allocated"), 60)
 
-    def test_a_cancelled_worker_gives_back_what_it_had_not_begun(self):
+    def test_a_cancelled_worker_returns_the_units_it_had_not_begun(self):
         self.farm.start_workers(2)
         job = self.farm.submit(7, 1500)
         self.farm.wait_for(job, 0.1)
@@ -179,7 +179,7 @@ class SlurmTest(unittest.TestCase):
         self.assertLessEqual(identities, set(self.farm.enrolled()))
 
     @unittest.skipUnless(FULL, "takes minutes: --full")
-    def test_a_worker_that_slurm_takes_for_lost_and_runs_again_does_no_harm(self):
+    def test_a_worker_that_slurm_runs_twice_does_no_harm(self):
         self.farm.start_workers(1, worker_options=["--log-level", "debug"])
         [name] = self.farm.workers()
         [(number, _, cut, _)] = self.slurm_jobs()
@@ -201,7 +201,7 @@ class SlurmTest(unittest.TestCase):
         wait_until("the node is back", lambda: self.cluster.states()[cut] in ("idle", "mixed", "allocated"), 60)
 
     @unittest.skipUnless(FULL, "takes minutes: --full")
-    def test_a_coordinator_whose_node_is_lost_goes_on_when_it_is_back(self):
+    def test_a_coordinator_resumes_when_its_lost_node_is_back(self):
         self.farm.start_workers(2)
         job = self.farm.submit(3, 1500)
         self.farm.wait_for(job, 0.2)
@@ -213,7 +213,7 @@ class SlurmTest(unittest.TestCase):
         self.expect_quiet_film(job, 3, 1500)
 
     @unittest.skipUnless(FULL, "takes minutes: --full")
-    def test_a_worker_whose_time_is_up_gives_back_what_it_had_not_begun(self):
+    def test_a_worker_whose_time_is_up_returns_the_units_it_had_not_begun(self):
         self.farm.start_workers(1)
         stays = self.farm.workers()
         self.farm.start_workers(1, "--time=2")  # Slurm tells it a minute before, or nearly two
@@ -250,7 +250,7 @@ class SlurmTest(unittest.TestCase):
         self.assertEqual(sorted(self.farm.workers()), workers)
 
     @unittest.skipUnless(FULL, "takes minutes: --full")
-    def test_of_two_coordinators_with_a_database_the_other_takes_over(self):
+    def test_the_standby_coordinator_takes_over(self):
         store = start_postgres(self.cluster)
         pair = Farm(self.cluster, "pair", ["n2", "n3"])
         first = pair.start_coordinator("n2", "--store", store)
