@@ -1,4 +1,4 @@
-// A child process whose memory ends.
+// A child process with little memory.
 #pragma once
 
 #include <sys/resource.h>
@@ -11,15 +11,15 @@
 
 namespace lightmill::test {
 
-/// Sanitizers reserve more address space than any limit allows.
+/// Sanitizers reserve more address space than a limit allows.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool kMemoryCanEnd = false;
 #else
 inline constexpr bool kMemoryCanEnd = true;
 #endif
 
-/// The exit code of `what` in a child that may take so much more address space than this process has; -1 if a signal
-/// ended it. A child that hangs is ended after a minute.
+/// The exit code of `what` in a child that can take only `bytes_more` more address space than this process has. It is
+/// -1 if a signal ended the child. A child that hangs is ended after a minute.
 inline int run_in_little_memory(std::uint64_t bytes_more, const std::function<int()>& what) {
   const pid_t child = ::fork();
   if (child == 0) {

@@ -24,7 +24,7 @@ void expect_ip(const std::string& words) {
   EXPECT_EQ(result.exit_code, 0) << "ip " << words << ": " << result.err;
 }
 
-/// For nft: so many of the packets of a direction (input, output) are dropped, instead of those that were.
+/// nft rules that drop `percent` of the packets of a direction (input, output). They replace the earlier rules.
 std::string loss_rules(const std::string& direction, int percent) {
   std::string rules = fmt::format(
       "add table inet lightmill\n"
