@@ -1,6 +1,7 @@
-// The failure atlas in short: every case by every method that the planner admits, at few samples. None may be wrong.
+// A short run of the failure atlas: every case by every method that the planner admits, at few samples. None may be
+// wrong.
 //
-// False alarms: see atlas_map.h; the seeds are fixed, so a run that passes stays so.
+// For false alarms see atlas_map.h. The seeds are fixed, so a run that passes stays so.
 #include <gtest/gtest.h>
 
 #include "tests/atlas/atlas.h"
@@ -12,7 +13,7 @@
 namespace lightmill::test {
 namespace {
 
-/// log2 of the samples of each seed, less than the map's.
+/// Difference to the map in log2 of the samples of each seed.
 constexpr int kShort = -1;
 
 class AtlasMap : public ::testing::TestWithParam<AtlasGroup> {};
@@ -21,7 +22,7 @@ TEST_P(AtlasMap, NoMethodIsWrongWithoutAVeto) {
   AtlasSettings settings;
   settings.methods = atlas_methods();
   std::erase_if(settings.methods, [](const std::string& method) {
-    return method == "ppm";  // its noise and blur let a short run say nothing
+    return method == "ppm";  // noise and blur hide errors in a short run
   });
   settings.more_levels = kShort;
   for (const AtlasCase& each : GetParam().cases()) {

@@ -1,4 +1,4 @@
-// The failure atlas for faces together: coplanar, touching and near ones, thin walls, corners, gaps and closed rooms,
+// The failure atlas for several faces: coplanar, touching and near ones, thin walls, corners, gaps and closed rooms,
 // each with its right outcome.
 #include "tests/analytic/meter_text.h"
 #include "tests/atlas/atlas.h"
@@ -23,7 +23,7 @@ TEST(Faces, AnEmitterJustBelowTheCeilingLightsOnlyTheFloor) {
 }
 
 TEST(Faces, ANarrowGapPassesItsFormFactor) {
-  // Parallel unit squares a hair apart: what passes between them is what the form factor says, not more and not less.
+  // Parallel unit squares very close together. The form factor says how much light passes between them.
   for (const double gap : {1e-1, 1e-3, 1e-4}) {
     const auto scene = scene_with(fmt::format(
                                       R"("materials": [{}], "objects": [{}],
@@ -37,8 +37,8 @@ TEST(Faces, ANarrowGapPassesItsFormFactor) {
 }
 
 TEST(Walls, StopAllLightHoweverThin) {
-  // A closed room, a wall across it, and glaring lamps on its far side: in front of it there is nothing at all. The
-  // wall goes on through the floor and the others, as walls do.
+  // A closed room with a wall across it, and very bright lights on the far side. This side is black. The wall passes
+  // through the floor and the other walls, as in real models.
   for (const double thickness : {0.1, 1e-3, 1e-5}) {
     for (const std::string& light :
          {std::string(R"({"point": {"position": [-0.01, 1.5, 0.2], "intensity": {"rgb": [1e6, 1e6, 1e6]}}})"),
@@ -59,7 +59,7 @@ TEST(Walls, StopAllLightHoweverThin) {
 }
 
 TEST(Walls, FillHalfOfTheViewAtTheirFoot) {
-  // Right beside a glowing wall half of all that a point sees is the wall.
+  // Right beside a glowing wall, the wall fills half of a point's view.
   EXPECT_NEAR(standing_form_factor(1e9, 1e9, 1e-3), 0.5, 1e-9);
   for (const double distance : {1e-1, 1e-2, 1e-3, 1e-4}) {
     const auto scene = TestScene::from_text(
@@ -82,7 +82,8 @@ TEST(Walls, ADoorAjarPassesTheVisiblePartOfTheLight) {
 }
 
 TEST(Faces, ADuplicatedEmitterCountsOnce) {
-  // Again in its own file, from another corner, as triangles, as another object; by its radiance and by its power.
+  // The same lamp again: in its own file, from another corner, as triangles, as another object; by radiance and by
+  // power.
   const std::string lamp = horizontal_square(1, 1, false);
   for (const std::string& obj : {lamp + "f 1 2 3 4\n", lamp + "f 2 3 4 1\n", lamp + "f 3 4 1 2\nf 1 2 3 4\n"}) {
     for (const double objects : {1, 2}) {

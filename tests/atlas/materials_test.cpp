@@ -1,4 +1,5 @@
-// The failure atlas for materials and media: extreme parameters and unlucky arrangements, each with its right outcome.
+// The failure atlas for materials and media: extreme parameters and difficult arrangements, each with its right
+// outcome.
 #include <cmath>
 
 #include "tests/atlas/atlas.h"
@@ -12,7 +13,7 @@ Estimate mirrored_lamp(const std::string& kind, std::uint64_t seed) {
 }
 
 TEST(Materials, AreMirrorsAsRoughnessFallsToZero) {
-  // F at 45° of glass, and 1 of white metal; across the limit below which a surface counts as smooth.
+  // F of glass at 45°, and 1 for white metal, on both sides of the limit below which a surface counts as smooth.
   for (const double roughness : {0.0, 1e-30, 1e-4, 0.0099, 0.0101, 0.02, 0.05}) {
     const struct {
       std::string kind;
@@ -63,7 +64,7 @@ TEST(Materials, StayFiniteAtGrazingAngles) {
 }
 
 TEST(Materials, APrincipledSurfaceWithFullGlossAddsNoEnergy) {
-  // Normal reflectance reaches 1 from an index of 5.83 on with twice the gloss; nothing is left for what is below.
+  // Normal reflectance reaches 1 at an index of 5.83 with twice the gloss. Nothing remains for the layers below.
   for (const double ior : {5.8, 5.9, 10.0}) {
     for (const double roughness : {0.0, 0.3, 1.0}) {
       const auto scene = TestScene::from_text(document(
@@ -73,7 +74,7 @@ TEST(Materials, APrincipledSurfaceWithFullGlossAddsNoEnergy) {
                                      gray(1), ior, roughness)),
           sphere("sky", "[0, 0, 0]", 20, true) + "," + sphere("x", "[0, 0, 0]", 1)));
       const Estimate seen = mean_of(scene.render({"path", 53, 0}, 6), 1);
-      // Light that facets scatter twice is lost, more of it the rougher they are.
+      // Light that facets scatter twice is lost, and more of it at higher roughness.
       EXPECT_LE(seen.value, 1 + 5 * seen.standard_error + 1e-4) << ior << ' ' << roughness;
       EXPECT_GE(seen.value, roughness == 0 ? 0.99 : 0.5) << ior << ' ' << roughness;
     }
@@ -111,7 +112,7 @@ TEST(Materials, AMirrorCorridorIsSeenToItsEnd) {
 }
 
 TEST(Materials, VeachsPlatesShowLightsOfAllSizesAtAllRoughnesses) {
-  // The small ones are found by their light alone, the large ones in smooth plates by reflection alone.
+  // Light sampling finds the small lights. In smooth plates only reflection finds the large ones.
   for (const double roughness : {0.1, 0.25, 0.5, 0.8}) {
     for (const double radius : {0.02, 0.1, 0.4, 0.9}) {
       for (const double aside : {0.3, 1.0}) {
@@ -124,8 +125,8 @@ TEST(Materials, VeachsPlatesShowLightsOfAllSizesAtAllRoughnesses) {
 }
 
 TEST(Materials, ACausticIsSeenInAMirrorAsOnItsWall) {
-  // A lamp and its image in a mirror floor light a white wall; what the mirror shows of the wall is the same, at its
-  // edge to the floor too.
+  // A light and its image in a mirror floor light a white wall. The mirror shows the same wall, also at its edge to the
+  // floor.
   const double radius = 0.3;
   for (const double y : {0.01, 0.25, 1.0}) {
     const double irradiance =
@@ -144,7 +145,7 @@ TEST(Materials, ACausticIsSeenInAMirrorAsOnItsWall) {
 }
 
 TEST(Materials, GlassInOnAndAcrossGlassIsInvisibleInUniformLight) {
-  // Radiance is n² denser in each, and 1 again outside.
+  // Radiance is n² denser in each piece, and 1 again outside.
   const auto seen = [&](const std::string& objects, double reach) {
     return mean_of(clean_picture(TestScene::from_text(document(R"("eye": [0.5, 2, 4], "look_at": [0, 0, 0])", 30, 32,
                                                                kGlassPairMaterials, objects, sky(1)),
@@ -156,8 +157,8 @@ TEST(Materials, GlassInOnAndAcrossGlassIsInvisibleInUniformLight) {
     SCOPED_TRACE(pair.name);
     expect_answer(seen(pair.objects, 1e-3), 1, 2e-3);
   }
-  // Where two faces are one, rounding decides which is met first, and the other may be missed: no right picture is
-  // promised (docs/reference/scene.md), but neither can be without bounds.
+  // Where two faces coincide, rounding decides which one a ray meets first, and it may miss the other. No right picture
+  // is promised (docs/reference/scene.md), but values are bounded.
   for (const char* const material : {"a", "b"}) {
     const double value = seen(mesh("a", "left.obj") + also(mesh(material, "flush.obj")), 0).value;
     EXPECT_GT(value, 0.9) << material;
@@ -198,7 +199,7 @@ TEST(Materials, SamplesInTooManyNestedShapesAreCountedAsNotFinite) {
   const HalfImages image = scene.render({"path", 57, 0}, 4);
   const Estimate seen = mean_of(image, 0);
   EXPECT_TRUE(std::isfinite(seen.value));
-  EXPECT_LE(seen.value, 1);  // what is seen past the shells; the rest counts as nothing
+  EXPECT_LE(seen.value, 1);  // what is seen past the shells; the rest counts as zero
   EXPECT_GT(image.non_finite, 0u);
 }
 
