@@ -1,5 +1,5 @@
-// `caustic` and `path` share a picture's light between two sides and one: where paths can find all of it, both must
-// show the same.
+// `caustic` traces some light from the lights and the rest from the camera. Where `path` can find all light, both must
+// show the same picture.
 #include "tests/statistical/same_picture.h"
 
 namespace lightmill::test {
@@ -10,11 +10,11 @@ void expect_same(const TestScene& scene, double precision, std::uint32_t bounces
   expect_same(scene, {.method = method, .precision = precision, .bounces = bounces});
 }
 
-/// A floor, two walls, a lamp and what stands between; each part of a document may be replaced.
+/// A floor, two walls, an emitter and the objects between them. Each part of the document can be replaced.
 struct Room {
   std::string view = R"("eye": [0, 1.6, 4], "look_at": [0, 0.7, 0])";
   std::string floor = R"("diffuse": {"reflectance": {"rgb": [0.7, 0.6, 0.5]}})";
-  std::string materials;  ///< named; `caster` among them
+  std::string materials;  ///< with names; `caster` is among them
   std::string objects = sphere("caster", "[0, 0.8, 0]", 0.6);
   std::string more_lights;
   std::map<std::string, std::string> files;

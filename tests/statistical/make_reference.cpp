@@ -1,4 +1,4 @@
-// Renders a reference for the z-tests with the scalar oracle: make_reference SCENE SAMPLES OUT
+// Renders a reference for the z-tests with the reference tracer: make_reference SCENE SAMPLES OUT
 #include <cstdio>
 #include <cstdlib>
 

@@ -1,6 +1,6 @@
-// `ppm`, which brings all light by photons, shows what methods show that sample lamps.
+// `ppm` gathers all light from photons. It shows the same pictures as methods that sample lights.
 //
-// In the round room what gathering blurs is less than half a percent of a block's mean.
+// In the round room gathering blurs a block's mean by less than half a percent.
 #include "tests/statistical/round_room.h"
 
 namespace lightmill::test {

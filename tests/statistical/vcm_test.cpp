@@ -1,7 +1,7 @@
-// `vcm` shows what other methods show, whose strategies share nothing with most of its own.
+// `vcm` shows the same pictures as other methods. Their strategies share nothing with most of its own.
 //
-// Merging blurs less than half a percent of a block's mean in the round room. Where surfaces end or meet it would blur
-// more; there it is made so small that next to nothing is merged, and all else is without bias.
+// In the round room merging blurs a block's mean by less than half a percent. In scenes with edges it would blur more.
+// There the radius is so small that almost nothing merges, and the rest has no bias.
 #include "tests/statistical/round_room.h"
 
 namespace lightmill::test {
@@ -40,7 +40,7 @@ TEST(Vcm, MatchesPathForGlossRoughMetalRoughGlassAndCoats) {
   expect_same(scene, {.method = kUnmerged});
 }
 
-/// Merging weighs what comes through with what it would be the other way round.
+/// Merging weighs transmitted light with its density in the other direction.
 TEST(Vcm, MatchesPathForMergedRoughGlassAndMixtures) {
   const std::string materials =
       also(named("frosted", R"("dielectric": {"ior": 1.5, "roughness": 0.6})")) +
@@ -58,7 +58,7 @@ TEST(Vcm, MatchesCausticForAbsorptionAndSeveralKindsOfLights) {
   expect_same(amber_under_point_and_spot(), {.method = kMethod, .reference = "caustic:photons=4000", .blur = kBlur});
 }
 
-/// A floor in the open, a ball and a wall on it, lit from outside.
+/// An open floor with a ball and a wall, lit from outside.
 TestScene open_floor(const std::string& lights, const std::string& ball, const std::string& view) {
   return TestScene::from_text(
       document(view, 50, kFilm, diffuse("floor", 0.6) + also(named("ball", ball)),
