@@ -32,7 +32,7 @@ TEST(Fresnel, AllIsReflectedBeyondTheCriticalAngle) {
 }
 
 TEST(Fresnel, AtBrewstersAngleReflectionIsHalfThatOfSPolarisation) {
-  // There the p term vanishes; r_s = (n² − 1)/(n² + 1) in amplitude.
+  // There the p term is zero. r_s = (n² − 1)/(n² + 1) in amplitude.
   const double s = (1.5 * 1.5 - 1) / (1.5 * 1.5 + 1);
   EXPECT_NEAR(at_degrees(56.309932), s * s / 2, 1e-6);
 }

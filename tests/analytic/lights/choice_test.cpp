@@ -1,4 +1,4 @@
-// Which light is drawn: few by power, many by a tree; always with the probability that is stated.
+// Light choice: by power for few lights, by a tree for many, always with the stated probability.
 // The threshold of 5 standard deviations raises a false alarm once in 3.5 million tests.
 #include "tests/analytic/lights/light_checks.h"
 
@@ -30,7 +30,7 @@ TEST(LightChoice, FewLightsAreChosenByPower) {
 }
 
 TEST(LightChoice, AWeakLightBesideAStrongOneIsDrawn) {
-  // One is 1e9 times as strong as the other: both are drawn.
+  // One is 1e9 times as strong as the other. Both are drawn.
   LightTable table;
   table.points.add({{0, 0, 1}, Vec3(1e9f)});
   table.points.add({{0, 1, 0}, Vec3(1)});
@@ -81,7 +81,7 @@ TEST(LightChoice, TheTreeDrawsWithTheProbabilityThatItStates) {
   constexpr int kLights = 300;
   const LightBvh tree(many_lights(kLights));
   for (const Vec3& p : {Vec3(0), Vec3(4, -3, 1), Vec3(50, 20, 0)}) {
-    // The last cell: nothing was drawn, because a node that seemed to shine had no child that does.
+    // The last cell counts failed draws: a node seemed to shine on the point, but none of its children does.
     std::vector<double> counts(kLights + 1), expected;
     double sum = 0;
     for (const double probability : probabilities(tree, kLights, p)) {
@@ -118,7 +118,7 @@ TEST(LightChoice, EveryLightThatShinesOnAPointCanBeDrawn) {
       const Vec3d center = (b.low + b.high) * 0.5, d = glm::normalize(Vec3d(p) - center);
       double cosine = glm::dot(d, b.axis);
       cosine = b.two_sided ? std::abs(cosine) : cosine;
-      // An angle of at most 90° to some normal of the cone.
+      // Some normal of the cone is at an angle of at most 90°.
       const bool shines =
           b.cos_normals == -1 || std::acos(std::clamp(cosine, -1.0, 1.0)) - std::acos(b.cos_normals) < M_PI / 2 - 1e-6;
       if (shines) {
@@ -158,7 +158,7 @@ TEST(LightChoice, DistantLightsAndTheTreeAreBothDrawn) {
     table.points.add({{static_cast<float>(i), 5, 0}, Vec3(1)});
   }
   table.directional.add({{0, -1, 0}, Vec3(1)});
-  table.build(1000);  // so large that the sun's flux is all there is
+  table.build(1000);  // so large that the sun has almost all of the flux
   int sun = 0;
   for_each_draw(4, [&](Pair8 choice, Pair8 u) {
     const LightSample8 s = table.sample(broadcast(Vec3(3, 0, 0)), choice, u);

@@ -1,4 +1,4 @@
-// Irradiance without shadows by formulas, against the mean of light samples, which know nothing of them.
+// Formulas for unshadowed irradiance, compared with the mean of light samples.
 #include "common/lights/unoccluded_irradiance.h"
 
 #include "tests/analytic/lights/light_checks.h"
@@ -6,7 +6,7 @@
 namespace lightmill::test {
 namespace {
 
-/// Five standard errors raise a false alarm once in 1.7 million comparisons; 1e-5 is for rounding.
+/// Five standard errors raise a false alarm once in 1.7 million comparisons. 1e-5 is for rounding.
 void expect_mean_of_samples(LightTable table, const Vec3& p, const Vec3& normal) {
   table.build(10);
   const Vec3 n = glm::normalize(normal);
@@ -39,7 +39,7 @@ TEST(UnoccludedIrradiance, MatchesSamplesOfTrianglesAndParallelograms) {
   whole.parallelogram = true;
   for (const EmissiveFacet& facet : {triangle, whole}) {
     expect_mean_of_samples(with(facet), {0, 0, 0}, {0, 1, 0});        // all above the horizon
-    expect_mean_of_samples(with(facet), {0, 1.9f, 0}, {1, 0.2f, 0});  // cut by it, near
+    expect_mean_of_samples(with(facet), {0, 1.9f, 0}, {1, 0.2f, 0});  // cut by the horizon, near
     expect_mean_of_samples(with(facet), {0, 2.5f, 0}, {0.1f, -1, 0.4f});
     expect_mean_of_samples(with(facet), {3, 2, 4}, {-1, 0.1f, 0});  // almost edge on
     expect_mean_of_samples(with(facet), {0, 0, 0}, {0, -1, 0});     // all below
@@ -79,7 +79,7 @@ TEST(UnoccludedIrradiance, MatchesSamplesOfPointsAndDirections) {
 }
 
 TEST(UnoccludedIrradiance, MatchesTheSumOverAnEnvironmentImage) {
-  // Clear sky with a sun over darker ground, turned; the integral is a plain sum over directions.
+  // Clear sky with a sun over darker ground, turned. The integral is a sum over directions.
   constexpr int kWidth = 16, kHeight = 8;
   std::vector<float> rgb;
   for (int i = 0; i < kWidth * kHeight; ++i) {

@@ -1,4 +1,4 @@
-// The phase function. 100,000 draws each; the threshold raises a false alarm once in 3.5 million tests.
+// The phase function, with 100,000 draws each. The threshold raises a false alarm once in 3.5 million tests.
 #include "common/materials/henyey_greenstein.h"
 #include "tests/analytic/materials/bsdf_checks.h"
 
