@@ -1,4 +1,4 @@
-// Tokens, over real connections: kept, listed, revoked.
+// Tokens over real connections: stored, listed and revoked.
 #include <atomic>
 #include <future>
 #include <set>
@@ -119,7 +119,7 @@ TEST(TokenAccess, ARefusedWorkerLogsItOnceAndConnectsWhenAllowed) {
   EXPECT_TRUE(eventually([&] { return worker_said("connected to") == 1; })) << secure.farm().log("worker");
 }
 
-/// Says hello, and then that it lives, until it is sent away; with which words.
+/// Sends a hello and heartbeats until the coordinator disconnects it. Returns the status.
 grpc::Status work_until_sent_away(const std::shared_ptr<grpc::Channel>& channel, const std::string& name,
                                   const std::string& token) {
   grpc::ClientContext context;
@@ -137,7 +137,7 @@ grpc::Status work_until_sent_away(const std::shared_ptr<grpc::Channel>& channel,
   v1::WorkRequest request;
   to_wire(WorkerMessage(hello), &request);
   std::atomic<bool> ended = false;
-  std::thread reader([&] {  // gRPC hears of the end at once only where somebody reads
+  std::thread reader([&] {  // without a reader gRPC reports the end late
     v1::WorkResponse ignored;
     while (stream->Read(&ignored)) {
     }

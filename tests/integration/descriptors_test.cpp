@@ -1,5 +1,5 @@
-// What a flood of connections does to a coordinator with few open files: callers from elsewhere are served meanwhile,
-// and callers at the same address soon.
+// Floods of connections to a coordinator with few file descriptors. Callers from other addresses are served meanwhile,
+// and callers from the same address soon.
 #include <arpa/inet.h>
 #include <poll.h>
 #include <sys/resource.h>
@@ -14,15 +14,15 @@
 namespace lightmill::test {
 namespace {
 
-/// A coordinator may have 256 open files.
+/// The coordinator can have 256 open files.
 Launch with_few_files() {
   return {"127.0.0.1", {"/bin/sh", "-c", "ulimit -n 256; exec \"$@\"", "sh"}, {}};
 }
 constexpr int kFlood = 300;
-/// What it gives gRPC's connections, and strangers of one address among them.
+/// Connection limits of gRPC: all connections, and unknown callers of one address.
 constexpr int kPlaces = 84, kStrangers = 21;
 
-/// Connections that say `words` and then nothing.
+/// Connections that send `words` and then nothing.
 class Flood {
  public:
   Flood(int port, const std::string& from, int count, const std::string& words = "") {
@@ -47,7 +47,7 @@ class Flood {
       ::close(socket);
     }
   }
-  /// Those that the other side has closed.
+  /// How many the other side has closed.
   int closed() const {
     return static_cast<int>(std::ranges::count_if(sockets_, [](int socket) { return is_closed(socket); }));
   }
@@ -78,13 +78,13 @@ bool answers(const std::shared_ptr<grpc::Channel>& channel) {
   return v1::RenderService::NewStub(channel)->ListJobs(&context, {}, &response).ok();
 }
 
-/// Calls over new connections until one is answered.
+/// Calls over new connections until one gets an answer.
 template <class Open>
 bool answers_again(const std::string& what, const Open& open) {
   return recovers(what, [&] { return answers(open()); });
 }
 
-/// Raises the limit again at its end.
+/// Lowers a process's limit of open files, so that it gets no new ones. Restores the limit at its end.
 class NoDescriptors {
  public:
   explicit NoDescriptors(pid_t process) : process_(process) {
@@ -153,7 +153,7 @@ TEST(Descriptors, APortThatRanOutOfFilesAcceptsAgain) {
   {
     const NoDescriptors none(farm.farm().server().pid());
     EXPECT_FALSE(answers(open()));
-    page = farm.connect();  // waits in the kernel
+    page = farm.connect();  // waits in the kernel's queue
   }
   EXPECT_TRUE(answers_again("after the process had no files left", open));
   EXPECT_EQ(farm.get("/").result_int(), 200u);

@@ -1,4 +1,4 @@
-// Enrolment over real connections: machines get a token of their own, keep it, and get no more of them than was said.
+// Enrolment over real connections: machines get and keep their own token, up to the allowed number.
 #include <csignal>
 #include <fstream>
 
@@ -14,7 +14,7 @@ class Enrolment : public ::testing::Test {
  protected:
   std::shared_ptr<grpc::Channel> root() const { return secure_.channel(secure_.person("root", {Role::admin})); }
 
-  /// Makes an enrolment token known; its text.
+  /// Registers an enrolment token, and returns its text.
   std::string enrolment_token(std::uint32_t workers) const {
     return token_for(root(), "render", {Role::enrol}, now_unix_s() + kDay, workers);
   }
@@ -24,7 +24,7 @@ class Enrolment : public ::testing::Test {
     EXPECT_TRUE(v1::AccessService::NewStub(root())->ListTokens(&context, {}, &response).ok());
     return {response.tokens().begin(), response.tokens().end()};
   }
-  /// How many machines the token has enrolled, as the coordinator says.
+  /// How many machines the token has enrolled, according to the coordinator.
   std::uint32_t enrolled(const std::string& text) const {
     for (const v1::Token& token : tokens()) {
       if (token.id() == token_id(text).value()) {
@@ -77,7 +77,7 @@ class Enrolment : public ::testing::Test {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return std::make_unique<BackgroundProcess>(arguments, (secure_.farm().folder() / (log + ".log")).string());
   }
-  /// The names of connected workers, without their processes' numbers.
+  /// Names of connected workers, without process numbers.
   std::set<std::string> identities() const {
     grpc::ClientContext context;
     v1::ListWorkersResponse response;

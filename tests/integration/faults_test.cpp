@@ -1,4 +1,4 @@
-// Real processes over lines that are slow, stall and break, that stop for a while, and whose clocks jump.
+// Real processes with slow, stalling and broken connections, stopped processes, and jumping clocks.
 #include <gtest/gtest.h>
 
 #include <signal.h>
@@ -25,7 +25,7 @@ Picture picture_of(std::uint64_t samples) {
   return picture;
 }
 
-/// Two workers with a proxy each before the coordinator, and a job.
+/// Two workers, each behind its own proxy, and a job.
 class FaultyLines : public ::testing::Test {
  protected:
   FaultyLines() : lines_{std::make_unique<FaultProxy>(farm_.address()), std::make_unique<FaultProxy>(farm_.address())} {
@@ -38,7 +38,7 @@ class FaultyLines : public ::testing::Test {
   }
   ~FaultyLines() override { expect_reference_film(farm_.client(), job_, picture_); }
 
-  /// A job that is done before the faults are gets more to do.
+  /// A job that ends before the faults gets more samples.
   void keep_busy() {
     FarmClient client = farm_.client();
     if (const v1::Job job = client.job(job_); job.samples_done() + kPixels * 150 > kPixels * picture_.samples) {

@@ -1,5 +1,4 @@
-// Scene files that go to a farm as they are: a worker reads them, and what it makes of them renders as the command
-// line's job would.
+// Inspection of scene files on the farm: a worker reads them. The result renders like the command line's job.
 #include <gtest/gtest.h>
 
 #include <signal.h>
@@ -14,7 +13,7 @@
 namespace lightmill::test {
 namespace {
 
-/// Files to be dropped onto a farm.
+/// Files that a client drops onto a farm.
 class Dropped {
  public:
   explicit Dropped(FarmClient client) : client_(std::move(client)) {}
@@ -42,7 +41,7 @@ class Dropped {
   FarmClient client_;
 };
 
-/// The bench box's files as its folder has them.
+/// Drops the bench box's files as they are in their folder.
 void drop_box(Dropped& dropped) {
   dropped.add_shipped("cornell-bench-blocks.json");
   dropped.add_shipped("assets/CornellBox.obj");
@@ -83,7 +82,7 @@ TEST(Inspect, GivesTheJobThatTheCommandLineWouldSubmit) {
   }
   EXPECT_TRUE(path);
 
-  // Submitted with what was found, and nothing that this process has read.
+  // Submits the inspection's result, and nothing that this process has read.
   const Picture picture{.side = 64, .samples = 8};
   v1::SubmitJobRequest submit;
   to_wire(job_of(picture, "inspected"), &submit);
@@ -140,7 +139,7 @@ TEST(Inspect, ReportsFilesThatAreNoTextWithoutLosingItsWorker) {
     dropped.request.add_scene(name);
     return dropped.inspect();
   };
-  // A byte that is no UTF-8, one word of 100 kB, a file of nothing but noise, and a name in Latin-1.
+  // A byte that is not UTF-8, one word of 100 kB, a file of noise, and a name in Latin-1.
   std::string noise;
   for (int i = 0; i < 4096; ++i) {
     noise.push_back(static_cast<char>(i * 37 % 251 + (i % 7 == 0 ? 10 : 0)));

@@ -1,4 +1,4 @@
-// What keeps a farm going for years: a disk that is full, jobs that expire, and a state that is put back from a backup.
+// Storage over years: full disks, jobs that expire, and restored backups.
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
@@ -119,7 +119,7 @@ TEST(Storage, ADamagedNodeOfAnEndedJobIsRenderedAgainOnceItsFilmIsRead) {
   farm.add_worker(1, "w1");
   const std::uint64_t job = client.submit({}).id();
   ASSERT_EQ(client.wait_until_ended(job).state(), v1::JOB_STATE_DONE);
-  farm.server().send(SIGTERM);  // the job's end is stored by then
+  farm.server().send(SIGTERM);  // by then the job's end is stored
   ASSERT_EQ(farm.server().wait(), 0);
   sqlite3* database = nullptr;
   ASSERT_EQ(sqlite3_open((farm.data() / "lightmill.sqlite").c_str(), &database), SQLITE_OK);
@@ -141,7 +141,7 @@ TEST(Storage, DeletingJobsMakesRoom) {
   if (!disk.mounted()) {
     GTEST_SKIP() << "no disk can be mounted here";
   }
-  Farm farm({"--reserve-gib", "0.1875"});  // looked at twice a second, and filled by 60 MiB in that
+  Farm farm({"--reserve-gib", "0.1875"});  // the coordinator checks twice a second, and 60 MiB arrive meanwhile
   FarmClient client = farm.client();
   farm.add_worker(1, "w1");
   Picture large;
@@ -211,7 +211,7 @@ TEST(Storage, AFullDiskRefusesJobsAtOnceAndKeepsAcceptedOnes) {
     context.set_deadline(std::chrono::system_clock::now() + kPatience);
     const grpc::Status status = client.stub().SubmitJob(&context, request, &job);
     if (status.ok()) {
-      jobs.insert(job.id());  // the store's file had room yet
+      jobs.insert(job.id());  // the store's file still had room
     }
     return status;
   };
@@ -244,7 +244,7 @@ TEST(Storage, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
   ASSERT_TRUE(client.stub().CancelJob(&context, cancel, &job).ok());
   const auto jobs_after = [&](const std::string& passed) {
     clock.move(passed);
-    kill_at_once(farm.server());  // it looks once a minute, and when it starts
+    kill_at_once(farm.server());  // it checks once a minute, and at its start
     farm.start_server();
     return client.jobs();
   };
@@ -274,7 +274,7 @@ TEST(Storage, ADatabaseThatHasLostCommitsIsRefusedUntilThatIsAccepted) {
   const std::uint64_t lost = client.submit({}, "lost").id();
   EXPECT_EQ(client.wait_until_ended(lost).state(), v1::JOB_STATE_DONE);
   kill_at_once(farm.server());
-  // The last commits are cut off, as by a disk that has forgotten them.
+  // The last commits are cut off, like on a disk that lost them.
   const fs::path journal = farm.data() / "lightmill.sqlite-wal";
   fs::resize_file(journal, fs::file_size(journal) / 2);
   const std::vector<std::string> server{program("lightmill-server"), "--data", farm.data().string(), "--listen",
@@ -334,7 +334,7 @@ TEST(Storage, AJobWaitsForAnUnreadableAsset) {
   }
   const fs::path aside = farm.folder() / "aside";
   fs::rename(asset, aside);
-  fs::create_directory(asset);  // which can be opened, and gives an error when it is read
+  fs::create_directory(asset);  // it can be opened, but reading fails
   farm.add_worker(1, "w1");
   EXPECT_TRUE(eventually([&] { return says(farm.server_log(), "cannot be read"); })) << farm.server_log();
   EXPECT_NE(client.job(job).state(), v1::JOB_STATE_FAILED) << client.job(job).reason();
@@ -352,7 +352,7 @@ TEST(Storage, ACopyOfTheDirectoryIsABackup) {
     farm.add_worker(1, "w1");
     job = farm.client().submit(picture).id();
     farm.client().wait_for_samples(job, std::uint64_t{128} * 128 * 32);
-    kill_at_once(farm.server());  // as a snapshot of its disk would have it
+    kill_at_once(farm.server());  // like a snapshot of its disk
     fs::copy(farm.data(), backup.path() / "data", fs::copy_options::recursive);
   }
   const CommandResult check =
@@ -364,7 +364,7 @@ TEST(Storage, ACopyOfTheDirectoryIsABackup) {
   fs::remove_all(restored.data());
   fs::copy(backup.path() / "data", restored.data(), fs::copy_options::recursive);
   restored.start_server();
-  EXPECT_GT(restored.client().job(job).samples_done(), 0u);  // what is shown may be ahead of what is stored by a commit
+  EXPECT_GT(restored.client().job(job).samples_done(), 0u);  // clients may have seen one commit more than is stored
   restored.add_worker(1, "w2");
   expect_reference_film(restored.client(), job, picture);
 }

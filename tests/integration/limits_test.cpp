@@ -1,5 +1,5 @@
-// What a farm takes of one caller, over real connections: beyond it is refused by the limit's name, and others are not
-// disturbed.
+// Limits of one caller over real connections. A call above the limit is refused with the limit's name, and other
+// callers are not affected.
 #include <gtest/gtest.h>
 
 #include <csignal>

@@ -1,4 +1,4 @@
-// As same_bits_test.cpp, but larger and longer.
+// Like same_bits_test.cpp, but larger and longer.
 #include <gtest/gtest.h>
 
 #include "tests/support/farm.h"

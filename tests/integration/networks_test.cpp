@@ -1,4 +1,4 @@
-// Workers on hosts of their own, whose links are cut, work in one direction alone, and lose packets.
+// Workers on virtual hosts whose links are cut, work in one direction only, and lose packets.
 #include <gtest/gtest.h>
 
 #include "tests/support/farm.h"

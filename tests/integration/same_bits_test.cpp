@@ -1,4 +1,4 @@
-// The same film whatever the farm goes through, with real processes.
+// A farm of real processes gives the same film through any failure.
 #include <gtest/gtest.h>
 
 #include <regex>
@@ -11,10 +11,10 @@ namespace {
 const Picture kPicture;
 const std::uint64_t kPixelSamples = std::uint64_t{128} * 128 * kPicture.samples;
 
-/// What the logs of all workers say that was rendered, by tile: first sample → end.
+/// What all workers rendered according to their logs, by tile: first sample → end.
 struct Rendered {
   std::map<int, std::map<std::uint64_t, std::uint64_t>> by_tile;
-  std::uint64_t again = 0;  ///< samples of a pixel that were handed to a thread more than once
+  std::uint64_t again = 0;  ///< samples per pixel that a thread got more than once
 };
 Rendered rendered_by(const Farm& farm, const std::vector<std::string>& workers) {
   Rendered rendered;
@@ -64,7 +64,7 @@ TEST(SameBits, EveryOtherMethodKeepsItsBitsOnFarmsOfBothSizes) {
 }
 
 TEST(SameBits, TheLengthOfUnitsDoesNotChangeTheBits) {
-  // 1 MiB/s of results: half a second a range, and more.
+  // 1 MiB/s of results: at least half a second per range.
   const std::array<std::vector<std::string>, 3> options{
       {{"--unit-seconds", "0.05"}, {"--unit-seconds", "60"}, {"--results-rate", "1"}}};
   std::vector<std::uint64_t> results;
@@ -105,7 +105,7 @@ TEST(SameBits, TwoKillsOfTheCoordinatorKeepTheBits) {
     EXPECT_TRUE(eventually([&] { return farm.times_met("w1") > met[0] && farm.times_met("w2") > met[1]; }));
   }
   expect_reference_film(farm.client(), job, picture);
-  // The workers lived on with what they held, so nothing had to be rendered again but copies near the end.
+  // The workers kept their results, so nothing was rendered again except copies near the end.
   const v1::Job ended = farm.client().job(job);
   EXPECT_EQ(ended.counters().leases_lost(), 0u);
   const Rendered rendered = rendered_by(farm, {"w1", "w2"});
@@ -127,7 +127,7 @@ TEST(SameBits, AnExtendedJobHasTheSameBits) {
   EXPECT_EQ(rendered_by(farm, {"w1"}).again, 0u) << "the first hundred are not rendered again";
 }
 
-/// A picture that asks for an error: its film on a farm of so many workers, and the samples that it ended with.
+/// Renders a picture with an error goal on a farm of this size. Returns its number of samples.
 std::uint64_t samples_to_an_error(int workers, int threads) {
   Farm farm;
   for (int i = 1; i <= workers; ++i) {
@@ -162,7 +162,7 @@ TEST(WorkerDeath, RepeatsOnlyUnacknowledgedUnits) {
   kill_at_once(farm.worker("dies"));
   expect_reference_film(farm.client(), job, picture);
   const v1::Job ended = client.job(job);
-  // What was merged and rendered again all the same would have come back as a duplicate.
+  // A result rendered again after it was merged would arrive as a duplicate.
   EXPECT_LE(ended.counters().results_duplicate(), ended.counters().copies_leased());
   EXPECT_LE(ended.counters().leases_lost(), 4u)
       << "two leases, or one a thread and another ahead where units are small";

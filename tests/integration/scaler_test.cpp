@@ -1,4 +1,4 @@
-// What a cluster asks a coordinator: how many workers it could use, as KEDA asks it, and whether it is well.
+// Queries of a cluster: how many workers the farm could use, as KEDA asks it, and the coordinator's health.
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace lightmill::test {
 namespace {
 
-/// As KEDA's, with the metadata that it sends along.
+/// A client like KEDA, with KEDA's metadata.
 class Scaler {
  public:
   explicit Scaler(const std::string& address)
@@ -43,7 +43,7 @@ class Scaler {
     request.set_metricname(metric);
     return stub_->GetMetrics(&context, request, &response);
   }
-  /// What KEDA sets the number of replicas to: the value over what one replica takes of it.
+  /// KEDA's number of replicas: the value over one replica's share.
   double replicas() {
     const externalscaler::MetricSpec one = spec();
     externalscaler::GetMetricsResponse response;
@@ -76,7 +76,7 @@ TEST(Scaler, KedaLearnsHowManyWorkersAJobCanUse) {
   EXPECT_EQ(scaler.replicas(), 0);
   FarmClient client = farm.client();
   Picture endless;
-  endless.samples = 1'000'000;  // far more than a minute of this machine's
+  endless.samples = 1'000'000;  // far more than a minute on this machine
   const std::uint64_t job = client.submit(endless).id();
   EXPECT_TRUE(scaler.is_active());
   EXPECT_EQ(scaler.replicas(), 1) << "the first, who finds out what it costs";

@@ -1,4 +1,4 @@
-// Who gets in over HTTP, on real encrypted connections: all paths × all roles × own and others' jobs, and logins.
+// Access over HTTP, on real encrypted connections: all paths × all roles × own and others' jobs, and logins.
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/read.hpp>
 #include <boost/asio/ssl.hpp>
@@ -29,7 +29,7 @@ using asio::ip::tcp;
 using nlohmann::json;
 using TlsStream = beast::ssl_stream<beast::tcp_stream>;
 
-/// A farm that asks who calls, with its page.
+/// A farm with authentication and a page.
 class SecureWeb {
  public:
   explicit SecureWeb(const Environment& environment = {})
@@ -65,7 +65,7 @@ class SecureWeb {
     made.connect({asio::ip::make_address("127.0.0.1"), static_cast<std::uint16_t>(port())});
     return made;
   }
-  /// Only if the coordinator's certificate is what it should be.
+  /// Connects only if the coordinator's certificate is valid.
   TlsStream connect(beast::error_code& error) {
     TlsStream stream(socket(), trusted_);
     stream.set_verify_mode(asio::ssl::verify_peer);
@@ -101,7 +101,7 @@ class SecureWeb {
   Response log_in(const std::string& token) {
     return send(http::verb::post, "/api/v1/login", {}, json{{"token", token}}.dump());
   }
-  /// The header of a browser that has logged in.
+  /// The header of a logged-in browser.
   Headers cookie_of(const std::string& token) {
     const std::string cookie(log_in(token)[http::field::set_cookie]);
     return {{"Cookie", cookie.substr(0, cookie.find(';'))}};
@@ -118,7 +118,7 @@ Headers bearer(const std::string& token) {
   return {{"Authorization", "Bearer " + token}};
 }
 
-/// A page that listens.
+/// A page that receives live messages.
 class SecurePage {
  public:
   SecurePage(SecureWeb& web, const Headers& headers) : socket_(web.connect(error)) {
@@ -148,7 +148,7 @@ class SecurePage {
     }
     return update;
   }
-  /// With which code it is closed, reading until then.
+  /// Reads until the page is closed, and returns the close code.
   int closed_with() {
     while (!error) {
       read();
@@ -166,11 +166,11 @@ class SecurePage {
   std::uint64_t seen_ = 0;
 };
 
-/// Who may ask for what, as docs/operate/security.md has it; written down here once more, by hand.
+/// Access rights of a path, as in docs/operate/security.md. This is a second copy, written by hand.
 struct Expectation {
-  std::string roles;      ///< that may, for anybody's job
-  std::string own_roles;  ///< that may for their own job; empty: as for anybody's
-  unsigned answer;        ///< to who is let in, of a job that was cancelled without samples
+  std::string roles;      ///< roles that can use it for every job
+  std::string own_roles;  ///< roles that can use it for their own jobs; empty: as for every job
+  unsigned answer;        ///< status of an allowed request about a cancelled job without samples
 };
 
 const std::map<std::string, Expectation>& expectations() {
@@ -180,10 +180,10 @@ const std::map<std::string, Expectation>& expectations() {
       {"post /login", {everybody, "", 401}},  // without a token in the body
       {"post /logout", {everybody, "", 200}},
       {"get /jobs", {"view submit operate admin", "", 200}},
-      {"post /jobs", {"submit operate admin", "", 400}},  // of what is no job
+      {"post /jobs", {"submit operate admin", "", 400}},  // of an invalid job
       {"post /assets/missing", {"worker submit operate admin", "", 200}},
       {"post /assets/{digest}", {"worker submit operate admin", "", 200}},
-      {"post /inspect", {"submit operate admin", "", 400}},  // of no files
+      {"post /inspect", {"submit operate admin", "", 400}},  // without files
       {"get /jobs/{id}/spec", {"view operate admin", "view submit operate admin", 200}},
       {"post /jobs/{id}/delete", {"operate admin", "submit operate admin", 200}},
       {"get /jobs/{id}", {"view operate admin", "view submit operate admin", 200}},
@@ -247,7 +247,7 @@ TEST(WebAccess, EveryPathChecksRolesAndOwners) {
       const auto& [roles, own_roles, answer] = expectations().at(name);
       ++walked;
       for (const auto& [role, shown] : callers) {
-        Headers headers = path == "/logout" ? Headers{} : shown;  // they are to stay logged in
+        Headers headers = path == "/logout" ? Headers{} : shown;  // the others have to stay logged in
         if (path == "/assets/{digest}") {
           headers["Content-Type"] = "application/octet-stream";
         }

@@ -1,5 +1,5 @@
-// Jobs and assets that come over HTTP, on real connections: what is taken, what is refused, and what stays of what was
-// not finished.
+// Jobs and assets over HTTP, on real connections: what is accepted, what is refused, and what remains of unfinished
+// uploads.
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
 
@@ -34,12 +34,12 @@ bool says(const Response& response, const std::string& part) {
 int files_in(const fs::path& folder) {
   return static_cast<int>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
-/// Uploads under way.
+/// Number of uploads in progress.
 int incoming(WebFarm& web) {
   return files_in(web.farm().data() / "assets" / "incoming");
 }
 
-/// A connection on which a request is sent by hand.
+/// A connection with a request that the test sends piece by piece.
 class RawRequest {
  public:
   RawRequest(WebFarm& web, const std::string& path, const std::string& type, const std::string& headers,
@@ -47,12 +47,12 @@ class RawRequest {
       : socket_(web.connect(from)) {
     send(fmt::format("POST {} HTTP/1.1\r\nHost: {}\r\nContent-Type: {}\r\n{}\r\n", path, web.host(), type, headers));
   }
-  /// An asset of so many bytes.
+  /// An asset of this many bytes.
   RawRequest(WebFarm& web, const std::string& path, std::size_t length)
       : RawRequest(web, path, "application/octet-stream", fmt::format("Content-Length: {}\r\n", length)) {}
 
   void send(std::string_view bytes) { asio::write(socket_, asio::buffer(bytes.data(), bytes.size()), error); }
-  /// One header, of an answer on the way or of the last one.
+  /// Reads one header: an interim answer or the final one.
   std::string read_head() {
     asio::read_until(socket_, asio::dynamic_buffer(got_), "\r\n\r\n", error);
     const std::size_t end = got_.find("\r\n\r\n");
@@ -66,7 +66,7 @@ class RawRequest {
     http::read(socket_, buffer, response, error);
     return response;
   }
-  /// Whether the coordinator has read all that was sent.
+  /// Whether the coordinator has read everything that was sent.
   bool is_read() const {
     const unsigned port = socket_.local_endpoint().port();
     return std::ranges::any_of(tcp_sockets(), [port](const TcpSocket& socket) {
@@ -166,7 +166,7 @@ TEST(WebSubmit, LargeScenesAreStoredAndReturnedWhole) {
   WebFarm web;
   JobSpec spec = job_of(submitted_picture(), "large");
   spec.settings.assets.clear();
-  spec.settings.scene.assign(std::size_t{16} << 20, '\xff');  // no scene: what is left to the worker that reads it
+  spec.settings.scene.assign(std::size_t{16} << 20, '\xff');  // no scene; the worker that reads it finds out
   const Response submitted = web.post("/api/v1/jobs", submit_body(spec));
   ASSERT_EQ(submitted.result_int(), 200u) << submitted.body().substr(0, 500);
   const std::string id = json::parse(submitted.body())["id"];
@@ -197,7 +197,7 @@ TEST(WebSubmit, LargeBodiesOfOneCallerAndOfAllHaveALimit) {
     request.send(body);
     return request.read().result_int();
   };
-  // On a busy machine those that are held may be given up before all are there: then one more is held.
+  // A busy machine may drop held requests before all are there. Then the test holds one more.
   const auto is_full = [&](const std::string& caller, const std::function<std::string()>& other) {
     return eventually([&] {
       const bool full = answer(large, caller) == 503;
@@ -384,7 +384,7 @@ TEST(WebSubmit, IdleLargeRequestsDelayNoOtherCaller) {
         std::make_unique<RawRequest>(web, "/api/v1/jobs", "application/json", "Content-Length: 25000000\r\n"));
     idle.back()->send("{");
   }
-  // Far more than is small, and no job.
+  // Far more than a small body, and no job.
   const Response answer = web.post("/api/v1/jobs", "{" + std::string(8'000'000, ' ') + "}");
   EXPECT_EQ(answer.result_int(), 400u) << answer.body();
   EXPECT_TRUE(says(answer, "request_id")) << answer.body();

@@ -1,4 +1,4 @@
-// Certificates from the command line: made, shown, used, and what is said when they do not fit.
+// Certificates on the command line: creating, showing and using them, and errors when they do not match.
 #include <sys/stat.h>
 
 #include "tests/integration/cli/cli_fixture.h"

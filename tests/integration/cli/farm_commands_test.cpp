@@ -13,7 +13,7 @@ TEST_F(FarmCliTest, AJobGoesFromSubmitToDelete) {
   EXPECT_EQ(on_farm({"show", id})["state"], "queued");
   EXPECT_EQ(on_farm({"pause", id})["state"], "paused");
   EXPECT_EQ(on_farm({"resume", id})["state"], "queued");
-  on_farm({"fetch", id, "-o", file("early.png")}, 2);  // nothing is rendered
+  on_farm({"fetch", id, "-o", file("early.png")}, 2);  // nothing is rendered yet
   EXPECT_FALSE(std::filesystem::exists(file("early.png")));
   start_worker("w1");
   const nlohmann::json watched = on_farm({"watch", id, "-o", file("a.exr"), "-o", file("a.png")});
@@ -81,7 +81,7 @@ TEST_F(SharedFarmTest, ErrorIsZeroAgainstItselfAndFallsWithSamples) {
   EXPECT_EQ(json({"error", file("2.exr"), file("2.exr")})["rel_mse"], 0.0);
   const double coarse = json({"error", file("2.exr"), file("256.exr")})["rel_mse"];
   const double fine = json({"error", file("32.exr"), file("256.exr")})["rel_mse"];
-  EXPECT_LT(fine, coarse / 4);  // at least 1/n; the samples are 16 times as many
+  EXPECT_LT(fine, coarse / 4);  // 1/n at least; there are 16 times as many samples
 }
 
 TEST_F(FarmCliTest, WorkersAreWantedWhileAJobRuns) {
@@ -123,7 +123,7 @@ TEST_F(FarmCliTest, ASecondWorkerOfOneNameIsRefusedAndTheFirstStays) {
 
 TEST_F(FarmCliTest, CancellingAJobOfEndlessPathsFreesItsWorker) {
   start_worker("w1");
-  // No light leaves the room: each of its samples would take a minute.
+  // No light leaves the room, so each of its samples takes a minute.
   const std::string room = write("room.json", R"({
     "film": {"width": 128, "height": 64},
     "camera": {"eye": [0, 0, 0], "look_at": [0, 0, -1], "vertical_fov_degrees": 60},

@@ -1,4 +1,4 @@
-// What the planner says, from `check` to the EXR.
+// The planner's results, from `check` to the EXR.
 #include <csignal>
 
 #include "common/image/picture_file.h"
@@ -28,7 +28,7 @@ TEST_F(CheckTest, AutoFindsAMethodForEveryIncludedScene) {
     SCOPED_TRACE(entry.path());
     const CommandResult result = lightmill({"check", entry.path().string(), "--json"});
     const nlohmann::json said = nlohmann::json::parse(result.out, nullptr, false);
-    if (result.exit_code != 0) {  // its model has to be fetched first
+    if (result.exit_code != 0) {  // its model must be downloaded first
       EXPECT_NE(said["failure"]["message"].get<std::string>().find("models/"), std::string::npos) << said;
       continue;
     }
@@ -36,8 +36,8 @@ TEST_F(CheckTest, AutoFindsAMethodForEveryIncludedScene) {
     EXPECT_FALSE(said["auto"]["methods"].empty());
     EXPECT_FALSE(said["auto"]["reasons"].empty());
     EXPECT_FALSE(said["features"].empty());
-    // The course's default scene has a lamp without extent, and glass under it; one box a lamp of a hundred-thousandth
-    // of what is seen from its balls, which is a mesh.
+    // The course's default scene has a light without extent, and glass below it. One box has a light, a mesh, that
+    // covers a hundred-thousandth of the view from its balls.
     const std::string name = entry.path().filename().string();
     const bool caustics_unseen = name.starts_with("course-default") || name == "cornell-bench-small-lamp.json";
     EXPECT_EQ(verdict_on(said, "path")["admitted"], !caustics_unseen);
@@ -171,7 +171,7 @@ TEST_F(FarmCliTest, APilotPicksTheSameMethodWhateverIsKilledMeanwhile) {
   EXPECT_NE(quiet["method"], "auto");
   EXPECT_EQ(quiet["method_chosen"], true);
   ASSERT_EQ(quiet["method_reasons"].size(), 2u) << quiet;
-  workers_.clear();  // it ends
+  workers_.clear();  // the worker ends
 
   const std::string id = submit_job();
   const nlohmann::json open = on_farm({"show", id});

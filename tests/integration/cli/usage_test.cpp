@@ -1,4 +1,4 @@
-// What is wrong with a command is said at once: exit code 2 and nothing submitted, 3 without a farm.
+// Errors in commands are reported at once: exit code 2 and nothing submitted, or 3 without a farm.
 #include <arpa/inet.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -239,7 +239,7 @@ TEST_F(CliTest, BlendFilesNeedBlender) {
   CommandResult result = run_command({program("lightmill"), "check", blend}, without);
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_NE(result.err.find("Blender, which is not installed here"), std::string::npos) << result.err;
-  // What is no scene of Blender's, and a Blender that is none: /bin/false.
+  // A file that is no Blender scene, and a Blender that is none: /bin/false.
   without["LIGHTMILL_BLENDER"] = "/bin/false";
   result = run_command({program("lightmill"), "check", blend}, without);
   EXPECT_EQ(result.exit_code, 2);
@@ -256,7 +256,7 @@ TEST_F(CliTest, BlendFilesAreRead) {
   if (run_command({"/bin/sh", "-c", "command -v blender"}, environment()).exit_code != 0) {
     GTEST_SKIP() << "Blender is not installed";
   }
-  // Blender's own first scene, a cube of 2 m, saved with a sky of grey.
+  // Blender's default scene, a cube of 2 m, saved with a grey sky.
   const std::string blend = file("first.blend");
   const std::string script = write("make.py", R"(import bpy
 bpy.context.scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.25, 0.5, 1, 1)
@@ -316,7 +316,7 @@ TEST_F(FarmCliTest, UnknownJobsAndWorkersAreExitCode2) {
   on_farm({"workers", "drain", "nobody"}, 2);
 }
 
-/// A port on which nobody listens: bound, so that nobody else takes it, but not listening.
+/// A port without a listener. It is bound, so that no other process takes it.
 class ClosedPort {
  public:
   ClosedPort() : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
@@ -389,7 +389,7 @@ TEST_F(CliTest, CheckSaysWhatIsInAScene) {
   EXPECT_TRUE(facts["notices"].empty());
 }
 
-/// A floor seen from above, with a lamp and a meter in light groups of their own, and what more is given.
+/// A floor seen from above, with a light and a meter in light groups of their own, and `more`.
 std::string floor_scene(const std::string& more) {
   return R"({"camera": {"eye": [0, 5, 0], "look_at": [0, 0, 0], "up": [0, 0, 1], "camera_constant": 1}, "materials": [
 {"name": "grey", "diffuse": {"reflectance": {"rgb": [0.5, 0.5, 0.5]}}}], "objects": [
@@ -478,7 +478,7 @@ TEST_F(CliTest, ProgramsWithoutEnoughMemorySaySoAndEnd) {
           "{}: it takes more memory than the {} MiB that this process may have (ulimit -v): run it where "
           "there is more\n",
           name, kib / 1024);
-      // A worker may also find the end where it knows what it was about.
+      // A worker may also run out of memory where it can name the work.
       const bool knows =
           name == "lightmill-worker" && (said().find("out of memory while this worker ran") != std::string::npos ||
                                          said().find("threads that this worker needs can start") != std::string::npos);

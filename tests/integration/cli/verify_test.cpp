@@ -1,4 +1,4 @@
-// `verify`: whoever has a picture and its scene can check it.
+// `verify`: anyone with a picture and its scene can check the picture.
 #include "client/cli/film_fetch.h"
 #include "common/base/file.h"
 #include "common/farm/job.h"
@@ -31,7 +31,7 @@ TEST_F(VerifyTest, APictureMatchesItsReceipt) {
 }
 
 TEST_F(VerifyTest, WrongPixelsUnderAConsistentReceiptAreFound) {
-  // A forger who writes the file anew can make everything fit but the pixels themselves.
+  // A forger can rewrite the file so that everything fits except the pixels.
   FilmPicture picture = load_film_picture(path_).value();
   picture.half_a[40 * 150 + 70] += 0.25f;
   picture.receipt.film_hash = film_hash_of(picture).hex();

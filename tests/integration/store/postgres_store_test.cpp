@@ -1,4 +1,4 @@
-// The store in PostgreSQL, against a real server: what every store does, and what only this one does.
+// The PostgreSQL store on a real server: the tests of every store, and its own.
 #include "server/store/postgres/postgres_store.h"
 
 #include <gtest/gtest.h>
@@ -96,7 +96,7 @@ class PostgresStoreTest : public ::testing::Test {
   PostgresOptions options() { return options_for(url_); }
   std::string sql(const std::string& text) { return run_sql(url_, text); }
   StoredState stored() { return opened(options()).store->load().value(); }
-  /// Ends all connections to the database.
+  /// Closes all connections to the database.
   void cut_all() {
     sql("SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = current_database() AND pid <> "
         "pg_backend_pid()");
@@ -152,7 +152,7 @@ TEST_F(PostgresStoreTest, ADatabaseOfThePreviousFormatIsMigratedAndKept) {
     auto upload = stores.assets->start_upload(sha256(more)).value();
     EXPECT_TRUE(upload->append(as_byte_view(more)).ok() && upload->finish().ok());
   }
-  // The way back: the tables as they were.
+  // The way back: the old tables under their old name.
   sql("DROP SCHEMA lightmill CASCADE; ALTER SCHEMA lightmill_format_6 RENAME TO lightmill");
   EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), "6");
   EXPECT_EQ(describe(stored()), describe(state_of_the_format_before()));
@@ -167,7 +167,7 @@ TEST_F(PostgresStoreTest, ADatabaseBehindTheRecordOfTheLastCommitIsRefusedUntilT
     ASSERT_TRUE(store->load().ok());
     ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(id)}}).ok());
   }
-  // As a database that was put back from a backup of the first epoch.
+  // Like a database restored from a backup of the first epoch.
   sql("DELETE FROM lightmill.jobs WHERE id = 2; UPDATE lightmill.turn SET epoch = 1, commits = 1, highest_job = 1");
   const Status refused = open_postgres(recorded).status();
   EXPECT_EQ(refused.code(), StatusCode::kFailedPrecondition);
@@ -254,7 +254,7 @@ TEST_F(PostgresStoreTest, TextsOfAnyBytesCanBeStored) {
   EXPECT_EQ(store->load()->jobs.at(0).record.reason, record.reason);
 }
 
-// ---- connections that are lost ----
+// ---- lost connections ----
 
 TEST_F(PostgresStoreTest, ALostConnectionIsRestored) {
   const PostgresStores stores = opened(options());
@@ -289,7 +289,7 @@ TEST_F(PostgresStoreTest, ACommitWhoseAnswerIsLostIsStoredOnce) {
   const auto store = opened(options_for(PostgresServer::over_tcp(url_, proxy.port()))).store;
   ASSERT_TRUE(store->load().ok());
   ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(1)}}).ok());
-  // A second time, the node would have no job.
+  // The second time, the node would have no job.
   const std::vector<StoreOp> ops{PutNode{JobId{1}, TileId{0}, small_node(0, 0, 1)}, DeleteJobRows{JobId{1}},
                                  PutJob{full_record(2)}};
   proxy.swallow(Way::back, true);
@@ -341,7 +341,7 @@ TEST_F(PostgresStoreTest, AStandbyCanBeStopped) {
 
 TEST_F(PostgresStoreTest, AKilledCoordinatorIsReplacedWhenItsLeaseExpires) {
   stored();
-  // As it leaves the lease, but for its length:
+  // The lease as the killed coordinator leaves it, only longer.
   sql("UPDATE lightmill.lease SET instance = 'killed', expires = clock_timestamp() + interval '1 hour'");
   int looks = 0;
   PostgresOptions waiting = options();
@@ -358,7 +358,7 @@ TEST_F(PostgresStoreTest, AKilledCoordinatorIsReplacedWhenItsLeaseExpires) {
 
 TEST_F(PostgresStoreTest, ADisconnectedCoordinatorIsReplacedBeforeItsLeaseExpires) {
   stored();
-  // One at work: a connection, and the lease.
+  // An active coordinator: a connection, and the lease.
   auto killed = std::make_unique<postgres::Session>(postgres::Target{url_, "lightmill-server killed"},
                                                     std::span<const char* const>(), std::chrono::seconds(10));
   ASSERT_TRUE(killed->connect().ok());
@@ -391,7 +391,7 @@ TEST_F(PostgresStoreTest, ADeposedCoordinatorStoresNothing) {
   const auto upload = first.assets->start_upload(sha256("late")).value();
   ASSERT_TRUE(upload->append(as_byte_view("late")).ok());
 
-  // As if it were stopped for longer than its lease:
+  // As if it were stopped for longer than its lease.
   PostgresOptions of_second = options();
   of_second.wait = [&](std::chrono::milliseconds) {
     sql("UPDATE lightmill.lease SET expires = '-infinity'");
@@ -418,7 +418,7 @@ TEST_F(PostgresStoreTest, AnOpenTransactionOfADeposedCoordinatorIsEnded) {
   of_first.on_deposed = [](const Status&) {};
   const PostgresStores first = opened(of_first);
   ASSERT_TRUE(first.store->load().ok());
-  // A connection of the first that was stopped in the middle of a commit, with its locks.
+  // A connection of the first coordinator that stopped in the middle of a commit, with its locks.
   const std::string instance = sql("SELECT instance FROM lightmill.lease");
   postgres::Session stopped({url_, "lightmill-server " + instance}, {}, std::chrono::seconds(5));
   ASSERT_TRUE(stopped.execute("BEGIN; SELECT take_turn(1, 1); CREATE TABLE late (x BIGINT)").ok());
