@@ -46,7 +46,7 @@ void print(const AtlasRow& row, std::size_t done, std::size_t all, bool kept) {
   std::fflush(stdout);
 }
 
-/// Cases go to threads one by one; rows come back in the cases' order. What was interrupted is left out.
+/// Measures the cases on several threads, and returns rows in the order of the cases. Interrupted cases are left out.
 std::vector<AtlasRow> measure_all(const std::vector<AtlasCase>& cases, const AtlasSettings& settings,
                                   const MeasuredRows& measured, int threads) {
   std::vector<AtlasRow> rows(cases.size());

@@ -1,9 +1,9 @@
-// The bare core on one thread: samples and rays per second, efficiency beside the scalar oracle, share of time inside
-// Embree.
+// The renderer on one thread: samples and rays per second, efficiency relative to the reference tracer, and the share
+// of time in Embree.
 //
-// Efficiency is 1 / (relMSE × CPU seconds), against a reference by the core itself with another seed and many more
-// samples (its noise adds to both sides; at the default it is below a tenth). Runs alternate core and oracle, and quote
-// the median ratio: the machine may be shared.
+// Efficiency is 1 / (relMSE × CPU seconds), against a reference by the renderer with another seed and many more
+// samples. Its noise adds to both sides. With the defaults it is below a tenth. Runs of the two alternate, and the
+// median ratio is reported, because the machine may be busy.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>

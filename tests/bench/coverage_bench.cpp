@@ -1,10 +1,10 @@
-// Does a job that asks for an error have it? Renders five scenes again and again with other seeds, each to a stated
-// error by the rule of common/film/error_goal.h, and compares what is then stated with the picture's distance from a
-// reference. With --adaptive each run has its own pilot, which says what each tile gets.
+// Checks that jobs with an error goal reach their error. Renders five scenes many times with different seeds, each to a
+// stated error by the rule of common/film/error_goal.h. Compares the stated error with the distance to a reference.
+// With --adaptive each run has its own pilot, which decides the samples of each tile.
 //
-// The true error is mean((x − r)² / (r² + 0.01)) of the picture x, less what the noise of the reference r adds to it by
-// itself, as r's own halves estimate it. The stated interval is the estimate ± its half width. Asked for are at least
-// 93 % of all runs inside their interval, and 90 % in each scene.
+// The true error is mean((x − r)² / (r² + 0.01)) of the picture x, minus the contribution of the reference's noise. The
+// halves of the reference r estimate that noise. The stated interval is the estimate ± its half width. At least 93 % of
+// all runs must be inside their interval, and 90 % in each scene.
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <bit>
@@ -22,18 +22,18 @@ namespace {
 using namespace lightmill;
 using namespace lightmill::test;
 
-constexpr double kBright = 20;  ///< noise of normal distribution comes there once in 100,000 values
+constexpr double kBright = 20;  ///< normal noise reaches this once in 100,000 values
 constexpr double kPooledCoverage = 0.93, kLeastCoverage = 0.9;
 
 struct Case {
   const char* name;
   TestScene scene;
-  double goal;   ///< the error that is asked for
+  double goal;   ///< the error goal
   int side = 0;  ///< pixels
   bool adaptive = false;
   std::string method = "path";
 
-  /// As jobs have them: what gathers is rendered with what its blur is told by.
+  /// The layers of a job. A method that gathers also renders what its bias is estimated from.
   std::vector<LayerSpec> layers() const {
     std::vector<std::string> names;
     if (method_gathers(parse_method(method).value().name)) {
@@ -47,7 +47,7 @@ struct Case {
   }
 };
 
-/// Metal and coated balls under a sky and a small lamp.
+/// Metal and coated balls under a sky and a small light.
 constexpr const char* kMetals = R"({
   "camera": {"eye": [0, 1.6, 4], "look_at": [0, 0.4, 0], "vertical_fov_degrees": 35},
   "materials": [
@@ -62,8 +62,8 @@ constexpr const char* kMetals = R"({
     {"material": "lamp", "sphere": {"center": [1.5, 2.5, 1.5], "radius": 0.15}}],
   "lights": [{"environment": {"radiance": {"rgb": [0.3, 0.4, 0.5]}}}]})";
 
-/// A closed grey room, lit by a small lamp; beside the camera there is a glass ball. Paths that go from a wall to
-/// another one, through the ball and to the lamp are rare, and bright.
+/// A closed grey room with a small light, and a glass ball beside the camera. Paths from wall to wall, through the ball
+/// and to the light are rare and bright.
 constexpr const char* kRare = R"({
   "camera": {"eye": [0, 1, 2.9], "look_at": [0, 0.9, 0], "vertical_fov_degrees": 55},
   "materials": [
@@ -80,8 +80,8 @@ constexpr const char* kRare = R"({
     {"material": "glass", "sphere": {"center": [1.1, 0.3, 2.4], "radius": 0.25}},
     {"material": "lamp", "sphere": {"center": [0.3, 2.2, 2], "radius": 0.1}}]})";
 
-/// Renders of every tile its part of the frame's samples [from, to), of which `from` is 0 or to − from divides it, and
-/// no part is rounded.
+/// Renders each tile's part of the frame's samples [from, to). `from` is 0 or a multiple of to − from, so no part is
+/// rounded.
 void render(const Method& method, Workspace& workspace, Film& film, std::uint64_t from, std::uint64_t to) {
   for (std::uint32_t i = 0; i < film.grid().tile_count(); ++i) {
     const std::uint64_t first = film.allocation().of_tile(TileId{i}, from),
@@ -93,7 +93,7 @@ void render(const Method& method, Workspace& workspace, Film& film, std::uint64_
   }
 }
 
-/// Means of all pixels and channels, tile by tile, and the variance of each.
+/// Mean and variance of each pixel and channel, tile by tile.
 struct Picture {
   std::vector<double> mean, variance;
 };
@@ -115,7 +115,7 @@ struct Run {
   std::uint64_t samples = 0;
   FrameError stated;
   double truth = 0;
-  std::size_t bright = 0;  ///< pixels whose part of the error is more than kBright times the mean pixel's
+  std::size_t bright = 0;  ///< pixels with more than kBright times the mean pixel's share of the error
 };
 
 Run run(const Case& each, const std::shared_ptr<const CompiledScene>& compiled, const Picture& reference,
@@ -159,7 +159,7 @@ T median(std::vector<T> values) {
   return values[values.size() / 2];
 }
 
-/// Calls `work` with 0 … count − 1 from several threads.
+/// Calls `work` with 0 … count − 1 on several threads.
 void in_parallel(int threads, int count, const std::function<void(int)>& work) {
   std::atomic<int> next = 0;
   std::vector<std::jthread> pool;

@@ -1,4 +1,4 @@
-// How much faster two workers of one thread are than one: real ones, on the cores of this machine.
+// Speedup of two workers with one thread each over one. They are real processes on the cores of this machine.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
@@ -16,8 +16,8 @@ struct Options {
 };
 
 struct Turn {
-  double seconds = 0;         ///< from the submission until the job is done
-  double thread_seconds = 0;  ///< of the workers, rendering
+  double seconds = 0;         ///< from submission to done
+  double thread_seconds = 0;  ///< of rendering, over all workers
 };
 
 Turn render(test::FarmClient& client, const Options& options, std::uint64_t seed) {
@@ -44,7 +44,7 @@ int run(const Options& options) {
   for (int turn = 0; turn < options.turns; ++turn) {
     const std::string first = fmt::format("a{}", turn), second = fmt::format("b{}", turn);
     farm.add_worker(1, first);
-    render(client, small, ++seed);  // it has the scene
+    render(client, small, ++seed);  // loads the scene
     const Turn one = render(client, options, ++seed);
     farm.add_worker(1, second);
     render(client, small, ++seed);

@@ -1,8 +1,8 @@
-// How soon a coordinator with many ended jobs starts, how much memory it takes, and how soon it gives their films.
+// A coordinator with many ended jobs: its time to start, its memory, and the time to serve their films.
 //
 //   ended_films_bench --data DIR [--jobs N] [--side PIXELS] [--films-gib GIB] [--server PROGRAM]
 //
-// Fills an empty DIR with done jobs of a node a tile. A second run uses what is there.
+// Fills an empty DIR with done jobs that have one node per tile. A second run uses the existing data.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
@@ -49,7 +49,7 @@ void add_job(Store& store, std::uint64_t id, int side) {
   LM_CHECK(status.ok(), "{}", message_of(status));
 }
 
-/// In MiB, of a line of /proc/PID/status.
+/// A line of /proc/PID/status, in MiB.
 double mib_of(pid_t pid, const std::string& name) {
   std::ifstream status(fmt::format("/proc/{}/status", pid));
   for (std::string word; status >> word;) {

@@ -1,9 +1,9 @@
-// What the farm costs over the bare core, and how soon a watching client sees its first picture.
+// Cost of the farm over the bare renderer, and time to the first picture of a watching client.
 //
-// A real coordinator and worker on loopback render a job for a real client process; then this process renders the same
-// samples with the bare core on as many threads. Compared is CPU time, of all three programs from submit until the
-// client holds the film in memory (writing files is left out, its start-up is not), over that of the bare core; pairs
-// alternate and the median counts, because the machine may be shared.
+// A real coordinator and worker on loopback render a job for a real client process. Then this process renders the same
+// samples on as many threads. The result is the ratio of CPU time. The farm's is that of all three programs, from
+// submission until the client has the film in memory. It includes the client's start, but not the writing of files.
+// Pairs alternate and the median counts, because the machine may be busy.
 #include <sys/resource.h>
 #include <sys/wait.h>
 
@@ -50,8 +50,8 @@ T value_of(Result<T> result) {
   return std::move(*result);
 }
 
-/// The client's part, in a process of its own. Prints the seconds from submit to the first whole picture, if asked for
-/// that.
+/// The client's part, in its own process. Prints the seconds from submission to the first complete picture, if asked
+/// to.
 int run_client(const Options& options) {
   cli::RenderOptions render;
   render.scene.scenes = {options.scene};
@@ -144,12 +144,12 @@ double children_cpu_seconds() {
 int run_bench(const Options& options) {
   test::Farm farm;
   auto& worker = farm.add_worker(options.threads, "w1");
-  start_client(options, farm.address(), 999, true);  // renders the scene once
+  start_client(options, farm.address(), 999, true);  // loads the scene once
 
   std::vector<double> first;
   for (int i = 0; i < options.first_pictures; ++i) {
     std::this_thread::sleep_for(
-        std::chrono::milliseconds(300));  // the cancelled job's last tiles: the farm is idle again
+        std::chrono::milliseconds(300));  // the cancelled job's last tiles, then the farm is idle
     first.push_back(std::stod(start_client(options, farm.address(), 2000 + i, true).out));
   }
   if (!first.empty()) {

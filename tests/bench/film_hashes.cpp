@@ -1,5 +1,5 @@
-// A hash of what every method renders of every case of the atlas, the shipped scenes among them, and the fingerprint
-// class: for changes that must not change a bit.
+// Prints a hash of every method's film of every atlas case, the shipped scenes included, and the fingerprint class. For
+// changes that must not change a bit.
 //
 //   build/release/bench/film_hashes > before.txt    # a change and a build later: > after.txt, and compare the two
 #include <CLI/CLI.hpp>
@@ -16,7 +16,7 @@ namespace {
 using namespace lightmill;
 using namespace lightmill::test;
 
-/// Of all layers and meters that the method has; or why it is refused.
+/// Hash of all layers and meters of the method, or the refusal.
 std::string hash_by(const std::shared_ptr<const CompiledScene>& scene, const std::string& name,
                     std::uint32_t max_bounces, std::uint32_t level) {
   if (max_bounces > 0 && !(method_bounces(name) && check_max_bounces(name, max_bounces).ok())) {

@@ -1,7 +1,7 @@
-// One method alone, on one thread: CPU seconds, their share inside Embree, and a digest of the film's bits.
+// One method on one thread: CPU seconds, their share inside Embree, and a digest of the film's bits.
 //
-// Two builds of it run in turn show what a change to the kernel gains, and whether it leaves the bits alone; a profiler
-// sees nothing else in it.
+// Run two builds of it in turn to see what a kernel change gains, and whether it keeps the bits. A profiler sees
+// nothing else in it.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 

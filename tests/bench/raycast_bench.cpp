@@ -1,9 +1,9 @@
-// The method `raycast` on one thread beside Embree alone: the rate of camera and shadow rays, shading included, over
-// the rate at which bare Embree calls answer the same rays.
+// The method `raycast` on one thread, relative to Embree alone: the rate of camera and shadow rays, with shading, over
+// the rate of plain Embree calls for the same rays.
 //
-// The rays of one sample a pixel are prepared beforehand, in the packets of eight in which the method traces them, and
-// traced by rtcIntersect8 and rtcOccluded8 in a hierarchy built the same way. Runs alternate, and the median ratio is
-// quoted: the machine may be shared. For scenes of meshes under lights that are no surfaces.
+// The rays of one sample per pixel are prepared first, in the method's packets of eight. rtcIntersect8 and rtcOccluded8
+// trace them in a hierarchy built the same way. Runs alternate, and the median ratio is reported, because the machine
+// may be busy. Scenes must have meshes and lights that are no surfaces.
 #include <embree3/rtcore.h>
 
 #include <CLI/CLI.hpp>
@@ -75,7 +75,7 @@ SampleRays rays_of(const CompiledScene& scene) {
   return out;
 }
 
-/// The scene's meshes in Embree, and nothing else.
+/// The scene's meshes in Embree, without the renderer.
 class BareEmbree {
  public:
   BareEmbree(const Scene& scene, const CompiledScene& compiled, const CompiledScene::AssetSource& assets, bool robust)
@@ -97,7 +97,7 @@ class BareEmbree {
   BareEmbree(const BareEmbree&) = delete;
   BareEmbree& operator=(const BareEmbree&) = delete;
 
-  /// How many of the rays meet something.
+  /// Number of rays that hit something.
   std::uint64_t trace(const SampleRays& rays) const {
     std::uint64_t hits = 0;
     RTCIntersectContext context;

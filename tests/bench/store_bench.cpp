@@ -1,5 +1,5 @@
-// How fast stores take what a farm writes: commits of nodes of a 64×64 tile (96 KiB), each with its result and the
-// job's progress, and half of the nodes of the commit before dropped again, as when siblings are joined.
+// Write speed of the stores: commits of nodes of a 64×64 tile (96 KiB), each with its result and the job's progress.
+// Half of the nodes of the previous commit are deleted, as when siblings join.
 //
 //   store_bench --data DIR | --store postgres://… [--nodes N] [--commits N]
 #include <CLI/CLI.hpp>
@@ -61,7 +61,7 @@ int main(int argc, char** argv) {
   JobRecord record;
   record.id = JobId{1};
   record.spec.request_id = "bench";
-  RenderSettings& settings = record.spec.settings;  // a film of a tile a node
+  RenderSettings& settings = record.spec.settings;  // a film with one tile per node
   settings.width = static_cast<int>(64 * nodes);
   settings.height = 64;
   settings.crop = {0, 0, settings.width, settings.height};

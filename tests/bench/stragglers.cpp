@@ -1,8 +1,7 @@
-// How long the last twentieth of a job takes with four workers, and how long with one of them much slower than the
-// rest.
+// Time of the last twentieth of a job with four workers, with and without one that is much slower than the rest.
 //
-// Real processes, each held to the same small share of a core (so that four of them fit on two cores) by stopping it
-// whenever it has had its share, and one of them, at times, to a twentieth of that. Runs with and without alternate.
+// The workers are real processes. Each is held to the same small share of a core, so that four fit on two cores. The
+// slow one gets a twentieth of that. Runs with and without it alternate.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
@@ -32,7 +31,7 @@ double seconds_since(SteadyClock::time_point start) {
 struct Race {
   double seconds = 0;       ///< of the whole job
   double last_seconds = 0;  ///< from 95 % to its end
-  double slow_share = 0;    ///< CPU of the last worker, once it is slow, over the mean of the others
+  double slow_share = 0;    ///< CPU of the slow worker over the mean of the others
 };
 
 std::vector<double> cpu_seconds_of(const std::vector<pid_t>& pids) {
@@ -43,7 +42,7 @@ std::vector<double> cpu_seconds_of(const std::vector<pid_t>& pids) {
   return seconds;
 }
 
-/// Starts the workers and waits until the coordinator has met them all.
+/// Starts the workers and waits until all are connected.
 std::vector<pid_t> start_workers(test::Farm& farm) {
   std::vector<pid_t> pids;
   for (int i = 0; i < kWorkers; ++i) {
@@ -55,7 +54,7 @@ std::vector<pid_t> start_workers(test::Farm& farm) {
   return pids;
 }
 
-/// What the last one has used since, over the mean of the others.
+/// CPU that the last worker has used since `before`, over the mean of the others.
 double share_of_last(const std::vector<double>& before, const std::vector<double>& now) {
   double others = 0;
   for (std::size_t i = 0; i + 1 < now.size(); ++i) {
@@ -64,7 +63,7 @@ double share_of_last(const std::vector<double>& before, const std::vector<double
   return (now.back() - before.back()) / others;
 }
 
-/// One job on a farm of its own; `slow`: one of its workers is, from that part of the job on.
+/// One job on its own farm. With `slow`, one worker is slow from that part of the job on.
 Race race(const Options& options, bool slow, std::uint64_t seed) {
   test::Farm farm;
   const std::vector<pid_t> pids = start_workers(farm);

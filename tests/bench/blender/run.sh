@@ -1,6 +1,6 @@
 #!/bin/sh
-# Renders one scene by Blender's Cycles, and by Lightmill through Blender's glTF export, and states the difference. Needs
-# Blender; the pictures stay in FOLDER (build/bench/blender if not given).
+# Renders one scene with Blender's Cycles, and with Lightmill through Blender's glTF export, and prints the difference. Needs
+# Blender. The pictures stay in FOLDER (default build/bench/blender).
 #
 #   tests/bench/blender/run.sh [FOLDER [SAMPLES]]
 set -eu

@@ -1,8 +1,8 @@
-// A farm of three workers under faults for an hour: every film has to be what a quiet farm renders, nothing may fail,
-// and memory and descriptors may not grow.
+// A soak: a farm of three workers under faults for an hour. Every film must equal that of a quiet farm, nothing may
+// fail, and memory and descriptors may not grow.
 //
-// First a quiet farm renders twenty jobs of different kinds. Then another one renders them again and again, all twenty
-// at once, while every ten seconds something goes wrong and people pause, extend and reorder jobs.
+// First a quiet farm renders twenty jobs of different kinds. Then another farm renders all twenty at once, again and
+// again. Every ten seconds a fault happens, and jobs are paused, extended and reordered.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <thread>
@@ -19,10 +19,10 @@ namespace {
 using namespace lightmill;
 using namespace lightmill::soak;
 
-constexpr double kFaultSeconds = 10;  // from one to the next
+constexpr double kFaultSeconds = 10;  // between faults
 constexpr double kLeastFault = 1, kMostFault = 8;
 constexpr double kSampleSeconds = 1;
-constexpr double kLongestEnd = 900;  // after the last fault, for the jobs that are left
+constexpr double kLongestEnd = 900;  // for the remaining jobs after the last fault
 constexpr auto kLook = std::chrono::milliseconds(300);
 
 struct Options {
@@ -34,7 +34,7 @@ double seconds_now() {
   return to_seconds(system_clock().now().time_since_epoch());
 }
 
-/// A thread that takes steps of jobs until its end.
+/// A thread that calls step() until its end.
 std::jthread keep_stepping(Jobs& jobs) {
   return std::jthread([&jobs](const std::stop_token& stop) {
     while (!stop.stop_requested()) {
@@ -44,7 +44,7 @@ std::jthread keep_stepping(Jobs& jobs) {
   });
 }
 
-/// One line in a terminal; without one, a line a minute.
+/// A progress line in a terminal, otherwise a line per minute.
 class Progress {
  public:
   void show(const std::string& line) {
@@ -109,7 +109,7 @@ class Soak {
     }
   }
 
-  /// Whether all went well.
+  /// Whether everything passed.
   bool report() const {
     const Tally tally = jobs_.tally();
     fmt::print(
@@ -139,7 +139,7 @@ class Soak {
     if (!wrong.empty()) {
       fmt::print("\nwrong:\n{}\n", fmt::join(wrong, "\n"));
     }
-    // The test support reports what should not be (a process that does not start) to GoogleTest.
+    // The test support reports errors, such as a process that does not start, to GoogleTest.
     return flat && wrong_.empty() && tally.wrong.empty() && tally.alike > 0 &&
            !::testing::UnitTest::GetInstance()->ad_hoc_test_result().Failed();
   }
@@ -164,7 +164,7 @@ class Soak {
     }
   }
 
-  /// A moment: what the processes take, and how far it is.
+  /// Samples the resources of the processes, and prints progress.
   void watch() {
     signals_.sleep(std::chrono::milliseconds(100));
     if (!farm_.in_fault()) {

@@ -1,8 +1,8 @@
-// How long a job takes with more and more workers, beside how long it would take if none of them ever waited.
+// Time of a job with more and more workers, compared with the time if none of them ever waited.
 //
-// The workers are simulated ones, each with a connection of its own. Each farm gets a job that has the same seconds of
-// work for each of its workers. Their speeds may differ, and they may come and go: then the ideal is that each works
-// from when its process starts until it is killed.
+// The workers are simulated, each with its own connection. Each farm gets a job with the same seconds of work for each
+// worker. Speeds may differ, and workers may come and go. Then the ideal is that each works from its start until it is
+// killed.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <deque>
@@ -20,7 +20,7 @@ namespace {
 using namespace lightmill;
 using SteadyClock = std::chrono::steady_clock;
 
-/// Workers that come and go do so in so many groups.
+/// Workers that come and go do so in this many groups.
 constexpr std::uint32_t kGroups = 10;
 
 struct Size {
@@ -45,7 +45,7 @@ struct Options {
   std::string chart, traffic_chart;
 };
 
-/// A swarm, in groups of which the oldest is replaced now and then.
+/// A swarm in groups. The oldest group is replaced from time to time.
 class Crew {
  public:
   Crew(std::string server, const Options& options, std::uint32_t workers)
@@ -64,7 +64,7 @@ class Crew {
     crew_.pop_front();
     add();
   }
-  /// What all could have rendered so far.
+  /// Pixel samples that all workers could have rendered so far.
   double pixel_samples() const {
     double sum = gone_;
     for (const Group& group : crew_) {
@@ -106,14 +106,14 @@ class Crew {
   bench::SwarmOptions options_;  ///< of the next group
   std::uint32_t groups_;
   std::deque<Group> crew_;
-  double gone_ = 0;          ///< pixel samples that those could have rendered who have left
-  bench::SwarmCounts lost_;  ///< theirs; nobody of them is connected
+  double gone_ = 0;          ///< pixel samples that the replaced workers could have rendered
+  bench::SwarmCounts lost_;  ///< of the replaced workers
 };
 
 struct Row {
   std::uint32_t workers = 0;
   double ideal = 0, took = 0;  ///< seconds
-  double megabytes = 0;        ///< a second, of results
+  double megabytes = 0;        ///< of results per second
 };
 
 Row measure(const Options& options, const Size& size, std::uint32_t workers) {
@@ -128,7 +128,7 @@ Row measure(const Options& options, const Size& size, std::uint32_t workers) {
   picture.side = size.width;
   picture.height = size.height;
   const double pixels = static_cast<double>(size.width) * size.height;
-  // A power of two, as people ask for: others have a few results more of each tile.
+  // A power of two, as in most jobs. Other numbers have a few more results per tile.
   const double exponent = std::round(std::log2(options.seconds * options.speed * crew.size() / pixels));
   picture.samples = std::uint64_t{1} << static_cast<std::uint32_t>(std::max(exponent, 0.0));
   const double work = pixels * static_cast<double>(picture.samples);

@@ -1,5 +1,5 @@
-// How far one coordinator goes: thousands of simulated workers over real gRPC, and what merging and committing their
-// results costs.
+// Limits of one coordinator: thousands of simulated workers over real gRPC, and the cost of merging and committing
+// their results.
 #include <sched.h>
 
 #include <CLI/CLI.hpp>
@@ -58,7 +58,7 @@ double percentile(std::vector<double> values, double share) {
   return *at;
 }
 
-/// Somebody who watches a square picture with its tiles, and reads whatever comes.
+/// A client that watches a square picture with its tiles, and reads everything.
 class Viewer {
  public:
   Viewer(const std::string& address, std::uint64_t job, int side)
@@ -81,12 +81,12 @@ class Viewer {
   }
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
-  /// Received so far.
+  /// Number of tiles received.
   std::uint64_t tiles() const {
     const MutexLock lock(mutex_);
     return tiles_;
   }
-  /// Appends the seconds since each tile was last known to be as the coordinator had it.
+  /// Appends, for each tile, the seconds since it was last known to match the coordinator's.
   void add_ages(std::vector<double>& ages) const {
     const MutexLock lock(mutex_);
     std::ranges::transform(current_, std::back_inserter(ages), seconds_since);
@@ -99,7 +99,7 @@ class Viewer {
     const MutexLock lock(mutex_);
     tiles_ += static_cast<std::uint64_t>(count);
     most_ = std::max(most_, count);
-    if (count < most_) {  // it had room for more: no other tile has changed
+    if (count < most_) {  // the message had room for more, so no other tile has changed
       std::ranges::fill(current_, now);
     }
     for (const v1::PreviewTile& tile : response.tiles()) {
@@ -128,7 +128,7 @@ std::uint64_t tiles_seen(const Viewers& viewers) {
   return sum;
 }
 
-/// Returns after so many seconds, with the ages that the viewers' tiles had meanwhile.
+/// Waits this many seconds. Returns the ages of the viewers' tiles in that time.
 std::vector<double> let_pass(double seconds, const Viewers& viewers) {
   constexpr int kGlances = 20;
   std::vector<double> ages;
@@ -141,7 +141,7 @@ std::vector<double> let_pass(double seconds, const Viewers& viewers) {
   return ages;
 }
 
-/// One farm with so many workers: a row of the table.
+/// Measures one farm with this many workers: a row of the table.
 std::string measure(const Options& options, std::uint32_t workers) {
   std::vector<std::string> server_options{"--max-workers", "20000", "--films-gib", "16",
                                           "--film-gib",    "8",     "--log-level", options.log_level};
@@ -207,7 +207,7 @@ std::string measure(const Options& options, std::uint32_t workers) {
       connecting, view);
 }
 
-/// From here on this process has all cores but that one.
+/// From here on this process uses all other cores.
 void leave_core(int core) {
   cpu_set_t cores;
   LM_CHECK(sched_getaffinity(0, sizeof(cores), &cores) == 0, "sched_getaffinity fails");
