@@ -1,8 +1,7 @@
 #!/bin/sh
-# Makes the two images of deploy/containers from the Debian packages, on a fresh Debian in place of the slim image that a
-# registry would give, says how large they are, and runs a farm of them as a cluster would: nobody root, the roots read-only.
-# Takes some minutes, and fetches what the packages depend on from the mirrors that apt knows here. As root, with mmdebstrap
-# and buildah; exit code 77 without.
+# Builds the two images of deploy/containers from the Debian packages, on a fresh Debian instead of a registry's slim image.
+# Prints their sizes, and runs a farm of them like a cluster: no root user, read-only roots. Takes some minutes, and downloads
+# dependencies from this machine's apt mirrors. Needs root, mmdebstrap and buildah, else exit code 77.
 #
 #   tests/deploy/container_test.sh [FOLDER-WITH-PACKAGES]
 set -eu
@@ -12,17 +11,17 @@ fail() {
   exit 1
 }
 
-# What the coordinator's image may have: what is said of it in docs/operate/kubernetes.md, and some more for what Debian mends.
+# Size limit of the coordinator's image: the size in docs/operate/kubernetes.md, and a margin for Debian's updates.
 most_server_mib=150
 
-# With the images this script calls itself in namespaces of its own: container_test.sh --inside FOLDER, which has their roots.
+# With the images this script calls itself in its own namespaces: container_test.sh --inside FOLDER. FOLDER has the images' roots.
 if [ "${1:-}" = --inside ]; then
   work=$2
   server=$work/server
   worker=$work/worker
   client=$work/client/usr/bin/lightmill
   certs=$work/certs
-  # as USER ROOT COMMAND...: in an image, without rights beyond the user's.
+  # as USER ROOT COMMAND...: runs in an image, with only the user's rights.
   as() {
     user=$1
     root=$2
@@ -48,7 +47,7 @@ if [ "${1:-}" = --inside ]; then
   echo '== the programs'
   as 7350 "$server" lightmill-server --version
   as 7351 "$worker" lightmill-worker --version
-  # The worker's image leaves out some of what Debian's packages have.
+  # The worker's image omits some files of Debian's packages.
   as 7351 "$worker" ldd /usr/lib/lightmill/lightmill-worker /usr/lib/lightmill/lightmill-image-decoder >"$worker/tmp/libraries"
   ! grep 'not found' "$worker/tmp/libraries" || fail 'the worker lacks these libraries'
 
@@ -56,7 +55,7 @@ if [ "${1:-}" = --inside ]; then
   "$client" certs init "$certs" >/dev/null
   "$client" certs server "$certs" localhost >/dev/null
   "$client" certs person "$certs" ada --roles admin >/dev/null
-  # What a secret's group would let them read.
+  # The files that a secret's group would let them read.
   install -m 400 -o 7350 "$certs/ca.pem" "$certs/server.pem" "$server/tmp/"
   (as 7350 "$server" lightmill-server --data=/var/lib/lightmill --listen=127.0.0.1:0 --port-file=/tmp/port --http=127.0.0.1:0 \
     --health=127.0.0.1:0 --tls-cert=/tmp/server.pem --tls-ca=/tmp/ca.pem) >"$server/tmp/log" 2>&1 &
@@ -83,7 +82,7 @@ if [ "${1:-}" = --inside ]; then
     [ "$(head -c 8 "$certs/$scene.png" | od -An -tx1 | tr -d ' ')" = 89504e470d0a1a0a ] || fail "$scene.png is no PNG"
   done
   [ -s "$worker/var/lib/lightmill-worker/1/token" ] || fail 'the worker has not kept its token'
-  # The namespace of processes ends with this script, and they with it.
+  # The process namespace ends with this script, and with it the programs.
   exit 0
 fi
 
@@ -96,7 +95,7 @@ if [ "$(id -u)" -ne 0 ] || ! command -v mmdebstrap >/dev/null || ! command -v bu
 fi
 work=$(mktemp -d)
 mkdir "$work/context"
-# image ARGUMENTS...: buildah, with all that it keeps in the test's own folder.
+# image ARGUMENTS...: buildah with its storage in the test's folder.
 image() {
   buildah --root "$work/storage" --runroot "$work/run" --storage-driver vfs "$@"
 }
@@ -114,7 +113,7 @@ else
   (cd build/release && cpack -G DEB -B "$work/packages")
   mv "$work"/packages/lightmill*.deb "$work/context/"
 fi
-# It is in no image: it runs on this machine.
+# The client is in no image. It runs on this machine.
 mkdir "$work/client"
 for package in "$work"/context/lightmill_*.deb "$work"/context/lightmill-image-decoder_*.deb; do
   dpkg-deb -x "$package" "$work/client"
@@ -128,7 +127,7 @@ for file in /etc/apt/sources.list /etc/apt/sources.list.d/*.list /etc/apt/source
   [ ! -e "$file" ] || cp "$file" "$work/sources/"
 done
 cat "$work"/sources/* >"$work/all-sources"
-# With what the slim image has, and without what it leaves out.
+# With the contents of the slim image, and without what it omits.
 mmdebstrap --quiet --variant=minbase --include=usr-is-merged --hook-dir=/usr/share/mmdebstrap/hooks/merged-usr \
   --dpkgopt='path-exclude=/usr/share/doc/*' --dpkgopt='path-include=/usr/share/doc/*/copyright' \
   --dpkgopt='path-exclude=/usr/share/man/*' --dpkgopt='path-exclude=/usr/share/info/*' \

@@ -1,8 +1,7 @@
 #!/bin/sh
-# Makes the Debian packages and tries them in a fresh Debian: installs each alone, then all, renders, runs the coordinator with
-# its page, installs them over themselves, removes and purges them, and compares what files there are before and after. Takes
-# some minutes, and fetches what they depend on from the mirrors that apt knows here. As root, with mmdebstrap; exit code 77
-# without.
+# Builds the Debian packages and tries them in a fresh Debian. Installs each alone, then all. Renders, and runs the coordinator
+# with its page. Installs them over themselves, removes and purges them, and compares the files before and after. Takes some
+# minutes, and downloads dependencies from this machine's apt mirrors. Needs root and mmdebstrap, else exit code 77.
 #
 #   tests/deploy/package_test.sh [FOLDER-WITH-PACKAGES]
 set -eu
@@ -55,18 +54,18 @@ fail() {
   exit 1
 }
 
-# fetch DEPENDENCIES: has them installed.
+# fetch DEPENDENCIES: installs them.
 fetch() {
   apt-get -q -y --no-install-recommends satisfy "$1" >/tmp/apt.log 2>&1 || { cat /tmp/apt.log; fail "these are not in Debian: $1"; }
 }
 
-# files: all that a package could leave; not what dpkg and adduser keep for themselves.
+# files: all files that a package could leave, without those of dpkg and adduser.
 files() {
   find / -xdev \( -path /proc -o -path /sys -o -path /dev -o -path /run -o -path /tmp -o -path /srv -o -path /var/log -o -path /var/cache \
     -o -path /var/lib/dpkg -o -path /var/lib/apt \) -prune -o -print | grep -Ev '^/etc/(passwd|group|g?shadow|sub[ug]id)-$' | sort
 }
 
-# same_as_before: whether nothing was left, of files and users.
+# same_as_before: whether no files and users remain.
 same_as_before() {
   files >/tmp/after
   diff /tmp/before /tmp/after || fail 'these files differ from before'
@@ -74,18 +73,19 @@ same_as_before() {
   diff /tmp/group-before /etc/group || fail 'these groups differ from before'
 }
 
-# enabled UNITS: whether those, and no others of the farm, are started with the machine.
+# enabled UNITS: whether exactly these units of the farm start with the machine.
 enabled() {
   find /etc/systemd -name 'lightmill*' -printf '%f ' >/tmp/enabled
   [ "$(tr ' ' '\n' </tmp/enabled | sort | xargs)" = "$*" ] || fail "of the units there are $(cat /tmp/enabled), not $*"
 }
 
-# asked WHAT: whether systemctl was asked just that.
+# asked WHAT: whether systemctl got exactly this request.
 asked() {
   grep -qxF -e "$*" /tmp/systemctl.log || { cat /tmp/systemctl.log; fail "nobody asked systemctl: $*"; }
 }
 
-# Each by itself: what it depends on is all that it needs, and the coordinator needs no library that reads images. The image
+# Each by itself, to check that its dependencies are enough, and that the coordinator needs no library that reads images. The
+# image decoder, which two others need, comes after the coordinator and stays.
 # decoder, which two others depend on, comes after the coordinator, and stays.
 for package in "$server" "$worker" "$client"; do
   program=$(dpkg-deb -f "$package" Package)
@@ -109,7 +109,7 @@ for package in "$server" "$worker" "$client"; do
 done
 dpkg --purge lightmill-image-decoder
 
-# It does not run here: systemctl sets links alone.
+# systemd does not run here. systemctl only sets links.
 fetch systemd
 files >/tmp/before
 cp /etc/passwd /tmp/passwd-before
@@ -152,7 +152,7 @@ echo '== install over itself, while nothing that systemd is asked succeeds: what
 systemctl enable lightmill-server lightmill-worker lightmill-worker@a
 enabled lightmill-server.service lightmill-worker.service lightmill-worker@a.service
 echo '# mine' >>/etc/lightmill/server.conf
-# In place of systemctl on a machine where systemd runs.
+# Replaces systemctl on a machine with a running systemd.
 mkdir -p /tmp/fail /run/systemd/system
 cat >/tmp/fail/systemctl <<'END'
 #!/bin/sh

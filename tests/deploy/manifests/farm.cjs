@@ -1,13 +1,13 @@
-// Whether the parts of a farm in a cluster, or in a Compose file, agree with each other, with the programs' options, with the
-// image and with what docs/operate tells people to make. All of it returns faults, in words.
+// Checks that the parts of a farm in a cluster or in a Compose file agree with each other, the programs' options, the image and
+// the pages in docs/operate. All functions return faults as text.
 'use strict';
 const childProcess = require('node:child_process');
 const fs = require('node:fs');
 const path = require('node:path');
 const {nameOf} = require('./render.cjs');
 
-// Memory of a worker that no option limits (docs/operate/limits.md): photons; scene files of strangers, as a part of
-// --scene-gib; and the program itself.
+// Memory of a worker that no option limits (docs/operate/limits.md): photons, uploaded scene files (as a part of --scene-gib),
+// and the program itself.
 const PHOTONS_GIB = 0.25;
 const FILES_PART = 1 / 8;
 const PROGRAM_GIB = 0.5;
@@ -15,7 +15,7 @@ const PROGRAM_GIB = 0.5;
 const LISTENS = {'--listen': 'grpc', '--http': 'page', '--health': 'health'};
 const GIB = 2 ** 30;
 
-/** What the manifests are held against, read from the sources and the programs. */
+/** The facts to compare manifests with, read from the sources and the programs. */
 function readWorld(source, bin) {
   const text = (...names) => fs.readFileSync(path.join(source, ...names), 'utf8');
   const docs = ['kubernetes.md', 'compose.md'].map((page) => text('docs/operate', page)).join('\n');
@@ -41,7 +41,7 @@ function readWorld(source, bin) {
       stopSeconds: Number(/^TimeoutStopSec=(\d+)$/m.exec(unit(program))[1]),
     };
   }
-  // `kubectl create secret generic NAME --from-file=DIR/KEY --from-literal=KEY=…`, also over several lines.
+  // `kubectl create secret generic NAME --from-file=DIR/KEY --from-literal=KEY=…`, also on several lines.
   const secrets = new Map();
   for (const [, name, rest] of docs.replace(/\\\n/g, ' ').matchAll(/create secret generic (\S+)(.*)/g)) {
     secrets.set(
@@ -74,7 +74,7 @@ const hostOf = (address) => address.slice(0, address.lastIndexOf(':'));
 const matches = (labels, selector) => Object.entries(selector ?? {}).every(([name, value]) => labels?.[name] === value);
 const bytesOf = (quantity) => Number(/^(\d+)Gi$/.exec(quantity)?.[1]) * GIB;
 
-/** Of what a program is told: that there are such options, and that files lie where something is mounted. */
+/** Checks a program's arguments: the options exist, and files are in mounted volumes. */
 function argumentFaults(program, args, mounts, add) {
   for (const arg of args) {
     const option = arg.split('=')[0];
@@ -99,7 +99,7 @@ function securityFaults(program, pod, container, add) {
   if (own.capabilities?.drop?.[0] !== 'ALL') add('it keeps capabilities');
 }
 
-/** Every volume is mounted, every mount has its volume, and files that are named are in their secrets. */
+/** Every volume is mounted, every mount has its volume, and named files are in their secrets. */
 function volumeFaults(workload, pod, container, options, needSecret, add) {
   const volumes = new Map(
     [...(pod.volumes ?? []), ...(workload.spec.volumeClaimTemplates ?? []).map((claim) => ({name: claim.metadata.name}))].map(
@@ -114,13 +114,13 @@ function volumeFaults(workload, pod, container, options, needSecret, add) {
     for (const value of options.values()) {
       if (secret && value.startsWith(`${mountPath}/`)) needSecret(secret.secretName, value.slice(mountPath.length + 1));
     }
-    // The programs refuse a key that everybody may read, and nobody else may.
+    // The programs refuse a key that everyone can read. They may read it only as members of its group.
     if (secret && secret.defaultMode !== 0o440)
       add(`secret ${secret.secretName} has the mode ${secret.defaultMode?.toString(8)}`);
   }
 }
 
-/** One certificate or token of all workers would be one identity, and an identity has nobody to compare its results with. */
+/** Workers that share a certificate or token are one identity. Its results cannot be compared with those of another identity. */
 function identityFaults(options, isOwn, add) {
   if (options.has('--tls-cert') || options.has('--token-file') || !options.has('--enrol-file'))
     add('all of these workers have one identity');
@@ -147,7 +147,7 @@ function portFaults(container, options, add) {
     add('nobody asks how it is');
 }
 
-/** What it takes at most fits into what it has. */
+/** The maximum use fits into the limits. */
 function sizeFaults(workload, container, options, add) {
   const {requests, limits} = container.resources ?? {};
   if (!(bytesOf(requests?.memory) <= bytesOf(limits?.memory)) || requests?.cpu === undefined)
@@ -162,7 +162,7 @@ function sizeFaults(workload, container, options, add) {
         add(`its options take ${disk} GiB of disk, of ${claim.spec.resources.requests.storage}`);
     }
   } else {
-    // One scene of the largest is held, though it be beyond --scenes-gib, while another is compiled.
+    // The largest scene may be held, even beyond --scenes-gib, while another one is compiled.
     const scene = gib('--scene-gib');
     const scenes = Math.max(gib('--scenes-gib'), scene) + scene * (1 + FILES_PART);
     const memory = scenes + gib('--assets-gib') + gib('--results-mib') / 1024 + PHOTONS_GIB + PROGRAM_GIB;
@@ -203,7 +203,7 @@ function workloadFaults(workload, world, needSecret, add) {
   if (container.image !== `${container.command[0]}:${world.version}`) add(`image ${container.image} for ${container.command[0]}, the version is ${world.version}`);
   if (pod.terminationGracePeriodSeconds !== program.stopSeconds)
     add(`it has ${pod.terminationGracePeriodSeconds} s to stop, as a service ${program.stopSeconds}`);
-  // The names of Services would come as variables, and what begins with LIGHTMILL_ is an option.
+  // Otherwise names of Services arrive as variables, and variables that begin with LIGHTMILL_ are options.
   if (pod.enableServiceLinks !== false) add('it is given variables for Services');
   securityFaults(program, pod, container, add);
   volumeFaults(workload, pod, container, options, needSecret, add);
@@ -215,7 +215,7 @@ function workloadFaults(workload, world, needSecret, add) {
   sizeFaults(workload, container, options, add);
 }
 
-/** All of a farm's objects, as kustomize makes them. */
+/** All objects of a farm, as kustomize builds them. */
 function farmFaults(docs, world) {
   const faults = [];
   const needed = [];
@@ -228,7 +228,7 @@ function farmFaults(docs, world) {
   if (namespaces.size !== 1 || named('Namespace', [...namespaces][0]) === undefined)
     faults.push(`namespaces: ${[...namespaces]}`);
 
-  /** HOST:PORT as a caller in the cluster has it: a Service, which the coordinator's certificate names. */
+  /** HOST:PORT for a caller in the cluster: a Service that the coordinator's certificate names. */
   const addressFaults = (address, add) => {
     const [name, ...rest] = hostOf(address).split('.');
     const service = named('Service', name);
@@ -285,18 +285,18 @@ function farmFaults(docs, world) {
       const ports = new Set((targets[0]?.spec.template.spec.containers[0].ports ?? []).map((port) => port.name));
       for (const {port} of (doc.spec.ingress ?? []).flatMap((rule) => rule.ports ?? []))
         if (!ports.has(port)) add(`there is no port ${port}`);
-      // A worker must get to its coordinator.
+      // A worker must reach its coordinator.
       const server = targets[0] && optionsIn(targets[0]).get('--server');
       const outgoing = (doc.spec.egress ?? []).flatMap((rule) => rule.ports ?? []).map((port) => port.port);
       if (server && !outgoing.includes(portOf(server))) add(`it lets nobody through to ${server}`);
-      // Where it may call anybody it must find them: clusters answer for names in several places, so only ports say which.
+      // Callers must be able to resolve names. Clusters run name servers in several places, so only the ports identify them.
       for (const port of doc.spec.egress ? [53, 5353] : []) {
         for (const protocol of ['UDP', 'TCP']) {
           const lets = (rule) => !rule.to && rule.ports?.some((each) => each.port === port && each.protocol === protocol);
           if (!doc.spec.egress.some(lets)) add(`it lets no names through, ${port}/${protocol}`);
         }
       }
-      // Whoever asks how many workers it wants must get in.
+      // KEDA, which asks for the number of workers, must reach the coordinator.
       const fromKeda = ({from, ports}) =>
         ports.some(({port}) => port === 'grpc') &&
         from.some(({namespaceSelector}) => namespaceSelector?.matchLabels?.['kubernetes.io/metadata.name'] === 'keda');
@@ -328,7 +328,7 @@ function farmFaults(docs, world) {
   return faults;
 }
 
-/** A Compose file. */
+/** Faults of a Compose file. */
 function composeFarmFaults(doc, world) {
   const faults = [];
   const options = {};

@@ -1,9 +1,9 @@
-// Checks deploy/kubernetes and deploy/compose: against the published schemas, and their parts against each other; starts a farm
-// with their arguments; then plants faults and wants them found.
+// Checks deploy/kubernetes and deploy/compose against the published schemas, and their parts against each other. Starts a farm
+// with their arguments. Then plants faults and expects that they are found.
 //
 //   NODE_PATH=FOLDER/node_modules node manifests_test.cjs SOURCE-FOLDER FOLDER-OF-THE-PROGRAMS
 //
-// With kubectl, of a version that knows these kustomizations, also that it makes of them what this test does.
+// With a recent kubectl it also checks that kubectl renders the kustomizations like this test.
 'use strict';
 const assert = require('node:assert');
 const childProcess = require('node:child_process');
@@ -64,7 +64,7 @@ test('a farm starts with the arguments of compose.yaml', () =>
     askers: [],
   }));
 
-/** Plants one fault, and wants a fault found whose words match. */
+/** Plants one fault, and expects a found fault that matches. */
 function planted(what, docs, change, words, faultsOf = allFaults) {
   test(`the check finds that ${what}`, () => {
     const changed = structuredClone(docs);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What a real coordinator says at /metrics, read by Prometheus' own library, and whether the dashboard and the alerts ask for
-what is there.
+"""Reads the metrics of a real coordinator with Prometheus' own library, and checks that the dashboard and the alerts use
+existing metrics.
 
   metrics_test.py SOURCE-FOLDER BUILD-FOLDER
 """
@@ -39,7 +39,7 @@ def wait_until(what, true, seconds=60):
 
 
 def expressions():
-    """All that the alerts and the dashboard ask Prometheus for, by where it stands."""
+    """All expressions of the alerts and the dashboard, by their place."""
     found = {rule["alert"]: rule["expr"] for group in yaml.safe_load(ALERTS.read_text())["groups"] for rule in group["rules"]}
     for panel in json.loads(DASHBOARD.read_text())["panels"]:
         for target in panel["targets"]:
@@ -81,7 +81,7 @@ class MetricsTest(unittest.TestCase):
 
     @classmethod
     def read(cls):
-        """{(name, labels): value} of all samples, and the families themselves."""
+        """{(name, labels): value} of all samples, and the families."""
         with urllib.request.urlopen(f"{cls.address}/metrics", timeout=30) as answer:
             cls.content_type = answer.headers["Content-Type"]
             families = list(text_string_to_metric_families(answer.read().decode()))

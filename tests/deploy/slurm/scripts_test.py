@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The scripts of deploy/slurm without a Slurm: what they start with which arguments, and what autoscale does about what it is
-told. Stand-ins for Slurm's programs and ours write down how they are called.
+"""The scripts of deploy/slurm without Slurm: the programs and arguments that they start, and the decisions of autoscale.
+Stand-ins for Slurm's programs and Lightmill's record how they are called.
 
   scripts_test.py SOURCE-FOLDER
 """
@@ -46,7 +46,7 @@ class Scripts(unittest.TestCase):
                                 "*) echo 'slurm_load_jobs error: Invalid job id specified' >&2; exit 1 ;; esac")
 
     def stand_in(self, name, action="", first=""):
-        """`first` is done before the call is written down, `action` after it."""
+        """Runs `first` before the call is recorded, and `action` after it."""
         path = self.bin / name
         path.write_text(f'#!/bin/bash\n{first}\necho "{name} $*" >>{self.calls}\n{action}\n')
         path.chmod(0o755)
@@ -62,7 +62,7 @@ class Scripts(unittest.TestCase):
             time.sleep(0.02)
 
     def start(self, *options, job="9", node="n1", **more):
-        """Starts the coordinator's script, with all that it starts in a group of its own."""
+        """Starts the coordinator's script and everything it starts in their own process group."""
         process = subprocess.Popen(["bash", SLURM / "coordinator.sbatch", *options], start_new_session=True,
                                    env={**self.environment, "SLURM_JOB_ID": job, "SLURMD_NODENAME": node}, **more)
         self.addCleanup(process.wait)
@@ -77,7 +77,7 @@ class Scripts(unittest.TestCase):
             pass
 
     def coordinator(self, *options, **more):
-        """One whose coordinator is at work, and ends by SIGTERM."""
+        """A script whose coordinator runs and ends on SIGTERM."""
         self.stand_in("lightmill-server", "while :; do /bin/sleep 0.05; done", first="trap 'exit 0' TERM")
         before = len(self.called("lightmill-server"))
         process = self.start(*options, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **more)
@@ -86,7 +86,7 @@ class Scripts(unittest.TestCase):
         return process
 
     def cancelled(self, process):
-        """As by Slurm, which tells all processes of a job."""
+        """Signals all processes of a job, like Slurm."""
         os.killpg(process.pid, signal.SIGTERM)
         return process.wait(60)
 
@@ -104,7 +104,7 @@ class Scripts(unittest.TestCase):
 
     def test_both_of_a_pair_have_an_address_and_ended_ones_have_none(self):
         (self.farm / "coordinators").mkdir(parents=True)
-        for job in ("7", "8", "6"):  # at work, completing, long gone
+        for job in ("7", "8", "6"):  # running, completing, long gone
             (self.farm / "coordinators" / job).write_text(f"n{job}:7350\n")
         self.cancelled(self.coordinator("--store", "postgres://db/farm"))
         self.assertEqual(self.addresses(), {"7": "n7:7350", "9": "n1:7350"})
@@ -155,7 +155,7 @@ class Scripts(unittest.TestCase):
         self.assertEqual(self.called("scontrol"), ["requeue 9"])
 
     def started_worker(self, **more):
-        """What a worker is told by its environment."""
+        """The environment of the started worker."""
         self.stand_in("lightmill-worker", f"env | grep ^LIGHTMILL_ >{self.folder}/environment")
         subprocess.run(["bash", SLURM / "worker.sbatch"], check=True, env={
             **self.environment, "SLURM_JOB_ID": "5", "SLURM_CPUS_ON_NODE": "2", "LIGHTMILL_SERVER": "n1:7350", **more})
@@ -182,7 +182,7 @@ class Scripts(unittest.TestCase):
 
 
 class FakeSlurm:
-    """Jobs as squeue lists them, and a coordinator that wants so many workers."""
+    """Jobs as squeue lists them, and a coordinator that wants this many workers."""
 
     def __init__(self):
         self.wanted = 0
@@ -211,7 +211,7 @@ class FakeSlurm:
             self.jobs[job] = ["CANCELLED", "2030-01-01T00:00:00", "2030-01-01T00:00:01", "None"]
 
     def all(self, state, seconds=0, reason="None"):
-        """All of the last array come to this state."""
+        """Moves all jobs of the last array to this state."""
         for job in self.jobs:
             if job.startswith(f"{self.arrays}_"):
                 end = f"2030-01-01T00:{seconds // 60:02}:{seconds % 60:02}"
@@ -241,7 +241,7 @@ class Autoscale(unittest.TestCase):
         self.now = 0
 
     def look(self, seconds=15):
-        """Every 15 s, for so long."""
+        """Calls it every 15 s for this long."""
         for _ in range(seconds // 15):
             self.now += 15
             self.scaler.look(self.now)
@@ -266,7 +266,7 @@ class Autoscale(unittest.TestCase):
         for _ in range(3600 // 15):
             self.look()
             self.slurm.all("FAILED", seconds=2, reason="NonZeroExitCode")
-        self.assertEqual(self.slurm.arrays, 14)  # after 0, 30, 60, 120, 240 and then every 300 s, and what asking takes
+        self.assertEqual(self.slurm.arrays, 14)  # after 0, 30, 60, 120, 240 and then every 300 s, plus the time of queries
         self.assertIn("3 ended within a minute of their start, or are held (1_1: FAILED; its log may say why): no more for 30 s",
                       self.said)
         self.assertTrue(self.said[-1].endswith("no more for 300 s") or self.said[-2].endswith("no more for 300 s"))
