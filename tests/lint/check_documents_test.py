@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""check_documents.py finds planted faults, and nothing else."""
+"""Tests that check_documents.py finds planted faults, and nothing else."""
 import pathlib
 import subprocess
 import sys
