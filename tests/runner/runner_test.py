@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The runner says of a small project what became of its tests: a failure is never a pass.
+"""Tests the runner with a small project. It must never report a failure as a pass.
 
   runner_test.py SOURCE-FOLDER TOY-PROGRAM
 """
@@ -98,7 +98,7 @@ class Runner(unittest.TestCase):
                                 stderr=subprocess.STDOUT, text=True)
 
     def end(self, process):
-        """Whether it passed, and what it printed."""
+        """Whether it passed, and its output."""
         said, _ = process.communicate(timeout=PATIENCE)
         return process.returncode == 0, said
 
