@@ -1,4 +1,4 @@
-// Charts of several jobs in a real browser against a real farm: node chart_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
+// Charts of several jobs in a real browser with a real farm: node chart_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';

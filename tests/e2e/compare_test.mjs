@@ -1,5 +1,5 @@
-// Pictures that are compared and measured in a real browser against a real farm: node compare_test.mjs FOLDER-OF-PROGRAMS
-// [--pictures FOLDER]
+// Comparison and measurement of pictures in a real browser with a real farm:
+//   node compare_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {join} from 'node:path';
 import {after, before, test} from 'node:test';
@@ -31,13 +31,13 @@ after(() => session.close());
 
 const compareBox = () => page.getByRole('combobox', {name: 'Compare with'});
 const howBox = () => page.getByRole('combobox', {name: 'How they are compared'});
-/** What the panel says, by name. */
+/** The panel's values, by name. */
 const measured = async () => Object.fromEntries((await page.locator('.measured > div').evaluateAll((all) => all.map((each) => [each.children[0].textContent, Number(each.children[1].textContent)]))));
 const measuredAs = (what, condition) => eventually(what, async () => condition(await measured()));
 const shown = () => page.evaluate(canvasPixels, kSize);
 const takePicture = async (name) => pictures && (await page.screenshot({path: join(pictures, `${name}.png`)}));
 
-/** As `lightmill error` has it. */
+/** Values of `lightmill error`. */
 function told(image, truth) {
   return JSON.parse(session.farm.lightmill('error', join(session.farm.folder, `${image}.exr`), join(session.farm.folder, `${truth}.exr`), '--json'));
 }
@@ -60,7 +60,7 @@ test('a comparison with a job of the same size has the numbers of the command li
   const expected = told(job, reference);
   await measuredAs('the numbers are there', (each) => each.FLIP > 0);
   const numbers = await measured();
-  // The page has half floats, each within 2^-11 of its value, and four digits; FLIP follows small differences by their root.
+  // The page has half floats, each within 2^-11 of its value, and four digits. FLIP grows with the root of small differences.
   nearly(numbers.relMSE, expected.rel_mse, 2e-3, 'relMSE');
   nearly(numbers['without the worst 0.1 %'], expected.rel_mse_trimmed, 2e-3, 'trimmed');
   nearly(numbers['Energy ratio'], expected.energy_ratio, 2e-3, 'energy');
@@ -128,7 +128,7 @@ test('every comparison is drawn, and the link restores it', async () => {
 test('an EXR file of the farm equals the picture, and a file of another size is refused', async () => {
   const [chooser] = await Promise.all([page.waitForEvent('filechooser'), compareBox().selectOption('file')]);
   await chooser.setFiles(join(session.farm.folder, `${job}.exr`));
-  // Nothing but the rounding to half floats, which both of them go through.
+  // Both went through the same rounding to half floats.
   await measuredAs('the file is the job', (each) => each.relMSE === 0 && each.FLIP === 0);
   await page.getByLabel('An EXR file to compare with').setInputFiles(join(session.farm.folder, `${reference}.exr`));
   const expected = told(job, reference);

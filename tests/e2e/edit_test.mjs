@@ -1,5 +1,5 @@
-// Jobs that are edited, cloned, moved up and deleted in a real browser against a real farm: node edit_test.mjs FOLDER-OF-PROGRAMS
-// [--pictures FOLDER]
+// Editing, cloning, prioritising and deleting jobs in a real browser with a real farm:
+//   node edit_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
@@ -12,7 +12,7 @@ const [programs, ...options] = process.argv.slice(2);
 const pictures = options[0] === '--pictures' ? options[1] : undefined;
 const session = new Session(programs);
 const kSize = ['--size', '96x80', '--method', 'path', '--spp', '16'];
-/** Where the camera of the scene is. */
+/** Position of the scene's camera. */
 const kEye = [278, 273, -800];
 const kLookAt = [278, 273, 0];
 let page;
@@ -57,7 +57,7 @@ test('a clone is the same job with a new goal', async () => {
   await page.getByRole('heading', {name: 'once more'}).waitFor();
   await session.waitForState(clone, 'DONE');
   assert.equal((await api(`jobs/${clone}`)).goal.samples, '8');
-  // All that decides the samples is the same.
+  // Everything that determines the samples is the same.
   assert.equal(await digestOf(clone), await digestOf(job));
 });
 
@@ -90,7 +90,7 @@ test('one live picture shows the newest edit', async () => {
   });
   assert.equal(most, 1);
   const [x, y, z] = await point('Eye');
-  // The scene follows the mouse to the right and down: the eye goes to the left, which is +x for who looks along +z, and up.
+  // The scene follows the mouse to the right and down. So the camera moves up and to the left, which is +x for a view along +z.
   assert.ok(x > 400 && y > 300, `${[x, y, z]}`);
   assert.ok(Math.abs(Math.hypot(x - 278, y - 273, z) / 800 - 1) < 1e-4, 'at the same distance');
   await eventually('the picture is another', async () => {
@@ -118,7 +118,7 @@ test('keys turn, move and zoom the camera by known amounts', async () => {
   await page.locator('.viewer canvas').focus();
   await page.keyboard.press('ArrowRight');
   const angle = 0.03 * Math.PI;
-  // Counter-clockwise seen from above, about what is looked at.
+  // Counter-clockwise seen from above, around the target.
   assert.ok(near(await point('Eye'), [278 - 800 * Math.sin(angle), 273, -800 * Math.cos(angle)]), `${await point('Eye')}`);
   await page.getByRole('button', {name: 'Undo'}).click();
   await page.locator('.viewer canvas').focus();
@@ -194,13 +194,13 @@ test('no live picture outlives the panel or the page', async () => {
   await eventually('a look is there', async () => (await looks()).length === 1);
   await panel().getByRole('button', {name: 'Close'}).click();
   await eventually('it is gone with the panel', async () => (await looks()).length === 0);
-  // The page goes while a look is on its way to the farm.
+  // The page closes while a preview request is on its way to the farm.
   const asked = page.waitForRequest((request) => request.method() === 'POST' && request.url().includes('/jobs?page='));
   await page.getByRole('button', {name: 'Edit & render again'}).click();
   await asked;
   await page.goto('about:blank');
   await eventually('it is gone with the page', async () => (await looks()).length === 0);
-  // The browser ends it without a word.
+  // The browser ends it without a message.
   const crashing = await session.open(`#/jobs/${job}`);
   await crashing.getByRole('button', {name: 'Edit & render again'}).click();
   await eventually('another is there', async () => (await looks())[0]?.state === 'JOB_STATE_DONE');

@@ -1,5 +1,5 @@
-// The farm over time, a worker's past and the log of events in a real browser: node farm_test.mjs FOLDER-OF-PROGRAMS
-// [--pictures FOLDER]
+// The farm over time, a worker's history and the event log in a real browser:
+//   node farm_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import {join} from 'node:path';
@@ -28,7 +28,7 @@ test('the charts show what the farm did', async () => {
   await throughput.waitFor();
   await eventually('a speed', async () => /merged (?!–|0 )/.test(await throughput.getAttribute('aria-label')));
   assert.match(await page.getByRole('img', {name: /^Threads/}).getAttribute('aria-label'), /all 1, busy [01]\b/);
-  // The canvas is drawn: some of its pixels have colour.
+  // The canvas is drawn if some of its pixels have colour.
   const drawn = () =>
     throughput.locator('canvas').evaluate((canvas) => {
       const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);

@@ -1,5 +1,5 @@
-// What lies over the picture: where photons arrive, and what the scene's meters read: node light_test.mjs FOLDER-OF-PROGRAMS
-// [--pictures FOLDER]
+// Overlays of the picture, the photon map and the scene's meters:
+//   node light_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {cpSync, readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
@@ -58,12 +58,12 @@ test('the meters show the readings of the command line at their places', async (
   for (const [name, [radiometric, photometric]] of Object.entries(table)) {
     await eventually(`the reading of ${name}`, async () => (await page.locator('.meters div', {hasText: name}).locator('dd').textContent()) === `${photometric} · ${radiometric}`);
   }
-  // All but the one behind the camera are drawn.
+  // All are drawn, except the one behind the camera.
   assert.deepEqual(await page.locator('.meter-marks text').allTextContents(), ['lamp', 'floor', 'patch', 'flux'].map((name) => `${name} ${table[name][1]}`));
   const mark = await page.locator('.meter-marks circle').first().boundingBox();
   const view = await page.locator('.viewer canvas').boundingBox();
   await page.mouse.move(mark.x + mark.width / 2, mark.y + mark.height / 2);
-  // Nothing but the lamp is so bright, and it is so alone there.
+  // Only the lamp is so bright.
   await eventually('the lamp below its meter', async () => Number((await page.locator('.pixel dd').allTextContents())[0]) > 5);
   assert.ok(mark.y < view.y + view.height / 2);
   if (pictures) {
@@ -116,7 +116,7 @@ test('photons are drawn at the pixels of a photon job, and leave nothing behind'
       ++dotted;
       assert.equal(strongest, 255, `a photon at ${(i / 4) % kSide}, ${Math.floor(i / 4 / kSide)}`);
     } else {
-      // The picture is dimmed to four tenths of what it was.
+      // The picture is dimmed to four tenths.
       after.slice(i, i + 3).forEach((value, c) => assert.ok(Math.abs(value - 0.4 * before[i + c]) <= 1, `${value} of ${before[i + c]} at ${i / 4}`));
     }
   }

@@ -1,4 +1,4 @@
-// The page of a farm that asks who calls, in a real browser: node login_test.mjs FOLDER-OF-PROGRAMS
+// The page of a farm with authentication, in a real browser: node login_test.mjs FOLDER-OF-PROGRAMS
 import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
@@ -41,7 +41,7 @@ const createToken = (name, roles) => farm.lightmill('tokens', 'create', name, '-
 before(async () => {
   farm = new Farm(programs);
   await farm.startServer();
-  // The first token is made before the coordinator asks for one.
+  // The first token is created before the coordinator requires one.
   farm.token = createToken('root', 'admin');
   await farm.stop('server');
   farm.serverOptions = ['--authenticate'];
@@ -123,7 +123,7 @@ test('buttons say when the roles do not allow them', async () => {
   assert.ok(await pause.isDisabled());
   assert.match(await pause.getAttribute('title'), /somebody else's.*view, submit/);
   assert.ok(await page.getByLabel('Priority', {exact: true}).isDisabled());
-  // Who may see it may have the same of her own.
+  // A user who can see the job can submit a clone of it.
   assert.ok(await page.getByRole('button', {name: 'Clone'}).isEnabled());
   await page.goto(`${farm.page}#/jobs/2`);
   assert.ok(await page.getByRole('button', {name: 'Pause'}).isEnabled());

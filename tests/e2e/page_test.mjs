@@ -1,5 +1,5 @@
-// The web page's lists, actions and connection in a real browser against a real farm: node page_test.mjs FOLDER-OF-PROGRAMS
-// [--picture FILE.png]
+// The web page's lists, actions and connection in a real browser with a real farm:
+//   node page_test.mjs FOLDER-OF-PROGRAMS [--picture FILE.png]
 import assert from 'node:assert/strict';
 import {readdirSync, readFileSync, statSync} from 'node:fs';
 import {join} from 'node:path';
@@ -82,7 +82,7 @@ test('jobs are found, filtered and opened by keys alone', async () => {
   await page.keyboard.press('ArrowDown');
   await page.keyboard.press('Enter');
   await eventually('the job opens', () => page.url().endsWith(`#/jobs/${job}`));
-  await page.locator('.job-head').waitFor();  // or the list, with what was typed, was never left
+  await page.locator('.job-head').waitFor();  // otherwise the page is still on the list, with the typed text
   await page.goBack();
   await page.getByRole('button', {name: /^Failed/}).click();
   await page.getByRole('link', {name: 'balls'}).waitFor();

@@ -1,5 +1,5 @@
-// Scenes that are dropped on the page in a real browser become jobs of a real farm: node submit_test.mjs FOLDER-OF-PROGRAMS
-// [--pictures FOLDER]
+// Scenes dropped on the page in a real browser become jobs of a real farm:
+//   node submit_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {cpSync, mkdirSync, readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
@@ -25,7 +25,7 @@ const shownJob = () => /#\/jobs\/(\d+)/.exec(page.url())?.[1];
 const panel = () => page.getByRole('region', {name: /^Submit a scene/});
 const uploads = (since) => session.requests.slice(since).filter((url) => /assets\/[0-9a-f]{64}$/.test(url));
 
-/** As from a file manager: by name and content, without folders. */
+/** Drops files like a file manager: by name and content, without folders. */
 async function drop(files) {
   const texts = files.map(({name, text}) => [name, Buffer.from(text).toString('base64')]);
   const dropped = await page.evaluateHandle((each) => {
@@ -47,7 +47,7 @@ test('a dropped scene with its files is sent, inspected and submitted', async ()
   page = await session.open('#/jobs');
   await page.getByRole('status').getByText('live').waitFor();
   const since = session.requests.length;
-  // What the scene names as assets/CornellBox.obj is dropped beside it.
+  // The file that the scene names as assets/CornellBox.obj is dropped beside it.
   await drop([kScene, ...kAssets].map(named));
   await panel().getByRole('heading', {name: 'The scene'}).waitFor();
   assert.equal(uploads(since).length, 3);
@@ -69,7 +69,7 @@ test('a dropped scene with its files is sent, inspected and submitted', async ()
   await page.waitForSelector('canvas[data-drawn]');
   const job = shownJob();
   await session.waitForState(job, 'DONE');
-  // The same as the command line makes of the file.
+  // The same job as from the command line.
   const other = session.farm.submit('cornell-bench-blocks', '--size', '96x80', '--method', 'path', '--spp', '16');
   await session.waitForState(other, 'DONE');
   assert.equal((await api(`jobs/${job}`)).render_digest, (await api(`jobs/${other}`)).render_digest);
@@ -125,7 +125,7 @@ test('a cancelled upload resumes where it stopped', async () => {
 test('a browser that cannot hash says what to do instead', async () => {
   const here = page;
   page = await here.context().newPage();
-  // As on a page that came over plain http from another machine.
+  // Like a page loaded over plain HTTP from another machine.
   await page.addInitScript(() => Object.defineProperty(Crypto.prototype, 'subtle', {get: () => undefined}));
   await page.goto(`${session.farm.page}#/jobs`);
   await drop([named(kScene)]);
