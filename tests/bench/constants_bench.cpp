@@ -197,7 +197,7 @@ void print(const std::string& title, const std::vector<Variant>& variants, const
 
 /// Geometric mean and minimum over the scenes.
 void print_summary(const std::vector<Variant>& variants, const std::vector<Gains>& scenes) {
-  std::printf("\nall %zu scenes: geometric mean (least)\n%-24s", scenes.size(), "samples");
+  std::printf("\nall %zu scenes: geometric mean (minimum)\n%-24s", scenes.size(), "samples");
   for (const std::uint32_t level : kLevels) {
     std::printf("  %14u", 1u << level);
   }
@@ -218,7 +218,7 @@ void print_summary(const std::vector<Variant>& variants, const std::vector<Gains
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Efficiency of other constants of path, relative to the ones in use.");
+  CLI::App app("Efficiency of other constants of path, relative to the current ones.");
   std::vector<std::string> scenes{source_file("scenes/cornell-bench-blocks.json"),
                                   source_file("scenes/cornell-bench-balls.json"),
                                   source_file("tests/bench/constants/white-room.json"),
@@ -233,7 +233,7 @@ int main(int argc, char** argv) {
   app.add_option("scenes", scenes, "scene documents");
   app.add_option("--size", size, "film width and height in pixels")->capture_default_str()->check(CLI::Range(8, 512));
   app.add_option("--seeds", seeds, "runs of each variant")->capture_default_str()->check(CLI::Range(2, 100));
-  app.add_option("--only", only, "part of the variants' names: the others are left out");
+  app.add_option("--only", only, "only variants whose name has this text");
   app.add_option("--threads", threads, "scenes at a time")->capture_default_str()->check(CLI::Range(1, 64));
   CLI11_PARSE(app, argc, argv);
 

@@ -137,7 +137,7 @@ std::string spread(const std::vector<double>& values) {
 /// One sample per pixel, with and without the hierarchy.
 void tree_table(const std::vector<std::string>& names, const MethodSettings& settings, int runs) {
   std::printf(
-      "| scene | triangles | film | with the tree, s | without, s | gain | pixels off by 0.01 | largest error |\n");
+      "| scene | triangles | film | with the hierarchy, s | without, s | gain | pixels off by 0.01 | largest error |\n");
   std::printf("| --- | --- | --- | --- | --- | --- | --- | --- |\n");
   for (const std::string& name : names) {
     const LoadedScene loaded = load(name);
@@ -174,7 +174,7 @@ void subdivision_table(const std::string& name, MethodSettings settings, int siz
   Picture reference(*scene);
   render(*method_of(scene, settings), {reference_level, 0}, reference);
 
-  std::printf("| subdivisions | samples | CPU s | relMSE | relMSE, plain random | random / ours | trimmed |\n");
+  std::printf("| subdivisions | samples | CPU s | relMSE | relMSE, plain random | random / Sobol' | trimmed |\n");
   std::printf("| --- | --- | --- | --- | --- | --- | --- |\n");
   for (std::uint32_t level = 0; level <= 8; level += 2) {
     std::vector<double> seconds, errors, trimmed, random_errors, random_trimmed;
@@ -219,13 +219,13 @@ int main(int argc, char** argv) {
   app.add_option("--tree-scenes", tree_scenes, "its scenes")->capture_default_str();
   app.add_option("--method", method, "method of the second table")->capture_default_str();
   app.add_option("--scenes", scenes, "its scenes")->capture_default_str();
-  app.add_option("--size", size, "its film's width and height in pixels")
+  app.add_option("--size", size, "film width and height in pixels for the second table")
       ->capture_default_str()
       ->check(CLI::Range(8, 4096));
-  app.add_option("--reference-level", reference_level, "log2 of its reference's samples")
+  app.add_option("--reference-level", reference_level, "log2 of the reference's samples for the second table")
       ->capture_default_str()
       ->check(CLI::Range(1, 20));
-  app.add_option("--runs", runs, "times that everything is measured; at most thrice without the tree")
+  app.add_option("--runs", runs, "measurements; at most three without the hierarchy")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
   CLI11_PARSE(app, argc, argv);

@@ -227,7 +227,7 @@ Tally report(const Case& each, const std::vector<Run>& runs, double reference_er
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Runs jobs to a stated error and counts how often the true error is what was stated.");
+  CLI::App app("Runs jobs with an error goal, and counts how often the true error is in the stated interval.");
   int seeds = 200, threads = 2, side = 96;
   bool adaptive = false;
   std::string method = "path";
@@ -235,17 +235,19 @@ int main(int argc, char** argv) {
   double scale = 1;
   std::vector<std::string> only;
   app.add_option("--seeds", seeds, "runs of each scene")->capture_default_str()->check(CLI::Range(1, 100'000));
-  app.add_option("--threads", threads, "to render with")->capture_default_str()->check(CLI::Range(1, 256));
-  app.add_option("--reference", reference_samples, "samples of a reference's pixel, a power of two")
+  app.add_option("--threads", threads, "render threads")->capture_default_str()->check(CLI::Range(1, 256));
+  app.add_option("--reference", reference_samples, "samples per pixel of the reference, a power of two")
       ->capture_default_str()
       ->check(CLI::Range(512, 1 << 24));
-  app.add_option("--scale", scale, "times the errors that are asked for")->capture_default_str();
+  app.add_option("--scale", scale, "factor of the error goals")->capture_default_str();
   app.add_option("--only", only, "scenes by name");
   app.add_option("--method", method,
-                 "of the runs and of the reference; photons blur that less, the more samples it has")
+                 "method of the runs and the reference; with photons the reference has less blur with more samples")
       ->capture_default_str();
-  app.add_option("--side", side, "of the pictures, pixels")->capture_default_str()->check(CLI::Range(2, 4096));
-  app.add_flag("--adaptive", adaptive, "with a pilot: some tiles get more samples than others");
+  app.add_option("--side", side, "width and height of the pictures in pixels")
+      ->capture_default_str()
+      ->check(CLI::Range(2, 4096));
+  app.add_flag("--adaptive", adaptive, "use a pilot, which gives some tiles more samples");
   CLI11_PARSE(app, argc, argv);
 
   const std::filesystem::path folder = source_file("scenes");
@@ -257,7 +259,7 @@ int main(int argc, char** argv) {
   cases.push_back({"rare bright samples", TestScene::from_text(kRare), 0.015});
 
   std::printf(
-      "scene                      goal  samples a pixel        held  above   below  <= goal  stated/true  width  "
+      "scene                      goal  samples per pixel      held  above   below  <= goal  stated/true  width  "
       "bright  reference\n");
   Tally all;
   bool each_holds = true;
@@ -284,7 +286,7 @@ int main(int argc, char** argv) {
     each_holds = each_holds && tally.held >= kLeastCoverage * tally.runs;
   }
   const bool holds = each_holds && all.held >= kPooledCoverage * all.runs;
-  std::printf("all %d runs: %.1f %% within what was stated, %.1f %% at or below what was asked for: %s\n", all.runs,
-              100.0 * all.held / all.runs, 100.0 * all.below_goal / all.runs, holds ? "as it should be" : "TOO FEW");
+  std::printf("all %d runs: %.1f %% in the stated interval, %.1f %% at or below the goal: %s\n", all.runs,
+              100.0 * all.held / all.runs, 100.0 * all.below_goal / all.runs, holds ? "enough" : "TOO FEW");
   return holds ? 0 : 1;
 }

@@ -39,7 +39,7 @@ int run(const Options& options) {
   Options small = options;
   small.samples = 16;
   std::vector<double> gains, costs;
-  fmt::print("| turn | one worker, s | two, s | times as fast | thread seconds of two, over one's |\n");
+  fmt::print("| turn | one worker, s | two, s | speedup | thread seconds of two / one |\n");
   fmt::print("| --- | --- | --- | --- | --- |\n");
   for (int turn = 0; turn < options.turns; ++turn) {
     const std::string first = fmt::format("a{}", turn), second = fmt::format("b{}", turn);
@@ -66,11 +66,13 @@ int run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("How much faster two workers of one thread are than one, on this machine's cores.");
+  CLI::App app("Speedup of two workers with one thread each over one, on this machine's cores.");
   Options options;
-  app.add_option("--side", options.side, "of the picture, pixels")->capture_default_str()->check(CLI::Range(64, 8192));
+  app.add_option("--side", options.side, "width and height of the picture in pixels")
+      ->capture_default_str()
+      ->check(CLI::Range(64, 8192));
   app.add_option("--spp", options.samples, "samples per pixel")->capture_default_str()->check(CLI::Range(16, 1 << 20));
-  app.add_option("--turns", options.turns, "so often with one and with two")
+  app.add_option("--turns", options.turns, "measurements with one worker and with two")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
   CLI11_PARSE(app, argc, argv);

@@ -7,8 +7,8 @@ cd "$(dirname "$0")/../.."
 server=build/release/bin/lightmill-server
 usage='usage: tests/bench/failover.sh postgres://USER@HOST/DATABASE [ROUNDS]
 
-Prints how long a farm is without a coordinator when the one at work is killed, stopped, or ends, and another stands by: the
-shortest and the longest of ROUNDS times (3). The database may be written to; build/release/bin/lightmill-server is measured.'
+Prints how long a farm has no coordinator when the active one is killed, stopped, or ends, and a standby takes over: the
+shortest and the longest of ROUNDS times (3). It writes to the database, and measures build/release/bin/lightmill-server.'
 case "${1:-}" in -h | --help) echo "$usage"; exit ;; esac
 [ $# -eq 1 ] || [ $# -eq 2 ] || { echo "$usage" >&2; exit 2; }
 url=$1

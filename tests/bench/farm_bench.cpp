@@ -89,7 +89,7 @@ int run_client(const Options& options) {
   const Status watched = farm.watch(
       job.id(), false, [] { return false; },
       [&](const v1::WatchJobResponse& update) { done = update.job().state() == v1::JOB_STATE_DONE; });
-  LM_CHECK(watched.ok() && done, "the job did not end well");
+  LM_CHECK(watched.ok() && done, "the job did not end as done");
   const AssembledFilm film = value_of(cli::fetch_film(farm, job.id()));
   return film.picture.pixels() == static_cast<std::size_t>(options.size) * options.size ? 0 : 1;
 }
@@ -171,7 +171,7 @@ int run_bench(const Options& options) {
     const double client_cpu = children_cpu_seconds() - client_before;
     const double bare = bare_cpu_seconds(options, compiled, 1 + pair);
     ratios.push_back((server_cpu + worker_cpu + client_cpu) / bare);
-    std::printf("farm %.2f s (server %.3f, worker %.2f, client %.3f), bare core %.2f s: ratio %.4f\n",
+    std::printf("farm %.2f s (server %.3f, worker %.2f, client %.3f), bare renderer %.2f s: ratio %.4f\n",
                 server_cpu + worker_cpu + client_cpu, server_cpu, worker_cpu, client_cpu, bare, ratios.back());
     std::fflush(stdout);
   }
@@ -183,25 +183,26 @@ int run_bench(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Farm overhead over the bare core in CPU time, and the time to a first picture.");
+  CLI::App app("CPU time of the farm over the bare renderer, and the time to the first picture.");
   Options options;
   app.add_option("scene", options.scene, "scene document")->capture_default_str();
-  app.add_option("--level", options.level, "log2 of the samples a pixel")
+  app.add_option("--level", options.level, "log2 of the samples per pixel")
       ->capture_default_str()
       ->check(CLI::Range(0, 16));
   app.add_option("--size", options.size, "film width and height in pixels")
       ->capture_default_str()
       ->check(CLI::Range(8, 8192));
-  app.add_option("--pairs", options.pairs, "farm and bare core in turn, so many times")
+  app.add_option("--pairs", options.pairs, "runs of farm and bare renderer in turn")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
   app.add_option("--first-pictures", options.first_pictures, "jobs whose first picture is timed")
       ->capture_default_str()
       ->check(CLI::Range(0, 1000));
-  app.add_option("--threads", options.threads, "of the worker and of the bare core")
+  app.add_option("--threads", options.threads, "threads of the worker and of the bare renderer")
       ->capture_default_str()
       ->check(CLI::Range(1, 256));
-  app.add_option("--client-of", options.client_of, "be the client of this coordinator (used by the bench itself)");
+  app.add_option("--client-of", options.client_of,
+                 "run as the client of this coordinator (the bench itself uses this)");
   app.add_option("--seed", options.seed, "with --client-of");
   app.add_flag("--first-picture", options.first_picture, "with --client-of");
   CLI11_PARSE(app, argc, argv);

@@ -41,9 +41,9 @@ std::string hash_by(const std::shared_ptr<const CompiledScene>& scene, const std
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"A hash of what every method renders of every case of the atlas, and the fingerprint class."};
+  CLI::App app{"Prints a hash of every method's film of every atlas case, and the fingerprint class."};
   std::uint32_t level = 3;
-  app.add_option("--level", level, "log2 of the samples a pixel")->check(CLI::Range(0u, 10u))->capture_default_str();
+  app.add_option("--level", level, "log2 of the samples per pixel")->check(CLI::Range(0u, 10u))->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   std::printf("%-32s fingerprint class\n", fingerprint_class().c_str());
   for (const AtlasGroup& group : atlas_groups()) {

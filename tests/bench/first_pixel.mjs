@@ -5,7 +5,7 @@ import {helpOf} from './usage.mjs';
 
 helpOf(`usage: node tests/bench/first_pixel.mjs FOLDER-OF-PROGRAMS [RUNS [SCENE [WIDTHxHEIGHT]]]
 
-Prints how many milliseconds pass from submitting a job on the page until its first pixels stand there, the median of RUNS (20).
+Prints the milliseconds from submission on the page to the first pixels, the median of RUNS (20).
 FOLDER-OF-PROGRAMS: build/release/bin. SCENE: one of scenes/ without its ending (cornell-bench-blocks), of 512x512 pixels.`);
 const {Session} = await import('../e2e/session.mjs'); // needs a browser
 

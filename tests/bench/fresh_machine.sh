@@ -30,7 +30,7 @@ if [ "${1:-}" = --commit ]; then
 fi
 [ "$#" -gt 0 ] || set -- './quickstart.sh --once' ./test.sh
 if [ "$(id -u)" -ne 0 ] || ! command -v mmdebstrap >/dev/null; then
-  echo 'fresh_machine.sh: this takes root and mmdebstrap' >&2
+  echo 'fresh_machine.sh: needs root and mmdebstrap' >&2
   exit 1
 fi
 work=$(mktemp -d -p /var/tmp)

@@ -136,7 +136,7 @@ class HostileClient {
  private:
   void come(std::size_t i) {
     const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    LM_CHECK(socket >= 0, "connection {} cannot be made: {}", i, std::strerror(errno));
+    LM_CHECK(socket >= 0, "cannot open connection {}: {}", i, std::strerror(errno));
     const int small = 4096;
     (void)::setsockopt(socket, SOL_SOCKET, SO_RCVBUF, &small, sizeof(small));
     sockaddr_in own{}, server{};
@@ -144,9 +144,9 @@ class HostileClient {
     LM_CHECK(::inet_pton(AF_INET, "127.0.0.2", &own.sin_addr) == 1);
     LM_CHECK(::inet_pton(AF_INET, "127.0.0.1", &server.sin_addr) == 1);
     server.sin_port = htons(static_cast<std::uint16_t>(port_));
-    LM_CHECK(::bind(socket, reinterpret_cast<const sockaddr*>(&own), sizeof(own)) == 0, "127.0.0.2 cannot be used");
+    LM_CHECK(::bind(socket, reinterpret_cast<const sockaddr*>(&own), sizeof(own)) == 0, "cannot bind to 127.0.0.2");
     LM_CHECK(::connect(socket, reinterpret_cast<const sockaddr*>(&server), sizeof(server)) == 0,
-             "connection {} is not taken: {}", i, std::strerror(errno));
+             "the coordinator refuses connection {}: {}", i, std::strerror(errno));
     const std::string words = words_of(static_cast<int>(i), job_);
     (void)::send(socket, words.data(), words.size(), MSG_NOSIGNAL);
     sockets_[i] = socket;
@@ -220,7 +220,7 @@ int run(const Options& options) {
   std::vector<std::unique_ptr<CpuShare>> shares;
   for (const char* name : {"w1", "w2"}) {
     const pid_t pid = farm.add_worker(1, name).pid();
-    LM_CHECK(test::eventually([&] { return farm.met(name); }), "worker {} does not come", name);
+    LM_CHECK(test::eventually([&] { return farm.met(name); }), "worker {} does not connect", name);
     shares.push_back(std::make_unique<CpuShare>(pid, options.share));
   }
   test::Picture picture;
@@ -242,18 +242,16 @@ int run(const Options& options) {
       heard = hostile.answered(0);
       filled = hostile.answered(kFullWindow);
     }
-    fmt::print("turn {}: {:.3g} million samples a second alone, {:.3g} with the hostile client\n", turn + 1,
+    fmt::print("turn {}: {:.3g} million samples per second alone, {:.3g} with the hostile client\n", turn + 1,
                alone.throughput.back() / 1e6, with.throughput.back() / 1e6);
     std::fflush(stdout);
   }
-  fmt::print(
-      "\n| | million samples a second | an answer to another caller, ms: median, 99 % | core of the coordinator |\n");
+  fmt::print("\n| | million samples per second | answer to another caller, ms: median, 99 % | coordinator, cores |\n");
   fmt::print("| --- | --- | --- | --- |\n{}\n{}\n", row("alone", alone),
-             row(fmt::format("beside {} hostile connections", options.connections), with));
+             row(fmt::format("with {} hostile connections", options.connections), with));
   fmt::print(
-      "\nmedians: {:.3f} of the throughput alone; hung up on {} times; at the end {} of the connections were heard, "
-      "and {} "
-      "had pictures that they did not read\n",
+      "\nmedians: {:.3f} of the throughput alone; {} disconnects; at the end {} of the connections had answers, and {} "
+      "had unread pictures\n",
       median(with.throughput) / median(alone.throughput), hung_up_on, heard, filled);
   return 0;
 }
@@ -261,14 +259,16 @@ int run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("What a client of a thousand connections that say half, or never read, costs the others.");
+  CLI::App app("Cost of a hostile client to others. Its thousand connections send half requests, or never read.");
   Options options;
   app.add_option("--connections", options.connections)->capture_default_str()->check(CLI::Range(1, 9000));
-  app.add_option("--turns", options.turns, "with and without, one after the other")
+  app.add_option("--turns", options.turns, "measurements without and with the hostile client")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
-  app.add_option("--seconds", options.seconds, "of a turn")->capture_default_str()->check(CLI::Range(1.0, 600.0));
-  app.add_option("--share", options.share, "of a core for each of the two workers")
+  app.add_option("--seconds", options.seconds, "length of a measurement")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 600.0));
+  app.add_option("--share", options.share, "share of a core for each of the two workers")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1.0));
   CLI11_PARSE(app, argc, argv);

@@ -8,7 +8,7 @@ import {helpOf} from './usage.mjs';
 
 helpOf(`usage: node tests/bench/page_viewers.mjs FOLDER-OF-PROGRAMS [VIEWERS [SECONDS]]
 
-Prints what share of a core the coordinator takes without and with VIEWERS (100) of one job, each over SECONDS (20).
+Prints the share of a core that the coordinator uses without and with VIEWERS (100) of one job, each over SECONDS (20).
 FOLDER-OF-PROGRAMS: build/release/bin.`);
 
 const [programs, viewerCount = '100', seconds = '20'] = process.argv.slice(2);

@@ -265,22 +265,25 @@ void print_choices(const std::vector<TestedScene>& scenes, std::uint32_t level, 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Measures what counted work costs, and what pilots take.");
+  CLI::App app("Measures the cost of counted work, and the choices of pilots.");
   std::vector<std::string> files;
   int side = 128, repeats = 3, seeds = 4;
   std::uint32_t level = 7, first = 256;
   bool no_fit = false, no_choices = false;
-  app.add_option("scenes", files, "files (default: all of scenes/)");
+  app.add_option("scenes", files, "scene documents (default: all of scenes/)");
   app.add_option("--side", side, "pixels of the longer side")->capture_default_str();
-  app.add_option("--repeats", repeats, "of each measurement of work; the least counts")->capture_default_str();
-  app.add_option("--level", level, "log2 of the samples of compared pictures")
+  app.add_option("--repeats", repeats, "repeats of each measurement of work; the fastest counts")
+      ->capture_default_str();
+  app.add_option("--level", level, "log2 of the samples per pixel of the compared pictures")
       ->capture_default_str()
       ->check(CLI::Range(6u, 12u));
-  app.add_option("--first", first, "sample of theirs, rounded down to a multiple of so many; those below 256 are split")
+  app.add_option(
+         "--first", first,
+         "first sample of the compared pictures, rounded down to a multiple of their count; samples below 256 are split")
       ->capture_default_str();
-  app.add_option("--seeds", seeds, "of compared pictures and pilots")->capture_default_str();
-  app.add_flag("--no-fit", no_fit, "only what pilots take");
-  app.add_flag("--no-choices", no_choices, "only what work costs");
+  app.add_option("--seeds", seeds, "seeds of the compared pictures and of pilots")->capture_default_str();
+  app.add_flag("--no-fit", no_fit, "skip the cost of counted work");
+  app.add_flag("--no-choices", no_choices, "skip the choices of pilots");
   CLI11_PARSE(app, argc, argv);
   std::vector<fs::path> paths(files.begin(), files.end());
   if (paths.empty()) {

@@ -99,7 +99,7 @@ def report(scene, methods, pictures, rows):
               f"relMSE {errors[method]:.3g}, {cost[method] / cost[best]:.2f} times the best's time")
     for one, other in itertools.combinations(methods, 2):
         apart = statistics.mean(error_between(a, b) for a, b in zip(pictures[one], pictures[other][1:] + pictures[other][:1]))
-        print(f"  {one} and {other} are {apart:.3g} apart, of which {errors[one] + errors[other]:.3g} is noise")
+        print(f"  {one} and {other} are {apart:.3g} apart; {errors[one] + errors[other]:.3g} of this is noise")
     for row in rows:
         if row["asked"] == "auto":
             row["regret"] = row["cost"] / cost[best]

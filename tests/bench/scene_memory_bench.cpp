@@ -164,13 +164,13 @@ void apart(const std::function<void()>& what) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Measures the memory that compiling scenes takes.");
+  CLI::App app("Measures the memory of scene compilation.");
   std::vector<std::string> documents;
   int side = 1000;
   app.add_option("DOCUMENT", documents, "scenes");
-  app.add_option("--side", side, "of the grids, in squares")->capture_default_str();
+  app.add_option("--side", side, "squares on a side of the grids")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  fmt::print("| scene | triangles | held (MiB) | said to be held | peak | estimated | estimated / peak |\n");
+  fmt::print("| scene | triangles | held (MiB) | reported as held | peak | estimated | estimated / peak |\n");
   fmt::print("| --- | --- | --- | --- | --- | --- | --- |\n");
   for (const Kind& kind :
        {Kind{"flat", side}, Kind{"flat, moved", side, false, false, false, true}, Kind{"normals", side, true},

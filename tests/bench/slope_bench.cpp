@@ -40,7 +40,7 @@ std::vector<Case> cases() {
   constexpr double kReflectance = 0.5, kShare = 0.25 * 0.25;
   std::vector<Case> all;
   all.push_back(
-      {"a black lamp of radius 0.25 in a diffuse sphere",
+      {"a black emitter of radius 0.25 in a diffuse sphere",
        TestScene::from_text(inside_a_sphere(
            kReflectance,
            R"(, {"name": "lamp", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "emission": {"rgb": [1, 1, 1]}})",
@@ -103,13 +103,15 @@ double slope_of(const std::vector<double>& y) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Measures the slope of relMSE against samples, on scenes whose picture is known.");
+  CLI::App app("Measures the slope of relMSE against samples, on scenes with exact answers.");
   std::vector<std::string> methods{"path"};
   int seeds = 4;
   std::uint32_t last = 20;
   app.add_option("--methods", methods, "to measure")->capture_default_str();
-  app.add_option("--seeds", seeds, "runs of each, at the same time")->capture_default_str()->check(CLI::Range(1, 64));
-  app.add_option("--last", last, "log2 of the most samples a pixel")->capture_default_str()->check(CLI::Range(12, 24));
+  app.add_option("--seeds", seeds, "runs of each scene, in parallel")->capture_default_str()->check(CLI::Range(1, 64));
+  app.add_option("--last", last, "log2 of the maximum samples per pixel")
+      ->capture_default_str()
+      ->check(CLI::Range(12, 24));
   CLI11_PARSE(app, argc, argv);
 
   bool all_hold = true;
@@ -133,7 +135,7 @@ int main(int argc, char** argv) {
       const double slope = slope_of(mean);
       const bool holds = slope <= kFlattest;
       all_hold = all_hold && holds;
-      std::printf("  slope %.3f: %s\n", slope, holds ? "as it should be" : "TOO FLAT");
+      std::printf("  slope %.3f: %s\n", slope, holds ? "steep enough" : "TOO FLAT");
       std::fflush(stdout);
     }
   }

@@ -41,7 +41,7 @@ Result<std::unique_ptr<Store>> open(const std::string& data, const std::string& 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"How fast stores take what a farm writes."};
+  CLI::App app{"Write speed of the stores."};
   std::string data, url;
   std::uint32_t nodes = 100, commits = 30;
   auto* where = app.add_option_group("where")->require_option(1);
@@ -85,7 +85,7 @@ int main(int argc, char** argv) {
   }
   std::sort(seconds.begin(), seconds.end());
   const double median = seconds[seconds.size() / 2];
-  std::printf("%u nodes a commit: median %.1f ms (%.0f nodes/s), slowest %.1f ms\n", nodes, median * 1e3,
+  std::printf("%u nodes per commit: median %.1f ms (%.0f nodes/s), slowest %.1f ms\n", nodes, median * 1e3,
               nodes / median, seconds.back() * 1e3);
   const auto start = SteadyClock::now();
   const Result<StoredState> state = store->load();

@@ -49,7 +49,7 @@ std::vector<pid_t> start_workers(test::Farm& farm) {
     pids.push_back(farm.add_worker(1, fmt::format("w{}", i + 1)).pid());
   }
   for (int i = 0; i < kWorkers; ++i) {
-    LM_CHECK(test::eventually([&] { return farm.met(fmt::format("w{}", i + 1)); }), "a worker does not come");
+    LM_CHECK(test::eventually([&] { return farm.met(fmt::format("w{}", i + 1)); }), "a worker does not connect");
   }
   return pids;
 }
@@ -116,22 +116,24 @@ std::string spread(const std::vector<double>& values) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("The time from 95 % of a job until it is done, with four workers, and with one of them much slower.");
+  CLI::App app("Time from 95 % of a job to its end, with four workers, and with one of them much slower.");
   Options options;
-  app.add_option("--share", options.share, "of a core that each worker may use")
+  app.add_option("--share", options.share, "share of a core for each worker")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1.0));
-  app.add_option("--slow", options.slow, "how many times slower the slow one is")
+  app.add_option("--slow", options.slow, "factor by which the slow worker is slower")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 1000.0));
-  app.add_option("--from", options.from, "part of the job that is done when it becomes slow; 0: it always is")
+  app.add_option("--from", options.from, "part of the job after which it is slow; 0: from the start")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 0.99));
   app.add_option("--size", options.size, "film width and height in pixels")
       ->capture_default_str()
       ->check(CLI::Range(64, 4096));
   app.add_option("--samples", options.samples, "a pixel")->capture_default_str()->check(CLI::Range(16, 1 << 20));
-  app.add_option("--runs", options.runs, "with and without, in turn")->capture_default_str()->check(CLI::Range(1, 100));
+  app.add_option("--runs", options.runs, "runs with and without the slow worker, in turn")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100));
   CLI11_PARSE(app, argc, argv);
 
   Column without, with;
@@ -139,7 +141,7 @@ int main(int argc, char** argv) {
     for (const bool slow : {false, true}) {
       const Race result = race(options, slow, static_cast<std::uint64_t>(run));
       (slow ? with : without).add(result);
-      std::printf("%s: %.1f s, from 95 %% to done %.2f s\n", slow ? "one is slow" : "all alike", result.seconds,
+      std::printf("%s: %.1f s, from 95 %% to done %.2f s\n", slow ? "one slow" : "all equal", result.seconds,
                   result.last_seconds);
       std::fflush(stdout);
     }

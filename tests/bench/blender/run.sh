@@ -19,10 +19,10 @@ mkdir -p "$folder"
 folder=$(cd "$folder" && pwd)
 lightmill=build/release/bin/lightmill
 
-echo "Cycles, $samples samples a pixel"
+echo "Cycles, $samples samples per pixel"
 "${LIGHTMILL_BLENDER:-blender}" --background --factory-startup --python-exit-code 3 \
   --python tests/bench/blender/make_scene.py -- "$folder/scene.blend" "$folder/cycles.exr" "$samples" >"$folder/cycles.log" 2>&1 ||
   { tail "$folder/cycles.log"; exit 1; }
-echo "Lightmill, $samples samples a pixel"
+echo "Lightmill, $samples samples per pixel"
 "$lightmill" render "$folder/scene.blend" --local --spp "$samples" -o "$folder/lightmill.exr" -o "$folder/lightmill.png"
 "$lightmill" error "$folder/lightmill.exr" "$folder/cycles.exr"

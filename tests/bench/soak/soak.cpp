@@ -104,7 +104,7 @@ class Soak {
     while (!jobs_.none_left() && !signals_.interrupted() && wrong_.empty()) {
       watch();
       if (passed() > until) {
-        wrong_.push_back(fmt::format("jobs have not ended {:.0f} s after the last fault", kLongestEnd));
+        wrong_.push_back(fmt::format("jobs still run {:.0f} s after the last fault", kLongestEnd));
       }
     }
   }
@@ -112,10 +112,9 @@ class Soak {
   /// Whether everything passed.
   bool report() const {
     const Tally tally = jobs_.tally();
-    fmt::print(
-        "seed {}, {} of faults: {} films, {} as on a quiet farm\n\n| what went wrong, and what people did | times |\n",
-        options_.seed, cli::human_seconds(std::min(passed(), 60 * options_.minutes)),
-        tally.alike + static_cast<int>(tally.wrong.size()), tally.alike);
+    fmt::print("seed {}, {} of faults: {} films, {} as on a quiet farm\n\n| faults and commands | times |\n",
+               options_.seed, cli::human_seconds(std::min(passed(), 60 * options_.minutes)),
+               tally.alike + static_cast<int>(tally.wrong.size()), tally.alike);
     fmt::print("| --- | --- |\n");
     for (const auto& [what, times] : faults_) {
       fmt::print("| {} | {} |\n", what, times);
@@ -124,7 +123,7 @@ class Soak {
       fmt::print("| a job {} | {} |\n", what, times);
     }
     bool flat = true;
-    fmt::print("\n| longest life of | seconds | memory, MiB: its thirds (most) | descriptors | |\n");
+    fmt::print("\n| longest life of | seconds | memory, MiB: by thirds (peak) | descriptors | |\n");
     fmt::print("| --- | --- | --- | --- | --- |\n");
     for (const auto& [name, trend] : watch_.trends()) {
       fmt::print("| {} | {:.0f} | {:.0f} ({:.0f}) | {:.0f} | {} |\n", name, trend.seconds,
@@ -208,7 +207,7 @@ int run(const Options& options, cli::Signals& signals) {
   std::fflush(stdout);
   const test::SmallDisk disk(kDiskMib);
   if (!disk.mounted()) {
-    fmt::print(stderr, "no disk can be mounted here (that takes root): none is filled\n");
+    fmt::print(stderr, "soak: cannot mount a disk (needs root), so the disk faults are left out\n");
   }
   Progress progress;
   Films quiet = quiet_films(signals, progress);
@@ -225,17 +224,16 @@ int run(const Options& options, cli::Signals& signals) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Renders twenty kinds of jobs on a farm of its own under a fault every ten seconds, and compares every film with "
-      "a "
-      "quiet farm's. Ctrl-C ends it and all that it has started.");
+      "Renders twenty kinds of jobs on a private farm with a fault every ten seconds, and compares every film with "
+      "that of a quiet farm. Ctrl-C ends it and everything it has started.");
   Options options;
   app.add_option("--minutes", options.minutes,
-                 "under faults; a quiet run before, and the last films after, come on top")
+                 "minutes with faults; the quiet run before and the last films after take more time")
       ->capture_default_str()
       ->check(CLI::Range(0.1, 10'000.0));
-  app.add_option("--seed", options.seed, "of the order of faults")->capture_default_str();
+  app.add_option("--seed", options.seed, "seed of the order of faults")->capture_default_str();
   app.footer(
-      "Exit codes: 0 all was well, 1 it was not, 130 interrupted. `--minutes 8` or more judge memory and descriptors.");
+      "Exit codes: 0 passed, 1 failed, 130 interrupted. Memory and descriptors are judged from `--minutes 8` on.");
   cli::Signals signals;
   CLI11_PARSE(app, argc, argv);
   return run(options, signals);

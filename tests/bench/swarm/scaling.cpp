@@ -177,11 +177,11 @@ void write_chart(const std::string& path, const Chart& chart) {
 int run(const Options& options) {
   raise_file_limit();
   Chart speed, traffic;
-  speed.title = "Workers at work";
+  speed.title = "Busy workers";
   speed.x_label = traffic.x_label = "workers";
-  speed.y_label = "as many as are never idle";
+  speed.y_label = "workers that would never be idle";
   speed.series.push_back({"ideal", {}});
-  traffic.title = "What they send";
+  traffic.title = "Sent results";
   traffic.y_label = "MB a second";
   fmt::print("| picture | workers | samples per pixel | ideal, s | took, s | efficiency | results/s | MB/s |\n");
   fmt::print("| --- | --- | --- | --- | --- | --- | --- | --- |\n");
@@ -208,29 +208,30 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "How long a job takes with more and more workers, beside the ideal: simulated ones, which all have the same "
-      "seconds of work.");
+      "Time of a job with more and more simulated workers, compared with the ideal. Each worker has the same seconds "
+      "of work.");
   Options options;
-  app.add_option("--workers", options.workers, "one farm after the other, with so many one-thread workers each")
+  app.add_option("--workers", options.workers, "workers of each farm, with one thread each")
       ->delimiter(',')
       ->capture_default_str()
       ->check(CLI::Range(1, 20'000));
-  app.add_option("--sizes", options.sizes, "of the pictures, WIDTHxHEIGHT")->delimiter(',')->capture_default_str();
-  app.add_option("--seconds", options.seconds, "of work for each worker, about")
+  app.add_option("--sizes", options.sizes, "sizes of the pictures, WIDTHxHEIGHT")
+      ->delimiter(',')
+      ->capture_default_str();
+  app.add_option("--seconds", options.seconds, "approximate seconds of work for each worker")
       ->capture_default_str()
       ->check(CLI::Range(0.1, 3600.0));
-  app.add_option("--speed", options.speed, "pixel samples a second")
+  app.add_option("--speed", options.speed, "pixel samples per second of a worker")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 1e9));
-  app.add_option("--spread", options.spread, "of speeds: the fastest over the slowest")
+  app.add_option("--spread", options.spread, "ratio of the fastest to the slowest worker")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 100.0));
-  app.add_option("--churn", options.churn_seconds,
-                 "so often a tenth of the workers is killed, and as many others come; 0: all stay")
+  app.add_option("--churn", options.churn_seconds, "seconds after which a tenth of the workers is replaced; 0: never")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 3600.0));
-  app.add_option("--chart", options.chart, "of workers at work: write it to this file, as SVG");
-  app.add_option("--traffic-chart", options.traffic_chart, "the same of what they send");
+  app.add_option("--chart", options.chart, "write a chart of busy workers to this SVG file");
+  app.add_option("--traffic-chart", options.traffic_chart, "write a chart of sent results to this SVG file");
   CLI11_PARSE(app, argc, argv);
   return run(options);
 }
