@@ -29,8 +29,8 @@ if [ "${1:-}" = --inside ]; then
     chroot "$root" setpriv --reuid="$user" --regid="$user" --clear-groups --no-new-privs --bounding-set=-all \
       env -i PATH=/usr/bin:/bin XDG_DATA_HOME=/var/lib XDG_STATE_HOME=/var/lib "$@"
   }
-  [ "$(stat -c '%u %a' "$server/var/lib/lightmill")" = '7350 700' ] || fail 'the state is another user'\''s'
-  [ "$(stat -c '%u %a' "$worker/var/lib/lightmill-worker")" = '7351 700' ] || fail 'the tokens are another user'\''s'
+  [ "$(stat -c '%u %a' "$server/var/lib/lightmill")" = '7350 700' ] || fail 'the state belongs to another user'
+  [ "$(stat -c '%u %a' "$worker/var/lib/lightmill-worker")" = '7351 700' ] || fail 'the tokens belong to another user'
   for root in "$server" "$worker"; do
     mount --bind "$root" "$root"
     mount -t proc proc "$root/proc"
@@ -41,7 +41,7 @@ if [ "${1:-}" = --inside ]; then
   mount -o remount,bind,ro "$server"
   mount -o remount,bind,ro "$worker"
   for root in "$server" "$worker"; do
-    ! touch "$root/etc/mine" 2>/dev/null || fail "$root can be written"
+    ! touch "$root/etc/mine" 2>/dev/null || fail "$root is writable"
   done
 
   echo '== the programs'
@@ -90,7 +90,7 @@ cd "$(dirname "$0")/../.."
 # shellcheck source=deploy/environment.sh
 . deploy/environment.sh
 if [ "$(id -u)" -ne 0 ] || ! command -v mmdebstrap >/dev/null || ! command -v buildah >/dev/null; then
-  echo 'container_test.sh: this takes root, mmdebstrap and buildah' >&2
+  echo 'container_test.sh: needs root, mmdebstrap and buildah' >&2
   exit 77
 fi
 work=$(mktemp -d)
@@ -119,7 +119,7 @@ for package in "$work"/context/lightmill_*.deb "$work"/context/lightmill-image-d
   dpkg-deb -x "$package" "$work/client"
 done
 
-echo '== a Debian to begin with'
+echo '== a fresh Debian'
 # shellcheck source=/dev/null
 suite=$(. /etc/os-release && echo "$VERSION_CODENAME")
 mkdir "$work/sources"
@@ -146,7 +146,7 @@ for name in server worker; do
   config=$(image inspect --format '{{.OCIv1.Config.User}} {{.OCIv1.Config.Cmd}}' "$container")
   case "$name $config" in
     'server 7350:7350 [lightmill-server --help]' | 'worker 7351:7351 [lightmill-worker --help]') ;;
-    *) fail "it would run $config" ;;
+    *) fail "its configuration is $config" ;;
   esac
   ln -s "$(image mount "$container")" "$work/$name"
   size=$(du -sm "$work/$name/" | cut -f 1)

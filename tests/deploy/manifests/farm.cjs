@@ -92,9 +92,9 @@ function securityFaults(program, pod, container, add) {
     add(`it runs as user ${pod.securityContext?.runAsUser}, the image has ${program.user}`);
   if (pod.securityContext?.fsGroup !== program.user) add('its group cannot read its secrets');
   if (pod.securityContext?.seccompProfile?.type !== 'RuntimeDefault') add('it has no seccomp profile');
-  if (pod.automountServiceAccountToken !== false) add('it is given a token of the cluster');
+  if (pod.automountServiceAccountToken !== false) add('it mounts a token of the cluster');
   const own = container.securityContext ?? {};
-  if (own.readOnlyRootFilesystem !== true) add('its root may be written');
+  if (own.readOnlyRootFilesystem !== true) add('its root filesystem is writable');
   if (own.allowPrivilegeEscalation !== false) add('it may gain privileges');
   if (own.capabilities?.drop?.[0] !== 'ALL') add('it keeps capabilities');
 }
@@ -131,7 +131,7 @@ function portFaults(container, options, add) {
   const named = new Map((container.ports ?? []).map((port) => [port.name, port.containerPort]));
   for (const [option, name] of Object.entries(LISTENS)) {
     const port = options.has(option) ? portOf(options.get(option)) : undefined;
-    if (named.get(name) !== port) add(`${option} says ${port}, the port ${name} is ${named.get(name)}`);
+    if (named.get(name) !== port) add(`${option} is ${port}, but the port ${name} is ${named.get(name)}`);
   }
   const health = options.has('--health') ? portOf(options.get('--health')) : undefined;
   for (const [kind, services] of [
@@ -141,17 +141,17 @@ function portFaults(container, options, add) {
   ]) {
     const grpc = container[kind]?.grpc;
     if (container[kind] !== undefined && (grpc?.port !== health || !services.includes(grpc?.service)))
-      add(`${kind} asks ${JSON.stringify(container[kind])}`);
+      add(`${kind} probes ${JSON.stringify(container[kind])}`);
   }
   if (health !== undefined && (container.readinessProbe === undefined || container.livenessProbe === undefined))
-    add('nobody asks how it is');
+    add('it has no probes');
 }
 
 /** The maximum use fits into the limits. */
 function sizeFaults(workload, container, options, add) {
   const {requests, limits} = container.resources ?? {};
   if (!(bytesOf(requests?.memory) <= bytesOf(limits?.memory)) || requests?.cpu === undefined)
-    add('resources: requests of cpu and memory, and a limit of memory');
+    add('resources: set requests of cpu and memory, and a limit of memory');
   const gib = (name) => Number(options.get(name));
   if (container.command[0] === 'lightmill-server') {
     const memory = gib('--films-gib') + gib('--wire-gib');
@@ -198,11 +198,11 @@ function workloadFaults(workload, world, needSecret, add) {
       own &&
       (own.containerName !== container.name || container.resources?.limits?.[own.resource.replace('limits.', '')] === undefined)
     )
-      add(`it is told ${JSON.stringify(own)}, which is not set`);
+      add(`it uses ${JSON.stringify(own)}, which is not set`);
   }
   if (container.image !== `${container.command[0]}:${world.version}`) add(`image ${container.image} for ${container.command[0]}, the version is ${world.version}`);
   if (pod.terminationGracePeriodSeconds !== program.stopSeconds)
-    add(`it has ${pod.terminationGracePeriodSeconds} s to stop, as a service ${program.stopSeconds}`);
+    add(`it has ${pod.terminationGracePeriodSeconds} s to stop, but ${program.stopSeconds} s as a service`);
   // Otherwise names of Services arrive as variables, and variables that begin with LIGHTMILL_ are options.
   if (pod.enableServiceLinks !== false) add('it is given variables for Services');
   securityFaults(program, pod, container, add);
@@ -244,18 +244,18 @@ function farmFaults(docs, world) {
       workloadFaults(doc, world, (...secret) => needed.push(secret), add);
       if (named('Service', doc.spec.serviceName) === undefined) add(`there is no Service ${doc.spec.serviceName}`);
       const isShared = optionsIn(doc).has('--store');
-      if (isShared === optionsIn(doc).has('--data')) add('its state is in two places, or none');
-      if (isShared === (doc.spec.volumeClaimTemplates !== undefined)) add('a volume is for --data, and --data on a volume');
-      if (doc.spec.replicas > 1 && !isShared) add('several coordinators on volumes of their own are several farms');
+      if (isShared === optionsIn(doc).has('--data')) add('its state must be in exactly one place: --store or --data');
+      if (isShared === (doc.spec.volumeClaimTemplates !== undefined)) add('it needs a volume exactly if it has --data');
+      if (doc.spec.replicas > 1 && !isShared) add('several coordinators with a volume each are several farms');
       if (doc.spec.replicas > 1 && doc.spec.updateStrategy?.type !== 'OnDelete')
-        add('an update would wait for the one that stands by');
+        add('an update would wait for the standby');
       if (doc.spec.replicas > 1 && doc.spec.podManagementPolicy !== 'Parallel')
         add('the second would wait for the first to be ready');
     },
     Deployment: (doc, add) => {
       workloadFaults(doc, world, (...secret) => needed.push(secret), add);
       addressFaults(optionsIn(doc).get('--server'), add);
-      if (doc.spec.replicas !== undefined) add("how many there are is the autoscaler's to say");
+      if (doc.spec.replicas !== undefined) add("it sets replicas, but the autoscaler decides their number");
     },
     Service: (doc, add) => {
       const [workload, ...others] = selected(doc.spec.selector);
@@ -269,7 +269,7 @@ function farmFaults(docs, world) {
     PodDisruptionBudget: (doc, add) => {
       if (selected(doc.spec.selector.matchLabels).length !== 1) add('its selector does not find one workload');
       if (doc.spec.minAvailable !== undefined || ['0', 0, '0%'].includes(doc.spec.maxUnavailable))
-        add('nodes could not be emptied');
+        add('its nodes cannot be drained');
     },
     NetworkPolicy: (doc, add) => {
       const targets = selected(doc.spec.podSelector.matchLabels);
@@ -280,7 +280,7 @@ function farmFaults(docs, world) {
       ];
       for (const peer of peers) {
         if (peer.podSelector && !peer.namespaceSelector && selected(peer.podSelector.matchLabels).length !== 1)
-          add(`${JSON.stringify(peer.podSelector)} finds nobody`);
+          add(`${JSON.stringify(peer.podSelector)} selects no pods`);
       }
       const ports = new Set((targets[0]?.spec.template.spec.containers[0].ports ?? []).map((port) => port.name));
       for (const {port} of (doc.spec.ingress ?? []).flatMap((rule) => rule.ports ?? []))
@@ -288,26 +288,26 @@ function farmFaults(docs, world) {
       // A worker must reach its coordinator.
       const server = targets[0] && optionsIn(targets[0]).get('--server');
       const outgoing = (doc.spec.egress ?? []).flatMap((rule) => rule.ports ?? []).map((port) => port.port);
-      if (server && !outgoing.includes(portOf(server))) add(`it lets nobody through to ${server}`);
+      if (server && !outgoing.includes(portOf(server))) add(`it blocks connections to ${server}`);
       // Callers must be able to resolve names. Clusters run name servers in several places, so only the ports identify them.
       for (const port of doc.spec.egress ? [53, 5353] : []) {
         for (const protocol of ['UDP', 'TCP']) {
           const lets = (rule) => !rule.to && rule.ports?.some((each) => each.port === port && each.protocol === protocol);
-          if (!doc.spec.egress.some(lets)) add(`it lets no names through, ${port}/${protocol}`);
+          if (!doc.spec.egress.some(lets)) add(`it blocks name resolution, ${port}/${protocol}`);
         }
       }
       // KEDA, which asks for the number of workers, must reach the coordinator.
       const fromKeda = ({from, ports}) =>
         ports.some(({port}) => port === 'grpc') &&
         from.some(({namespaceSelector}) => namespaceSelector?.matchLabels?.['kubernetes.io/metadata.name'] === 'keda');
-      if (doc.spec.ingress && of('ScaledObject').length > 0 && !doc.spec.ingress.some(fromKeda)) add('it keeps KEDA out');
+      if (doc.spec.ingress && of('ScaledObject').length > 0 && !doc.spec.ingress.some(fromKeda)) add('it blocks KEDA');
     },
     ScaledObject: (doc, add) => {
-      if (named('Deployment', doc.spec.scaleTargetRef.name) === undefined) add('it scales what there is not');
+      if (named('Deployment', doc.spec.scaleTargetRef.name) === undefined) add('it scales a Deployment that does not exist');
       for (const trigger of doc.spec.triggers) {
-        if (trigger.type !== 'external-push' && trigger.type !== 'external') add(`it asks ${trigger.type}`);
+        if (trigger.type !== 'external-push' && trigger.type !== 'external') add(`its trigger has the type ${trigger.type}`);
         addressFaults(trigger.metadata.scalerAddress, add);
-        if (named('TriggerAuthentication', trigger.authenticationRef?.name) === undefined) add('it shows no certificate');
+        if (named('TriggerAuthentication', trigger.authenticationRef?.name) === undefined) add('it has no certificate');
       }
     },
     TriggerAuthentication: (doc, add) => {
@@ -319,11 +319,11 @@ function farmFaults(docs, world) {
   };
   for (const doc of docs) {
     const add = (fault) => faults.push(`${nameOf(doc)}: ${fault}`);
-    if (checks[doc.kind] === undefined) add('this test knows nothing of it');
+    if (checks[doc.kind] === undefined) add('this test does not know this kind');
     else checks[doc.kind](doc, add);
   }
   for (const [name, key] of needed) {
-    if (!world.secrets.get(name)?.has(key)) faults.push(`docs/operate/kubernetes.md makes no secret ${name} with ${key}`);
+    if (!world.secrets.get(name)?.has(key)) faults.push(`docs/operate/kubernetes.md creates no secret ${name} with ${key}`);
   }
   return faults;
 }
@@ -350,7 +350,7 @@ function composeFarmFaults(doc, world) {
     options[name] = optionsOf(args);
     for (const [from, target] of mounts) {
       if (!from.startsWith('.') && doc.volumes?.[from] === undefined) add(`volume ${from} is not there`);
-      if (from.startsWith('./certs/') && !world.files.has(path.basename(from))) add(`docs/operate/compose.md makes no ${from}`);
+      if (from.startsWith('./certs/') && !world.files.has(path.basename(from))) add(`docs/operate/compose.md creates no ${from}`);
       if (from.startsWith('./') && path.basename(from) !== path.basename(target)) add(`${from} is ${target}`);
     }
     if (programName === 'lightmill-worker')
@@ -358,15 +358,15 @@ function composeFarmFaults(doc, world) {
     for (const published of service.ports ?? []) {
       const inside = Number(published.split(':').pop());
       if (!Object.keys(LISTENS).some((option) => options[name].has(option) && portOf(options[name].get(option)) === inside))
-        add(`nobody listens on ${inside}`);
+        add(`no program listens on ${inside}`);
     }
     if (service.image !== `${programName}:${world.version}`) add(`image ${service.image} for ${programName}, the version is ${world.version}`);
     if (service.user !== `${program.user}:${program.user}`) add(`it runs as ${service.user}, the image has ${program.user}`);
-    if (service.read_only !== true) add('its root may be written');
+    if (service.read_only !== true) add('its root filesystem is writable');
     if (service.cap_drop?.[0] !== 'ALL') add('it keeps capabilities');
     if (!service.security_opt?.includes('no-new-privileges:true')) add('it may gain privileges');
     if (service.stop_grace_period !== `${program.stopSeconds}s`)
-      add(`it has ${service.stop_grace_period} to stop, as a service ${program.stopSeconds} s`);
+      add(`it has ${service.stop_grace_period} to stop, but ${program.stopSeconds} s as a service`);
     for (const other of service.depends_on ?? []) if (doc.services[other] === undefined) add(`there is no ${other}`);
   }
   for (const [name, given] of Object.entries(options)) {

@@ -47,7 +47,7 @@ function render(folder) {
   const [kustomization] = read(path.join(folder, 'kustomization.yaml'));
   const {apiVersion, kind, namespace, resources, patches = [], images = [], ...rest} = kustomization;
   if (kind !== 'Kustomization' || Object.keys(rest).length > 0) {
-    throw new Error(`${folder}: this test knows nothing of ${Object.keys(rest).join(', ')} in a kustomization`);
+    throw new Error(`${folder}: this test does not support ${Object.keys(rest).join(', ')} in a kustomization`);
   }
   let docs = resources.flatMap((entry) => {
     const file = path.join(folder, entry);
@@ -55,7 +55,7 @@ function render(folder) {
   });
   for (const patch of patches.flatMap((entry) => read(path.join(folder, entry.path)))) {
     const at = docs.findIndex((doc) => nameOf(doc) === nameOf(patch));
-    if (at < 0) throw new Error(`${folder}: a patch for ${nameOf(patch)}, which there is not`);
+    if (at < 0) throw new Error(`${folder}: a patch for ${nameOf(patch)}, which does not exist`);
     docs[at] = merge(docs[at], patch);
   }
   docs = structuredClone(docs);
