@@ -253,7 +253,7 @@ v1::Job FarmClient::wait_for_samples(std::uint64_t id, std::uint64_t pixel_sampl
       return now;
     }
     if (std::chrono::steady_clock::now() > until) {
-      ADD_FAILURE() << "job " << id << " does not come on: " << now.ShortDebugString();
+      ADD_FAILURE() << "job " << id << " makes no progress: " << now.ShortDebugString();
       return now;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
