@@ -40,7 +40,7 @@ inline TestScene scene_with(const std::string& parts, const std::map<std::string
 /// most `precision` of the value. 1e-5 of the value is for rounding.
 inline void expect_reading(const MeterReading& reading, double expected, double precision) {
   EXPECT_NEAR(reading.value, expected, 4.5 / 1.96 * reading.half_width + 1e-5 * expected);
-  EXPECT_LE(4.5 / 1.96 * reading.half_width, precision * expected) << "the test says little";
+  EXPECT_LE(4.5 / 1.96 * reading.half_width, precision * expected) << "the noise hides a difference";
   EXPECT_NEAR(reading.photometric, 683 * reading.value, 1e-9 * reading.photometric);
   EXPECT_NEAR(reading.photometric_width, 683 * reading.half_width, 1e-9 * reading.photometric);
 }

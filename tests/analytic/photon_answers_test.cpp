@@ -29,7 +29,7 @@ Estimate seen_by(const TestScene& scene, const std::string& method, std::uint32_
 }
 
 void expect_seen(const Estimate& estimate, double exact, double precision, double blur = 0) {
-  EXPECT_LT(estimate.standard_error, precision * exact) << "too noisy to tell";
+  EXPECT_LT(estimate.standard_error, precision * exact) << "too much noise to compare";
   EXPECT_NEAR(estimate.value, exact, 6 * estimate.standard_error + (blur + kRounding) * exact);
 }
 

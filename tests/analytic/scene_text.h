@@ -14,7 +14,7 @@ namespace lightmill::test {
 inline constexpr double kRounding = 2e-5;
 
 inline void expect_answer(const Estimate& estimate, double exact, double max_relative_error) {
-  EXPECT_LT(estimate.standard_error, max_relative_error * exact) << "too noisy to tell";
+  EXPECT_LT(estimate.standard_error, max_relative_error * exact) << "too much noise to compare";
   EXPECT_NEAR(estimate.value, exact, 5 * estimate.standard_error + kRounding * exact)
       << "standard error " << estimate.standard_error;
 }

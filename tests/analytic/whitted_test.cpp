@@ -176,7 +176,7 @@ TEST(Whitted, GlassAmongMirrorsTerminates) {
     ASSERT_GE(value, 0);
     ASSERT_LE(value, 1 + 1e-5);
   }
-  EXPECT_GT(mean_of(image, 0).value, 0.005) << "no image of the lamp is found";
+  EXPECT_GT(mean_of(image, 0).value, 0.005) << "no image of the light is found";
 }
 
 TEST(Whitted, ALightPipeReflectsWithoutLoss) {

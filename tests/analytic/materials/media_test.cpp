@@ -87,7 +87,7 @@ TEST(Media, CoatedAbsorbingGlassTransmitsWhatItsLayersLeave) {
       const double most = transmitted(coat_albedo(roughness)), least = transmitted(coat_albedo(roughness) + 0.002);
       const Estimate seen = seen_through(glass, {{"glass", 0.5, -0.5}});
       const double slack = 5 * seen.standard_error + kRounding * most;  // a false alarm once in 3.5 million
-      EXPECT_LT(slack, 3e-3 * most) << "too noisy to tell";
+      EXPECT_LT(slack, 3e-3 * most) << "too much noise to compare";
       EXPECT_LE(seen.value, most + slack) << coat << " " << roughness;
       EXPECT_GE(seen.value, least - slack) << coat << " " << roughness;
     }
@@ -204,7 +204,7 @@ TEST(Media, SamplesInMoreThanFourShapesAreCountedAsNotFinite) {
     // Some of the 64 paths are reflected before they are in all five.
     EXPECT_GE(middle_of_balls(5, method, 4).second, 48u) << method;
     EXPECT_GE(middle_of_balls(8, method, 4).second, 48u) << method;
-    EXPECT_EQ(middle_of_balls(5, method, 0).second, 64u) << method << ", the eye in the middle of them";
+    EXPECT_EQ(middle_of_balls(5, method, 0).second, 64u) << method << ", with the camera in the middle";
   }
 }
 
