@@ -73,7 +73,7 @@ TEST_P(GatherBiasByMethod, IsStatedWithTheError) {
   for (const double radius : {3.0, 6.0}) {
     const Sums picture = sums_of(scene, fmt::format("{}:photons=10000,radius={}", GetParam(), radius), 2, 9);
     const double truth = true_error(picture, reference);
-    ASSERT_LT(noise, 0.25 * truth) << "the test says little";
+    ASSERT_LT(noise, 0.25 * truth) << "the noise hides a difference";
     EXPECT_LT(stated_error(picture, false), 0.5 * truth) << radius;
     // The stated bias is scaled for edges. Within patches of light it is two and a half times too large.
     EXPECT_GT(stated_error(picture, true), 0.75 * truth) << radius;
