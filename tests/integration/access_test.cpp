@@ -168,7 +168,7 @@ TEST(Access, StrangersCannotConnect) {
       << "expired";
   EXPECT_EQ(code(secure.channel(issue_certificate(secure.authority(), {"x", {"127.0.0.1"}, {}}, today()).value())),
             StatusCode::UNAVAILABLE)
-      << "a coordinator's certificate is none of a caller's";
+      << "a coordinator's certificate is no caller's";
   EXPECT_EQ(code(grpc::CreateChannel(secure.farm().address(), grpc::InsecureChannelCredentials())),
             StatusCode::UNAVAILABLE)
       << "without TLS";
@@ -192,7 +192,7 @@ TEST(Access, RenewedCertificatesComeIntoUseWithoutARestart) {
   };
   EXPECT_TRUE(listed());
   secure.renew_server({now_unix_s() - 2 * kDay, now_unix_s() - kDay});  // differs clearly from the old validity
-  EXPECT_TRUE(eventually([&] { return !listed(); })) << "the certificate that has ended is shown";
+  EXPECT_TRUE(eventually([&] { return !listed(); })) << "the expired certificate is still in use";
   const auto says = [&](const std::string& text) {
     return eventually([&] { return secure.farm().server_log().find(text) != std::string::npos; });
   };
@@ -256,7 +256,7 @@ TEST(Access, AWorkerWithACertificateRendersAndOneWithoutIsToldWhy) {
   v1::ListWorkersResponse workers;
   ASSERT_TRUE(stub->ListWorkers(&list, {}, &workers).ok());
   ASSERT_EQ(workers.workers_size(), 1);
-  EXPECT_EQ(workers.workers(0).name(), "w/good") << "nobody goes by a name that is another's";
+  EXPECT_EQ(workers.workers(0).name(), "w/good") << "no caller can use another's name";
 }
 
 // All workers are on one machine. Only their certificates differ.

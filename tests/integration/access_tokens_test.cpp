@@ -24,7 +24,7 @@ TEST(TokenAccess, TokensOutliveTheCoordinatorOnlyAsHashes) {
   EXPECT_EQ(listed(token), StatusCode::OK);
   kill_at_once(secure.farm().server());
   secure.farm().start_server();
-  EXPECT_EQ(listed(token), StatusCode::OK) << "one that was answered is stored";
+  EXPECT_EQ(listed(token), StatusCode::OK) << "an acknowledged job is stored";
   int files = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(secure.farm().folder())) {
     if (entry.is_regular_file()) {

@@ -140,7 +140,7 @@ void change_everything(const std::shared_ptr<grpc::Channel>& root, const std::sh
     EXPECT_TRUE(access->Enrol(&context, enrol, &made).ok());
     grpc::ClientContext repeated;
     repeated.AddMetadata("authorization", "Bearer " + token_for(root, "render", {Role::enrol}));
-    EXPECT_TRUE(access->Enrol(&repeated, enrol, &made).ok()) << "the same again leaves no trace";
+    EXPECT_TRUE(access->Enrol(&repeated, enrol, &made).ok()) << "a repetition is not recorded";
   }
   v1::RevokeTokenRequest revoke;
   revoke.set_id(token);

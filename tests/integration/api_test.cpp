@@ -109,7 +109,7 @@ TEST(Api, TheSameRequestTwiceIsOneJobAlsoAfterARestart) {
   EXPECT_NE(client.submit(small_picture(), "other").id(), id);
   kill_at_once(farm.server());
   farm.start_server();
-  EXPECT_EQ(client.submit(small_picture(), "same").id(), id) << "a job that was answered is stored";
+  EXPECT_EQ(client.submit(small_picture(), "same").id(), id) << "an acknowledged job is stored";
 }
 
 TEST(Api, ListsComeInPages) {

@@ -122,7 +122,7 @@ TEST(Descriptors, AFloodFromTheSameAddressKeepsKnownCallersAndMakesRoom) {
   const Flood flood(port_of(farm.address()), "127.0.0.1", kFlood);
   EXPECT_TRUE(answers_again("during a flood from the same address", open));
   EXPECT_GE(flood.closed(), kFlood - kPlaces + kStrangers)
-      << "those without a place, and the first that had their time";
+      << "connections beyond the limit, and the first that timed out";
   for (const auto& channel : known) {
     EXPECT_EQ(channel->GetState(false), GRPC_CHANNEL_READY);
     EXPECT_TRUE(answers(channel));

@@ -88,9 +88,9 @@ TEST(SharedDatabase, AFarmSurvivesACrashOfItsDatabase) {
   server().stop();
   EXPECT_TRUE(eventually([&] { return farm.server_log().find("cannot store progress") != std::string::npos; }));
   const std::string probed = health_address(port_file);
-  EXPECT_TRUE(eventually([&] { return health(probed) == "NOT_SERVING"; })) << "it takes no jobs";
+  EXPECT_TRUE(eventually([&] { return health(probed) == "NOT_SERVING"; })) << "it accepts no jobs";
   EXPECT_EQ(health(farm.address()), "NOT_SERVING");
-  EXPECT_EQ(health(probed, "live"), "SERVING") << "to start it anew would mend nothing";
+  EXPECT_EQ(health(probed, "live"), "SERVING") << "a restart would not help";
   server().start();
   expect_reference_film(farm.client(), job);
   EXPECT_TRUE(eventually([&] { return health(probed) == "SERVING"; }));
@@ -102,7 +102,7 @@ TEST(SharedDatabase, AStandbyTakesOverFromAKilledCoordinator) {
   EXPECT_LE(std::stod(both.sql("SELECT extract(epoch FROM expires - clock_timestamp()) FROM lightmill.lease")), 2.5);
   FarmClient to_first(both.address(0)), to_second(both.address(1));
   EXPECT_EQ(both.health_of(0), "SERVING");
-  EXPECT_EQ(both.health_of(1), "NOT_SERVING") << "whoever calls is to be led to the first";
+  EXPECT_EQ(both.health_of(1), "NOT_SERVING") << "every caller is redirected to the first";
   EXPECT_EQ(both.health_of(1, "live"), "SERVING");
   const std::uint64_t job = to_first.submit(Picture()).id();
   to_first.wait_for_samples(job, kPixelSamples / 4);

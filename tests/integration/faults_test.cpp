@@ -75,7 +75,7 @@ TEST_F(FaultyLines, ALongCutKeepsTheBits) {
     keep_busy();
     line->refuse(true);
     line->cut();
-    EXPECT_TRUE(eventually([&] { return line->times_refused() > 0; })) << "its worker tries again";
+    EXPECT_TRUE(eventually([&] { return line->times_refused() > 0; })) << "its worker retries";
     line->refuse(false);
   }
   EXPECT_TRUE(eventually([&] { return farm_.missed("w1") && farm_.missed("w2"); }));
@@ -95,9 +95,9 @@ TEST_F(FaultyLines, StallsInOneDirectionOrBothKeepTheBits) {
     std::this_thread::sleep_for(seconds(1));
     const int before = stored();
     stall(ways, false);
-    EXPECT_TRUE(eventually([&] { return stored() > before; })) << "what was held up gets through";
+    EXPECT_TRUE(eventually([&] { return stored() > before; })) << "held messages arrive";
   }
-  EXPECT_EQ(farm_.times_missed("w1"), 0) << "so short a stall is nobody's death";
+  EXPECT_EQ(farm_.times_missed("w1"), 0) << "so short a stall ends no worker";
   for (const std::vector<Way>& ways : stalls) {
     keep_busy();
     const int before = farm_.times_missed("w1");
@@ -119,7 +119,7 @@ TEST(StoppedProcesses, AStoppedWorkerIsReplacedAndComesBack) {
   ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));
   farm.worker("w1").send(SIGSTOP);
   const v1::Job done = farm.client().wait_until_ended(job);
-  EXPECT_EQ(done.state(), v1::JOB_STATE_DONE) << "the other one does what it held";
+  EXPECT_EQ(done.state(), v1::JOB_STATE_DONE) << "the other one finishes its units";
   EXPECT_TRUE(eventually([&] { return farm.missed("w1"); }));
   picture.samples = 900;
   farm.client().extend(job, picture.samples);

@@ -72,7 +72,7 @@ TEST(Inspect, GivesTheJobThatTheCommandLineWouldSubmit) {
   ASSERT_EQ(found.assets_size(), static_cast<int>(bench_box().assets.size()));
   for (const std::string& digest : found.assets()) {
     EXPECT_TRUE(bench_box().assets.contains(digest_from_bytes(digest).value()));
-    EXPECT_TRUE(knows(client, digest)) << "the worker has brought it";
+    EXPECT_TRUE(knows(client, digest)) << "the worker registered it";
   }
   EXPECT_GT(found.facts_size(), 5);
   EXPECT_GT(found.chosen_size(), 0);

@@ -28,7 +28,7 @@ bool says(const std::string& text, const std::string& part) {
 TEST(Storage, JobsWaitWhenSpaceIsShortAndResumeByThemselves) {
   const SmallDisk disk(160);
   if (!disk.mounted()) {
-    GTEST_SKIP() << "no disk can be mounted here";
+    GTEST_SKIP() << "cannot mount a disk (needs root)";
   }
   disk.fill(130);
   Farm farm({"--reserve-gib", "0.0625"});
@@ -48,7 +48,7 @@ TEST(Storage, JobsWaitWhenSpaceIsShortAndResumeByThemselves) {
 TEST(Storage, FilmsFitIntoTheMemoryThatTheCoordinatorMayUse) {
   const MemoryGroup group(256);
   if (!group.made()) {
-    GTEST_SKIP() << "no control group can be made here";
+    GTEST_SKIP() << "cannot create a control group";
   }
   Farm farm({}, {"127.0.0.1", group.starter(), {}});
   FarmClient client = farm.client();
@@ -74,7 +74,7 @@ TEST(Storage, FilmsFitIntoTheMemoryThatTheCoordinatorMayUse) {
 TEST(Storage, FilmsOfEndedJobsMayOutgrowTheMemoryAndEachIsServed) {
   const MemoryGroup group(256);
   if (!group.made()) {
-    GTEST_SKIP() << "no control group can be made here";
+    GTEST_SKIP() << "cannot create a control group";
   }
   Farm farm({}, {"127.0.0.1", group.starter(), {}});
   FarmClient client = farm.client();
@@ -128,7 +128,7 @@ TEST(Storage, ADamagedNodeOfAnEndedJobIsRenderedAgainOnceItsFilmIsRead) {
             SQLITE_OK);
   sqlite3_close(database);
   farm.start_server();
-  EXPECT_EQ(client.job(job).state(), v1::JOB_STATE_DONE) << "nobody has read its film";
+  EXPECT_EQ(client.job(job).state(), v1::JOB_STATE_DONE) << "its film was not read";
   (void)client.film(job);
   EXPECT_TRUE(says(farm.server_log(), "of tile 2 are damaged")) << farm.server_log();
   EXPECT_TRUE(says(farm.server_log(), "of its stored nodes were damaged: they are rendered again"))
@@ -139,7 +139,7 @@ TEST(Storage, ADamagedNodeOfAnEndedJobIsRenderedAgainOnceItsFilmIsRead) {
 TEST(Storage, DeletingJobsMakesRoom) {
   const SmallDisk disk(480);
   if (!disk.mounted()) {
-    GTEST_SKIP() << "no disk can be mounted here";
+    GTEST_SKIP() << "cannot mount a disk (needs root)";
   }
   Farm farm({"--reserve-gib", "0.1875"});  // the coordinator checks twice a second, and 60 MiB arrive meanwhile
   FarmClient client = farm.client();
@@ -173,7 +173,7 @@ TEST(Storage, DeletingJobsMakesRoom) {
 TEST(Storage, AFullDiskLosesNothing) {
   const SmallDisk disk(64);
   if (!disk.mounted()) {
-    GTEST_SKIP() << "no disk can be mounted here";
+    GTEST_SKIP() << "cannot mount a disk (needs root)";
   }
   Farm farm({"--reserve-gib", "0"});
   FarmClient client = farm.client();
@@ -197,7 +197,7 @@ TEST(Storage, AFullDiskLosesNothing) {
 TEST(Storage, AFullDiskRefusesJobsAtOnceAndKeepsAcceptedOnes) {
   const SmallDisk disk(64);
   if (!disk.mounted()) {
-    GTEST_SKIP() << "no disk can be mounted here";
+    GTEST_SKIP() << "cannot mount a disk (needs root)";
   }
   Farm farm({"--reserve-gib", "0"});
   FarmClient client = farm.client();
@@ -258,7 +258,7 @@ TEST(Check, AFolderWithoutAFarmFails) {
     return run_command({program("lightmill-server"), "check", "--data", folder.path().string()});
   };
   EXPECT_EQ(check().exit_code, 1);
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << "nothing is made there";
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << "nothing is created there";
   std::ofstream(folder.path() / "lightmill.sqlite").close();
   const CommandResult empty = check();
   EXPECT_EQ(empty.exit_code, 1);
@@ -297,7 +297,7 @@ TEST(Storage, ADatabaseThatHasLostCommitsIsRefusedUntilThatIsAccepted) {
   }());
   EXPECT_TRUE(says(accepted.out + accepted.err, "--accept-loss: it ends with commit")) << accepted.err;
   farm.start_server();
-  EXPECT_EQ(client.submit({}, "another").id(), lost + 1) << "a lost job's number is not given again";
+  EXPECT_EQ(client.submit({}, "another").id(), lost + 1) << "a lost job's number is not reused";
   expect_reference_film(farm.client(), lost + 1);
 }
 

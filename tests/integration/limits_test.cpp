@@ -35,11 +35,11 @@ TEST(Limits, RequestsASecondAreLimited) {
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   EXPECT_GE(taken, 15);
-  EXPECT_LE(taken, 21 + 2 * seconds) << "however slow the machine is";
+  EXPECT_LE(taken, 21 + 2 * seconds) << "on a machine of any speed";
   EXPECT_EQ(refused.error_code(), StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_TRUE(says(refused, "2 requests a second of one caller (--caller-requests): try again in "))
       << refused.error_message();
-  EXPECT_TRUE(eventually([&] { return list(client.stub()).ok(); })) << "after what it has said";
+  EXPECT_TRUE(eventually([&] { return list(client.stub()).ok(); })) << "after its own messages";
 }
 
 TEST(Limits, StreamsOfOneCallerAreLimited) {
@@ -84,7 +84,7 @@ TEST(Limits, AWorkerJoinsAFullFarmWhenAnotherLeaves) {
   BackgroundProcess& second = farm.add_worker(1, "second");
   const std::string reason = "the farm is full: it takes 1 workers (--max-workers)";
   EXPECT_TRUE(eventually([&] { return farm.worker_log("second").find(reason) != std::string::npos; }));
-  EXPECT_FALSE(second.wait(std::chrono::milliseconds(100))) << "it stays, and asks again";
+  EXPECT_FALSE(second.wait(std::chrono::milliseconds(100))) << "it stays, and retries";
   farm.worker("first").send(SIGTERM);
   EXPECT_TRUE(eventually([&] { return farm.met("second"); }));
 }
@@ -107,7 +107,7 @@ TEST(Limits, JobsOfOneUserAreLimited) {
   const grpc::Status refused = submit("3", "ada");
   EXPECT_EQ(refused.error_code(), StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_TRUE(says(refused, "at most 2 jobs of one user, 'ada'")) << refused.error_message();
-  EXPECT_TRUE(submit("2", "ada").ok()) << "the same again is no other job";
+  EXPECT_TRUE(submit("2", "ada").ok()) << "a repetition creates no job";
   EXPECT_TRUE(submit("4", "bob").ok());
 }
 

@@ -68,7 +68,7 @@ TEST(OutOfMemory, AWorkerWhoseAddressSpaceIsLimitedLeavesHeavyWorkToOthers) {
 TEST(OutOfMemory, AWorkerIsNotKilledByItsControlGroup) {
   const MemoryGroup group(160);
   if (!group.made()) {
-    GTEST_SKIP() << "no control group can be made here";
+    GTEST_SKIP() << "cannot create a control group";
   }
   Farm farm;
   farm.add_worker(2, "small", {"", group.starter(), {}});

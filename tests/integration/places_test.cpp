@@ -125,7 +125,7 @@ TEST(PlacesOfAFarm, SilentUploadsMakeRoomForOthersOfTheirCaller) {
   EXPECT_TRUE(eventually([&] { return !is_served(); })) << "both have their places";
   EXPECT_TRUE(eventually(is_served));
   const bool first_stays = first.send_the_rest(), second_stays = second.send_the_rest();
-  EXPECT_NE(first_stays, second_stays) << "one place was enough, that of whichever came first";
+  EXPECT_NE(first_stays, second_stays) << "one place was enough";
   EXPECT_EQ((first_stays ? second : first).end().error_code(), grpc::StatusCode::CANCELLED);
 }
 

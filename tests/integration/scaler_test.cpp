@@ -79,9 +79,9 @@ TEST(Scaler, KedaLearnsHowManyWorkersAJobCanUse) {
   endless.samples = 1'000'000;  // far more than a minute on this machine
   const std::uint64_t job = client.submit(endless).id();
   EXPECT_TRUE(scaler.is_active());
-  EXPECT_EQ(scaler.replicas(), 1) << "the first, who finds out what it costs";
+  EXPECT_EQ(scaler.replicas(), 1) << "the first one, which finds the cost";
   farm.add_worker(1, "w");
-  EXPECT_TRUE(eventually([&] { return scaler.replicas() > 1; })) << "who has found out";
+  EXPECT_TRUE(eventually([&] { return scaler.replicas() > 1; })) << "the one that found the cost";
   grpc::ClientContext context;
   v1::CancelJobRequest cancel;
   cancel.set_id(job);

@@ -228,7 +228,7 @@ TEST(WebAccess, EveryPathChecksRolesAndOwners) {
     callers.emplace_back(name_of(role), bearer(token));
     if (role == Role::worker || role == Role::enrol) {
       const Response refused = web.log_in(token);
-      EXPECT_EQ(refused.result_int(), 403u) << "the page has nothing to show to a worker";
+      EXPECT_EQ(refused.result_int(), 403u) << "workers see nothing on the page";
       EXPECT_NE(refused.body().find("roles"), std::string::npos) << refused.body();
     } else {
       callers.emplace_back(name_of(role), web.cookie_of(token));
@@ -296,7 +296,7 @@ TEST(WebAccess, ALoginIsACookieThatEndsAtLogout) {
   EXPECT_TRUE(names(farm["may_with_own"], "PauseJob"));
   EXPECT_NE(std::string(web.log_in(token)[http::field::set_cookie]), cookie) << "each browser has a secret of its own";
 
-  EXPECT_EQ(web.get("/nothing").result_int(), 404u) << "the page comes to everybody";
+  EXPECT_EQ(web.get("/nothing").result_int(), 404u) << "everyone gets the page";
   const Response logout = web.send(http::verb::post, "/api/v1/logout", shown);
   EXPECT_NE(std::string(logout[http::field::set_cookie]).find("Max-Age=0"), std::string::npos);
   EXPECT_EQ(web.get("/api/v1/jobs", shown).result_int(), 401u);
@@ -439,7 +439,7 @@ TEST(WebAccess, AJobBelongsToItsCallerAndIsRecorded) {
   const std::string path = "/api/v1/jobs/" + job["id"].get<std::string>();
   const Headers eve = bearer(web.token("eve", {Role::submit}));
   EXPECT_EQ(web.send(http::verb::post, "/api/v1/jobs", eve, submit_body(spec)).result_int(), 409u)
-      << "the id of her request is that of somebody else's job";
+      << "her request id is that of another user's job";
   EXPECT_EQ(web.get(path + "/spec", eve).result_int(), 403u);
   EXPECT_EQ(web.send(http::verb::post, path + "/cancel", ada).result_int(), 200u);
   EXPECT_EQ(web.send(http::verb::post, path + "/delete", eve).result_int(), 403u);
@@ -479,7 +479,7 @@ TEST(WebAccess, PlainHttpIsRedirectedToHttpsAndGetsNothingElse) {
       beast::error_code error;
       http::response<http::string_body> more;
       http::read(stream, buffer, more, error);
-      EXPECT_EQ(error, http::error::end_of_stream) << "it hangs up";
+      EXPECT_EQ(error, http::error::end_of_stream) << "it closes the connection";
     }
     return response;
   };
@@ -487,11 +487,11 @@ TEST(WebAccess, PlainHttpIsRedirectedToHttpsAndGetsNothingElse) {
     const Response response = ask(verb, "/api/v1/jobs?page_size=2");
     EXPECT_EQ(response.result_int(), 307u);
     EXPECT_EQ(response[http::field::location], "https://" + web.host() + "/api/v1/jobs?page_size=2");
-    EXPECT_EQ(response.count("Strict-Transport-Security"), 0u) << "whoever is on the way could have written it";
+    EXPECT_EQ(response.count("Strict-Transport-Security"), 0u) << "plain HTTP can be forged on its way";
     EXPECT_NE(response.body().find("https://"), std::string::npos);
     EXPECT_EQ(response.body().find("jobs"), std::string::npos);
   }
-  EXPECT_EQ(web.get("/api/v1/jobs", bearer(token)).result_int(), 200u) << "others go on";
+  EXPECT_EQ(web.get("/api/v1/jobs", bearer(token)).result_int(), 200u) << "other calls continue";
 }
 
 TEST(WebAccess, EncryptedAnswersTellBrowsersToStayEncrypted) {
@@ -523,7 +523,7 @@ TEST(WebAccess, ARenewedCertificateComesIntoUseWithoutARestart) {
   web.secure().write("server.pem", "no certificate");
   EXPECT_TRUE(eventually(
       [&] { return web.secure().farm().server_log().find("new connections may fail") != std::string::npos; }));
-  EXPECT_FALSE(serial().empty()) << "what was read before stays";
+  EXPECT_FALSE(serial().empty()) << "earlier readings stay";
 }
 
 TEST(WebAccess, PlainHttpGetsNoAnswer) {

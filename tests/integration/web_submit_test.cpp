@@ -209,8 +209,8 @@ TEST(WebSubmit, LargeBodiesOfOneCallerAndOfAllHaveALimit) {
   };
   hold("127.0.0.1", 6);  // of 128 MiB
   EXPECT_TRUE(is_full("127.0.0.1", [] { return "127.0.0.1"; }));
-  EXPECT_EQ(answer("{}"), 400u) << "small ones are taken";
-  EXPECT_EQ(answer(large, "127.0.0.2"), 400u) << "it is taken: it is no job";
+  EXPECT_EQ(answer("{}"), 400u) << "small ones are accepted";
+  EXPECT_EQ(answer(large, "127.0.0.2"), 400u) << "it is accepted, but it is no job";
   hold("127.0.0.2", 6);
   hold("127.0.0.3", 1);  // of 256 MiB together
   int others = 3;
@@ -276,7 +276,7 @@ TEST(WebSubmit, AnAssetBeyondALimitIsRefusedBeforeItsBytesWhereItsLengthIsKnown)
   EXPECT_EQ(refused.result_int(), 503u);
   EXPECT_TRUE(says(refused, "is larger than the limit of ")) << refused.body();
   const Response sent = web.send(http::verb::post, asset_path(large), large, kBytes);
-  EXPECT_EQ(sent.result_int(), 503u) << "also to who has sent it all by then";
+  EXPECT_EQ(sent.result_int(), 503u) << "also if everything was sent by then";
   RawRequest chunked(web, asset_path(large), "application/octet-stream", "Transfer-Encoding: chunked\r\n");
   chunked.send(fmt::format("{:x}\r\n{}\r\n0\r\n\r\n", large.size(), large));
   EXPECT_EQ(chunked.read().result_int(), 503u);
@@ -367,7 +367,7 @@ TEST(WebSubmit, ATooSlowRequestIsDisconnected) {
       [&] {
         slow.send("x");
         job.send(" ");
-        EXPECT_EQ(web.get("/").result_int(), 200u) << "nobody waits for them";
+        EXPECT_EQ(web.get("/").result_int(), 200u) << "no other request waits for them";
         std::this_thread::sleep_for(std::chrono::milliseconds(500));
         return slow.hung_up_on();
       },
@@ -393,7 +393,7 @@ TEST(WebSubmit, IdleLargeRequestsDelayNoOtherCaller) {
 TEST(WebSubmit, AFullDiskIsNamedAndLeavesNothing) {
   const SmallDisk disk(64);
   if (!disk.mounted()) {
-    GTEST_SKIP() << "no disk can be mounted here";
+    GTEST_SKIP() << "cannot mount a disk (needs root)";
   }
   WebFarm web({"--reserve-gib", "0"});
   const std::string bytes(std::size_t{16} << 20, 'z');

@@ -71,7 +71,7 @@ class Page {
         return;
       }
     }
-    ADD_FAILURE() << "what is waited for does not come: " << error.message();
+    ADD_FAILURE() << "the expected message does not arrive: " << error.message();
   }
   websocket::close_code close_code() const { return static_cast<websocket::close_code>(socket_.reason().code); }
 
@@ -336,7 +336,7 @@ TEST(Web, RequestsAreBounded) {
   Page page(web);
   page.send(std::string(5'000, 'x'));
   page.read();
-  EXPECT_TRUE(page.error) << "it is hung up on";
+  EXPECT_TRUE(page.error) << "the coordinator closes it";
   Page babbler(web);
   babbler.send("\xff\xff\xff");
   babbler.read();
@@ -382,7 +382,7 @@ TEST(Web, RequestsThatAProxyMayUnderstandOtherwiseAreRefused) {
     const std::string answers = answers_to(web, head + "\r\n" + chunks + next);
     EXPECT_EQ(answers.find("HTTP/1."), 0u) << head;
     EXPECT_EQ(answers.substr(8, 5), " 400 ") << head << answers;
-    EXPECT_EQ(answers.find("\nHTTP/1."), std::string::npos) << "what follows is not answered: " << head << answers;
+    EXPECT_EQ(answers.find("\nHTTP/1."), std::string::npos) << "the rest gets no answer: " << head << answers;
   }
   const std::string once = answers_to(
       web, post + host + chunked + "\r\n" + chunks + "GET / HTTP/1.1\r\n" + host + "Connection: close\r\n\r\n");
@@ -407,7 +407,7 @@ TEST(Web, JobsOfAPageEndWithItsLastConnection) {
   FarmClient client = web.farm().client();
   client.upload_assets();
   const std::uint64_t kept = client.submit(small_picture(), "kept").id();
-  EXPECT_EQ(submit_for(web, "nobody", "early").result_int(), 409u) << "no connection has said that it is this page's";
+  EXPECT_EQ(submit_for(web, "nobody", "early").result_int(), 409u) << "no connection has named this page";
   EXPECT_EQ(client.jobs(), std::vector{kept});
   auto page = std::make_unique<Page>(web), other = std::make_unique<Page>(web);
   name(*page, "a-page");

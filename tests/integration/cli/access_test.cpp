@@ -67,14 +67,14 @@ TEST_F(SecureCliTest, CertificatesAreSecretAndNotOverwritten) {
   EXPECT_TRUE(
       says(failure({"certs", "person", certs(), "eve", "--roles", "root"}), "view, submit, operate, worker, admin"));
   EXPECT_TRUE(says(failure({"certs", "person", certs(), "../eve"}), "--out"));
-  EXPECT_TRUE(says(failure({"certs", "person", certs(), "ca"}), "--out")) << "that would be the authority's";
+  EXPECT_TRUE(says(failure({"certs", "person", certs(), "ca"}), "--out")) << "this name belongs to the authority";
   EXPECT_TRUE(says(failure({"certs", "person", file("none"), "eve"}), "lightmill certs init"));
 }
 
 TEST_F(SecureCliTest, ReplacingTouchesNothingElse) {
   struct stat info {};
   ASSERT_EQ(::stat(pem("ca").c_str(), &info), 0);
-  EXPECT_EQ(info.st_mode & 0777, 0644u) << "everybody is to have it";
+  EXPECT_EQ(info.st_mode & 0777, 0644u) << "everyone may read it";
   const auto contents = [](const std::string& path) {
     std::ifstream stream(path);
     return std::string(std::istreambuf_iterator<char>(stream), {});
@@ -104,7 +104,7 @@ TEST_F(SecureCliTest, PeopleUseTheFarmByTheirRoles) {
   start_server("0.0.0.0:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
   const nlohmann::json job =
       json(as("ada", {"submit", scene("cornell-bench-blocks.json"), "--owner", "bob", "--spp", "1"}));
-  EXPECT_EQ(job["owner"], "ada") << "whoever she says she is";
+  EXPECT_EQ(job["owner"], "ada") << "whatever name she gives";
   EXPECT_EQ(json(as("ada", {"jobs"}))["jobs"].size(), 1u);
   EXPECT_EQ(json(as("bob", {"jobs"}))["jobs"].size(), 0u);
   EXPECT_TRUE(says(failure(as("bob", {"cancel", "1"})), "the job is somebody else's"));
@@ -259,7 +259,8 @@ TEST_F(SecureCliTest, OnOneMachineTokensWorkWithoutCertificates) {
   const std::string here = "127.0.0.1:" + port();
   json({"tokens", "create", "carl", "--roles", "submit", "--server", here, "--out", file("carl")});
   EXPECT_TRUE(says(failure({"tokens", "--server", here, "--token-file", file("carl")}), "for the roles admin"));
-  EXPECT_EQ(json({"tokens", "--server", here})["tokens"].size(), 1u) << "who shows nothing may do everything";
+  EXPECT_EQ(json({"tokens", "--server", here})["tokens"].size(), 1u)
+      << "a caller without credentials may do everything";
   server_.reset();
   std::filesystem::remove(file("port"));
   start_server("127.0.0.1:0", {"--authenticate"});

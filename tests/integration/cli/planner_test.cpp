@@ -99,13 +99,13 @@ TEST_F(SharedFarmTest, AutoReportsItsMethodAndKeepsItsBits) {
   const nlohmann::json chosen = render({}, "auto.exr");
   EXPECT_EQ(chosen["method"], "path");
   EXPECT_EQ(chosen["method_chosen"], true);
-  EXPECT_EQ(chosen["method_reasons"].size(), 1u) << "of one method there is no pilot";
+  EXPECT_EQ(chosen["method_reasons"].size(), 1u) << "there is no pilot for one method";
   EXPECT_TRUE(chosen["notices"].empty());
   const nlohmann::json asked = render({"--method", "auto"}, "asked.exr");
   EXPECT_EQ(asked["render_digest"], chosen["render_digest"]);
   const nlohmann::json named = render({"--method", "path"}, "path.exr");
   EXPECT_EQ(chosen["film_hash"], named["film_hash"]);
-  EXPECT_EQ(chosen["render_digest"], named["render_digest"]) << "what was chosen decides the samples, not who chose it";
+  EXPECT_EQ(chosen["render_digest"], named["render_digest"]) << "the method decides the samples, not who chose it";
   const Result<FilmPicture> picture = load_film_picture(file("auto.exr"));
   ASSERT_TRUE(picture.ok()) << picture.status();
   EXPECT_EQ(picture->receipt.method, "path");
@@ -144,7 +144,7 @@ TEST_F(FarmCliTest, AdaptiveJobsGiveNoiseMoreSamplesReproducibly) {
   EXPECT_LT(adaptive["min_tile_samples"], 16u);
   EXPECT_GT(adaptive["max_tile_samples"], 16u);
   EXPECT_LE(adaptive["samples_done"], 16u * 256 * 256);
-  EXPECT_GE(adaptive["samples_done"], 15u * 256 * 256) << "as many on average";
+  EXPECT_GE(adaptive["samples_done"], 15u * 256 * 256) << "the same average";
   EXPECT_EQ(adaptive["frame_samples"], 16u);
   EXPECT_EQ(adaptive["samples_done"], adaptive["samples_wanted"]);
   ASSERT_FALSE(adaptive["method_reasons"].empty()) << adaptive;
@@ -154,7 +154,7 @@ TEST_F(FarmCliTest, AdaptiveJobsGiveNoiseMoreSamplesReproducibly) {
   const nlohmann::json even = render({}, "even.exr");
   EXPECT_EQ(even["goal"]["adaptive"], false);
   EXPECT_EQ(even["min_tile_samples"], even["max_tile_samples"]);
-  EXPECT_EQ(even["render_digest"], adaptive["render_digest"]) << "samples are the same, but for how many there are";
+  EXPECT_EQ(even["render_digest"], adaptive["render_digest"]) << "the samples are the same, only their number differs";
 }
 
 TEST_F(FarmCliTest, APilotPicksTheSameMethodWhateverIsKilledMeanwhile) {
@@ -175,7 +175,7 @@ TEST_F(FarmCliTest, APilotPicksTheSameMethodWhateverIsKilledMeanwhile) {
 
   const std::string id = submit_job();
   const nlohmann::json open = on_farm({"show", id});
-  EXPECT_EQ(open["method"], "auto") << "nobody is there to run the pilot";
+  EXPECT_EQ(open["method"], "auto") << "no worker can run the pilot";
   EXPECT_EQ(open["method_candidates"], (std::vector<std::string>{"path", "caustic"}));
   EXPECT_TRUE(quiet["method_candidates"].empty());
   const std::string shown = lightmill({"show", id, "--server", server()}).out;

@@ -310,7 +310,7 @@ TEST_F(CliTest, LayersMetersAndLimitsWorkOnALocalFarm) {
   ASSERT_TRUE(picture.ok()) << picture.status();
   EXPECT_EQ(film_hash_of(*picture).hex(), done["film_hash"]);
   const Image image = decode_exr(as_byte_view(read_file(file("a.exr")).value())).value();
-  EXPECT_EQ(plane(image, "Direct.G"), plane(image, "G")) << "a lamp alone";
+  EXPECT_EQ(plane(image, "Direct.G"), plane(image, "G")) << "a single light";
   const std::size_t on_lamp = 96 * 16 + 48, beside = 96 * 60 + 48;
   EXPECT_EQ(plane(image, "G")[on_lamp], 3);
   EXPECT_LT(plane(image, "Z")[on_lamp], 5.1);

@@ -173,12 +173,12 @@ TEST_F(PostgresStoreTest, ADatabaseBehindTheRecordOfTheLastCommitIsRefusedUntilT
   EXPECT_EQ(refused.code(), StatusCode::kFailedPrecondition);
   EXPECT_NE(message_of(refused).find("jobs up to 2 and their results may be lost"), std::string::npos) << refused;
   EXPECT_NE(message_of(refused).find("--accept-loss"), std::string::npos) << refused;
-  EXPECT_TRUE(open_postgres(options()).ok()) << "one that has no record cannot know";
+  EXPECT_TRUE(open_postgres(options()).ok()) << "without a record it cannot know";
   recorded.accept_loss = true;
   {
     const StoredState state = opened(recorded).store->load().value();
     EXPECT_EQ(state.jobs.size(), 1u);
-    EXPECT_EQ(state.next_job_id, 3u) << "the lost job's id is not given again";
+    EXPECT_EQ(state.next_job_id, 3u) << "the lost job's id is not reused";
   }
   recorded.accept_loss = false;
   EXPECT_TRUE(open_postgres(recorded).ok());
