@@ -60,7 +60,7 @@ TEST(AtlasReport, DistinguishesRightWrongSlowVetoedAndRefused) {
   what.exact.reset();
   EXPECT_EQ(outcomes(), (std::vector{Outcome::alone, Outcome::vetoed}));
   what.refusal = "no such message";
-  EXPECT_EQ(outcomes(), (std::vector{Outcome::wrong, Outcome::wrong})) << "it is taken";
+  EXPECT_EQ(outcomes(), (std::vector{Outcome::wrong, Outcome::wrong})) << "it is accepted";
   what.document = document(R"("eye": [1, 2, 3], "look_at": [1, 2, 3])", 40, 8, "", "");
   what.refusal = "camera.look_at: must differ";
   EXPECT_EQ(outcomes(), (std::vector{Outcome::vetoed, Outcome::vetoed}));

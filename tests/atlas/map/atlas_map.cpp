@@ -334,7 +334,7 @@ void refuse(const AtlasCase& what, AtlasRow& row) {
   for (AtlasCell& cell : row.cells) {
     const bool refused = message.find(what.refusal) != std::string::npos;
     cell.outcome = refused ? Outcome::vetoed : Outcome::wrong;
-    cell.reason = refused ? message : message.empty() ? "the scene is taken" : "refused otherwise: " + message;
+    cell.reason = refused ? message : message.empty() ? "the scene is accepted" : "refused otherwise: " + message;
   }
 }
 
