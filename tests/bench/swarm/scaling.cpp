@@ -182,7 +182,7 @@ int run(const Options& options) {
   speed.y_label = "workers that would never be idle";
   speed.series.push_back({"ideal", {}});
   traffic.title = "Sent results";
-  traffic.y_label = "MB a second";
+  traffic.y_label = "MB per second";
   fmt::print("| picture | workers | samples per pixel | ideal, s | took, s | efficiency | results/s | MB/s |\n");
   fmt::print("| --- | --- | --- | --- | --- | --- | --- | --- |\n");
   for (const Size& size : options.sizes) {
