@@ -1,5 +1,5 @@
-// The thin lens, through public scene documents: sharp where it is focused, and beside that blurred by exactly the
-// share of the lens that sees past an edge.
+// The thin lens, through public scene documents. It is sharp at its focus. Elsewhere it blurs an edge by the share of
+// the lens that sees past the edge.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,8 +9,8 @@
 namespace lightmill::test {
 namespace {
 
-/// 16×16 pixels, a field of view of 53.13° (a film of 1 at distance 1), a lens focused at 4 and a glowing half plane
-/// x > 0 at distance `depth`.
+/// 16×16 pixels, a field of view of 53.13° (a film of 1 at distance 1), a lens focused at 4, and a glowing half plane x
+/// > 0 at distance `depth`.
 HalfImages edge_at(double depth, double lens_radius) {
   const std::string text = fmt::format(R"({{
     "camera": {{"eye": [0, 0, 0], "look_at": [0, 0, -1], "camera_constant": 1, "lens_radius": {0}, "focus_distance": 4}},
@@ -31,7 +31,8 @@ double column(const HalfImages& image, int x) {
 }
 
 /// A ray from lens point l (in x) through the film at s (in film units; the plane of focus at 4s) reaches the edge's
-/// plane at l(1 − d/4) + s·d: the share of the disc of lens points for which that is positive, averaged over the pixel.
+/// plane at l(1 − d/4) + s·d. The answer is the share of the lens disc for which this is positive, averaged over the
+/// pixel.
 double exact_column(int x, double depth, double radius) {
   constexpr int kSteps = 2000;
   double sum = 0;
@@ -55,14 +56,14 @@ TEST(ThinLens, BlursByTheShareOfTheLensThatSeesPastTheEdge) {
     for (const double radius : {0.1, 0.4}) {
       const HalfImages image = edge_at(depth, radius);
       for (int x = 0; x < 16; ++x) {
-        // 16 · 1024 stratified samples a column.
+        // 16 · 1024 stratified samples per column.
         EXPECT_NEAR(column(image, x), exact_column(x, depth, radius), 2e-3) << depth << " " << radius << " " << x;
       }
     }
   }
 }
 
-TEST(ThinLens, OfRadiusZeroIsAPinhole) {
+TEST(ThinLens, IsAPinholeAtRadiusZero) {
   const HalfImages image = edge_at(2, 0);
   EXPECT_EQ(column(image, 7), 0);
   EXPECT_EQ(column(image, 8), 1);

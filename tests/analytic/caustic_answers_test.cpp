@@ -1,5 +1,5 @@
-// Light that no path from the eye can find, with exact answers: by photons, through public scene documents. `ppm` is to
-// find it too.
+// Exact answers for light that no path from the camera can find. Methods with photons find it, including `ppm`. The
+// scenes are public documents.
 #include <functional>
 
 #include "tests/analytic/glass_answers.h"
@@ -22,7 +22,7 @@ std::string patch_meter(double x, double y, double z, const std::string& edge1, 
 
 constexpr double kSide = 0.5;  ///< of the patches
 
-/// Mean over a square patch around a point of what varies with two coordinates in its plane.
+/// Mean over a square patch around a point of a function of two coordinates in its plane.
 double mean_over_patch(const std::function<double(double, double)>& f) {
   constexpr int kSteps = 50;
   double sum = 0;
@@ -38,8 +38,8 @@ std::vector<MeterReading> read(const std::string& parts, std::uint32_t level, co
   return read_meters(scene_with(parts), level, 1, nullptr, method);
 }
 
-// Points are measured on a small disc: what they read is compared to 15 %. A patch around them counts all that crosses
-// it: 4 %.
+// Point meters read from a small disc, so the tolerance is 15 %. Patch meters count all photons that cross them, so it
+// is 4 %.
 
 // Scene B: a point light over a mirror floor, and a wall.
 class CausticB : public ::testing::TestWithParam<std::string> {};
@@ -77,9 +77,9 @@ TEST_P(CausticB, APointOverAMirrorLightsAWallTwice) {
   }
 }
 
-// The same wall of reflectance 1 in pictures: seen directly, where photons are splatted, and in the mirror, where they
-// are gathered. Light that has met more surfaces is cut off.
-TEST_P(CausticB, ThePictureShowsItDirectlyAndInTheMirror) {
+// Pictures of the same wall with reflectance 1. Directly, photons are splatted. In the mirror, they are gathered. Light
+// with more bounces is cut off.
+TEST_P(CausticB, TheCameraSeesTheWallDirectlyAndInTheMirror) {
   const auto irradiance = [](double y, double z) {
     return M_PI * (std::pow(1 + (1 - y) * (1 - y) + z * z, -1.5) + std::pow(1 + (1 + y) * (1 + y) + z * z, -1.5));
   };
@@ -108,13 +108,13 @@ TEST_P(CausticB, ThePictureShowsItDirectlyAndInTheMirror) {
     }
     const Estimate seen = mean_of(scene.render({GetParam() + ":photons=50000", 3, c.bounces}, 5), 0);
     EXPECT_LT(seen.standard_error, c.precision * exact);
-    EXPECT_NEAR(seen.value, exact, 5 * seen.standard_error + 2e-3 * exact);  // what gathering blurs at most
+    EXPECT_NEAR(seen.value, exact, 5 * seen.standard_error + 2e-3 * exact);  // limit of the blur by gathering
   }
 }
 
 // Scene A: the sun at normal incidence through a slab onto a diffuse floor. Photons cover a disc of the scene's sphere,
-// which the distant eye makes large; what comes from beyond it adds less than 1e-3.
-TEST_P(CausticA, TheSunThroughASlabOntoADiffuseFloor) {
+// and the distant camera makes the sphere large. Light from beyond it adds less than 1e-3.
+TEST_P(CausticA, TheSunLightsADiffuseFloorThroughASlab) {
   for (const auto& [reflectance, radiance] : {std::pair(0.2, 0.1905390), {0.5, 0.5004331}, {0.8, 0.8433346}}) {
     const auto scene = TestScene::from_text(fmt::format(
         R"({{"camera": {{"eye": [0, 0.5, 200], "look_at": [0, 0.5, 0], "vertical_fov_degrees": 10}},

@@ -1,7 +1,7 @@
 // Scenes whose radiance is known in closed form, through public scene documents.
 //
-// Each estimate must lie within 5 of its own standard errors of the exact value (a false alarm once in 1.7 million),
-// and the standard error must be small enough for that to mean something.
+// Each estimate must lie within 5 of its standard errors of the exact value (a false alarm once in 1.7 million). The
+// standard error must be small enough for the comparison to mean something.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ TEST(Furnace, AClosedSphereOfAlbedoAHasRadianceOneOverOneMinusA) {
   }
 }
 
-TEST(Furnace, CutAfterSomeBouncesItIsThePartialSum) {
+TEST(Furnace, AfterSomeBouncesHasThePartialSum) {
   struct Case {
     double albedo;
     std::uint32_t bounces;
@@ -34,7 +34,7 @@ TEST(Furnace, CutAfterSomeBouncesItIsThePartialSum) {
   }
 }
 
-TEST(Furnace, AClosedBoxToo) {
+TEST(Furnace, AClosedBoxHasRadianceOneOverOneMinusA) {
   const std::string box =
       "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n"
       "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 4 3 7 8\nf 1 4 8 5\nf 2 6 7 3\n";
@@ -52,7 +52,7 @@ TEST(Furnace, AGlassBallInUniformLightCannotBeSeen) {
 }
 
 TEST(PointLight, AtTheCentreOfADiffuseSphereGivesRadianceOne) {
-  // Of I/R² every bounce sends on ρ: L = I/(π R²) · ρ/(1 − ρ).
+  // Every bounce reflects ρ of I/R²: L = I/(π R²) · ρ/(1 − ρ).
   struct Case {
     double radius, reflectance, intensity, exact;
   };
@@ -66,8 +66,8 @@ TEST(PointLight, AtTheCentreOfADiffuseSphereGivesRadianceOne) {
   }
 }
 
-TEST(SphereLight, ABlackEmitterInADiffuseSphere) {
-  // Of what the wall sends out the share f = (r/R)² meets the lamp: L = ρ f / (1 − ρ (1 − f)).
+TEST(SphereLight, LightsADiffuseSphereByTheClosedForm) {
+  // The share f = (r/R)² of the wall's light meets the emitter: L = ρ f / (1 − ρ (1 − f)).
   const auto formula = [](double r, double big, double rho) {
     const double f = r * r / (big * big);
     return rho * f / (1 - rho * (1 - f));
@@ -108,7 +108,7 @@ double corner_form_factor(double side, double h) {
   return x / s * std::atan(x / s) / M_PI;
 }
 
-TEST(FormFactor, AUnitSquareFromHeightOneAboveItsCentreAndItsCorner) {
+TEST(FormFactor, SquareAboveAPointMatchesTheFormula) {
   EXPECT_NEAR(corner_form_factor(1, 1), 0.1385316, 5e-8);
   EXPECT_NEAR(4 * corner_form_factor(0.5, 1), 0.2394565, 5e-8);
   const struct {
@@ -127,10 +127,10 @@ TEST(FormFactor, AUnitSquareFromHeightOneAboveItsCentreAndItsCorner) {
   }
 }
 
-TEST(Lights, OfEveryKindAndStrengthAddUp) {
-  // On a white floor at the origin: a sphere straight above it, a point light, a square away from both, and a sphere a
-  // hundred thousand times weaker than the first. Each is chosen by its power and weighted against being found by
-  // chance.
+TEST(Lights, AllKindsAndStrengthsAddUp) {
+  // A white floor at the origin with four lights: a sphere straight above, a point, a square away from both, and a
+  // sphere a hundred thousand times weaker than the first. Each light is chosen by its power. Its weight accounts for
+  // rays that find it by chance.
   const double above = 3 * 0.49 / 9;
   const double weak = 3e-5 * 0.25 / 8 / std::sqrt(2.0);
   const double point = 2 / 25.0 * (3 / 5.0) / M_PI;  // distance 5, cos θ = 3/5
@@ -144,13 +144,13 @@ TEST(Lights, OfEveryKindAndStrengthAddUp) {
                    sphere("weak", "[0, 2, 2]", 0.5) + "," + mesh("square", "square.obj"),
                R"({"name": "point", "point": {"position": [4, 3, 0], "intensity": {"rgb": [2, 2, 2]}}})"),
       {{"floor.obj", plane(20, 0, true)}, {"square.obj", lamp}});
-  // A quarter of the sphere stands behind the square's corner.
+  // The square's corner hides a quarter of the sphere.
   expect_answer(mean_of(scene.render({"path", 14, 1}, 12), 0), 0.75 * above + weak + point + square, 1e-3);
 }
 
 TEST(Emission, LeavesOnTheSideOfTheNormalUnlessBothAreAskedFor) {
-  // A square lamp at height 1 between two white triangles. No view is aimed at the edge of two triangles: fast rays may
-  // slip through there, and a picture this narrow would show it.
+  // A square emitter at height 1 between two white triangles. No camera aims at the edge of two triangles. Fast rays
+  // can slip through there, and a picture this narrow would show it.
   for (const bool up : {true, false}) {
     for (const bool two_sided : {true, false}) {
       const std::string lamp = fmt::format(
@@ -181,8 +181,8 @@ TEST(Emission, LeavesOnTheSideOfTheNormalUnlessBothAreAskedFor) {
   }
 }
 
-/// The mean radiance of a receiver of `area` in the plane through `p0` with unit normal `n`: each pixel covers dω
-/// r²/cos θ of it. Only the receiver may be bright in the picture.
+/// The mean radiance of a receiver of `area` in the plane through `p0` with unit normal `n`. Each pixel covers dω
+/// r²/cos θ of it. Nothing else in the picture may be bright.
 Estimate mean_over_receiver(const TestScene& scene, const HalfImages& image, Vec3d p0, Vec3d n, double area) {
   const Camera& camera = scene.scene().camera;
   const auto vec = [](const Point3d& p) { return Vec3d(p[0], p[1], p[2]); };
@@ -207,8 +207,8 @@ Estimate mean_over_receiver(const TestScene& scene, const HalfImages& image, Vec
   return {sum / area, std::sqrt(variance) / area};
 }
 
-TEST(FormFactor, OnAFloorOfAnySize) {
-  // What keeps rays off the floor must not grow with it.
+TEST(FormFactor, DoesNotDependOnTheSizeOfTheFloor) {
+  // The offset that keeps rays off the floor must not grow with the floor.
   for (const double side : {4.0, 200.0, 2e4}) {
     const auto scene =
         TestScene::from_text(document(R"("eye": [0, 0.5, 1], "look_at": [0, 0, 0])", 0.01, 8,
@@ -219,7 +219,7 @@ TEST(FormFactor, OnAFloorOfAnySize) {
   }
 }
 
-TEST(FormFactor, ParallelUnitSquaresAtDistanceOne) {
+TEST(FormFactor, ParallelUnitSquaresMatchTheFormula) {
   const auto scene = TestScene::from_text(
       document(R"("eye": [0, 3, 6], "look_at": [0, 0, 0])", 14, 64, diffuse("floor", 1) + "," + diffuse("lamp", 0, 1),
                mesh("floor", "floor.obj") + "," + mesh("lamp", "lamp.obj")),
@@ -228,7 +228,7 @@ TEST(FormFactor, ParallelUnitSquaresAtDistanceOne) {
                 1e-3);
 }
 
-TEST(FormFactor, CoaxialDiscsOfRadiusAndDistanceOne) {
+TEST(FormFactor, CoaxialUnitDiscsMatchTheFormula) {
   std::vector<std::array<double, 3>> floor, lamp;
   constexpr int kCorners = 1024;
   for (int i = 0; i < kCorners; ++i) {
@@ -244,8 +244,8 @@ TEST(FormFactor, CoaxialDiscsOfRadiusAndDistanceOne) {
                 1e-3);
 }
 
-TEST(FormFactor, PerpendicularUnitSquaresThatShareAnEdge) {
-  // The lamp is in the picture: what a black floor shows is taken off what a white one shows.
+TEST(FormFactor, PerpendicularUnitSquaresMatchTheFormula) {
+  // The emitter is in the picture, so the value of a black floor is subtracted from that of a white one.
   const auto render = [](double reflectance) {
     const auto scene =
         TestScene::from_text(document(R"("eye": [0, 5, 5], "look_at": [0, 0.3, 0.5])", 20, 64,
@@ -264,8 +264,8 @@ TEST(FormFactor, PerpendicularUnitSquaresThatShareAnEdge) {
   expect_answer(mean_over_receiver(scene, image, Vec3d(0), Vec3d(0, 1, 0), 1), 0.2000438, 2e-3);
 }
 
-/// What is seen at the origin from this angle off the vertical, under a sky of radiance 1: glass and black surfaces, as
-/// large squares in y = height that face up or down.
+/// Radiance seen at the origin at this angle to the vertical, under a sky of radiance 1. Glass and black surfaces are
+/// large squares at a height, facing up or down.
 struct Square {
   std::string material;
   double height;
@@ -292,7 +292,7 @@ Estimate seen_among(double degrees, double ior, const std::vector<Square>& squar
 }
 
 TEST(Fresnel, AGlassPlaneShowsTheSkyByItsReflectance) {
-  // Below the plane everything is black, so what is seen is the mirrored sky.
+  // Below the plane everything is black, so only the mirrored sky is visible.
   const struct {
     double degrees, ior, exact;
   } cases[] = {{0, 1.5, 0.04},
@@ -307,8 +307,8 @@ TEST(Fresnel, AGlassPlaneShowsTheSkyByItsReflectance) {
   }
 }
 
-TEST(Fresnel, GlassWithTheIndexOfAirIsNotThere) {
-  // A ball and a slanted sheet of it before a lamp: all of it is seen, and nothing else.
+TEST(Fresnel, GlassOfIndexOneIsInvisible) {
+  // A ball and a slanted sheet of index 1 in front of an emitter. The camera sees all of it, and nothing else.
   const auto scene = TestScene::from_text(
       document(R"("eye": [0, 3, 0.5], "look_at": [0, 0, 0], "up": [1, 0, 0])", 20, 32,
                diffuse("lamp", 0, 1) + R"(, {"name": "air", "dielectric": {"ior": 1}})",
@@ -320,7 +320,7 @@ TEST(Fresnel, GlassWithTheIndexOfAirIsNotThere) {
 }
 
 TEST(Fresnel, AClearSlabTransmitsWhatItsInnerReflectionsSumTo) {
-  // Above the slab all is black, below it the sky shines: (1 − R)/(1 + R).
+  // All is black above the slab, and the sky shines below it: (1 − R)/(1 + R).
   const struct {
     double degrees, ior, exact;
   } cases[] = {{0, 1.5, 0.9230769}, {60, 1.5, 0.8362325}, {0, 2, 0.8}, {std::atan(2) * 180 / M_PI, 2, 0.82 / 1.18}};

@@ -17,7 +17,7 @@ double at_degrees(double degrees) {
   return reflectance(std::cos(degrees * M_PI / 180), 1.5);
 }
 
-TEST(Fresnel, KnownValuesFromOutside) {
+TEST(Fresnel, MatchesKnownValuesFromOutside) {
   EXPECT_NEAR(at_degrees(0), 0.04, 1e-6);
   EXPECT_NEAR(at_degrees(45), 0.0502399, 1e-6);
   EXPECT_NEAR(at_degrees(60), 0.0891867, 1e-6);
@@ -32,12 +32,12 @@ TEST(Fresnel, AllIsReflectedBeyondTheCriticalAngle) {
 }
 
 TEST(Fresnel, AtBrewstersAngleReflectionIsHalfThatOfSPolarisation) {
-  // There the p term vanishes; r_s = (n² − 1)/(n² + 1) in amplitude.
+  // There the p term is zero. r_s = (n² − 1)/(n² + 1) in amplitude.
   const double s = (1.5 * 1.5 - 1) / (1.5 * 1.5 + 1);
   EXPECT_NEAR(at_degrees(56.309932), s * s / 2, 1e-6);
 }
 
-TEST(Fresnel, DiffuseMeansFromBothSides) {
+TEST(Fresnel, DiffuseMeansMatchKnownValuesOnBothSides) {
   // ∫ F(cos θ) 2 cos θ d cos θ by the midpoint rule.
   constexpr int kSteps = 200'000;
   double out = 0, in = 0;
@@ -50,7 +50,7 @@ TEST(Fresnel, DiffuseMeansFromBothSides) {
   EXPECT_NEAR(in, 0.5963458, 1e-5);
 }
 
-TEST(Fresnel, NothingIsThereWithIndexOne) {
+TEST(Fresnel, IsZeroAtIndexOne) {
   for (const double cos_i : {0.01, 0.5, 1.0}) {
     EXPECT_NEAR(reflectance(cos_i, 1.0), 0.0, 1e-8);
   }

@@ -13,8 +13,8 @@ inline std::string glass(double ior) {
   return fmt::format(R"({{"name": "glass", "dielectric": {{"ior": {}}}}})", ior);
 }
 
-/// Fresnel's reflectance of unpolarised light, by sines and tangents (Hecht, Optics, 4.43 and 4.44): at `theta` radians
-/// off the normal, n the index beyond over the index before.
+/// Fresnel's reflectance of unpolarised light, by sines and tangents (Hecht, Optics, 4.43 and 4.44). `theta` is the
+/// angle to the normal in radians, and n the index behind the surface over the index in front.
 inline double fresnel(double theta, double n) {
   if (theta == 0) {
     return std::pow((n - 1) / (n + 1), 2);
@@ -30,7 +30,7 @@ inline double fresnel(double theta, double n) {
 }
 
 /// Irradiance at distance x from the foot of a point light of intensity I = π at height h, at depth d in a half-space
-/// of index n: what leaves in a ring of directions arrives in a ring of the floor.
+/// of index n. Light that leaves in a ring of directions arrives in a ring of the floor.
 inline double point_through_surface(double x, double n, double h, double d) {
   const auto reached = [&](double theta) { return h * std::tan(theta) + d * std::tan(std::asin(std::sin(theta) / n)); };
   if (x == 0) {

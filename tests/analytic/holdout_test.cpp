@@ -1,4 +1,4 @@
-// Holdouts show the background times the light that arrives over the light without shadows, through public documents.
+// Holdouts show the background times the ratio of arriving light to unshadowed light, through public documents.
 #include <cmath>
 
 #include "common/scene/validate/validate.h"
@@ -13,7 +13,7 @@ constexpr const char* kMaterials =
 constexpr const char* kFloor = R"({"material": "floor", "plane": {"point": [0, 0, 0], "normal": [0, 1, 0]}})";
 constexpr const char* kColoredSky = R"({"environment": {"radiance": {"rgb": [0.5, 2, 4]}}})";
 
-/// What is seen of the floor at (x, 0, 0), from the side.
+/// The floor's layers at (x, 0, 0), seen from the side.
 std::array<Estimate, 3> floor_layers_at(double x, const std::string& more_objects, const std::string& lights,
                                         std::uint32_t level = 9, const std::string& method = "path") {
   const auto scene =
@@ -23,7 +23,7 @@ std::array<Estimate, 3> floor_layers_at(double x, const std::string& more_object
   return {mean_of(rendered, 0), mean_of(rendered, 1), mean_of(rendered, 2)};
 }
 
-TEST(Holdout, WithoutObjectsIsTheBackground) {
+TEST(Holdout, ShowsTheBackgroundWithoutObjects) {
   const std::string lights =
       std::string(kColoredSky) + R"(, {"directional": {"direction": [1, -1, 0], "irradiance": {"rgb": [3, 3, 3]}}})";
   for (const std::string& light : {std::string(kColoredSky), lights}) {
@@ -33,7 +33,7 @@ TEST(Holdout, WithoutObjectsIsTheBackground) {
   }
 }
 
-TEST(Holdout, UnderABlackSphereInAnEvenSky) {
+TEST(Holdout, LosesTheSkyThatASphereHides) {
   // A sphere fills h R² / d³ of the plane's cosine-weighted sky.
   struct Case {
     double radius, height, x, exact;
@@ -47,8 +47,8 @@ TEST(Holdout, UnderABlackSphereInAnEvenSky) {
   }
 }
 
-TEST(AmbientOcclusion, UnderASphereIsTheShareOfTheSkyThatIsLeft) {
-  // The same by `ao`, whatever the colours.
+TEST(AmbientOcclusion, UnderASphereIsTheVisibleShareOfTheSky) {
+  // The same with `ao`, for any colours.
   struct Case {
     double radius, height, x, exact;
   };
@@ -63,14 +63,14 @@ TEST(AmbientOcclusion, UnderASphereIsTheShareOfTheSkyThatIsLeft) {
                      also(sphere("white", fmt::format("[0, {}, 0]", c.height), c.radius))));
     const auto seen = [&](const std::string& method) { return mean_of(scene.render({method, 1, 0}, 12), 0); };
     expect_answer(seen("ao"), c.exact, 2e-3);
-    // No farther than there is anything; and so far that there is all.
+    // Just short of the sphere, and at a distance that includes all of it.
     EXPECT_EQ(seen(fmt::format("ao:distance={}", 0.9 * (std::hypot(c.x, c.height) - c.radius))).value, 1);
     expect_answer(seen(fmt::format("ao:distance={}", std::hypot(c.x, c.height) + c.radius)), c.exact, 2e-3);
   }
 }
 
-TEST(Holdout, ClosedLampsShowTheirOuterSideAlone) {
-  // A two-sided cube lamp, alone and with the sky; its light on the floor has no shadow.
+TEST(Holdout, SeesOnlyTheOuterSideOfClosedEmitters) {
+  // A two-sided cube emitter, alone and with the sky. Its light on the floor has no shadow.
   std::string cube;
   for (int i = 0; i < 8; ++i) {
     cube += fmt::format("v {} {} {}\n", (i & 1) - 0.5, (i >> 1 & 1) + 1.0, (i >> 2 & 1) - 0.5);
@@ -83,13 +83,14 @@ TEST(Holdout, ClosedLampsShowTheirOuterSideAlone) {
                       "emission": {"rgb": [9, 9, 9]}, "two_sided_emission": true})",
                                     std::string(kFloor) + ", " + mesh("lamp", "cube.obj"), kColoredSky),
                            {{"cube.obj", cube}});
-  // The lamp hides sky, and gives more than that: Lambert's formula for its faces is the expected value without shadow.
+  // The emitter hides sky, and gives more light than that. The expected value without shadow is Lambert's formula for
+  // its faces.
   const double shown = mean_of(scene.render({"path", 3, 0}, 10), 1).value;
   EXPECT_GT(shown, 2 * 0.9);
   EXPECT_LT(shown, 2);
 }
 
-/// What a floor shows at (x, 0, 0) under a black lamp of this radiance on both sides, in a sky of radiance 0.1.
+/// The floor's value at (x, 0, 0) under a black two-sided emitter of this radiance, in a sky of radiance 0.1.
 Estimate floor_under_lamp(double x, const std::string& lamp, double radiance, std::uint32_t level = 9) {
   const auto scene = TestScene::from_text(
       document(fmt::format(R"("eye": [{}, 0.3, 0], "look_at": [{}, 0, 0])", x + 0.9, x), 0.001, 8,
@@ -102,16 +103,16 @@ Estimate floor_under_lamp(double x, const std::string& lamp, double radiance, st
   return mean_of(scene.render({"path", 3, 0}, level), 0);
 }
 
-// The lamp hides sky alone: of E = L_sky π + L E₁ without shadows, L_sky E₁ is missing.
+// The emitter hides only sky: of E = L_sky π + L E₁ without shadows, L_sky E₁ is missing.
 double under_lamp(double unit_irradiance, double radiance) {
   const double whole = 0.1 * M_PI + radiance * unit_irradiance;
   return 0.1 * (1 - 0.1 * unit_irradiance / whole);
 }
 
-TEST(Holdout, PanelsOnBothSidesCountHoweverTheyAreWound) {
+TEST(Holdout, TwoSidedPanelsCountInEitherWinding) {
   const std::string corners =
       "v -3 1 -1\nv -1 1 -1\nv -1 1 1\nv -3 1 1\nv 1 1 -1\nv 3 1 -1\nv 3 1 1\nv 1 1 1\nf 1 2 3 4\n";
-  // Of a rectangle with a corner at height 1 (Lambert), twice of two.
+  // A rectangle with a corner at height 1 (Lambert). Two of them give twice that.
   const auto corner = [](double a, double b) {
     const auto half = [](double s, double t) { return s / std::hypot(1, s) * std::atan(t / std::hypot(1, s)); };
     return 0.5 * (half(a, b) + half(b, a));
@@ -121,8 +122,8 @@ TEST(Holdout, PanelsOnBothSidesCountHoweverTheyAreWound) {
   expect_answer(floor_under_lamp(0, corners + "f 8 7 6 5\n", 1), exact, 5e-3);
 }
 
-TEST(Holdout, InALampItSeesTheInnerSide) {
-  // Whichever way it is wound.
+TEST(Holdout, SeesTheInnerSideOfAnEmitterAroundIt) {
+  // With either winding.
   const std::string corners = "v -5 -4 -5\nv 5 -4 -5\nv 5 -4 5\nv -5 -4 5\nv -5 6 -5\nv 5 6 -5\nv 5 6 5\nv -5 6 5\n";
   expect_answer(floor_under_lamp(1, corners + "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n", 1),
                 0.1 / 1.1, 5e-3);
@@ -130,7 +131,7 @@ TEST(Holdout, InALampItSeesTheInnerSide) {
                 0.1 / 1.1, 5e-3);
 }
 
-/// A ball of quadrilaterals around (0, 1, 0), without so many of its upper rings.
+/// A ball of quadrilaterals around (0, 1, 0), without this many of its upper rings.
 std::string bulb(double radius, int without_rings) {
   constexpr int kRings = 8, kSegments = 16;
   std::string text;
@@ -151,7 +152,7 @@ std::string bulb(double radius, int without_rings) {
 }
 
 TEST(Holdout, AHoleOutOfViewChangesNothing) {
-  // As a sphere: h R²/d³. The facets' ball is smaller by some 5 %.
+  // The value of a sphere, h R²/d³. The ball of facets is about 5 % smaller.
   const double x = 0.4, exact = under_lamp(M_PI * 0.09 / std::pow(1 + x * x, 1.5), 5);
   for (const int without_rings : {0, 1}) {
     const Estimate shown = floor_under_lamp(x, bulb(0.3, without_rings), 5, 6);
@@ -160,14 +161,14 @@ TEST(Holdout, AHoleOutOfViewChangesNothing) {
   }
 }
 
-TEST(Holdout, LightThatTheSceneScattersIsNoPartOfIt) {
+TEST(Holdout, IgnoresLightThatTheSceneScatters) {
   const auto dark = floor_layers_at(0.5, ", " + sphere("black", "[0, 0.5, 0]", 0.5), kColoredSky, 7);
   const auto white = floor_layers_at(0.5, ", " + sphere("white", "[0, 0.5, 0]", 0.5), kColoredSky, 7);
   EXPECT_EQ(dark[1].value, white[1].value);
 }
 
 TEST(Holdout, IsDarkenedByTheShareOfEachLight) {
-  // The sky gives 2π, the sun 3 cos 45° where nothing is in its way; a small ball far off shadows the sun alone.
+  // Without occlusion the sky gives 2π and the sun 3 cos 45°. A small distant ball shadows only the sun.
   const double sun = 3 * std::sqrt(0.5), sky = 2 * M_PI;
   for (const std::string method : {"path", "raycast"}) {
     const auto seen = floor_layers_at(
@@ -178,16 +179,16 @@ TEST(Holdout, IsDarkenedByTheShareOfEachLight) {
   }
 }
 
-TEST(Holdout, WithoutLightShowsTheBackgroundAsItIs) {
-  // Its back gets nothing of a lamp above it.
+TEST(Holdout, ShowsTheBackgroundUnchangedWithoutLight) {
+  // Its back receives nothing from a light above.
   const auto scene =
       TestScene::from_text(document(R"("eye": [0, -1, 0.1], "look_at": [0, 0, 0])", 0.01, 8, kMaterials, kFloor,
                                     R"({"point": {"position": [0, 1, 0], "intensity": {"rgb": [1, 1, 1]}}})"));
   EXPECT_EQ(mean_of(scene.render({"path", 3, 1}, 3), 0).value, 0);
 }
 
-TEST(Holdout, ObjectsSeeTheBackgroundInItToo) {
-  // A white sphere above an unshadowed, even world would show 1 times the sky; its own shadow takes some.
+TEST(Holdout, ObjectsSeeTheBackgroundInIt) {
+  // A white sphere over an unshadowed, uniform background would show 1 times the sky. Its own shadow lowers this.
   const auto scene =
       TestScene::from_text(document(R"("eye": [0, 50, 0.1], "look_at": [0, 40, 0])", 0.001, 8, kMaterials,
                                     std::string(kFloor) + ", " + sphere("white", "[0, 40, 0]", 0.5), kColoredSky));
@@ -195,7 +196,7 @@ TEST(Holdout, ObjectsSeeTheBackgroundInItToo) {
   expect_answer(top, 2, 1e-2);
 }
 
-TEST(Holdout, RefusesWhatItCannotCompare) {
+TEST(Holdout, RefusesEmissionThatItCannotCompare) {
   Scene scene = TestScene::from_text(document(R"("eye": [0, 1, 0], "look_at": [0, 0, 0.1])", 30, 8, kMaterials,
                                               std::string(kFloor) + ", " + sphere("black", "[0, 1, 0]", 0.1)))
                     .scene();

@@ -1,5 +1,5 @@
-// Light at smooth surfaces of glass: Fresnel's equations with several indices, the whole series of a slab, and the
-// three scenes that light reaches by way of glass or a mirror alone, all through public scene documents.
+// Light at smooth surfaces of glass: Fresnel's equations with several indices, a slab's whole series, and three scenes
+// with light through glass or a mirror. All are public scene documents.
 #include <functional>
 
 #include "tests/analytic/glass_answers.h"
@@ -9,12 +9,12 @@
 namespace lightmill::test {
 namespace {
 
-/// At an angle in degrees.
+/// Reflectance at an angle in degrees.
 double fresnel_at(double degrees, double n) {
   return fresnel(degrees * M_PI / 180, n);
 }
 
-/// ∫ f cosθ dω / π over the hemisphere; f of the angle in degrees.
+/// ∫ f cosθ dω / π over the hemisphere. The argument of f is in degrees.
 double diffuse_mean(const std::function<double(double)>& f) {
   constexpr int kSteps = 200'000;
   double sum = 0;
@@ -26,8 +26,8 @@ double diffuse_mean(const std::function<double(double)>& f) {
 
 constexpr const char* kSky = R"({"environment": {"radiance": {"rgb": [1, 1, 1]}}})";
 
-/// What is seen at the origin, the surface of a half-space of glass over blackness and under an even sky of radiance 1,
-/// from this angle off the vertical: from above, or from within.
+/// Radiance seen at the origin, on the surface of a half-space of glass over black, under a uniform sky of radiance 1.
+/// The camera looks at this angle to the vertical, from above or from within.
 Estimate seen_at_surface(double degrees, double ior, bool within, const std::string& method, std::uint32_t level) {
   const double theta = degrees * M_PI / 180;
   const double side = within ? -1 : 1;
@@ -40,7 +40,7 @@ Estimate seen_at_surface(double degrees, double ior, bool within, const std::str
 }
 
 TEST(Interface, ReflectsByFresnelWhateverItsIndex) {
-  EXPECT_NEAR(fresnel_at(60, 1.5), 0.0891867, 5e-8);  // the formula itself
+  EXPECT_NEAR(fresnel_at(60, 1.5), 0.0891867, 5e-8);  // checks the formula
   for (const double n : {1.5, 1.33, 2.4, 1 / 1.5}) {
     for (const double degrees : {0.0, 30.0, 45.0, 60.0, 75.0, 85.0}) {
       const double exact = fresnel_at(degrees, n);
@@ -54,15 +54,15 @@ TEST(Interface, ReflectsByFresnelWhateverItsIndex) {
 }
 
 TEST(Interface, ReflectsAllBeyondTheCriticalAngle) {
-  // From within what is seen is the sky, n² times as dense, by what the surface lets through; or nothing of it.
+  // From within, the camera sees the sky, n² times as dense, times the transmittance. Beyond the critical angle it sees
+  // none of it.
   for (const auto& [n, critical] : {std::pair(1.5, 41.810315), {2.4, std::asin(1 / 2.4) * 180 / M_PI}}) {
     EXPECT_NEAR(std::sin(critical * M_PI / 180) * n, 1, 1e-7);
     const double below = critical - 0.002, outside = std::asin(std::sin(below * M_PI / 180) * n) * 180 / M_PI;
     const double exact = n * n * (1 - fresnel_at(outside, n));
     EXPECT_GT(exact, 0.05);
     const Estimate through = seen_at_surface(below, n, true, "path", 11);
-    // Near that angle what is let through goes with the square root of what is left to it: single precision knows it
-    // to 1e-3.
+    // Near that angle the transmittance is a square root of a small difference. Single precision knows it to 1e-3.
     EXPECT_NEAR(through.value, exact, 5 * through.standard_error + 3e-3 * exact) << n;
     EXPECT_LT(through.standard_error, 0.02 * exact);
     EXPECT_NEAR(seen_at_surface(below, n, true, "whitted", 1).value, exact, 3e-3 * exact) << n;
@@ -72,7 +72,7 @@ TEST(Interface, ReflectsAllBeyondTheCriticalAngle) {
   }
 }
 
-TEST(Interface, AtBrewstersAngleHalfOfWhatTheOtherPolarisationHas) {
+TEST(Interface, ReflectsHalfOfTheSPolarisationAtBrewstersAngle) {
   for (const double n : {1.5, 2.0, 1.2}) {
     const double degrees = std::atan(n) * 180 / M_PI, s = (n * n - 1) / (n * n + 1);
     EXPECT_NEAR(seen_at_surface(degrees, n, false, "whitted", 1).value, s * s / 2, 2e-6) << n;
@@ -81,9 +81,9 @@ TEST(Interface, AtBrewstersAngleHalfOfWhatTheOtherPolarisationHas) {
   expect_answer(seen_at_surface(56.309932, 1.5, false, "path", 12), 0.5 * 25 / 169, 2e-2);
 }
 
-TEST(Interface, DiffuseMeansFromBothSides) {
-  // Outside a meter that looks down at glass under an even sky reads π times the mean reflectance. In the glass, over a
-  // floor that glows, so does one that looks up.
+TEST(Interface, DiffuseMeansMatchTheIntegralOnBothSides) {
+  // Outside, a meter that looks down at glass under a uniform sky reads π times the mean reflectance. In the glass,
+  // over a glowing floor, a meter that looks up does too.
   EXPECT_NEAR(diffuse_mean([](double degrees) { return fresnel_at(degrees, 1.5); }), 0.0917780, 1e-6);
   for (const auto& [n, outer, inner] : {std::tuple(1.5, 0.0917780, 0.5963458),
                                         {2.0, diffuse_mean([](double degrees) { return fresnel_at(degrees, 2); }),
@@ -103,8 +103,8 @@ TEST(Interface, DiffuseMeansFromBothSides) {
   }
 }
 
-TEST(Slab, ClearOrAbsorbingWhateverItsIndexAndTheAngle) {
-  // T = (1 − R)² t / (1 − R² t²), t = e^(−σ d / cos of the angle within): seen against a glowing wall.
+TEST(Slab, TransmitsByTheClosedFormAtAnyIndexAndAngle) {
+  // T = (1 − R)² t / (1 − R² t²), t = e^(−σ d / cos of the angle within), seen against a glowing wall.
   for (const auto& [n, degrees, sigma] : {std::tuple(1.33, 30.0, 0.0),
                                           {2.0, 70.0, 0.0},
                                           {1.5, 50.0, 0.4},
@@ -128,10 +128,9 @@ TEST(Slab, ClearOrAbsorbingWhateverItsIndexAndTheAngle) {
   }
 }
 
-// Scene A: the sun at normal incidence through a slab onto a diffuse floor. To a path that starts at the eye a sun that
-// is a point does not exist; one that has an extent does. This one is a distant square of ±15°, whose light arrives
-// like that of the zenith to 2e-4.
-TEST(SceneA, SunThroughASlabOntoADiffuseFloor) {
+// Scene A: the sun at normal incidence through a slab onto a diffuse floor. Camera paths cannot hit a sun without
+// extent. So this one is a distant square of ±15°. Its light arrives like that of the zenith to 2e-4.
+TEST(SceneA, TheSunLightsADiffuseFloorThroughASlab) {
   constexpr double kHeight = 2000, kHalf = 536;
   struct Case {
     double n, reflectance, table;
@@ -166,14 +165,14 @@ TEST(SceneA, SunThroughASlabOntoADiffuseFloor) {
                     plane_shape("glass", "[0, 2, 0]", "[0, 1, 0]"), plane_shape("glass", "[0, 1, 0]", "[0, -1, 0]"),
                     plane_shape("floor", "[0, 0, 0]", "[0, 1, 0]"), mesh("sun", "sun.obj")),
         {{"sun.obj", horizontal_square(2 * kHalf, kHeight, false)}});
-    // The floor sends out ρE/π. The slab shifts light sideways by a unit of the 2000: 1e-4.
+    // The floor emits ρE/π. The slab shifts light sideways by one unit of 2000: 1e-4.
     expect_reading(read_meters(scene, 7).front(), M_PI / c.reflectance * floor(transmitted / all), 2e-2);
   }
 }
 
-// Scene B: a light over a mirror floor, and a wall. A sphere lamp gives what a point of the same intensity gives, to
-// whom sees it whole: the table's numbers hold for a lamp that paths can meet by chance in the mirror.
-TEST(SceneB, LampOverAMirrorFloorLightsAWallTwice) {
+// Scene B: a light over a mirror floor, and a wall. A sphere light gives the same as a point of the same intensity
+// wherever all of it is visible. So the table's numbers also hold for an emitter that paths can meet in the mirror.
+TEST(SceneB, AnEmitterOverAMirrorFloorLightsAWallTwice) {
   struct Case {
     double intensity, height, reflectance, y, direct, mirrored;
   };
@@ -198,8 +197,8 @@ TEST(SceneB, LampOverAMirrorFloorLightsAWallTwice) {
   }
 }
 
-TEST(SceneB, APointLightsTheWallDirectlyToEveryMethod) {
-  // What comes by the mirror would be added to this; it has no path from the eye to a point.
+TEST(SceneB, EveryMethodSeesDirectLightOfAPointOnTheWall) {
+  // Light through the mirror would add to this, but no camera path reaches a point light.
   struct Case {
     double intensity, height, y, direct;
   };
@@ -218,8 +217,8 @@ TEST(SceneB, APointLightsTheWallDirectlyToEveryMethod) {
   }
 }
 
-/// The same of a sphere of this radius around it that radiates as much: summed over the directions outside from which
-/// light of the floor's point comes, as n² cosθ dω within is cosθ dω outside.
+/// The same for a sphere of this radius with the same total intensity. It sums over the outside directions that reach
+/// the floor's point, because n² cosθ dω within is cosθ dω outside.
 double sphere_through_surface(double x, double n, double h, double d, double radius) {
   constexpr int kRings = 8000, kParts = 500;
   double sum = 0;
@@ -238,8 +237,8 @@ double sphere_through_surface(double x, double n, double h, double d, double rad
   return sum * M_PI / kRings / kParts / (radius * radius);
 }
 
-// Scene C: a light over water, so to speak, and its black bottom. Again the lamp is a sphere.
-TEST(SceneC, LampOverAHalfSpaceOfGlassLightsItsBottom) {
+// Scene C: a light over a half-space of glass with a black bottom. Again the light is a sphere.
+TEST(SceneC, AnEmitterOverAHalfSpaceOfGlassLightsItsBottom) {
   struct Case {
     double n, height, depth, x, table;
   };
@@ -252,8 +251,8 @@ TEST(SceneC, LampOverAHalfSpaceOfGlassLightsItsBottom) {
       EXPECT_NEAR(point, c.table, 1e-6);
     }
     const double radius = 0.4, exact = sphere_through_surface(c.x, c.n, c.height, c.depth, radius);
-    EXPECT_NEAR(exact, point, 0.1 * point);  // like radius²,
-    EXPECT_NEAR(sphere_through_surface(c.x, c.n, c.height, c.depth, radius / 2), point, 0.025 * point);  // as it tells
+    EXPECT_NEAR(exact, point, 0.1 * point);  // the difference falls as radius²
+    EXPECT_NEAR(sphere_through_surface(c.x, c.n, c.height, c.depth, radius / 2), point, 0.025 * point);
     const auto scene = scene_with(fmt::format(
         R"("materials": [{}, {}, {}], "objects": [{}, {}, {}],
            "meters": [{{"name": "m", "irradiance": {{"point": [{}, {}, 0], "normal": [0, 1, 0]}}}}])",

@@ -9,7 +9,7 @@
 namespace lightmill::test {
 namespace {
 
-/// What a white floor (y = 0) shows at (x, 0, 0) to a camera right above it; with more objects and materials.
+/// Value of a white floor (y = 0) at (x, 0, 0), seen from straight above, with more objects and materials.
 Estimate floor_at(double x, const std::string& lights, const std::string& more_objects = "",
                   const std::string& more_materials = "", std::uint32_t level = 6,
                   const std::map<std::string, std::string>& more_files = {}) {
@@ -22,7 +22,7 @@ Estimate floor_at(double x, const std::string& lights, const std::string& more_o
   return mean_of(scene.render({"path", 3, 1}, level), 0);
 }
 
-/// A white floor of irradiance E shows E/π. Lights that are points leave no noise.
+/// A white floor of irradiance E shows E/π. Point lights leave no noise.
 void expect_irradiance(const Estimate& floor, double irradiance) {
   EXPECT_NEAR(floor.value, irradiance / M_PI, 3 * kRounding * irradiance + 5 * floor.standard_error);
   EXPECT_LE(floor.standard_error, 1e-5 * irradiance);
@@ -36,11 +36,11 @@ TEST(DirectionalLight, IrradianceFollowsTheCosine) {
                     3 * std::sin(theta), -3 * std::cos(theta));
     expect_irradiance(floor_at(0.3, sun), 7 * std::cos(theta));
   }
-  // From below nothing comes through.
+  // Light from below does not pass.
   EXPECT_EQ(floor_at(0, R"({"directional": {"direction": [0, 1, 0], "irradiance": {"rgb": [7, 7, 7]}}})").value, 0);
 }
 
-TEST(DirectionalLight, WhatIsFarAwayShadows) {
+TEST(DirectionalLight, FarObjectsCastShadows) {
   const auto lit = [](double center) {
     return floor_at(
                0, R"({"directional": {"direction": [0, -1, 0]}, "strength": {"lux": 683}})",
@@ -51,7 +51,7 @@ TEST(DirectionalLight, WhatIsFarAwayShadows) {
 }
 
 TEST(SpotLight, IsFullWithinSmoothBetweenAndDarkOutside) {
-  // From height 2, straight down; 45° with the last 60 % of it falling off.
+  // Straight down from height 2: a cone of 45°, and falloff in its outer 60 %.
   const std::string spot =
       R"({"spot": {"position": [0, 2, 0], "direction": [0, -5, 0], "intensity": {"rgb": [6, 6, 6]},
           "cutoff_degrees": 45, "blend": 0.6}})";
@@ -70,7 +70,7 @@ TEST(SpotLight, IsFullWithinSmoothBetweenAndDarkOutside) {
 }
 
 TEST(SpotLight, NarrowConesKeepTheirFlux) {
-  // 1 W into cones of 1° to 0.001°: all of it arrives on the floor below, on a disc that the camera sees whole.
+  // 1 W into cones of 1° to 0.001°. All of it reaches a disc of the floor below, which the camera sees completely.
   for (const double cutoff : {1.0, 0.1, 0.01, 0.001}) {
     const double radius = 2 * std::tan(cutoff * M_PI / 180);
     const auto scene = TestScene::from_text(
@@ -96,7 +96,7 @@ TEST(CosinePowerLight, FallsOffWithThePowerOfTheCosine) {
       const double d2 = 4 + x * x, cosine = 2 / std::sqrt(d2);
       const double exact = 6 * std::pow(cosine, n + 1) / d2;
       const Estimate seen = floor_at(x, light);
-      // The cosine is known to 1e-7, its power to n times that.
+      // The cosine is known to 1e-7, and its power to n times that.
       EXPECT_NEAR(seen.value, exact / M_PI, (3 * kRounding + 3e-7 * n) * exact + 1e-30) << n << ' ' << x;
     }
   }
@@ -106,13 +106,13 @@ TEST(CosinePowerLight, FallsOffWithThePowerOfTheCosine) {
             0);
 }
 
-TEST(IesLight, ShinesAsTheFileSays) {
+TEST(IesLight, HasTheIntensitiesOfItsFile) {
   const std::string file =
       "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 3 1 2 0 0 0\n1 1 10\n0 45 90\n0 90 180\n"
       "1000 800 0\n1000 400 0\n1000 200 0\n";
   const std::map<std::string, std::string> files{{"lamp.ies", file}};
   const std::string light = R"({"ies": {"position": [0, 1, 0], "file": "lamp.ies", "scale": 683}})";
-  // Towards +x: the values of horizontal angle 0; towards −x those of 180.
+  // Horizontal angle 0 is towards +x, and 180 towards −x.
   expect_irradiance(floor_at(0, light, "", "", 6, files), 1000);
   expect_irradiance(floor_at(1, light, "", "", 6, files), 800 / std::pow(2, 1.5));
   expect_irradiance(floor_at(-1, light, "", "", 6, files), 200 / std::pow(2, 1.5));
@@ -123,14 +123,14 @@ TEST(IesLight, ShinesAsTheFileSays) {
   expect_irradiance(floor_at(1, turned, "", "", 6, files), 400 / std::pow(2, 1.5));
 }
 
-TEST(Environment, OfOneColourGivesItsRadianceToAWhiteFloor) {
-  // E = πL, all of it found by rays that scatter.
+TEST(Environment, AConstantOneGivesAWhiteFloorItsRadiance) {
+  // E = πL, all found by scattered rays.
   const Estimate floor = floor_at(0, R"({"environment": {"radiance": {"rgb": [0.6, 0.6, 0.6]}, "scale": 2}})");
   expect_irradiance(floor, 1.2 * M_PI);
 }
 
 TEST(Environment, IsSeenBehindAndInMirrors) {
-  // A mirror ball in the middle: wherever one looks there is the same radiance.
+  // A mirror ball in the middle. The radiance is the same in all directions.
   const auto scene = TestScene::from_text(document(
       R"("eye": [0, 0, 3], "look_at": [0, 0, 0])", 60, 32, R"({"name": "silver", "mirror": {}})",
       sphere("silver", "[0, 0, 0]", 1), R"({"environment": {}, "strength": {"candela_per_square_metre": 1366}})"));
@@ -157,12 +157,12 @@ TEST(Lights, SeveralAtOnceAddUp) {
   const std::string lamp = also(sphere("lamp", "[-1, 3, 0]", 0.5));
   const double of_point = 3 * 2 / std::pow(5, 1.5), of_sun = 0.5 / std::sqrt(2);
   const double of_lamp = M_PI * 4 * 0.25 / 10 * 3 / std::sqrt(10);
-  const double of_sky = 0.2 * (M_PI - M_PI * 0.25 / 10 * 3 / std::sqrt(10));  // the lamp is in front of a part of it
+  const double of_sky = 0.2 * (M_PI - M_PI * 0.25 / 10 * 3 / std::sqrt(10));  // the emitter hides a part of the sky
   const Estimate floor = floor_at(0, point + also(sun) + also(sky), lamp, also(diffuse("lamp", 0, 4)), 12);
   expect_answer(floor, (of_point + of_sun + of_lamp + of_sky) / M_PI, 3e-3);
 }
 
-TEST(Units, OfAPointASpotAndACosinePower) {
+TEST(Units, ConvertForPointsSpotsAndCosinePowers) {
   const std::string point = R"("point": {"position": [0, 2, 0]})";
   const auto one = [&](const std::string& kind, const std::string& strength) {
     return floor_at(0, fmt::format("{{{}, \"strength\": {{{}}}}}", kind, strength));
@@ -176,7 +176,7 @@ TEST(Units, OfAPointASpotAndACosinePower) {
   expect_irradiance(one(cone, R"("candela": 683)"), 0.25);
   const std::string cosine = R"("cosine_power": {"position": [0, 2, 0], "direction": [0, -1, 0], "exponent": 3})";
   expect_irradiance(one(cosine, R"("lumen": 683)"), 4 / (2 * M_PI) / 4);
-  // Only the ratio of the colour's channels counts: its luminance is the strength.
+  // Only the ratio of the colour's channels counts. The strength sets the luminance.
   const auto scene = TestScene::from_text(document(R"("eye": [0, 0.5, 0.01], "look_at": [0, 0, 0])", 0.01, 8,
                                                    diffuse("floor", 1), mesh("floor", "floor.obj"),
                                                    R"({"directional": {"direction": [0, -1, 0]},
@@ -188,7 +188,7 @@ TEST(Units, OfAPointASpotAndACosinePower) {
   EXPECT_NEAR(image.a[1] / image.a[2], 2, 1e-5);
 }
 
-/// Radiance seen at (0, 0, 0) in a lamp, by a camera that looks at it from this angle off its normal.
+/// Radiance of an emitter at (0, 0, 0), seen at this angle to its normal.
 double lamp_seen(const std::string& emission, double degrees, const std::string& shape,
                  const std::map<std::string, std::string>& files) {
   const double theta = degrees * M_PI / 180;
@@ -201,7 +201,7 @@ double lamp_seen(const std::string& emission, double degrees, const std::string&
   return mean_of(scene.render({"path", 1, 0}, 2), 0).value;
 }
 
-TEST(Units, OfSurfacesThatEmit) {
+TEST(Units, ConvertForEmissiveSurfaces) {
   const std::map<std::string, std::string> quad{{"quad.obj", horizontal_rectangle(-0.04, 0.06, -0.06, 0.04, 0, true)}};
   const auto quad_seen = [&](const std::string& emission, double degrees) {
     return lamp_seen(emission, degrees, mesh("lamp", "quad.obj"), quad);
@@ -219,13 +219,13 @@ TEST(Units, OfSurfacesThatEmit) {
   // A sphere of diameter 1 cm with 1.68 W: 5347.6 W/m².
   const std::string bulb = R"({"material": "lamp", "sphere": {"center": [0, -0.005, 0], "radius": 0.005}})";
   EXPECT_NEAR(lamp_seen(R"("emission_strength": {"watt": 1.68})", 0, bulb, {}) * M_PI, 5347.6, 0.1);
-  // Two such bulbs of one material share the power.
+  // Two such bulbs of one material share its power.
   const std::string two = bulb + R"(, {"material": "lamp", "sphere": {"center": [5, 0, 0], "radius": 0.005}})";
   EXPECT_NEAR(lamp_seen(R"("emission_strength": {"watt": 3.36})", 0, two, {}) * M_PI, 5347.6, 0.1);
 }
 
-// A ray finds one of two lamps in one place, so the light that is drawn must be of one as well.
-TEST(EmissiveSurfaces, InOnePlaceAreOneLampWhateverTheirMaterials) {
+// A ray finds one of two coincident emitters, so light sampling must also draw only one.
+TEST(EmissiveSurfaces, CountOnceInOnePlaceWhateverTheirMaterials) {
   const std::string sides = R"(, "two_sided_emission": true)";
   const auto lamp = [&](const std::string& name) {
     return fmt::format(R"({{"name": "{}", "diffuse": {{"reflectance": {}}}, "emission": {}{}}})", name, gray(0),
@@ -247,8 +247,8 @@ TEST(EmissiveSurfaces, InOnePlaceAreOneLampWhateverTheirMaterials) {
                  2 * M_PI * 0.25, 2e-2);
 }
 
-TEST(CosineProfile, IlluminatesAsTheIntegralOverTheLampSays) {
-  // A 1 × 1 lamp at height 1 with L = 3 cos^n: E at the floor below its centre, by the midpoint rule over the lamp.
+TEST(CosineProfile, IrradianceIsTheIntegralOverTheEmitter) {
+  // A 1 × 1 emitter at height 1 with L = 3 cos^n: E on the floor below its centre, by the midpoint rule.
   for (const double n : {1.0, 8.0}) {
     double irradiance = 0;
     constexpr int kSteps = 400;

@@ -1,4 +1,4 @@
-// Virtual meters of scene documents, and the comparison of their readings with exact answers.
+// Virtual meters of scene documents, and comparison of their readings with exact answers.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 
 namespace lightmill::test {
 
-/// Reads all meters of a document by a method from 2^level samples of each of their tiles' pixels.
+/// Reads all meters of a document by a method, with 2^level samples per pixel of each of their tiles.
 inline std::vector<MeterReading> read_meters(const TestScene& scene, std::uint32_t level, std::uint64_t seed = 1,
                                              const CompiledScene::ImageDecoder& images = nullptr,
                                              const std::string& name = "path") {
@@ -28,7 +28,7 @@ inline std::vector<MeterReading> read_meters(const TestScene& scene, std::uint32
   return readings;
 }
 
-/// A document without what the camera would see; `parts` are its materials, objects, lights and meters.
+/// A document for meters, with a camera that sees nothing. `parts` are its materials, objects, lights and meters.
 inline TestScene scene_with(const std::string& parts, const std::map<std::string, std::string>& files = {},
                             const CompiledScene::ImageDecoder& images = nullptr) {
   return TestScene::from_text(
@@ -36,16 +36,16 @@ inline TestScene scene_with(const std::string& parts, const std::map<std::string
       images);
 }
 
-/// Within its own interval widened to 4.5 standard errors (false alarm 7e-6 each), which is to be at most `precision`
-/// of the value; 1e-5 of the value is left to rounding.
+/// The value lies within its own interval, widened to 4.5 standard errors (false alarm 7e-6 each). The interval is at
+/// most `precision` of the value. 1e-5 of the value is for rounding.
 inline void expect_reading(const MeterReading& reading, double expected, double precision) {
   EXPECT_NEAR(reading.value, expected, 4.5 / 1.96 * reading.half_width + 1e-5 * expected);
-  EXPECT_LE(4.5 / 1.96 * reading.half_width, precision * expected) << "the test says little";
+  EXPECT_LE(4.5 / 1.96 * reading.half_width, precision * expected) << "the noise hides a difference";
   EXPECT_NEAR(reading.photometric, 683 * reading.value, 1e-9 * reading.photometric);
   EXPECT_NEAR(reading.photometric_width, 683 * reading.half_width, 1e-9 * reading.photometric);
 }
 
-/// What several independent meters read together.
+/// The sum of several independent readings.
 inline MeterReading sum_of(const std::vector<MeterReading>& readings) {
   MeterReading sum;
   double squares = 0;

@@ -1,4 +1,4 @@
-// Virtual meters in public scene documents read what closed forms say, within the error that they state.
+// Virtual meters in public scene documents read the values of closed forms, within their stated error.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ std::string lamp_obj(double x0, double y0, double x1, double y1) {
 constexpr const char* kLampObject = R"("objects": [{"material": "lamp", "mesh": {"file": "lamp.obj"}}])";
 
 TEST(Meters, APointLightIsReadExactly) {
-  // E = I cosθ / d², in every channel by itself; nothing is random, so the error is that of rounding.
+  // E = I cosθ / d², for each channel. Nothing is random, so the only error is rounding.
   for (const auto& [x, y, z, cosine] :
        {std::array{0.0, 0.0, 2.0, 1.0}, {1.5, 0.0, 2.0, 0.8}, {0.0, -2.0, 1.0, std::sqrt(0.2)}}) {
     const auto scene = scene_with(fmt::format(
@@ -34,7 +34,7 @@ TEST(Meters, APointLightIsReadExactly) {
         point(x, y, z)));
     const MeterReading reading = read_meters(scene, 1).front();
     const double factor = cosine / (x * x + y * y + z * z);
-    // It begins in the open, where it is: single precision is all that is lost.
+    // The ray starts exactly at the meter in the open, so only single precision matters.
     EXPECT_NEAR(reading.rgb.x, 1 * factor, 1e-6 * factor);
     EXPECT_NEAR(reading.rgb.y, 2 * factor, 2e-6 * factor);
     EXPECT_NEAR(reading.rgb.z, 4 * factor, 4e-6 * factor);
@@ -42,7 +42,7 @@ TEST(Meters, APointLightIsReadExactly) {
   }
 }
 
-/// What a meter at the origin that faces +z reads of a point light of 4 W/sr two above it, with another object there.
+/// Reading of a meter at the origin that faces +z, from a point light of 4 W/sr two units above, with another object.
 double read_under_a_light(const std::string& object, std::uint32_t level = 1) {
   const auto scene = scene_with(fmt::format(
       R"("materials": [{{"name": "m", "diffuse": {{"reflectance": {{"rgb": [0, 0, 0]}}}}}}],
@@ -53,23 +53,23 @@ double read_under_a_light(const std::string& object, std::uint32_t level = 1) {
   return read_meters(scene, level).front().value;
 }
 
-TEST(Meters, InTheOpenFarThingsDoNotMoveThem) {
-  // E = I / d² = 1, however far below a plane, a triangle's far corner or a ball is: they are not at the meter.
+TEST(Meters, FarSurfacesDoNotMoveThem) {
+  // E = I / d² = 1 for any depth of a plane, a triangle's far corner or a ball, because they are not at the meter.
   for (const double depth : {1.0, 10.0, 1e3, 1e4, 1e6}) {
     EXPECT_NEAR(read_under_a_light(fmt::format(R"("plane": {{"point": [0, 0, {}], "normal": [0, 0, 1]}})", -depth)), 1,
                 1e-6)
         << depth;
   }
   EXPECT_NEAR(read_under_a_light(R"("plane": {"point": [0, 0, -1], "normal": [0, 0, 1]})"), 1, 1e-6);
-  // The frame's middle is 500 off, which single precision knows to 2^-16.
+  // The middle of the frame is 500 away, which single precision knows to 2^-16.
   EXPECT_NEAR(read_under_a_light(R"("triangle": {"a": [0, 0, -1], "b": [1e3, 0, -1e3], "c": [0, 1e3, -1e3]})"), 1,
               1e-4);
   EXPECT_NEAR(read_under_a_light(R"("sphere": {"center": [0, 0, -1e4], "radius": 9e3})"), 1, 1e-6);
 }
 
 TEST(Meters, OnASurfaceTheySeeWhatTheSurfaceSees) {
-  // On a plane far from its point, on a ball's top, on a triangle, in its frame's corner: nothing of them is in the
-  // way, and the hair above them is small against the light's distance.
+  // On a plane far from its point, on a ball's top, on a triangle, and at its frame's corner. None of them blocks the
+  // light. The offset above them is small against the light's distance.
   for (const char* object :
        {R"("plane": {"point": [0, 0, 0], "normal": [0, 0, 1]})",
         R"("plane": {"point": [300, -200, 0], "normal": [0, 0, 1]})",
@@ -77,12 +77,12 @@ TEST(Meters, OnASurfaceTheySeeWhatTheSurfaceSees) {
         R"("triangle": {"a": [-1, -1, 0], "b": [100, 0, 0], "c": [0, 100, 0]})"}) {
     EXPECT_NEAR(read_under_a_light(object, 4), 1, 3e-3) << object;
   }
-  // Tilted, where the plane's point and the meter are rounded each on its own.
+  // Tilted: the plane's point and the meter are rounded separately.
   EXPECT_NEAR(read_under_a_light(R"("plane": {"point": [300, 0, -100], "normal": [1, 0, 3]})", 4), 1, 3e-3);
 }
 
-TEST(Meters, SphereLights) {
-  // E = πL (R/d)² cosθ while the whole sphere stands above the meter's horizon.
+TEST(Meters, ReadSphereLightsByTheFormula) {
+  // E = πL (R/d)² cosθ if the whole sphere is above the meter's horizon.
   struct Case {
     double radius, distance, cosine;
   };
@@ -97,7 +97,8 @@ TEST(Meters, SphereLights) {
   }
 }
 
-/// Form factor of a rectangle a × b at distance h seen from the point below its corner, facing it (Siegel & Howell).
+/// Form factor of a rectangle a × b at distance h, seen from the point below its corner and facing it (Siegel &
+/// Howell).
 double corner_form_factor(double a, double b, double h) {
   const double x = a / h, y = b / h;
   return (x / std::sqrt(1 + x * x) * std::atan(y / std::sqrt(1 + x * x)) +
@@ -105,7 +106,7 @@ double corner_form_factor(double a, double b, double h) {
          (2 * kPiDouble);
 }
 
-TEST(Meters, QuadsSeenFromAPoint) {
+TEST(Meters, ReadQuadsByTheirFormFactor) {
   struct Case {
     double x0, y0, x1, y1, h, form_factor;
   };
@@ -124,8 +125,7 @@ TEST(Meters, QuadsSeenFromAPoint) {
   }
 }
 
-/// Form factor from a rectangle w × l to one h × l at right angles to it with the common edge l (Siegel & Howell,
-/// C-14).
+/// Form factor from a rectangle w × l to a perpendicular one h × l with the common edge l (Siegel & Howell, C-14).
 double perpendicular_form_factor(double l, double w, double h) {
   const double a = h / l, b = w / l, a2 = a * a, b2 = b * b, c2 = a2 + b2;
   return 1 / (kPiDouble * b) *
@@ -134,7 +134,7 @@ double perpendicular_form_factor(double l, double w, double h) {
                           std::pow(a2 * (1 + c2) / ((1 + a2) * c2), a2)));
 }
 
-TEST(Meters, ParallelRectangles) {
+TEST(Meters, ReadParallelRectanglesByTheirFormFactor) {
   EXPECT_NEAR(parallel_form_factor(1, 1, 1), 0.1998249, 5e-8);
   for (const auto& [a, b, h] : {std::array{1.0, 1.0, 1.0}, {2.0, 0.5, 1.0}, {1.0, 3.0, 0.4}}) {
     const auto scene = scene_with(fmt::format(R"({0}, {1}, "meters": [
@@ -151,9 +151,9 @@ TEST(Meters, ParallelRectangles) {
   }
 }
 
-TEST(Meters, PerpendicularRectanglesWithACommonEdge) {
+TEST(Meters, ReadPerpendicularRectanglesByTheirFormFactor) {
   EXPECT_NEAR(perpendicular_form_factor(1, 1, 1), 0.2000438, 5e-8);
-  // The lamp (w along x, l along y) lies in z = 0; the meter stands on its edge x = 0 and faces +x.
+  // The emitter (w along x, l along y) lies in z = 0. The meter stands on its edge x = 0 and faces +x.
   for (const auto& [l, w, h] : {std::array{1.0, 1.0, 1.0}, {2.0, 1.0, 0.5}, {1.0, 0.3, 2.0}}) {
     const auto scene = scene_with(
         fmt::format(
@@ -165,9 +165,9 @@ TEST(Meters, PerpendicularRectanglesWithACommonEdge) {
   }
 }
 
-TEST(Meters, CoaxialDiscs) {
-  // The mean over a disc is the integral over u = ρ²/r² of the irradiance at radius ρ: by eight point meters at Gauss-
-  // Legendre nodes. The lamp is a polygon of 720 sides.
+TEST(Meters, ReadCoaxialDiscsByTheirFormFactor) {
+  // The mean over a disc is the integral over u = ρ²/r² of the irradiance at radius ρ. Eight point meters at
+  // Gauss-Legendre nodes measure it. The emitter is a polygon of 720 sides.
   constexpr std::array kNodes{0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
   constexpr std::array kWeights{0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
   for (const auto& [lamp_radius, meter_radius, h] : {std::array{1.0, 1.0, 1.0}, {0.5, 2.0, 1.5}}) {
@@ -209,8 +209,8 @@ TEST(Meters, CoaxialDiscs) {
   }
 }
 
-TEST(Meters, ADiffuseSphereWithAPointLightInIt) {
-  // Every bounce sends on ρ of the light: L = (I/R²)/π · ρ/(1 − ρ). Inside, the wall gives πL whatever way one faces.
+TEST(Meters, ReadTheSeriesOfBouncesInADiffuseSphere) {
+  // Every bounce reflects ρ of the light: L = (I/R²)/π · ρ/(1 − ρ). Inside, a meter of any direction reads πL.
   struct Case {
     double radius, reflectance, intensity;
   };
@@ -233,8 +233,8 @@ TEST(Meters, ADiffuseSphereWithAPointLightInIt) {
   }
 }
 
-TEST(Meters, InsideAnAbsorbingBall) {
-  // Through a medium of index 1 that absorbs σ = −ln 0.5 a unit, light from a point a distance away: I e^(−σd)/d².
+TEST(Meters, ReadWhatAnAbsorbingBallTransmits) {
+  // Through a medium of index 1 that absorbs σ = −ln 0.5 per unit, from a point at distance d: I e^(−σd)/d².
   const auto scene = scene_with(
       R"("materials": [{"name": "smoke", "dielectric": {"ior": 1}, "interior": {"absorption": {"rgb": [0.6931472, 0.6931472, 0.6931472]}}}],
          "objects": [{"material": "smoke", "sphere": {"center": [0, 0, 0], "radius": 3}}],
@@ -260,8 +260,8 @@ TEST(Meters, OccludeNothingAndChangeNoPicture) {
   EXPECT_GT(a.a[3 * (8 * 16 + 8)], 0);
 }
 
-// The truth lies in the stated interval as often as stated: of 800 films with other seeds in 95 ± 3.5 % (4.5 standard
-// deviations of √(0.95 · 0.05 / 800) = 0.77 %: false alarm 7e-6).
+// The stated interval holds the truth as often as stated. Of 800 films with different seeds it does in 95 ± 3.5 % (4.5
+// standard deviations of √(0.95 · 0.05 / 800) = 0.77 %: false alarm 7e-6).
 TEST(Meters, TheStatedIntervalHoldsTheTruthAsOftenAsStated) {
   const auto scene = scene_with(fmt::format(R"({}, {}, "meters": [
           {{"name": "point", "irradiance": {{"point": [0, 0, 0.5], "normal": [0, 0, -1]}}}},

@@ -1,8 +1,8 @@
-// Photons against exact answers: `ppm` samples no lamp from any of these surfaces; `vcm` does so beside all else.
+// Photons against exact answers. On these surfaces `ppm` samples no lights, and `vcm` does so among other strategies.
 //
-// Photons are shared by a picture's pixels, so standard errors come from the spread of whole pictures over 16 seeds: a
+// The pixels of a picture share its photons, so standard errors come from the spread of whole pictures over 16 seeds. A
 // |z| above 6 is a false alarm once in 40,000 (Student's distribution, 15 degrees of freedom). Each case also states
-// what the radius of gathering may blur.
+// how much the gather radius may blur.
 #include "tests/analytic/meter_text.h"
 #include "tests/analytic/scene_text.h"
 
@@ -29,7 +29,7 @@ Estimate seen_by(const TestScene& scene, const std::string& method, std::uint32_
 }
 
 void expect_seen(const Estimate& estimate, double exact, double precision, double blur = 0) {
-  EXPECT_LT(estimate.standard_error, precision * exact) << "too noisy to tell";
+  EXPECT_LT(estimate.standard_error, precision * exact) << "too much noise to compare";
   EXPECT_NEAR(estimate.value, exact, 6 * estimate.standard_error + (blur + kRounding) * exact);
 }
 
@@ -37,7 +37,7 @@ class PhotonAnswers : public ::testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(By, PhotonAnswers, ::testing::Values("ppm", "vcm"),
                          [](const auto& info) { return info.param; });
 
-// Deposits on a sphere nearer than r in a straight line lie on a cap of area πr²: gathering there has no blur.
+// Photons on a sphere within the straight distance r lie on a cap of area πr², so gathering there has no blur.
 TEST_P(PhotonAnswers, AFurnaceOfAlbedoAHasRadianceOneOverOneMinusA) {
   for (const double albedo : {0.5, 0.8}) {
     const auto scene = TestScene::from_text(
@@ -64,7 +64,7 @@ TEST_P(PhotonAnswers, APointLightAtTheCentreOfADiffuseSphereGivesRadianceOne) {
   }
 }
 
-TEST_P(PhotonAnswers, ABlackEmitterInADiffuseSphere) {
+TEST_P(PhotonAnswers, ABlackEmitterLightsADiffuseSphereByTheClosedForm) {
   for (const auto& [r, room, rho] : {std::tuple(0.25, 1.0, 0.5), {0.9, 2.0, 0.8}}) {
     const double f = r * r / (room * room);
     const auto scene =
@@ -75,8 +75,8 @@ TEST_P(PhotonAnswers, ABlackEmitterInADiffuseSphere) {
   }
 }
 
-// Of one colour, which next-event estimation never samples; an image is sampled. A ball of reflectance ρ sends ρL on.
-TEST_P(PhotonAnswers, AWhiteBallUnderAnEvenSky) {
+// Next-event estimation never samples a constant environment, but samples an image. A ball of reflectance ρ shows ρL.
+TEST_P(PhotonAnswers, ABallReflectsItsAlbedoUnderAnEvenSky) {
   for (const auto& [rho, sky] : {std::pair(1.0, 0.7), {0.4, 3.0}}) {
     const auto scene = TestScene::from_text(
         document(R"("eye": [0, 0, 4], "look_at": [0, 0, 0])", 12, 16, diffuse("ball", rho),
@@ -85,7 +85,7 @@ TEST_P(PhotonAnswers, AWhiteBallUnderAnEvenSky) {
   }
 }
 
-// A small patch of a white floor. Over so little of it the irradiance bends by 3e-3 at most.
+// A small patch of a white floor. Irradiance varies over it by at most 3e-3.
 TEST_P(PhotonAnswers, ASphereLightsAFloor) {
   const double x = 1, height = 2, radius = 0.7, radiance = 3;
   const double distance2 = x * x + height * height;
@@ -98,8 +98,8 @@ TEST_P(PhotonAnswers, ASphereLightsAFloor) {
               radiance * radius * radius / distance2 * height / std::sqrt(distance2), 1e-2, 4e-3);
 }
 
-// What photons cross is counted: no radius enters.
-TEST_P(PhotonAnswers, FormFactorsOfUnitSquares) {
+// Meters count photons that cross them, without a radius.
+TEST_P(PhotonAnswers, UnitSquaresHaveTheirFormFactors) {
   const auto patch = [](const std::string& edge1, const std::string& edge2) {
     return fmt::format(R"("meters": [{{"name": "m", "patch": {{"corner": [0, 0, 0], "edge1": {}, "edge2": {}}}}}])",
                        edge1, edge2);

@@ -1,5 +1,5 @@
-// Radiometry's own figures read by virtual meters in public scene documents: what lamps of a given power give, and what
-// an even sky does.
+// Known figures of radiometry, read by virtual meters in public scene documents: emitters of a given power, and a
+// uniform sky.
 #include "tests/analytic/meter_text.h"
 #include "tests/analytic/scene_text.h"
 
@@ -10,7 +10,7 @@ std::string irradiance(const std::string& point, const std::string& normal) {
   return fmt::format(R"({{"name": "at {0}", "irradiance": {{"point": {0}, "normal": {1}}}}})", point, normal);
 }
 
-/// Flux meters on the six sides of a cube around the origin, facing inwards: all that is radiated in it arrives there.
+/// Flux meters on the six sides of a cube around the origin, facing inwards. All light emitted inside arrives there.
 std::string box_of_meters(double side) {
   std::string meters;
   const auto text = [](const Vec3d& v) { return fmt::format("[{}, {}, {}]", v.x, v.y, v.z); };
@@ -28,7 +28,7 @@ std::string box_of_meters(double side) {
   return meters;
 }
 
-/// What no meter sees anything of: a scene must have an object.
+/// An object that no meter sees. A scene must have one.
 constexpr const char* kMote = R"("materials": [{"name": "black", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}}],
     "objects": [{"material": "black", "sphere": {"center": [0, -30, 0], "radius": 0.01}}])";
 
@@ -37,8 +37,8 @@ std::string lamp_material(const std::string& emission) {
                      emission);
 }
 
-// A bulb of 2.4 V and 0.7 A: 1.68 W, 0.13369 W/sr, 504 J in five minutes. And another one.
-TEST(Radiometry, ABulbAsAPoint) {
+// A bulb of 2.4 V and 0.7 A: 1.68 W, 0.13369 W/sr, 504 J in five minutes. Then another one.
+TEST(Radiometry, APointEmitsItsWatts) {
   for (const auto& [watt, intensity] : {std::pair(2.4 * 0.7, 0.13369), {60.0, 60 / (4 * M_PI)}}) {
     const auto scene = scene_with(fmt::format(
         R"({}, "lights": [{{"point": {{"position": [0, 0, 0]}}, "strength": {{"watt": {}}}}}],
@@ -57,7 +57,7 @@ TEST(Radiometry, ABulbAsAPoint) {
 }
 
 // As a sphere of diameter 1 cm its exitance is 5347.6 W/m².
-TEST(Radiometry, ABulbAsASphere) {
+TEST(Radiometry, ASphereEmitsItsWatts) {
   for (const auto& [watt, diameter, exitance] :
        {std::tuple(1.68, 0.01, 5347.6), {100.0, 0.2, 100 / (M_PI * 0.2 * 0.2)}}) {
     const auto scene = scene_with(
@@ -69,14 +69,14 @@ TEST(Radiometry, ABulbAsASphere) {
                     irradiance(fmt::format("[{}, 0, 0]", 0.505 * diameter), "[-1, 0, 0]"), box_of_meters(1)));
     const auto readings = read_meters(scene, 7);
     expect_reading(readings[0], exitance / 4, 2e-3);
-    expect_reading(readings[1], exitance / (1.01 * 1.01), 3e-3);  // all but at its surface
+    expect_reading(readings[1], exitance / (1.01 * 1.01), 3e-3);  // away from its surface
     EXPECT_NEAR(readings[2].value, exitance / M_PI, 2e-5 * exitance);
     expect_reading(sum_of({readings.begin() + 3, readings.end()}), watt, 3e-3);
   }
 }
 
 // 0.1 × 0.1 m with L = 5000 gives 15,708 W/m² and 157.080 W; with L = 6000 cos θ 125.664 W, as 2π L₀ A/(n + 2).
-TEST(Radiometry, ASquareEmitterWithAndWithoutACosineProfile) {
+TEST(Radiometry, ASquareEmitsItsWattsWithAndWithoutACosineProfile) {
   struct Case {
     double side, radiance, exponent, watt;
   };
@@ -91,7 +91,7 @@ TEST(Radiometry, ASquareEmitterWithAndWithoutACosineProfile) {
             corner, gap, c.side, box_of_meters(1)),
         {{"lamp.obj", horizontal_rectangle(corner, corner + c.side, corner, corner + c.side, 0, true)}});
     const auto readings = read_meters(scene, 7);
-    if (c.exponent == 0) {  // facing it closely: its exitance, but for what passes by
+    if (c.exponent == 0) {  // facing it closely: its exitance, except for what passes beside the meter
       expect_reading(readings[0], 15708 * parallel_form_factor(c.side, c.side, gap), 5e-3);
     }
     const double cosine = std::pow(1 / std::sqrt(2.01), c.exponent);

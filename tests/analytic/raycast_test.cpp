@@ -1,4 +1,4 @@
-// `raycast` by numbers that can be worked out by hand, through public scene documents.
+// `raycast` against numbers worked out by hand, through public scene documents.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,8 +10,8 @@ namespace {
 
 using Files = std::map<std::string, std::string>;
 
-/// What a point of a scene shows to a camera with a tiny field of view: red, with the halves equal up to what the
-/// pixel's extent makes of it.
+/// Red value of a point of a scene, seen by a camera with a tiny field of view. The halves are equal up to the
+/// variation over the pixel.
 double seen(const std::string& view, const std::string& materials, const std::string& objects,
             const std::string& lights, const Files& files = {}, const std::string& method = "raycast",
             std::uint32_t max_bounces = 0) {
@@ -25,7 +25,7 @@ std::string above(double x, double z = 0) {
   return fmt::format(R"("eye": [{0}, 0.5, {2}], "look_at": [{0}, 0, {1}])", x, z, z + 0.01);
 }
 
-/// Irradiance of a floor (y = 0, white on both sides of all) at (x, 0, z).
+/// Irradiance of a floor (y = 0, white on both sides) at (x, 0, z).
 double floor_irradiance(double x, const std::string& lights, const std::string& more_objects = "",
                         const std::string& more_materials = "", const Files& more_files = {}, double z = 0) {
   Files files = more_files;
@@ -81,7 +81,7 @@ TEST(AreaLight, ShinesFromTheMiddleOfItsBoxWithItsPower) {
   const std::string lamp = also(mesh("lamp", "lamp.obj"));
   expect_near(floor_irradiance(1, "", lamp, also(diffuse("lamp", 0, 5)), files), 0.3);
   expect_near(floor_irradiance(2.5, "", lamp, also(diffuse("lamp", 0, 5)), files), 1.2 * 0.8 * 0.8 / 6.25);
-  // The same by its power; and with L = L₀ cos²θ, of which Φ/(2π/4) goes along the normal.
+  // The same by power. With L = L₀ cos²θ the intensity along the normal is Φ/(2π/4).
   const auto watt = [](double flux, int exponent) {
     return fmt::format(R"(, {{"name": "lamp", "diffuse": {{"reflectance": {}}}, "emission_strength": {{"watt": {}}},
                             "emission_exponent": {}}})",
@@ -104,7 +104,7 @@ TEST(AreaLight, ShinesOnTheSidesThatEmit) {
   expect_near(lit(false, R"(, "two_sided_emission": true)"), 0.25);
 }
 
-TEST(AreaLight, OnBothSidesDoesNotCareHowItIsWound) {
+TEST(AreaLight, IgnoresTheWindingWhenTwoSided) {
   const std::string corners =
       "v -3 1 -1\nv -1 1 -1\nv -1 1 1\nv -3 1 1\nv 1 1 -1\nv 3 1 -1\nv 3 1 1\nv 1 1 1\nf 1 2 3 4\n";
   const auto lit = [](const std::string& obj) {
@@ -114,28 +114,28 @@ TEST(AreaLight, OnBothSidesDoesNotCareHowItIsWound) {
                                         gray(0), gray(1)),
                             {{"lamp.obj", obj}});
   };
-  // Two panels of 4: A L along the normal of both.
+  // Two panels of area 4: A L along the normal of both.
   expect_near(lit(corners + "f 5 6 7 8\n"), 8);
   expect_near(lit(corners + "f 8 7 6 5\n"), 8);
-  // Four upright panels around the middle, open above and below: A = 16 on two sides, alike in all directions.
+  // Four upright panels around the middle, open above and below: A = 16 on two sides, the same in all directions.
   const std::string tube =
       "v -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\nv -1 4 -1\nv 1 4 -1\nv 1 4 1\nv -1 4 1\n"
       "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
   expect_near(lit(tube), 2 * 16.0 / 4 / 9);
-  // With two ends it shines by its outer side alone.
+  // With both ends it shines only by its outer side.
   expect_near(lit(tube + "f 4 3 2 1\nf 5 6 7 8\n"), 24.0 / 4 / 9);
 }
 
-TEST(AreaLight, OfATriangleIsAtTheMiddleOfItsBox) {
-  // Half of a 2 × 2 square: the middle of the box is on its longest side.
+TEST(AreaLight, TriangleShinesFromTheMiddleOfItsBox) {
+  // Half of a 2 × 2 square. The middle of its box is on its longest side.
   const std::string triangle =
       R"(, {"material": "lamp", "triangle": {"a": [0, 2, 0], "b": [2, 2, 0], "c": [0, 2, 2]}})";
   expect_near(floor_irradiance(1, "", triangle, also(diffuse("lamp", 0, 3)), {}, 1), 6.0 / 4);
   expect_near(floor_irradiance(-0.5, "", triangle, also(diffuse("lamp", 0, 3)), {}, 1), 6 * 0.64 / 6.25);
 }
 
-TEST(AreaLight, OfASphereOrAClosedMeshShinesAlikeInAllDirections) {
-  // A sphere: L π r². It does not hide its own middle.
+TEST(AreaLight, SphereOrClosedMeshShinesAlikeInAllDirections) {
+  // A sphere: L π r². It does not occlude its own middle.
   const std::string ball = also(sphere("lamp", "[0, 2, 0]", 0.5));
   expect_near(floor_irradiance(1.5, "", ball, also(diffuse("lamp", 0, 3))), 3 * M_PI * 0.25 * 0.8 / 6.25);
   // A cube with sides of 1: Φ = 6 π L, Φ/4π = 1.5 L.
@@ -147,8 +147,8 @@ TEST(AreaLight, OfASphereOrAClosedMeshShinesAlikeInAllDirections) {
               3 * 0.8 / 6.25);
 }
 
-TEST(AreaLight, OfACurvedMeshShinesAboutItsMeanNormal) {
-  // Two unit squares that meet at the bottom, 45° off the horizontal: A = 2, mean normal straight down.
+TEST(AreaLight, CurvedMeshShinesAboutItsMeanNormal) {
+  // Two unit squares that meet at the bottom, 45° to the horizontal: A = 2, mean normal straight down.
   const double s = std::sqrt(0.5);
   const Files files{{"roof.obj", fmt::format("v 0 2 -0.5\nv 0 2 0.5\nv {0} {1} 0.5\nv {0} {1} -0.5\nv -{0} {1} 0.5\n"
                                              "v -{0} {1} -0.5\nf 4 3 2 1\nf 1 2 5 6\n",
@@ -158,17 +158,17 @@ TEST(AreaLight, OfACurvedMeshShinesAboutItsMeanNormal) {
               6 * height * height / (d2 * d2));
 }
 
-TEST(AreaLight, IsHiddenByWhatIsBetween) {
+TEST(AreaLight, IsHiddenByOccluders) {
   const std::string lamp = also(sphere("lamp", "[0, 4, 0]", 0.5)), ball = also(sphere("floor", "[0, 2, 0]", 0.25));
   const auto lit = [&](double x) { return floor_irradiance(x, "", lamp + ball, also(diffuse("lamp", 0, 1))); };
-  // Seen from the lamp's middle, 2 above the ball's, the ball hides a cone whose sine is 1/8: at the floor tan · 4.
+  // Seen from the light's middle, 2 above the ball's, the ball hides a cone with sine 1/8: at the floor tan · 4.
   const double edge = 4 / std::sqrt(63);
   EXPECT_EQ(lit(edge - 2e-4), 0);
   const double x = edge + 2e-4;
   expect_near(lit(x), M_PI * 0.25 * 4 / std::pow(16 + x * x, 1.5));
 }
 
-TEST(AreaLight, IsSeenAsItIsAndDoesNotLightItself) {
+TEST(AreaLight, ShowsItsRadianceAndDoesNotLightItself) {
   const std::string view = R"("eye": [0.2, 0, 0.1], "look_at": [0.2, 2, 0.1], "up": [0, 0, 1])";
   const auto looks = [&](bool up) {
     return seen(view, diffuse("lamp", 0.9, 5), mesh("lamp", "lamp.obj"), "",
@@ -186,7 +186,7 @@ const char* const kOctahedron =
     "f 2//2 1//1 6//6\nf 4//4 2//2 6//6\nf 5//5 4//4 6//6\nf 1//1 5//5 6//6\n";
 
 TEST(Raycast, NormalsAreSmoothOrFlat) {
-  // Where the normals of the corners are the corners, the normal between them points away from the middle.
+  // The normals of the corners are the corners, so the interpolated normal points away from the middle.
   const auto at = [](const std::string& method) {
     return M_PI * seen(R"("eye": [1.2, 0.6, 0.2], "look_at": [0.6, 0.3, 0.1])", diffuse("clay", 1),
                        mesh("clay", "octahedron.obj"),
@@ -197,7 +197,7 @@ TEST(Raycast, NormalsAreSmoothOrFlat) {
   expect_near(at("raycast:flat"), 2 / std::sqrt(3));
 }
 
-// A point light leaves next-event estimation no choice: what `path` scatters once is then exact as well.
+// With a point light next-event estimation has no choice. So one scattering in `path` is also exact.
 TEST(Raycast, EveryMaterialScattersAsInThePathTracer) {
   const std::string light = R"({"point": {"position": [1.1, 1.3, -0.7], "intensity": {"rgb": [6, 5, 4]}}})";
   const std::string beyond = R"({"point": {"position": [0.3, -1.5, -0.2], "intensity": {"rgb": [6, 5, 4]}}})";
@@ -253,8 +253,8 @@ TEST(Raycast, TheEnvironmentIsSeenAndLightsEvenly) {
 }
 
 TEST(Raycast, LightIsAbsorbedWhereItGoesStraightOn) {
-  // A slab of smoke, 0.5 thick, between the light and the floor, and between the floor and the eye: light crosses it
-  // at a cosine of 0.8, the eye looks straight down (to 0.01 in 2.5).
+  // A slab of smoke, 0.5 thick, between the light and the floor, and between the floor and the camera. Light crosses it
+  // at a cosine of 0.8. The camera looks straight down (to 0.01 in 2.5).
   const std::string slab =
       "v -9 1 -9\nv 9 1 -9\nv 9 1 9\nv -9 1 9\nv -9 1.5 -9\nv 9 1.5 -9\nv 9 1.5 9\nv -9 1.5 9\n"
       "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n";
@@ -269,7 +269,7 @@ TEST(Raycast, LightIsAbsorbedWhereItGoesStraightOn) {
   const double left = std::exp(-0.7 * 0.5 / 0.8) * std::exp(-0.7 * 0.5);
   EXPECT_NEAR(shown(1, "", kPoint), 6 * 0.8 / 6.25 * left, 1e-4);
   EXPECT_NEAR(shown(1, also(sphere("lamp", "[0, 2, 0]", 0.1)), ""), 3 * M_PI * 0.01 * 0.8 / 6.25 * left, 1e-5);
-  EXPECT_EQ(shown(1.5, "", kPoint), 0);  // glass: black itself
+  EXPECT_EQ(shown(1.5, "", kPoint), 0);  // glass itself is black
 }
 
 }  // namespace

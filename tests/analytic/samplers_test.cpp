@@ -1,5 +1,5 @@
-// Chi-squared tests of every sampler: what `sample` draws has the density that `pdf` states.
-// 200,000 draws each; the threshold of 5 standard deviations raises a false alarm once in 3.5 million tests.
+// Chi-squared tests of every sampler: draws of `sample` have the density that `pdf` states. There are 200,000 draws
+// each. The threshold of 5 standard deviations raises a false alarm once in 3.5 million tests.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ using test::Lanes;
 
 constexpr int kDraws = 200'000;
 
-/// Calls `draw(pair, callback)` on independent random pairs; lanes come out one by one.
+/// Calls `draw(pair, callback)` on independent random pairs, lane by lane.
 template <class Draw>
 void for_each_draw(std::uint32_t seed, Draw draw) {
   for (int i = 0; i < kDraws; i += 8) {
@@ -27,7 +27,7 @@ void for_each_draw(std::uint32_t seed, Draw draw) {
   }
 }
 
-/// Histogram over (cos θ, φ) of directions on the sphere against a density per solid angle.
+/// Histogram over (cos θ, φ) of directions on the sphere, compared with a density per solid angle.
 template <class Density>
 double direction_z(std::uint32_t seed, const std::function<V8(Pair8)>& sample, Density density) {
   constexpr int kTheta = 20, kPhi = 20, kSub = 16;
@@ -55,26 +55,26 @@ double direction_z(std::uint32_t seed, const std::function<V8(Pair8)>& sample, D
   return chi_squared_z(counts, expected);
 }
 
-TEST(Samplers, TheTestItselfFindsAWrongDensity) {
+TEST(Samplers, TheChiSquaredTestFindsAWrongDensity) {
   const double z = direction_z(1, square_to_cosine_hemisphere, [](double z) { return z > 0 ? 1 / (2 * M_PI) : 0.0; });
   EXPECT_GT(z, 50);
 }
 
-TEST(Samplers, CosineHemisphere) {
+TEST(Samplers, CosineHemisphereFollowsItsDensity) {
   const double z = direction_z(2, square_to_cosine_hemisphere, [](double z) { return std::max(z, 0.0) / M_PI; });
   EXPECT_LT(z, kChiSquaredThreshold);
 }
 
-TEST(Samplers, UniformSphere) {
+TEST(Samplers, UniformSphereFollowsItsDensity) {
   EXPECT_LT(direction_z(5, square_to_sphere, [](double) { return 1 / (4 * M_PI); }), kChiSquaredThreshold);
 }
 
-TEST(Samplers, UniformCone) {
+TEST(Samplers, UniformConeFollowsItsDensity) {
   for (const float one_minus_cos : {0.2f, 0.7f, 1.0f}) {
     const double cos_max = 1 - one_minus_cos;
     const double pdf = Lanes(cone_pdf_solid_angle(F8(one_minus_cos)))[0];
-    // Cells that the rim cuts are integrated finely by direction_z's subcells only if the rim falls between them: it
-    // does for these values (multiples of 1/160).
+    // direction_z's subcells integrate the cells at the rim well only if the rim falls between subcells. It does for
+    // these values (multiples of 1/160).
     const double z = direction_z(
         6, [&](Pair8 u) { return square_to_cone(u, F8(one_minus_cos)); },
         [&](double z) { return z > cos_max ? pdf : 0.0; });

@@ -1,7 +1,7 @@
-// Pieces of scene documents, and the comparison with exact answers.
+// Pieces of scene documents, and comparison with exact answers.
 //
-// Each estimate must lie within 5 of its own standard errors of the exact value (a false alarm once in 1.7 million),
-// and the standard error must be small enough for that to mean something.
+// Each estimate must lie within 5 of its standard errors of the exact value (a false alarm once in 1.7 million). The
+// standard error must be small enough for the comparison to mean something.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -10,11 +10,11 @@
 
 namespace lightmill::test {
 
-/// Rounding (float32 coordinates, offsets off surfaces) may shift an answer by this share.
+/// Share of an answer by which rounding (float32 coordinates, offsets from surfaces) may shift it.
 inline constexpr double kRounding = 2e-5;
 
 inline void expect_answer(const Estimate& estimate, double exact, double max_relative_error) {
-  EXPECT_LT(estimate.standard_error, max_relative_error * exact) << "too noisy to tell";
+  EXPECT_LT(estimate.standard_error, max_relative_error * exact) << "too much noise to compare";
   EXPECT_NEAR(estimate.value, exact, 5 * estimate.standard_error + kRounding * exact)
       << "standard error " << estimate.standard_error;
 }
@@ -28,7 +28,7 @@ inline std::string document(const std::string& view, double fov_degrees, int siz
                      view, fov_degrees, size, size, materials, objects, lights);
 }
 
-/// One more entry of a list.
+/// Another entry of a list.
 inline std::string also(const std::string& entry) {
   return fmt::format(", {}", entry);
 }
@@ -39,11 +39,11 @@ inline std::string diffuse(const std::string& name, double reflectance, double e
   return fmt::format(R"({{"name": "{}", "diffuse": {{"reflectance": {}}}, "emission": {}}})", name, gray(reflectance),
                      gray(emission));
 }
-/// A material; `kind` is the field that says what it is.
+/// A material. `kind` is the field that names its type.
 inline std::string named(const std::string& name, const std::string& kind, double emission = 0) {
   return fmt::format(R"({{"name": "{}", {}, "emission": {}}})", name, kind, gray(emission));
 }
-/// An object; `kind` is the field that says what shape it is.
+/// An object. `kind` is the field that names its shape.
 inline std::string shape(const std::string& material, const std::string& kind, const std::string& transform = "") {
   return fmt::format(R"({{"material": "{}", {}{}}})", material, kind,
                      transform.empty() ? "" : fmt::format(R"(, "transform": {})", transform));
@@ -85,8 +85,8 @@ inline std::string box(double x0, double x1, double y0, double y1, double z0, do
 inline std::string horizontal_square(double side, double height, bool up) {
   return horizontal_rectangle(-side / 2, side / 2, -side / 2, side / 2, height, up);
 }
-/// A square that goes on far beyond what is seen. Its diagonal keeps away from the middle: where two triangles meet,
-/// fast rays may slip through.
+/// A square that reaches far beyond the view. Its diagonal stays away from the middle, because fast rays can slip
+/// through where two triangles meet.
 inline std::string plane(double side, double height, bool up) {
   return horizontal_rectangle(-0.4 * side, 0.6 * side, -0.55 * side, 0.45 * side, height, up);
 }

@@ -1,5 +1,5 @@
-// Planes, triangles, transforms and instances through public scene documents: exact answers, and equal pictures of what
-// is the same thing said in two ways.
+// Planes, triangles, transforms and instances through public scene documents. Tests compare with exact answers, or
+// compare two documents of the same scene.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,8 +9,7 @@
 namespace lightmill::test {
 namespace {
 
-/// 16×16 pixels of a floor seen from (0, 2, 0) straight down, up being −z, with a point light of I = π at (0.3, 1,
-/// −0.2).
+/// 16×16 pixels of a floor seen straight down from (0, 2, 0), with −z up, and a point light of I = π at (0.3, 1, −0.2).
 std::string floor_document(const std::string& objects) {
   return fmt::format(
       R"({{"camera": {{"eye": [0, 2, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "vertical_fov_degrees": 60}},
@@ -46,27 +45,27 @@ void expect_floor(const std::string& objects) {
   }
 }
 
-TEST(Shapes, AnInfinitePlaneUnderAPointLight) {
+TEST(Shapes, AnInfinitePlaneIsAFloor) {
   expect_floor(R"({"material": "white", "plane": {"point": [7, 0, 9], "normal": [0, 2, 0]}})");
 }
 
-TEST(Shapes, APlaneThatIsMovedAndTurned) {
-  // The plane x = 1 turned by 90° about z becomes y = 1, and moved down by 1 the floor.
+TEST(Shapes, AMovedAndTurnedPlaneIsAFloor) {
+  // The plane x = 1, turned by 90° about z and moved down by 1, is the floor.
   expect_floor(R"({"material": "white", "plane": {"point": [1, 0, 0], "normal": [1, 0, 0]},
       "transform": {"rotate": {"axis": [0, 0, 5], "degrees": 90}, "translate": [0, -1, 0]}})");
 }
 
-TEST(Shapes, ATriangleThatIsScaledByVeryDifferentNumbers) {
+TEST(Shapes, AnUnevenlyScaledTriangleIsAFloor) {
   expect_floor(R"({"material": "white", "transform": {"scale": [0.0005, 1000, 0.0005]},
       "triangle": {"a": [-40000, 0, 42000], "b": [80000, 0, 44000], "c": [1000, 0, -100000]}})");
 }
 
-TEST(Shapes, ATriangleIsAFloorToo) {
+TEST(Shapes, ALargeTriangleIsAFloor) {
   expect_floor(R"({"material": "white", "triangle": {"a": [-20, 0, 21], "b": [40, 0, 22], "c": [0.5, 0, -50]}})");
 }
 
 TEST(Shapes, AMirroredTriangleKeepsItsOuterSide) {
-  // An emitter that shows its front alone: mirrored in x, it must still be seen from above.
+  // A one-sided emitter, mirrored in x. It must still be visible from above.
   const std::string text =
       R"({"camera": {"eye": [0, 2, 0], "look_at": [0, 0, 0], "up": [0, 0, -1], "vertical_fov_degrees": 20},
       "film": {"width": 4, "height": 4},
@@ -76,7 +75,8 @@ TEST(Shapes, AMirroredTriangleKeepsItsOuterSide) {
   EXPECT_EQ(mean_of(TestScene::from_text(text).render({"path", 1, 0}, 1), 0).value, 5);
 }
 
-/// An open bowl with vertex normals, so many triangles that two of it are instances, and unlike its mirror image.
+/// An open bowl with vertex normals. It has enough triangles that two copies become instances, and differs from its
+/// mirror image.
 std::string bowl(const std::function<std::array<double, 3>(std::array<double, 3>)>& map, bool mirrored) {
   constexpr int kRings = 12, kSegments = 24;
   std::string text, faces;
@@ -110,7 +110,7 @@ std::string bowls_document(const std::string& objects) {
 
 TEST(Shapes, InstancesLookLikeCopiesOfTheirMesh) {
   const auto same = [](std::array<double, 3> p) { return p; };
-  // Scaled by (2, 1, 0.5), turned by 90° about y (x → −z, z → x), moved.
+  // Scaled by (2, 1, 0.5), turned by 90° about y (x → −z, z → x), and moved.
   const auto first = [](std::array<double, 3> p) {
     return std::array<double, 3>{0.5 * p[2] - 1.5, p[1], -2 * p[0] + 0.5};
   };
@@ -126,7 +126,7 @@ TEST(Shapes, InstancesLookLikeCopiesOfTheirMesh) {
                                              {"material": "white", "mesh": {"file": "b.obj"}})"),
                                                  {{"a.obj", bowl(first, false)}, {"b.obj", bowl(second, true)}})
                                 .render({"path", 5, 0}, 4);
-  // The same random numbers on the same surfaces: what differs is rounding, which few paths notice.
+  // The same random numbers on the same surfaces. Only rounding differs, and it affects few paths.
   double difference = 0, sum = 0;
   for (std::size_t i = 0; i < copied.a.size(); ++i) {
     difference += std::abs(copied.mean(i) - instanced.mean(i));
@@ -136,7 +136,7 @@ TEST(Shapes, InstancesLookLikeCopiesOfTheirMesh) {
   EXPECT_LT(difference, 2e-3 * sum);
 }
 
-TEST(Shapes, ASphereThatIsScaledAndMovedIsTheSphereSaidAtOnce) {
+TEST(Shapes, ATransformedSphereEqualsTheSphereGivenDirectly) {
   const auto document = [](const std::string& sphere) {
     return R"({"camera": {"eye": [0, 0, 9], "look_at": [0, 0, 0], "vertical_fov_degrees": 40},
       "film": {"width": 32, "height": 32},

@@ -1,4 +1,4 @@
-// `whitted` by the closed forms of slabs, mirrors and light pipes, through public scene documents.
+// `whitted` against closed forms of slabs, mirrors and light pipes, through public scene documents.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@ namespace {
 
 using Files = std::map<std::string, std::string>;
 
-/// What a camera with a tiny field of view sees: red.
+/// Red value that a camera with a tiny field of view sees.
 double seen(const std::string& view, const std::string& materials, const std::string& objects, const Files& files = {},
             const std::string& method = "whitted", const std::string& lights = "", std::uint32_t max_bounces = 0) {
   const auto scene = TestScene::from_text(document(view, 0.001, 8, materials, objects, lights), files);
@@ -19,8 +19,8 @@ double seen(const std::string& view, const std::string& materials, const std::st
   return value.value;
 }
 
-/// What is seen of a wall of radiance 1 by light that crosses a slab of index 1.5 and thickness 1 at this angle; or,
-/// where the wall is on the camera's side, of its image in the slab.
+/// A wall of radiance 1, seen at this angle through a slab of index 1.5 and thickness 1. If the wall is on the camera's
+/// side, its image in the slab.
 double through_slab(double degrees, const std::string& method, const std::string& interior = "", bool behind = true,
                     const std::string& kind = R"("dielectric": {"ior": 1.5})") {
   const double theta = degrees * M_PI / 180;
@@ -34,10 +34,10 @@ double through_slab(double degrees, const std::string& method, const std::string
 }
 
 TEST(Whitted, AClearSlabTransmitsTheWholeSeriesOfReflections) {
-  // (1 − R)/(1 + R); what is cut off carries less than 1e-5 of the light.
+  // (1 − R)/(1 + R). The cut-off rest is less than 1e-5 of the light.
   EXPECT_NEAR(through_slab(0, "whitted"), 0.9230769, 1e-5);
   EXPECT_NEAR(through_slab(60, "whitted"), 0.8362325, 2e-5);
-  // And reflects 2R/(1 + R).
+  // The slab reflects 2R/(1 + R).
   EXPECT_NEAR(through_slab(0, "whitted", "", false), 0.0769231, 1e-5);
   EXPECT_NEAR(through_slab(60, "whitted", "", false), 1 - 0.8362325, 2e-5);
 }
@@ -49,8 +49,8 @@ TEST(Whitted, AnAbsorbingSlabFollowsBouguer) {
   }
 }
 
-TEST(Whitted, AFixedReflectanceStandsForFresnels) {
-  // 0.9² (1 + 0.1² + 0.1⁴ + …) whatever the angle.
+TEST(Whitted, AFixedReflectanceReplacesFresnels) {
+  // 0.9² (1 + 0.1² + 0.1⁴ + …) at any angle.
   EXPECT_NEAR(through_slab(0, "whitted:glass=0.1"), 0.81 / 0.99, 1e-5);
   EXPECT_NEAR(through_slab(60, "whitted:glass=0.1"), 0.81 / 0.99, 1e-5);
   EXPECT_NEAR(through_slab(30, "whitted:glass=0"), 1, 1e-5);
@@ -76,7 +76,7 @@ TEST(Whitted, GlassAndMirrorsShowAnEvenSkyAsItIs) {
       const auto scene = TestScene::from_text(
           document(R"("eye": [0, 0, 3], "look_at": [0, 0, 0])", 60, 32, material, sphere("ball", "[0, 0, 0]", 1), sky));
       for (const double value : scene.render({method, 1, 0}, 1).a) {
-        ASSERT_NEAR(value, 0.5, 2e-4) << method;  // branches end where they carry less than 1e-5: some
+        ASSERT_NEAR(value, 0.5, 2e-4) << method;  // branches with less than 1e-5 end
       }
     }
   }
@@ -91,14 +91,14 @@ TEST(Whitted, SmoothPrincipledGlassIsGlassWithATint) {
   EXPECT_NEAR(through_slab(60, "whitted", "", false, kind(1, 0)), 1 - 0.8362325, 2e-5);
   EXPECT_NEAR(through_slab(0, "whitted", R"(, "interior": {"absorption": {"rgb": [1, 1, 1]}})", true, kind(1, 0)),
               0.3391111, 1e-5);
-  // Every refraction tints, no reflection does.
+  // Refractions tint, reflections do not.
   EXPECT_NEAR(through_slab(0, "whitted", "", true, kind(0.5, 0)), 0.9230769 / 4, 1e-5);
   EXPECT_NEAR(through_slab(60, "whitted:glass=0.1", "", true, kind(0.5, 0)), 0.81 / 0.99 / 4, 1e-5);
   EXPECT_EQ(through_slab(0, "whitted", "", true, kind(1, 0.1)), 0);
 }
 
 TEST(Whitted, SmoothLayersReflectBySchlick) {
-  // What is seen of a wall of radiance 1 in an opaque plane: f0 + (1 − f0)(1 − cos θ)⁵.
+  // A wall of radiance 1, seen in an opaque plane: f0 + (1 − f0)(1 − cos θ)⁵.
   const auto image = [](double degrees, const std::string& principled) {
     return through_slab(degrees, "whitted", "", false, fmt::format(R"("principled": {{{}}})", principled));
   };
@@ -112,16 +112,16 @@ TEST(Whitted, SmoothLayersReflectBySchlick) {
   const std::string coat = black + R"("specular": 0, "coat": 0.5, "coat_roughness": 0)";
   EXPECT_NEAR(image(0, coat), 0.5 * 0.04, 1e-6);
   EXPECT_NEAR(image(60, coat), 0.5 * (0.04 + 0.96 / 32), 1e-5);
-  // Rough layers show no images: α = 1e-4 is rough, below it is not.
+  // Rough layers show no images. α = 1e-4 is rough, a smaller one is not.
   EXPECT_EQ(image(60, half + R"("metallic": 1, "roughness": 0.0101)"), 0);
   EXPECT_NEAR(image(60, half + R"("metallic": 1, "roughness": 0.0099)"), 0.5 + 0.5 / 32, 1e-5);
   EXPECT_EQ(image(60, black + R"("roughness": 0.3, "coat": 1)"), 0);
 }
 
 TEST(Whitted, PrincipledMaterialsShowAnEvenSkyAsInThePathTracer) {
-  // Smooth layers are followed, the others lit by the sky's mean: nothing is lost or counted twice. `path` is within 5
-  // of its standard errors (a false alarm once in 1.7 million a case). Beyond these only the tables of rough layers,
-  // and that gloss and diffuse light below a coat are taken for all diffuse, make a difference.
+  // Smooth layers are followed, and the others are lit by the sky's mean. Nothing is lost or counted twice. `path` is
+  // within 5 of its standard errors (a false alarm once in 1.7 million cases). Two approximations remain: the tables of
+  // rough layers, and gloss below a coat that counts as diffuse.
   const std::string sky = R"({"environment": {"radiance": {"rgb": [0.5, 0.5, 0.5]}}})";
   struct Case {
     const char* layers;
@@ -146,8 +146,8 @@ TEST(Whitted, PrincipledMaterialsShowAnEvenSkyAsInThePathTracer) {
   }
 }
 
-TEST(Whitted, MirrorsMultiply) {
-  // Between two mirrors of reflectance 0.5 at 45°: five reflections on the way to the lamp.
+TEST(Whitted, MirrorReflectancesMultiply) {
+  // Between two mirrors of reflectance 0.5 at 45°. There are five reflections on the way to the emitter.
   const std::string mirror = fmt::format(R"({{"name": "mirror", "mirror": {{"reflectance": {}}}}})", gray(0.5));
   const std::string corridor = plane_shape("mirror", "[0, 0, 0]", "[0, 1, 0]") +
                                also(plane_shape("mirror", "[0, 1, 0]", "[0, -1, 0]")) +
@@ -161,9 +161,9 @@ TEST(Whitted, MirrorsMultiply) {
   EXPECT_EQ(after(4), 0);
 }
 
-TEST(Whitted, GlassAmongMirrorsComesToAnEnd) {
-  // In a closed room of perfect mirrors with a pane of glass that halves whatever meets it, branches double without end
-  // and without loss. Weights add up to at most 1, and so does what is seen of the lamp.
+TEST(Whitted, GlassAmongMirrorsTerminates) {
+  // A closed room of perfect mirrors with a pane of glass that splits every ray. Branches double without end and
+  // without loss. Weights add up to at most 1, and so does the visible light.
   const auto scene = TestScene::from_text(
       document(R"("eye": [0.3, 0.2, 0.9], "look_at": [-0.4, 0.1, -1])", 60, 16,
                R"({"name": "mirror", "mirror": {}}, {"name": "glass", "dielectric": {"ior": 1.5}})" +
@@ -176,12 +176,12 @@ TEST(Whitted, GlassAmongMirrorsComesToAnEnd) {
     ASSERT_GE(value, 0);
     ASSERT_LE(value, 1 + 1e-5);
   }
-  EXPECT_GT(mean_of(image, 0).value, 0.005) << "no image of the lamp is found";
+  EXPECT_GT(mean_of(image, 0).value, 0.005) << "no image of the light is found";
 }
 
 TEST(Whitted, ALightPipeReflectsWithoutLoss) {
   // 45° into the end of a bar 1 high and 150 long: 80 total reflections, and Fresnel's loss at both ends. Reflectance
-  // at 45° is 0.0502399; what is reflected at the far end is lost on its way back and forth.
+  // at 45° is 0.0502399. Light reflected at the far end is lost on its way back and forth.
   const double slope = std::sqrt(0.5) / std::sqrt(1.5 * 1.5 - 0.5);
   ASSERT_EQ(std::floor(150 * slope + 0.4), 80);
   const std::string glass = R"({"name": "glass", "dielectric": {"ior": 1.5}})";
@@ -193,8 +193,8 @@ TEST(Whitted, ALightPipeReflectsWithoutLoss) {
 }
 
 TEST(Whitted, MirrorsReflectAboutSmoothOrFlatNormals) {
-  // A corner of a cube, smooth as a sphere: the normal at p is p/|p|, so that who looks at the middle sees what is
-  // behind him; flat, the reflection goes elsewhere.
+  // A corner of a cube with smooth normals. The normal at p is p/|p|, so a camera that looks at the middle sees what is
+  // behind it. With flat normals the reflection goes elsewhere.
   const std::string corner = "v 1 0 0\nv 0 1 0\nv 0 0 1\nvn 1 0 0\nvn 0 1 0\nvn 0 0 1\nf 1//1 2//2 3//3\n";
   const auto reflected = [&](const std::string& method) {
     return seen(R"("eye": [1.2, 0.6, 0.2], "look_at": [0.6, 0.3, 0.1])",
@@ -206,7 +206,7 @@ TEST(Whitted, MirrorsReflectAboutSmoothOrFlatNormals) {
   EXPECT_EQ(reflected("whitted:flat"), 0);
 }
 
-// With one point light and light paths of two scatterings, nothing is random in `path` either.
+// With one point light and paths of two scatterings, `path` has no randomness either.
 TEST(Whitted, MirrorsAndMetalShowWhatThePathTracerSees) {
   for (const char* const kind :
        {R"("mirror": {"reflectance": {"rgb": [0.9, 0.5, 0.2]}})", R"("conductor": {"metal": "gold"})",

@@ -1,4 +1,4 @@
-// What the cases of the failure atlas have in common.
+// Helpers that the tests of the failure atlas share.
 #pragma once
 
 #include <cmath>
@@ -14,7 +14,7 @@ inline std::string sky(double radiance) {
   return fmt::format(R"({{"environment": {{"radiance": {}}}}})", gray(radiance));
 }
 
-/// A picture without samples that are no numbers.
+/// A picture without NaN or infinite samples.
 inline HalfImages clean_picture(const TestScene& scene, const std::string& method, std::uint32_t level,
                                 std::uint32_t max_bounces = 0) {
   HalfImages image = scene.render({method, 70, max_bounces}, level);
@@ -22,7 +22,7 @@ inline HalfImages clean_picture(const TestScene& scene, const std::string& metho
   return image;
 }
 
-/// Every value of a picture is `exact`, but for a share `strays` of them at most.
+/// Every value of the picture is `exact`, except for a share of at most `strays`.
 inline void expect_even(const HalfImages& image, double exact, double tolerance, double strays = 0) {
   std::size_t off = 0;
   double worst = exact;

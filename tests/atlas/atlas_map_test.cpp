@@ -1,6 +1,7 @@
-// The failure atlas in short: every case by every method that the planner admits, at few samples. None may be wrong.
+// A short run of the failure atlas: every case by every method that the planner admits, at few samples. None may be
+// wrong.
 //
-// False alarms: see atlas_map.h; the seeds are fixed, so a run that passes stays so.
+// For false alarms see atlas_map.h. The seeds are fixed, so a run that passes stays so.
 #include <gtest/gtest.h>
 
 #include "tests/atlas/atlas.h"
@@ -12,7 +13,7 @@
 namespace lightmill::test {
 namespace {
 
-/// log2 of the samples of each seed, less than the map's.
+/// Difference to the map in log2 of the samples of each seed.
 constexpr int kShort = -1;
 
 class AtlasMap : public ::testing::TestWithParam<AtlasGroup> {};
@@ -21,7 +22,7 @@ TEST_P(AtlasMap, NoMethodIsWrongWithoutAVeto) {
   AtlasSettings settings;
   settings.methods = atlas_methods();
   std::erase_if(settings.methods, [](const std::string& method) {
-    return method == "ppm";  // its noise and blur let a short run say nothing
+    return method == "ppm";  // noise and blur hide errors in a short run
   });
   settings.more_levels = kShort;
   for (const AtlasCase& each : GetParam().cases()) {
@@ -38,7 +39,7 @@ TEST_P(AtlasMap, NoMethodIsWrongWithoutAVeto) {
   }
 }
 
-TEST(AtlasMapItself, TellsRightWrongSlowVetoedAndRefusedApart) {
+TEST(AtlasReport, DistinguishesRightWrongSlowVetoedAndRefused) {
   AtlasCase what = LightOverMirror{.subject = "s", .name = "a \"lamp\" <over> a mirror", .radius = 0.3}.made();
   const double exact = *what.exact;
   const AtlasSettings settings{.methods = {"path", "whitted"}, .seeds = 8, .measure_vetoed = true};
@@ -59,13 +60,13 @@ TEST(AtlasMapItself, TellsRightWrongSlowVetoedAndRefusedApart) {
   what.exact.reset();
   EXPECT_EQ(outcomes(), (std::vector{Outcome::alone, Outcome::vetoed}));
   what.refusal = "no such message";
-  EXPECT_EQ(outcomes(), (std::vector{Outcome::wrong, Outcome::wrong})) << "it is taken";
+  EXPECT_EQ(outcomes(), (std::vector{Outcome::wrong, Outcome::wrong})) << "it is accepted";
   what.document = document(R"("eye": [1, 2, 3], "look_at": [1, 2, 3])", 40, 8, "", "");
   what.refusal = "camera.look_at: must differ";
   EXPECT_EQ(outcomes(), (std::vector{Outcome::vetoed, Outcome::vetoed}));
 }
 
-TEST(AtlasMapItself, ItsPageCountsAndQuotes) {
+TEST(AtlasReport, ThePageCountsOutcomesAndEscapesNames) {
   AtlasCase what = LightOverMirror{.subject = "s", .name = "a \"lamp\" <over> a mirror", .radius = 0.3}.made();
   *what.exact *= 1.1;
   const AtlasSettings settings{.methods = {"path"}, .seeds = 4, .measure_vetoed = true};
@@ -80,7 +81,7 @@ TEST(AtlasMapItself, ItsPageCountsAndQuotes) {
   EXPECT_NE(atlas_json(rows, settings).find("\"outcome\": \"wrong\""), std::string::npos);
 }
 
-TEST(AtlasMapItself, GoesOnWithWhatIsMeasured) {
+TEST(AtlasReport, ResumesWithTheMeasuredRows) {
   const TemporaryFolder folder;
   const MeasuredRows measured(folder.path());
   AtlasCase what = LightOverMirror{.subject = "s", .name = "a lamp over a mirror", .radius = 0.3}.made();
@@ -101,7 +102,7 @@ TEST(AtlasMapItself, GoesOnWithWhatIsMeasured) {
   EXPECT_FALSE(measured.find(what, settings));
 }
 
-TEST(AtlasMapItself, WhereAllSeedsAreDarkItsNumbersAreNumbers) {
+TEST(AtlasReport, NumbersAreFiniteWhenAllSeedsAreDark) {
   const AtlasCase what =
       LightOverMirror{.subject = "s", .name = "a lamp that none meets", .radius = 1e-5, .textured = true}.made();
   const AtlasSettings settings{.methods = {"path"}, .seeds = 4, .measure_vetoed = true};

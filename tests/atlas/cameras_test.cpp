@@ -1,4 +1,4 @@
-// The failure atlas for cameras: what has no view is refused, and every other camera sees what is there.
+// The failure atlas for cameras: cameras without a view are refused, and every other camera sees what is there.
 #include "tests/atlas/atlas.h"
 #include "tests/atlas/cases/material_scenes.h"
 
@@ -18,7 +18,7 @@ std::string looking(const std::string& eye, const std::string& at, double fov) {
   return fmt::format(R"("eye": {}, "look_at": {}, "vertical_fov_degrees": {:.17g})", eye, at, fov);
 }
 
-TEST(Cameras, WithoutAViewAreRefused) {
+TEST(Cameras, AreRefusedWithoutAView) {
   const struct {
     std::string camera, why;
   } cases[] = {
@@ -43,7 +43,7 @@ TEST(Cameras, WithoutAViewAreRefused) {
   }
 }
 
-TEST(Cameras, LookingNearlyAlongUpSeeTheMiddle) {
+TEST(Cameras, SeeTheMiddleWhenTheyLookNearlyAlongUp) {
   for (const double tilt : {1e-5, 1e-3}) {
     const auto scene = TestScene::from_text(ball_seen_by(looking(fmt::format("[{}, 5, 0]", 5 * tilt), "[0, 0, 0]", 1)));
     for (const char* const method : {"path", "raycast"}) {
@@ -52,7 +52,7 @@ TEST(Cameras, LookingNearlyAlongUpSeeTheMiddle) {
   }
 }
 
-TEST(Cameras, OfNoWidthSeeOnePoint) {
+TEST(Cameras, SeeOnePointAtZeroWidth) {
   for (const double fov : {1e-300, 1e-12, 1e-5}) {
     const auto scene = TestScene::from_text(ball_seen_by(looking("[0, 0, 5]", "[0, 0, 0]", fov)));
     for (const char* const method : kMethods) {
@@ -62,9 +62,9 @@ TEST(Cameras, OfNoWidthSeeOnePoint) {
   }
 }
 
-TEST(Cameras, ThatSeeHalfTheWorldSeeTheBallSmall) {
-  // At 179.9° the film's half height is 1146 at distance 1: the ball, seen at sin⁻¹ 0.2, covers less than a pixel in
-  // the middle; at 180° less one rounding all is far to the sides. Odd sizes have a pixel there.
+TEST(Cameras, SeeASmallBallAtNearly180Degrees) {
+  // At 179.9° the film's half height is 1146 at distance 1. The ball, seen at sin⁻¹ 0.2, covers less than a pixel in
+  // the middle. Just below 180° all of the film is far to the sides. Odd sizes have a pixel in the middle.
   for (const double fov : {179.0, 179.9, 179.9999999, std::nextafter(180.0, 0.0)}) {
     for (const auto& [width, height] : {std::pair(9, 9), {65536, 1}, {1, 129}, {1, 1}}) {
       const auto scene = TestScene::from_text(ball_seen_by(looking("[0, 0, 5]", "[0, 0, 0]", fov), width, height));
@@ -77,8 +77,8 @@ TEST(Cameras, ThatSeeHalfTheWorldSeeTheBallSmall) {
   }
 }
 
-TEST(Cameras, SeeTheBallAsLargeAsItIs) {
-  // Its silhouette is a circle of angular radius sin⁻¹(1/d) in a pinhole's plane: area π tan² of d² (film area).
+TEST(Cameras, SeeTheBallAtItsSize) {
+  // Its silhouette is a circle of angular radius sin⁻¹(1/d) in a pinhole's plane: area π tan² out of d² (film area).
   for (const double distance : {1.5, 10.0, 1e3, 1e4}) {
     const double tangent = 1 / std::sqrt(distance * distance - 1);
     const double fov = 2 * std::atan(1.25 * tangent) * 180 / M_PI;
@@ -90,9 +90,9 @@ TEST(Cameras, SeeTheBallAsLargeAsItIs) {
   }
 }
 
-TEST(Cameras, AtASurfaceSeeOneSideOfIt) {
-  // On a floor, as triangles, a plane or a ball: exactly there, each ray sees one side or the other; from a hair above
-  // it there is the sky upwards and the surface downwards.
+TEST(Cameras, SeeOneSideOfASurfaceThatTheyTouch) {
+  // The floor is of triangles, a plane or a ball. At the surface each ray sees one side or the other. Just above it the
+  // camera sees the sky upwards and the surface downwards.
   const std::map<std::string, std::string> files{{"floor.obj", plane(20, 0, true)}};
   for (const std::string method : {"path", "raycast", "whitted"}) {
     for (const std::string& object : {mesh("white", "floor.obj"), plane_shape("white", "[0, 0, 0]", "[0, 1, 0]"),
@@ -115,13 +115,13 @@ TEST(Cameras, AtASurfaceSeeOneSideOfIt) {
   }
 }
 
-TEST(Cameras, InsideGlassSeeTheSkyDenser) {
+TEST(Cameras, SeeABrighterSkyInsideGlass) {
   for (const double n : {1.5, 1.1, 2.4}) {
     expect_answer(mean_of(clean_picture(scene_of(eye_in_glass(n)), "path", 8), 0), n * n, 1e-2);
   }
 }
 
-TEST(Lenses, OfRadiusZeroAndNearlySoArePinholes) {
+TEST(Lenses, ArePinholesAtZeroAndTinyRadii) {
   const auto scene = [](const std::string& lens) {
     return TestScene::from_text(ball_seen_by(looking("[0, 0, 5]", "[0, 0, 0]", 30) + lens, 16, 16));
   };
@@ -135,12 +135,12 @@ TEST(Lenses, OfRadiusZeroAndNearlySoArePinholes) {
   EXPECT_LT(difference, 1e-3 * static_cast<double>(tiny.a.size()));
 }
 
-TEST(Lenses, OfAnySizeAndFocusSeeAnEvenWorldEvenly) {
+TEST(Lenses, SeeAnEvenWorldEvenlyAtAnySizeAndFocus) {
   for (const std::string lens :
        {R"(, "lens_radius": 1e-3, "focus_distance": 1e-9)", R"(, "lens_radius": 1, "focus_distance": 1e-6)",
         R"(, "lens_radius": 1e12, "focus_distance": 1)", R"(, "lens_radius": 1e12, "focus_distance": 1e12)",
         R"(, "lens_radius": 0.1, "focus_distance": 1e12)", R"(, "lens_radius": 1e-12, "focus_distance": 1e-300)"}) {
-    // A ball of albedo 1 under a sky of radiance 1 cannot be told from it.
+    // A ball of albedo 1 is invisible under a sky of radiance 1.
     std::string text = ball_seen_by(looking("[0, 0, 5]", "[0, 0, 0]", 40) + lens);
     text.replace(text.find("[0.5, 0.5, 0.5]"), 15, "[1, 1, 1]");
     for (const char* const method : {"path", "raycast", "whitted"}) {

@@ -1,4 +1,4 @@
-// The failure atlas for faces together: coplanar, touching and near ones, thin walls, corners, gaps and closed rooms,
+// The failure atlas for several faces: coplanar, touching and near ones, thin walls, corners, gaps and closed rooms,
 // each with its right outcome.
 #include "tests/analytic/meter_text.h"
 #include "tests/atlas/atlas.h"
@@ -7,11 +7,11 @@
 namespace lightmill::test {
 namespace {
 
-TEST(Faces, OfBlocksThatStandAndTouchLeakNothing) {
+TEST(Faces, TouchingBlocksLeakNoLight) {
   expect_answer(mean_of(clean_picture(scene_of(blocks_in_a_furnace()), "path", 8), 0), 2, 2e-3);
 }
 
-TEST(Faces, ALampAHairBelowTheCeilingLightsTheFloorAlone) {
+TEST(Faces, AnEmitterJustBelowTheCeilingLightsOnlyTheFloor) {
   for (const double gap : {1e-2, 1e-4, 1e-5}) {
     const auto seen = [&](const std::string& view) {
       return mean_of(clean_picture(scene_of(lamp_below_a_ceiling(gap, view)), "path", 10, 1), 0);
@@ -22,8 +22,8 @@ TEST(Faces, ALampAHairBelowTheCeilingLightsTheFloorAlone) {
   }
 }
 
-TEST(Faces, ANarrowGapIsNoContact) {
-  // Parallel unit squares a hair apart: what passes between them is what the form factor says, not more and not less.
+TEST(Faces, ANarrowGapPassesItsFormFactor) {
+  // Parallel unit squares very close together. The form factor says how much light passes between them.
   for (const double gap : {1e-1, 1e-3, 1e-4}) {
     const auto scene = scene_with(fmt::format(
                                       R"("materials": [{}], "objects": [{}],
@@ -36,9 +36,9 @@ TEST(Faces, ANarrowGapIsNoContact) {
   }
 }
 
-TEST(Walls, ThinOnesKeepAllLightOnOneSide) {
-  // A closed room, a wall across it, and glaring lamps on its far side: in front of it there is nothing at all. The
-  // wall goes on through the floor and the others, as walls do.
+TEST(Walls, StopAllLightHoweverThin) {
+  // A closed room with a wall across it, and very bright lights on the far side. This side is black. The wall passes
+  // through the floor and the other walls, as in real models.
   for (const double thickness : {0.1, 1e-3, 1e-5}) {
     for (const std::string& light :
          {std::string(R"({"point": {"position": [-0.01, 1.5, 0.2], "intensity": {"rgb": [1e6, 1e6, 1e6]}}})"),
@@ -58,8 +58,8 @@ TEST(Walls, ThinOnesKeepAllLightOnOneSide) {
   }
 }
 
-TEST(Walls, TheirFootIsLitAsMuchAsTheRest) {
-  // Right beside a glowing wall half of all that a point sees is the wall.
+TEST(Walls, FillHalfOfTheViewAtTheirFoot) {
+  // Right beside a glowing wall, the wall fills half of a point's view.
   EXPECT_NEAR(standing_form_factor(1e9, 1e9, 1e-3), 0.5, 1e-9);
   for (const double distance : {1e-1, 1e-2, 1e-3, 1e-4}) {
     const auto scene = TestScene::from_text(
@@ -73,7 +73,7 @@ TEST(Walls, TheirFootIsLitAsMuchAsTheRest) {
   }
 }
 
-TEST(Walls, ADoorAjarLetsThroughWhatIsSeenOfTheLamp) {
+TEST(Walls, ADoorAjarPassesTheVisiblePartOfTheLight) {
   for (const double width : {0.5, 0.1, 0.01}) {
     const AtlasCase door = door_ajar(width);
     SCOPED_TRACE(width);
@@ -81,8 +81,9 @@ TEST(Walls, ADoorAjarLetsThroughWhatIsSeenOfTheLamp) {
   }
 }
 
-TEST(Faces, ADuplicatedLampIsOneLamp) {
-  // Again in its own file, from another corner, as triangles, as another object; by its radiance and by its power.
+TEST(Faces, ADuplicatedEmitterCountsOnce) {
+  // The same lamp again: in its own file, from another corner, as triangles, as another object; by radiance and by
+  // power.
   const std::string lamp = horizontal_square(1, 1, false);
   for (const std::string& obj : {lamp + "f 1 2 3 4\n", lamp + "f 2 3 4 1\n", lamp + "f 3 4 1 2\nf 1 2 3 4\n"}) {
     for (const double objects : {1, 2}) {
@@ -109,7 +110,7 @@ TEST(Faces, ADuplicatedLampIsOneLamp) {
   expect_answer(mean_of(clean_picture(balls, "path", 10, 1), 0), 0.49 / 4, 2e-3);
 }
 
-TEST(Rooms, OfAlbedoOneComeToAnEnd) {
+TEST(Rooms, TerminateAtAlbedoOne) {
   expect_answer(mean_of(clean_picture(scene_of(room_without_losses()), "path", 2), 0), 1000, 1e-2);
   expect_answer(mean_of(clean_picture(scene_of(room_of_albedo(0.99)), "path", 10), 0), 100, 1e-2);
 }

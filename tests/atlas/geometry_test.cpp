@@ -11,7 +11,7 @@ const char* const kPoint = R"({"point": {"position": [0, 2, 0], "intensity": {"r
 
 // ---- triangles ----
 
-TEST(Triangles, WithoutAreaAndDuplicatesChangeNothing) {
+TEST(Triangles, ChangeNothingAsDuplicatesOrWithoutArea) {
   const std::string floor = plane(40, 0, true), worse = degenerate_floor(40);
   const std::string second = "v -20 0 -20\nv -20 0 20\nv 20 0 20\nf 1 2 3\nf 1 2 3\nf 3 2 1\n";
   for (const std::string method : {"path", "raycast", "whitted", "preview", "path:brute-force"}) {
@@ -27,7 +27,7 @@ TEST(Triangles, WithoutAreaAndDuplicatesChangeNothing) {
   }
 }
 
-TEST(Triangles, OfALampWithoutAreaShineNotAtAll) {
+TEST(Triangles, EmitNothingWithoutArea) {
   const std::string lamp = horizontal_square(1, 1, false) + "f 1 1 2\nf 1 2 2\nv 0 1 0\nv 0.1 1 0\nf 1 5 5\nf 5 6 5\n";
   const auto scene = TestScene::from_text(document(R"("eye": [0, 0.5, 1], "look_at": [0, 0, 0])", 0.01, 8,
                                                    diffuse("floor", 1) + also(diffuse("lamp", 0, 1)),
@@ -36,8 +36,8 @@ TEST(Triangles, OfALampWithoutAreaShineNotAtAll) {
   expect_answer(mean_of(clean_picture(scene, "path", 10, 1), 0), 0.2394565, 2e-3);
 }
 
-TEST(Triangles, ThatAreNoneAreAllThatThereIs) {
-  // Nothing can be hit: the sky is seen.
+TEST(Triangles, ShowTheSkyWhenNoneHasArea) {
+  // Rays hit nothing and see the sky.
   const std::string text =
       document(kAbove, 60, 8, diffuse("floor", 0.5), mesh("floor", "floor.obj") + also(shape("floor", R"("triangle":
           {"a": [0, 0, 0], "b": [1, 1, 1], "c": [2, 2, 2]})")),
@@ -49,7 +49,7 @@ TEST(Triangles, ThatAreNoneAreAllThatThereIs) {
   }
 }
 
-TEST(Triangles, OfNumbersThatAreNoneAreRefusedByTheirLine) {
+TEST(Triangles, AreRefusedWithTheLineOfAnInvalidCoordinate) {
   const std::string text = document(kAbove, 60, 8, diffuse("floor", 0.5), mesh("floor", "floor.obj"));
   const auto why = [&](const std::string& vertex) {
     const std::string message = refusal(text, {{"floor.obj", "v 0 0 0\nv " + vertex + "\nv 2 0 0\nf 1 2 3\n"}});
@@ -64,7 +64,7 @@ TEST(Triangles, OfNumbersThatAreNoneAreRefusedByTheirLine) {
         refusal(text, {{"floor.obj", "v 0 0 0\nv 1 0 0\nv 2 0 1\nvn " + normal + "\nf 1//1 2//1 3//1\n"}});
     EXPECT_NE(message.find("floor.obj:4: "), std::string::npos) << normal << ": " << message;
   }
-  // A normal of length zero says nothing: the face is flat.
+  // A normal of length zero is ignored: the face is flat.
   const auto scene =
       TestScene::from_text(document(kAbove, 10, 8, diffuse("floor", 0.5), mesh("floor", "floor.obj"), sky(1)),
                            {{"floor.obj", "v -9 0 9\nv 9 0 9\nv 0 0 -9\nvn 0 0 0\nf 1//1 2//1 3//1\n"}});
@@ -73,8 +73,8 @@ TEST(Triangles, OfNumbersThatAreNoneAreRefusedByTheirLine) {
 
 // ---- size and place ----
 
-/// The form factor of a unit square from straight below its centre, in a scene that is scaled and then moved; seen by
-/// path, and the floor under a point by raycast.
+/// Checks the form factor of a unit square from straight below its centre, in a scaled and then moved scene. It checks
+/// `path`, and `raycast` for the floor under a point.
 void expect_form_factor(double scale, const Vec3d& offset) {
   const auto at = [&](double x, double y, double z) {
     return fmt::format("[{:.17g}, {:.17g}, {:.17g}]", x * scale + offset.x, y * scale + offset.y, z * scale + offset.z);
@@ -119,7 +119,7 @@ TEST(Place, ScenesFarAwayLookTheSame) {
   }
 }
 
-TEST(Place, BeyondTheLimitsIsRefused) {
+TEST(Place, ScenesBeyondTheLimitsAreRefused) {
   const auto why = [&](double x, double radius) {
     return refusal(document(kAbove, 60, 8, diffuse("m", 0.5),
                             shape("m", fmt::format(R"("sphere": {{"center": [{}, 0, 0], "radius": {}}})", x, radius))));
@@ -136,8 +136,8 @@ TEST(Place, BeyondTheLimitsIsRefused) {
 
 // ---- spheres ----
 
-TEST(Spheres, OfAnySizeShowTheirAlbedoInAnEvenSky) {
-  // Nothing that a convex shape sends out comes back to it, and clear glass is not seen at all.
+TEST(Spheres, ShowTheirAlbedoInAnEvenSkyAtAnySize) {
+  // A convex shape receives none of its own light, and clear glass is invisible.
   for (const double radius : {1e-6, 1e-3, 1.0, 1e3, 1e6}) {
     for (const bool glass : {false, true}) {
       const auto scene = TestScene::from_text(
@@ -154,8 +154,8 @@ TEST(Spheres, OfAnySizeShowTheirAlbedoInAnEvenSky) {
   }
 }
 
-TEST(Spheres, OneOfAMillionUnitsIsAFloor) {
-  // Lamps as near to its ground as a thousandth of its radius, 4e-6 of which rays keep off it.
+TEST(Spheres, AreAFloorAtAMillionUnits) {
+  // Lamps down to a thousandth of the radius above the surface. Rays start 4e-6 of the radius off the surface.
   for (const double height : {1e6, 1e4, 1e3}) {
     const auto scene = TestScene::from_text(document(
         fmt::format(R"("eye": [0, {0}, {0}], "look_at": [0, 0, 0])", 2 * height), 0.01, 8, diffuse("ground", 1),
@@ -168,8 +168,9 @@ TEST(Spheres, OneOfAMillionUnitsIsAFloor) {
   }
 }
 
-TEST(Spheres, AMoteShinesByItsIntensity) {
-  // E = πL(R/d)² of a lamp a millionth as large as its distance; and from the surface of one a million times as large.
+TEST(Spheres, GiveTheirIrradianceWhenTinyOrHuge) {
+  // E = πL(R/d)² of a light with a radius of a millionth of its distance, and from the surface of one a million times
+  // as large.
   const auto irradiance = [](double radius, double distance) {
     const auto scene = scene_with(fmt::format(
         R"("materials": [{}], "objects": [{}],
@@ -185,8 +186,8 @@ TEST(Spheres, AMoteShinesByItsIntensity) {
 
 // ---- planes ----
 
-TEST(Planes, SeenEdgeOnAreALine) {
-  // The eye in the plane sees the sky above and below; a hair above it the lower half is the plane.
+TEST(Planes, AreALineEdgeOn) {
+  // In the plane, the camera sees the sky above and below. Just above it, the lower half of the picture is the plane.
   for (const double height : {0.0, 1e-6, 1e-3}) {
     const auto scene = TestScene::from_text(
         document(fmt::format(R"("eye": [0, {0}, 0], "look_at": [0, {0}, -1])", height), 60, 16, diffuse("floor", 0.5),
@@ -201,8 +202,8 @@ TEST(Planes, SeenEdgeOnAreALine) {
   }
 }
 
-TEST(Planes, TouchingAndCrossingOnesHideEachOther) {
-  // Two planes in one place, with a ball cut in half by them: all white under a white sky.
+TEST(Planes, HideEachOtherWhereTheyTouchOrCross) {
+  // Two coincident planes, and a ball that they cut in half. All is white under a white sky.
   const auto scene = TestScene::from_text(
       document(R"("eye": [0, 1, 3], "look_at": [0, 0, 0])", 60, 16, diffuse("floor", 1),
                plane_shape("floor", "[0, 0, 0]", "[0, 1, 0]") + also(plane_shape("floor", "[5, 0, 2]", "[0, -2, 0]")) +
@@ -213,9 +214,9 @@ TEST(Planes, TouchingAndCrossingOnesHideEachOther) {
 
 // ---- normals ----
 
-TEST(Normals, ThatAreFarFromTheSurfacesOwnAddNoLight) {
-  // White under a sky of radiance 1: what the two normals disagree about may be lost, and nothing is made up. Normals
-  // the wrong way round are turned.
+TEST(Normals, AddNoLightFarFromTheGeometricNormal) {
+  // White under a sky of radiance 1. Light that the two normals disagree about may be lost, but none is added. Normals
+  // of the wrong orientation are flipped.
   const auto picture = [](const std::string& obj, const std::string& method, const std::string& material) {
     return clean_picture(TestScene::from_text(document(R"("eye": [1, 2, 3], "look_at": [0, 0, 0])", 30, 32, material,
                                                        mesh("white", "o.obj"), sky(1)),

@@ -14,7 +14,7 @@ std::string point_light(const std::string& position, double intensity) {
   return fmt::format(R"({{"point": {{"position": {}, "intensity": {}}}}})", position, gray(intensity));
 }
 
-/// What a white floor (y = 0) shows at the origin.
+/// The value of a white floor (y = 0) at the origin.
 Estimate floor_under(const std::string& objects, const std::string& materials, const std::string& lights,
                      const std::string& method = "path", std::uint32_t level = 8,
                      const std::map<std::string, std::string>& more_files = {}) {
@@ -27,8 +27,8 @@ Estimate floor_under(const std::string& objects, const std::string& materials, c
 
 // ---- size ----
 
-TEST(Shrinking, AtConstantPowerASphereIsAPointAtLast) {
-  // Of 8 W the intensity is 2/π: E = I cosθ/d², from (1, 2, 0) I · 2/5^1.5. A sphere gives it at any size.
+TEST(Shrinking, ASphereOfConstantPowerBecomesAPoint) {
+  // 8 W give an intensity of 2/π: E = I cosθ/d², from (1, 2, 0) I · 2/5^1.5. A sphere of any size gives it.
   const double exact = 8 / (4 * M_PI) * 2 / std::pow(5, 1.5) / M_PI;
   for (const double radius : {1.0, 0.1, 1e-2, 1e-4, 1e-6, 1e-7, 1e-9, 1e-15}) {
     const std::string ball = also(sphere("lamp", "[1, 2, 0]", radius));
@@ -42,8 +42,8 @@ TEST(Shrinking, AtConstantPowerASphereIsAPointAtLast) {
   EXPECT_NEAR(point.value, exact, 1e-4 * exact);
 }
 
-TEST(Shrinking, AtConstantPowerASquareIsACosineLightAtLast) {
-  // Φ/π along the normal: E = Φ/π cos²θ/d², from height 2 at 45° beside.
+TEST(Shrinking, ASquareOfConstantPowerBecomesACosineLight) {
+  // Φ/π along the normal: E = Φ/π cos²θ/d², from height 2 at 45°.
   const double exact = 8 / M_PI * 0.5 / 8 / M_PI;
   for (const double side : {0.1, 1e-2, 1e-4, 1e-6}) {
     const std::string watt = also(lamp_of(R"("emission_strength": {"watt": 8})"));
@@ -53,7 +53,7 @@ TEST(Shrinking, AtConstantPowerASquareIsACosineLightAtLast) {
                                                                          {2 - side / 2, 2, side / 2}})}};
     SCOPED_TRACE(side);
     const Estimate seen = floor_under(also(mesh("lamp", "lamp.obj")), watt, "", "path", 8, files);
-    // Single precision knows corners 2 from the middle to 1e-7: sides of 1e-6 to a tenth, and with them the area.
+    // Single precision knows corners at distance 2 to 1e-7. It knows sides of 1e-6, and so the area, to a tenth.
     EXPECT_NEAR(seen.value, exact, (side * side + 1e-4) * exact + 5 * seen.standard_error) << side;
     EXPECT_NEAR(floor_under(also(mesh("lamp", "lamp.obj")), watt, "", "raycast", 1, files).value, exact, 1e-3 * exact)
         << side;
@@ -76,22 +76,22 @@ TEST(Shrinking, PowerWithoutAreaIsRefused) {
   EXPECT_NE(
       why(also(plane_shape("lamp", "[0, 5, 0]", "[0, -1, 0]")), "").find("objects[1].plane: its material \"lamp\""),
       std::string::npos);
-  // One surface is enough, and a material that nothing is made of radiates nothing.
+  // One surface is enough. A material without objects radiates nothing.
   EXPECT_EQ(why(also(mesh("lamp", "lamp.obj")) + also(sphere("lamp", "[0, 3, 0]", 1)), square), "");
   EXPECT_EQ(why("", ""), "");
 }
 
 // ---- number ----
 
-TEST(Many, AHundredThousandPointsAddUp) {
+TEST(ManyLights, AHundredThousandPointsAddUp) {
   const ManyPoints points = many_points(100'000);
   expect_answer(floor_under("", "", points.lights, "path", 10), points.radiance, 1e-2);
   const Estimate all = floor_under("", "", points.lights, "raycast", 1);
   EXPECT_NEAR(all.value, points.radiance, 1e-3 * points.radiance);
 }
 
-TEST(Many, AHundredThousandLampsOfTrianglesAddUp) {
-  // A ceiling of radiance 1 in 2 × 225² pieces is one square: its form factor from below its middle.
+TEST(ManyLights, AHundredThousandEmissiveTrianglesAddUp) {
+  // A ceiling of radiance 1 in 2 × 225² pieces equals one square. Its form factor is that from below its middle.
   constexpr int kSide = 224;
   std::string ceiling;
   for (int i = 0; i <= kSide; ++i) {
@@ -111,8 +111,8 @@ TEST(Many, AHundredThousandLampsOfTrianglesAddUp) {
       0.2394565, 5e-3);
 }
 
-TEST(Many, DimOnesBesideAGlaringOneAreNotLost) {
-  // One of 100 W/sr that is hidden takes all but a hundredth of the samples: noise, but no loss.
+TEST(ManyLights, DimOnesBesideAGlaringOneCount) {
+  // A hidden light of 100 W/sr takes all but a hundredth of the samples. This adds noise but loses no light.
   const std::string card = also(sphere("floor", "[0, 4, 0]", 0.5));
   const std::string lights = glaring_and_dim();
   expect_answer(floor_under(card, "", lights, "path", 13), 1 / M_PI, 3e-2);
@@ -122,7 +122,8 @@ TEST(Many, DimOnesBesideAGlaringOneAreNotLost) {
 // ---- place ----
 
 TEST(Place, LightsAtASurfaceLightWhatTheyFace) {
-  // In the plane of the floor no light arrives at a right angle; a hair above it E = I h/d³.
+  // In the plane of the floor, light arrives at a right angle to the normal and counts nothing. Just above it E = I
+  // h/d³.
   for (const double height : {0.0, 1e-3, -1e-3}) {
     const double d = std::sqrt(1 + height * height);
     for (const std::string method : {"path", "raycast"}) {
@@ -130,7 +131,7 @@ TEST(Place, LightsAtASurfaceLightWhatTheyFace) {
       EXPECT_NEAR(seen, height > 0 ? height / d / d / d / M_PI : 0, 1e-6) << method << height;
     }
   }
-  // Straight on the floor, seen there and around: nothing but numbers.
+  // Directly on the floor, seen there and around: all values are finite.
   for (const std::string method : {"path", "raycast", "whitted"}) {
     for (const std::string position : {"[0, 0, 0]", "[0, 1e-7, 0]", "[0, -1e-7, 0]", "[0, 1e-30, 0]"}) {
       const auto scene =
@@ -143,7 +144,7 @@ TEST(Place, LightsAtASurfaceLightWhatTheyFace) {
   }
 }
 
-TEST(Place, LightsInsideThingsStayThere) {
+TEST(Place, LightsInsideObjectsStayInside) {
   for (const std::string method : {"path", "raycast"}) {
     EXPECT_EQ(floor_under(also(sphere("floor", "[0, 2, 0]", 1)), "", point_light("[0, 2.3, 0]", 5), method, 4).value,
               0);
@@ -151,7 +152,7 @@ TEST(Place, LightsInsideThingsStayThere) {
                           also(diffuse("lamp", 0, 5)), "", method, 4)
                   .value,
               0);
-    // A ball of air is no obstacle.
+    // A ball of air blocks nothing.
     EXPECT_NEAR(floor_under(also(sphere("air", "[0, 2, 0]", 1)), also(R"({"name": "air", "dielectric": {"ior": 1}})"),
                             point_light("[0, 2, 0]", 4), method, 4)
                     .value,
@@ -159,10 +160,10 @@ TEST(Place, LightsInsideThingsStayThere) {
   }
 }
 
-TEST(Place, ALampInAGlassBallShinesByWhatIsLetThrough) {
-  // Of radius 0.5 in a ball of radius 1: no light meets the glass beyond its critical angle, and what is reflected
-  // comes back to the lamp, which is black. So a line of sight that passes the middle at b sees (1 − R(sin⁻¹ b)) L, up
-  // to b = 0.5 n; from a distance d that is E = 2πL/d² ∫ (1 − R) b db.
+TEST(Place, AnEmitterInAGlassBallShinesByTheTransmittance) {
+  // An emitter of radius 0.5 in a ball of radius 1. Its light never meets the glass beyond the critical angle.
+  // Reflected light returns to the emitter, which is black. So a line of sight that passes the middle at b sees (1 −
+  // R(sin⁻¹ b)) L, up to b = 0.5 n. From a distance d this is E = 2πL/d² ∫ (1 − R) b db.
   const double n = 1.5, d = 2;
   double exact = 0;
   constexpr int kSteps = 100'000;
@@ -179,7 +180,7 @@ TEST(Place, ALampInAGlassBallShinesByWhatIsLetThrough) {
   expect_reading(read_meters(scene, 6).front(), 2 * M_PI / (n * n * d * d) * exact, 3e-2);
 }
 
-TEST(Place, GrazingSunsGiveTheirSine) {
+TEST(Place, GrazingSunsGiveTheSineOfTheirElevation) {
   for (const double degrees : {0.0, 1e-5, 1e-3, 0.1, 180.0, 270.0}) {
     const double sine = std::sin(degrees * M_PI / 180);
     const std::string sun =
@@ -192,7 +193,7 @@ TEST(Place, GrazingSunsGiveTheirSine) {
   }
 }
 
-TEST(Place, LightsFarAwayAreSuns) {
+TEST(Place, FarLightsAreSuns) {
   for (const double distance : {1e3, 1e6, 1e9}) {
     const std::string light = point_light(fmt::format("[0, {}, 0]", distance), 2 * distance * distance);
     for (const std::string method : {"path", "raycast"}) {
@@ -201,7 +202,7 @@ TEST(Place, LightsFarAwayAreSuns) {
   }
 }
 
-TEST(Spots, OfNoWidthAndOfAllDirections) {
+TEST(Spots, ShineFromTheNarrowestConeToAllDirections) {
   const auto under = [](double cutoff, double blend) {
     return floor_under("", "",
                        fmt::format(R"({{"spot": {{"position": [0, 2, 0], "direction": [0, -1, 0], "intensity": {},
@@ -213,8 +214,8 @@ TEST(Spots, OfNoWidthAndOfAllDirections) {
   EXPECT_NEAR(under(180, 0), 1 / M_PI, 1e-4);
   EXPECT_NEAR(under(180, 1), 1 / M_PI, 1e-4);
   EXPECT_NEAR(under(0.1, 0), 1 / M_PI, 1e-4);
-  EXPECT_NEAR(under(0.1, 1), 1 / M_PI, 0.02);  // it falls off from the axis on, which the pixel is not all on
-  const double narrowest = under(1e-3, 0);     // a disc that is smaller than the pixel
+  EXPECT_NEAR(under(0.1, 1), 1 / M_PI, 0.02);  // it falls off from the axis on, and the pixel has a width
+  const double narrowest = under(1e-3, 0);     // a disc smaller than the pixel
   EXPECT_GT(narrowest, 0.05 / M_PI);
   EXPECT_LE(narrowest, 1 / M_PI + 1e-4);
   EXPECT_NE(refusal(document(kDown, 60, 8, diffuse("floor", 1), sphere("floor", "[0, 0, 0]", 1),
@@ -224,7 +225,7 @@ TEST(Spots, OfNoWidthAndOfAllDirections) {
             std::string::npos);
 }
 
-TEST(Strength, OfLightsThatAreNoneIsRefused) {
+TEST(LightStrength, IsRefusedWhenInvalid) {
   const auto why = [](const std::string& light) {
     return refusal(document(kDown, 60, 8, diffuse("floor", 1), sphere("floor", "[0, 0, 0]", 1), light));
   };
@@ -243,8 +244,8 @@ TEST(Strength, OfLightsThatAreNoneIsRefused) {
             std::string::npos);
 }
 
-TEST(Strength, TooMuchForAPictureIsCountedAndLeftOut) {
-  // 1e20 W/sr from 1e-9 away are more than single precision holds: samples count as zero, and are counted.
+TEST(LightStrength, OverflowIsCountedAndLeftOut) {
+  // 1e20 W/sr from a distance of 1e-9 overflow single precision. The samples count as zero, and are counted.
   const auto scene =
       TestScene::from_text(document(kDown, 0.01, 8, diffuse("floor", 1), mesh("floor", "floor.obj"),
                                     point_light("[0, 0.001, 0]", 1e20) + also(point_light("[0, 1, 0]", 0))),
@@ -257,8 +258,8 @@ TEST(Strength, TooMuchForAPictureIsCountedAndLeftOut) {
 
 // ---- environments ----
 
-TEST(EnvironmentImage, OneBrightPixelAnywhere) {
-  // In the middle, at the seam on both sides, at both poles; also turned.
+TEST(EnvironmentImage, OneBrightPixelLightsFromItsDirection) {
+  // In the middle, at the seam on both sides, and at both poles. Some are turned.
   struct Case {
     int x, y;
     Vec3d normal;
@@ -288,8 +289,8 @@ TEST(EnvironmentImage, OneBrightPixelAnywhere) {
   }
 }
 
-TEST(EnvironmentImage, ItsSeamAndPolesCannotBeSeen) {
-  // A picture that is even is even there too, whatever its size; so is a mirror ball in it.
+TEST(EnvironmentImage, HasNoVisibleSeamOrPoles) {
+  // A uniform image gives a uniform picture at any size, also in a mirror ball.
   for (const auto& [width, height] : {std::pair(1, 1), {2, 1}, {3, 5}, {7, 2}, {64, 32}}) {
     for (const std::string method : {"path", "raycast", "whitted"}) {
       for (const std::string look : {"[-1, 0, 0]", "[0.0001, 1, 0]", "[0.0001, -1, 0]", "[1, 0, 0]"}) {
@@ -303,7 +304,7 @@ TEST(EnvironmentImage, ItsSeamAndPolesCannotBeSeen) {
   }
 }
 
-TEST(EnvironmentImage, BlackOrHugeIsItselfToo) {
+TEST(EnvironmentImage, KeepsBlackAndHugeValues) {
   for (const float value : {0.0f, 1e-30f, 1e10f}) {
     const auto scene =
         TestScene::from_text(document(R"("eye": [0, 1, 0.01], "look_at": [0, 0, 0])", 1, 8, diffuse("floor", 0.5),
@@ -313,7 +314,7 @@ TEST(EnvironmentImage, BlackOrHugeIsItselfToo) {
   }
 }
 
-TEST(EnvironmentImage, ThatIsNoneIsRefused) {
+TEST(EnvironmentImage, IsRefusedWhenInvalid) {
   const std::string text = document(kDown, 60, 8, diffuse("floor", 1), sphere("floor", "[0, 0, 0]", 1),
                                     R"({"name": "world", "environment": {"file": "sky.exr"}})");
   const auto why = [&](const std::map<std::string, std::string>& files) { return refusal(text, files, read_image); };

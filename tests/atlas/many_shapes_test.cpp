@@ -1,10 +1,10 @@
-// The failure atlas for many shapes: a million triangles, and copies of one mesh; each with its right outcome.
+// The failure atlas for many shapes: a million triangles, and copies of one mesh, each with its right outcome.
 #include "tests/atlas/atlas.h"
 
 namespace lightmill::test {
 namespace {
 
-/// A hilly floor of 2·n² triangles over [-1, 1]², and its highest point below 0.1.
+/// A hilly floor of 2·n² triangles over [-1, 1]². Its highest point is below 0.1.
 std::string hills(int n) {
   std::string text;
   text.reserve(static_cast<std::size_t>(n) * static_cast<std::size_t>(n) * 60);
@@ -24,7 +24,7 @@ std::string hills(int n) {
   return text;
 }
 
-TEST(Many, AMillionTrianglesAreWhiteInAWhiteSky) {
+TEST(ManyShapes, AMillionTrianglesAreWhiteInAWhiteSky) {
   const auto scene = TestScene::from_text(document(R"("eye": [0.3, 0.8, 0.9], "look_at": [0, 0, 0])", 50, 32,
                                                    diffuse("white", 1), mesh("white", "hills.obj"), sky(1)),
                                           {{"hills.obj", hills(708)}});
@@ -33,8 +33,8 @@ TEST(Many, AMillionTrianglesAreWhiteInAWhiteSky) {
   }
 }
 
-TEST(Many, AHundredThousandInstancesAreWhiteInAWhiteSky) {
-  // Small hilly tiles, mirrored and stretched each in its own way.
+TEST(ManyShapes, AHundredThousandInstancesAreWhiteInAWhiteSky) {
+  // Small hilly tiles, each mirrored and stretched in its own way.
   std::string objects;
   objects.reserve(20'000'000);
   for (int i = 0; i < 100'000; ++i) {
@@ -54,7 +54,7 @@ TEST(Many, AHundredThousandInstancesAreWhiteInAWhiteSky) {
 
 // ---- instances ----
 
-/// A ball of triangles, so many that two of it are instances.
+/// A ball of enough triangles that two copies become instances.
 std::string ball() {
   constexpr int kRings = 8, kParts = 16;
   std::string text = "v 0 1 0\nv 0 -1 0\n", faces;
@@ -77,8 +77,8 @@ std::string ball() {
   return text + faces;
 }
 
-TEST(Instances, MirroredAndStretchedOnesKeepTheirOutside) {
-  // A convex thing under a sky of radiance 1 shows its albedo, and its emission on the outside only.
+TEST(Instances, KeepTheirOutsideWhenMirroredOrStretched) {
+  // A convex shape under a sky of radiance 1 shows its albedo, and its emission only on the outside.
   for (const std::string scale : {"[1, 1, 1]", "[-1, 1, 1]", "[-1, -1, -1]", "[0.001, 1, 0.5]", "[1, 0.0001, 1]",
                                   "[-1000, 1, 3]", "[0.00001, 0.00001, 0.00001]", "[1e5, -1e5, 1e5]"}) {
     const double size = scale.find("0.00001") != std::string::npos ? 1e-5 : scale.find("1e5") == 1 ? 1e5 : 1;
@@ -101,7 +101,7 @@ TEST(Instances, MirroredAndStretchedOnesKeepTheirOutside) {
   }
 }
 
-TEST(Instances, ThatHaveNoInverseAreRefused) {
+TEST(Instances, AreRefusedWithoutAnInverse) {
   for (const std::string scale : {"[0, 1, 1]", "[1, 1e-31, 1]", "[0, 0, 0]"}) {
     const std::string why =
         refusal(document(kAbove, 60, 8, diffuse("m", 0.5),

@@ -1,4 +1,5 @@
-// The failure atlas for materials and media: extreme parameters and unlucky arrangements, each with its right outcome.
+// The failure atlas for materials and media: extreme parameters and difficult arrangements, each with its right
+// outcome.
 #include <cmath>
 
 #include "tests/atlas/atlas.h"
@@ -11,8 +12,8 @@ Estimate mirrored_lamp(const std::string& kind, std::uint64_t seed) {
   return mean_of(scene_of(lamp_in_a_floor(kind, 0)).render({"path", seed, 0}, 10), 0);
 }
 
-TEST(Atlas, RoughnessToZeroIsAMirrorAllTheWay) {
-  // F at 45° of glass, and 1 of white metal; across the limit below which a surface counts as smooth.
+TEST(Materials, AreMirrorsAsRoughnessFallsToZero) {
+  // F of glass at 45°, and 1 for white metal, on both sides of the limit below which a surface counts as smooth.
   for (const double roughness : {0.0, 1e-30, 1e-4, 0.0099, 0.0101, 0.02, 0.05}) {
     const struct {
       std::string kind;
@@ -29,7 +30,7 @@ TEST(Atlas, RoughnessToZeroIsAMirrorAllTheWay) {
   }
 }
 
-TEST(Atlas, PhongExponentsToAMillionAreAMirrorAtLast) {
+TEST(Materials, PhongBecomesAMirrorAtExponentAMillion) {
   for (const double exponent : {1e4, 1e5, 1e6}) {
     const Estimate seen =
         mirrored_lamp(fmt::format(R"("phong": {{"specular": {}, "exponent": {}}})", gray(0.8), exponent), 51);
@@ -38,7 +39,7 @@ TEST(Atlas, PhongExponentsToAMillionAreAMirrorAtLast) {
   }
 }
 
-TEST(Atlas, MaterialsStayFiniteAtGrazingAngles) {
+TEST(Materials, StayFiniteAtGrazingAngles) {
   const std::string kinds[] = {
       R"("phong": {"diffuse": {"rgb": [0.5, 0.5, 0.5]}, "specular": {"rgb": [0.5, 0.5, 0.5]}, "exponent": 1e6})",
       R"("phong": {"specular": {"rgb": [1, 1, 1]}, "exponent": 0})",
@@ -62,8 +63,8 @@ TEST(Atlas, MaterialsStayFiniteAtGrazingAngles) {
   }
 }
 
-TEST(Atlas, APrincipledSurfaceThatReflectsAllByItsGlossIsAFurnaceStill) {
-  // Normal reflectance reaches 1 from an index of 5.83 on with twice the gloss; nothing is left for what is below.
+TEST(Materials, APrincipledSurfaceWithFullGlossAddsNoEnergy) {
+  // Normal reflectance reaches 1 at an index of 5.83 with twice the gloss. Nothing remains for the layers below.
   for (const double ior : {5.8, 5.9, 10.0}) {
     for (const double roughness : {0.0, 0.3, 1.0}) {
       const auto scene = TestScene::from_text(document(
@@ -73,14 +74,14 @@ TEST(Atlas, APrincipledSurfaceThatReflectsAllByItsGlossIsAFurnaceStill) {
                                      gray(1), ior, roughness)),
           sphere("sky", "[0, 0, 0]", 20, true) + "," + sphere("x", "[0, 0, 0]", 1)));
       const Estimate seen = mean_of(scene.render({"path", 53, 0}, 6), 1);
-      // Light that facets scatter twice is lost, more of it the rougher they are.
+      // Light that facets scatter twice is lost, and more of it at higher roughness.
       EXPECT_LE(seen.value, 1 + 5 * seen.standard_error + 1e-4) << ior << ' ' << roughness;
       EXPECT_GE(seen.value, roughness == 0 ? 0.99 : 0.5) << ior << ' ' << roughness;
     }
   }
 }
 
-TEST(Atlas, AnIndexOfOneIsNothingHoweverRough) {
+TEST(Materials, AnIndexOfOneIsInvisibleAtAnyRoughness) {
   for (const std::string kind :
        {R"("dielectric": {"ior": 1, "roughness": 0})", R"("dielectric": {"ior": 1, "roughness": 1})",
         R"("principled": {"base_color": {"rgb": [1, 1, 1]}, "transmission": 1, "ior": 1})"}) {
@@ -94,13 +95,13 @@ TEST(Atlas, AnIndexOfOneIsNothingHoweverRough) {
   }
 }
 
-TEST(Atlas, ALightPipeReflectsAHundredTimes) {
+TEST(Materials, ALightPipeReflectsAHundredTimes) {
   const Estimate seen = mean_of(scene_of(light_pipe()).render({"path", 54, 0}, 8), 0);
   EXPECT_NEAR(seen.value, 2.25, 5 * seen.standard_error + 0.01);
   EXPECT_LT(seen.standard_error, 0.05);
 }
 
-TEST(Atlas, AMirrorCorridorIsSeenToItsEnd) {
+TEST(Materials, AMirrorCorridorIsSeenToItsEnd) {
   for (const auto& [share, reflections] : {std::pair(1.0, 120), {0.99, 100}, {0.5, 5}}) {
     const AtlasCase corridor = mirror_corridor(share, reflections);
     const TestScene scene = scene_of(corridor);
@@ -110,8 +111,8 @@ TEST(Atlas, AMirrorCorridorIsSeenToItsEnd) {
   }
 }
 
-TEST(Atlas, VeachsPlatesShowLampsOfAllSizesInAllRoughnesses) {
-  // The small ones are found by their light alone, the large ones in smooth plates by reflection alone.
+TEST(Materials, VeachsPlatesShowLightsOfAllSizesAtAllRoughnesses) {
+  // Light sampling finds the small lights. In smooth plates only reflection finds the large ones.
   for (const double roughness : {0.1, 0.25, 0.5, 0.8}) {
     for (const double radius : {0.02, 0.1, 0.4, 0.9}) {
       for (const double aside : {0.3, 1.0}) {
@@ -123,9 +124,9 @@ TEST(Atlas, VeachsPlatesShowLampsOfAllSizesInAllRoughnesses) {
   }
 }
 
-TEST(Atlas, ACausticIsSeenInAMirrorAsOnItsWall) {
-  // A lamp and its image in a mirror floor light a white wall; what the mirror shows of the wall is the same, at its
-  // edge to the floor too.
+TEST(Materials, ACausticIsSeenInAMirrorAsOnItsWall) {
+  // A light and its image in a mirror floor light a white wall. The mirror shows the same wall, also at its edge to the
+  // floor.
   const double radius = 0.3;
   for (const double y : {0.01, 0.25, 1.0}) {
     const double irradiance =
@@ -143,8 +144,8 @@ TEST(Atlas, ACausticIsSeenInAMirrorAsOnItsWall) {
   }
 }
 
-TEST(Atlas, GlassInOnAndAcrossGlassHidesInUniformLight) {
-  // Radiance is n² denser in each, and 1 again outside.
+TEST(Materials, GlassInOnAndAcrossGlassIsInvisibleInUniformLight) {
+  // Radiance is n² denser in each piece, and 1 again outside.
   const auto seen = [&](const std::string& objects, double reach) {
     return mean_of(clean_picture(TestScene::from_text(document(R"("eye": [0.5, 2, 4], "look_at": [0, 0, 0])", 30, 32,
                                                                kGlassPairMaterials, objects, sky(1)),
@@ -156,8 +157,8 @@ TEST(Atlas, GlassInOnAndAcrossGlassHidesInUniformLight) {
     SCOPED_TRACE(pair.name);
     expect_answer(seen(pair.objects, 1e-3), 1, 2e-3);
   }
-  // Where two faces are one, rounding decides which is met first, and the other may be missed: no right picture is
-  // promised (docs/reference/scene.md), but neither can be without bounds.
+  // Where two faces coincide, rounding decides which one a ray meets first, and it may miss the other. No right picture
+  // is promised (docs/reference/scene.md), but values are bounded.
   for (const char* const material : {"a", "b"}) {
     const double value = seen(mesh("a", "left.obj") + also(mesh(material, "flush.obj")), 0).value;
     EXPECT_GT(value, 0.9) << material;
@@ -165,7 +166,7 @@ TEST(Atlas, GlassInOnAndAcrossGlassHidesInUniformLight) {
   }
 }
 
-TEST(Atlas, InfiniteAbsorptionIsBlackAndNoMoreThanThat) {
+TEST(Materials, InfiniteAbsorptionLeavesOnlyTheReflection) {
   for (const std::string interior :
        {R"("color": {"rgb": [0, 0, 0]})", R"("absorption": {"rgb": [1e30, 1e30, 1e30]})"}) {
     const Estimate seen = mean_of(scene_of(ink(interior)).render({"path", 55, 0}, 10), 0);
@@ -174,7 +175,7 @@ TEST(Atlas, InfiniteAbsorptionIsBlackAndNoMoreThanThat) {
   }
 }
 
-TEST(Atlas, AnEyeOnTheSurfaceOfGlassSeesOneSideOrTheOther) {
+TEST(Materials, ACameraOnTheSurfaceOfGlassSeesOneSideOrTheOther) {
   const auto scene = TestScene::from_text(document(
       R"("eye": [0, 0, 1], "look_at": [0, 0, -1])", 20, 16,
       diffuse("sky", 0, 1) + R"(, {"name": "glass", "dielectric": {}, "interior": {"absorption": {"rgb": [0, 0, 0]}}})",
@@ -185,7 +186,7 @@ TEST(Atlas, AnEyeOnTheSurfaceOfGlassSeesOneSideOrTheOther) {
   EXPECT_LT(seen.value, 2.3);
 }
 
-TEST(Atlas, MoreNestedShapesThanAreKeptTrackOfAreCountedAsSamplesThatAreNotFinite) {
+TEST(Materials, SamplesInTooManyNestedShapesAreCountedAsNotFinite) {
   std::string materials = diffuse("sky", 0, 1), objects = sphere("sky", "[0, 0, 0]", 20, true);
   for (int i = 0; i < 12; ++i) {
     const std::string name = fmt::format("shell{}", i);
@@ -198,7 +199,7 @@ TEST(Atlas, MoreNestedShapesThanAreKeptTrackOfAreCountedAsSamplesThatAreNotFinit
   const HalfImages image = scene.render({"path", 57, 0}, 4);
   const Estimate seen = mean_of(image, 0);
   EXPECT_TRUE(std::isfinite(seen.value));
-  EXPECT_LE(seen.value, 1);  // what is seen past the shells; the rest counts as nothing
+  EXPECT_LE(seen.value, 1);  // what is seen past the shells; the rest counts as zero
   EXPECT_GT(image.non_finite, 0u);
 }
 

@@ -1,5 +1,5 @@
-// The failure atlas for textures: odd sizes, seams, coordinates beyond the image and beyond reason, and images that are
-// none; each with its right outcome.
+// The failure atlas for textures: odd sizes, seams, coordinates outside the image, huge coordinates, and invalid
+// images, each with its right outcome.
 #include "common/image/exr.h"
 #include "common/image/read/read_image.h"
 #include "tests/atlas/atlas.h"
@@ -7,7 +7,7 @@
 namespace lightmill::test {
 namespace {
 
-/// An EXR file of one value a texel in all channels: rows from the top.
+/// An EXR file with one value per texel in all channels, rows from the top.
 std::string image_of(int width, const std::vector<float>& values) {
   Image image;
   image.display = image.data = {0, 0, width, static_cast<int>(values.size()) / width};
@@ -20,12 +20,12 @@ std::string image_of(int width, const std::vector<float>& values) {
 struct Texels2D {
   int width, height;
   std::vector<float> values;
-  /// Rows counted upwards.
+  /// Rows count upwards.
   double at(int x, int y) const { return values[static_cast<std::size_t>((height - 1 - y) * width + x)]; }
   std::string file() const { return image_of(width, values); }
 };
 
-/// Texels that are all different.
+/// Texels that all differ.
 Texels2D numbered(int width, int height) {
   Texels2D out{width, height, {}};
   for (int i = 0; i < width * height; ++i) {
@@ -38,8 +38,8 @@ int modulo(int a, int n) {
   return ((a % n) + n) % n;
 }
 
-/// A floor with u = x and v = −z, seen straight from above by a square film that covers [x − half, x + half] and
-/// [z − half, z + half].
+/// A floor with u = x and v = −z, seen from straight above. The square film covers [x − half, x + half] and [z − half,
+/// z + half].
 std::string floor_document(const std::string& texture, double x, double z, double half, int size) {
   return fmt::format(
       R"({{"camera": {{"eye": [{0:.17g}, {3:.17g}, {1:.17g}], "look_at": [{0:.17g}, 0, {1:.17g}], "up": [0, 0, -1],
@@ -55,15 +55,15 @@ HalfImages preview_of(const std::string& text, const Texels2D& texels) {
   return clean_picture(TestScene::from_text(text, {{"t.exr", texels.file()}}, read_image), "preview", 1);
 }
 
-TEST(Textures, OfAnySizeRepeatOrEndOnBothSidesOfZero) {
-  // Coordinates from −2 to 2: a pixel is a texel.
+TEST(Textures, RepeatOrClampOnBothSidesOfZeroAtAnySize) {
+  // Coordinates from −2 to 2. A pixel is a texel.
   for (const auto& [width, height] : {std::pair(3, 5), {1, 1}, {1, 7}, {6, 1}, {2, 2}}) {
     const Texels2D texels = numbered(width, height);
     const int size = 12;
     for (const bool repeats : {true, false}) {
       const std::string settings =
           fmt::format(R"("filter": "NEAREST", "wrap": "{}", "scale": [{:.17g}, {:.17g}])", repeats ? "REPEAT" : "CLAMP",
-                      3.0 / width, 3.0 / height);  // three texels a unit
+                      3.0 / width, 3.0 / height);  // three texels per unit
       const HalfImages image = preview_of(floor_document(settings, 0, 0, 2, size), texels);
       int off = 0;
       for (int row = 0; row < size; ++row) {
@@ -79,9 +79,9 @@ TEST(Textures, OfAnySizeRepeatOrEndOnBothSidesOfZero) {
   }
 }
 
-TEST(Textures, SeamsAtWholeNumbersAreSmoothOrEnd) {
-  // Bilinear, four texels wide: at u = 0, 1, −1, … half of the first and half of the last; where it is clamped, the
-  // border and no more.
+TEST(Textures, SeamsAtWholeNumbersAreBlendedOrClamped) {
+  // Bilinear, four texels wide. At u = 0, 1, −1, … it is half of the first and half of the last texel. When clamped, it
+  // is the border texel.
   const Texels2D texels{4, 1, {0.1f, 0.3f, 0.5f, 0.9f}};
   for (const auto& [wrap, u, exact] : {std::tuple("REPEAT", 0.0, 0.5),
                                        {"REPEAT", 1.0, 0.5},
@@ -102,7 +102,7 @@ TEST(Textures, SeamsAtWholeNumbersAreSmoothOrEnd) {
 }
 
 TEST(Textures, CornersOfAMeshAreCornersOfTheImage) {
-  // Just within each corner of a square with coordinates 0 and 1, and 2 and −1, whole numbers: the texel there.
+  // Just inside each corner of a square with the coordinates 0 and 1, and 2 and −1. It shows the texel of that corner.
   const Texels2D texels = numbered(3, 3);
   for (const auto& [low, high] : {std::pair(0, 1), {-1, 2}}) {
     const std::string square = fmt::format(
@@ -123,9 +123,9 @@ TEST(Textures, CornersOfAMeshAreCornersOfTheImage) {
   }
 }
 
-TEST(Textures, FarOutTheyStayWithinTheirTexels) {
-  // Coordinates so large that single precision has no fraction of them, or none are left: some texel, never another
-  // number.
+TEST(Textures, StayWithinTheirTexelsAtHugeCoordinates) {
+  // Coordinates so large that single precision has no fraction of them, or all equal. Each shows some texel, never
+  // another value.
   const Texels2D texels{2, 2, {0.2f, 0.4f, 0.6f, 0.8f}};
   for (const std::string filter : {"NEAREST", "BILINEAR"}) {
     for (const std::string wrap : {"REPEAT", "CLAMP"}) {
@@ -146,8 +146,8 @@ TEST(Textures, FarOutTheyStayWithinTheirTexels) {
   expect_even(preview_of(text, texels), 0.4, 0.4 + 1e-6);
 }
 
-TEST(Textures, WhatHasNoCoordinatesHasTheFirstTexel) {
-  // A sphere has (0, 0) everywhere: the lower left texel. So has a mesh without `vt`, or with one for all.
+TEST(Textures, ObjectsWithoutCoordinatesHaveTheFirstTexel) {
+  // A sphere has (0, 0) everywhere, the lower left texel. So has a mesh without `vt`, or with a single one.
   const Texels2D texels = numbered(3, 2);
   const std::string nearest = R"("filter": "NEAREST")";
   for (const std::string shape : {R"("sphere": {"center": [0, -1, 0], "radius": 1}}]})",
@@ -165,8 +165,8 @@ TEST(Textures, WhatHasNoCoordinatesHasTheFirstTexel) {
   }
 }
 
-TEST(Textures, ReflectanceBeyondAllAndNothingIsCut) {
-  // An image of floats may hold anything: a surface reflects all of the light at most. Under a sky of radiance 1.
+TEST(Textures, ReflectanceIsClampedToZeroAndOne) {
+  // A float image can have any value, but a surface reflects at most all light. The sky has radiance 1.
   for (const auto& [value, exact] : {std::pair(5.0f, 1.0), {-3.0f, 0.0}, {0.25f, 0.25}, {1e30f, 1.0}}) {
     std::string text = floor_document(R"("filter": "BILINEAR")", 0, 0, 1, 8);
     text.insert(text.size() - 1, fmt::format(R"(, "lights": [{}])", sky(1)));
@@ -178,7 +178,7 @@ TEST(Textures, ReflectanceBeyondAllAndNothingIsCut) {
 }
 
 TEST(Textures, EmissionByATextureIsItsTexels) {
-  // A glowing square of four texels from black to very bright; a floor far below it gets their mean.
+  // A glowing square of four texels from black to very bright. A floor far below it receives their mean.
   for (const float bright : {1.0f, 1e6f}) {
     const Texels2D texels{2, 2, {0, bright, bright / 2, bright / 4}};
     const auto scene = TestScene::from_text(
@@ -192,7 +192,7 @@ TEST(Textures, EmissionByATextureIsItsTexels) {
          {"lamp.obj",
           "v -60 90 -60\nv 60 90 -60\nv 60 90 60\nv -60 90 60\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"}},
         read_image);
-    // By symmetry each quarter has a quarter of the square's form factor: that of a corner, below it.
+    // By symmetry each quarter has a quarter of the square's form factor, that of a corner.
     const double x = 60.0 / 90, s = std::sqrt(1 + x * x);
     const double corner = 2 * x / s * std::atan(x / s) / (2 * M_PI);
     const Estimate seen = mean_of(clean_picture(scene, "path", 12, 1), 0);
@@ -200,7 +200,7 @@ TEST(Textures, EmissionByATextureIsItsTexels) {
   }
 }
 
-TEST(Textures, ThatAreNoneAreRefused) {
+TEST(Textures, AreRefusedWhenInvalid) {
   const auto why = [](const std::string& settings, const std::map<std::string, std::string>& files) {
     return refusal(floor_document(settings, 0, 0, 1, 4), files, read_image);
   };

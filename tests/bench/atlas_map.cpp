@@ -46,7 +46,7 @@ void print(const AtlasRow& row, std::size_t done, std::size_t all, bool kept) {
   std::fflush(stdout);
 }
 
-/// Cases go to threads one by one; rows come back in the cases' order. What was interrupted is left out.
+/// Measures the cases on several threads, and returns rows in the order of the cases. Interrupted cases are left out.
 std::vector<AtlasRow> measure_all(const std::vector<AtlasCase>& cases, const AtlasSettings& settings,
                                   const MeasuredRows& measured, int threads) {
   std::vector<AtlasRow> rows(cases.size());
@@ -99,10 +99,9 @@ bool write(const std::filesystem::path& path, const std::string& text) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Measures and judges every case of the failure atlas by every method: hours of CPU time. Writes index.html, "
-      "atlas.csv and atlas.json, and a file in DIR/rows for each case: interrupted, the same command goes on. Ends "
-      "with "
-      "1 if a method is wrong without a veto.");
+      "Measures and judges every case of the failure atlas by every method. Takes hours of CPU time. Writes "
+      "index.html, atlas.csv and atlas.json, and a file in DIR/rows for each case. After an interruption the same "
+      "command resumes. Exit code 1 if a method is wrong without a veto.");
   AtlasSettings settings;
   settings.methods = atlas_methods();
   settings.retries = 2;
@@ -111,24 +110,24 @@ int main(int argc, char** argv) {
   std::filesystem::path folder;
   int threads = 2;
   bool vetoed_too = true;
-  app.add_option("-o,--out", folder, "DIR, a folder for the page and the numbers; it is made")->required();
-  app.add_option("--methods", settings.methods, "to measure")->capture_default_str()->delimiter(',');
-  app.add_option("--levels", settings.more_levels, "log2 of how many times the samples")
+  app.add_option("-o,--out", folder, "DIR, the folder for the page and the numbers; created if missing")->required();
+  app.add_option("--methods", settings.methods, "methods to measure")->capture_default_str()->delimiter(',');
+  app.add_option("--levels", settings.more_levels, "log2 of the factor of samples")
       ->capture_default_str()
       ->check(CLI::Range(-8, 8));
-  app.add_option("--retries", settings.retries, "with 16 times the samples, of what looks wrong")
+  app.add_option("--retries", settings.retries, "repeats with 16 times the samples if a result looks wrong")
       ->capture_default_str()
       ->check(CLI::Range(0, 3));
   app.add_option("--only", only, "cases whose subject and name have this text");
   app.add_option("--threads", threads, "cases at a time")->capture_default_str()->check(CLI::Range(1, 256));
-  app.add_flag("!--admitted-only", vetoed_too, "leave out what the planner vetoes");
+  app.add_flag("!--admitted-only", vetoed_too, "skip methods that the planner vetoes");
   CLI11_PARSE(app, argc, argv);
   settings.measure_vetoed = vetoed_too;
 
   std::error_code error;
   std::filesystem::create_directories(folder / "rows", error);
   if (error) {
-    std::fprintf(stderr, "atlas_map: cannot make %s: %s\n", folder.c_str(), error.message().c_str());
+    std::fprintf(stderr, "atlas_map: cannot create %s: %s\n", folder.c_str(), error.message().c_str());
     return 2;
   }
   std::signal(SIGINT, interrupt);
@@ -136,7 +135,7 @@ int main(int argc, char** argv) {
   const std::vector<AtlasCase> cases = cases_with(only);
   const std::vector<AtlasRow> rows = measure_all(cases, settings, MeasuredRows(folder / "rows"), threads);
   if (interrupted) {
-    std::fprintf(stderr, "atlas_map: interrupted after %zu of %zu cases; the same command goes on there\n", rows.size(),
+    std::fprintf(stderr, "atlas_map: interrupted after %zu of %zu cases; run the same command to resume\n", rows.size(),
                  cases.size());
     return 130;
   }

@@ -1,10 +1,10 @@
-// What the constants of `path` are worth: efficiency of other splits, roulettes and numbers of Sobol' pairs, relative
-// to the ones in use, on scenes of many kinds.
+// Effect of the constants of `path`: efficiency of other splits, roulettes and numbers of Sobol' pairs, relative to the
+// current ones, on scenes of many kinds.
 //
 // Efficiency is 1 / (relMSE × CPU seconds), after 16, 64 and 256 samples of one run. All variants are unbiased, and no
-// two runs share a seed, so that the mean of all is a reference that favours none. relMSE is without the worst 0.1 % of
-// pixels, which a few rare paths decide. The variants run in turn, and each is compared with the one in use of its
-// turn: a machine that others use slows both.
+// two runs share a seed. So the mean of all runs is a fair reference. relMSE leaves out the worst 0.1 % of pixels,
+// because a few rare paths decide them. The variants run in turn. Each is compared with the current one of its turn, so
+// a busy machine slows both.
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <cmath>
@@ -27,7 +27,7 @@ struct Variant {
   tracer::Constants constants;
 };
 
-/// The first is what is in use; each other one differs from it in one thing or two.
+/// The first is the current variant. Each other one differs from it in one or two constants.
 std::vector<Variant> all_variants() {
   std::vector<Variant> variants{{"in use", {}}};
   const auto add = [&](std::string name, const auto& change) {
@@ -58,16 +58,16 @@ std::vector<Variant> all_variants() {
   return variants;
 }
 
-constexpr std::array<std::uint32_t, 3> kLevels{4, 6, 8};  ///< log2 of the samples after which a run is looked at
+constexpr std::array<std::uint32_t, 3> kLevels{4, 6, 8};  ///< log2 of the samples at which a run is measured
 
-/// What a run has after each level.
+/// State of a run at a level.
 struct Stage {
   std::vector<double> image;
   double seconds = 0;
 };
 using Run = std::array<Stage, kLevels.size()>;
 
-/// The dyadic ranges that bring samples [0, 2^from) to [0, 2^to).
+/// The dyadic ranges that extend samples [0, 2^from) to [0, 2^to).
 std::vector<SampleRange> ranges_up_to(std::uint32_t to, std::optional<std::uint32_t> from) {
   if (!from) {
     return {{to, 0}};
@@ -113,7 +113,7 @@ Run run(const CompiledScene& scene, const Method& method) {
   return result;
 }
 
-/// Without the worst 0.1 % of pixels.
+/// relMSE without the worst 0.1 % of pixels.
 double trimmed_rel_mse(const std::vector<double>& image, const std::vector<double>& reference) {
   std::vector<double> errors(image.size() / 3);
   for (std::size_t i = 0; i < image.size(); ++i) {
@@ -129,7 +129,7 @@ double trimmed_rel_mse(const std::vector<double>& image, const std::vector<doubl
   return sum / static_cast<double>(3 * errors.size());
 }
 
-/// Of logarithms: the geometric mean, and its standard error as a factor less 1.
+/// Geometric mean, with its standard error as a factor minus 1.
 struct GeometricMean {
   double value = 1, error = 0;
 };
@@ -145,7 +145,7 @@ GeometricMean geometric_mean(const std::vector<double>& ratios) {
   return {std::exp(mean), std::expm1(std::sqrt(variance))};
 }
 
-/// Efficiency of each variant over that of the first: one entry a stage, of all seeds of a scene.
+/// Efficiency of each variant over that of the first: one entry per stage, over all seeds of a scene.
 using Gains = std::vector<std::array<GeometricMean, kLevels.size()>>;
 
 Gains measure(const TestScene& scene, const std::vector<Variant>& variants, std::size_t seeds) {
@@ -195,9 +195,9 @@ void print(const std::string& title, const std::vector<Variant>& variants, const
   std::fflush(stdout);
 }
 
-/// Over the scenes: geometric mean and least.
+/// Geometric mean and minimum over the scenes.
 void print_summary(const std::vector<Variant>& variants, const std::vector<Gains>& scenes) {
-  std::printf("\nall %zu scenes: geometric mean (least)\n%-24s", scenes.size(), "samples");
+  std::printf("\nall %zu scenes: geometric mean (minimum)\n%-24s", scenes.size(), "samples");
   for (const std::uint32_t level : kLevels) {
     std::printf("  %14u", 1u << level);
   }
@@ -218,7 +218,7 @@ void print_summary(const std::vector<Variant>& variants, const std::vector<Gains
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Efficiency of other constants of path, relative to the ones in use.");
+  CLI::App app("Efficiency of other constants of path, relative to the current ones.");
   std::vector<std::string> scenes{source_file("scenes/cornell-bench-blocks.json"),
                                   source_file("scenes/cornell-bench-balls.json"),
                                   source_file("tests/bench/constants/white-room.json"),
@@ -233,7 +233,7 @@ int main(int argc, char** argv) {
   app.add_option("scenes", scenes, "scene documents");
   app.add_option("--size", size, "film width and height in pixels")->capture_default_str()->check(CLI::Range(8, 512));
   app.add_option("--seeds", seeds, "runs of each variant")->capture_default_str()->check(CLI::Range(2, 100));
-  app.add_option("--only", only, "part of the variants' names: the others are left out");
+  app.add_option("--only", only, "only variants whose name has this text");
   app.add_option("--threads", threads, "scenes at a time")->capture_default_str()->check(CLI::Range(1, 64));
   CLI11_PARSE(app, argc, argv);
 

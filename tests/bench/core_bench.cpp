@@ -1,9 +1,9 @@
-// The bare core on one thread: samples and rays per second, efficiency beside the scalar oracle, share of time inside
-// Embree.
+// The renderer on one thread: samples and rays per second, efficiency relative to the reference tracer, and the share
+// of time in Embree.
 //
-// Efficiency is 1 / (relMSE × CPU seconds), against a reference by the core itself with another seed and many more
-// samples (its noise adds to both sides; at the default it is below a tenth). Runs alternate core and oracle, and quote
-// the median ratio: the machine may be shared.
+// Efficiency is 1 / (relMSE × CPU seconds), against a reference by the renderer with another seed and many more
+// samples. Its noise adds to both sides. With the defaults it is below a tenth. Runs of the two alternate, and the
+// median ratio is reported, because the machine may be busy.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
@@ -73,10 +73,10 @@ double rel_mse(const std::vector<double>& image, const std::vector<double>& refe
 
 void print(const char* who, const Run& run, double error) {
   const auto samples = static_cast<double>(run.counters.samples);
-  std::printf("%-7s %6.2f s  %6.3f Msamples/s", who, run.seconds, samples / run.seconds * 1e-6);
+  std::printf("%-9s %6.2f s  %6.3f Msamples/s", who, run.seconds, samples / run.seconds * 1e-6);
   if (run.counters.closest_hit_rays > 0) {
     const auto rays = static_cast<double>(run.counters.closest_hit_rays + run.counters.shadow_rays);
-    std::printf("  %6.2f Mrays/s (%.2f closest + %.2f shadow a sample)", rays / run.seconds * 1e-6,
+    std::printf("  %6.2f Mrays/s (%.2f closest + %.2f shadow per sample)", rays / run.seconds * 1e-6,
                 static_cast<double>(run.counters.closest_hit_rays) / samples,
                 static_cast<double>(run.counters.shadow_rays) / samples);
   }
@@ -87,25 +87,25 @@ void print(const char* who, const Run& run, double error) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Times the bare core beside the scalar oracle, on one thread.");
+  CLI::App app("Compares the renderer with the scalar reference tracer, on one thread.");
   std::string scene_path = source_file("scenes/cornell-bench-blocks.json");
   std::string cache;
   std::string method = "path", reference_method = "path";
   std::uint32_t level = 6, reference_level = 11;
   int size = 512, pairs = 3;
   app.add_option("scene", scene_path, "scene document")->capture_default_str();
-  app.add_option("--level", level, "log2 of the samples a pixel")->capture_default_str()->check(CLI::Range(1, 16));
+  app.add_option("--level", level, "log2 of the samples per pixel")->capture_default_str()->check(CLI::Range(1, 16));
   app.add_option("--reference-level", reference_level, "log2 of the reference's samples")
       ->capture_default_str()
       ->check(CLI::Range(1, 20));
   app.add_option("--size", size, "film width and height in pixels")->capture_default_str()->check(CLI::Range(8, 4096));
-  app.add_option("--pairs", pairs, "core and oracle in turn, so many times")
+  app.add_option("--pairs", pairs, "runs of renderer and reference tracer in turn")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
-  app.add_option("--method", method, "of the core; others than path are timed beside it instead of the oracle")
+  app.add_option("--method", method, "method of the renderer; other methods are compared with path")
       ->capture_default_str();
-  app.add_option("--reference-method", reference_method, "that the reference is rendered by")->capture_default_str();
-  app.add_option("--cache", cache, "file to keep the reference in for the next run");
+  app.add_option("--reference-method", reference_method, "method that renders the reference")->capture_default_str();
+  app.add_option("--cache", cache, "file that keeps the reference for the next run");
   CLI11_PARSE(app, argc, argv);
 
   const TestScene scene = TestScene(scene_path).resized(size, size);
@@ -116,7 +116,7 @@ int main(int argc, char** argv) {
   const auto bytes = static_cast<std::streamsize>(reference.size() * sizeof(double));
   std::ifstream cached(cache, std::ios::binary);
   if (cache.empty() || !cached.read(reinterpret_cast<char*>(reference.data()), bytes)) {
-    std::printf("rendering the reference, %u samples a pixel …\n", 1u << reference_level);
+    std::printf("rendering the reference, %u samples per pixel …\n", 1u << reference_level);
     std::fflush(stdout);
     reference = run_core(*compiled, compiled, reference_level, 999'999, reference_method).image;
     if (!cache.empty()) {
@@ -133,12 +133,12 @@ int main(int argc, char** argv) {
     const Run oracle = method == "path" ? run_oracle(tracer, size, size, 1 << level, 1 + pair)
                                         : run_core(*compiled, compiled, level, 1 + pair, "path");
     const double core_error = rel_mse(core.image, reference), oracle_error = rel_mse(oracle.image, reference);
-    print(method == "path" ? "core" : method.c_str(), core, core_error);
-    print(method == "path" ? "oracle" : "path", oracle, oracle_error);
+    print(method == "path" ? "renderer" : method.c_str(), core, core_error);
+    print(method == "path" ? "reference" : "path", oracle, oracle_error);
     ratios.push_back(oracle_error * oracle.seconds / (core_error * core.seconds));
     std::printf("efficiency ratio %.2f\n", ratios.back());
   }
-  std::printf("median efficiency ratio %.2f (%.2f to %.2f); %.0f %% of the core's time inside Embree\n", median(ratios),
+  std::printf("median efficiency ratio %.2f (%.2f to %.2f); %.0f %% of the renderer's time in Embree\n", median(ratios),
               *std::min_element(ratios.begin(), ratios.end()), *std::max_element(ratios.begin(), ratios.end()),
               share.percent());
 }

@@ -1,7 +1,7 @@
-// The course's two tables, on one thread, as Markdown: what the hierarchy saves, and subdivisions of the pixel against
-// time and error, beside plain random sampling.
-//
-// Plain random sampling is the same kernel with every sample from a seed of its own: sample i of a picture is sample i
+// The course's two tables on one thread, as Markdown: time with and without the hierarchy, and subdivisions of the
+// pixel against time and error, compared with plain random sampling.
+// Plain random sampling is the same kernel with a separate seed for every sample. Sample i of a picture is sample i of
+// sequence i, so the samples are independent. The error is relMSE against many samples of another seed.
 // of sequence i, so that no two know of each other. The error is relMSE against many samples of another seed.
 #include <fmt/format.h>
 
@@ -57,13 +57,13 @@ std::unique_ptr<Method> method_of(std::shared_ptr<const CompiledScene> scene, co
   return value_or_exit(make_method(std::move(scene), settings));
 }
 
-/// Sums over samples, RGB interleaved, row by row, and what they cost.
+/// Sums over samples, RGB interleaved, row by row, and their cost.
 struct Picture {
   explicit Picture(const CompiledScene& scene)
       : width(scene.film_width()), height(scene.film_height()), sums(static_cast<std::size_t>(width) * height * 3) {}
   int width, height;
   std::vector<double> sums;
-  std::uint64_t samples = 0;  ///< a pixel
+  std::uint64_t samples = 0;  ///< per pixel
   double cpu_seconds = 0;
 };
 
@@ -108,8 +108,8 @@ RelMse rel_mse(const Picture& picture, const Picture& reference) {
   return {mean(errors.size()), mean(errors.size() - errors.size() / 1000)};
 }
 
-/// Of two pictures whose rays hit the same: the largest relative error (below 0.1, times ten), and pixels where it is
-/// above 0.01.
+/// Difference of two pictures with the same hits: the largest relative error (below 0.1, times ten), and the pixels
+/// with an error above 0.01.
 struct Difference {
   double largest = 0;
   std::size_t pixels = 0;
@@ -134,10 +134,10 @@ std::string spread(const std::vector<double>& values) {
   return fmt::format("{:.3g} ({:.3g}–{:.3g})", median(values), *low, *high);
 }
 
-/// One sample a pixel, with and without the hierarchy.
+/// One sample per pixel, with and without the hierarchy.
 void tree_table(const std::vector<std::string>& names, const MethodSettings& settings, int runs) {
   std::printf(
-      "| scene | triangles | film | with the tree, s | without, s | gain | pixels off by 0.01 | largest error |\n");
+      "| scene | triangles | film | with the hierarchy, s | without, s | gain | pixels off by 0.01 | largest error |\n");
   std::printf("| --- | --- | --- | --- | --- | --- | --- | --- |\n");
   for (const std::string& name : names) {
     const LoadedScene loaded = load(name);
@@ -163,7 +163,7 @@ void tree_table(const std::vector<std::string>& names, const MethodSettings& set
   }
 }
 
-/// n×n samples a pixel: time and error of the renderer's sequences, and of independent samples.
+/// n×n samples per pixel: time and error of the renderer's sequences, and of independent samples.
 void subdivision_table(const std::string& name, MethodSettings settings, int size, std::uint32_t reference_level,
                        int runs) {
   LoadedScene loaded = load(name);
@@ -174,7 +174,7 @@ void subdivision_table(const std::string& name, MethodSettings settings, int siz
   Picture reference(*scene);
   render(*method_of(scene, settings), {reference_level, 0}, reference);
 
-  std::printf("| subdivisions | samples | CPU s | relMSE | relMSE, plain random | random / ours | trimmed |\n");
+  std::printf("| subdivisions | samples | CPU s | relMSE | relMSE, plain random | random / Sobol' | trimmed |\n");
   std::printf("| --- | --- | --- | --- | --- | --- | --- |\n");
   for (std::uint32_t level = 0; level <= 8; level += 2) {
     std::vector<double> seconds, errors, trimmed, random_errors, random_trimmed;
@@ -219,13 +219,13 @@ int main(int argc, char** argv) {
   app.add_option("--tree-scenes", tree_scenes, "its scenes")->capture_default_str();
   app.add_option("--method", method, "method of the second table")->capture_default_str();
   app.add_option("--scenes", scenes, "its scenes")->capture_default_str();
-  app.add_option("--size", size, "its film's width and height in pixels")
+  app.add_option("--size", size, "film width and height in pixels for the second table")
       ->capture_default_str()
       ->check(CLI::Range(8, 4096));
-  app.add_option("--reference-level", reference_level, "log2 of its reference's samples")
+  app.add_option("--reference-level", reference_level, "log2 of the reference's samples for the second table")
       ->capture_default_str()
       ->check(CLI::Range(1, 20));
-  app.add_option("--runs", runs, "times that everything is measured; at most thrice without the tree")
+  app.add_option("--runs", runs, "measurements; at most three without the hierarchy")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
   CLI11_PARSE(app, argc, argv);

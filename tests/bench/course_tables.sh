@@ -1,7 +1,7 @@
 #!/bin/sh
-# Prints the course's tables as Markdown: times with and without the tree, and subdivisions of the pixel against time and
-# error, beside plain random sampling. Takes some ten minutes on a quiet core. Needs the models (scenes/get-models), and
-# a build (ninja -C build/release course_bench).
+# Prints the course's tables as Markdown: times with and without the hierarchy, and subdivisions of the pixel against time and
+# error, compared with plain random sampling. Takes about ten minutes on a quiet core. Needs the models (scenes/get-models) and a
+# build (ninja -C build/release course_bench).
 #
 #   tests/bench/course_tables.sh [OPTION …]     options go to course_bench: --runs 3, …
 set -eu

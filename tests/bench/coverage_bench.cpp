@@ -1,10 +1,10 @@
-// Does a job that asks for an error have it? Renders five scenes again and again with other seeds, each to a stated
-// error by the rule of common/film/error_goal.h, and compares what is then stated with the picture's distance from a
-// reference. With --adaptive each run has its own pilot, which says what each tile gets.
+// Checks that jobs with an error goal reach their error. Renders five scenes many times with different seeds, each to a
+// stated error by the rule of common/film/error_goal.h. Compares the stated error with the distance to a reference.
+// With --adaptive each run has its own pilot, which decides the samples of each tile.
 //
-// The true error is mean((x − r)² / (r² + 0.01)) of the picture x, less what the noise of the reference r adds to it by
-// itself, as r's own halves estimate it. The stated interval is the estimate ± its half width. Asked for are at least
-// 93 % of all runs inside their interval, and 90 % in each scene.
+// The true error is mean((x − r)² / (r² + 0.01)) of the picture x, minus the contribution of the reference's noise. The
+// halves of the reference r estimate that noise. The stated interval is the estimate ± its half width. At least 93 % of
+// all runs must be inside their interval, and 90 % in each scene.
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <bit>
@@ -22,18 +22,18 @@ namespace {
 using namespace lightmill;
 using namespace lightmill::test;
 
-constexpr double kBright = 20;  ///< noise of normal distribution comes there once in 100,000 values
+constexpr double kBright = 20;  ///< normal noise reaches this once in 100,000 values
 constexpr double kPooledCoverage = 0.93, kLeastCoverage = 0.9;
 
 struct Case {
   const char* name;
   TestScene scene;
-  double goal;   ///< the error that is asked for
+  double goal;   ///< the error goal
   int side = 0;  ///< pixels
   bool adaptive = false;
   std::string method = "path";
 
-  /// As jobs have them: what gathers is rendered with what its blur is told by.
+  /// The layers of a job. A method that gathers also renders what its bias is estimated from.
   std::vector<LayerSpec> layers() const {
     std::vector<std::string> names;
     if (method_gathers(parse_method(method).value().name)) {
@@ -47,7 +47,7 @@ struct Case {
   }
 };
 
-/// Metal and coated balls under a sky and a small lamp.
+/// Metal and coated balls under a sky and a small light.
 constexpr const char* kMetals = R"({
   "camera": {"eye": [0, 1.6, 4], "look_at": [0, 0.4, 0], "vertical_fov_degrees": 35},
   "materials": [
@@ -62,8 +62,8 @@ constexpr const char* kMetals = R"({
     {"material": "lamp", "sphere": {"center": [1.5, 2.5, 1.5], "radius": 0.15}}],
   "lights": [{"environment": {"radiance": {"rgb": [0.3, 0.4, 0.5]}}}]})";
 
-/// A closed grey room, lit by a small lamp; beside the camera there is a glass ball. Paths that go from a wall to
-/// another one, through the ball and to the lamp are rare, and bright.
+/// A closed grey room with a small light, and a glass ball beside the camera. Paths from wall to wall, through the ball
+/// and to the light are rare and bright.
 constexpr const char* kRare = R"({
   "camera": {"eye": [0, 1, 2.9], "look_at": [0, 0.9, 0], "vertical_fov_degrees": 55},
   "materials": [
@@ -80,8 +80,8 @@ constexpr const char* kRare = R"({
     {"material": "glass", "sphere": {"center": [1.1, 0.3, 2.4], "radius": 0.25}},
     {"material": "lamp", "sphere": {"center": [0.3, 2.2, 2], "radius": 0.1}}]})";
 
-/// Renders of every tile its part of the frame's samples [from, to), of which `from` is 0 or to − from divides it, and
-/// no part is rounded.
+/// Renders each tile's part of the frame's samples [from, to). `from` is 0 or a multiple of to − from, so no part is
+/// rounded.
 void render(const Method& method, Workspace& workspace, Film& film, std::uint64_t from, std::uint64_t to) {
   for (std::uint32_t i = 0; i < film.grid().tile_count(); ++i) {
     const std::uint64_t first = film.allocation().of_tile(TileId{i}, from),
@@ -93,7 +93,7 @@ void render(const Method& method, Workspace& workspace, Film& film, std::uint64_
   }
 }
 
-/// Means of all pixels and channels, tile by tile, and the variance of each.
+/// Mean and variance of each pixel and channel, tile by tile.
 struct Picture {
   std::vector<double> mean, variance;
 };
@@ -115,7 +115,7 @@ struct Run {
   std::uint64_t samples = 0;
   FrameError stated;
   double truth = 0;
-  std::size_t bright = 0;  ///< pixels whose part of the error is more than kBright times the mean pixel's
+  std::size_t bright = 0;  ///< pixels with more than kBright times the mean pixel's share of the error
 };
 
 Run run(const Case& each, const std::shared_ptr<const CompiledScene>& compiled, const Picture& reference,
@@ -159,7 +159,7 @@ T median(std::vector<T> values) {
   return values[values.size() / 2];
 }
 
-/// Calls `work` with 0 … count − 1 from several threads.
+/// Calls `work` with 0 … count − 1 on several threads.
 void in_parallel(int threads, int count, const std::function<void(int)>& work) {
   std::atomic<int> next = 0;
   std::vector<std::jthread> pool;
@@ -227,7 +227,7 @@ Tally report(const Case& each, const std::vector<Run>& runs, double reference_er
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Runs jobs to a stated error and counts how often the true error is what was stated.");
+  CLI::App app("Runs jobs with an error goal, and counts how often the true error is in the stated interval.");
   int seeds = 200, threads = 2, side = 96;
   bool adaptive = false;
   std::string method = "path";
@@ -235,17 +235,19 @@ int main(int argc, char** argv) {
   double scale = 1;
   std::vector<std::string> only;
   app.add_option("--seeds", seeds, "runs of each scene")->capture_default_str()->check(CLI::Range(1, 100'000));
-  app.add_option("--threads", threads, "to render with")->capture_default_str()->check(CLI::Range(1, 256));
-  app.add_option("--reference", reference_samples, "samples of a reference's pixel, a power of two")
+  app.add_option("--threads", threads, "render threads")->capture_default_str()->check(CLI::Range(1, 256));
+  app.add_option("--reference", reference_samples, "samples per pixel of the reference, a power of two")
       ->capture_default_str()
       ->check(CLI::Range(512, 1 << 24));
-  app.add_option("--scale", scale, "times the errors that are asked for")->capture_default_str();
+  app.add_option("--scale", scale, "factor of the error goals")->capture_default_str();
   app.add_option("--only", only, "scenes by name");
   app.add_option("--method", method,
-                 "of the runs and of the reference; photons blur that less, the more samples it has")
+                 "method of the runs and the reference; with photons the reference has less blur with more samples")
       ->capture_default_str();
-  app.add_option("--side", side, "of the pictures, pixels")->capture_default_str()->check(CLI::Range(2, 4096));
-  app.add_flag("--adaptive", adaptive, "with a pilot: some tiles get more samples than others");
+  app.add_option("--side", side, "width and height of the pictures in pixels")
+      ->capture_default_str()
+      ->check(CLI::Range(2, 4096));
+  app.add_flag("--adaptive", adaptive, "use a pilot, which gives some tiles more samples");
   CLI11_PARSE(app, argc, argv);
 
   const std::filesystem::path folder = source_file("scenes");
@@ -257,7 +259,7 @@ int main(int argc, char** argv) {
   cases.push_back({"rare bright samples", TestScene::from_text(kRare), 0.015});
 
   std::printf(
-      "scene                      goal  samples a pixel        held  above   below  <= goal  stated/true  width  "
+      "scene                      goal  samples per pixel      held  above   below  <= goal  stated/true  width  "
       "bright  reference\n");
   Tally all;
   bool each_holds = true;
@@ -284,7 +286,7 @@ int main(int argc, char** argv) {
     each_holds = each_holds && tally.held >= kLeastCoverage * tally.runs;
   }
   const bool holds = each_holds && all.held >= kPooledCoverage * all.runs;
-  std::printf("all %d runs: %.1f %% within what was stated, %.1f %% at or below what was asked for: %s\n", all.runs,
-              100.0 * all.held / all.runs, 100.0 * all.below_goal / all.runs, holds ? "as it should be" : "TOO FEW");
+  std::printf("all %d runs: %.1f %% in the stated interval, %.1f %% at or below the goal: %s\n", all.runs,
+              100.0 * all.held / all.runs, 100.0 * all.below_goal / all.runs, holds ? "enough" : "TOO FEW");
   return holds ? 0 : 1;
 }

@@ -1,4 +1,4 @@
-// A process that may use only a share of a core, whatever else the machine does.
+// Limits a process to a share of a core, whatever else the machine does.
 #pragma once
 
 #include <signal.h>
@@ -14,14 +14,14 @@
 
 namespace lightmill {
 
-/// CPU seconds of a process so far.
+/// CPU seconds that a process has used.
 inline double process_cpu_seconds(pid_t pid) {
   clockid_t clock;
   LM_CHECK(clock_getcpuclockid(pid, &clock) == 0, "process {} has ended", pid);
   return seconds_of(clock);
 }
 
-/// Holds a process to a share of a core while it lives, by stopping it whenever it has had that.
+/// Holds a process to a share of a core while it exists. It stops the process when the share is used up.
 class CpuShare {
  public:
   CpuShare(pid_t pid, double share)
@@ -36,7 +36,7 @@ class CpuShare {
   void change(double share) { share_ = share; }
 
  private:
-  static constexpr double kMostSaved = 0.02;  // CPU seconds that it may have at once after it had nothing to do
+  static constexpr double kMostSaved = 0.02;  // CPU seconds that an idle process may use at once
 
   void hold(const std::stop_token& stop) const {
     using SteadyClock = std::chrono::steady_clock;

@@ -1,4 +1,4 @@
-// What the image decoder's sandbox costs: the same images decoded by it and in this process.
+// Cost of the image decoder's sandbox: the same images decoded in the sandbox and in this process.
 #include <fmt/format.h>
 #include <malloc.h>
 
@@ -37,7 +37,7 @@ std::string exr(int side) {
   return encode_exr(image).value();
 }
 
-/// Of the fastest round, in ms: other processes only add to it.
+/// Time of the fastest round in ms, because other processes only add time.
 double time_of(int rounds, const std::function<Status()>& work) {
   double fastest = std::numeric_limits<double>::infinity();
   for (int round = 0; round < rounds; ++round) {
@@ -57,7 +57,7 @@ int main(int argc, char** argv) {
   CLI::App app("Times decoding in the sandbox and in this process");
   app.add_option("--rounds", rounds, "decodings of each image")->check(CLI::Range(1, 100000))->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  // A scene keeps its images, so each one takes new memory: none is used again here.
+  // A scene keeps its images, so each image takes new memory. This prevents reuse here.
   ::mallopt(M_MMAP_THRESHOLD, 1 << 17);
   DecoderProcess decoder({.program = test::program("lightmill-image-decoder")});
   const std::string first = png(2);

@@ -1,4 +1,4 @@
-// How much faster two workers of one thread are than one: real ones, on the cores of this machine.
+// Speedup of two workers with one thread each over one. They are real processes on the cores of this machine.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
@@ -16,8 +16,8 @@ struct Options {
 };
 
 struct Turn {
-  double seconds = 0;         ///< from the submission until the job is done
-  double thread_seconds = 0;  ///< of the workers, rendering
+  double seconds = 0;         ///< from submission to done
+  double thread_seconds = 0;  ///< of rendering, over all workers
 };
 
 Turn render(test::FarmClient& client, const Options& options, std::uint64_t seed) {
@@ -39,12 +39,12 @@ int run(const Options& options) {
   Options small = options;
   small.samples = 16;
   std::vector<double> gains, costs;
-  fmt::print("| turn | one worker, s | two, s | times as fast | thread seconds of two, over one's |\n");
+  fmt::print("| turn | one worker, s | two, s | speedup | thread seconds of two / one |\n");
   fmt::print("| --- | --- | --- | --- | --- |\n");
   for (int turn = 0; turn < options.turns; ++turn) {
     const std::string first = fmt::format("a{}", turn), second = fmt::format("b{}", turn);
     farm.add_worker(1, first);
-    render(client, small, ++seed);  // it has the scene
+    render(client, small, ++seed);  // loads the scene
     const Turn one = render(client, options, ++seed);
     farm.add_worker(1, second);
     render(client, small, ++seed);
@@ -66,11 +66,13 @@ int run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("How much faster two workers of one thread are than one, on this machine's cores.");
+  CLI::App app("Speedup of two workers with one thread each over one, on this machine's cores.");
   Options options;
-  app.add_option("--side", options.side, "of the picture, pixels")->capture_default_str()->check(CLI::Range(64, 8192));
+  app.add_option("--side", options.side, "width and height of the picture in pixels")
+      ->capture_default_str()
+      ->check(CLI::Range(64, 8192));
   app.add_option("--spp", options.samples, "samples per pixel")->capture_default_str()->check(CLI::Range(16, 1 << 20));
-  app.add_option("--turns", options.turns, "so often with one and with two")
+  app.add_option("--turns", options.turns, "measurements with one worker and with two")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
   CLI11_PARSE(app, argc, argv);

@@ -1,4 +1,4 @@
-// Which share of CPU time is spent inside Embree's code.
+// The share of CPU time inside Embree's code.
 #pragma once
 
 #include <link.h>
@@ -11,8 +11,8 @@
 
 namespace lightmill {
 
-/// Samples the program counter every millisecond of CPU time, and counts those inside Embree. One at a time: the timer
-/// and the counts are the process's.
+/// Samples the program counter every millisecond of CPU time, and counts samples inside Embree. Only one may exist,
+/// because the process has one timer.
 class EmbreeShare {
  public:
   EmbreeShare() {

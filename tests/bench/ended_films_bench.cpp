@@ -1,8 +1,8 @@
-// How soon a coordinator with many ended jobs starts, how much memory it takes, and how soon it gives their films.
+// A coordinator with many ended jobs: its time to start, its memory, and the time to serve their films.
 //
 //   ended_films_bench --data DIR [--jobs N] [--side PIXELS] [--films-gib GIB] [--server PROGRAM]
 //
-// Fills an empty DIR with done jobs of a node a tile. A second run uses what is there.
+// Fills an empty DIR with done jobs that have one node per tile. A second run uses the existing data.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
@@ -49,7 +49,7 @@ void add_job(Store& store, std::uint64_t id, int side) {
   LM_CHECK(status.ok(), "{}", message_of(status));
 }
 
-/// In MiB, of a line of /proc/PID/status.
+/// A line of /proc/PID/status, in MiB.
 double mib_of(pid_t pid, const std::string& name) {
   std::ifstream status(fmt::format("/proc/{}/status", pid));
   for (std::string word; status >> word;) {
@@ -65,15 +65,17 @@ double mib_of(pid_t pid, const std::string& name) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"How a coordinator starts and serves with many ended jobs."};
+  CLI::App app{"Time and memory of a coordinator with many ended jobs."};
   std::string data, server = test::program("lightmill-server");
   std::uint64_t jobs = 200;
   int side = 512;
   std::string films_gib = "8";
   app.add_option("--data", data, "a folder for the coordinator's state")->required();
   app.add_option("--jobs", jobs)->capture_default_str()->check(CLI::Range(1, 10'000));
-  app.add_option("--side", side, "pixels of a film")->capture_default_str()->check(CLI::Range(1, 16'384));
-  app.add_option("--films-gib", films_gib, "of the coordinator")->capture_default_str();
+  app.add_option("--side", side, "width and height of a film in pixels")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 16'384));
+  app.add_option("--films-gib", films_gib, "the coordinator's --films-gib")->capture_default_str();
   app.add_option("--server", server, "another build of the coordinator");
   CLI11_PARSE(app, argc, argv);
 
@@ -105,7 +107,7 @@ int main(int argc, char** argv) {
     LM_CHECK(client.film(id).mean_a.at(0) > 0);
     slowest = std::max(slowest, seconds_since(begun));
   }
-  std::printf("%.1f ms a film, the slowest %.1f ms; then %.0f MiB, at most %.0f MiB\n",
+  std::printf("%.1f ms per film, the slowest %.1f ms; then %.0f MiB, peak %.0f MiB\n",
               seconds_since(fetch) / static_cast<double>(jobs) * 1e3, slowest * 1e3, mib_of(process.pid(), "VmRSS:"),
               mib_of(process.pid(), "VmHWM:"));
   return 0;

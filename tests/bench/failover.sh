@@ -1,5 +1,5 @@
 #!/bin/sh
-# How long a farm is without a coordinator when the one at work is killed, stopped (SIGSTOP) or ends, and another stands by.
+# Measures how long a farm has no coordinator when the active one is killed, stopped (SIGSTOP) or ends, and a standby takes over.
 #
 #   tests/bench/failover.sh postgres://… [ROUNDS]   a database that may be written to; bin/ of build/release is measured
 set -eu
@@ -7,8 +7,8 @@ cd "$(dirname "$0")/../.."
 server=build/release/bin/lightmill-server
 usage='usage: tests/bench/failover.sh postgres://USER@HOST/DATABASE [ROUNDS]
 
-Prints how long a farm is without a coordinator when the one at work is killed, stopped, or ends, and another stands by: the
-shortest and the longest of ROUNDS times (3). The database may be written to; build/release/bin/lightmill-server is measured.'
+Prints how long a farm has no coordinator when the active one is killed, stopped, or ends, and a standby takes over: the
+shortest and the longest of ROUNDS times (3). It writes to the database, and measures build/release/bin/lightmill-server.'
 case "${1:-}" in -h | --help) echo "$usage"; exit ;; esac
 [ $# -eq 1 ] || [ $# -eq 2 ] || { echo "$usage" >&2; exit 2; }
 url=$1
@@ -19,7 +19,7 @@ second=
 clean_up() {
   for process in $first $second; do
     kill -CONT "$process" 2>/dev/null || true
-    kill -KILL "$process" 2>/dev/null || true # most often it has ended
+    kill -KILL "$process" 2>/dev/null || true # usually it has ended
   done
   rm -rf "$folder"
 }
@@ -27,7 +27,7 @@ trap clean_up EXIT
 trap 'exit 130' INT TERM
 
 start() { # NAME
-  : >"$folder/$1" # in place of that of the round before
+  : >"$folder/$1" # replaces that of the round before
   $server --store "$url" --listen 127.0.0.1:0 >>"$folder/$1" 2>&1 &
 }
 until_says() { # NAME PROCESS WORDS
@@ -50,8 +50,8 @@ for signal in KILL STOP TERM; do
     kill -"$signal" "$first"
     until_says second "$second" 'listening on'
     echo "$((($(date +%s%N) - before) / 1000000))" >>"$folder/SIG$signal"
-    kill -CONT "$first" 2>/dev/null || true # one that was killed is gone
-    wait "$first" || true # it was killed, or ends deposed: with an error
+    kill -CONT "$first" 2>/dev/null || true # a killed one is gone
+    wait "$first" || true # killed, or deposed, which ends it with an error
     kill -TERM "$second"
     wait "$second"
   done

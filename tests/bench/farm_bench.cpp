@@ -1,9 +1,9 @@
-// What the farm costs over the bare core, and how soon a watching client sees its first picture.
+// Cost of the farm over the bare renderer, and time to the first picture of a watching client.
 //
-// A real coordinator and worker on loopback render a job for a real client process; then this process renders the same
-// samples with the bare core on as many threads. Compared is CPU time, of all three programs from submit until the
-// client holds the film in memory (writing files is left out, its start-up is not), over that of the bare core; pairs
-// alternate and the median counts, because the machine may be shared.
+// A real coordinator and worker on loopback render a job for a real client process. Then this process renders the same
+// samples on as many threads. The result is the ratio of CPU time. The farm's is that of all three programs, from
+// submission until the client has the film in memory. It includes the client's start, but not the writing of files.
+// Pairs alternate and the median counts, because the machine may be busy.
 #include <sys/resource.h>
 #include <sys/wait.h>
 
@@ -50,8 +50,8 @@ T value_of(Result<T> result) {
   return std::move(*result);
 }
 
-/// The client's part, in a process of its own. Prints the seconds from submit to the first whole picture, if asked for
-/// that.
+/// The client's part, in its own process. Prints the seconds from submission to the first complete picture, if asked
+/// to.
 int run_client(const Options& options) {
   cli::RenderOptions render;
   render.scene.scenes = {options.scene};
@@ -89,7 +89,7 @@ int run_client(const Options& options) {
   const Status watched = farm.watch(
       job.id(), false, [] { return false; },
       [&](const v1::WatchJobResponse& update) { done = update.job().state() == v1::JOB_STATE_DONE; });
-  LM_CHECK(watched.ok() && done, "the job did not end well");
+  LM_CHECK(watched.ok() && done, "the job did not end as done");
   const AssembledFilm film = value_of(cli::fetch_film(farm, job.id()));
   return film.picture.pixels() == static_cast<std::size_t>(options.size) * options.size ? 0 : 1;
 }
@@ -144,12 +144,12 @@ double children_cpu_seconds() {
 int run_bench(const Options& options) {
   test::Farm farm;
   auto& worker = farm.add_worker(options.threads, "w1");
-  start_client(options, farm.address(), 999, true);  // renders the scene once
+  start_client(options, farm.address(), 999, true);  // loads the scene once
 
   std::vector<double> first;
   for (int i = 0; i < options.first_pictures; ++i) {
     std::this_thread::sleep_for(
-        std::chrono::milliseconds(300));  // the cancelled job's last tiles: the farm is idle again
+        std::chrono::milliseconds(300));  // the cancelled job's last tiles, then the farm is idle
     first.push_back(std::stod(start_client(options, farm.address(), 2000 + i, true).out));
   }
   if (!first.empty()) {
@@ -171,7 +171,7 @@ int run_bench(const Options& options) {
     const double client_cpu = children_cpu_seconds() - client_before;
     const double bare = bare_cpu_seconds(options, compiled, 1 + pair);
     ratios.push_back((server_cpu + worker_cpu + client_cpu) / bare);
-    std::printf("farm %.2f s (server %.3f, worker %.2f, client %.3f), bare core %.2f s: ratio %.4f\n",
+    std::printf("farm %.2f s (server %.3f, worker %.2f, client %.3f), bare renderer %.2f s: ratio %.4f\n",
                 server_cpu + worker_cpu + client_cpu, server_cpu, worker_cpu, client_cpu, bare, ratios.back());
     std::fflush(stdout);
   }
@@ -183,25 +183,26 @@ int run_bench(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Farm overhead over the bare core in CPU time, and the time to a first picture.");
+  CLI::App app("CPU time of the farm over the bare renderer, and the time to the first picture.");
   Options options;
   app.add_option("scene", options.scene, "scene document")->capture_default_str();
-  app.add_option("--level", options.level, "log2 of the samples a pixel")
+  app.add_option("--level", options.level, "log2 of the samples per pixel")
       ->capture_default_str()
       ->check(CLI::Range(0, 16));
   app.add_option("--size", options.size, "film width and height in pixels")
       ->capture_default_str()
       ->check(CLI::Range(8, 8192));
-  app.add_option("--pairs", options.pairs, "farm and bare core in turn, so many times")
+  app.add_option("--pairs", options.pairs, "runs of farm and bare renderer in turn")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
   app.add_option("--first-pictures", options.first_pictures, "jobs whose first picture is timed")
       ->capture_default_str()
       ->check(CLI::Range(0, 1000));
-  app.add_option("--threads", options.threads, "of the worker and of the bare core")
+  app.add_option("--threads", options.threads, "threads of the worker and of the bare renderer")
       ->capture_default_str()
       ->check(CLI::Range(1, 256));
-  app.add_option("--client-of", options.client_of, "be the client of this coordinator (used by the bench itself)");
+  app.add_option("--client-of", options.client_of,
+                 "run as the client of this coordinator (the bench itself uses this)");
   app.add_option("--seed", options.seed, "with --client-of");
   app.add_flag("--first-picture", options.first_picture, "with --client-of");
   CLI11_PARSE(app, argc, argv);

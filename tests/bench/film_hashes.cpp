@@ -1,5 +1,5 @@
-// A hash of what every method renders of every case of the atlas, the shipped scenes among them, and the fingerprint
-// class: for changes that must not change a bit.
+// Prints a hash of every method's film of every atlas case, the shipped scenes included, and the fingerprint class. For
+// changes that must not change a bit.
 //
 //   build/release/bench/film_hashes > before.txt    # a change and a build later: > after.txt, and compare the two
 #include <CLI/CLI.hpp>
@@ -16,7 +16,7 @@ namespace {
 using namespace lightmill;
 using namespace lightmill::test;
 
-/// Of all layers and meters that the method has; or why it is refused.
+/// Hash of all layers and meters of the method, or the refusal.
 std::string hash_by(const std::shared_ptr<const CompiledScene>& scene, const std::string& name,
                     std::uint32_t max_bounces, std::uint32_t level) {
   if (max_bounces > 0 && !(method_bounces(name) && check_max_bounces(name, max_bounces).ok())) {
@@ -41,9 +41,9 @@ std::string hash_by(const std::shared_ptr<const CompiledScene>& scene, const std
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"A hash of what every method renders of every case of the atlas, and the fingerprint class."};
+  CLI::App app{"Prints a hash of every method's film of every atlas case, and the fingerprint class."};
   std::uint32_t level = 3;
-  app.add_option("--level", level, "log2 of the samples a pixel")->check(CLI::Range(0u, 10u))->capture_default_str();
+  app.add_option("--level", level, "log2 of the samples per pixel")->check(CLI::Range(0u, 10u))->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   std::printf("%-32s fingerprint class\n", fingerprint_class().c_str());
   for (const AtlasGroup& group : atlas_groups()) {

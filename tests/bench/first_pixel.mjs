@@ -1,17 +1,17 @@
-// How long it takes from submitting a job until its first pixels stand in a browser, on an idle farm of one worker with one
-// thread: node first_pixel.mjs FOLDER-OF-PROGRAMS [RUNS [SCENE [WIDTHxHEIGHT]]]. The page posts the job, goes to it, and looks at
-// its canvas before every frame.
+// Measures the time from submission to the first pixels in a browser, on an idle farm with one worker of one thread:
+//   node first_pixel.mjs FOLDER-OF-PROGRAMS [RUNS [SCENE [WIDTHxHEIGHT]]]
+// The page posts the job, opens it, and checks its canvas before every frame.
 import {helpOf} from './usage.mjs';
 
 helpOf(`usage: node tests/bench/first_pixel.mjs FOLDER-OF-PROGRAMS [RUNS [SCENE [WIDTHxHEIGHT]]]
 
-Prints how many milliseconds pass from submitting a job on the page until its first pixels stand there, the median of RUNS (20).
+Prints the milliseconds from submission on the page to the first pixels, the median of RUNS (20).
 FOLDER-OF-PROGRAMS: build/release/bin. SCENE: one of scenes/ without its ending (cornell-bench-blocks), of 512x512 pixels.`);
-const {Session} = await import('../e2e/session.mjs'); // which needs a browser
+const {Session} = await import('../e2e/session.mjs'); // needs a browser
 
 const [programs, runs = '20', scene = 'cornell-bench-blocks', size = '512x512'] = process.argv.slice(2);
 
-/** In the browser: milliseconds until something stands where the picture will be, and the job's number. */
+/** In the browser: milliseconds until the picture's place shows something, and the job's number. */
 async function submitAndLook({spec, run}) {
   const began = performance.now();
   const response = await fetch('/api/v1/jobs', {

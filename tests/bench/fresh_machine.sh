@@ -1,7 +1,7 @@
 #!/bin/sh
-# Times commands on a fresh machine: a minimal Debian in a folder of its own, with a clone of this repository, an empty
-# environment and an empty compiler cache. Each command runs twice: cold, and then warm. Packages come from the mirrors that
-# apt and npm know here. Takes root, mmdebstrap, 25 GiB of disk, and as long as the commands take.
+# Times commands on a fresh machine: a minimal Debian in its own folder, with a clone of this repository, an empty environment and
+# an empty compiler cache. Each command runs twice: cold, then warm. Packages come from the mirrors in this machine's apt and npm
+# settings. Needs root, mmdebstrap, 25 GiB of disk, and as long as the commands take.
 #
 #   tests/bench/fresh_machine.sh [--commit COMMIT] ["./quickstart.sh --once" ./test.sh ...]
 set -eu
@@ -30,7 +30,7 @@ if [ "${1:-}" = --commit ]; then
 fi
 [ "$#" -gt 0 ] || set -- './quickstart.sh --once' ./test.sh
 if [ "$(id -u)" -ne 0 ] || ! command -v mmdebstrap >/dev/null; then
-  echo 'fresh_machine.sh: this takes root and mmdebstrap' >&2
+  echo 'fresh_machine.sh: needs root and mmdebstrap' >&2
   exit 1
 fi
 work=$(mktemp -d -p /var/tmp)

@@ -1,9 +1,9 @@
-// What a hostile client costs the others: a farm's throughput and the answers to another caller, with a thousand
-// connections that say nothing, send half of what they announce, or never read, and without.
+// Cost of a hostile client to others: a farm's throughput and answer times, with and without a thousand connections.
+// The connections stay silent, send half of what they announce, or never read.
 //
-// The hostile client speaks bare HTTP/2 from an address of its own (127.0.0.2) and comes again wherever it is hung up
-// on. The workers are held to a share of a core, so that what else the machine does counts little; turns with and
-// without alternate.
+// The hostile client speaks plain HTTP/2 from its own address (127.0.0.2) and reconnects when it is disconnected. The
+// workers are held to a share of a core, so other load on the machine matters little. Turns with and without the client
+// alternate.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -29,7 +29,7 @@ struct Options {
   double seconds = 15, share = 0.2;
 };
 
-// ---- HTTP/2, RFC 9113, as far as bad manners take ----
+// ---- HTTP/2, RFC 9113, as far as the client needs it ----
 
 constexpr const char* kPreface = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
 enum FrameType : char { kData = 0, kHeaders = 1, kSettings = 4, kWindowUpdate = 8 };
@@ -48,7 +48,7 @@ std::string frame(FrameType type, char flags, std::uint32_t stream, const std::s
          big_endian(stream, 4) + payload;
 }
 
-/// The preface, and windows as wide as can be: who never reads has announced that it takes everything.
+/// The preface, and the largest windows. A client that never reads has announced that it accepts everything.
 std::string hello() {
   return kPreface + frame(kSettings, 0, 0, big_endian(4, 2) + big_endian(0x7fffffff, 4)) +
          frame(kWindowUpdate, 0, 0, big_endian(0x7fff0000, 4));
@@ -67,13 +67,13 @@ std::string call_headers(std::uint32_t stream, const std::string& method) {
   return frame(kHeaders, kEndHeaders, stream, block);
 }
 
-/// A message that is announced with a size, of which `bytes` come.
+/// A message with an announced size. Only `bytes` of it are sent.
 std::string message(std::uint32_t stream, std::uint32_t announced, const std::string& bytes) {
   const bool whole = announced == bytes.size();
   return frame(kData, whole ? kEndStream : '\0', stream, '\0' + big_endian(announced, 4) + bytes);
 }
 
-/// What connection `i` says before it falls silent. `job`: a request that names one (field 1).
+/// What connection `i` sends before it falls silent. `job`: a request that names a job (field 1).
 std::string words_of(int i, const std::string& job) {
   switch (i % 6) {
     case 0:
@@ -84,7 +84,7 @@ std::string words_of(int i, const std::string& job) {
       return hello() + call_headers(1, "RenderService/SubmitJob") + message(1, 1 << 20, std::string(500, 'x'));
     case 3:
       return hello() + call_headers(1, "WorkerService/Work") + message(1, 1 << 20, std::string(500, 'x'));
-    default:  // 4: watches a job with its tiles (field 2), 5: gets its film; several at once, and reads nothing
+    default:  // 4: watches a job with its tiles (field 2), 5: gets its film; several at once, without reading
       std::string words = hello();
       for (std::uint32_t stream = 1; stream < 16; stream += 2) {
         const bool watches = i % 6 == 4;
@@ -96,10 +96,10 @@ std::string words_of(int i, const std::string& job) {
   }
 }
 
-/// Of a connection whose answers nobody reads, bytes: the rest waits at its sender.
+/// Bytes sent to a connection that never reads. The rest waits at the sender.
 constexpr int kFullWindow = 2048;
 
-/// The connections, kept up by a thread.
+/// The connections. A thread reconnects them.
 class HostileClient {
  public:
   HostileClient(int port, int connections, std::string job)
@@ -118,14 +118,14 @@ class HostileClient {
   HostileClient(const HostileClient&) = delete;
   HostileClient& operator=(const HostileClient&) = delete;
   int times_hung_up_on() const { return hung_up_on_; }
-  /// What is hung up on stays so from now on.
+  /// Stops reconnecting.
   void stop() {
     thread_.request_stop();
     if (thread_.joinable()) {
       thread_.join();
     }
   }
-  /// How many connections have been sent more than so many bytes, which nobody reads. Once it has stopped.
+  /// How many connections have received more than this many unread bytes. Call it after stop().
   int answered(int bytes) const {
     return static_cast<int>(std::ranges::count_if(sockets_, [&](int socket) {
       int waiting = 0;
@@ -136,7 +136,7 @@ class HostileClient {
  private:
   void come(std::size_t i) {
     const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    LM_CHECK(socket >= 0, "connection {} cannot be made: {}", i, std::strerror(errno));
+    LM_CHECK(socket >= 0, "cannot open connection {}: {}", i, std::strerror(errno));
     const int small = 4096;
     (void)::setsockopt(socket, SOL_SOCKET, SO_RCVBUF, &small, sizeof(small));
     sockaddr_in own{}, server{};
@@ -144,9 +144,9 @@ class HostileClient {
     LM_CHECK(::inet_pton(AF_INET, "127.0.0.2", &own.sin_addr) == 1);
     LM_CHECK(::inet_pton(AF_INET, "127.0.0.1", &server.sin_addr) == 1);
     server.sin_port = htons(static_cast<std::uint16_t>(port_));
-    LM_CHECK(::bind(socket, reinterpret_cast<const sockaddr*>(&own), sizeof(own)) == 0, "127.0.0.2 cannot be used");
+    LM_CHECK(::bind(socket, reinterpret_cast<const sockaddr*>(&own), sizeof(own)) == 0, "cannot bind to 127.0.0.2");
     LM_CHECK(::connect(socket, reinterpret_cast<const sockaddr*>(&server), sizeof(server)) == 0,
-             "connection {} is not taken: {}", i, std::strerror(errno));
+             "the coordinator refuses connection {}: {}", i, std::strerror(errno));
     const std::string words = words_of(static_cast<int>(i), job_);
     (void)::send(socket, words.data(), words.size(), MSG_NOSIGNAL);
     sockets_[i] = socket;
@@ -177,10 +177,10 @@ class HostileClient {
   std::jthread thread_;
 };
 
-// ---- what the others get ----
+// ---- service to other callers ----
 
 struct Turns {
-  std::vector<double> throughput;  ///< samples a second
+  std::vector<double> throughput;  ///< samples per second
   std::vector<double> answer_ms;   ///< of GetJob, each call of another caller
   std::vector<double> core;        ///< of the coordinator
 };
@@ -220,14 +220,14 @@ int run(const Options& options) {
   std::vector<std::unique_ptr<CpuShare>> shares;
   for (const char* name : {"w1", "w2"}) {
     const pid_t pid = farm.add_worker(1, name).pid();
-    LM_CHECK(test::eventually([&] { return farm.met(name); }), "worker {} does not come", name);
+    LM_CHECK(test::eventually([&] { return farm.met(name); }), "worker {} does not connect", name);
     shares.push_back(std::make_unique<CpuShare>(pid, options.share));
   }
   test::Picture picture;
   picture.side = 256;
   picture.samples = 1 << 24;
   const std::uint64_t job = farm.client().submit(picture).id();
-  farm.client().wait_for_samples(job, 64 * 256 * 256);  // units have their size, and the film is one to be fetched
+  farm.client().wait_for_samples(job, 64 * 256 * 256);  // full units, and a film worth fetching
   const int port = std::stoi(farm.address().substr(farm.address().find(':') + 1));
   const std::string request = "\x08" + std::string(1, static_cast<char>(job));
   Turns alone, with;
@@ -242,18 +242,16 @@ int run(const Options& options) {
       heard = hostile.answered(0);
       filled = hostile.answered(kFullWindow);
     }
-    fmt::print("turn {}: {:.3g} million samples a second alone, {:.3g} with the hostile client\n", turn + 1,
+    fmt::print("turn {}: {:.3g} million samples per second alone, {:.3g} with the hostile client\n", turn + 1,
                alone.throughput.back() / 1e6, with.throughput.back() / 1e6);
     std::fflush(stdout);
   }
-  fmt::print(
-      "\n| | million samples a second | an answer to another caller, ms: median, 99 % | core of the coordinator |\n");
+  fmt::print("\n| | million samples per second | answer to another caller, ms: median, 99 % | coordinator, cores |\n");
   fmt::print("| --- | --- | --- | --- |\n{}\n{}\n", row("alone", alone),
-             row(fmt::format("beside {} hostile connections", options.connections), with));
+             row(fmt::format("with {} hostile connections", options.connections), with));
   fmt::print(
-      "\nmedians: {:.3f} of the throughput alone; hung up on {} times; at the end {} of the connections were heard, "
-      "and {} "
-      "had pictures that they did not read\n",
+      "\nmedians: {:.3f} of the throughput alone; {} disconnects; at the end {} of the connections had answers, and {} "
+      "had unread pictures\n",
       median(with.throughput) / median(alone.throughput), hung_up_on, heard, filled);
   return 0;
 }
@@ -261,14 +259,16 @@ int run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("What a client of a thousand connections that say half, or never read, costs the others.");
+  CLI::App app("Cost of a hostile client to others. Its thousand connections send half requests, or never read.");
   Options options;
   app.add_option("--connections", options.connections)->capture_default_str()->check(CLI::Range(1, 9000));
-  app.add_option("--turns", options.turns, "with and without, one after the other")
+  app.add_option("--turns", options.turns, "measurements without and with the hostile client")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
-  app.add_option("--seconds", options.seconds, "of a turn")->capture_default_str()->check(CLI::Range(1.0, 600.0));
-  app.add_option("--share", options.share, "of a core for each of the two workers")
+  app.add_option("--seconds", options.seconds, "length of a measurement")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 600.0));
+  app.add_option("--share", options.share, "share of a core for each of the two workers")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1.0));
   CLI11_PARSE(app, argc, argv);

@@ -1,7 +1,7 @@
-// One method alone, on one thread: CPU seconds, their share inside Embree, and a digest of the film's bits.
+// One method on one thread: CPU seconds, their share inside Embree, and a digest of the film's bits.
 //
-// Two builds of it run in turn show what a change to the kernel gains, and whether it leaves the bits alone; a profiler
-// sees nothing else in it.
+// Run two builds of it in turn to see what a kernel change gains, and whether it keeps the bits. A profiler sees
+// nothing else in it.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
@@ -46,16 +46,16 @@ int fail(const Status& status) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Times one method alone, on one thread.");
+  CLI::App app("Measures one method on one thread.");
   std::vector<std::string> scenes{source_file("scenes/cornell-bench-blocks.json")};
   std::string method = "path";
   std::uint32_t level = 6;
   int size = 512, runs = 1;
   app.add_option("scenes", scenes, "scene documents")->capture_default_str();
-  app.add_option("--method", method, "and its parameters")->capture_default_str();
-  app.add_option("--level", level, "log2 of the samples a pixel")->capture_default_str()->check(CLI::Range(1, 16));
+  app.add_option("--method", method, "method with its parameters")->capture_default_str();
+  app.add_option("--level", level, "log2 of the samples per pixel")->capture_default_str()->check(CLI::Range(1, 16));
   app.add_option("--size", size, "film width and height in pixels")->capture_default_str()->check(CLI::Range(8, 4096));
-  app.add_option("--runs", runs, "of each scene")->capture_default_str()->check(CLI::Range(1, 1000));
+  app.add_option("--runs", runs, "runs of each scene")->capture_default_str()->check(CLI::Range(1, 1000));
   CLI11_PARSE(app, argc, argv);
 
   for (const std::string& path : scenes) {

@@ -1,4 +1,4 @@
-// What the measurements share: CPU time, and the median of runs on a machine that may be shared.
+// Helpers of the benchmarks: CPU time, and the median of runs on a busy machine.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace lightmill {
 
-/// CPU seconds that a clock (clock_gettime) has counted.
+/// CPU seconds of a clock (clock_gettime).
 inline double seconds_of(clockid_t clock) {
   timespec t;
   clock_gettime(clock, &t);
@@ -17,7 +17,7 @@ inline double thread_cpu_seconds() {
   return seconds_of(CLOCK_THREAD_CPUTIME_ID);
 }
 
-/// Of at least one value.
+/// Needs at least one value.
 inline double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const std::size_t n = values.size();

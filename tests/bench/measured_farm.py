@@ -1,4 +1,4 @@
-"""A coordinator and a worker of one's own, and what jobs cost them: CPU seconds of coordinator, worker and clients."""
+"""A private coordinator and worker, and the cost of jobs: CPU seconds of coordinator, worker and clients."""
 import contextlib
 import json
 import os
@@ -17,7 +17,7 @@ def cpu_seconds(process):
 
 
 def lightmill(*words):
-    """What the command line says, as text."""
+    """The command line's output, as text."""
     return subprocess.run([PROGRAMS / "lightmill", *map(str, words)], check=True, capture_output=True, text=True).stdout
 
 
@@ -27,7 +27,7 @@ class Farm:
         self.processes = processes
 
     def render(self, scene, *words):
-        """Submits a job and waits for its end; its id, CPU seconds and wall seconds."""
+        """Submits a job and waits for its end. Returns its id, CPU seconds and wall seconds."""
         client = sum(os.times()[2:4])
         cpu, wall = sum(map(cpu_seconds, self.processes)), time.monotonic()
         job = str(json.loads(lightmill("submit", scene, *self.server, "--json", *words))["id"])
@@ -44,7 +44,7 @@ class Farm:
 
 @contextlib.contextmanager
 def farm(folder, threads):
-    """A Farm that lives in a folder and ends with the block."""
+    """A Farm in a folder. It ends with the block."""
     port_file = folder / "port"
     port_file.unlink(missing_ok=True)
     with open(folder / "farm.log", "w", encoding="utf-8") as log:

@@ -1,5 +1,6 @@
-// What open pages cost the coordinator: node page_viewers.mjs FOLDER-OF-PROGRAMS [VIEWERS [SECONDS]]. Viewers take in everything
-// at once; printed are the coordinator's processor time with and without them, and what they were sent.
+// Cost of open pages to the coordinator:
+//   node page_viewers.mjs FOLDER-OF-PROGRAMS [VIEWERS [SECONDS]]
+// Viewers read everything at once. It prints the coordinator's processor time with and without them, and the bytes they received.
 import {readFileSync} from 'node:fs';
 import {connect} from 'node:net';
 import {eventually, Farm} from '../e2e/farm.mjs';
@@ -7,12 +8,12 @@ import {helpOf} from './usage.mjs';
 
 helpOf(`usage: node tests/bench/page_viewers.mjs FOLDER-OF-PROGRAMS [VIEWERS [SECONDS]]
 
-Prints what share of a core the coordinator takes without and with VIEWERS (100) of one job, each over SECONDS (20).
+Prints the share of a core that the coordinator uses without and with VIEWERS (100) of one job, each over SECONDS (20).
 FOLDER-OF-PROGRAMS: build/release/bin.`);
 
 const [programs, viewerCount = '100', seconds = '20'] = process.argv.slice(2);
 
-/** A ViewRequest of a job that is looked at, in one masked WebSocket frame; numbers below 2^28. */
+/** A ViewRequest for a job, in one masked WebSocket frame. Numbers are below 2^28. */
 function requestFrame(job, seen) {
   const varint = (value) => {
     const bytes = [];
@@ -75,7 +76,7 @@ function frameAt(buffer) {
   return buffer.length < header + length ? undefined : {size: header + length, binary: (buffer[0] & 15) === 2};
 }
 
-/** Of a process, seconds. */
+/** Processor seconds of a process. */
 function processorSeconds(pid) {
   const fields = readFileSync(`/proc/${pid}/stat`, 'utf8').split(') ')[1].split(' ');
   return (Number(fields[11]) + Number(fields[12])) / 100;

@@ -1,11 +1,11 @@
-// What the planner's pilot rests on: what the work that renderers count costs in CPU time, and whether the pilot takes
-// what is the cheapest.
+// Foundations of the planner's pilot: the CPU time of the work that renderers count, and whether the pilot chooses the
+// cheapest method.
 //
-// First, of scenes × methods × photons, on one thread: CPU seconds of 32 samples a pixel against what was counted. The
-// weights of common/planner/counted_cost.cpp are those that fit best: non-negative least squares of relative errors,
-// each scene with a factor of its own for what a ray costs in it. Then, of scenes in which `auto` has a choice: relMSE
-// of a picture of many samples times its CPU time, by method, beside what the pilot says, and
-// what `auto` costs over the best method.
+// The first part measures scenes × methods × photons on one thread: CPU seconds of 32 samples per pixel against the
+// counted work. The weights of common/planner/counted_cost.cpp fit these best: non-negative least squares of relative
+// errors, with a factor per scene for the cost of a ray. The second part uses scenes in which `auto` has a choice. It
+// compares relMSE × CPU time of a picture of many samples, by method, with the pilot's estimate. It also prints the
+// cost of `auto` over the best method.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -43,7 +43,7 @@ struct TestedScene {
   std::shared_ptr<const CompiledScene> compiled;
 };
 
-/// With its longer side of so many pixels. Nothing where that cannot be read: models are fetched apart.
+/// The scene with this many pixels on its longer side. Nothing if it cannot be read: models are downloaded separately.
 std::optional<TestedScene> load(const fs::path& path, int side) {
   Result<LoadedScene> read = load_scene(std::span(&path, 1));
   if (!read.ok()) {
@@ -65,7 +65,7 @@ PixelRect film_of(const CompiledScene& scene) {
   return {0, 0, scene.film_width(), scene.film_height()};
 }
 
-/// What a range of samples of the whole film brings and costs.
+/// Result and cost of a range of samples of the whole film.
 struct Rendered {
   std::array<std::vector<double>, 2> sums;  ///< by half, RGB planes tile by tile
   double cpu_seconds = 0;
@@ -92,10 +92,10 @@ Rendered render(const TestedScene& scene, const std::string& method_name, std::u
   return out;
 }
 
-// ---- what counted work costs ----
+// ---- cost of the counted work ----
 
-/// Shadow rays go with closest hits at a fixed rate (counted_cost.h): both are made at the same vertices, so that time
-/// alone does not tell them apart.
+/// Shadow rays and closest hits have a fixed ratio (counted_cost.h). Both happen at the same vertices, so time alone
+/// cannot separate them.
 constexpr std::size_t kKinds = 7;
 using Row = std::array<double, kKinds>;
 constexpr std::array<const char*, kKinds> kKindNames{"pixel sample", "ray",          "gather", "gathered",
@@ -123,8 +123,8 @@ double cost(const Row& counts, const Row& weights) {
   return sum;
 }
 
-/// Seconds of each kind of work. By coordinate descent, which non-negative least squares converge by; scenes' factors
-/// have geometric mean 1.
+/// Seconds of each kind of work, by coordinate descent, which converges for non-negative least squares. The factors of
+/// scenes have geometric mean 1.
 Row fit(std::span<const Measured> all, std::vector<double>& factors) {
   Row weights;
   weights.fill(1e-7);
@@ -193,9 +193,9 @@ void print_fit(const std::vector<TestedScene>& scenes, int repeats) {
   }
 }
 
-// ---- what the pilot takes ----
+// ---- choice of the pilot ----
 
-/// relMSE of a picture against another one, whole and without the worst 0.1 %.
+/// relMSE of a picture against another one, complete and without the worst 0.1 %.
 std::pair<double, double> errors_of(const Rendered& picture, double samples, std::span<const double> truth) {
   std::vector<double> squares(truth.size());
   double sum = 0;
@@ -207,8 +207,7 @@ std::pair<double, double> errors_of(const Rendered& picture, double samples, std
   return {sum / static_cast<double>(truth.size()), trimmed_mean(squares)};
 }
 
-/// What a job costs over one by the best method to the same error, of which that one needs so many seconds, pilot
-/// included.
+/// CPU seconds of the best method to the error of a job. The table has the cost of a job over this, pilot included.
 constexpr double kJobSeconds = 60;
 
 void print_choices(const std::vector<TestedScene>& scenes, std::uint32_t level, std::uint32_t first, int seeds) {
@@ -266,22 +265,25 @@ void print_choices(const std::vector<TestedScene>& scenes, std::uint32_t level, 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Measures what counted work costs, and what pilots take.");
+  CLI::App app("Measures the cost of counted work, and the choices of pilots.");
   std::vector<std::string> files;
   int side = 128, repeats = 3, seeds = 4;
   std::uint32_t level = 7, first = 256;
   bool no_fit = false, no_choices = false;
-  app.add_option("scenes", files, "files (default: all of scenes/)");
+  app.add_option("scenes", files, "scene documents (default: all of scenes/)");
   app.add_option("--side", side, "pixels of the longer side")->capture_default_str();
-  app.add_option("--repeats", repeats, "of each measurement of work; the least counts")->capture_default_str();
-  app.add_option("--level", level, "log2 of the samples of compared pictures")
+  app.add_option("--repeats", repeats, "repeats of each measurement of work; the fastest counts")
+      ->capture_default_str();
+  app.add_option("--level", level, "log2 of the samples per pixel of the compared pictures")
       ->capture_default_str()
       ->check(CLI::Range(6u, 12u));
-  app.add_option("--first", first, "sample of theirs, rounded down to a multiple of so many; those below 256 are split")
+  app.add_option(
+         "--first", first,
+         "first sample of the compared pictures, rounded down to a multiple of their count; samples below 256 are split")
       ->capture_default_str();
-  app.add_option("--seeds", seeds, "of compared pictures and pilots")->capture_default_str();
-  app.add_flag("--no-fit", no_fit, "only what pilots take");
-  app.add_flag("--no-choices", no_choices, "only what work costs");
+  app.add_option("--seeds", seeds, "seeds of the compared pictures and of pilots")->capture_default_str();
+  app.add_flag("--no-fit", no_fit, "skip the cost of counted work");
+  app.add_flag("--no-choices", no_choices, "skip the choices of pilots");
   CLI11_PARSE(app, argc, argv);
   std::vector<fs::path> paths(files.begin(), files.end());
   if (paths.empty()) {

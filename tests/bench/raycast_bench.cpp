@@ -1,9 +1,9 @@
-// The method `raycast` on one thread beside Embree alone: the rate of camera and shadow rays, shading included, over
-// the rate at which bare Embree calls answer the same rays.
+// The method `raycast` on one thread, relative to Embree alone: the rate of camera and shadow rays, with shading, over
+// the rate of plain Embree calls for the same rays.
 //
-// The rays of one sample a pixel are prepared beforehand, in the packets of eight in which the method traces them, and
-// traced by rtcIntersect8 and rtcOccluded8 in a hierarchy built the same way. Runs alternate, and the median ratio is
-// quoted: the machine may be shared. For scenes of meshes under lights that are no surfaces.
+// The rays of one sample per pixel are prepared first, in the method's packets of eight. rtcIntersect8 and rtcOccluded8
+// trace them in a hierarchy built the same way. Runs alternate, and the median ratio is reported, because the machine
+// may be busy. Scenes must have meshes and lights that are no surfaces.
 #include <embree3/rtcore.h>
 
 #include <CLI/CLI.hpp>
@@ -75,7 +75,7 @@ SampleRays rays_of(const CompiledScene& scene) {
   return out;
 }
 
-/// The scene's meshes in Embree, and nothing else.
+/// The scene's meshes in Embree, without the renderer.
 class BareEmbree {
  public:
   BareEmbree(const Scene& scene, const CompiledScene& compiled, const CompiledScene::AssetSource& assets, bool robust)
@@ -85,7 +85,7 @@ class BareEmbree {
     const auto meshes = load_meshes(scene, assets);
     LM_CHECK(meshes.ok(), "{}", message_of(meshes.status()));
     for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-      LM_CHECK(meshes->of_object[i] != nullptr, "objects[{}] is no mesh", i);
+      LM_CHECK(meshes->of_object[i] != nullptr, "objects[{}] is not a mesh; this bench needs scenes of meshes", i);
       add(transformed(*meshes->of_object[i], Affine(scene.objects[i].transform)), compiled.frame());
     }
     rtcCommitScene(scene_);
@@ -97,7 +97,7 @@ class BareEmbree {
   BareEmbree(const BareEmbree&) = delete;
   BareEmbree& operator=(const BareEmbree&) = delete;
 
-  /// How many of the rays meet something.
+  /// Number of rays that hit something.
   std::uint64_t trace(const SampleRays& rays) const {
     std::uint64_t hits = 0;
     RTCIntersectContext context;
@@ -180,7 +180,7 @@ double embree_rate(const BareEmbree& embree, const SampleRays& rays, int passes)
     hits += embree.trace(rays);
   }
   const double seconds = thread_cpu_seconds() - start;
-  LM_CHECK(hits > 0, "no ray meets anything");
+  LM_CHECK(hits > 0, "no ray hits anything");
   return passes * static_cast<double>(count(rays.camera) + count(rays.shadow)) / seconds;
 }
 
@@ -190,7 +190,7 @@ void measure(const std::filesystem::path& path, const std::string& name, std::ui
   const auto method = make_method(compiled, {name, 1, 0});
   LM_CHECK(method.ok(), "{}", message_of(method.status()));
   const SampleRays rays = rays_of(*compiled);
-  std::printf("%s: %d x %d pixels, %.2f shadow rays a camera ray\n", path.filename().c_str(), compiled->film_width(),
+  std::printf("%s: %d x %d pixels, %.2f shadow rays per camera ray\n", path.filename().c_str(), compiled->film_width(),
               compiled->film_height(),
               static_cast<double>(count(rays.shadow)) / static_cast<double>(count(rays.camera)));
   for (const bool robust : {true, false}) {
@@ -212,15 +212,15 @@ void measure(const std::filesystem::path& path, const std::string& name, std::ui
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Times the method raycast beside bare Embree calls for the same rays, on one thread.");
+  CLI::App app("Compares the method raycast with plain Embree calls for the same rays, on one thread.");
   std::vector<std::string> scenes;
   std::string method = "raycast";
   std::uint32_t level = 4;
   int pairs = 5;
   app.add_option("scenes", scenes, "scene documents of meshes")->required();
   app.add_option("--method", method, "raycast, raycast:flat, whitted")->capture_default_str();
-  app.add_option("--level", level, "log2 of the samples a pixel")->capture_default_str()->check(CLI::Range(1, 10));
-  app.add_option("--pairs", pairs, "both in turn, so many times")->capture_default_str()->check(CLI::Range(1, 100));
+  app.add_option("--level", level, "log2 of the samples per pixel")->capture_default_str()->check(CLI::Range(1, 10));
+  app.add_option("--pairs", pairs, "runs of both in turn")->capture_default_str()->check(CLI::Range(1, 100));
   CLI11_PARSE(app, argc, argv);
   for (const std::string& scene : scenes) {
     measure(scene, method, level, pairs);

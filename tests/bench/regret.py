@@ -1,14 +1,13 @@
 #!/usr/bin/env python3
-"""What `auto` costs over the best of the methods that find all light, on a farm that is up.
+"""Cost of `auto` over the best of the methods that find all light, on a running farm.
 
   tests/bench/regret.py [SCENE.json ...] -o FOLDER [--seconds 60] [--short 15] [--size 256x256] [--seeds 4]
 
-Renders each scene (by default all of scenes/) by each method that the planner admits, ppm aside. Where auto has a
-pilot choose between several, these and auto render as many samples as take --seconds of CPU, with several seeds; all
-others --short seconds with two. A method's error is relMSE between pictures of different seeds, halved; auto pays for
-its pilot. A job's cost is error x CPU seconds, its time to one error; regret is auto's over that of the best method.
-Between two methods' pictures there is the error of both; what is more than that is their bias. Writes
-FOLDER/results.csv and prints a table.
+Renders each scene (default: all of scenes/) by each method that the planner admits, except ppm. Where a pilot of auto has a
+choice, these methods and auto render as many samples as take --seconds of CPU, with several seeds. All others get --short
+seconds with two seeds. A method's error is half of the relMSE between pictures of different seeds. auto pays for its pilot.
+A job's cost is error x CPU seconds. Regret is auto's cost over that of the best method. The difference of two methods'
+pictures beyond both errors is their bias. Writes FOLDER/results.csv and prints a table.
 """
 import argparse
 import csv
@@ -37,15 +36,15 @@ def options():
 
 
 def error_between(one, other):
-    """relMSE of two pictures, each once the reference."""
+    """relMSE of two pictures, with each as the reference in turn."""
     return statistics.mean(json.loads(lightmill("error", a, b, "--json"))["rel_mse"] for a, b in ((one, other), (other, one)))
 
 
 def samples_for(own, scene, method, seconds, args):
-    """A multiple of 256 that takes so many CPU seconds."""
+    """A multiple of 256 samples that takes this many CPU seconds."""
     common = ["--method", method, "--size", args.size, "--seed", 99]
     own.render(scene, *common, "--spp", 1)
-    _, few, _ = own.render(scene, *common, "--spp", 256)  # paths of the first 256 are split
+    _, few, _ = own.render(scene, *common, "--spp", 256)  # paths of the first 256 samples are split
     _, more, _ = own.render(scene, *common, "--spp", 512)
     return 256 + 256 * math.ceil(max(0, (seconds - few) / max(more - few, 1e-3)))
 
@@ -73,7 +72,7 @@ def measure(own, scene, args):
             if not piloted and method == may_take[0]:
                 row("auto", method, seed, cpu)
     for seed in range(1, 1 + (args.seeds if piloted else 0)):
-        # The pilot comes before the first sample: a job of one tells its choice.
+        # The pilot runs before the first sample, so a job of one sample shows its choice.
         job, _, _ = own.render(scene, "--size", args.size, "--spp", 1, "--seed", seed)
         chosen = own.show(job)["method"]
         job, cpu, _ = own.render(scene, "--size", args.size, "--spp", samples[chosen], "--seed", seed)
@@ -100,7 +99,7 @@ def report(scene, methods, pictures, rows):
               f"relMSE {errors[method]:.3g}, {cost[method] / cost[best]:.2f} times the best's time")
     for one, other in itertools.combinations(methods, 2):
         apart = statistics.mean(error_between(a, b) for a, b in zip(pictures[one], pictures[other][1:] + pictures[other][:1]))
-        print(f"  {one} and {other} are {apart:.3g} apart, of which {errors[one] + errors[other]:.3g} is noise")
+        print(f"  {one} and {other} are {apart:.3g} apart; {errors[one] + errors[other]:.3g} of this is noise")
     for row in rows:
         if row["asked"] == "auto":
             row["regret"] = row["cost"] / cost[best]

@@ -1,5 +1,5 @@
-// How much memory compiling takes, beside what was estimated before: grids of triangles of every kind, copies of one,
-// balls, and the scenes of given documents. Each is compiled in a process of its own.
+// Memory that compiling a scene takes, compared with the estimate: grids of all kinds of triangles, copies of one,
+// balls, and given documents. Each is compiled in its own process.
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -33,13 +33,13 @@ std::uint64_t status_kib(const std::string& name) {
 
 struct Kind {
   std::string name;
-  int side = 0;  ///< a grid of so many squares a side
+  int side = 0;  ///< a grid with this many squares on a side
   bool normals = false, coordinates = false, emissive = false, moved = false;
   int copies = 1;
   int balls = 0;
 };
 
-/// A ball with an image: a texture, or the sky.
+/// A ball with an image: a texture or the sky.
 LoadedScene with_image(const std::string& file, std::string bytes, bool sky) {
   LoadedScene loaded;
   Scene& scene = loaded.scene;
@@ -134,7 +134,7 @@ LoadedScene made(const Kind& kind) {
 void measure(const std::string& name, const LoadedScene& loaded) {
   const auto assets = [&](const Sha256& digest) -> Result<std::string> { return loaded.assets.at(digest); };
   const Result<SceneMemory> told = estimate_memory(loaded.scene, assets, read_size);
-  std::ofstream("/proc/self/clear_refs") << 5;  // the peak is from here on
+  std::ofstream("/proc/self/clear_refs") << 5;  // the peak counts from here
   const std::uint64_t before = status_kib("VmRSS:");
   const auto compiled = CompiledScene::compile(loaded.scene, assets, read_image, {});
   if (!told.ok() || !compiled.ok()) {
@@ -148,7 +148,7 @@ void measure(const std::string& name, const LoadedScene& loaded) {
              static_cast<double>((*compiled)->bytes()) * mib * mib, peak, estimate, estimate / peak);
 }
 
-/// In a process of its own, whose memory nobody else has touched.
+/// Runs in a new process with untouched memory.
 void apart(const std::function<void()>& what) {
   std::fflush(stdout);
   const pid_t child = ::fork();
@@ -164,13 +164,13 @@ void apart(const std::function<void()>& what) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Measures the memory that compiling scenes takes.");
+  CLI::App app("Measures the memory of scene compilation.");
   std::vector<std::string> documents;
   int side = 1000;
   app.add_option("DOCUMENT", documents, "scenes");
-  app.add_option("--side", side, "of the grids, in squares")->capture_default_str();
+  app.add_option("--side", side, "squares on a side of the grids")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  fmt::print("| scene | triangles | held (MiB) | said to be held | peak | estimated | estimated / peak |\n");
+  fmt::print("| scene | triangles | held (MiB) | reported as held | peak | estimated | estimated / peak |\n");
   fmt::print("| --- | --- | --- | --- | --- | --- | --- |\n");
   for (const Kind& kind :
        {Kind{"flat", side}, Kind{"flat, moved", side, false, false, false, true}, Kind{"normals", side, true},

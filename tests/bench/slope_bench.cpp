@@ -1,7 +1,7 @@
-// How fast does the error of a method fall with the number of samples, down to where? Renders 16×16 pixels of scenes
-// whose picture is known exactly, from 2^10 to 2^20 samples a pixel, and fits the slope of relMSE against samples on
-// logarithmic scales. Noise that averages out falls with slope −1, points that fill their cube evenly faster; a bias, a
-// sum that loses bits or a sequence that repeats itself shows as a slope above −1 at the right end.
+// Fall of a method's error with the number of samples. Renders 16×16 pixels of scenes with exact answers, from 2^10 to
+// 2^20 samples per pixel. Fits the slope of relMSE against samples on logarithmic scales. Noise that averages out falls
+// with slope −1, and evenly distributed points fall faster. A bias, lost bits in a sum or a repeated sequence shows as
+// a slope above −1 at the right end.
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
@@ -25,7 +25,7 @@ struct Case {
   double exact;  ///< radiance of every pixel
 };
 
-/// From within a diffuse sphere of radius 1.
+/// The view from inside a diffuse sphere of radius 1.
 std::string inside_a_sphere(double reflectance, const std::string& materials, const std::string& things) {
   return fmt::format(R"({{
     "camera": {{"eye": [0.6, 0, 0], "look_at": [1, 0, 0], "up": [0, 0, 1], "vertical_fov_degrees": 60}},
@@ -36,18 +36,18 @@ std::string inside_a_sphere(double reflectance, const std::string& materials, co
 }
 
 std::vector<Case> cases() {
-  // Of what the wall sends out the share f = (r/R)² meets the lamp: L = ρ f / (1 − ρ (1 − f)).
+  // The share f = (r/R)² of the wall's light meets the emitter: L = ρ f / (1 − ρ (1 − f)).
   constexpr double kReflectance = 0.5, kShare = 0.25 * 0.25;
   std::vector<Case> all;
   all.push_back(
-      {"a black lamp of radius 0.25 in a diffuse sphere",
+      {"a black emitter of radius 0.25 in a diffuse sphere",
        TestScene::from_text(inside_a_sphere(
            kReflectance,
            R"(, {"name": "lamp", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "emission": {"rgb": [1, 1, 1]}})",
            R"(, {"material": "lamp", "sphere": {"center": [0, 0, 0], "radius": 0.25}}]})")),
        kReflectance * kShare / (1 - kReflectance * (1 - kShare))});
-  // Of I/R² every bounce sends on ρ: L = I/(π R²) · ρ/(1 − ρ). A glass ball around nothing that matters would be more
-  // of a test, but has no closed form.
+  // Every bounce reflects ρ of I/R²: L = I/(π R²) · ρ/(1 − ρ). A glass ball would be a better test, but has no closed
+  // form.
   all.push_back(
       {"a point light in the middle of a diffuse sphere, albedo 0.8",
        TestScene::from_text(inside_a_sphere(
@@ -85,7 +85,7 @@ std::vector<double> errors_of_run(const Case& each, const std::string& method_na
   }
 }
 
-/// Of the least squares line through (k, log2 y_k).
+/// Slope of the least squares line through (k, log2 y_k).
 double slope_of(const std::vector<double>& y) {
   const auto n = static_cast<double>(y.size());
   double sum_x = 0, sum_y = 0, sum_xx = 0, sum_xy = 0;
@@ -103,13 +103,15 @@ double slope_of(const std::vector<double>& y) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Measures the slope of relMSE against samples, on scenes whose picture is known.");
+  CLI::App app("Measures the slope of relMSE against samples, on scenes with exact answers.");
   std::vector<std::string> methods{"path"};
   int seeds = 4;
   std::uint32_t last = 20;
   app.add_option("--methods", methods, "to measure")->capture_default_str();
-  app.add_option("--seeds", seeds, "runs of each, at the same time")->capture_default_str()->check(CLI::Range(1, 64));
-  app.add_option("--last", last, "log2 of the most samples a pixel")->capture_default_str()->check(CLI::Range(12, 24));
+  app.add_option("--seeds", seeds, "runs of each scene, in parallel")->capture_default_str()->check(CLI::Range(1, 64));
+  app.add_option("--last", last, "log2 of the maximum samples per pixel")
+      ->capture_default_str()
+      ->check(CLI::Range(12, 24));
   CLI11_PARSE(app, argc, argv);
 
   bool all_hold = true;
@@ -133,7 +135,7 @@ int main(int argc, char** argv) {
       const double slope = slope_of(mean);
       const bool holds = slope <= kFlattest;
       all_hold = all_hold && holds;
-      std::printf("  slope %.3f: %s\n", slope, holds ? "as it should be" : "TOO FLAT");
+      std::printf("  slope %.3f: %s\n", slope, holds ? "steep enough" : "TOO FLAT");
       std::fflush(stdout);
     }
   }

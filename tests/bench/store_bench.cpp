@@ -1,5 +1,5 @@
-// How fast stores take what a farm writes: commits of nodes of a 64×64 tile (96 KiB), each with its result and the
-// job's progress, and half of the nodes of the commit before dropped again, as when siblings are joined.
+// Write speed of the stores: commits of nodes of a 64×64 tile (96 KiB), each with its result and the job's progress.
+// Half of the nodes of the previous commit are deleted, as when siblings join.
 //
 //   store_bench --data DIR | --store postgres://… [--nodes N] [--commits N]
 #include <CLI/CLI.hpp>
@@ -41,7 +41,7 @@ Result<std::unique_ptr<Store>> open(const std::string& data, const std::string& 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"How fast stores take what a farm writes."};
+  CLI::App app{"Write speed of the stores."};
   std::string data, url;
   std::uint32_t nodes = 100, commits = 30;
   auto* where = app.add_option_group("where")->require_option(1);
@@ -61,7 +61,7 @@ int main(int argc, char** argv) {
   JobRecord record;
   record.id = JobId{1};
   record.spec.request_id = "bench";
-  RenderSettings& settings = record.spec.settings;  // a film of a tile a node
+  RenderSettings& settings = record.spec.settings;  // a film with one tile per node
   settings.width = static_cast<int>(64 * nodes);
   settings.height = 64;
   settings.crop = {0, 0, settings.width, settings.height};
@@ -85,7 +85,7 @@ int main(int argc, char** argv) {
   }
   std::sort(seconds.begin(), seconds.end());
   const double median = seconds[seconds.size() / 2];
-  std::printf("%u nodes a commit: median %.1f ms (%.0f nodes/s), slowest %.1f ms\n", nodes, median * 1e3,
+  std::printf("%u nodes per commit: median %.1f ms (%.0f nodes/s), slowest %.1f ms\n", nodes, median * 1e3,
               nodes / median, seconds.back() * 1e3);
   const auto start = SteadyClock::now();
   const Result<StoredState> state = store->load();

@@ -1,8 +1,7 @@
-// How long the last twentieth of a job takes with four workers, and how long with one of them much slower than the
-// rest.
+// Time of the last twentieth of a job with four workers, with and without one that is much slower than the rest.
 //
-// Real processes, each held to the same small share of a core (so that four of them fit on two cores) by stopping it
-// whenever it has had its share, and one of them, at times, to a twentieth of that. Runs with and without alternate.
+// The workers are real processes. Each is held to the same small share of a core, so that four fit on two cores. The
+// slow one gets a twentieth of that. Runs with and without it alternate.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
@@ -32,7 +31,7 @@ double seconds_since(SteadyClock::time_point start) {
 struct Race {
   double seconds = 0;       ///< of the whole job
   double last_seconds = 0;  ///< from 95 % to its end
-  double slow_share = 0;    ///< CPU of the last worker, once it is slow, over the mean of the others
+  double slow_share = 0;    ///< CPU of the slow worker over the mean of the others
 };
 
 std::vector<double> cpu_seconds_of(const std::vector<pid_t>& pids) {
@@ -43,19 +42,19 @@ std::vector<double> cpu_seconds_of(const std::vector<pid_t>& pids) {
   return seconds;
 }
 
-/// Starts the workers and waits until the coordinator has met them all.
+/// Starts the workers and waits until all are connected.
 std::vector<pid_t> start_workers(test::Farm& farm) {
   std::vector<pid_t> pids;
   for (int i = 0; i < kWorkers; ++i) {
     pids.push_back(farm.add_worker(1, fmt::format("w{}", i + 1)).pid());
   }
   for (int i = 0; i < kWorkers; ++i) {
-    LM_CHECK(test::eventually([&] { return farm.met(fmt::format("w{}", i + 1)); }), "a worker does not come");
+    LM_CHECK(test::eventually([&] { return farm.met(fmt::format("w{}", i + 1)); }), "a worker does not connect");
   }
   return pids;
 }
 
-/// What the last one has used since, over the mean of the others.
+/// CPU that the last worker has used since `before`, over the mean of the others.
 double share_of_last(const std::vector<double>& before, const std::vector<double>& now) {
   double others = 0;
   for (std::size_t i = 0; i + 1 < now.size(); ++i) {
@@ -64,7 +63,7 @@ double share_of_last(const std::vector<double>& before, const std::vector<double
   return (now.back() - before.back()) / others;
 }
 
-/// One job on a farm of its own; `slow`: one of its workers is, from that part of the job on.
+/// One job on its own farm. With `slow`, one worker is slow from that part of the job on.
 Race race(const Options& options, bool slow, std::uint64_t seed) {
   test::Farm farm;
   const std::vector<pid_t> pids = start_workers(farm);
@@ -117,22 +116,24 @@ std::string spread(const std::vector<double>& values) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("The time from 95 % of a job until it is done, with four workers, and with one of them much slower.");
+  CLI::App app("Time from 95 % of a job to its end, with four workers, and with one of them much slower.");
   Options options;
-  app.add_option("--share", options.share, "of a core that each worker may use")
+  app.add_option("--share", options.share, "share of a core for each worker")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1.0));
-  app.add_option("--slow", options.slow, "how many times slower the slow one is")
+  app.add_option("--slow", options.slow, "factor by which the slow worker is slower")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 1000.0));
-  app.add_option("--from", options.from, "part of the job that is done when it becomes slow; 0: it always is")
+  app.add_option("--from", options.from, "part of the job after which it is slow; 0: from the start")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 0.99));
   app.add_option("--size", options.size, "film width and height in pixels")
       ->capture_default_str()
       ->check(CLI::Range(64, 4096));
-  app.add_option("--samples", options.samples, "a pixel")->capture_default_str()->check(CLI::Range(16, 1 << 20));
-  app.add_option("--runs", options.runs, "with and without, in turn")->capture_default_str()->check(CLI::Range(1, 100));
+  app.add_option("--samples", options.samples, "samples per pixel")->capture_default_str()->check(CLI::Range(16, 1 << 20));
+  app.add_option("--runs", options.runs, "runs with and without the slow worker, in turn")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100));
   CLI11_PARSE(app, argc, argv);
 
   Column without, with;
@@ -140,7 +141,7 @@ int main(int argc, char** argv) {
     for (const bool slow : {false, true}) {
       const Race result = race(options, slow, static_cast<std::uint64_t>(run));
       (slow ? with : without).add(result);
-      std::printf("%s: %.1f s, from 95 %% to done %.2f s\n", slow ? "one is slow" : "all alike", result.seconds,
+      std::printf("%s: %.1f s, from 95 %% to done %.2f s\n", slow ? "one slow" : "all equal", result.seconds,
                   result.last_seconds);
       std::fflush(stdout);
     }

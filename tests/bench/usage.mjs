@@ -1,6 +1,6 @@
-// What a measurement says of itself: with --help, and where it is not told what it must be.
+// Usage texts of the measurements, for --help and for missing arguments.
 
-/** Prints `usage` and ends the program if it was asked for, or if there is no argument. */
+/** Prints `usage` and ends the program, with --help or without arguments. */
 export function helpOf(usage) {
   const asked = process.argv.some((word) => word === '--help' || word === '-h');
   if (asked || process.argv.length < 3) {

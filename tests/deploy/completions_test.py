@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Asks the shells' completions, as built, what they offer, and compares that with what --help prints.
+"""Compares the offers of the built shell completions with the output of --help.
 
   completions_test.py BUILD-FOLDER
 """
@@ -23,7 +23,7 @@ BIN = BUILD / "bin"
 SHARE = BUILD / "share"
 
 PROMPT = "@@@ "
-CLEAR, CLEARED = "\x15echo do''ne\n", f"done.*{PROMPT}"  # throws away what is typed
+CLEAR, CLEARED = "\x15echo do''ne\n", f"done.*{PROMPT}"  # discards the typed line
 
 BASH_QUESTIONS = r"""
 source "$1"
@@ -41,7 +41,7 @@ ask() {
 
 
 def all_bash_offers(questions, folder=None):
-    """What one bash offers for the last word of each question about a program: a list of sets."""
+    """Offers of one bash for the last word of each question about a program: a list of sets."""
     script = SHARE / "bash-completion" / "completions" / questions[0][0]
     asks = "".join(f"ask {shlex.join(words)}\n" for words in questions)
     run = subprocess.run(["bash", "--norc", "-c", BASH_QUESTIONS + asks, "bash", script, questions[0][0]], capture_output=True, text=True,
@@ -56,7 +56,7 @@ def bash_offers(words, folder=None):
 
 
 def fish_offers(lines, folder=None):
-    """What fish offers at the end of each line: a list of sets."""
+    """Offers of fish at the end of each line: a list of sets."""
     script = SHARE / "fish" / "vendor_completions.d" / f"{lines[0].split()[0]}.fish"
     asks = "".join(f"echo '=='; complete -C '{line}'\n" for line in lines)
     with tempfile.TemporaryDirectory() as home:
@@ -67,7 +67,7 @@ def fish_offers(lines, folder=None):
 
 
 class Zsh:
-    """A zsh on a terminal of its own, with nothing but our completions and its own."""
+    """A zsh in its own terminal, with only these completions and zsh's own."""
 
     def __enter__(self):
         self.home = tempfile.TemporaryDirectory()
@@ -86,8 +86,8 @@ class Zsh:
         self.home.cleanup()
 
     def ask(self, keys, until, patience=120):
-        """Types keys; what the terminal shows until it has matched. Whoever runs a command has to wait for the prompt: before
-        that the terminal itself would take ^D and ^U."""
+        """Types keys, and returns the terminal's output up to a match. After a command, wait for the prompt: before it the
+        terminal would take ^D and ^U itself."""
         os.write(self.terminal, keys.encode())
         shown, end = "", time.monotonic() + patience
         while not re.search(until, shown, re.DOTALL):
@@ -126,7 +126,7 @@ class Completions(unittest.TestCase):
     def test_bash_takes_no_value_for_a_command(self):
         self.assertEqual(bash_offers(["lightmill", "workers", "--server", "drain", "qu"]), {"quarantine"})
 
-    def test_bash_completes_what_follows_a_value_that_is_left_out(self):
+    def test_bash_completes_after_an_omitted_value(self):
         with tempfile.TemporaryDirectory() as folder:
             (pathlib.Path(folder) / "film.exr").touch()
             self.assertEqual(bash_offers(["lightmill", "watch", "--tev", "-o", "f"], folder), {"film.exr"})
@@ -155,7 +155,7 @@ class Completions(unittest.TestCase):
         self.assertEqual(quarantine, {"quarantine"})
 
     @unittest.skipUnless(shutil.which("fish"), "no fish")
-    def test_fish_completes_what_follows_a_value_that_is_left_out(self):
+    def test_fish_completes_after_an_omitted_value(self):
         with tempfile.TemporaryDirectory() as folder:
             (pathlib.Path(folder) / "film.exr").touch()
             files, options = fish_offers(["lightmill watch --tev -o f", "lightmill watch --tev --open"], folder)
@@ -163,7 +163,7 @@ class Completions(unittest.TestCase):
         self.assertEqual(options, {"--openjd"})
 
     @unittest.skipUnless(shutil.which("zsh"), "no zsh")
-    def test_zsh_completes_what_follows_a_value_that_is_left_out(self):
+    def test_zsh_completes_after_an_omitted_value(self):
         with Zsh() as zsh:
             (pathlib.Path(zsh.home.name) / "film.exr").touch()
             for value in ("", "farm:1 "):
@@ -185,7 +185,7 @@ class Completions(unittest.TestCase):
                             shown = zsh.ask(f"{' '.join(words)} \x04", commands[0]) + zsh.ask(CLEAR, CLEARED)
                             self.assertEqual({name for name in commands if not re.search(rf"(?m)^{name}\s", shown)}, set())
 
-    def test_a_shell_that_is_not_known_is_named(self):
+    def test_an_unknown_shell_is_named(self):
         for program in help_text.PROGRAMS:
             run = subprocess.run([BIN / program, "--describe", "tcsh"], capture_output=True, text=True, check=False)
             self.assertEqual((run.returncode, run.stdout), (2, ""))

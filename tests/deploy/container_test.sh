@@ -1,8 +1,7 @@
 #!/bin/sh
-# Makes the two images of deploy/containers from the Debian packages, on a fresh Debian in place of the slim image that a
-# registry would give, says how large they are, and runs a farm of them as a cluster would: nobody root, the roots read-only.
-# Takes some minutes, and fetches what the packages depend on from the mirrors that apt knows here. As root, with mmdebstrap
-# and buildah; exit code 77 without.
+# Builds the two images of deploy/containers from the Debian packages, on a fresh Debian instead of a registry's slim image.
+# Prints their sizes, and runs a farm of them like a cluster: no root user, read-only roots. Takes some minutes, and downloads
+# dependencies from this machine's apt mirrors. Needs root, mmdebstrap and buildah, else exit code 77.
 #
 #   tests/deploy/container_test.sh [FOLDER-WITH-PACKAGES]
 set -eu
@@ -12,17 +11,17 @@ fail() {
   exit 1
 }
 
-# What the coordinator's image may have: what is said of it in docs/operate/kubernetes.md, and some more for what Debian mends.
+# Size limit of the coordinator's image: the size in docs/operate/kubernetes.md, and a margin for Debian's updates.
 most_server_mib=150
 
-# With the images this script calls itself in namespaces of its own: container_test.sh --inside FOLDER, which has their roots.
+# With the images this script calls itself in its own namespaces: container_test.sh --inside FOLDER. FOLDER has the images' roots.
 if [ "${1:-}" = --inside ]; then
   work=$2
   server=$work/server
   worker=$work/worker
   client=$work/client/usr/bin/lightmill
   certs=$work/certs
-  # as USER ROOT COMMAND...: in an image, without rights beyond the user's.
+  # as USER ROOT COMMAND...: runs in an image, with only the user's rights.
   as() {
     user=$1
     root=$2
@@ -30,8 +29,8 @@ if [ "${1:-}" = --inside ]; then
     chroot "$root" setpriv --reuid="$user" --regid="$user" --clear-groups --no-new-privs --bounding-set=-all \
       env -i PATH=/usr/bin:/bin XDG_DATA_HOME=/var/lib XDG_STATE_HOME=/var/lib "$@"
   }
-  [ "$(stat -c '%u %a' "$server/var/lib/lightmill")" = '7350 700' ] || fail 'the state is another user'\''s'
-  [ "$(stat -c '%u %a' "$worker/var/lib/lightmill-worker")" = '7351 700' ] || fail 'the tokens are another user'\''s'
+  [ "$(stat -c '%u %a' "$server/var/lib/lightmill")" = '7350 700' ] || fail 'the state belongs to another user'
+  [ "$(stat -c '%u %a' "$worker/var/lib/lightmill-worker")" = '7351 700' ] || fail 'the tokens belong to another user'
   for root in "$server" "$worker"; do
     mount --bind "$root" "$root"
     mount -t proc proc "$root/proc"
@@ -42,13 +41,13 @@ if [ "${1:-}" = --inside ]; then
   mount -o remount,bind,ro "$server"
   mount -o remount,bind,ro "$worker"
   for root in "$server" "$worker"; do
-    ! touch "$root/etc/mine" 2>/dev/null || fail "$root can be written"
+    ! touch "$root/etc/mine" 2>/dev/null || fail "$root is writable"
   done
 
   echo '== the programs'
   as 7350 "$server" lightmill-server --version
   as 7351 "$worker" lightmill-worker --version
-  # The worker's image leaves out some of what Debian's packages have.
+  # The worker's image omits some files of Debian's packages.
   as 7351 "$worker" ldd /usr/lib/lightmill/lightmill-worker /usr/lib/lightmill/lightmill-image-decoder >"$worker/tmp/libraries"
   ! grep 'not found' "$worker/tmp/libraries" || fail 'the worker lacks these libraries'
 
@@ -56,7 +55,7 @@ if [ "${1:-}" = --inside ]; then
   "$client" certs init "$certs" >/dev/null
   "$client" certs server "$certs" localhost >/dev/null
   "$client" certs person "$certs" ada --roles admin >/dev/null
-  # What a secret's group would let them read.
+  # The files that a secret's group would let them read.
   install -m 400 -o 7350 "$certs/ca.pem" "$certs/server.pem" "$server/tmp/"
   (as 7350 "$server" lightmill-server --data=/var/lib/lightmill --listen=127.0.0.1:0 --port-file=/tmp/port --http=127.0.0.1:0 \
     --health=127.0.0.1:0 --tls-cert=/tmp/server.pem --tls-ca=/tmp/ca.pem) >"$server/tmp/log" 2>&1 &
@@ -83,7 +82,7 @@ if [ "${1:-}" = --inside ]; then
     [ "$(head -c 8 "$certs/$scene.png" | od -An -tx1 | tr -d ' ')" = 89504e470d0a1a0a ] || fail "$scene.png is no PNG"
   done
   [ -s "$worker/var/lib/lightmill-worker/1/token" ] || fail 'the worker has not kept its token'
-  # The namespace of processes ends with this script, and they with it.
+  # The process namespace ends with this script, and with it the programs.
   exit 0
 fi
 
@@ -91,12 +90,12 @@ cd "$(dirname "$0")/../.."
 # shellcheck source=deploy/environment.sh
 . deploy/environment.sh
 if [ "$(id -u)" -ne 0 ] || ! command -v mmdebstrap >/dev/null || ! command -v buildah >/dev/null; then
-  echo 'container_test.sh: this takes root, mmdebstrap and buildah' >&2
+  echo 'container_test.sh: needs root, mmdebstrap and buildah' >&2
   exit 77
 fi
 work=$(mktemp -d)
 mkdir "$work/context"
-# image ARGUMENTS...: buildah, with all that it keeps in the test's own folder.
+# image ARGUMENTS...: buildah with its storage in the test's folder.
 image() {
   buildah --root "$work/storage" --runroot "$work/run" --storage-driver vfs "$@"
 }
@@ -114,13 +113,13 @@ else
   (cd build/release && cpack -G DEB -B "$work/packages")
   mv "$work"/packages/lightmill*.deb "$work/context/"
 fi
-# It is in no image: it runs on this machine.
+# The client is in no image. It runs on this machine.
 mkdir "$work/client"
 for package in "$work"/context/lightmill_*.deb "$work"/context/lightmill-image-decoder_*.deb; do
   dpkg-deb -x "$package" "$work/client"
 done
 
-echo '== a Debian to begin with'
+echo '== a fresh Debian'
 # shellcheck source=/dev/null
 suite=$(. /etc/os-release && echo "$VERSION_CODENAME")
 mkdir "$work/sources"
@@ -128,7 +127,7 @@ for file in /etc/apt/sources.list /etc/apt/sources.list.d/*.list /etc/apt/source
   [ ! -e "$file" ] || cp "$file" "$work/sources/"
 done
 cat "$work"/sources/* >"$work/all-sources"
-# With what the slim image has, and without what it leaves out.
+# With the contents of the slim image, and without what it omits.
 mmdebstrap --quiet --variant=minbase --include=usr-is-merged --hook-dir=/usr/share/mmdebstrap/hooks/merged-usr \
   --dpkgopt='path-exclude=/usr/share/doc/*' --dpkgopt='path-include=/usr/share/doc/*/copyright' \
   --dpkgopt='path-exclude=/usr/share/man/*' --dpkgopt='path-exclude=/usr/share/info/*' \
@@ -147,7 +146,7 @@ for name in server worker; do
   config=$(image inspect --format '{{.OCIv1.Config.User}} {{.OCIv1.Config.Cmd}}' "$container")
   case "$name $config" in
     'server 7350:7350 [lightmill-server --help]' | 'worker 7351:7351 [lightmill-worker --help]') ;;
-    *) fail "it would run $config" ;;
+    *) fail "its configuration is $config" ;;
   esac
   ln -s "$(image mount "$container")" "$work/$name"
   size=$(du -sm "$work/$name/" | cut -f 1)

@@ -1,4 +1,4 @@
-"""Reads the programs' commands and options off what --help prints, for the tests of what is made from their tables."""
+"""Reads the programs' commands and options from --help, for the tests of generated files."""
 import functools
 import re
 import subprocess
@@ -12,12 +12,12 @@ def _printed(words):
 
 
 def help_of(folder, words):
-    """The lines that `words --help` prints; the first word is a program of the folder."""
+    """The lines of `words --help`. The first word is a program of the folder."""
     return _printed((folder / words[0], *words[1:])).splitlines()
 
 
 def options_and_commands(lines):
-    """(option names, command names), as help lists them below the titles of groups, set in by two spaces."""
+    """(option names, command names), as help lists them below the titles of groups, indented by two spaces."""
     options, commands, in_group = set(), [], False
     for line in lines:
         if line and not line.startswith(" "):
@@ -30,9 +30,9 @@ def options_and_commands(lines):
 
 
 def all_commands(folder, words):
-    """(words, option names, command names) of a command and of all below it."""
+    """(words, option names, command names) of a command and of all commands below it."""
     options, commands = options_and_commands(help_of(folder, words))
-    if words == ["lightmill-server", "check"]:  # takes the program's, as it says in words
+    if words == ["lightmill-server", "check"]:  # its text refers to the program's options
         options |= options_and_commands(help_of(folder, words[:1]))[0]
     yield words, options, commands
     for command in commands:

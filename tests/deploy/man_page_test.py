@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the manual pages, as built: that they name what --help lists, and that what formats them has nothing to say.
+"""Checks the built manual pages: they name everything that --help lists, and formatters find no fault.
 
   man_page_test.py BUILD-FOLDER
 """
@@ -22,7 +22,7 @@ def page_path(program):
 
 
 def sections_of(program):
-    """{title: text}, of sections and subsections, without troff's marks."""
+    """{title: text} of sections and subsections, without troff's markup."""
     text = re.sub(r"\\f[BIR]|\\&", "", page_path(program).read_text()).replace("\\-", "-")
     parts = re.split(r"(?m)^\.S[HS] (.*)$", text)
     return dict(zip(parts[1::2], parts[2::2], strict=True))
@@ -32,7 +32,7 @@ class ManPages(unittest.TestCase):
     def test_name_every_command_and_option(self):
         for program in help_text.PROGRAMS:
             sections = sections_of(program)
-            # The program's own come in a section and its groups, before COMMANDS.
+            # The program's own options are in a section and its groups, before COMMANDS.
             titles = list(sections)
             own = "".join(sections[title] for title in titles[:titles.index("COMMANDS")] if title) if "COMMANDS" in titles \
                 else "".join(sections.values())
@@ -41,7 +41,7 @@ class ManPages(unittest.TestCase):
                 with self.subTest(words=words):
                     self.assertEqual({name for name in options if not re.search(rf"(?<![\w-]){name}(?![\w-])", text)} - {"-h"}, set())
 
-    def test_options_that_a_command_leaves_to_a_later_section_are_told_there(self):
+    def test_a_later_section_describes_shared_options(self):
         sections = sections_of("lightmill")
         titles = list(sections)
         shared = "".join(sections[title] for title in titles[titles.index("OPTIONS OF SEVERAL COMMANDS"):])
@@ -53,7 +53,7 @@ class ManPages(unittest.TestCase):
     @unittest.skipUnless(shutil.which("mandoc"), "no mandoc")
     def test_mandoc_finds_nothing(self):
         for program in help_text.PROGRAMS:
-            # Built without a date, so that it is the same every day; packages have theirs.
+            # The build has no date, so that it is the same every day. Packages have dates.
             page = subprocess.run([BIN / program, "--describe", "man"], env={**os.environ, "SOURCE_DATE_EPOCH": "1700000000"},
                                   capture_output=True, check=True).stdout
             self.assertIn(b' 1 "2023-11-14" "Lightmill ', page)

@@ -1,8 +1,7 @@
 #!/bin/sh
-# Makes the Debian packages and tries them in a fresh Debian: installs each alone, then all, renders, runs the coordinator with
-# its page, installs them over themselves, removes and purges them, and compares what files there are before and after. Takes
-# some minutes, and fetches what they depend on from the mirrors that apt knows here. As root, with mmdebstrap; exit code 77
-# without.
+# Builds the Debian packages and tries them in a fresh Debian. Installs each alone, then all. Renders, and runs the coordinator
+# with its page. Installs them over themselves, removes and purges them, and compares the files before and after. Takes some
+# minutes, and downloads dependencies from this machine's apt mirrors. Needs root and mmdebstrap, else exit code 77.
 #
 #   tests/deploy/package_test.sh [FOLDER-WITH-PACKAGES]
 set -eu
@@ -13,7 +12,7 @@ if [ "${1:-}" != --inside ]; then
   # shellcheck source=deploy/environment.sh
   . deploy/environment.sh
   if [ "$(id -u)" -ne 0 ] || ! command -v mmdebstrap >/dev/null; then
-    echo 'package_test.sh: this takes root and mmdebstrap' >&2
+    echo 'package_test.sh: needs root and mmdebstrap' >&2
     exit 77
   fi
   work=$(mktemp -d)
@@ -55,18 +54,18 @@ fail() {
   exit 1
 }
 
-# fetch DEPENDENCIES: has them installed.
+# fetch DEPENDENCIES: installs them.
 fetch() {
-  apt-get -q -y --no-install-recommends satisfy "$1" >/tmp/apt.log 2>&1 || { cat /tmp/apt.log; fail "these are not in Debian: $1"; }
+  apt-get -q -y --no-install-recommends satisfy "$1" >/tmp/apt.log 2>&1 || { cat /tmp/apt.log; fail "Debian does not have: $1"; }
 }
 
-# files: all that a package could leave; not what dpkg and adduser keep for themselves.
+# files: all files that a package could leave, without those of dpkg and adduser.
 files() {
   find / -xdev \( -path /proc -o -path /sys -o -path /dev -o -path /run -o -path /tmp -o -path /srv -o -path /var/log -o -path /var/cache \
     -o -path /var/lib/dpkg -o -path /var/lib/apt \) -prune -o -print | grep -Ev '^/etc/(passwd|group|g?shadow|sub[ug]id)-$' | sort
 }
 
-# same_as_before: whether nothing was left, of files and users.
+# same_as_before: whether no files and users remain.
 same_as_before() {
   files >/tmp/after
   diff /tmp/before /tmp/after || fail 'these files differ from before'
@@ -74,18 +73,19 @@ same_as_before() {
   diff /tmp/group-before /etc/group || fail 'these groups differ from before'
 }
 
-# enabled UNITS: whether those, and no others of the farm, are started with the machine.
+# enabled UNITS: whether exactly these units of the farm start with the machine.
 enabled() {
   find /etc/systemd -name 'lightmill*' -printf '%f ' >/tmp/enabled
-  [ "$(tr ' ' '\n' </tmp/enabled | sort | xargs)" = "$*" ] || fail "of the units there are $(cat /tmp/enabled), not $*"
+  [ "$(tr ' ' '\n' </tmp/enabled | sort | xargs)" = "$*" ] || fail "the enabled units are $(cat /tmp/enabled), not $*"
 }
 
-# asked WHAT: whether systemctl was asked just that.
+# asked WHAT: whether systemctl got exactly this request.
 asked() {
-  grep -qxF -e "$*" /tmp/systemctl.log || { cat /tmp/systemctl.log; fail "nobody asked systemctl: $*"; }
+  grep -qxF -e "$*" /tmp/systemctl.log || { cat /tmp/systemctl.log; fail "systemctl was not called with: $*"; }
 }
 
-# Each by itself: what it depends on is all that it needs, and the coordinator needs no library that reads images. The image
+# Each by itself, to check that its dependencies are enough, and that the coordinator needs no library that reads images. The
+# image decoder, which two others need, comes after the coordinator and stays.
 # decoder, which two others depend on, comes after the coordinator, and stays.
 for package in "$server" "$worker" "$client"; do
   program=$(dpkg-deb -f "$package" Package)
@@ -109,7 +109,7 @@ for package in "$server" "$worker" "$client"; do
 done
 dpkg --purge lightmill-image-decoder
 
-# It does not run here: systemctl sets links alone.
+# systemd does not run here. systemctl only sets links.
 fetch systemd
 files >/tmp/before
 cp /etc/passwd /tmp/passwd-before
@@ -119,7 +119,7 @@ echo '== install'
 dpkg -i "$server" "$worker" "$client" "$decoder"
 enabled
 
-echo '== render, as somebody who is not root'
+echo '== render, as a user other than root'
 mkdir -m 777 /tmp/pictures
 # One scene has images, which the decoder beside the program reads.
 for scene in cornell-bench-blocks course-default; do
@@ -148,11 +148,11 @@ wait "$coordinator" || fail "the coordinator ended with $?"
 ! grep -q 'without the page' /tmp/server.log || fail 'the page is missing'
 [ -s "$state/lightmill.sqlite" ] || fail "no state in $state"
 
-echo '== install over itself, while nothing that systemd is asked succeeds: what an administrator has set stays'
+echo '== reinstall while all calls of systemctl fail: settings of the administrator stay'
 systemctl enable lightmill-server lightmill-worker lightmill-worker@a
 enabled lightmill-server.service lightmill-worker.service lightmill-worker@a.service
 echo '# mine' >>/etc/lightmill/server.conf
-# In place of systemctl on a machine where systemd runs.
+# Replaces systemctl on a machine with a running systemd.
 mkdir -p /tmp/fail /run/systemd/system
 cat >/tmp/fail/systemctl <<'END'
 #!/bin/sh
@@ -170,7 +170,7 @@ asked 'try-restart lightmill-worker.service lightmill-worker@*.service'
 grep -q '^# mine$' /etc/lightmill/server.conf || fail 'server.conf was overwritten'
 enabled lightmill-server.service lightmill-worker.service lightmill-worker@a.service
 
-echo '== remove, likewise: settings and state stay'
+echo '== remove, while systemctl fails: settings and state stay'
 PATH=/tmp/fail:$PATH dpkg --remove lightmill lightmill-server lightmill-worker lightmill-image-decoder
 asked stop lightmill-server.service
 asked 'stop lightmill-worker.service lightmill-worker@*.service'
@@ -185,16 +185,16 @@ for file in server.conf worker.conf; do
   [ -s "/etc/lightmill/$file" ] || fail "$file is gone"
 done
 
-echo '== purge: state stays, and whose it is'
+echo '== purge: state and its owner stay'
 dpkg --purge lightmill lightmill-server lightmill-worker lightmill-image-decoder
 [ -s "$state/lightmill.sqlite" ] || fail 'the state is gone'
-[ "$(stat -c %U "$state")" = lightmill ] || fail "the state is nobody's"
-! getent passwd lightmill-worker >/dev/null || fail 'the user lightmill-worker is left'
+[ "$(stat -c %U "$state")" = lightmill ] || fail "the state has lost its owner"
+! getent passwd lightmill-worker >/dev/null || fail 'the user lightmill-worker remains'
 rm -r "$state"
 files >/tmp/after
 diff /tmp/before /tmp/after || fail 'these files differ from before'
 
-echo '== once more, and the worker goes first: all of the coordinator stays'
+echo '== again, with the worker removed first: everything of the coordinator stays'
 dpkg -i "$server" "$worker" "$client" "$decoder"
 systemctl enable lightmill-server lightmill-worker lightmill-worker@a
 dpkg --purge lightmill-worker

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks the units of deploy/systemd: what systemd says of them, and that the programs render within the limits that they
-set on system calls and memory. systemd itself need not run.
+"""Checks the units of deploy/systemd: systemd finds no fault, and the programs render within the units' limits of system calls
+and memory. systemd need not run.
 
   systemd_test.py SOURCE-FOLDER BUILD-FOLDER
 """
@@ -23,24 +23,24 @@ SOURCE = pathlib.Path(sys.argv.pop()).absolute()
 BIN = BUILD / "bin"
 UNITS = SOURCE / "deploy" / "systemd"
 PROGRAMS = ["lightmill-server", "lightmill-worker"]
-MOST_EXPOSURE = 15  # tenths, of 100; systemd calls up to 20 OK. Both have 12
+MOST_EXPOSURE = 15  # in tenths of 100; systemd calls up to 20 OK, and both units have 12
 
 PR_SET_NO_NEW_PRIVS, PR_SET_SECCOMP, SECCOMP_MODE_FILTER = 38, 22, 2
 SECCOMP_ALLOW, SECCOMP_EPERM, SECCOMP_KILL = 0x7FFF0000, 0x00050001, 0x80000000
 AUDIT_ARCH_X86_64 = 0xC000003E
 LOAD, JUMP_EQUAL, JUMP_ANY_BIT, AND, RETURN = 0x20, 0x15, 0x45, 0x54, 0x06
 PROT_WRITE, PROT_EXEC = 2, 4
-NUMBER, ARCH, THIRD_ARGUMENT = 0, 4, 32  # places in struct seccomp_data
+NUMBER, ARCH, THIRD_ARGUMENT = 0, 4, 32  # offsets in struct seccomp_data
 
 
 def setting(program, name):
-    """All values of a setting of the unit, in their order."""
+    """All values of a setting of the unit, in order."""
     text = (UNITS / f"{program}.service").read_text()
     return re.findall(rf"(?m)^{name}=(.*)$", text)
 
 
 def calls_of(group):
-    """The names of the system calls in a group of systemd's."""
+    """Names of the system calls in a systemd group."""
     run = subprocess.run(["systemd-analyze", "syscall-filter", group], capture_output=True, text=True, check=True)
     calls = set()
     for line in map(str.strip, run.stdout.splitlines()[1:]):
@@ -52,7 +52,7 @@ def calls_of(group):
 
 
 def allowed_calls(program):
-    """What SystemCallFilter leaves."""
+    """System calls that SystemCallFilter allows."""
     allowed = set()
     for line in setting(program, "SystemCallFilter"):
         for group in line.lstrip("~").split():
@@ -67,7 +67,7 @@ def call_numbers():
 
 
 def filter_program(allowed):
-    """A seccomp program as systemd makes it for SystemCallFilter=, SystemCallErrorNumber=EPERM and MemoryDenyWriteExecute=."""
+    """A seccomp program like systemd's for SystemCallFilter=, SystemCallErrorNumber=EPERM and MemoryDenyWriteExecute=."""
     def step(code, value, if_true=0, if_false=0):
         return struct.pack("HBBI", code, if_true, if_false, value)
     numbers = call_numbers()
@@ -88,7 +88,7 @@ class Filter(ctypes.Structure):
 
 
 def confine(steps):
-    """For the child, before it becomes the program: it and what it starts have the filter from here on."""
+    """Installs the filter in the child before it becomes the program. Its children inherit the filter."""
     libc = ctypes.CDLL(None, use_errno=True)
     program = Filter(len(steps) // 8, steps)
     if libc.prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 or libc.prctl(
@@ -102,7 +102,7 @@ def start_confined(program, arguments, log):
 
 
 def words_of(path, variable):
-    """A variable of an EnvironmentFile, also one that is commented out; split into words as systemd does for $NAME."""
+    """A variable of an EnvironmentFile, also if commented out, split into words like systemd's $NAME."""
     text = re.sub(r"(?m)^#\s*(?=LIGHTMILL_)", "", path.read_text())
     return [word for value in re.findall(rf"(?m)^{variable}=(.*)$", text) for quoted in shlex.split(value) for word in quoted.split()]
 
@@ -115,7 +115,7 @@ class Units(unittest.TestCase):
         self.place = pathlib.Path(self.folder.name)
 
     def installed_units(self):
-        """As the package has them, but with the programs as built."""
+        """Units as installed by the package, but with the built programs."""
         names = {"lightmill-server": ["lightmill-server"], "lightmill-worker": ["lightmill-worker", "lightmill-worker@"]}
         for program, units in names.items():
             text = (UNITS / f"{program}.service").read_text()
@@ -149,7 +149,7 @@ class Units(unittest.TestCase):
                 self.assertTrue(port_file.exists(), log_path.read_text())
                 farm = f"127.0.0.1:{port_file.read_text().strip()}"
                 programs.append(start_confined("lightmill-worker", ["--server", farm, "--threads", "2"], log))
-                # Textures too, which other libraries decode.
+                # Includes textures, which other libraries decode.
                 for scene in ("cornell-bench-blocks", "course-default"):
                     run = subprocess.run([BIN / "lightmill", "render", SOURCE / "scenes" / f"{scene}.json", "--server", farm, "--spp",
                                           "2", "--size", "64x64", "-o", picture], capture_output=True, text=True, check=False, timeout=60)
@@ -163,7 +163,7 @@ class Units(unittest.TestCase):
                         program.kill()
                         program.wait()
 
-    def test_the_filter_refuses_what_it_should(self):
+    def test_the_filter_refuses_forbidden_calls(self):
         steps = filter_program(allowed_calls("lightmill-worker"))
         asks = ("import ctypes, mmap\nlibc = ctypes.CDLL(None, use_errno=True)\n"
                 "print(libc.chroot(b'/'), ctypes.get_errno())\n"
@@ -171,8 +171,8 @@ class Units(unittest.TestCase):
         run = subprocess.run([sys.executable, "-c", asks], capture_output=True, text=True, check=True, preexec_fn=lambda: confine(steps))
         self.assertEqual(run.stdout, "-1 1\nrefused\n")
 
-    def test_a_worker_has_longer_to_leave_than_its_farm_waits_for_it(self):
-        # A unit of work is about a second (--unit-seconds), at most 60, and is sent once more if the coordinator is away.
+    def test_a_worker_has_time_to_leave(self):
+        # A unit of work takes about a second (--unit-seconds), at most 60, and is sent twice if the coordinator is away.
         self.assertGreaterEqual(int(setting("lightmill-worker", "TimeoutStopSec")[0]), 2 * 60)
 
     def test_configured_options_exist(self):
@@ -183,13 +183,13 @@ class Units(unittest.TestCase):
             self.assertEqual(named - options, set())
             self.assertIn(f"EnvironmentFile=-/etc/lightmill/{file}", (UNITS / f"{program}.service").read_text())
             self.assertIn(f"${variable}\n", (UNITS / f"{program}.service").read_text())
-        # What the worker reads itself.
+        # Options that the worker reads itself.
         worker_help = " ".join(" ".join(help_text.help_of(BIN, ["lightmill-worker"])).split())
         for name in re.findall(r"(?m)^#?(LIGHTMILL_\w+)=", (UNITS / "worker.conf").read_text()):
             if name != "LIGHTMILL_WORKER_OPTIONS":
                 self.assertIn(f"(or ${name})", worker_help)
 
-    def test_both_run_as_users_that_are_made(self):
+    def test_both_run_as_users_that_the_packages_create(self):
         for program in PROGRAMS:
             script = (SOURCE / "deploy" / "debian" / program / "postinst").read_text()
             self.assertEqual(setting(program, "User"), re.findall(r"(?m)adduser --system .* (\S+)$", script))

@@ -1,4 +1,4 @@
-// Charts of several jobs in a real browser against a real farm: node chart_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
+// Charts of several jobs in a real browser with a real farm: node chart_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
@@ -31,7 +31,7 @@ async function kept(name) {
   return [download.suggestedFilename(), readFileSync(await download.path(), 'utf8')];
 }
 
-test('another job stands in the same chart, and in the link', async () => {
+test('a second job appears in the same chart and in the link', async () => {
   page = await session.open(`#/jobs/${first}`);
   const lines = page.getByRole('list', {name: 'Jobs in the chart'}).getByRole('listitem');
   await eventually('the job is in its chart', async () => (await lines.count()) === 1);
@@ -41,7 +41,7 @@ test('another job stands in the same chart, and in the link', async () => {
   await lines.nth(1).getByText('vcm').waitFor();
 });
 
-test('what is pointed at is told, by the mouse and by keys', async () => {
+test('the mouse and keys show the values of a point', async () => {
   const plot = page.getByRole('img', {name: /^Error against time/});
   await plot.focus();
   await page.keyboard.press('ArrowRight');
@@ -60,7 +60,7 @@ test('what is pointed at is told, by the mouse and by keys', async () => {
   await eventually('the mouse has its own', async () => (await values())[0] === before);
 });
 
-test('CSV and SVG hold what the farm says', async () => {
+test('CSV and SVG have the values of the farm', async () => {
   const [name, csv] = await kept('CSV');
   assert.equal(name, `job-${first}-error.csv`);
   const rows = csv.trim().split('\n').slice(1).map((row) => row.split(','));
@@ -78,14 +78,14 @@ test('CSV and SVG hold what the farm says', async () => {
   assert.deepEqual(drawn, [0, rows.length]);
 });
 
-test('a job that is not there is told, and the rest goes on', async () => {
+test('a missing job is reported, and the other jobs are shown', async () => {
   const other = await session.open(`#/jobs/${first}?chart=777,${second}`);
   await other.getByRole('alert').getByText('Job 777 is not in the chart: there is no job 777').waitFor();
   await eventually('the others are there', async () => (await other.locator('.chart-lines li').count()) === 2);
   await other.context().close();
 });
 
-test('long names, comparisons, regions and charts fit a phone and please axe', async () => {
+test('long names, comparisons, regions and charts fit a phone and pass axe', async () => {
   for (const colorScheme of ['light', 'dark']) {
     const phone = await session.open(`#/jobs/${second}?with=${first}&how=split&region=10,10,20,20&chart=${first}`, {viewport: kPhone, colorScheme, bypassCSP: true});
     await phone.locator('.measured dd').first().waitFor();
@@ -102,7 +102,7 @@ test('long names, comparisons, regions and charts fit a phone and please axe', a
   }
 });
 
-test('a hidden page is sent nothing, and catches up once it is seen', async () => {
+test('a hidden page receives nothing, and catches up when it is visible', async () => {
   const hidden = await session.browser.newContext();
   const [opened, seen] = [await hidden.newPage(), await hidden.newPage()];
   const framesOf = (page) => {
@@ -149,7 +149,7 @@ test('a hidden page is sent nothing, and catches up once it is seen', async () =
   await hidden.close();
 });
 
-test('the results of a lab are dropped on the page, and its methods stand in one chart', async () => {
+test('dropped results of a lab show their methods in one chart', async () => {
   const folder = join(session.farm.folder, 'lab');
   const experiment = join(session.farm.folder, 'experiment.json');
   const scene = join(kSource, 'scenes/cornell-bench-blocks.json');
@@ -182,4 +182,4 @@ test('the results of a lab are dropped on the page, and its methods stand in one
   }
 });
 
-test('the page asked nobody but the coordinator, and complained of nothing', () => session.assertQuiet());
+test('the page contacts only the coordinator and logs no error', () => session.assertQuiet());

@@ -1,5 +1,5 @@
-// Pictures that are compared and measured in a real browser against a real farm: node compare_test.mjs FOLDER-OF-PROGRAMS
-// [--pictures FOLDER]
+// Comparison and measurement of pictures in a real browser with a real farm:
+//   node compare_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {join} from 'node:path';
 import {after, before, test} from 'node:test';
@@ -31,13 +31,13 @@ after(() => session.close());
 
 const compareBox = () => page.getByRole('combobox', {name: 'Compare with'});
 const howBox = () => page.getByRole('combobox', {name: 'Comparison'});
-/** What the panel says, by name. */
+/** The panel's values, by name. */
 const measured = async () => Object.fromEntries((await page.locator('.measured > div').evaluateAll((all) => all.map((each) => [each.children[0].textContent, Number(each.children[1].textContent)]))));
 const measuredAs = (what, condition) => eventually(what, async () => condition(await measured()));
 const shown = () => page.evaluate(canvasPixels, kSize);
 const takePicture = async (name) => pictures && (await page.screenshot({path: join(pictures, `${name}.png`)}));
 
-/** As `lightmill error` has it. */
+/** Values of `lightmill error`. */
 function told(image, truth) {
   return JSON.parse(session.farm.lightmill('error', join(session.farm.folder, `${image}.exr`), join(session.farm.folder, `${truth}.exr`), '--json'));
 }
@@ -46,7 +46,7 @@ function nearly(value, expected, share, what) {
   assert.ok(Math.abs(value - expected) <= share * expected, `${what}: ${value} for ${expected}`);
 }
 
-test('a job is compared with another of its size, by the numbers of the command line', async () => {
+test('a comparison with a job of the same size has the numbers of the command line', async () => {
   page = await session.open(`#/jobs/${job}`);
   await page.waitForSelector('canvas[data-drawn]');
   await page.locator('.viewer canvas').focus();
@@ -60,7 +60,7 @@ test('a job is compared with another of its size, by the numbers of the command 
   const expected = told(job, reference);
   await measuredAs('the numbers are there', (each) => each.FLIP > 0);
   const numbers = await measured();
-  // The page has half floats, each within 2^-11 of its value, and four digits; FLIP follows small differences by their root.
+  // The page has half floats, each within 2^-11 of its value, and four digits. FLIP grows with the root of small differences.
   nearly(numbers.relMSE, expected.rel_mse, 2e-3, 'relMSE');
   nearly(numbers['relMSE without the worst 0.1 %'], expected.rel_mse_trimmed, 2e-3, 'trimmed');
   nearly(numbers['Energy ratio'], expected.energy_ratio, 2e-3, 'energy');
@@ -71,7 +71,7 @@ test('a job is compared with another of its size, by the numbers of the command 
   nearly((await measured())['HDR-FLIP'], expected.flip_hdr, 5e-3, 'HDR-FLIP');
 });
 
-test('split shows each on its side of a divider that keys and the mouse move', async () => {
+test('split shows both pictures, and keys and the mouse move the divider', async () => {
   await howBox().selectOption('picture');
   const here = await shown();
   await page.locator('.viewer canvas').focus();
@@ -106,7 +106,7 @@ test('split shows each on its side of a divider that keys and the mouse move', a
   await page.keyboard.press('1');
 });
 
-test('every comparison draws, and the link brings it back', async () => {
+test('every comparison is drawn, and the link restores it', async () => {
   const seen = new Set();
   for (const [key, how] of [['d', 'difference'], ['q', 'squared-error'], ['p', 'flip']]) {
     await page.keyboard.press(key);
@@ -125,10 +125,10 @@ test('every comparison draws, and the link brings it back', async () => {
   await again.context().close();
 });
 
-test('an EXR file of the farm is the picture itself, and one of another size is refused', async () => {
+test('an EXR file of the farm equals the picture, and a file of another size is refused', async () => {
   const [chooser] = await Promise.all([page.waitForEvent('filechooser'), compareBox().selectOption('file')]);
   await chooser.setFiles(join(session.farm.folder, `${job}.exr`));
-  // Nothing but the rounding to half floats, which both of them go through.
+  // Both went through the same rounding to half floats.
   await measuredAs('the file is the job', (each) => each.relMSE === 0 && each.FLIP === 0);
   await page.getByLabel('An EXR file to compare with').setInputFiles(join(session.farm.folder, `${reference}.exr`));
   const expected = told(job, reference);
@@ -172,4 +172,4 @@ test('a region is measured by mouse, by keys and by numbers', async () => {
   await eventually('it is gone', async () => (await page.locator('.region-fields').count()) === 0);
 });
 
-test('the page asked nobody but the coordinator, and complained of nothing', () => session.assertQuiet());
+test('the page contacts only the coordinator and logs no error', () => session.assertQuiet());

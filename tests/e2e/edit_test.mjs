@@ -1,5 +1,5 @@
-// Jobs that are edited, cloned, moved up and deleted in a real browser against a real farm: node edit_test.mjs FOLDER-OF-PROGRAMS
-// [--pictures FOLDER]
+// Editing, cloning, prioritising and deleting jobs in a real browser with a real farm:
+//   node edit_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
@@ -12,7 +12,7 @@ const [programs, ...options] = process.argv.slice(2);
 const pictures = options[0] === '--pictures' ? options[1] : undefined;
 const session = new Session(programs);
 const kSize = ['--size', '96x80', '--method', 'path', '--spp', '16'];
-/** Where the camera of the scene is. */
+/** Position of the scene's camera. */
 const kEye = [278, 273, -800];
 const kLookAt = [278, 273, 0];
 let page;
@@ -45,7 +45,7 @@ async function nextJob(before) {
   return eventually('the page goes to the new job', () => shownJob() !== String(before) && shownJob());
 }
 
-test('a clone is the same job once more, with the goal that is wanted of it', async () => {
+test('a clone is the same job with a new goal', async () => {
   page = await session.open(`#/jobs/${job}`);
   await page.getByRole('button', {name: 'Clone'}).click();
   const form = page.getByRole('region', {name: 'Clone'});
@@ -57,11 +57,11 @@ test('a clone is the same job once more, with the goal that is wanted of it', as
   await page.getByRole('heading', {name: 'once more'}).waitFor();
   await session.waitForState(clone, 'DONE');
   assert.equal((await api(`jobs/${clone}`)).goal.samples, '8');
-  // All that decides the samples is the same.
+  // Everything that determines the samples is the same.
   assert.equal(await digestOf(clone), await digestOf(job));
 });
 
-test('a live picture is there while a job is edited: one at a time, of the newest edit', async () => {
+test('one live picture shows the newest edit', async () => {
   await open(job);
   await page.waitForSelector('canvas[data-drawn]');
   await page.getByRole('button', {name: 'Edit & render again'}).click();
@@ -90,7 +90,7 @@ test('a live picture is there while a job is edited: one at a time, of the newes
   });
   assert.equal(most, 1);
   const [x, y, z] = await point('Position');
-  // The scene follows the mouse to the right and down: the eye goes to the left, which is +x for who looks along +z, and up.
+  // The scene follows the mouse to the right and down. So the camera moves up and to the left, which is +x for a view along +z.
   assert.ok(x > 400 && y > 300, `${[x, y, z]}`);
   assert.ok(Math.abs(Math.hypot(x - 278, y - 273, z) / 800 - 1) < 1e-4, 'at the same distance');
   await eventually('the picture is another', async () => {
@@ -103,7 +103,7 @@ test('a live picture is there while a job is edited: one at a time, of the newes
   }
 });
 
-test('what was edited is taken back at once, and made again', async () => {
+test('an edit is undone and redone at once', async () => {
   const moved = await point('Position');
   await page.getByRole('button', {name: 'Undo'}).click();
   assert.ok(near(await point('Position'), kEye), 'one drag is one edit');
@@ -114,11 +114,11 @@ test('what was edited is taken back at once, and made again', async () => {
   assert.ok(near(await point('Position'), kEye));
 });
 
-test('keys turn, move and bring nearer, by known angles', async () => {
+test('keys turn, move and zoom the camera by known amounts', async () => {
   await page.locator('.viewer canvas').focus();
   await page.keyboard.press('ArrowRight');
   const angle = 0.03 * Math.PI;
-  // Counter-clockwise seen from above, about what is looked at.
+  // Counter-clockwise seen from above, around the target.
   assert.ok(near(await point('Position'), [278 - 800 * Math.sin(angle), 273, -800 * Math.cos(angle)]), `${await point('Position')}`);
   await page.getByRole('button', {name: 'Undo'}).click();
   await page.locator('.viewer canvas').focus();
@@ -134,7 +134,7 @@ test('keys turn, move and bring nearer, by known angles', async () => {
   assert.ok(near(await point('Look at'), kLookAt));
 });
 
-test('what is changed becomes a child that reuses every asset, the same as the command line makes of the changed file', async () => {
+test('a changed job becomes a child that reuses every asset and equals the job of the command line', async () => {
   await field('Position z').fill('-700');
   await field('Position z').press('Tab');
   await page.getByText(/^Materials/).click();
@@ -180,7 +180,7 @@ test('parent and child name each other', async () => {
   await page.getByRole('link', {name: `blue wall #${child}`}).waitFor();
 });
 
-test('a change that cannot be is refused with why, and the next one goes on', async () => {
+test('an invalid change is refused with its reason, and the next change works', async () => {
   await open(job);
   await page.getByRole('button', {name: 'Edit & render again'}).click();
   await field('Look at z').fill('-800');
@@ -190,17 +190,17 @@ test('a change that cannot be is refused with why, and the next one goes on', as
   await eventually('it is taken back', async () => (await panel().getByRole('alert').count()) === 0);
 });
 
-test('no look outlives the panel, or the page', async () => {
+test('no live picture outlives the panel or the page', async () => {
   await eventually('a look is there', async () => (await looks()).length === 1);
   await panel().getByRole('button', {name: 'Close'}).click();
   await eventually('it is gone with the panel', async () => (await looks()).length === 0);
-  // The page goes while a look is on its way to the farm.
+  // The page closes while a preview request is on its way to the farm.
   const asked = page.waitForRequest((request) => request.method() === 'POST' && request.url().includes('/jobs?page='));
   await page.getByRole('button', {name: 'Edit & render again'}).click();
   await asked;
   await page.goto('about:blank');
   await eventually('it is gone with the page', async () => (await looks()).length === 0);
-  // The browser ends it without a word.
+  // The browser ends it without a message.
   const crashing = await session.open(`#/jobs/${job}`);
   await crashing.getByRole('button', {name: 'Edit & render again'}).click();
   await eventually('another is there', async () => (await looks())[0]?.state === 'JOB_STATE_DONE');
@@ -209,7 +209,7 @@ test('no look outlives the panel, or the page', async () => {
   await crashing.context().close();
 });
 
-test('priorities are set, and ended jobs deleted, once that is confirmed', async () => {
+test('priorities are set, and ended jobs are deleted after a confirmation', async () => {
   const long = session.farm.submit('cornell-bench-balls', '--spp', '100000', '--size', '128x128', '--method', 'path', '--name', 'balls');
   page = await session.open(`#/jobs/${long}`);
   await page.getByLabel('Priority', {exact: true}).fill('7');
@@ -229,7 +229,7 @@ test('priorities are set, and ended jobs deleted, once that is confirmed', async
   await eventually('the list has it no longer', async () => (await page.getByRole('link', {name: 'balls'}).count()) === 0);
 });
 
-test('the panels fit a phone and please axe', async () => {
+test('the panels fit a phone and pass axe', async () => {
   for (const [viewport, colorScheme] of [[undefined, 'light'], [undefined, 'dark'], [kPhone, 'light'], [kPhone, 'dark']]) {
     const opened = await session.open(`#/jobs/${job}`, {...(viewport && {viewport}), colorScheme, bypassCSP: true});
     await opened.getByRole('button', {name: 'Clone'}).click();
@@ -255,4 +255,4 @@ test('the panels fit a phone and please axe', async () => {
   }
 });
 
-test('the page asked nobody but the coordinator, and complained of nothing', () => session.assertQuiet());
+test('the page contacts only the coordinator and logs no error', () => session.assertQuiet());

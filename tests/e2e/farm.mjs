@@ -1,4 +1,4 @@
-// A farm of real processes for tests in a browser: a coordinator with its page, a worker, and the command line.
+// A farm of real processes for browser tests: a coordinator with its page, a worker, and the command line.
 import {execFileSync, spawn} from 'node:child_process';
 import {existsSync, mkdtempSync, openSync, rmSync} from 'node:fs';
 import {tmpdir} from 'node:os';
@@ -7,10 +7,10 @@ import {fileURLToPath} from 'node:url';
 
 export const kSource = fileURLToPath(new URL('../..', import.meta.url));
 
-/** Keeps a test from hanging where something never happens. It is no expectation: the machine may be busy. */
+/** Limit that keeps a test from hanging. It is no expectation, because the machine can be busy. */
 export const kPatienceMs = 120_000;
 
-/** Asks `condition` until it holds; throws `what` after `limitMs`. */
+/** Checks `condition` until it holds. Throws `what` after `limitMs`. */
 export async function eventually(what, condition, limitMs = kPatienceMs) {
   const until = Date.now() + limitMs;
   for (let pauseMs = 20; ; pauseMs = Math.min(1.5 * pauseMs, 200)) {
@@ -25,7 +25,7 @@ export async function eventually(what, condition, limitMs = kPatienceMs) {
   }
 }
 
-/** Two ports that programs can listen on, one after the other, and nobody else is given. */
+/** Two reserved ports. Programs can listen on them one after the other, and the kernel gives them to no other process. */
 class ReservedPorts {
   static kProgram = `
 import socket, sys
@@ -47,9 +47,9 @@ sys.stdin.read()`;
 export class Farm {
   constructor(programs) {
     this.programs = programs;
-    /** More options of the coordinator, from its next start on. */
+    /** More options of the coordinator, from its next start. */
     this.serverOptions = [];
-    /** By which the command line is known; empty: by nothing. */
+    /** The command line's token; empty: none. */
     this.token = '';
     this.folder = mkdtempSync(join(tmpdir(), 'lightmill-page-'));
     this.running = new Map();
@@ -93,13 +93,13 @@ export class Farm {
     return `http://127.0.0.1:${this.httpPort}/`;
   }
 
-  /** Runs the command line to its end; what it printed. */
+  /** Runs the command line to its end, and returns its output. */
   lightmill(...options) {
     const environment = {...process.env, LIGHTMILL_SERVER: this.address, LIGHTMILL_TOKEN: this.token};
     return execFileSync(join(this.programs, 'lightmill'), options, {encoding: 'utf8', env: environment, stdio: ['ignore', 'pipe', 'ignore']});
   }
 
-  /** A shipped scene as a job; its number. */
+  /** Submits a shipped scene, and returns the job's number. */
   submit(scene, ...options) {
     return this.lightmill('submit', join(kSource, 'scenes', `${scene}.json`), ...options).trim();
   }

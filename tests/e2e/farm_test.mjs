@@ -1,5 +1,5 @@
-// The farm's history, a worker's history and the log of events in a real browser: node farm_test.mjs FOLDER-OF-PROGRAMS
-// [--pictures FOLDER]
+// The farm over time, a worker's history and the event log in a real browser:
+//   node farm_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import {join} from 'node:path';
@@ -28,7 +28,7 @@ test('the charts show what the farm did', async () => {
   await throughput.waitFor();
   await eventually('a speed', async () => /merged (?!–|0 )/.test(await throughput.getAttribute('aria-label')));
   assert.match(await page.getByRole('img', {name: /^Threads/}).getAttribute('aria-label'), /all 1, busy [01]\b/);
-  // The canvas is drawn: some of its pixels have colour.
+  // The canvas is drawn if some of its pixels have colour.
   const drawn = () =>
     throughput.locator('canvas').evaluate((canvas) => {
       const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
@@ -42,7 +42,7 @@ test('the charts show what the farm did', async () => {
   }
 });
 
-test('the arrow keys go through the moments of all charts at once', async () => {
+test('the arrow keys move through the times of all charts at once', async () => {
   const charts = ['Throughput', 'Threads', 'Jobs'].map((name) => page.getByRole('img', {name: new RegExp(`^${name}`)}));
   const moments = () => Promise.all(charts.map(async (chart) => /, (\d\d:\d\d:\d\d):/.exec(await chart.getAttribute('aria-label'))?.[1]));
   assert.deepEqual(await moments(), [undefined, undefined, undefined]);
@@ -54,14 +54,14 @@ test('the arrow keys go through the moments of all charts at once', async () => 
   await eventually('the last moment again', async () => (await moments()).every((each) => each === undefined));
 });
 
-test('the history is kept as CSV', async () => {
+test('the history is saved as CSV', async () => {
   const [download] = await Promise.all([page.waitForEvent('download'), section('History').getByRole('button', {name: 'CSV'}).click()]);
   const lines = readFileSync(await download.path(), 'utf8').trim().split('\n');
   assert.match(lines[0], /^until,seconds,pixel_samples,/);
   assert.ok(lines.length > 1);
 });
 
-test('events tell what happened, by kind, with a link to the job', async () => {
+test('events show what happened, by kind, with a link to the job', async () => {
   await eventually('the start of the job', async () => (await eventTexts()).some((text) => text.includes(`job ${job} starts on worker box-1`)));
   const kinds = page.getByRole('group', {name: 'Kind of events'});
   await kinds.getByRole('button', {name: 'workers'}).click();
@@ -92,7 +92,7 @@ test("a worker's name opens its last hour", async () => {
   assert.equal(await page.getByRole('list', {name: 'Events of box-1'}).count(), 0);
 });
 
-test('a machine is put aside by hand, and let back', async () => {
+test('a worker is put into quarantine by hand, and released', async () => {
   const row = page.getByRole('row', {name: /box-1/});
   const act = async (name) => {
     page.once('dialog', (dialog) => dialog.accept());
@@ -110,7 +110,7 @@ test('a machine is put aside by hand, and let back', async () => {
   assert.equal(await quarantine(), '');
 });
 
-test('all of it fits a phone and pleases axe', async () => {
+test('the history and the events fit a phone and pass axe', async () => {
   for (const colorScheme of ['light', 'dark']) {
     const small = await session.open('#/workers', {viewport: kPhone, colorScheme, bypassCSP: true});
     await small.getByRole('img', {name: /^Throughput/}).waitFor();
@@ -124,4 +124,4 @@ test('all of it fits a phone and pleases axe', async () => {
   }
 });
 
-test('the page asked nobody but the coordinator, and complained of nothing', () => session.assertQuiet());
+test('the page contacts only the coordinator and logs no error', () => session.assertQuiet());

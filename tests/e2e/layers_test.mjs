@@ -1,5 +1,5 @@
-// The layers of a job's film in a real browser, and its light groups mixed anew: node layers_test.mjs FOLDER-OF-PROGRAMS
-// [--pictures FOLDER]
+// The layers of a job's film in a real browser, and mixing of light groups:
+//   node layers_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {cpSync, readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
@@ -28,7 +28,7 @@ function twoLights() {
   return file;
 }
 
-/** R, G and B of the pixel in the middle, as the page tells them. */
+/** R, G and B of the middle pixel, as the page shows them. */
 async function middle() {
   await page.locator('.viewer canvas').focus();
   const box = await page.locator('.viewer canvas').boundingBox();
@@ -38,7 +38,7 @@ async function middle() {
   return values.slice(0, 3).map(Number);
 }
 
-/** The same once the layer's pixels are all there. */
+/** The same, once all pixels of the layer have arrived. */
 async function middleOf(layer) {
   await page.getByRole('combobox', {name: 'Layer'}).selectOption({label: layer});
   await eventually(`pixels of ${layer}`, async () => (await middle()) && (await page.locator('.pixel dd').allTextContents())[5] === '64');
@@ -48,11 +48,11 @@ async function middleOf(layer) {
 const sumOf = (...values) => values[0].map((_, i) => values.reduce((sum, each) => sum + each[i], 0));
 
 function assertNear(got, expected, what) {
-  // Each is rounded to a half, and told in four digits.
+  // Each value is rounded to a half, and shown with four digits.
   got.forEach((value, i) => assert.ok(Math.abs(value - expected[i]) <= 2e-3 * Math.abs(expected[i]) + 1e-6, `${what}: ${got} are not ${expected}`));
 }
 
-test('every layer is shown, and the parts of the light are all of it', async () => {
+test('every layer is shown, and the parts of the light add up to the picture', async () => {
   const layers = 'direct,indirect,albedo,normal,depth,id,light:lamp,light:blue';
   job = session.farm.lightmill('submit', twoLights(), '--size', '160x160', '--spp', '64', '--layers', layers, '--method', 'path').trim();
   page = await session.open(`#/jobs/${job}`);
@@ -67,7 +67,7 @@ test('every layer is shown, and the parts of the light are all of it', async () 
   assert.deepEqual(await middleOf('All other light'), [0, 0, 0]);
   const normal = await middleOf('Normals');
   assert.ok(Math.abs(Math.hypot(...normal) - 1) < 2e-3, `${normal}`);
-  // The back wall or a block: between the front of the box and its end.
+  // The back wall or a block, between the front of the box and its end.
   const [depth] = await middleOf('Depth');
   assert.ok(depth > 800 && depth < 1400, `${depth}`);
   await eventually('an exposure that fits', async () => Number(await page.getByLabel('Exposure in stops').inputValue()) < -8);
@@ -80,7 +80,7 @@ test('every layer is shown, and the parts of the light are all of it', async () 
   assert.equal(await page.getByLabel('Exposure in stops').inputValue(), '0');
 });
 
-test('light groups are mixed at once, and the link brings the mix back', async () => {
+test('light groups are mixed at once, and the link restores the mix', async () => {
   const [lamp, blue] = [await middleOf('Light: lamp'), await middleOf('Light: blue')];
   await page.getByRole('combobox', {name: 'Layer'}).selectOption({label: 'Beauty'});
   const panel = page.getByRole('region', {name: 'Light groups'});
@@ -105,7 +105,7 @@ test('light groups are mixed at once, and the link brings the mix back', async (
   page = again;
 });
 
-test('the layers fit a phone and please axe', async () => {
+test('the layers fit a phone and pass axe', async () => {
   for (const colorScheme of ['light', 'dark']) {
     const small = await session.open(`#/jobs/${job}?relight=blue:2`, {viewport: kPhone, colorScheme, bypassCSP: true});
     await small.waitForSelector('canvas[data-drawn]');
@@ -118,4 +118,4 @@ test('the layers fit a phone and please axe', async () => {
   }
 });
 
-test('the page asked nobody but the coordinator, and complained of nothing', () => session.assertQuiet());
+test('the page contacts only the coordinator and logs no error', () => session.assertQuiet());

@@ -1,5 +1,5 @@
-// Overlays of the picture: the photon map and the scene's meters: node light_test.mjs FOLDER-OF-PROGRAMS
-// [--pictures FOLDER]
+// Overlays of the picture, the photon map and the scene's meters:
+//   node light_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {cpSync, readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
@@ -41,7 +41,7 @@ const jobsNamed = async (ending) => {
   return (jobs ?? []).filter(({name}) => name.endsWith(ending)).length;
 };
 
-test('the meters read what the command line says, and lie where they stand', async () => {
+test('the meters show the readings of the command line at their places', async () => {
   job = session.farm.lightmill('submit', measuredBox(), '--size', `${kSide}x${kSide}`, '--spp', '32', '--method', 'path').trim();
   page = await session.open(`#/jobs/${job}`);
   await session.waitForState(job, 'DONE');
@@ -58,12 +58,12 @@ test('the meters read what the command line says, and lie where they stand', asy
   for (const [name, [radiometric, photometric]] of Object.entries(table)) {
     await eventually(`the reading of ${name}`, async () => (await page.locator('.meters div', {hasText: name}).locator('dd').textContent()) === `${photometric} · ${radiometric}`);
   }
-  // All but the one behind the camera are drawn.
+  // All are drawn, except the one behind the camera.
   assert.deepEqual(await page.locator('.meter-marks text').allTextContents(), ['lamp', 'floor', 'patch', 'flux'].map((name) => `${name} ${table[name][1]}`));
   const mark = await page.locator('.meter-marks circle').first().boundingBox();
   const view = await page.locator('.viewer canvas').boundingBox();
   await page.mouse.move(mark.x + mark.width / 2, mark.y + mark.height / 2);
-  // Nothing but the lamp is so bright, and it is so alone there.
+  // Only the lamp is so bright.
   await eventually('the lamp below its meter', async () => Number((await page.locator('.pixel dd').allTextContents())[0]) > 5);
   assert.ok(mark.y < view.y + view.height / 2);
   if (pictures) {
@@ -75,7 +75,7 @@ test('the meters read what the command line says, and lie where they stand', asy
   await assertFits(page);
 });
 
-test('the meters stay while their job ends, and have its last readings at once', async () => {
+test('the meters stay while their job ends, and show its last readings at once', async () => {
   const ending = session.farm.lightmill('submit', measuredBox(), '--size', `${kSide}x${kSide}`, '--spp', '100000', '--method', 'path').trim();
   const watching = await session.open(`#/jobs/${ending}`);
   await watching.locator('.meters').waitFor();
@@ -96,7 +96,7 @@ test('the meters stay while their job ends, and have its last readings at once',
   await watching.context().close();
 });
 
-test('photons are drawn pixel for pixel where a job of them has them, and leave nothing behind', async () => {
+test('photons are drawn at the pixels of a photon job, and leave nothing behind', async () => {
   const reference = session.farm.lightmill('submit', measuredBox(), '--size', `${kSide}x${kSide}`, '--spp', '1', '--method', 'photon-dots:photons=10000').trim();
   await session.waitForState(reference, 'DONE');
   await page.locator('.viewer canvas').focus();
@@ -116,7 +116,7 @@ test('photons are drawn pixel for pixel where a job of them has them, and leave 
       ++dotted;
       assert.equal(strongest, 255, `a photon at ${(i / 4) % kSide}, ${Math.floor(i / 4 / kSide)}`);
     } else {
-      // The picture is dimmed to four tenths of what it was.
+      // The picture is dimmed to four tenths.
       after.slice(i, i + 3).forEach((value, c) => assert.ok(Math.abs(value - 0.4 * before[i + c]) <= 1, `${value} of ${before[i + c]} at ${i / 4}`));
     }
   }
@@ -132,7 +132,7 @@ test('photons are drawn pixel for pixel where a job of them has them, and leave 
   await eventually('the picture as it was', async () => (await page.keyboard.press('1'), (await canvas()).every((value, i) => value === before[i])));
 });
 
-test('a phone shows them from their link', async () => {
+test('a phone shows photons from the link', async () => {
   const phone = await session.open(`#/jobs/${job}?photons=many`, {viewport: kPhone, colorScheme: 'light'});
   await eventually('its job', async () => (await jobsNamed('(photon map)')) === 1);
   await eventually('its picture', () => phone.evaluate(() => document.querySelector('.viewer canvas')?.dataset.drawn === 'yes'));
@@ -145,4 +145,4 @@ test('a phone shows them from their link', async () => {
   await eventually('no job of them is left', async () => (await jobsNamed('(photon map)')) === 0);
 });
 
-test('nobody else was asked, and nothing was complained of', () => session.assertQuiet());
+test('the page contacts only the coordinator and logs no error', () => session.assertQuiet());

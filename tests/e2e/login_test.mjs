@@ -1,4 +1,4 @@
-// The page of a farm that asks who calls, in a real browser: node login_test.mjs FOLDER-OF-PROGRAMS
+// The page of a farm with authentication, in a real browser: node login_test.mjs FOLDER-OF-PROGRAMS
 import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
@@ -41,7 +41,7 @@ const createToken = (name, roles) => farm.lightmill('tokens', 'create', name, '-
 before(async () => {
   farm = new Farm(programs);
   await farm.startServer();
-  // The first token is made before the coordinator asks for one.
+  // The first token is created before the coordinator requires one.
   farm.token = createToken('root', 'admin');
   await farm.stop('server');
   farm.serverOptions = ['--authenticate'];
@@ -62,21 +62,21 @@ after(async () => {
   await farm?.close();
 });
 
-test('who is not known is asked for a token, and shown nothing', async () => {
+test('an unknown user is asked for a token and shown nothing', async () => {
   page = await open('#/jobs');
   await page.getByRole('heading', {name: 'Log in'}).waitFor();
   assert.equal(await page.getByText('of ada').count(), 0);
   await page.getByRole('status').getByText('not logged in').waitFor();
 });
 
-test('a token that the farm does not know is refused, and so is none', async () => {
+test('an unknown token and an empty token are refused', async () => {
   await logIn(tokens.ada.replace(/.$/, (last) => (last === '0' ? '1' : '0')));
   await page.getByRole('alert').getByText('is unknown here').waitFor();
   await logIn('');
   await page.getByRole('alert').getByText('A token is needed').waitFor();
 });
 
-test('the form has nothing serious for axe', async () => {
+test('axe finds no serious fault in the form', async () => {
   const opened = await open('#/jobs', {bypassCSP: true});
   await opened.getByRole('heading', {name: 'Log in'}).waitFor();
   await opened.evaluate(axe);
@@ -85,7 +85,7 @@ test('the form has nothing serious for axe', async () => {
   await opened.context().close();
 });
 
-test('a submitter sees and steers her own job alone', async () => {
+test('a submitter sees and controls only her own job', async () => {
   await logIn(tokens.ada);
   await page.getByRole('link', {name: 'of ada'}).click();
   await page.locator('.caller').getByText('ada', {exact: true}).waitFor();
@@ -105,7 +105,7 @@ test('no script can read the login, and a reload keeps it', async () => {
   await page.getByRole('link', {name: 'of ada'}).waitFor();
 });
 
-test('who logs out is asked again', async () => {
+test('a user who logs out is asked again', async () => {
   const [cookie] = await page.context().cookies();
   await page.getByRole('button', {name: 'Log out'}).click();
   await page.getByRole('heading', {name: 'Log in'}).waitFor();
@@ -115,7 +115,7 @@ test('who logs out is asked again', async () => {
   assert.equal(again.status, 401);
 });
 
-test('buttons that the roles do not allow say so', async () => {
+test('buttons say when the roles do not allow them', async () => {
   await logIn(tokens.bob);
   await page.getByRole('link', {name: 'of ada'}).click();
   const pause = page.getByRole('button', {name: 'Resume'});
@@ -123,13 +123,13 @@ test('buttons that the roles do not allow say so', async () => {
   assert.ok(await pause.isDisabled());
   assert.match(await pause.getAttribute('title'), /another user.*view, submit/);
   assert.ok(await page.getByLabel('Priority', {exact: true}).isDisabled());
-  // Who may see it may have the same of her own.
+  // A user who can see the job can submit a clone of it.
   assert.ok(await page.getByRole('button', {name: 'Clone'}).isEnabled());
   await page.goto(`${farm.page}#/jobs/2`);
   assert.ok(await page.getByRole('button', {name: 'Pause'}).isEnabled());
 });
 
-test('who may only look is offered nothing to submit', async () => {
+test('a user who can only view is offered no submission', async () => {
   const before = page;
   page = await open('#/jobs/1');
   await logIn(tokens.eve);
@@ -153,7 +153,7 @@ test('who may only look is offered nothing to submit', async () => {
   page = before;
 });
 
-test('who is sent away is told at once, and a token that holds lets in again', async () => {
+test('a user whose login ends is told at once, and a valid token logs in again', async () => {
   farm.token = tokens.root;
   farm.lightmill('tokens', 'revoke', /^lightmill_([0-9a-f]{12})_/.exec(tokens.bob)[1]);
   await page.getByRole('heading', {name: 'Log in'}).waitFor();
@@ -163,13 +163,13 @@ test('who is sent away is told at once, and a token that holds lets in again', a
   await page.getByRole('link', {name: 'of ada'}).waitFor();
 });
 
-test('a coordinator that is started anew asks again', async () => {
+test('a restarted coordinator asks again', async () => {
   await farm.stop('server');
   await page.getByRole('alert').getByText('is lost').waitFor();
   await farm.startServer();
   await eventually('the form comes', () => page.getByRole('heading', {name: 'Log in'}).isVisible());
 });
 
-test('the page complained of nothing', () => {
+test('the page logs no error', () => {
   assert.deepEqual(faults, []);
 });

@@ -1,5 +1,5 @@
-// The web page's lists, actions and connection in a real browser against a real farm: node page_test.mjs FOLDER-OF-PROGRAMS
-// [--picture FILE.png]
+// The web page's lists, actions and connection in a real browser with a real farm:
+//   node page_test.mjs FOLDER-OF-PROGRAMS [--picture FILE.png]
 import assert from 'node:assert/strict';
 import {readdirSync, readFileSync, statSync} from 'node:fs';
 import {join} from 'node:path';
@@ -30,7 +30,7 @@ test('an empty farm says how to submit', async () => {
   await page.getByRole('status').getByText('live').waitFor();
 });
 
-test('a job that is submitted appears and opens', async () => {
+test('a submitted job appears and opens', async () => {
   job = session.farm.submit('cornell-bench-blocks', '--spp', '32', '--size', '192x160', '--name', 'blocks in a box');
   await page.getByRole('link', {name: 'blocks in a box'}).click();
   await page.waitForSelector('canvas[data-drawn]');
@@ -38,7 +38,7 @@ test('a job that is submitted appears and opens', async () => {
   await page.locator('.job-head .badge', {hasText: 'done'}).waitFor();
 });
 
-test('the EXR that is fetched from the page is the file of the command line', async () => {
+test('the EXR from the page is the file of the command line', async () => {
   const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('link', {name: 'EXR'}).click()]);
   assert.equal(download.suggestedFilename(), `job-${job}.exr`);
   const file = join(session.farm.folder, 'box.exr');
@@ -82,13 +82,13 @@ test('jobs are found, filtered and opened by keys alone', async () => {
   await page.keyboard.press('ArrowDown');
   await page.keyboard.press('Enter');
   await eventually('the job opens', () => page.url().endsWith(`#/jobs/${job}`));
-  await page.locator('.job-head').waitFor();  // or the list, with what was typed, was never left
+  await page.locator('.job-head').waitFor();  // otherwise the page is still on the list, with the typed text
   await page.goBack();
   await page.getByRole('button', {name: /^Failed/}).click();
   await page.getByRole('link', {name: 'balls'}).waitFor();
 });
 
-test('a lost connection shows, comes back by itself and catches up', async () => {
+test('a lost connection is shown, reconnects by itself and catches up', async () => {
   await page.goto(`${session.farm.page}#/jobs`);
   await page.getByRole('button', {name: /^All/}).click();
   await session.farm.stop('server');
@@ -101,7 +101,7 @@ test('a lost connection shows, comes back by itself and catches up', async () =>
   await session.waitForState(third, 'DONE');
 });
 
-test('nothing serious for axe, in light and dark, on a desktop and a phone', async () => {
+test('axe finds no serious fault in light and dark, on a desktop and a phone', async () => {
   for (const [viewport, colorScheme] of [[kDesktop, 'light'], [kDesktop, 'dark'], [kPhone, 'light'], [kPhone, 'dark']]) {
     const opened = await session.open('#/jobs', {viewport, colorScheme, bypassCSP: true});
     for (const [hash, ready] of [['#/jobs', '.row-link'], [`#/jobs/${job}`, 'canvas[data-drawn]'], ['#/workers', 'tbody tr'], ['#/lab', '.empty']]) {
@@ -120,4 +120,4 @@ test('a worker is drained from the page', async () => {
   await page.getByText('No workers').waitFor();
 });
 
-test('the page asked nobody but the coordinator, and complained of nothing', () => session.assertQuiet());
+test('the page contacts only the coordinator and logs no error', () => session.assertQuiet());

@@ -1,4 +1,4 @@
-// One job's picture in a real browser against a real farm: node picture_test.mjs FOLDER-OF-PROGRAMS
+// One job's picture in a real browser with a real farm: node picture_test.mjs FOLDER-OF-PROGRAMS
 import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import {join} from 'node:path';
@@ -14,7 +14,7 @@ let job;
 before(() => session.start());
 after(() => session.close());
 
-test('the picture of a job that is submitted sharpens to the pixels of the PNG', async () => {
+test('the picture of a submitted job sharpens to the pixels of the PNG', async () => {
   page = await session.open('#/jobs');
   job = session.farm.submit('cornell-bench-blocks', '--spp', '32', '--size', '192x160', '--name', 'blocks in a box');
   await page.getByRole('link', {name: 'blocks in a box'}).click();
@@ -29,12 +29,12 @@ test('the picture of a job that is submitted sharpens to the pixels of the PNG',
   await page.keyboard.press('1');
   await eventually('the canvas shows the pixels of the PNG', async () => {
     const worst = await page.evaluate(worstDifference, {expected, width: 192, height: 160});
-    // A half has 11 bits, and the two round in different places.
+    // A half has 11 bits, and the two sides round at different places.
     return worst <= 1;
   });
 });
 
-test('the pixel that is pointed at is told', async () => {
+test('the page shows the values of the pixel under the mouse', async () => {
   const box = await page.locator('.viewer canvas').boundingBox();
   await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
   await page.getByText('96, 80').waitFor();
@@ -43,7 +43,7 @@ test('the pixel that is pointed at is told', async () => {
   values.slice(0, 5).forEach((value) => assert.match(value, /^\d\.\d+/));
 });
 
-test('keys and controls change how it is shown, and the link brings that back', async () => {
+test('keys and controls change the view, and the link restores it', async () => {
   const canvas = page.locator('.viewer canvas');
   const before = await canvas.screenshot();
   await canvas.focus();
@@ -62,10 +62,10 @@ test('keys and controls change how it is shown, and the link brings that back', 
   await eventually('the same picture', async () => {
     const pictures = [await canvas.screenshot(), await again.locator('.viewer canvas').screenshot()];
     const share = await page.evaluate(differingShare, pictures.map((each) => each.toString('base64')));
-    // Where a pixel of the screen lies on the edge of two of the picture, rounding may choose the other.
+    // Where a screen pixel lies on the edge of two picture pixels, rounding may choose either.
     return share < 1 / 200;
   });
-  // In the same tab, too, and back.
+  // Also in the same tab, and back.
   await again.evaluate(() => (location.hash = location.hash.replace('exposure=0.5', 'exposure=-2')));
   const shown = (exposure) => eventually(`exposure ${exposure}`, async () => (await again.getByLabel('Exposure in stops').inputValue()) === exposure);
   await shown('-2');
@@ -74,7 +74,7 @@ test('keys and controls change how it is shown, and the link brings that back', 
   await again.context().close();
 });
 
-/** The camera of a page's link: zoom and the middle. */
+/** The camera in a page's link: zoom and middle. */
 function cameraOf(shown) {
   const parameters = new URLSearchParams(new URL(shown.url()).hash.split('?')[1]);
   return ['zoom', 'x', 'y'].map((name) => Number(parameters.get(name)));
@@ -87,7 +87,7 @@ async function assertCamera(shown, what, expected) {
   });
 }
 
-/** Where the picture's middle lies on the screen. */
+/** Screen position of the picture's middle. */
 function middleOf(shown) {
   return shown.locator('.viewer canvas').evaluate((canvas) => {
     const {x, y} = canvas.getBoundingClientRect();
@@ -95,16 +95,16 @@ function middleOf(shown) {
   });
 }
 
-test('the wheel zooms about the mouse, and what is dragged moves by as much', async () => {
+test('the wheel zooms about the mouse, and a drag moves the picture by its length', async () => {
   const shown = await session.open(`#/jobs/${job}?zoom=2&x=90&y=70`);
   await shown.waitForSelector('canvas[data-drawn]');
   const exact = await middleOf(shown);
-  // Whole pixels: wheels know no others.
+  // Whole pixels, because wheel events have no others.
   const middle = {x: Math.round(exact.x), y: Math.round(exact.y)};
   const [dx, dy] = [middle.x + 40 - exact.x, middle.y - 20 - exact.y];
   await shown.mouse.move(middle.x + 40, middle.y - 20);
   await shown.mouse.wheel(0, -400);
-  // What lies below the mouse stays there while all grows e times.
+  // The point under the mouse stays there while the picture grows e times.
   await assertCamera(shown, 'nearer', [2 * Math.E, 90 + (dx / 2) * (1 - 1 / Math.E), 70 + (dy / 2) * (1 - 1 / Math.E)]);
   await shown.mouse.wheel(0, 400);
   await assertCamera(shown, 'back', [2, 90, 70]);
@@ -115,7 +115,7 @@ test('the wheel zooms about the mouse, and what is dragged moves by as much', as
   await shown.context().close();
 });
 
-test('two fingers move the picture and bring it nearer', async () => {
+test('two fingers move and zoom the picture', async () => {
   const shown = await session.open(`#/jobs/${job}?zoom=1&x=96&y=80`, {hasTouch: true});
   await shown.waitForSelector('canvas[data-drawn]');
   const exact = await middleOf(shown);
@@ -126,7 +126,7 @@ test('two fingers move the picture and bring it nearer', async () => {
   await touch('touchStart', [-40, 0]);
   await touch('touchStart', [-40, 0], [40, 0]);
   await touch('touchMove', [-80, 0], [80, 0]);
-  // The picture's points stay below the fingers: twice as near, about the point between them.
+  // The picture's points stay under the fingers: twice the zoom, about the point between them.
   const nearer = [96 - middle[0] / 2, 80 - middle[1] / 2];
   await assertCamera(shown, 'pinched', [2, ...nearer]);
   await touch('touchMove', [-60, 30], [100, 30]);
@@ -135,7 +135,7 @@ test('two fingers move the picture and bring it nearer', async () => {
   await shown.context().close();
 });
 
-test('every map draws without a fault', async () => {
+test('every map is drawn without an error', async () => {
   const seen = new Set();
   for (const show of await page.getByRole('combobox', {name: 'Show'}).locator('option').evaluateAll((all) => all.map((each) => each.value))) {
     await page.getByRole('combobox', {name: 'Show'}).selectOption(show);
@@ -150,7 +150,7 @@ test('every map draws without a fault', async () => {
   await page.keyboard.press('f');
 });
 
-test('the PNG that the page makes has the pixels of the command line', async () => {
+test('the PNG from the page has the pixels of the command line', async () => {
   const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', {name: 'PNG'}).click()]);
   assert.equal(download.suggestedFilename(), `job-${job}.png`);
   const made = await page.evaluate(pixelsOf, readFileSync(await download.path()).toString('base64'));
@@ -159,4 +159,4 @@ test('the PNG that the page makes has the pixels of the command line', async () 
   assert.ok(made.every((value, i) => Math.abs(value - expected[i]) <= 1));
 });
 
-test('the page asked nobody but the coordinator, and complained of nothing', () => session.assertQuiet());
+test('the page contacts only the coordinator and logs no error', () => session.assertQuiet());

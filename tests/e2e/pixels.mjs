@@ -1,4 +1,4 @@
-// What tests evaluate in the browser to look at pixels: each function stands alone, for it is sent there as text.
+// Functions that tests evaluate in the browser to read pixels. Each is self-contained, because it is sent there as text.
 
 /** In the browser: the RGBA bytes of a PNG. */
 export async function pixelsOf(base64) {
@@ -9,7 +9,7 @@ export async function pixelsOf(base64) {
   return [...context.getImageData(0, 0, bitmap.width, bitmap.height).data];
 }
 
-/** In the browser: in how many of their bytes two PNGs differ. */
+/** In the browser: the share of bytes in which two PNGs differ. */
 export async function differingShare(pngs) {
   const [a, b] = await Promise.all(
     pngs.map(async (base64) => {
@@ -25,7 +25,7 @@ export async function differingShare(pngs) {
   return a.length === b.length ? differing / a.length : 1;
 }
 
-/** In the browser: how far the middle of the viewer is from a picture, in steps of 8 bits. */
+/** In the browser: the largest difference between the viewer's middle and a picture, in 8-bit steps. */
 export function worstDifference({expected, width, height}) {
   const canvas = document.querySelector('.viewer canvas');
   const gl = canvas.getContext('webgl2');
@@ -41,7 +41,7 @@ export function worstDifference({expected, width, height}) {
   return worst;
 }
 
-/** In the browser: the RGBA bytes in the middle of the viewer, rows from the top, once what is to be drawn is drawn. */
+/** In the browser: the RGBA bytes of the viewer's middle, rows from the top, after it is fully drawn. */
 export async function canvasPixels({width, height}) {
   await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(resolve))));
   const canvas = document.querySelector('.viewer canvas');

@@ -1,4 +1,4 @@
-// A browser that looks at a farm's page, and what it asked for and complained of.
+// A browser on a farm's page, with a record of its requests and errors.
 import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
@@ -15,7 +15,7 @@ export const kPhone = {width: 390, height: 844};
 
 const axe = readFileSync(kAxeFile, 'utf8');
 
-/** Nothing serious for axe, and nothing beyond the screen's right edge. */
+/** axe finds no serious fault, and nothing is beyond the right edge of the screen. */
 export async function assertFits(page, what = page.url()) {
   await page.evaluate(axe);
   const {violations} = await page.evaluate(() => window.axe.run());
@@ -37,7 +37,7 @@ export class Session {
     this.farm = new Farm(programs);
   }
 
-  /** With one worker, box-1. */
+  /** Starts the farm with one worker, box-1. */
   async start() {
     await this.farm.startServer();
     this.farm.startWorker('box-1');
@@ -49,7 +49,7 @@ export class Session {
     await this.farm.close();
   }
 
-  /** A page of its own at `path`, as "#/jobs". */
+  /** Opens a separate page at `path`, such as "#/jobs". */
   async open(path, {viewport = kDesktop, colorScheme = 'dark', ...more} = {}) {
     const context = await this.browser.newContext({viewport, colorScheme, acceptDownloads: true, ...more});
     const opened = await context.newPage();
@@ -65,7 +65,7 @@ export class Session {
     return opened;
   }
 
-  /** The state of a job, as the page's own API has it. */
+  /** The state of a job, from the page's API. */
   async stateOf(id) {
     return (await (await fetch(`${this.farm.page}api/v1/jobs/${id}`)).json()).state;
   }
@@ -74,7 +74,7 @@ export class Session {
     return eventually(`job ${id} is ${state}`, async () => (await this.stateOf(id)) === `JOB_STATE_${state}`);
   }
 
-  /** Nobody but the coordinator was asked, and nothing was complained of. */
+  /** The page contacted only the coordinator, and logged no error. */
   assertQuiet() {
     const others = this.requests.filter((url) => !url.startsWith(this.farm.page) && !url.startsWith('blob:'));
     assert.deepEqual(others, []);

@@ -1,5 +1,5 @@
-// Scenes that are dropped on the page in a real browser become jobs of a real farm: node submit_test.mjs FOLDER-OF-PROGRAMS
-// [--pictures FOLDER]
+// Scenes dropped on the page in a real browser become jobs of a real farm:
+//   node submit_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {cpSync, mkdirSync, readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
@@ -25,7 +25,7 @@ const shownJob = () => /#\/jobs\/(\d+)/.exec(page.url())?.[1];
 const panel = () => page.getByRole('region', {name: /^Submit a scene/});
 const uploads = (since) => session.requests.slice(since).filter((url) => /assets\/[0-9a-f]{64}$/.test(url));
 
-/** As from a file manager: by name and content, without folders. */
+/** Drops files like a file manager: by name and content, without folders. */
 async function drop(files) {
   const texts = files.map(({name, text}) => [name, Buffer.from(text).toString('base64')]);
   const dropped = await page.evaluateHandle((each) => {
@@ -43,11 +43,11 @@ async function fill(label, value) {
   await panel().getByLabel(label, {exact: true}).press('Tab');
 }
 
-test('a scene that is dropped with its files is sent, looked into, and becomes a job', async () => {
+test('a dropped scene with its files is sent, inspected and submitted', async () => {
   page = await session.open('#/jobs');
   await page.getByRole('status').getByText('live').waitFor();
   const since = session.requests.length;
-  // What the scene names as assets/CornellBox.obj is dropped beside it.
+  // The file that the scene names as assets/CornellBox.obj is dropped beside it.
   await drop([kScene, ...kAssets].map(named));
   await panel().getByRole('heading', {name: 'The scene'}).waitFor();
   assert.equal(uploads(since).length, 3);
@@ -69,13 +69,13 @@ test('a scene that is dropped with its files is sent, looked into, and becomes a
   await page.waitForSelector('canvas[data-drawn]');
   const job = shownJob();
   await session.waitForState(job, 'DONE');
-  // The same as the command line makes of the file.
+  // The same job as from the command line.
   const other = session.farm.submit('cornell-bench-blocks', '--size', '96x80', '--method', 'path', '--spp', '16');
   await session.waitForState(other, 'DONE');
   assert.equal((await api(`jobs/${job}`)).render_digest, (await api(`jobs/${other}`)).render_digest);
 });
 
-test('a folder is chosen, and what the farm has is not sent again', async () => {
+test('files of a chosen folder that the farm has are not sent again', async () => {
   const folder = join(session.farm.folder, 'scene-folder');
   mkdirSync(join(folder, 'assets'), {recursive: true});
   cpSync(kScene, join(folder, 'room.json'));
@@ -92,7 +92,7 @@ test('a folder is chosen, and what the farm has is not sent again', async () => 
   assert.equal(await panel().count(), 0);
 });
 
-test('what is wrong with a scene is told with its place, and what to do', async () => {
+test('a fault in a scene is shown with its place and what to do', async () => {
   await drop([{name: 'broken.json', text: '{"name": "broken", "camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0]}}'}]);
   await panel().getByRole('alert').getByText('camera').waitFor();
   await panel().getByRole('button', {name: 'Try again'}).waitFor();
@@ -103,7 +103,7 @@ test('what is wrong with a scene is told with its place, and what to do', async 
   await panel().getByRole('button', {name: 'Close'}).click();
 });
 
-test('sending is cancelled, and goes on where it was', async () => {
+test('a cancelled upload resumes where it stopped', async () => {
   let held;
   await page.route(/assets\/[0-9a-f]{64}$/, async (route) => {
     await new Promise((resolve) => (held = resolve));
@@ -125,7 +125,7 @@ test('sending is cancelled, and goes on where it was', async () => {
 test('a browser that cannot hash says what to do instead', async () => {
   const here = page;
   page = await here.context().newPage();
-  // As on a page that came over plain http from another machine.
+  // Like a page loaded over plain HTTP from another machine.
   await page.addInitScript(() => Object.defineProperty(Crypto.prototype, 'subtle', {get: () => undefined}));
   await page.goto(`${session.farm.page}#/jobs`);
   await drop([named(kScene)]);
@@ -134,7 +134,7 @@ test('a browser that cannot hash says what to do instead', async () => {
   page = here;
 });
 
-test('the panel fits a phone and pleases axe', async () => {
+test('the panel fits a phone and passes axe', async () => {
   for (const [viewport, colorScheme] of [[undefined, 'light'], [undefined, 'dark'], [kPhone, 'light'], [kPhone, 'dark']]) {
     page = await session.open('#/jobs', {...(viewport && {viewport}), colorScheme, bypassCSP: true});
     await drop([kScene, ...kAssets].map(named));
@@ -147,4 +147,4 @@ test('the panel fits a phone and pleases axe', async () => {
   }
 });
 
-test('the page asked nobody but the coordinator, and complained of nothing', () => session.assertQuiet());
+test('the page contacts only the coordinator and logs no error', () => session.assertQuiet());

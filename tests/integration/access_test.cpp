@@ -1,4 +1,4 @@
-// Who gets in, over real connections with real certificates: all RPCs × all roles × own and others' jobs.
+// Access over real connections with real certificates: all RPCs × all roles × own and others' jobs.
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/dynamic_message.h>
 
@@ -12,11 +12,11 @@ namespace {
 
 using grpc::StatusCode;
 
-/// What each RPC is for, as docs/operate/security.md has it; written down here once more, by hand.
+/// Access rights of an RPC, as in docs/operate/security.md. This is a second copy, written by hand.
 struct Expectation {
-  std::string roles;      ///< that may call it, for anybody's job
-  std::string own_roles;  ///< that may call it for their own job
-  StatusCode answer;      ///< of a call that is let in, about a job that was cancelled or with an empty request
+  std::string roles;      ///< roles that can call it for every job
+  std::string own_roles;  ///< roles that can call it for their own jobs
+  StatusCode answer;      ///< status of an allowed call about a cancelled job or with an empty request
 };
 
 const std::map<std::string, Expectation>& expectations() {
@@ -54,13 +54,13 @@ const std::map<std::string, Expectation>& expectations() {
   return all;
 }
 
-/// The field that names a job; null if there is none.
+/// The field that names a job, or null.
 const google::protobuf::FieldDescriptor* job_field(const google::protobuf::MethodDescriptor& method) {
   const google::protobuf::FieldDescriptor* const id = method.input_type()->FindFieldByName("id");
   return id != nullptr && id->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_UINT64 ? id : nullptr;
 }
 
-/// An empty request, but for the job that it names.
+/// A request that is empty except for the job.
 std::string request_for(const google::protobuf::MethodDescriptor& method, std::uint64_t job) {
   google::protobuf::DynamicMessageFactory factory;
   const std::unique_ptr<google::protobuf::Message> message(factory.GetPrototype(method.input_type())->New());
@@ -70,7 +70,7 @@ std::string request_for(const google::protobuf::MethodDescriptor& method, std::u
   return message->SerializeAsString();
 }
 
-TEST(Access, EveryRpcForEveryRoleWithOwnAndOthersJobs) {
+TEST(Access, EveryRpcChecksRolesAndOwners) {
   SecureFarm secure;
   const auto ada = secure.channel(secure.person("ada", {Role::submit}));
   const auto bob = secure.channel(secure.person("bob", {Role::submit}));
@@ -87,7 +87,7 @@ TEST(Access, EveryRpcForEveryRoleWithOwnAndOthersJobs) {
     const std::string name(name_of(role));
     callers.push_back({name, secure.channel(secure.person("ada", {role})), ""});
     callers.push_back({name, nobody, token_for(root, "ada", {role})});
-    // What a token says counts, whatever the certificate.
+    // The token's roles count, not the certificate's.
     callers.push_back({name, root, token_for(root, "ada", {role})});
   }
   for (const google::protobuf::MethodDescriptor* method : all_methods()) {
@@ -111,7 +111,7 @@ TEST(Access, EveryRpcForEveryRoleWithOwnAndOthersJobs) {
   }
 }
 
-TEST(Access, SubmittersAreListedTheirOwnJobsAndAreTheirOwners) {
+TEST(Access, SubmittersSeeAndOwnOnlyTheirJobs) {
   SecureFarm secure;
   const auto ada = secure.channel(secure.person("ada", {Role::submit}));
   const auto bob = secure.channel(secure.person("bob", {Role::submit}));
@@ -134,7 +134,7 @@ TEST(Access, SubmittersAreListedTheirOwnJobsAndAreTheirOwners) {
   EXPECT_EQ(listed(secure.channel(secure.person("eve", {Role::view}))), (Owners{{adas, "ada"}, {bobs, "bob"}}));
 }
 
-TEST(Access, ARequestIdOfAnotherGivesNothingAway) {
+TEST(Access, ARequestIdOfAnotherUserRevealsNothing) {
   SecureFarm secure;
   const auto ada = secure.channel(secure.person("ada", {Role::submit}));
   const auto eve = secure.channel(secure.person("eve", {Role::submit}));
@@ -152,7 +152,7 @@ TEST(Access, ARequestIdOfAnotherGivesNothingAway) {
   EXPECT_EQ(submit(eve), std::pair(StatusCode::ALREADY_EXISTS, std::uint64_t{0}));
 }
 
-TEST(Access, StrangersDoNotGetAsFarAsACall) {
+TEST(Access, StrangersCannotConnect) {
   SecureFarm secure;
   const KeyAndCertificate other = make_authority("Test farm", today()).value();
   const auto code = [&](const std::shared_ptr<grpc::Channel>& channel) {
@@ -168,13 +168,13 @@ TEST(Access, StrangersDoNotGetAsFarAsACall) {
       << "expired";
   EXPECT_EQ(code(secure.channel(issue_certificate(secure.authority(), {"x", {"127.0.0.1"}, {}}, today()).value())),
             StatusCode::UNAVAILABLE)
-      << "a coordinator's certificate is none of a caller's";
+      << "a coordinator's certificate is no caller's";
   EXPECT_EQ(code(grpc::CreateChannel(secure.farm().address(), grpc::InsecureChannelCredentials())),
             StatusCode::UNAVAILABLE)
       << "without TLS";
 }
 
-TEST(Access, HealthIsForEverybodyAndReflectionForNobody) {
+TEST(Access, EveryoneCanCallHealthAndNoOneReflection) {
   SecureFarm secure;
   const auto nobody = secure.channel(std::nullopt);
   std::vector<std::string> replies;
@@ -191,8 +191,8 @@ TEST(Access, RenewedCertificatesComeIntoUseWithoutARestart) {
     return call(secure.channel(secure.person("ada", {Role::view})), "/lightmill.v1.RenderService/ListJobs", "").ok();
   };
   EXPECT_TRUE(listed());
-  secure.renew_server({now_unix_s() - 2 * kDay, now_unix_s() - kDay});  // easily told from the one before
-  EXPECT_TRUE(eventually([&] { return !listed(); })) << "the certificate that has ended is shown";
+  secure.renew_server({now_unix_s() - 2 * kDay, now_unix_s() - kDay});  // differs clearly from the old validity
+  EXPECT_TRUE(eventually([&] { return !listed(); })) << "the expired certificate is still in use";
   const auto says = [&](const std::string& text) {
     return eventually([&] { return secure.farm().server_log().find(text) != std::string::npos; });
   };
@@ -256,10 +256,10 @@ TEST(Access, AWorkerWithACertificateRendersAndOneWithoutIsToldWhy) {
   v1::ListWorkersResponse workers;
   ASSERT_TRUE(stub->ListWorkers(&list, {}, &workers).ok());
   ASSERT_EQ(workers.workers_size(), 1);
-  EXPECT_EQ(workers.workers(0).name(), "w/good") << "nobody goes by a name that is another's";
+  EXPECT_EQ(workers.workers(0).name(), "w/good") << "no caller can use another's name";
 }
 
-// All on one machine: only the certificates differ.
+// All workers are on one machine. Only their certificates differ.
 TEST(Access, WorkersAuditEachOtherIfTheyHaveTwoCertificates) {
   for (const bool two : {false, true}) {
     SecureFarm secure;

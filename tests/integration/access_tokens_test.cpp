@@ -1,4 +1,4 @@
-// Tokens, over real connections: kept, listed, revoked.
+// Tokens over real connections: stored, listed and revoked.
 #include <atomic>
 #include <future>
 #include <set>
@@ -14,7 +14,7 @@ namespace {
 
 using grpc::StatusCode;
 
-TEST(TokenAccess, TokensOutliveTheCoordinatorAsHashesAlone) {
+TEST(TokenAccess, TokensOutliveTheCoordinatorOnlyAsHashes) {
   SecureFarm secure;
   const auto root = [&] { return secure.channel(secure.person("root", {Role::admin})); };
   const auto listed = [&](const std::string& token) {
@@ -24,7 +24,7 @@ TEST(TokenAccess, TokensOutliveTheCoordinatorAsHashesAlone) {
   EXPECT_EQ(listed(token), StatusCode::OK);
   kill_at_once(secure.farm().server());
   secure.farm().start_server();
-  EXPECT_EQ(listed(token), StatusCode::OK) << "one that was answered is stored";
+  EXPECT_EQ(listed(token), StatusCode::OK) << "an acknowledged job is stored";
   int files = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(secure.farm().folder())) {
     if (entry.is_regular_file()) {
@@ -76,7 +76,7 @@ TEST(TokenAccess, TokensAreListedInPagesThatRevokingDoesNotDisturb) {
   EXPECT_EQ(listed, sorted);
 }
 
-TEST(TokenAccess, AWorkerWhoseTokenIsRevokedIsSentAway) {
+TEST(TokenAccess, AWorkerWithARevokedTokenIsDisconnected) {
   SecureFarm secure;
   const auto root = secure.channel(secure.person("root", {Role::admin}));
   const std::string token = token_for(root, "render-1", {Role::worker});
@@ -100,7 +100,7 @@ TEST(TokenAccess, AWorkerWhoseTokenIsRevokedIsSentAway) {
   EXPECT_TRUE(eventually([&] { return workers() == 0; }));
 }
 
-TEST(TokenAccess, AWorkerThatIsRefusedSaysSoOnceAndComesWhenItIsLetIn) {
+TEST(TokenAccess, ARefusedWorkerLogsItOnceAndConnectsWhenAllowed) {
   SecureFarm secure;
   const auto root = secure.channel(secure.person("root", {Role::admin}));
   const BackgroundProcess worker(
@@ -119,7 +119,7 @@ TEST(TokenAccess, AWorkerThatIsRefusedSaysSoOnceAndComesWhenItIsLetIn) {
   EXPECT_TRUE(eventually([&] { return worker_said("connected to") == 1; })) << secure.farm().log("worker");
 }
 
-/// Says hello, and then that it lives, until it is sent away; with which words.
+/// Sends a hello and heartbeats until the coordinator disconnects it. Returns the status.
 grpc::Status work_until_sent_away(const std::shared_ptr<grpc::Channel>& channel, const std::string& name,
                                   const std::string& token) {
   grpc::ClientContext context;
@@ -137,7 +137,7 @@ grpc::Status work_until_sent_away(const std::shared_ptr<grpc::Channel>& channel,
   v1::WorkRequest request;
   to_wire(WorkerMessage(hello), &request);
   std::atomic<bool> ended = false;
-  std::thread reader([&] {  // gRPC hears of the end at once only where somebody reads
+  std::thread reader([&] {  // without a reader gRPC reports the end late
     v1::WorkResponse ignored;
     while (stream->Read(&ignored)) {
     }
@@ -152,7 +152,7 @@ grpc::Status work_until_sent_away(const std::shared_ptr<grpc::Channel>& channel,
   return stream->Finish();
 }
 
-TEST(TokenAccess, StreamsEndWithTheCertificateOrTokenThatTheyCameBy) {
+TEST(TokenAccess, StreamsEndWithTheirCertificateOrToken) {
   constexpr std::int64_t kHour = 3600;
   const MovableClock clock;
   SecureFarm secure({}, {"127.0.0.1", {}, clock.environment()});
@@ -200,7 +200,7 @@ TEST(TokenAccess, StreamsEndWithTheCertificateOrTokenThatTheyCameBy) {
   expect_ended(third, "render-3");
 }
 
-TEST(TokenAccess, AScalerWhoseTokenIsRevokedHearsNoMore) {
+TEST(TokenAccess, AScalerWithARevokedTokenIsDisconnected) {
   SecureFarm secure;
   const auto root = secure.channel(secure.person("root", {Role::admin}));
   const std::string token = token_for(root, "scaler", {Role::view});

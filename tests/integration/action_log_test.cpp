@@ -1,5 +1,5 @@
-// Who did what, over real connections: every RPC leaves its trace or none, and what was answered outlives the
-// coordinator.
+// The action log over real connections: changing RPCs are recorded, others are not, and acknowledged entries outlive
+// the coordinator.
 #include <csignal>
 
 #include "common/wire/farm_messages.h"
@@ -10,7 +10,8 @@ namespace {
 
 using grpc::StatusCode;
 
-/// RPCs that change something, as in docs/operate/security.md. The others are not logged. A second copy, by hand.
+/// RPCs that change something, as in docs/operate/security.md. The others are not recorded. This is a second copy,
+/// written by hand.
 const std::map<std::string, bool>& recorded() {
   static const std::map<std::string, bool> all{
       {"FindMissingAssets", false}, {"UploadAsset", false},     {"DownloadAsset", false},  {"SubmitJob", true},
@@ -75,7 +76,7 @@ Request of_job(std::uint64_t job) {
   return request;
 }
 
-/// Each RPC that changes something, once, with success: all by root's certificate.
+/// Calls each changing RPC once with success, using root's certificate.
 void change_everything(const std::shared_ptr<grpc::Channel>& root, const std::shared_ptr<grpc::Channel>& machine) {
   using Render = v1::RenderService::Stub;
   const auto render = v1::RenderService::NewStub(root);
@@ -139,7 +140,7 @@ void change_everything(const std::shared_ptr<grpc::Channel>& root, const std::sh
     EXPECT_TRUE(access->Enrol(&context, enrol, &made).ok());
     grpc::ClientContext repeated;
     repeated.AddMetadata("authorization", "Bearer " + token_for(root, "render", {Role::enrol}));
-    EXPECT_TRUE(access->Enrol(&repeated, enrol, &made).ok()) << "the same again leaves no trace";
+    EXPECT_TRUE(access->Enrol(&repeated, enrol, &made).ok()) << "a repetition is not recorded";
   }
   v1::RevokeTokenRequest revoke;
   revoke.set_id(token);
@@ -175,7 +176,7 @@ TEST(ActionLog, EveryChangeIsRecordedWithWhoAndWhat) {
   EXPECT_TRUE(all[14].about().ends_with(" for render/node7")) << all[14].about();
   EXPECT_EQ(all[16].about(), all[1].about().substr(0, 12) + " of carl");
 
-  // Whoever adds an RPC says here whether it changes something; and the others leave no trace.
+  // Someone who adds an RPC states here whether it changes something. The others are not recorded.
   for (const google::protobuf::MethodDescriptor* method : all_methods()) {
     ASSERT_TRUE(recorded().contains(method->name())) << "does " << method->name() << " change something?";
     EXPECT_EQ(seen.contains(method->name()), recorded().at(method->name())) << method->name();
@@ -196,7 +197,7 @@ TEST(ActionLog, EveryChangeIsRecordedWithWhoAndWhat) {
   EXPECT_EQ(actions(root, filter).size(), 0u);
 }
 
-TEST(ActionLog, WhatIsRefusedIsRecordedButNotWithoutEnd) {
+TEST(ActionLog, RefusalsAreRecordedUpToALimit) {
   SecureFarm secure;
   const auto root = secure.channel(secure.person("root", {Role::admin}));
   const auto ada = secure.channel(secure.person("ada", {Role::submit}));
@@ -206,7 +207,7 @@ TEST(ActionLog, WhatIsRefusedIsRecordedButNotWithoutEnd) {
   v1::SubmitJobRequest submit;
   to_wire(job_of(Picture(), "one"), &submit);
   done(*stub, &v1::RenderService::Stub::SubmitJob, submit);
-  done(*stub, &v1::RenderService::Stub::SubmitJob, submit);  // as a client that has heard no answer
+  done(*stub, &v1::RenderService::Stub::SubmitJob, submit);  // like a client that received no answer
   const auto nobody = secure.channel(std::nullopt);
   const auto ask = [&](const std::string& method, const google::protobuf::Message& request, const std::string& by) {
     return call(nobody, "/lightmill.v1.RenderService/" + method, request.SerializeAsString(), nullptr, by).error_code();
@@ -246,7 +247,7 @@ TEST(ActionLog, WhatIsRefusedIsRecordedButNotWithoutEnd) {
   EXPECT_GE(actions(root).size(), expected.size() + 90);
 }
 
-TEST(ActionLog, OutlivesTheCoordinatorAndTellsHowItEnded) {
+TEST(ActionLog, OutlivesTheCoordinatorAndRecordsHowItEnded) {
   SecureFarm secure;
   const auto root = [&] { return secure.channel(secure.person("root", {Role::admin})); };
   const std::string token = token_for(root(), "ada", {Role::submit});

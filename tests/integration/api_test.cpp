@@ -1,4 +1,4 @@
-// What clients see of a coordinator: errors, paging, watching, and who may use a data directory.
+// The coordinator's API: errors, paging, watching, and exclusive use of a data directory.
 #include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ TEST(Api, WorkerStreamsBeyondTheLimitAreRefused) {
   const auto stub = v1::WorkerService::NewStub(grpc::CreateChannel(farm.address(), grpc::InsecureChannelCredentials()));
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
   std::vector<std::unique_ptr<grpc::ClientReaderWriter<v1::WorkRequest, v1::WorkResponse>>> streams;
-  for (int i = 0; i < 17; ++i) {  // --max-workers and 16: none of them says hello
+  for (int i = 0; i < 17; ++i) {  // --max-workers and 16; none of them sends a hello
     contexts.push_back(std::make_unique<grpc::ClientContext>());
     streams.push_back(stub->Work(contexts.back().get()));
     streams.back()->WaitForInitialMetadata();
@@ -109,7 +109,7 @@ TEST(Api, TheSameRequestTwiceIsOneJobAlsoAfterARestart) {
   EXPECT_NE(client.submit(small_picture(), "other").id(), id);
   kill_at_once(farm.server());
   farm.start_server();
-  EXPECT_EQ(client.submit(small_picture(), "same").id(), id) << "a job that was answered is stored";
+  EXPECT_EQ(client.submit(small_picture(), "same").id(), id) << "an acknowledged job is stored";
 }
 
 TEST(Api, ListsComeInPages) {
@@ -191,7 +191,7 @@ TEST(Api, AWatcherSeesEveryTileAndTheEnd) {
   EXPECT_EQ(response.job().state(), v1::JOB_STATE_DONE);
   ASSERT_EQ(newest.size(), 4u);
 
-  // What was shown last is the film: the mean of both halves, by pixel.
+  // The last picture shown is the film: the mean of both halves for each pixel.
   const FilmPlanes film = client.film(id);
   for (const auto& [corner, tile] : newest) {
     EXPECT_EQ(tile.samples(), picture.samples);

@@ -1,5 +1,5 @@
-// What a flood of connections does to a coordinator with few open files: callers from elsewhere are served meanwhile,
-// and callers at the same address soon.
+// Floods of connections to a coordinator with few file descriptors. Callers from other addresses are served meanwhile,
+// and callers from the same address soon.
 #include <arpa/inet.h>
 #include <poll.h>
 #include <sys/resource.h>
@@ -14,15 +14,15 @@
 namespace lightmill::test {
 namespace {
 
-/// A coordinator may have 256 open files.
+/// The coordinator can have 256 open files.
 Launch with_few_files() {
   return {"127.0.0.1", {"/bin/sh", "-c", "ulimit -n 256; exec \"$@\"", "sh"}, {}};
 }
 constexpr int kFlood = 300;
-/// What it gives gRPC's connections, and strangers of one address among them.
+/// Connection limits of gRPC: all connections, and unknown callers of one address.
 constexpr int kPlaces = 84, kStrangers = 21;
 
-/// Connections that say `words` and then nothing.
+/// Connections that send `words` and then nothing.
 class Flood {
  public:
   Flood(int port, const std::string& from, int count, const std::string& words = "") {
@@ -47,7 +47,7 @@ class Flood {
       ::close(socket);
     }
   }
-  /// Those that the other side has closed.
+  /// How many the other side has closed.
   int closed() const {
     return static_cast<int>(std::ranges::count_if(sockets_, [](int socket) { return is_closed(socket); }));
   }
@@ -78,13 +78,13 @@ bool answers(const std::shared_ptr<grpc::Channel>& channel) {
   return v1::RenderService::NewStub(channel)->ListJobs(&context, {}, &response).ok();
 }
 
-/// Calls over new connections until one is answered.
+/// Calls over new connections until one gets an answer.
 template <class Open>
 bool answers_again(const std::string& what, const Open& open) {
   return recovers(what, [&] { return answers(open()); });
 }
 
-/// Raises the limit again at its end.
+/// Lowers a process's limit of open files, so that it gets no new ones. Restores the limit at its end.
 class NoDescriptors {
  public:
   explicit NoDescriptors(pid_t process) : process_(process) {
@@ -102,7 +102,7 @@ class NoDescriptors {
   rlimit before_{};
 };
 
-TEST(Descriptors, AFloodFromElsewhereKeepsNobodyOut) {
+TEST(Descriptors, AFloodFromAnotherAddressBlocksNoCaller) {
   Farm farm({}, with_few_files());
   const auto open = [&] { return channel_to(farm.address()); };
   Flood flood(port_of(farm.address()), "127.0.0.2", kFlood);
@@ -111,7 +111,7 @@ TEST(Descriptors, AFloodFromElsewhereKeepsNobodyOut) {
   EXPECT_TRUE(answers_again("after it", open));
 }
 
-TEST(Descriptors, AFloodFromTheSameAddressEndsNoKnownCallerAndMakesRoomInTime) {
+TEST(Descriptors, AFloodFromTheSameAddressKeepsKnownCallersAndMakesRoom) {
   Farm farm({}, with_few_files());
   const auto open = [&] { return channel_to(farm.address()); };
   std::vector<std::shared_ptr<grpc::Channel>> known;
@@ -122,14 +122,14 @@ TEST(Descriptors, AFloodFromTheSameAddressEndsNoKnownCallerAndMakesRoomInTime) {
   const Flood flood(port_of(farm.address()), "127.0.0.1", kFlood);
   EXPECT_TRUE(answers_again("during a flood from the same address", open));
   EXPECT_GE(flood.closed(), kFlood - kPlaces + kStrangers)
-      << "those without a place, and the first that had their time";
+      << "connections beyond the limit, and the first that timed out";
   for (const auto& channel : known) {
     EXPECT_EQ(channel->GetState(false), GRPC_CHANNEL_READY);
     EXPECT_TRUE(answers(channel));
   }
 }
 
-TEST(Descriptors, AFloodOfSilentConnectionsKeepsNobodyOutOfAnEncryptedPort) {
+TEST(Descriptors, SilentConnectionsDoNotBlockAnEncryptedPort) {
   SecureFarm secure({}, with_few_files());
   const KeyAndCertificate ada = secure.person("ada", {Role::submit});
   const auto open = [&] { return secure.channel(ada); };
@@ -139,7 +139,7 @@ TEST(Descriptors, AFloodOfSilentConnectionsKeepsNobodyOutOfAnEncryptedPort) {
   EXPECT_TRUE(answers_again("after it", open));
 }
 
-TEST(Descriptors, HalfSentRequestsKeepNobodyOffThePage) {
+TEST(Descriptors, HalfSentRequestsDoNotBlockThePage) {
   WebFarm farm({}, with_few_files());
   const Flood flood(farm.port(), "127.0.0.2", kFlood, "GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Half");
   EXPECT_TRUE(recovers("during a flood of half-sent requests", [&] { return farm.get("/").result_int() == 200u; }));
@@ -153,13 +153,13 @@ TEST(Descriptors, APortThatRanOutOfFilesAcceptsAgain) {
   {
     const NoDescriptors none(farm.farm().server().pid());
     EXPECT_FALSE(answers(open()));
-    page = farm.connect();  // waits in the kernel
+    page = farm.connect();  // waits in the kernel's queue
   }
   EXPECT_TRUE(answers_again("after the process had no files left", open));
   EXPECT_EQ(farm.get("/").result_int(), 200u);
 }
 
-TEST(Descriptors, AFloodOfTheHealthPortKeepsNoProbeOut) {
+TEST(Descriptors, AFloodOfTheHealthPortBlocksNoProbe) {
   TemporaryFolder folder;
   const std::string port_file = (folder.path() / "port").string();
   const Farm farm({"--health", "127.0.0.1:0", "--health-port-file", port_file}, with_few_files());

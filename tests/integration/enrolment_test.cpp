@@ -1,4 +1,4 @@
-// Enrolment over real connections: machines get a token of their own, keep it, and get no more of them than was said.
+// Enrolment over real connections: machines get and keep their own token, up to the allowed number.
 #include <csignal>
 #include <fstream>
 
@@ -14,7 +14,7 @@ class Enrolment : public ::testing::Test {
  protected:
   std::shared_ptr<grpc::Channel> root() const { return secure_.channel(secure_.person("root", {Role::admin})); }
 
-  /// Makes an enrolment token known; its text.
+  /// Registers an enrolment token, and returns its text.
   std::string enrolment_token(std::uint32_t workers) const {
     return token_for(root(), "render", {Role::enrol}, now_unix_s() + kDay, workers);
   }
@@ -24,7 +24,7 @@ class Enrolment : public ::testing::Test {
     EXPECT_TRUE(v1::AccessService::NewStub(root())->ListTokens(&context, {}, &response).ok());
     return {response.tokens().begin(), response.tokens().end()};
   }
-  /// How many machines the token has enrolled, as the coordinator says.
+  /// How many machines the token has enrolled, according to the coordinator.
   std::uint32_t enrolled(const std::string& text) const {
     for (const v1::Token& token : tokens()) {
       if (token.id() == token_id(text).value()) {
@@ -77,7 +77,7 @@ class Enrolment : public ::testing::Test {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return std::make_unique<BackgroundProcess>(arguments, (secure_.farm().folder() / (log + ".log")).string());
   }
-  /// The names of connected workers, without their processes' numbers.
+  /// Names of connected workers, without process numbers.
   std::set<std::string> identities() const {
     grpc::ClientContext context;
     v1::ListWorkersResponse response;
@@ -107,7 +107,7 @@ class Enrolment : public ::testing::Test {
   SecureFarm secure_;
 };
 
-TEST_F(Enrolment, UsesAreCountedThoughTheCoordinatorIsKilled) {
+TEST_F(Enrolment, UsesAreCountedAcrossAKillOfTheCoordinator) {
   const std::string by = enrolment_token(2);
   const NewToken one = make_token().value(), two = make_token().value(), three = make_token().value();
   v1::Token made, again;
@@ -162,7 +162,7 @@ TEST_F(Enrolment, AWorkerWhoseAnswerWasLostRepeatsItsRequest) {
   EXPECT_FALSE(std::filesystem::exists(state("1/token.asked")));
 }
 
-TEST_F(Enrolment, WorkersOfOneMachineHaveAnIdentityEachAndBeyondTheUsesNone) {
+TEST_F(Enrolment, EachWorkerOfAMachineHasAnIdentityUpToTheUses) {
   const std::string file = secure_.write("enrol", enrolment_token(2));
   const auto one = worker(file, "one");
   ASSERT_TRUE(come_to_be({first_})) << secure_.farm().log("one");
@@ -192,7 +192,7 @@ TEST_F(Enrolment, AWorkerWhoseTokenIsRevokedEnrolsAgainWhileItMay) {
   EXPECT_TRUE(come_to_be({}));
 }
 
-TEST_F(Enrolment, ToRevokeAnEnrolmentTokenLeavesItsWorkersUnlessTheyAreMeantToo) {
+TEST_F(Enrolment, RevokingAnEnrolmentTokenKeepsItsWorkersByDefault) {
   const std::string by = enrolment_token(3);
   const std::string id = token_id(by).value();
   const std::string file = secure_.write("enrol", by);
@@ -236,7 +236,7 @@ TEST_F(Enrolment, AWorkerThatCannotEnrolSaysWhatToDo) {
   fails(file, {}, 1, "chmod 600");
 }
 
-TEST_F(Enrolment, ATokenThatIsNoneOfEnrolmentIsRefusedByName) {
+TEST_F(Enrolment, ATokenOfAnotherKindIsRefusedByName) {
   const std::string file = secure_.write("enrol", token_for(root(), "ada", {Role::submit}));
   const auto process = worker(file);
   EXPECT_TRUE(says("Enrol is for the roles enrol, which 'ada' (roles: submit; by token"))

@@ -1,4 +1,4 @@
-// Coordinators that share a PostgreSQL database: one is at work, another stands by.
+// Coordinators that share a PostgreSQL database: one active, one standby.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -13,7 +13,7 @@ namespace lightmill::test {
 namespace {
 
 const std::uint64_t kPixelSamples = std::uint64_t{128} * 128 * Picture().samples;
-/// What is not done by then hangs.
+/// Anything slower hangs.
 constexpr std::chrono::minutes kHang{2};
 
 PostgresServer& server() {
@@ -21,7 +21,7 @@ PostgresServer& server() {
   return one;
 }
 
-/// Two coordinators on one database, and a worker that knows both.
+/// Two coordinators on one database, and a worker with both addresses.
 class TwoCoordinators {
  public:
   TwoCoordinators() {
@@ -63,7 +63,7 @@ class TwoCoordinators {
   std::unique_ptr<BackgroundProcess> worker_;
 };
 
-TEST(SharedDatabase, TheCoordinatorKilledTwice) {
+TEST(SharedDatabase, TwoKillsOfTheCoordinatorKeepTheBits) {
   Farm farm({"--store", server().new_database()});
   farm.add_worker(2, "w1");
   FarmClient client = farm.client();
@@ -77,7 +77,7 @@ TEST(SharedDatabase, TheCoordinatorKilledTwice) {
   expect_reference_film(farm.client(), job, picture);
 }
 
-TEST(SharedDatabase, AFarmLivesThroughItsDatabasesCrash) {
+TEST(SharedDatabase, AFarmSurvivesACrashOfItsDatabase) {
   const TemporaryFolder folder;
   const std::string port_file = (folder.path() / "port").string();
   Farm farm({"--store", server().new_database(), "--health", "127.0.0.1:0", "--health-port-file", port_file});
@@ -88,21 +88,21 @@ TEST(SharedDatabase, AFarmLivesThroughItsDatabasesCrash) {
   server().stop();
   EXPECT_TRUE(eventually([&] { return farm.server_log().find("cannot store progress") != std::string::npos; }));
   const std::string probed = health_address(port_file);
-  EXPECT_TRUE(eventually([&] { return health(probed) == "NOT_SERVING"; })) << "it takes no jobs";
+  EXPECT_TRUE(eventually([&] { return health(probed) == "NOT_SERVING"; })) << "it accepts no jobs";
   EXPECT_EQ(health(farm.address()), "NOT_SERVING");
-  EXPECT_EQ(health(probed, "live"), "SERVING") << "to start it anew would mend nothing";
+  EXPECT_EQ(health(probed, "live"), "SERVING") << "a restart would not help";
   server().start();
   expect_reference_film(farm.client(), job);
   EXPECT_TRUE(eventually([&] { return health(probed) == "SERVING"; }));
 }
 
-TEST(SharedDatabase, OneThatStandsByTakesOverFromOneThatIsKilled) {
+TEST(SharedDatabase, AStandbyTakesOverFromAKilledCoordinator) {
   TwoCoordinators both;
-  // The longest time until another one takes over.
+  // The longest time until a takeover.
   EXPECT_LE(std::stod(both.sql("SELECT extract(epoch FROM expires - clock_timestamp()) FROM lightmill.lease")), 2.5);
   FarmClient to_first(both.address(0)), to_second(both.address(1));
   EXPECT_EQ(both.health_of(0), "SERVING");
-  EXPECT_EQ(both.health_of(1), "NOT_SERVING") << "whoever calls is to be led to the first";
+  EXPECT_EQ(both.health_of(1), "NOT_SERVING") << "every caller is redirected to the first";
   EXPECT_EQ(both.health_of(1, "live"), "SERVING");
   const std::uint64_t job = to_first.submit(Picture()).id();
   to_first.wait_for_samples(job, kPixelSamples / 4);
@@ -112,7 +112,7 @@ TEST(SharedDatabase, OneThatStandsByTakesOverFromOneThatIsKilled) {
   expect_reference_film(FarmClient(both.address(1)), job);
 }
 
-TEST(SharedDatabase, OneThatWasStoppedIsReplacedAndDoesNoHarmWhenItGoesOn) {
+TEST(SharedDatabase, AStoppedCoordinatorIsReplacedAndDoesNoHarmWhenItResumes) {
   TwoCoordinators both;
   FarmClient to_first(both.address(0));
   const std::uint64_t job = to_first.submit(Picture()).id();
@@ -124,7 +124,7 @@ TEST(SharedDatabase, OneThatWasStoppedIsReplacedAndDoesNoHarmWhenItGoesOn) {
   both.first->send(SIGCONT);
   EXPECT_EQ(both.first->wait(kHang), 1) << both.log(0);
   EXPECT_TRUE(both.says(0, "taken over")) << both.log(0);
-  // Started again it stands by, and takes over in its turn.
+  // After a restart it is the standby, and later takes over again.
   both.first = both.start(0);
   EXPECT_TRUE(eventually([&] { return both.says(0, "standing by"); })) << both.log(0);
   expect_reference_film(FarmClient(both.address(1)), job);
@@ -133,7 +133,7 @@ TEST(SharedDatabase, OneThatWasStoppedIsReplacedAndDoesNoHarmWhenItGoesOn) {
   expect_reference_film(FarmClient(both.address(0)), job);
 }
 
-TEST(SharedDatabase, ClientsAndWorkersThatAreGivenBothGoOn) {
+TEST(SharedDatabase, ClientsAndWorkersWithBothAddressesResume) {
   TwoCoordinators both;
   const TemporaryFolder folder;
   Picture shown;
@@ -158,7 +158,7 @@ TEST(SharedDatabase, ClientsAndWorkersThatAreGivenBothGoOn) {
   expect_reference_film(FarmClient(both.address(1)), 1, shown);
 }
 
-TEST(Backup, ADumpOfTheDatabaseIsPutBackAndFinishesWithTheSameBits) {
+TEST(Backup, ARestoredDumpFinishesWithTheSameBits) {
   const Picture picture, small{.side = 64, .samples = 16};
   const std::string url = server().new_database();
   std::string restored_url;
@@ -170,17 +170,17 @@ TEST(Backup, ADumpOfTheDatabaseIsPutBackAndFinishesWithTheSameBits) {
     expect_reference_film(farm.client(), ended, small);
     job = farm.client().submit(picture).id();
     farm.client().wait_for_samples(job, kPixelSamples / 4);
-    restored_url = server().dumped_and_restored(url);  // while it is at work
+    restored_url = server().dumped_and_restored(url);  // while the coordinator works
   }
   CommandResult check;
-  EXPECT_TRUE(eventually([&] {  // once the lease in it has run out
+  EXPECT_TRUE(eventually([&] {  // when the lease in it has expired
     check = run_command({program("lightmill-server"), "check", "--store", restored_url});
     return check.exit_code == 0;
   })) << check.out
       << check.err;
   Farm restored({"--store", restored_url});
   expect_reference_film(restored.client(), ended, small);
-  EXPECT_GT(restored.client().job(job).samples_done(), 0u);  // what is shown may be ahead of what is stored
+  EXPECT_GT(restored.client().job(job).samples_done(), 0u);  // clients may have seen more than is stored
   restored.add_worker(1, "w2");
   expect_reference_film(restored.client(), job, picture);
 }

@@ -1,4 +1,4 @@
-// Real processes over lines that are slow, stall and break, that stop for a while, and whose clocks jump.
+// Real processes with slow, stalling and broken connections, stopped processes, and jumping clocks.
 #include <gtest/gtest.h>
 
 #include <signal.h>
@@ -25,7 +25,7 @@ Picture picture_of(std::uint64_t samples) {
   return picture;
 }
 
-/// Two workers with a proxy each before the coordinator, and a job.
+/// Two workers, each behind its own proxy, and a job.
 class FaultyLines : public ::testing::Test {
  protected:
   FaultyLines() : lines_{std::make_unique<FaultProxy>(farm_.address()), std::make_unique<FaultProxy>(farm_.address())} {
@@ -38,7 +38,7 @@ class FaultyLines : public ::testing::Test {
   }
   ~FaultyLines() override { expect_reference_film(farm_.client(), job_, picture_); }
 
-  /// A job that is done before the faults are gets more to do.
+  /// A job that ends before the faults gets more samples.
   void keep_busy() {
     FarmClient client = farm_.client();
     if (const v1::Job job = client.job(job_); job.samples_done() + kPixels * 150 > kPixels * picture_.samples) {
@@ -75,7 +75,7 @@ TEST_F(FaultyLines, ALongCutKeepsTheBits) {
     keep_busy();
     line->refuse(true);
     line->cut();
-    EXPECT_TRUE(eventually([&] { return line->times_refused() > 0; })) << "its worker tries again";
+    EXPECT_TRUE(eventually([&] { return line->times_refused() > 0; })) << "its worker retries";
     line->refuse(false);
   }
   EXPECT_TRUE(eventually([&] { return farm_.missed("w1") && farm_.missed("w2"); }));
@@ -95,9 +95,9 @@ TEST_F(FaultyLines, StallsInOneDirectionOrBothKeepTheBits) {
     std::this_thread::sleep_for(seconds(1));
     const int before = stored();
     stall(ways, false);
-    EXPECT_TRUE(eventually([&] { return stored() > before; })) << "what was held up gets through";
+    EXPECT_TRUE(eventually([&] { return stored() > before; })) << "held messages arrive";
   }
-  EXPECT_EQ(farm_.times_missed("w1"), 0) << "so short a stall is nobody's death";
+  EXPECT_EQ(farm_.times_missed("w1"), 0) << "so short a stall ends no worker";
   for (const std::vector<Way>& ways : stalls) {
     keep_busy();
     const int before = farm_.times_missed("w1");
@@ -109,7 +109,7 @@ TEST_F(FaultyLines, StallsInOneDirectionOrBothKeepTheBits) {
   EXPECT_EQ(farm_.times_missed("w2"), 0);
 }
 
-TEST(StoppedProcesses, AWorkerThatStandsStillIsReplacedAndComesBack) {
+TEST(StoppedProcesses, AStoppedWorkerIsReplacedAndComesBack) {
   Farm farm;
   Picture picture = picture_of(600);
   farm.add_worker(1, "w1");
@@ -119,7 +119,7 @@ TEST(StoppedProcesses, AWorkerThatStandsStillIsReplacedAndComesBack) {
   ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));
   farm.worker("w1").send(SIGSTOP);
   const v1::Job done = farm.client().wait_until_ended(job);
-  EXPECT_EQ(done.state(), v1::JOB_STATE_DONE) << "the other one does what it held";
+  EXPECT_EQ(done.state(), v1::JOB_STATE_DONE) << "the other one finishes its units";
   EXPECT_TRUE(eventually([&] { return farm.missed("w1"); }));
   picture.samples = 900;
   farm.client().extend(job, picture.samples);
@@ -128,7 +128,7 @@ TEST(StoppedProcesses, AWorkerThatStandsStillIsReplacedAndComesBack) {
   EXPECT_FALSE(farm.worker("w1").wait(milliseconds(0)));
 }
 
-TEST(StoppedProcesses, ACoordinatorThatStandsStillGoesOn) {
+TEST(StoppedProcesses, AStoppedCoordinatorResumes) {
   Farm farm;
   Picture picture = picture_of(300);
   farm.add_worker(1, "w1");
@@ -145,7 +145,7 @@ TEST(StoppedProcesses, ACoordinatorThatStandsStillGoesOn) {
   expect_reference_film(farm.client(), job, picture);
 }
 
-TEST(JumpingClocks, AreNotWhatAFarmGoesBy) {
+TEST(JumpingClocks, DoNotDisturbAFarm) {
   const MovableClock coordinators, workers;
   Farm farm({}, {"127.0.0.1", {}, coordinators.environment()});
   Picture picture = picture_of(300);

@@ -1,4 +1,4 @@
-// Asks as probes do: grpc.health.v1, without certificates.
+// Health probes: grpc.health.v1, without certificates.
 #pragma once
 
 #include <grpcpp/generic/generic_stub.h>
@@ -11,7 +11,7 @@
 
 namespace lightmill::test {
 
-/// "SERVING" or "NOT_SERVING" of that service (of fewer than 128 bytes), the error's code, or "?".
+/// "SERVING" or "NOT_SERVING" for that service (a name of fewer than 128 bytes), the error's code, or "?".
 inline std::string health(const std::string& address, const std::string& service = "") {
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
@@ -39,7 +39,7 @@ inline std::string health(const std::string& address, const std::string& service
   return text == "\x08\x01" ? "SERVING" : text == "\x08\x02" ? "NOT_SERVING" : "?";
 }
 
-/// Of a coordinator with --health and --health-port-file, once that is there.
+/// The address from --health-port-file of a coordinator with --health. Waits for the file.
 inline std::string health_address(const std::string& port_file) {
   std::string port;
   (void)eventually([&] {

@@ -1,4 +1,4 @@
-// Images of strangers: what a scene names as an image makes no program open a file or an address.
+// Untrusted images: an image named by a scene makes no program open a file or an address.
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -17,7 +17,7 @@
 namespace lightmill::test {
 namespace {
 
-/// A web server on loopback that nobody may ask for anything.
+/// A web server on loopback that must get no requests.
 class Listener {
  public:
   Listener() {
@@ -35,7 +35,7 @@ class Listener {
   Listener& operator=(const Listener&) = delete;
 
   std::string url(const std::string& path) const { return fmt::format("http://127.0.0.1:{}/{}", port_, path); }
-  /// Whether somebody has connected. Hangs up, so that a program that asks does not wait.
+  /// Whether a client has connected. Closes the connection, so that the client does not wait.
   bool asked() {
     const int connection = ::accept4(socket_, nullptr, nullptr, SOCK_NONBLOCK);
     if (connection >= 0) {
@@ -51,7 +51,7 @@ class Listener {
   bool asked_ = false;
 };
 
-/// The processes that a process has started.
+/// The child processes of a process.
 std::vector<pid_t> children_of(pid_t parent) {
   std::vector<pid_t> children;
   for (const auto& task : std::filesystem::directory_iterator(fmt::format("/proc/{}/task", parent))) {
@@ -63,7 +63,7 @@ std::vector<pid_t> children_of(pid_t parent) {
   return children;
 }
 
-/// Files of a machine that strangers must not see, and what they send as images whose names are these.
+/// Private files of a machine, and uploaded images that name them.
 class Images : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -87,7 +87,7 @@ class Images : public ::testing::Test {
     }
     return names;
   }
-  /// A job whose scene has an image of that name and with these bytes.
+  /// A job with an image of that name and these bytes.
   v1::Job rendered(const std::string& name, const std::string& bytes) {
     FarmClient client = farm_.client();
     LoadedScene loaded = shipped_scene("course-default");
@@ -148,7 +148,7 @@ TEST_F(Images, NamesOfFilesAndAddressesAreNotOpenedByAWorkerThatRenders) {
 }
 
 TEST_F(Images, NamesOfFilesAndAddressesAreNotOpenedByInspectScene) {
-  // Names are relative to the worker's folder here, where it finds this test's files.
+  // Names are relative to the worker's folder. This test's files are in it.
   Listener listener;
   std::vector<std::string> names{"x.null", listener.url("x.mp4")};
   std::vector<std::string> files;
@@ -183,7 +183,7 @@ TEST_F(Images, AFarmRendersJustTheFormatsThatCheckAccepts) {
   int accepted = 0;
   for (const ImageFile& file : files) {
     if (file.bytes.empty()) {
-      continue;  // a farm takes no empty asset
+      continue;  // a farm accepts no empty asset
     }
     const std::string name = "image." + file.format;
     std::ofstream(folder.path() / name, std::ios::binary) << file.bytes;

@@ -1,5 +1,4 @@
-// Scene files that go to a farm as they are: a worker reads them, and what it makes of them renders as the command
-// line's job would.
+// Inspection of scene files on the farm: a worker reads them. The result renders like the command line's job.
 #include <gtest/gtest.h>
 
 #include <signal.h>
@@ -14,7 +13,7 @@
 namespace lightmill::test {
 namespace {
 
-/// Files to be dropped onto a farm.
+/// Files that a client drops onto a farm.
 class Dropped {
  public:
   explicit Dropped(FarmClient client) : client_(std::move(client)) {}
@@ -42,7 +41,7 @@ class Dropped {
   FarmClient client_;
 };
 
-/// The bench box's files as its folder has them.
+/// Drops the bench box's files as they are in their folder.
 void drop_box(Dropped& dropped) {
   dropped.add_shipped("cornell-bench-blocks.json");
   dropped.add_shipped("assets/CornellBox.obj");
@@ -73,7 +72,7 @@ TEST(Inspect, GivesTheJobThatTheCommandLineWouldSubmit) {
   ASSERT_EQ(found.assets_size(), static_cast<int>(bench_box().assets.size()));
   for (const std::string& digest : found.assets()) {
     EXPECT_TRUE(bench_box().assets.contains(digest_from_bytes(digest).value()));
-    EXPECT_TRUE(knows(client, digest)) << "the worker has brought it";
+    EXPECT_TRUE(knows(client, digest)) << "the worker registered it";
   }
   EXPECT_GT(found.facts_size(), 5);
   EXPECT_GT(found.chosen_size(), 0);
@@ -83,7 +82,7 @@ TEST(Inspect, GivesTheJobThatTheCommandLineWouldSubmit) {
   }
   EXPECT_TRUE(path);
 
-  // Submitted with what was found, and nothing that this process has read.
+  // Submits the inspection's result, and nothing that this process has read.
   const Picture picture{.side = 64, .samples = 8};
   v1::SubmitJobRequest submit;
   to_wire(job_of(picture, "inspected"), &submit);
@@ -98,7 +97,7 @@ TEST(Inspect, GivesTheJobThatTheCommandLineWouldSubmit) {
   expect_reference_film(farm.client(), job.id(), picture);
 }
 
-TEST(Inspect, NamesWhatIsWrongAsItWasNamed) {
+TEST(Inspect, NamesFaultsByTheGivenNames) {
   Farm farm;
   farm.add_worker(1, "w1");
   ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));
@@ -129,7 +128,7 @@ TEST(Inspect, NamesWhatIsWrongAsItWasNamed) {
   EXPECT_EQ(nothing.inspect().error_code(), grpc::StatusCode::INVALID_ARGUMENT);
 }
 
-TEST(Inspect, TellsOfFilesThatAreNoTextWithoutLosingItsWorker) {
+TEST(Inspect, ReportsFilesThatAreNoTextWithoutLosingItsWorker) {
   Farm farm;
   farm.add_worker(1, "w1");
   ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));
@@ -139,7 +138,7 @@ TEST(Inspect, TellsOfFilesThatAreNoTextWithoutLosingItsWorker) {
     dropped.request.add_scene(name);
     return dropped.inspect();
   };
-  // A byte that is no UTF-8, one word of 100 kB, a file of nothing but noise, and a name in Latin-1.
+  // A byte that is not UTF-8, one word of 100 kB, a file of noise, and a name in Latin-1.
   std::string noise;
   for (int i = 0; i < 4096; ++i) {
     noise.push_back(static_cast<char>(i * 37 % 251 + (i % 7 == 0 ? 10 : 0)));
@@ -154,7 +153,7 @@ TEST(Inspect, TellsOfFilesThatAreNoTextWithoutLosingItsWorker) {
   EXPECT_EQ(farm.server_log().find("disconnected"), std::string::npos) << farm.server_log();
 }
 
-TEST(Inspect, SaysThatThereIsNoWorkerAndGoesOnWithoutOneThatIsLost) {
+TEST(Inspect, ReportsAMissingWorkerAndReplacesALostOne) {
   Farm farm;
   Dropped dropped(farm.client());
   drop_box(dropped);
@@ -173,7 +172,7 @@ TEST(Inspect, SaysThatThereIsNoWorkerAndGoesOnWithoutOneThatIsLost) {
   EXPECT_EQ(dropped.found.packed(), pack_scene(bench_box().scene));
 }
 
-TEST(Inspect, GoesOnWhileTheWorkerRenders) {
+TEST(Inspect, WorksWhileTheWorkerRenders) {
   Farm farm;
   farm.add_worker(1, "w1");
   ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));

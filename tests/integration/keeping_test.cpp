@@ -1,4 +1,4 @@
-// What keeps a farm going for years: a disk that is full, jobs that expire, and a state that is put back from a backup.
+// Storage over years: full disks, jobs that expire, and restored backups.
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
@@ -25,10 +25,10 @@ bool says(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-TEST(Keeping, WithLittleSpaceJobsWaitAndGoOnByThemselves) {
+TEST(Storage, JobsWaitWhenSpaceIsShortAndResumeByThemselves) {
   const SmallDisk disk(160);
   if (!disk.mounted()) {
-    GTEST_SKIP() << "no disk can be mounted here";
+    GTEST_SKIP() << "cannot mount a disk (needs root)";
   }
   disk.fill(130);
   Farm farm({"--reserve-gib", "0.0625"});
@@ -45,10 +45,10 @@ TEST(Keeping, WithLittleSpaceJobsWaitAndGoOnByThemselves) {
   expect_reference_film(farm.client(), job, picture);
 }
 
-TEST(Keeping, FilmsFitIntoTheMemoryThatTheCoordinatorMayUse) {
+TEST(Storage, FilmsFitIntoTheMemoryThatTheCoordinatorMayUse) {
   const MemoryGroup group(256);
   if (!group.made()) {
-    GTEST_SKIP() << "no control group can be made here";
+    GTEST_SKIP() << "cannot create a control group";
   }
   Farm farm({}, {"127.0.0.1", group.starter(), {}});
   FarmClient client = farm.client();
@@ -71,10 +71,10 @@ TEST(Keeping, FilmsFitIntoTheMemoryThatTheCoordinatorMayUse) {
   EXPECT_FALSE(farm.server().wait(std::chrono::milliseconds(0)).has_value()) << farm.server_log();
 }
 
-TEST(Keeping, FilmsOfEndedJobsMayOutgrowTheMemoryAndEachIsServed) {
+TEST(Storage, FilmsOfEndedJobsMayOutgrowTheMemoryAndEachIsServed) {
   const MemoryGroup group(256);
   if (!group.made()) {
-    GTEST_SKIP() << "no control group can be made here";
+    GTEST_SKIP() << "cannot create a control group";
   }
   Farm farm({}, {"127.0.0.1", group.starter(), {}});
   FarmClient client = farm.client();
@@ -113,13 +113,13 @@ TEST(Keeping, FilmsOfEndedJobsMayOutgrowTheMemoryAndEachIsServed) {
   EXPECT_TRUE(lives()) << farm.server_log();
 }
 
-TEST(Keeping, ADamagedNodeOfAnEndedJobIsRenderedAgainOnceItsFilmIsRead) {
+TEST(Storage, ADamagedNodeOfAnEndedJobIsRenderedAgainOnceItsFilmIsRead) {
   Farm farm;
   FarmClient client = farm.client();
   farm.add_worker(1, "w1");
   const std::uint64_t job = client.submit({}).id();
   ASSERT_EQ(client.wait_until_ended(job).state(), v1::JOB_STATE_DONE);
-  farm.server().send(SIGTERM);  // the job's end is stored by then
+  farm.server().send(SIGTERM);  // by then the job's end is stored
   ASSERT_EQ(farm.server().wait(), 0);
   sqlite3* database = nullptr;
   ASSERT_EQ(sqlite3_open((farm.data() / "lightmill.sqlite").c_str(), &database), SQLITE_OK);
@@ -128,7 +128,7 @@ TEST(Keeping, ADamagedNodeOfAnEndedJobIsRenderedAgainOnceItsFilmIsRead) {
             SQLITE_OK);
   sqlite3_close(database);
   farm.start_server();
-  EXPECT_EQ(client.job(job).state(), v1::JOB_STATE_DONE) << "nobody has read its film";
+  EXPECT_EQ(client.job(job).state(), v1::JOB_STATE_DONE) << "its film was not read";
   (void)client.film(job);
   EXPECT_TRUE(says(farm.server_log(), "of tile 2 are damaged")) << farm.server_log();
   EXPECT_TRUE(says(farm.server_log(), "of its stored nodes were damaged: they are rendered again"))
@@ -136,12 +136,12 @@ TEST(Keeping, ADamagedNodeOfAnEndedJobIsRenderedAgainOnceItsFilmIsRead) {
   expect_reference_film(farm.client(), job);
 }
 
-TEST(Keeping, WhoDeletesJobsMakesRoom) {
+TEST(Storage, DeletingJobsMakesRoom) {
   const SmallDisk disk(480);
   if (!disk.mounted()) {
-    GTEST_SKIP() << "no disk can be mounted here";
+    GTEST_SKIP() << "cannot mount a disk (needs root)";
   }
-  Farm farm({"--reserve-gib", "0.1875"});  // looked at twice a second, and filled by 60 MiB in that
+  Farm farm({"--reserve-gib", "0.1875"});  // the coordinator checks twice a second, and 60 MiB arrive meanwhile
   FarmClient client = farm.client();
   farm.add_worker(1, "w1");
   Picture large;
@@ -170,10 +170,10 @@ TEST(Keeping, WhoDeletesJobsMakesRoom) {
   EXPECT_TRUE(eventually([&] { return done(jobs.back()); })) << client.job(jobs.back()).ShortDebugString();
 }
 
-TEST(Keeping, AFullDiskLosesNothing) {
+TEST(Storage, AFullDiskLosesNothing) {
   const SmallDisk disk(64);
   if (!disk.mounted()) {
-    GTEST_SKIP() << "no disk can be mounted here";
+    GTEST_SKIP() << "cannot mount a disk (needs root)";
   }
   Farm farm({"--reserve-gib", "0"});
   FarmClient client = farm.client();
@@ -194,10 +194,10 @@ TEST(Keeping, AFullDiskLosesNothing) {
   expect_reference_film(farm.client(), job, picture);
 }
 
-TEST(Keeping, WhoSubmitsToAFullDiskHearsItAtOnceAndNothingThatWasTakenInIsLost) {
+TEST(Storage, AFullDiskRefusesJobsAtOnceAndKeepsAcceptedOnes) {
   const SmallDisk disk(64);
   if (!disk.mounted()) {
-    GTEST_SKIP() << "no disk can be mounted here";
+    GTEST_SKIP() << "cannot mount a disk (needs root)";
   }
   Farm farm({"--reserve-gib", "0"});
   FarmClient client = farm.client();
@@ -211,7 +211,7 @@ TEST(Keeping, WhoSubmitsToAFullDiskHearsItAtOnceAndNothingThatWasTakenInIsLost) 
     context.set_deadline(std::chrono::system_clock::now() + kPatience);
     const grpc::Status status = client.stub().SubmitJob(&context, request, &job);
     if (status.ok()) {
-      jobs.insert(job.id());  // the store's file had room yet
+      jobs.insert(job.id());  // the store's file still had room
     }
     return status;
   };
@@ -232,7 +232,7 @@ TEST(Keeping, WhoSubmitsToAFullDiskHearsItAtOnceAndNothingThatWasTakenInIsLost) 
   EXPECT_EQ(static_cast<std::size_t>(all.jobs_size()), jobs.size());
 }
 
-TEST(Keeping, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
+TEST(Storage, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
   const MovableClock clock;
   Farm farm({"--keep-days", "7"}, {"127.0.0.1", {}, clock.environment()});
   FarmClient client = farm.client();
@@ -244,7 +244,7 @@ TEST(Keeping, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
   ASSERT_TRUE(client.stub().CancelJob(&context, cancel, &job).ok());
   const auto jobs_after = [&](const std::string& passed) {
     clock.move(passed);
-    kill_at_once(farm.server());  // it looks once a minute, and when it starts
+    kill_at_once(farm.server());  // it checks once a minute, and at its start
     farm.start_server();
     return client.jobs();
   };
@@ -252,20 +252,20 @@ TEST(Keeping, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
   EXPECT_EQ(jobs_after("+8d"), std::vector{waiting});
 }
 
-TEST(Check, AFolderWithoutAFarmIsNotCalledSound) {
+TEST(Check, AFolderWithoutAFarmFails) {
   const TemporaryFolder folder;
   const auto check = [&] {
     return run_command({program("lightmill-server"), "check", "--data", folder.path().string()});
   };
   EXPECT_EQ(check().exit_code, 1);
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << "nothing is made there";
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << "nothing is created there";
   std::ofstream(folder.path() / "lightmill.sqlite").close();
   const CommandResult empty = check();
   EXPECT_EQ(empty.exit_code, 1);
   EXPECT_NE(empty.err.find("is empty"), std::string::npos) << empty.err;
 }
 
-TEST(Keeping, ADatabaseThatHasLostCommitsIsRefusedUntilThatIsAccepted) {
+TEST(Storage, ADatabaseThatHasLostCommitsIsRefusedUntilThatIsAccepted) {
   Farm farm;
   FarmClient client = farm.client();
   farm.add_worker(2, "w1");
@@ -274,7 +274,7 @@ TEST(Keeping, ADatabaseThatHasLostCommitsIsRefusedUntilThatIsAccepted) {
   const std::uint64_t lost = client.submit({}, "lost").id();
   EXPECT_EQ(client.wait_until_ended(lost).state(), v1::JOB_STATE_DONE);
   kill_at_once(farm.server());
-  // The last commits are cut off, as by a disk that has forgotten them.
+  // The last commits are cut off, like on a disk that lost them.
   const fs::path journal = farm.data() / "lightmill.sqlite-wal";
   fs::resize_file(journal, fs::file_size(journal) / 2);
   const std::vector<std::string> server{program("lightmill-server"), "--data", farm.data().string(), "--listen",
@@ -297,11 +297,11 @@ TEST(Keeping, ADatabaseThatHasLostCommitsIsRefusedUntilThatIsAccepted) {
   }());
   EXPECT_TRUE(says(accepted.out + accepted.err, "--accept-loss: its last commit is")) << accepted.err;
   farm.start_server();
-  EXPECT_EQ(client.submit({}, "another").id(), lost + 1) << "a lost job's number is not given again";
+  EXPECT_EQ(client.submit({}, "another").id(), lost + 1) << "a lost job's number is not reused";
   expect_reference_film(farm.client(), lost + 1);
 }
 
-TEST(Keeping, ADamagedAssetIsForgottenAndSentAgain) {
+TEST(Storage, ADamagedAssetIsForgottenAndSentAgain) {
   Farm farm;
   FarmClient client = farm.client();
   Picture picture;
@@ -323,7 +323,7 @@ TEST(Keeping, ADamagedAssetIsForgottenAndSentAgain) {
   expect_reference_film(farm.client(), waiting, picture);
 }
 
-TEST(Keeping, AnAssetThatCannotBeReadNowIsWaitedFor) {
+TEST(Storage, AJobWaitsForAnUnreadableAsset) {
   Farm farm;
   FarmClient client = farm.client();
   const Picture picture;
@@ -334,7 +334,7 @@ TEST(Keeping, AnAssetThatCannotBeReadNowIsWaitedFor) {
   }
   const fs::path aside = farm.folder() / "aside";
   fs::rename(asset, aside);
-  fs::create_directory(asset);  // which can be opened, and gives an error when it is read
+  fs::create_directory(asset);  // it can be opened, but reading fails
   farm.add_worker(1, "w1");
   EXPECT_TRUE(eventually([&] { return says(farm.server_log(), "cannot be read"); })) << farm.server_log();
   EXPECT_NE(client.job(job).state(), v1::JOB_STATE_FAILED) << client.job(job).reason();
@@ -343,7 +343,7 @@ TEST(Keeping, AnAssetThatCannotBeReadNowIsWaitedFor) {
   expect_reference_film(farm.client(), job, picture);
 }
 
-TEST(Keeping, ACopyOfTheDirectoryIsABackup) {
+TEST(Storage, ACopyOfTheDirectoryIsABackup) {
   Picture picture;
   const TemporaryFolder backup;
   std::uint64_t job = 0;
@@ -352,7 +352,7 @@ TEST(Keeping, ACopyOfTheDirectoryIsABackup) {
     farm.add_worker(1, "w1");
     job = farm.client().submit(picture).id();
     farm.client().wait_for_samples(job, std::uint64_t{128} * 128 * 32);
-    kill_at_once(farm.server());  // as a snapshot of its disk would have it
+    kill_at_once(farm.server());  // like a snapshot of its disk
     fs::copy(farm.data(), backup.path() / "data", fs::copy_options::recursive);
   }
   const CommandResult check =
@@ -364,7 +364,7 @@ TEST(Keeping, ACopyOfTheDirectoryIsABackup) {
   fs::remove_all(restored.data());
   fs::copy(backup.path() / "data", restored.data(), fs::copy_options::recursive);
   restored.start_server();
-  EXPECT_GT(restored.client().job(job).samples_done(), 0u);  // what is shown may be ahead of what is stored by a commit
+  EXPECT_GT(restored.client().job(job).samples_done(), 0u);  // clients may have seen one commit more than is stored
   restored.add_worker(1, "w2");
   expect_reference_film(restored.client(), job, picture);
 }

@@ -1,5 +1,5 @@
-// What a farm takes of one caller, over real connections: beyond it is refused by the limit's name, and others are not
-// disturbed.
+// Limits of one caller over real connections. A call above the limit is refused with the limit's name, and other
+// callers are not affected.
 #include <gtest/gtest.h>
 
 #include <csignal>
@@ -22,7 +22,7 @@ bool says(const grpc::Status& status, const std::string& part) {
   return status.error_message().find(part) != std::string::npos;
 }
 
-TEST(Limits, RequestsASecond) {
+TEST(Limits, RequestsASecondAreLimited) {
   Farm farm({"--caller-requests", "2"});
   FarmClient client = farm.client();
   int taken = 0;
@@ -35,14 +35,14 @@ TEST(Limits, RequestsASecond) {
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   EXPECT_GE(taken, 15);
-  EXPECT_LE(taken, 21 + 2 * seconds) << "however slow the machine is";
+  EXPECT_LE(taken, 21 + 2 * seconds) << "on a machine of any speed";
   EXPECT_EQ(refused.error_code(), StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_TRUE(says(refused, "2 requests per second from one caller (--caller-requests): try again in "))
       << refused.error_message();
-  EXPECT_TRUE(eventually([&] { return list(client.stub()).ok(); })) << "after what it has said";
+  EXPECT_TRUE(eventually([&] { return list(client.stub()).ok(); })) << "after its own messages";
 }
 
-TEST(Limits, StreamsOfOneCaller) {
+TEST(Limits, StreamsOfOneCallerAreLimited) {
   Farm farm({"--caller-streams", "2"});
   FarmClient client = farm.client();
   client.upload_assets();
@@ -77,19 +77,19 @@ TEST(Limits, StreamsOfOneCaller) {
   (void)second.reader->Finish();
 }
 
-TEST(Limits, AWorkerThatFindsTheFarmFullComesInWhenAnotherHasLeft) {
+TEST(Limits, AWorkerJoinsAFullFarmWhenAnotherLeaves) {
   Farm farm({"--max-workers", "1"});
   farm.add_worker(1, "first");
   ASSERT_TRUE(eventually([&] { return farm.met("first"); }));
   BackgroundProcess& second = farm.add_worker(1, "second");
   const std::string reason = "the farm is full: it takes 1 workers (--max-workers)";
   EXPECT_TRUE(eventually([&] { return farm.worker_log("second").find(reason) != std::string::npos; }));
-  EXPECT_FALSE(second.wait(std::chrono::milliseconds(100))) << "it stays, and asks again";
+  EXPECT_FALSE(second.wait(std::chrono::milliseconds(100))) << "it stays, and retries";
   farm.worker("first").send(SIGTERM);
   EXPECT_TRUE(eventually([&] { return farm.met("second"); }));
 }
 
-TEST(Limits, JobsOfOneUser) {
+TEST(Limits, JobsOfOneUserAreLimited) {
   Farm farm({"--user-jobs", "2"});
   FarmClient client = farm.client();
   client.upload_assets();
@@ -107,7 +107,7 @@ TEST(Limits, JobsOfOneUser) {
   const grpc::Status refused = submit("3", "ada");
   EXPECT_EQ(refused.error_code(), StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_TRUE(says(refused, "at most 2 jobs of one user, 'ada'")) << refused.error_message();
-  EXPECT_TRUE(submit("2", "ada").ok()) << "the same again is no other job";
+  EXPECT_TRUE(submit("2", "ada").ok()) << "a repetition creates no job";
   EXPECT_TRUE(submit("4", "bob").ok());
 }
 

@@ -1,4 +1,4 @@
-// As same_bits_test.cpp, but larger and longer.
+// Like same_bits_test.cpp, but larger and longer.
 #include <gtest/gtest.h>
 
 #include "tests/support/farm.h"
@@ -6,7 +6,7 @@
 namespace lightmill::test {
 namespace {
 
-TEST(SameBits, EightWorkersKilledAtWork) {
+TEST(SameBits, EightKilledWorkersKeepTheBits) {
   Farm farm;
   for (const char* name : {"w1", "w2", "w3"}) {
     farm.add_worker(2, name);

@@ -1,4 +1,4 @@
-// Workers whose memory or threads end: they say so, and do what they can.
+// Workers without enough memory or threads. They report it, and do the work they can.
 #include <gtest/gtest.h>
 
 #include "tests/support/farm.h"
@@ -13,7 +13,7 @@ bool says(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Takes some hundred MiB of photons, in a scene that takes hardly any.
+/// A scene that takes little memory, but some hundred MiB for photons.
 Picture heavy() {
   Picture picture;
   picture.method = "ppm:photons=2000000";
@@ -29,7 +29,8 @@ Picture light() {
   return picture;
 }
 
-/// The worker "small" renders light pictures alone. The heavy one it leaves to others, and is not lost.
+/// The worker "small" renders only pictures that need little memory. It leaves the heavy one to others, and stays
+/// connected.
 void expect_only_heavy_work_is_left(Farm& farm) {
   FarmClient client = farm.client();
   const std::uint64_t first = client.submit(light(), "first").id();
@@ -67,7 +68,7 @@ TEST(OutOfMemory, AWorkerWhoseAddressSpaceIsLimitedLeavesHeavyWorkToOthers) {
 TEST(OutOfMemory, AWorkerIsNotKilledByItsControlGroup) {
   const MemoryGroup group(160);
   if (!group.made()) {
-    GTEST_SKIP() << "no control group can be made here";
+    GTEST_SKIP() << "cannot create a control group";
   }
   Farm farm;
   farm.add_worker(2, "small", {"", group.starter(), {}});
@@ -76,7 +77,7 @@ TEST(OutOfMemory, AWorkerIsNotKilledByItsControlGroup) {
 }
 
 TEST(OutOfThreads, AWorkerThatCannotHaveItsThreadsSaysSoAndEnds) {
-  // Each takes 8 MiB of address space for its stack.
+  // Each thread takes 8 MiB of address space for its stack.
   const CommandResult result =
       run_command({"/usr/bin/prlimit", "--as=" + std::to_string(400 << 20), program("lightmill-worker"), "--server",
                    "127.0.0.1:1", "--threads", "500"});

@@ -1,4 +1,4 @@
-// Workers on hosts of their own, whose links are cut, work in one direction alone, and lose packets.
+// Workers on virtual hosts whose links are cut, work in one direction only, and lose packets.
 #include <gtest/gtest.h>
 
 #include "tests/support/farm.h"
@@ -10,7 +10,7 @@ namespace {
 constexpr int kPictureSide = 96;
 constexpr std::uint64_t kPicturePixels = kPictureSide * kPictureSide;
 
-class OverNetworks : public ::testing::Test {
+class FaultyNetworks : public ::testing::Test {
  protected:
   void SetUp() override {
     if (const std::optional<std::string> missing = Networks::missing()) {
@@ -40,7 +40,7 @@ class OverNetworks : public ::testing::Test {
   std::uint64_t job_ = 0;
 };
 
-TEST_F(OverNetworks, LinksCutInTurnKeepTheBits) {
+TEST_F(FaultyNetworks, LinksCutInTurnKeepTheBits) {
   for (int host = 0; host < 2; ++host) {
     networks_->cut(host);
     EXPECT_TRUE(eventually([&] { return farm_->missed(fmt::format("w{}", host + 1)); }));
@@ -48,7 +48,7 @@ TEST_F(OverNetworks, LinksCutInTurnKeepTheBits) {
   }
 }
 
-TEST_F(OverNetworks, OneWayLinksKeepTheBits) {
+TEST_F(FaultyNetworks, OneWayLinksKeepTheBits) {
   networks_->lose_said(0, 100);
   networks_->lose_heard(1, 100);
   EXPECT_TRUE(eventually([&] { return farm_->missed("w1"); })) << farm_->server_log();
@@ -57,7 +57,7 @@ TEST_F(OverNetworks, OneWayLinksKeepTheBits) {
   networks_->lose_heard(1, 0);
 }
 
-TEST_F(OverNetworks, LosingEveryTenthPacketKeepsTheBits) {
+TEST_F(FaultyNetworks, LosingEveryTenthPacketKeepsTheBits) {
   for (int host = 0; host < 2; ++host) {
     networks_->lose_said(host, 10);
     networks_->lose_heard(host, 10);

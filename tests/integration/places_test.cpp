@@ -1,4 +1,4 @@
-// Places of a farm that one caller or address wants for itself: others get theirs meanwhile.
+// Limited places of a farm. When one caller or address takes all it can, others still get theirs.
 #include <gtest/gtest.h>
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
@@ -16,7 +16,7 @@ using asio::ip::tcp;
 
 // ---- workers ----
 
-/// A worker that says hello, and renders nothing.
+/// A worker that sends a hello, and renders nothing.
 class IdleWorker {
  public:
   IdleWorker(const std::shared_ptr<grpc::Channel>& channel, const std::string& name)
@@ -79,9 +79,9 @@ TEST(PlacesOfAFarm, WorkersOfOneCertificateLeaveHalfOfAFullFarmToAnother) {
   EXPECT_EQ(again.end().error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
 }
 
-// ---- calls that last ----
+// ---- long calls ----
 
-/// An upload that is begun and not gone on with.
+/// An upload that starts and then stalls.
 class SilentUpload {
  public:
   explicit SilentUpload(v1::RenderService::Stub& stub) : writer_(stub.UploadAsset(&context_, &response_)) {
@@ -125,11 +125,11 @@ TEST(PlacesOfAFarm, SilentUploadsMakeRoomForOthersOfTheirCaller) {
   EXPECT_TRUE(eventually([&] { return !is_served(); })) << "both have their places";
   EXPECT_TRUE(eventually(is_served));
   const bool first_stays = first.send_the_rest(), second_stays = second.send_the_rest();
-  EXPECT_NE(first_stays, second_stays) << "one place was enough, that of whichever came first";
+  EXPECT_NE(first_stays, second_stays) << "one place was enough";
   EXPECT_EQ((first_stays ? second : first).end().error_code(), grpc::StatusCode::CANCELLED);
 }
 
-TEST(PlacesOfAFarm, FilmsThatOneCallerDoesNotReadKeepNobodyFromTheirs) {
+TEST(PlacesOfAFarm, UnreadFilmsDoNotBlockOtherFilms) {
   SecureFarm secure;
   grpc::ChannelArguments small_windows;
   small_windows.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
@@ -143,7 +143,7 @@ TEST(PlacesOfAFarm, FilmsThatOneCallerDoesNotReadKeepNobodyFromTheirs) {
                              {"LIGHTMILL_TLS_CERT", secure.write("w.pem", worker.certificate + worker.key)}}});
   upload_assets(channel);
   v1::SubmitJobRequest request;
-  to_wire(job_of({.side = 256, .samples = 4}, "one"), &request);  // more than a stream takes without being read
+  to_wire(job_of({.side = 256, .samples = 4}, "one"), &request);  // more than a stream takes without a reader
   v1::Job job;
   grpc::ClientContext submit;
   ASSERT_TRUE(stub->SubmitJob(&submit, request, &job).ok());
@@ -180,7 +180,7 @@ TEST(PlacesOfAFarm, FilmsThatOneCallerDoesNotReadKeepNobodyFromTheirs) {
 
 // ---- the page ----
 
-/// The first line of the answer to what is sent; empty if the connection ends before.
+/// The first line of the answer to `text`, or empty if the connection ends before.
 std::string answer_to(tcp::socket& socket, const std::string& text) {
   boost::system::error_code error;
   asio::write(socket, asio::buffer(text), error);
@@ -200,7 +200,7 @@ TEST(PlacesOfAFarm, PagesOfOneAddressMakeRoomForThoseOfAnother) {
   WebFarm web;
   constexpr int kPlaces = 256;
   std::vector<tcp::socket> pages;
-  for (int i = 0; i < kPlaces; ++i) {  // what one address may not have, two have
+  for (int i = 0; i < kPlaces; ++i) {  // one address may not have so many, but two may
     pages.push_back(web.connect(i < kPlaces * 3 / 4 ? "127.0.0.2" : "127.0.0.3"));
     ASSERT_EQ(open_page(web, pages.back()), "HTTP/1.1 101 Switching Protocols") << i;
   }
@@ -208,7 +208,7 @@ TEST(PlacesOfAFarm, PagesOfOneAddressMakeRoomForThoseOfAnother) {
   EXPECT_EQ(open_page(web, page), "HTTP/1.1 101 Switching Protocols");
 }
 
-TEST(PlacesOfAFarm, HalfSentRequestsOfACallerKeepItsOthersOffNoPort) {
+TEST(PlacesOfAFarm, HalfSentRequestsDoNotBlockOtherRequestsOfTheirCaller) {
   WebFarm web({}, {"127.0.0.1", {"/bin/sh", "-c", "ulimit -n 256; exec \"$@\"", "sh"}, {}});
   constexpr int kPlaces = 24;
   const std::string request = fmt::format("GET /api/v1/farm HTTP/1.1\r\nHost: {}\r\n", web.host());

@@ -1,4 +1,4 @@
-// The same film whatever the farm goes through, with real processes.
+// A farm of real processes gives the same film through any failure.
 #include <gtest/gtest.h>
 
 #include <regex>
@@ -11,10 +11,10 @@ namespace {
 const Picture kPicture;
 const std::uint64_t kPixelSamples = std::uint64_t{128} * 128 * kPicture.samples;
 
-/// What the logs of all workers say that was rendered, by tile: first sample → end.
+/// What all workers rendered according to their logs, by tile: first sample → end.
 struct Rendered {
   std::map<int, std::map<std::uint64_t, std::uint64_t>> by_tile;
-  std::uint64_t again = 0;  ///< samples of a pixel that were handed to a thread more than once
+  std::uint64_t again = 0;  ///< samples per pixel that a thread got more than once
 };
 Rendered rendered_by(const Farm& farm, const std::vector<std::string>& workers) {
   Rendered rendered;
@@ -34,13 +34,13 @@ Rendered rendered_by(const Farm& farm, const std::vector<std::string>& workers) 
   return rendered;
 }
 
-TEST(SameBits, OneWorkerOneThread) {
+TEST(SameBits, OneWorkerGivesTheReferenceFilm) {
   Farm farm;
   farm.add_worker(1, "w1");
   expect_reference_film(farm.client(), farm.client().submit(kPicture).id());
 }
 
-TEST(SameBits, ThreeWorkersTwoThreads) {
+TEST(SameBits, ThreeWorkersGiveTheReferenceFilm) {
   Farm farm;
   for (const char* name : {"w1", "w2", "w3"}) {
     farm.add_worker(2, name);
@@ -48,7 +48,7 @@ TEST(SameBits, ThreeWorkersTwoThreads) {
   expect_reference_film(farm.client(), farm.client().submit(kPicture).id());
 }
 
-TEST(SameBits, EveryOtherMethodOnFarmsOfBothSizes) {
+TEST(SameBits, EveryOtherMethodKeepsItsBitsOnFarmsOfBothSizes) {
   Farm one, four;
   one.add_worker(1, "w1");
   four.add_worker(2, "w1");
@@ -63,8 +63,8 @@ TEST(SameBits, EveryOtherMethodOnFarmsOfBothSizes) {
   }
 }
 
-TEST(SameBits, ManyShortUnitsOrFewLongOnes) {
-  // 1 MiB/s of results: half a second a range, and more.
+TEST(SameBits, TheLengthOfUnitsDoesNotChangeTheBits) {
+  // 1 MiB/s of results: at least half a second per range.
   const std::array<std::vector<std::string>, 3> options{
       {{"--unit-seconds", "0.05"}, {"--unit-seconds", "60"}, {"--results-rate", "1"}}};
   std::vector<std::uint64_t> results;
@@ -80,7 +80,7 @@ TEST(SameBits, ManyShortUnitsOrFewLongOnes) {
   EXPECT_LT(2 * results[2], results[0]);
 }
 
-TEST(SameBits, FourWorkersKilledAtWork) {
+TEST(SameBits, FourKilledWorkersKeepTheBits) {
   Farm farm({"--unit-seconds", "0.3"});
   for (const char* name : {"w1", "w2", "w3"}) {
     farm.add_worker(2, name);
@@ -91,7 +91,7 @@ TEST(SameBits, FourWorkersKilledAtWork) {
   expect_reference_film(farm.client(), job, picture);
 }
 
-TEST(SameBits, TheCoordinatorKilledTwice) {
+TEST(SameBits, TwoKillsOfTheCoordinatorKeepTheBits) {
   Farm farm({"--return-seconds", "10"});
   farm.add_worker(2, "w1");
   farm.add_worker(2, "w2");
@@ -105,7 +105,7 @@ TEST(SameBits, TheCoordinatorKilledTwice) {
     EXPECT_TRUE(eventually([&] { return farm.times_met("w1") > met[0] && farm.times_met("w2") > met[1]; }));
   }
   expect_reference_film(farm.client(), job, picture);
-  // The workers lived on with what they held, so nothing had to be rendered again but copies near the end.
+  // The workers kept their results, so nothing was rendered again except copies near the end.
   const v1::Job ended = farm.client().job(job);
   EXPECT_EQ(ended.counters().leases_lost(), 0u);
   const Rendered rendered = rendered_by(farm, {"w1", "w2"});
@@ -114,7 +114,7 @@ TEST(SameBits, TheCoordinatorKilledTwice) {
   }
 }
 
-TEST(SameBits, AJobThatIsExtended) {
+TEST(SameBits, AnExtendedJobHasTheSameBits) {
   Farm farm;
   farm.add_worker(2, "w1");
   FarmClient client = farm.client();
@@ -127,7 +127,7 @@ TEST(SameBits, AJobThatIsExtended) {
   EXPECT_EQ(rendered_by(farm, {"w1"}).again, 0u) << "the first hundred are not rendered again";
 }
 
-/// A picture that asks for an error: its film on a farm of so many workers, and the samples that it ended with.
+/// Renders a picture with an error goal on a farm of this size. Returns its number of samples.
 std::uint64_t samples_to_an_error(int workers, int threads) {
   Farm farm;
   for (int i = 1; i <= workers; ++i) {
@@ -151,7 +151,7 @@ TEST(SameBits, AnErrorIsReachedWithTheSameSamplesOnAnyFarm) {
   EXPECT_EQ(samples_to_an_error(3, 2), alone);
 }
 
-TEST(NothingTwice, AfterAWorkersDeathOnlyItsUnacknowledgedUnitsAreRenderedAgain) {
+TEST(WorkerDeath, RepeatsOnlyUnacknowledgedUnits) {
   Farm farm;
   farm.add_worker(2, "dies");
   farm.add_worker(2, "lives");
@@ -162,13 +162,13 @@ TEST(NothingTwice, AfterAWorkersDeathOnlyItsUnacknowledgedUnitsAreRenderedAgain)
   kill_at_once(farm.worker("dies"));
   expect_reference_film(farm.client(), job, picture);
   const v1::Job ended = client.job(job);
-  // What was merged and rendered again all the same would have come back as a duplicate.
+  // A result rendered again after it was merged would arrive as a duplicate.
   EXPECT_LE(ended.counters().results_duplicate(), ended.counters().copies_leased());
   EXPECT_LE(ended.counters().leases_lost(), 4u)
       << "two leases, or one a thread and another ahead where units are small";
 }
 
-TEST(Drain, AWorkerFinishesWhatItHasBegunAndLeaves) {
+TEST(Drain, AWorkerFinishesItsUnitsAndLeaves) {
   Farm farm;
   farm.add_worker(2, "leaves");
   farm.add_worker(2, "stays");
@@ -182,7 +182,7 @@ TEST(Drain, AWorkerFinishesWhatItHasBegunAndLeaves) {
   EXPECT_LE(client.job(job).counters().results_duplicate(), client.job(job).counters().copies_leased());
 }
 
-TEST(Stop, ACoordinatorStopsCleanlyAndGoesOnLater) {
+TEST(Stop, ACoordinatorStopsCleanlyAndResumesLater) {
   Farm farm;
   farm.add_worker(2, "w1");
   FarmClient client = farm.client();

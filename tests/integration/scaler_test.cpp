@@ -1,4 +1,4 @@
-// What a cluster asks a coordinator: how many workers it could use, as KEDA asks it, and whether it is well.
+// Queries of a cluster: how many workers the farm could use, as KEDA asks it, and the coordinator's health.
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace lightmill::test {
 namespace {
 
-/// As KEDA's, with the metadata that it sends along.
+/// A client like KEDA, with KEDA's metadata.
 class Scaler {
  public:
   explicit Scaler(const std::string& address)
@@ -43,7 +43,7 @@ class Scaler {
     request.set_metricname(metric);
     return stub_->GetMetrics(&context, request, &response);
   }
-  /// What KEDA sets the number of replicas to: the value over what one replica takes of it.
+  /// KEDA's number of replicas: the value over one replica's share.
   double replicas() {
     const externalscaler::MetricSpec one = spec();
     externalscaler::GetMetricsResponse response;
@@ -69,19 +69,19 @@ class Scaler {
   externalscaler::ScaledObjectRef ref_;
 };
 
-TEST(Scaler, KedaIsToldHowManyWorkersAJobCouldUse) {
+TEST(Scaler, KedaLearnsHowManyWorkersAJobCanUse) {
   Farm farm;
   Scaler scaler(farm.address());
   EXPECT_FALSE(scaler.is_active());
   EXPECT_EQ(scaler.replicas(), 0);
   FarmClient client = farm.client();
   Picture endless;
-  endless.samples = 1'000'000;  // far more than a minute of this machine's
+  endless.samples = 1'000'000;  // far more than a minute on this machine
   const std::uint64_t job = client.submit(endless).id();
   EXPECT_TRUE(scaler.is_active());
-  EXPECT_EQ(scaler.replicas(), 1) << "the first, who finds out what it costs";
+  EXPECT_EQ(scaler.replicas(), 1) << "the first one, which finds the cost";
   farm.add_worker(1, "w");
-  EXPECT_TRUE(eventually([&] { return scaler.replicas() > 1; })) << "who has found out";
+  EXPECT_TRUE(eventually([&] { return scaler.replicas() > 1; })) << "the one that found the cost";
   grpc::ClientContext context;
   v1::CancelJobRequest cancel;
   cancel.set_id(job);
@@ -91,7 +91,7 @@ TEST(Scaler, KedaIsToldHowManyWorkersAJobCouldUse) {
   EXPECT_FALSE(scaler.is_active());
 }
 
-TEST(Scaler, AMetricThatThereIsNotIsRefused) {
+TEST(Scaler, AnUnknownMetricIsRefused) {
   Farm farm;
   Scaler scaler(farm.address());
   externalscaler::GetMetricsResponse response;
@@ -101,7 +101,7 @@ TEST(Scaler, AMetricThatThereIsNotIsRefused) {
   EXPECT_NE(status.error_message().find(scaler.spec().metricname()), std::string::npos) << status.error_message();
 }
 
-TEST(Scaler, WhoListensHearsOfTheFirstJobAndOfTheEndOfTheLast) {
+TEST(Scaler, AListenerLearnsOfTheFirstJobAndOfTheEndOfTheLast) {
   Farm farm;
   Scaler scaler(farm.address());
   grpc::ClientContext context;
@@ -124,7 +124,7 @@ TEST(Scaler, WhoListensHearsOfTheFirstJobAndOfTheEndOfTheLast) {
   EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::UNAVAILABLE) << "listen again, wherever it is next";
 }
 
-TEST(Health, ItsOwnPortAnswersThatAlone) {
+TEST(Health, ItsPortAnswersNothingElse) {
   const TemporaryFolder folder;
   const std::string port_file = (folder.path() / "port").string();
   Farm farm({"--health", "127.0.0.1:0", "--health-port-file", port_file});
@@ -141,7 +141,7 @@ TEST(Health, ItsOwnPortAnswersThatAlone) {
   EXPECT_TRUE(eventually([&] { return health(address) != "SERVING"; }));
 }
 
-TEST(Health, WhoWatchesHearsOfTheEnd) {
+TEST(Health, AWatcherLearnsOfTheShutdown) {
   const TemporaryFolder folder;
   const std::string port_file = (folder.path() / "port").string();
   Farm farm({"--health", "127.0.0.1:0", "--health-port-file", port_file});
@@ -173,7 +173,7 @@ TEST(Health, WhoWatchesHearsOfTheEnd) {
   EXPECT_EQ(hear(), "\x08\x02") << "NOT_SERVING";
 }
 
-TEST(Health, ATakenPortIsSaid) {
+TEST(Health, ATakenPortIsReported) {
   const TemporaryFolder folder;
   const std::string port_file = (folder.path() / "port").string();
   const Farm farm({"--health", "127.0.0.1:0", "--health-port-file", port_file});

@@ -1,4 +1,4 @@
-// A farm that asks who calls, with an authority of its own, and calls of every kind to it.
+// A farm with authentication and its own certificate authority, and calls of every kind to it.
 #pragma once
 
 #include <google/protobuf/descriptor.h>
@@ -28,11 +28,11 @@ inline Validity today() {
   return {now_unix_s() - 300, now_unix_s() + kDay};
 }
 
-/// An authority, and a coordinator with its certificate.
+/// A certificate authority, and a coordinator with its certificate.
 class SecureFarm {
  public:
   explicit SecureFarm(const std::vector<std::string>& more_options = {}, const Launch& launch = {"127.0.0.1", {}, {}}) {
-    gpr_set_log_function([](gpr_log_func_args*) {});  // of each handshake that fails
+    gpr_set_log_function([](gpr_log_func_args*) {});  // it would log each failed handshake
     renew_server(today());
     write("ca.pem", authority_.certificate);
     std::vector<std::string> options{"--tls-cert", path("server.pem"), "--tls-ca", path("ca.pem")};
@@ -53,7 +53,7 @@ class SecureFarm {
     const KeyAndCertificate made = issue_certificate(authority_, {"farm", {"127.0.0.1"}, {}}, validity).value();
     write("server.pem", made.certificate + made.key);
   }
-  /// Nobody, if there is no certificate.
+  /// Without a certificate the caller is anonymous.
   std::shared_ptr<grpc::Channel> channel(const std::optional<KeyAndCertificate>& who,
                                          grpc::ChannelArguments arguments = {}) const {
     grpc::SslCredentialsOptions options;
@@ -72,7 +72,7 @@ class SecureFarm {
   std::unique_ptr<Farm> farm_;
 };
 
-/// Calls a method of any kind with one message, and reads to the end; of one that never ends, the first reply.
+/// Calls a method of any kind with one message, and reads to the end. Of an endless method it reads the first reply.
 inline grpc::Status call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
                          const std::string& bytes, std::vector<std::string>* replies = nullptr,
                          const std::string& token = "") {
@@ -117,7 +117,7 @@ inline grpc::Status call(const std::shared_ptr<grpc::Channel>& channel, const st
   return status;
 }
 
-/// Makes a token known, as an admin; its text. One with the role enrol enrols so many workers.
+/// Registers a token as an admin, and returns its text. With the role enrol it can enrol this many workers.
 inline std::string token_for(const std::shared_ptr<grpc::Channel>& admin, const std::string& name, Roles roles,
                              std::int64_t until_unix_s = now_unix_s() + kDay, std::uint32_t enrolments = 1) {
   const NewToken token = make_token().value();
@@ -139,7 +139,7 @@ inline std::string token_for(const std::shared_ptr<grpc::Channel>& admin, const 
   return token.text;
 }
 
-/// The assets of bench_box().
+/// Uploads the assets of bench_box().
 inline void upload_assets(const std::shared_ptr<grpc::Channel>& channel) {
   const auto stub = v1::RenderService::NewStub(channel);
   for (const auto& [digest, bytes] : bench_box().assets) {
@@ -155,7 +155,7 @@ inline void upload_assets(const std::shared_ptr<grpc::Channel>& channel) {
   }
 }
 
-/// A job that has ended.
+/// Submits a job and waits for its end.
 inline std::uint64_t ended_job(const std::shared_ptr<grpc::Channel>& owner) {
   static int number = 0;
   const auto stub = v1::RenderService::NewStub(owner);
@@ -173,12 +173,12 @@ inline std::uint64_t ended_job(const std::shared_ptr<grpc::Channel>& owner) {
   return job.id();
 }
 
-/// Whether `word` is one of `words`, which have spaces between them.
+/// Whether `word` is one of `words`, which are separated by spaces.
 inline bool has_word(const std::string& words, const std::string& word) {
   return (" " + words + " ").find(" " + word + " ") != std::string::npos;
 }
 
-/// "RenderService/GetJob" …, of all services that there are.
+/// "RenderService/GetJob" …, of all services.
 inline std::vector<const google::protobuf::MethodDescriptor*> all_methods() {
   std::vector<const google::protobuf::MethodDescriptor*> methods;
   for (const google::protobuf::FileDescriptor* file :

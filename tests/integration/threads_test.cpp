@@ -1,5 +1,5 @@
-// A farm whose threads are all at work at once, for ThreadSanitizer (the preset `tsan`): two renders with what their
-// tiles share, watchers, the page's requests and connections, changes, and an orderly end.
+// A farm with all threads at work, for ThreadSanitizer (the preset `tsan`). There are two renders that share data
+// between tiles, watchers, requests and connections of the page, changes, and a clean end.
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -15,7 +15,7 @@
 namespace lightmill::test {
 namespace {
 
-/// A connection to the page's port of this machine.
+/// A connection to the page's port on this machine.
 class Connection {
  public:
   explicit Connection(std::uint16_t port) : handle_(::socket(AF_INET, SOCK_STREAM, 0)) {
@@ -34,14 +34,14 @@ class Connection {
   void send(const std::string& bytes) const {
     EXPECT_EQ(::send(handle_, bytes.data(), bytes.size(), MSG_NOSIGNAL), static_cast<ssize_t>(bytes.size()));
   }
-  /// What comes next, so many bytes at most; empty at the end.
+  /// Reads the next bytes, at most this many. Empty at the end.
   std::string receive(std::size_t most = 1 << 16) const {
     std::string bytes(most, '\0');
     const ssize_t got = ::recv(handle_, bytes.data(), bytes.size(), 0);
     bytes.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
     return bytes;
   }
-  /// Just so many, or fewer at the end.
+  /// Reads exactly this many bytes, or fewer at the end.
   std::string receive_all(std::size_t count) const {
     std::string bytes;
     for (std::string part = "-"; bytes.size() < count && !part.empty(); bytes += part) {
@@ -68,7 +68,7 @@ std::string get(std::uint16_t port, const std::string& target) {
   return answer;
 }
 
-/// The next message from the page's connection, which is never in pieces; empty at the end.
+/// The next message on the page's connection, which is never fragmented. Empty at the end.
 std::string receive_message(const Connection& connection) {
   const std::string head = connection.receive_all(2);
   if (head.size() < 2) {
@@ -84,7 +84,7 @@ std::string receive_message(const Connection& connection) {
   return connection.receive_all(length);
 }
 
-/// A page that looks at the job and takes in whatever comes until `stop`. How many messages that was.
+/// A page that views the job and reads until `stop`. Returns the number of messages.
 std::uint64_t look_at(std::uint16_t port, std::uint64_t job, const std::atomic<bool>& stop) {
   const Connection page(port);
   page.send(request_text(port, "/api/v1/live",
@@ -107,7 +107,7 @@ std::uint64_t look_at(std::uint16_t port, std::uint64_t job, const std::atomic<b
     request.set_workers(true);
     request.set_job(job);
     request.set_seen(seen);
-    // A frame of a client: final and binary, less than 126 bytes, masked by zeros.
+    // A client's frame: final and binary, less than 126 bytes, masked by zeros.
     const std::string bytes = request.SerializeAsString();
     page.send(std::string{'\x82', static_cast<char>(0x80 | bytes.size()), 0, 0, 0, 0} + bytes);
     if (receive_message(page).empty()) {
@@ -118,7 +118,7 @@ std::uint64_t look_at(std::uint16_t port, std::uint64_t job, const std::atomic<b
   return seen;
 }
 
-/// Tiles that a watcher is sent until the job has ended.
+/// Number of tiles that a watcher receives until the job has ended.
 std::size_t watched_tiles(Farm& farm, std::uint64_t job) {
   FarmClient client = farm.client();
   grpc::ClientContext context;
@@ -146,8 +146,8 @@ void pause_and_resume(Farm& farm, std::uint64_t job) {
   EXPECT_TRUE(client.stub().ResumeJob(&resuming, resume, &answer).ok());
 }
 
-// Each process ends with code 66 where ThreadSanitizer has found something; Farm looks at what they have said.
-TEST(Threads, AllAtWorkAtOnceAndAnOrderlyEnd) {
+// A process ends with code 66 if ThreadSanitizer found a fault. Farm checks the logs.
+TEST(Threads, WorkAtOnceAndEndCleanly) {
   const TemporaryFolder pages;
   const std::string port_file = (pages.path() / "port").string();
   ASSERT_TRUE(write_file_atomically(pages.path() / "index.html", as_byte_view("<p>the page</p>")).ok());
@@ -180,7 +180,7 @@ TEST(Threads, AllAtWorkAtOnceAndAnOrderlyEnd) {
   client.wait_until_ended(first);
   client.wait_until_ended(second);
   stop = true;
-  client.extend(first, 65);  // one more change, for who waits for one
+  client.extend(first, 65);  // one more change, for a waiting watcher
   for (std::thread& thread : threads) {
     thread.join();
   }

@@ -1,4 +1,4 @@
-// Liars and bad machines, with real processes: what they sent is found, thrown away and rendered again.
+// Dishonest and faulty machines, with real processes. Audits find their results, and the farm renders them again.
 #include <gtest/gtest.h>
 
 #include "common/methods/fingerprint.h"
@@ -24,7 +24,7 @@ const v1::Worker* named(const std::vector<v1::Worker>& workers, const std::strin
   return found == workers.end() ? nullptr : &*found;
 }
 
-/// Until so many are connected.
+/// Waits until this many are connected.
 void wait_for_workers(Farm& farm, std::ptrdiff_t count) {
   FarmClient client = farm.client();
   ASSERT_TRUE(eventually([&] { return std::ranges::count(client.workers(), false, &v1::Worker::away) >= count; }))
@@ -46,16 +46,16 @@ v1::Job submit_verified(Farm& farm, const Picture& picture, double share, bool a
   return job;
 }
 
-class Verification : public testing::TestWithParam<const char*> {};
+class Audits : public testing::TestWithParam<const char*> {};
 
-TEST_P(Verification, ALiarAmongThreeMachinesChangesNothing) {
+TEST_P(Audits, ALiarAmongThreeMachinesChangesNothing) {
   Farm farm;
   const auto liar = start_liar(farm, "liar", "machine-1", GetParam());
   const auto honest = start_liar(farm, "honest", "machine-2", "0");
   farm.add_worker(1, "w3");
   wait_for_workers(farm, 3);
   Picture picture;
-  picture.side = 256;  // 16 tiles of several ranges each: who lies in one of five lies in some
+  picture.side = 256;  // 16 tiles of several ranges each, so a liar with one in five nodes lies in some
   picture.samples = 24;
   const v1::Job job = submit_verified(farm, picture, 1);
   expect_reference_film(farm.client(), job.id(), picture);
@@ -71,7 +71,7 @@ TEST_P(Verification, ALiarAmongThreeMachinesChangesNothing) {
   }
   EXPECT_TRUE(eventually([&] { return farm.log("liar").find("in quarantine") != std::string::npos; }));
 
-  // A coordinator that starts again knows of it.
+  // A restarted coordinator remembers it.
   kill_at_once(farm.server());
   farm.start_server();
   wait_for_workers(farm, 3);
@@ -84,10 +84,10 @@ TEST_P(Verification, ALiarAmongThreeMachinesChangesNothing) {
   EXPECT_TRUE(client.stub().ReleaseWorker(&context, request, &response).ok());
   EXPECT_EQ(named(farm.client().workers(), "liar")->quarantine(), "");
 }
-INSTANTIATE_TEST_SUITE_P(Lies, Verification, testing::Values("1", "0.2"),
+INSTANTIATE_TEST_SUITE_P(Lies, Audits, testing::Values("1", "0.2"),
                          [](const auto& info) { return info.index == 0 ? "Always" : "InOneOfFive"; });
 
-/// What the whole picture's first half has in all its pixels, at most so many of their last bits apart.
+/// All pixels of the first half differ by at most this many last bits.
 void expect_near(const FilmPlanes& film, const FilmPlanes& other) {
   ASSERT_EQ(film.mean_a.size(), other.mean_a.size());
   for (std::size_t i = 0; i < film.mean_a.size(); ++i) {
@@ -95,9 +95,9 @@ void expect_near(const FilmPlanes& film, const FilmPlanes& other) {
   }
 }
 
-// Workers of two classes, of which each node of the one has another last bit, render one picture together: nobody is
-// accused, and each class verifies its own.
-TEST(MixedFarm, RendersThePictureButForItsLastBits) {
+// Workers of two classes render one picture. Each node of one class has another last bit. No worker is accused, and
+// each class audits its own results.
+TEST(MixedFarm, RendersThePictureExceptForItsLastBits) {
   Farm farm;
   farm.add_worker(1, "usual");
   const auto one = start_liar(farm, "other-1", "machine-1", "1", "other class"),
@@ -122,7 +122,7 @@ TEST(MixedFarm, RendersThePictureButForItsLastBits) {
     EXPECT_EQ(named(workers, name)->quarantine(), "");
     EXPECT_GT(named(workers, name)->results(), 0u);
   }
-  // The usual class alone gives the reference; the other's values are floats next to its.
+  // The usual class alone gives the reference. The values of the other class are adjacent floats.
   one->send(SIGTERM);
   two->send(SIGTERM);
   EXPECT_TRUE(one->wait() && two->wait());
@@ -133,7 +133,7 @@ TEST(MixedFarm, RendersThePictureButForItsLastBits) {
   expect_near(mixed, usual);
 }
 
-/// A worker that lies by hand: it sends what it likes.
+/// A worker that sends any results the test wants.
 class RawWorker {
  public:
   RawWorker(const Farm& farm, const std::string& name)
@@ -155,7 +155,7 @@ class RawWorker {
     to_wire(message, &request);
     (void)stream_->Write(request);
   }
-  /// The next message of this kind; nothing if the stream ends before.
+  /// The next message of this kind, or nothing if the stream ends first.
   template <class T>
   std::optional<T> next() {
     for (v1::WorkResponse response; stream_->Read(&response);) {
@@ -173,8 +173,8 @@ class RawWorker {
   std::unique_ptr<grpc::ClientReaderWriter<v1::WorkRequest, v1::WorkResponse>> stream_;
 };
 
-// One worker sends all samples of every tile on its first lease, as one result each.
-TEST(ForgedResults, ReplaceNoPicture) {
+// One worker sends all samples of every tile on its first lease, as one result per tile.
+TEST(ForgedResults, DoNotReplaceAPicture) {
   Farm farm;
   Picture picture;
   picture.side = 256;
@@ -204,7 +204,7 @@ TEST(ForgedResults, ReplaceNoPicture) {
   expect_reference_film(farm.client(), job.id(), picture);
 }
 
-TEST(UnverifiedFarm, SaysSo) {
+TEST(UnauditedFarm, ReportsItsResultsAsUnverified) {
   Farm farm;
   farm.add_worker(1, "w1");
   farm.add_worker(1, "w2");  // on the same machine

@@ -1,4 +1,4 @@
-// Who gets in over HTTP, on real encrypted connections: all paths × all roles × own and others' jobs, and logins.
+// Access over HTTP, on real encrypted connections: all paths × all roles × own and others' jobs, and logins.
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/read.hpp>
 #include <boost/asio/ssl.hpp>
@@ -29,7 +29,7 @@ using asio::ip::tcp;
 using nlohmann::json;
 using TlsStream = beast::ssl_stream<beast::tcp_stream>;
 
-/// A farm that asks who calls, with its page.
+/// A farm with authentication and a page.
 class SecureWeb {
  public:
   explicit SecureWeb(const Environment& environment = {})
@@ -65,7 +65,7 @@ class SecureWeb {
     made.connect({asio::ip::make_address("127.0.0.1"), static_cast<std::uint16_t>(port())});
     return made;
   }
-  /// Only if the coordinator's certificate is what it should be.
+  /// Connects only if the coordinator's certificate is valid.
   TlsStream connect(beast::error_code& error) {
     TlsStream stream(socket(), trusted_);
     stream.set_verify_mode(asio::ssl::verify_peer);
@@ -101,7 +101,7 @@ class SecureWeb {
   Response log_in(const std::string& token) {
     return send(http::verb::post, "/api/v1/login", {}, json{{"token", token}}.dump());
   }
-  /// The header of a browser that has logged in.
+  /// The header of a logged-in browser.
   Headers cookie_of(const std::string& token) {
     const std::string cookie(log_in(token)[http::field::set_cookie]);
     return {{"Cookie", cookie.substr(0, cookie.find(';'))}};
@@ -118,7 +118,7 @@ Headers bearer(const std::string& token) {
   return {{"Authorization", "Bearer " + token}};
 }
 
-/// A page that listens.
+/// A page that receives live messages.
 class SecurePage {
  public:
   SecurePage(SecureWeb& web, const Headers& headers) : socket_(web.connect(error)) {
@@ -148,7 +148,7 @@ class SecurePage {
     }
     return update;
   }
-  /// With which code it is closed, reading until then.
+  /// Reads until the page is closed, and returns the close code.
   int closed_with() {
     while (!error) {
       read();
@@ -166,11 +166,11 @@ class SecurePage {
   std::uint64_t seen_ = 0;
 };
 
-/// Who may ask for what, as docs/operate/security.md has it; written down here once more, by hand.
+/// Access rights of a path, as in docs/operate/security.md. This is a second copy, written by hand.
 struct Expectation {
-  std::string roles;      ///< that may, for anybody's job
-  std::string own_roles;  ///< that may for their own job; empty: as for anybody's
-  unsigned answer;        ///< to who is let in, of a job that was cancelled without samples
+  std::string roles;      ///< roles that can use it for every job
+  std::string own_roles;  ///< roles that can use it for their own jobs; empty: as for every job
+  unsigned answer;        ///< status of an allowed request about a cancelled job without samples
 };
 
 const std::map<std::string, Expectation>& expectations() {
@@ -180,10 +180,10 @@ const std::map<std::string, Expectation>& expectations() {
       {"post /login", {everybody, "", 401}},  // without a token in the body
       {"post /logout", {everybody, "", 200}},
       {"get /jobs", {"view submit operate admin", "", 200}},
-      {"post /jobs", {"submit operate admin", "", 400}},  // of what is no job
+      {"post /jobs", {"submit operate admin", "", 400}},  // of an invalid job
       {"post /assets/missing", {"worker submit operate admin", "", 200}},
       {"post /assets/{digest}", {"worker submit operate admin", "", 200}},
-      {"post /inspect", {"submit operate admin", "", 400}},  // of no files
+      {"post /inspect", {"submit operate admin", "", 400}},  // without files
       {"get /jobs/{id}/spec", {"view operate admin", "view submit operate admin", 200}},
       {"post /jobs/{id}/delete", {"operate admin", "submit operate admin", 200}},
       {"get /jobs/{id}", {"view operate admin", "view submit operate admin", 200}},
@@ -213,7 +213,7 @@ std::string filled_in(std::string path, const std::string& name, const std::stri
   return at == std::string::npos ? path : path.replace(at, name.size(), value);
 }
 
-TEST(WebAccess, EveryPathForEveryRoleWithOwnAndOthersJobs) {
+TEST(WebAccess, EveryPathChecksRolesAndOwners) {
   SecureWeb web;
   const auto ada = web.channel("ada", {Role::submit}), bob = web.channel("bob", {Role::submit});
   upload_assets(ada);
@@ -228,7 +228,7 @@ TEST(WebAccess, EveryPathForEveryRoleWithOwnAndOthersJobs) {
     callers.emplace_back(name_of(role), bearer(token));
     if (role == Role::worker || role == Role::enrol) {
       const Response refused = web.log_in(token);
-      EXPECT_EQ(refused.result_int(), 403u) << "the page has nothing to show to a worker";
+      EXPECT_EQ(refused.result_int(), 403u) << "workers see nothing on the page";
       EXPECT_NE(refused.body().find("roles"), std::string::npos) << refused.body();
     } else {
       callers.emplace_back(name_of(role), web.cookie_of(token));
@@ -247,7 +247,7 @@ TEST(WebAccess, EveryPathForEveryRoleWithOwnAndOthersJobs) {
       const auto& [roles, own_roles, answer] = expectations().at(name);
       ++walked;
       for (const auto& [role, shown] : callers) {
-        Headers headers = path == "/logout" ? Headers{} : shown;  // they are to stay logged in
+        Headers headers = path == "/logout" ? Headers{} : shown;  // the others have to stay logged in
         if (path == "/assets/{digest}") {
           headers["Content-Type"] = "application/octet-stream";
         }
@@ -274,7 +274,7 @@ TEST(WebAccess, EveryPathForEveryRoleWithOwnAndOthersJobs) {
   EXPECT_EQ(walked, expectations().size());
 }
 
-TEST(WebAccess, ALoginIsACookieThatEndsWhenSomebodyLogsOut) {
+TEST(WebAccess, ALoginIsACookieThatEndsAtLogout) {
   SecureWeb web;
   const std::string token = web.token("ada", {Role::view, Role::submit});
   const Response login = web.log_in(token);
@@ -296,7 +296,7 @@ TEST(WebAccess, ALoginIsACookieThatEndsWhenSomebodyLogsOut) {
   EXPECT_TRUE(names(farm["may_with_own"], "PauseJob"));
   EXPECT_NE(std::string(web.log_in(token)[http::field::set_cookie]), cookie) << "each browser has a secret of its own";
 
-  EXPECT_EQ(web.get("/nothing").result_int(), 404u) << "the page comes to everybody";
+  EXPECT_EQ(web.get("/nothing").result_int(), 404u) << "everyone gets the page";
   const Response logout = web.send(http::verb::post, "/api/v1/logout", shown);
   EXPECT_NE(std::string(logout[http::field::set_cookie]).find("Max-Age=0"), std::string::npos);
   EXPECT_EQ(web.get("/api/v1/jobs", shown).result_int(), 401u);
@@ -372,7 +372,7 @@ TEST(WebAccess, PagesEndWithTheirLoginAndLoginsWithTheirToken) {
   EXPECT_EQ(web.get("/api/v1/jobs", short_lived).result_int(), 401u);
 }
 
-TEST(WebAccess, OthersJobsAreNeitherListedNorShownAndLooksAreWrittenDown) {
+TEST(WebAccess, OthersJobsAreHiddenAndViewsAreRecorded) {
   SecureWeb web;
   const auto ada = web.channel("ada", {Role::submit}), bob = web.channel("bob", {Role::submit});
   upload_assets(ada);
@@ -424,7 +424,7 @@ TEST(WebAccess, OthersJobsAreNeitherListedNorShownAndLooksAreWrittenDown) {
   })) << actions.DebugString();
 }
 
-TEST(WebAccess, AJobIsItsCallersWhateverItSaysAndIsWrittenDown) {
+TEST(WebAccess, AJobBelongsToItsCallerAndIsRecorded) {
   SecureWeb web;
   upload_assets(web.channel("ada", {Role::submit}));
   const Headers ada = web.cookie_of(web.token("ada", {Role::submit}));
@@ -439,7 +439,7 @@ TEST(WebAccess, AJobIsItsCallersWhateverItSaysAndIsWrittenDown) {
   const std::string path = "/api/v1/jobs/" + job["id"].get<std::string>();
   const Headers eve = bearer(web.token("eve", {Role::submit}));
   EXPECT_EQ(web.send(http::verb::post, "/api/v1/jobs", eve, submit_body(spec)).result_int(), 409u)
-      << "the id of her request is that of somebody else's job";
+      << "her request id is that of another user's job";
   EXPECT_EQ(web.get(path + "/spec", eve).result_int(), 403u);
   EXPECT_EQ(web.send(http::verb::post, path + "/cancel", ada).result_int(), 200u);
   EXPECT_EQ(web.send(http::verb::post, path + "/delete", eve).result_int(), 403u);
@@ -461,7 +461,7 @@ TEST(WebAccess, AJobIsItsCallersWhateverItSaysAndIsWrittenDown) {
   EXPECT_EQ(times("GetJob", "eve", grpc::StatusCode::PERMISSION_DENIED), 1);
 }
 
-TEST(WebAccess, WhoIsNotEncryptedIsPointedToHttpsAndGetsNothingElse) {
+TEST(WebAccess, PlainHttpIsRedirectedToHttpsAndGetsNothingElse) {
   SecureWeb web;
   const std::string token = web.token("ada", {Role::view});
   const auto ask = [&](http::verb verb, const std::string& target) {
@@ -479,7 +479,7 @@ TEST(WebAccess, WhoIsNotEncryptedIsPointedToHttpsAndGetsNothingElse) {
       beast::error_code error;
       http::response<http::string_body> more;
       http::read(stream, buffer, more, error);
-      EXPECT_EQ(error, http::error::end_of_stream) << "it hangs up";
+      EXPECT_EQ(error, http::error::end_of_stream) << "it closes the connection";
     }
     return response;
   };
@@ -487,11 +487,11 @@ TEST(WebAccess, WhoIsNotEncryptedIsPointedToHttpsAndGetsNothingElse) {
     const Response response = ask(verb, "/api/v1/jobs?page_size=2");
     EXPECT_EQ(response.result_int(), 307u);
     EXPECT_EQ(response[http::field::location], "https://" + web.host() + "/api/v1/jobs?page_size=2");
-    EXPECT_EQ(response.count("Strict-Transport-Security"), 0u) << "whoever is on the way could have written it";
+    EXPECT_EQ(response.count("Strict-Transport-Security"), 0u) << "plain HTTP can be forged on its way";
     EXPECT_NE(response.body().find("https://"), std::string::npos);
     EXPECT_EQ(response.body().find("jobs"), std::string::npos);
   }
-  EXPECT_EQ(web.get("/api/v1/jobs", bearer(token)).result_int(), 200u) << "others go on";
+  EXPECT_EQ(web.get("/api/v1/jobs", bearer(token)).result_int(), 200u) << "other calls continue";
 }
 
 TEST(WebAccess, EncryptedAnswersTellBrowsersToStayEncrypted) {
@@ -523,10 +523,10 @@ TEST(WebAccess, ARenewedCertificateComesIntoUseWithoutARestart) {
   web.secure().write("server.pem", "no certificate");
   EXPECT_TRUE(eventually(
       [&] { return web.secure().farm().server_log().find("new connections may fail") != std::string::npos; }));
-  EXPECT_FALSE(serial().empty()) << "what was read before stays";
+  EXPECT_FALSE(serial().empty()) << "earlier readings stay";
 }
 
-TEST(WebAccess, WhoDoesNotEncryptIsNotAnswered) {
+TEST(WebAccess, PlainHttpGetsNoAnswer) {
   SecureWeb web;
   tcp::socket plain = web.socket();
   beast::error_code error;

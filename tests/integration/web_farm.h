@@ -28,7 +28,7 @@ std::string json_of(const Message& message) {
   return text;
 }
 
-/// What is sent to /api/v1/jobs.
+/// The body for /api/v1/jobs.
 inline std::string submit_body(const JobSpec& spec) {
   v1::SubmitJobRequest request;
   to_wire(spec, &request);
@@ -49,7 +49,7 @@ class WebFarm {
     farm_ = std::make_unique<Farm>(options, launch);
     read_port();
   }
-  /// Another coordinator, of what this one has stored. The page is at another port.
+  /// Starts another coordinator on the stored state. The page gets another port.
   void restart() {
     kill_at_once(farm_->server());
     std::filesystem::remove(port_file());
@@ -75,7 +75,7 @@ class WebFarm {
     request.body() = body;
     request.prepare_payload();
     boost::asio::ip::tcp::socket socket = connect();
-    boost::beast::error_code ignored;  // who is refused may find the connection closed while still sending
+    boost::beast::error_code ignored;  // a refused caller may find the connection closed while it still sends
     boost::beast::http::write(socket, request, ignored);
     boost::beast::flat_buffer buffer;
     boost::beast::http::response_parser<boost::beast::http::string_body> parser;

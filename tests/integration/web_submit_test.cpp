@@ -1,5 +1,5 @@
-// Jobs and assets that come over HTTP, on real connections: what is taken, what is refused, and what stays of what was
-// not finished.
+// Jobs and assets over HTTP, on real connections: what is accepted, what is refused, and what remains of unfinished
+// uploads.
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
 
@@ -34,12 +34,12 @@ bool says(const Response& response, const std::string& part) {
 int files_in(const fs::path& folder) {
   return static_cast<int>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
-/// Uploads under way.
+/// Number of uploads in progress.
 int incoming(WebFarm& web) {
   return files_in(web.farm().data() / "assets" / "incoming");
 }
 
-/// A connection on which a request is sent by hand.
+/// A connection with a request that the test sends piece by piece.
 class RawRequest {
  public:
   RawRequest(WebFarm& web, const std::string& path, const std::string& type, const std::string& headers,
@@ -47,12 +47,12 @@ class RawRequest {
       : socket_(web.connect(from)) {
     send(fmt::format("POST {} HTTP/1.1\r\nHost: {}\r\nContent-Type: {}\r\n{}\r\n", path, web.host(), type, headers));
   }
-  /// An asset of so many bytes.
+  /// An asset of this many bytes.
   RawRequest(WebFarm& web, const std::string& path, std::size_t length)
       : RawRequest(web, path, "application/octet-stream", fmt::format("Content-Length: {}\r\n", length)) {}
 
   void send(std::string_view bytes) { asio::write(socket_, asio::buffer(bytes.data(), bytes.size()), error); }
-  /// One header, of an answer on the way or of the last one.
+  /// Reads one header: an interim answer or the final one.
   std::string read_head() {
     asio::read_until(socket_, asio::dynamic_buffer(got_), "\r\n\r\n", error);
     const std::size_t end = got_.find("\r\n\r\n");
@@ -66,7 +66,7 @@ class RawRequest {
     http::read(socket_, buffer, response, error);
     return response;
   }
-  /// Whether the coordinator has read all that was sent.
+  /// Whether the coordinator has read everything that was sent.
   bool is_read() const {
     const unsigned port = socket_.local_endpoint().port();
     return std::ranges::any_of(tcp_sockets(), [port](const TcpSocket& socket) {
@@ -96,7 +96,7 @@ Picture submitted_picture() {
   return picture;
 }
 
-TEST(WebSubmit, AJobComesWithItsAssetsAndGivesTheSameBits) {
+TEST(WebSubmit, AJobWithItsAssetsGivesTheSameBits) {
   WebFarm web;
   const JobSpec spec = job_of(submitted_picture(), "over http");
   v1::FindMissingAssetsRequest digests;
@@ -146,7 +146,7 @@ TEST(WebSubmit, AJobComesWithItsAssetsAndGivesTheSameBits) {
   EXPECT_EQ(web.post("/api/v1/jobs/" + id + "/delete").result_int(), 404u);
 }
 
-TEST(WebSubmit, WhatIsNoJobIsRefusedByItsField) {
+TEST(WebSubmit, AnInvalidJobIsRefusedWithItsField) {
   WebFarm web;
   EXPECT_TRUE(says(web.post("/api/v1/jobs", "{}"), "request_id"));
   EXPECT_EQ(web.post("/api/v1/jobs", "{\"request_id\": ").result_int(), 400u);
@@ -162,11 +162,11 @@ TEST(WebSubmit, WhatIsNoJobIsRefusedByItsField) {
   EXPECT_EQ(web.get("/api/v1/assets/missing").result_int(), 405u);
 }
 
-TEST(WebSubmit, LargeScenesComeAndGoWhole) {
+TEST(WebSubmit, LargeScenesAreStoredAndReturnedWhole) {
   WebFarm web;
   JobSpec spec = job_of(submitted_picture(), "large");
   spec.settings.assets.clear();
-  spec.settings.scene.assign(std::size_t{16} << 20, '\xff');  // no scene: what is left to the worker that reads it
+  spec.settings.scene.assign(std::size_t{16} << 20, '\xff');  // no scene; the worker that reads it finds out
   const Response submitted = web.post("/api/v1/jobs", submit_body(spec));
   ASSERT_EQ(submitted.result_int(), 200u) << submitted.body().substr(0, 500);
   const std::string id = json::parse(submitted.body())["id"];
@@ -197,7 +197,7 @@ TEST(WebSubmit, LargeBodiesOfOneCallerAndOfAllHaveALimit) {
     request.send(body);
     return request.read().result_int();
   };
-  // On a busy machine those that are held may be given up before all are there: then one more is held.
+  // A busy machine may drop held requests before all are there. Then the test holds one more.
   const auto is_full = [&](const std::string& caller, const std::function<std::string()>& other) {
     return eventually([&] {
       const bool full = answer(large, caller) == 503;
@@ -209,8 +209,8 @@ TEST(WebSubmit, LargeBodiesOfOneCallerAndOfAllHaveALimit) {
   };
   hold("127.0.0.1", 6);  // of 128 MiB
   EXPECT_TRUE(is_full("127.0.0.1", [] { return "127.0.0.1"; }));
-  EXPECT_EQ(answer("{}"), 400u) << "small ones are taken";
-  EXPECT_EQ(answer(large, "127.0.0.2"), 400u) << "it is taken: it is no job";
+  EXPECT_EQ(answer("{}"), 400u) << "small ones are accepted";
+  EXPECT_EQ(answer(large, "127.0.0.2"), 400u) << "it is accepted, but it is no job";
   hold("127.0.0.2", 6);
   hold("127.0.0.3", 1);  // of 256 MiB together
   int others = 3;
@@ -224,7 +224,7 @@ TEST(WebSubmit, LargeBodiesOfOneCallerAndOfAllHaveALimit) {
   EXPECT_TRUE(eventually([&] { return answer(large) == 400 && answer(large, "127.0.0.3") == 400; }));
 }
 
-TEST(WebSubmit, AnAssetIsWhatItsNameSaysOrNotThere) {
+TEST(WebSubmit, AnAssetThatDoesNotMatchItsNameIsRefused) {
   WebFarm web;
   const auto send = [&](const std::string& path, const std::string& bytes, const std::string& type) {
     return web.send(http::verb::post, path, bytes, {{"Content-Type", type}});
@@ -251,7 +251,7 @@ TEST(WebSubmit, AnAssetIsWhatItsNameSaysOrNotThere) {
   EXPECT_EQ(polite.read().result_int(), 200u);
 }
 
-TEST(WebSubmit, OtherPagesSendNothing) {
+TEST(WebSubmit, OtherPagesCannotSend) {
   WebFarm web;
   const std::string evil = "http://evil.example";
   for (const auto& [name, value] : {std::pair{"Origin", evil}, std::pair{"Sec-Fetch-Site", std::string("cross-site")},
@@ -276,7 +276,7 @@ TEST(WebSubmit, AnAssetBeyondALimitIsRefusedBeforeItsBytesWhereItsLengthIsKnown)
   EXPECT_EQ(refused.result_int(), 503u);
   EXPECT_TRUE(says(refused, "is larger than the limit of ")) << refused.body();
   const Response sent = web.send(http::verb::post, asset_path(large), large, kBytes);
-  EXPECT_EQ(sent.result_int(), 503u) << "also to who has sent it all by then";
+  EXPECT_EQ(sent.result_int(), 503u) << "also if everything was sent by then";
   RawRequest chunked(web, asset_path(large), "application/octet-stream", "Transfer-Encoding: chunked\r\n");
   chunked.send(fmt::format("{:x}\r\n{}\r\n0\r\n\r\n", large.size(), large));
   EXPECT_EQ(chunked.read().result_int(), 503u);
@@ -294,7 +294,7 @@ TEST(WebSubmit, AnUploadThatIsCutLeavesNothing) {
   EXPECT_EQ(web.send(http::verb::post, asset_path(bytes), bytes, kBytes).result_int(), 200u);
 }
 
-TEST(WebSubmit, ACoordinatorThatStopsMeanwhileLeavesNothing) {
+TEST(WebSubmit, AStoppingCoordinatorLeavesNothing) {
   WebFarm web;
   const std::string bytes(std::size_t{64} << 20, 'x');
   RawRequest waits(web, asset_path("waits"), 5),
@@ -313,7 +313,7 @@ TEST(WebSubmit, ACoordinatorThatStopsMeanwhileLeavesNothing) {
   EXPECT_EQ(incoming(web), 0);
 }
 
-TEST(WebSubmit, TheSameAssetTwiceAtOnceIsThereOnce) {
+TEST(WebSubmit, TheSameAssetSentTwiceAtOnceIsStoredOnce) {
   WebFarm web;
   const std::string bytes(std::size_t{1} << 20, 'y');
   RawRequest first(web, asset_path(bytes), bytes.size());
@@ -340,7 +340,7 @@ TEST(WebSubmit, UploadsOfOneCallerHaveALimit) {
       [&] { return web.send(http::verb::post, asset_path("third"), "third", kBytes).result_int() == 200u; }));
 }
 
-TEST(WebSubmit, EveryRequestCountsTowardsItsCallers) {
+TEST(WebSubmit, EveryRequestCountsTowardsTheLimitOfItsCaller) {
   WebFarm web({"--caller-requests", "2"});  // and 20 at once
   const auto refused = [&](const auto& ask) {
     for (int i = 0; i < 100; ++i) {
@@ -357,7 +357,7 @@ TEST(WebSubmit, EveryRequestCountsTowardsItsCallers) {
   EXPECT_EQ(web.send(http::verb::post, asset_path("one"), "one", kBytes).result_int(), 200u) << "as over gRPC";
 }
 
-TEST(WebSubmit, WhoSendsTooSlowlyIsHungUpOn) {
+TEST(WebSubmit, ATooSlowRequestIsDisconnected) {
   WebFarm web;
   const auto start = std::chrono::steady_clock::now();
   RawRequest silent(web, asset_path("silent"), 1'000'000), slow(web, asset_path("slow"), 1'000'000);
@@ -367,7 +367,7 @@ TEST(WebSubmit, WhoSendsTooSlowlyIsHungUpOn) {
       [&] {
         slow.send("x");
         job.send(" ");
-        EXPECT_EQ(web.get("/").result_int(), 200u) << "nobody waits for them";
+        EXPECT_EQ(web.get("/").result_int(), 200u) << "no other request waits for them";
         std::this_thread::sleep_for(std::chrono::milliseconds(500));
         return slow.hung_up_on();
       },
@@ -376,7 +376,7 @@ TEST(WebSubmit, WhoSendsTooSlowlyIsHungUpOn) {
   EXPECT_TRUE(eventually([&] { return silent.hung_up_on() && job.hung_up_on() && incoming(web) == 0; }));
 }
 
-TEST(WebSubmit, WhoAnnouncesMuchAndSendsNothingHoldsUpNobody) {
+TEST(WebSubmit, IdleLargeRequestsDelayNoOtherCaller) {
   WebFarm web;
   std::vector<std::unique_ptr<RawRequest>> idle;
   for (int i = 0; i < 20; ++i) {
@@ -384,7 +384,7 @@ TEST(WebSubmit, WhoAnnouncesMuchAndSendsNothingHoldsUpNobody) {
         std::make_unique<RawRequest>(web, "/api/v1/jobs", "application/json", "Content-Length: 25000000\r\n"));
     idle.back()->send("{");
   }
-  // Far more than is small, and no job.
+  // Far more than a small body, and no job.
   const Response answer = web.post("/api/v1/jobs", "{" + std::string(8'000'000, ' ') + "}");
   EXPECT_EQ(answer.result_int(), 400u) << answer.body();
   EXPECT_TRUE(says(answer, "request_id")) << answer.body();
@@ -393,7 +393,7 @@ TEST(WebSubmit, WhoAnnouncesMuchAndSendsNothingHoldsUpNobody) {
 TEST(WebSubmit, AFullDiskIsNamedAndLeavesNothing) {
   const SmallDisk disk(64);
   if (!disk.mounted()) {
-    GTEST_SKIP() << "no disk can be mounted here";
+    GTEST_SKIP() << "cannot mount a disk (needs root)";
   }
   WebFarm web({"--reserve-gib", "0"});
   const std::string bytes(std::size_t{16} << 20, 'z');

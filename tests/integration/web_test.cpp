@@ -1,4 +1,4 @@
-// The coordinator's page and JSON API over real sockets: what is served, what is refused, and what its bounds are.
+// The coordinator's page and JSON API over real sockets: what is served and refused, and the limits.
 #include <gtest/gtest.h>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/read.hpp>
@@ -29,7 +29,7 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 using asio::ip::tcp;
 using nlohmann::json;
-/// A viewer that reads when it is told to.
+/// A viewer that reads only when told to.
 class Page {
  public:
   explicit Page(WebFarm& farm, const Headers& headers = {}) : socket_(farm.connect()) {
@@ -50,7 +50,7 @@ class Page {
     send(request.SerializeAsString());
   }
   void send(const std::string& bytes) { socket_.write(asio::buffer(bytes), error); }
-  /// The next message; the connection's end is an empty one with `error`.
+  /// The next message. At the connection's end it is empty, with `error`.
   v1::ViewUpdate read() {
     beast::flat_buffer buffer;
     v1::ViewUpdate update;
@@ -61,7 +61,7 @@ class Page {
     }
     return update;
   }
-  /// Reads and acknowledges until `enough` says so of an update.
+  /// Reads and acknowledges until `enough` accepts an update.
   template <class Enough>
   void follow(std::uint64_t job, const Enough& enough) {
     for (int i = 0; i < 1000 && !error; ++i) {
@@ -71,7 +71,7 @@ class Page {
         return;
       }
     }
-    ADD_FAILURE() << "what is waited for does not come: " << error.message();
+    ADD_FAILURE() << "the expected message does not arrive: " << error.message();
   }
   websocket::close_code close_code() const { return static_cast<websocket::close_code>(socket_.reason().code); }
 
@@ -89,7 +89,7 @@ Picture small_picture(std::uint64_t samples = 8) {
   return picture;
 }
 
-TEST(Web, ThePageComesWithItsRulesAndNothingElseOfTheDisk) {
+TEST(Web, ServesThePageWithItsSecurityHeadersAndNoOtherFile) {
   WebFarm web;
   const Response page = web.get("/");
   EXPECT_EQ(page.result_int(), 200u);
@@ -163,7 +163,7 @@ TEST(Web, JobsAndWorkersAreListedAndSteered) {
   EXPECT_EQ(web.post("/api/v1/workers/nobody").result_int(), 404u);
 }
 
-TEST(Web, WhatIsShownOfAJobThatHasEndedIsItsLast) {
+TEST(Web, AnEndedJobShowsItsLastPicture) {
   WebFarm web({"--unit-seconds", "0.05"});
   FarmClient client = web.farm().client();
   client.upload_assets();
@@ -171,15 +171,15 @@ TEST(Web, WhatIsShownOfAJobThatHasEndedIsItsLast) {
   web.farm().add_worker(1, "w1");
   const std::string path = fmt::format("/api/v1/jobs/{}", job);
   ASSERT_TRUE(eventually([&] { return web.get(path + "/thumbnail.png").result_int() == 200u; }));
-  client.wait_for_samples(job, client.job(job).samples_done() + 1);  // what was shown is still recent, but not the last
+  client.wait_for_samples(job, client.job(job).samples_done() + 1);  // the picture shown is recent, but not the last
   web.post(path + "/cancel");
   client.wait_until_ended(job);
   const std::string last = web.get(path + "/thumbnail.png").body();
-  web.restart();  // and has shown nothing before; that the job was cancelled is stored, with all before it
+  web.restart();  // it has shown nothing before; the cancellation is stored with everything before it
   EXPECT_TRUE(web.get(path + "/thumbnail.png").body() == last);
 }
 
-TEST(Web, WhateverIsDescribedIsServed) {
+TEST(Web, EveryPathOfOpenApiJsonIsServed) {
   WebFarm web;
   FarmClient client = web.farm().client();
   client.upload_assets();
@@ -192,7 +192,7 @@ TEST(Web, WhateverIsDescribedIsServed) {
   const json description = json::parse(read_file(source).value());
   int calls = 0;
   for (const auto& [path, methods] : description["paths"].items()) {
-    std::string target = (methods.contains("servers") ? "" : "/api/v1") + path;  // one of its own: "/"
+    std::string target = (methods.contains("servers") ? "" : "/api/v1") + path;  // "/" has its own server entry
     for (const auto& [name, value] :
          {std::pair{"{id}", path.ends_with("/delete") ? other : job}, std::pair{"{name}", std::string("w")},
           std::pair{"{digest}", sha256("{}").hex()}}) {
@@ -215,7 +215,7 @@ TEST(Web, WhateverIsDescribedIsServed) {
   EXPECT_EQ(calls, 28);
 }
 
-TEST(Web, TellsWhatHappenedOnTheFarm) {
+TEST(Web, ReportsEventsOfTheFarm) {
   WebFarm web;
   FarmClient client = web.farm().client();
   client.upload_assets();
@@ -249,7 +249,7 @@ TEST(Web, TellsWhatHappenedOnTheFarm) {
   EXPECT_EQ(web.get("/api/v1/workers/%zz/history").result_int(), 400u);
   EXPECT_EQ(json::parse(web.get("/api/v1/history?span=86400").body())["interval_seconds"], 300.0);
 
-  const auto merged = [&] {  // a sample is there after ten seconds
+  const auto merged = [&] {  // a sample of the history appears after ten seconds
     double sum = 0;
     for (const json& each : json::parse(web.get("/api/v1/history").body()).value("samples", json::array())) {
       sum += each.value("pixel_samples", 0.0);
@@ -291,7 +291,7 @@ TEST(Web, APictureThatIsTooLargeIsLeftToTheCommandLine) {
   FarmClient client = web.farm().client();
   client.upload_assets();
   Picture large = small_picture();
-  large.side = 4'200;  // of 64 bytes a pixel, more than 1 GiB
+  large.side = 4'200;  // at 64 bytes per pixel, more than 1 GiB
   const std::uint64_t job = client.submit(large).id();
   const Response answer = web.get(fmt::format("/api/v1/jobs/{}/picture.exr", job));
   EXPECT_EQ(answer.result_int(), 503u);
@@ -316,7 +316,7 @@ TEST(Web, ListsComeInPages) {
   }
 }
 
-TEST(Web, OtherPagesAndOtherNamesAreTurnedAway) {
+TEST(Web, OtherPagesAndOtherNamesAreRefused) {
   WebFarm web;
   EXPECT_EQ(web.get("/", {{"Host", "evil.example"}}).result_int(), 403u);
   EXPECT_EQ(web.get("/api/v1/jobs", {{"Host", "evil.example"}}).result_int(), 403u);
@@ -336,7 +336,7 @@ TEST(Web, RequestsAreBounded) {
   Page page(web);
   page.send(std::string(5'000, 'x'));
   page.read();
-  EXPECT_TRUE(page.error) << "it is hung up on";
+  EXPECT_TRUE(page.error) << "the coordinator closes it";
   Page babbler(web);
   babbler.send("\xff\xff\xff");
   babbler.read();
@@ -344,12 +344,12 @@ TEST(Web, RequestsAreBounded) {
   EXPECT_EQ(web.get("/").result_int(), 200u);
 }
 
-/// All that comes back until the connection ends.
+/// Everything that comes back until the connection ends.
 std::string answers_to(WebFarm& web, const std::string& bytes) {
   tcp::socket socket = web.connect();
   beast::error_code error;
   asio::write(socket, asio::buffer(bytes), error);
-  socket.shutdown(tcp::socket::shutdown_send, error);  // nothing more is waited for
+  socket.shutdown(tcp::socket::shutdown_send, error);  // no more input to wait for
   std::string answers;
   asio::read(socket, asio::dynamic_buffer(answers), error);
   return answers;
@@ -382,7 +382,7 @@ TEST(Web, RequestsThatAProxyMayUnderstandOtherwiseAreRefused) {
     const std::string answers = answers_to(web, head + "\r\n" + chunks + next);
     EXPECT_EQ(answers.find("HTTP/1."), 0u) << head;
     EXPECT_EQ(answers.substr(8, 5), " 400 ") << head << answers;
-    EXPECT_EQ(answers.find("\nHTTP/1."), std::string::npos) << "what follows is not answered: " << head << answers;
+    EXPECT_EQ(answers.find("\nHTTP/1."), std::string::npos) << "the rest gets no answer: " << head << answers;
   }
   const std::string once = answers_to(
       web, post + host + chunked + "\r\n" + chunks + "GET / HTTP/1.1\r\n" + host + "Connection: close\r\n\r\n");
@@ -390,7 +390,7 @@ TEST(Web, RequestsThatAProxyMayUnderstandOtherwiseAreRefused) {
   EXPECT_NE(once.find("HTTP/1.1 200"), std::string::npos) << once;
 }
 
-/// The answer to a job that is submitted for a page.
+/// The answer to a job that a page submits.
 Response submit_for(WebFarm& web, const std::string& page, const std::string& request_id) {
   return web.post("/api/v1/jobs?page=" + page, submit_body(job_of(small_picture(1'000'000), request_id)));
 }
@@ -407,7 +407,7 @@ TEST(Web, JobsOfAPageEndWithItsLastConnection) {
   FarmClient client = web.farm().client();
   client.upload_assets();
   const std::uint64_t kept = client.submit(small_picture(), "kept").id();
-  EXPECT_EQ(submit_for(web, "nobody", "early").result_int(), 409u) << "no connection has said that it is this page's";
+  EXPECT_EQ(submit_for(web, "nobody", "early").result_int(), 409u) << "no connection has named this page";
   EXPECT_EQ(client.jobs(), std::vector{kept});
   auto page = std::make_unique<Page>(web), other = std::make_unique<Page>(web);
   name(*page, "a-page");
@@ -416,7 +416,7 @@ TEST(Web, JobsOfAPageEndWithItsLastConnection) {
   EXPECT_EQ(submit_for(web, "b-page", "second").result_int(), 200u);
   const std::vector<std::uint64_t> all = client.jobs();
   ASSERT_EQ(all.size(), 3u);
-  page.reset();  // as when its program is killed: nothing is said
+  page.reset();  // like a killed program: it says nothing
   EXPECT_TRUE(eventually([&] { return client.jobs() == std::vector{all[0], kept}; }));
   other.reset();
   EXPECT_TRUE(eventually([&] { return client.jobs() == std::vector{kept}; }));
@@ -487,7 +487,7 @@ TEST(Web, APageSeesThePictureComeAndCatchesUpAfterABreak) {
   EXPECT_EQ(tiles.at({64, 64}).rect().width(), 32);
 }
 
-TEST(Web, AnEndedJobIsShownAndExtendedWhoseFilmIsInTheStoreAlone) {
+TEST(Web, AnEndedJobIsShownAndExtendedFromTheStore) {
   WebFarm web;
   FarmClient client = web.farm().client();
   client.upload_assets();
@@ -521,7 +521,7 @@ TEST(Web, AnEndedJobIsShownAndExtendedWhoseFilmIsInTheStoreAlone) {
   expect_reference_film(web.farm().client(), job, picture);
 }
 
-TEST(Web, WhoDoesNotSayWhatItSawIsSentTwoMessages) {
+TEST(Web, APageThatAcknowledgesNothingGetsTwoMessages) {
   WebFarm web;
   FarmClient client = web.farm().client();
   client.upload_assets();
@@ -550,10 +550,10 @@ TEST(Web, WhoDoesNotSayWhatItSawIsSentTwoMessages) {
   EXPECT_GT(seen, 0u);
 }
 
-TEST(Web, WithoutFilesToOpenConnectionsWaitAndAreTriedNowAndThen) {
+TEST(Web, ConnectionsWaitWhenFileDescriptorsRunOut) {
   WebFarm web({"--log-level", "debug"});
   const pid_t server = web.farm().server().pid();
-  rlim_t next = 0;  // the first number that no file has
+  rlim_t next = 0;  // the first unused descriptor number
   while (std::filesystem::exists(std::filesystem::symlink_status(fmt::format("/proc/{}/fd/{}", server, next)))) {
     ++next;
   }
@@ -562,7 +562,7 @@ TEST(Web, WithoutFilesToOpenConnectionsWaitAndAreTriedNowAndThen) {
   const rlimit none{next, before.rlim_max};
   const auto began = std::chrono::steady_clock::now();
   ASSERT_EQ(::prlimit(server, RLIMIT_NOFILE, &none, nullptr), 0);
-  std::vector<tcp::socket> silent;  // they take what numbers there are below
+  std::vector<tcp::socket> silent;  // they take the free descriptor numbers below
   for (int i = 0; i < 20; ++i) {
     silent.push_back(web.connect());
   }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks that links of documents lead somewhere; --sentences prints how long the documents' sentences are.
+"""Checks the links of documents. --sentences prints the lengths of the documents' sentences.
 
   check_documents.py ROOT [--sentences]
 """
@@ -12,7 +12,7 @@ import sys
 
 LINK = re.compile(r"!?\[(?:[^\]\[]|\[[^\]]*\])*\]\(([^)\s]+)\)")
 CODE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
-LEAST_WORDS = 5  # of a bullet that counts as a sentence
+LEAST_WORDS = 5  # a bullet with as many words counts as a sentence
 
 
 def documents(root):
@@ -21,7 +21,7 @@ def documents(root):
 
 
 def anchors(text):
-    """As GitHub makes them of headings: letters, digits, hyphens and underscores, spaces become hyphens."""
+    """GitHub's anchor of a heading: letters, digits, hyphens and underscores, with hyphens for spaces."""
     names, seen = set(), {}
     for title in re.findall(r"^#+ +(.+?) *$", CODE.sub("", text), re.MULTILINE):
         name = re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
@@ -46,7 +46,7 @@ def broken_links(root, files):
 
 
 def sentences(text):
-    """Without code, headings and tables. A bullet of a few words is none."""
+    """Word counts of sentences, without code, headings and tables. A bullet of a few words is none."""
     text = CODE.sub("\n\n", text)
     for block in re.split(r"\n\s*\n|\n(?= *(?:[-*]|\d+\.) )", text):
         if not block.strip() or block.lstrip().startswith(("#", "|", "!")):

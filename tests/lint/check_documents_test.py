@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""check_documents.py finds planted faults, and nothing else."""
+"""Tests that check_documents.py finds planted faults, and nothing else."""
 import pathlib
 import subprocess
 import sys
@@ -22,17 +22,17 @@ class Documents(unittest.TestCase):
             (self.root / f"{name}.md").write_text(text)
         return list(check_documents.broken_links(self.root, check_documents.documents(self.root)))
 
-    def test_links_that_lead_somewhere(self):
+    def test_links_with_a_target_pass(self):
         self.assertEqual(self.broken(a="# A title, `code` & more\n[b](b.md#two-words) [c](#a-title-code--more) [d](https://x.example/)\n",
                                      b="## Two words\n```\n[no link](here.md)\n```\n![picture with [brackets]](a.md)\n"), [])
 
-    def test_a_file_that_is_not_there(self):
+    def test_a_missing_file_is_found(self):
         self.assertEqual(self.broken(a="[b](b.md)"), ["a.md: there is no b.md"])
 
-    def test_a_heading_that_is_not_there(self):
+    def test_a_missing_heading_is_found(self):
         self.assertEqual(self.broken(a="[b](b.md#one)", b="# Two\n```\n# One\n```\n"), ["a.md: there is no heading for b.md#one"])
 
-    def test_lengths_of_sentences(self):
+    def test_words_of_sentences_are_counted(self):
         text = "# A heading counts as no sentence\n\nOne two three. Four five\nsix [seven eight](a.md) `nine ten`.\n\n- a bullet\n" \
                "- a bullet with five words\n\n| a | table |\n\n```\ncode is no sentence\n```\n"
         self.assertEqual(list(check_documents.sentences(text)), [3, 6, 5])

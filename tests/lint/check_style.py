@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Checks the five rules of the house (and a few more) over a source tree; prints each violation as file:line: what.
+"""Checks the rules on folders, includes and names in a source tree. Prints each violation as file:line: what.
 
-  check_style.py [--root DIR]                    the rules that can be read off the sources
+  check_style.py [--root DIR]                    checks the sources
   check_style.py --update-proto [--root DIR]     records new proto fields, so that they can never be renumbered
-  check_style.py --links NAME=BINARY ...         which libraries the programs link, directly or not
+  check_style.py --links NAME=BINARY ...         checks which libraries the programs link, directly or not
 """
 import argparse
 import pathlib
@@ -14,7 +14,7 @@ import sys
 COMMON_ORDER = ["base", "command_line", "security", "math", "geometry", "sampling", "image", "materials", "film", "lights", "scene", "photons",
                 "methods", "planner", "farm", "wire", "scene_io"]
 SERVER_ORDER = ["access", "scheduling", "domain", "store", "assembly", "listen", "runtime", "operations", "api", "web"]
-SIBLINGS = [{"api", "web"}]  # of these, none includes another
+SIBLINGS = [{"api", "web"}]  # these do not include each other
 PROGRAMS = ["decoder", "server", "worker", "client"]
 SOURCE_SUFFIXES = {".h", ".cpp"}
 
@@ -32,17 +32,17 @@ DOORS = [
     ("seccomp", r"^(seccomp\.h|linux/seccomp\.h)", ["decoder"]),
 ]
 
-# What must run without a thread, a socket, a disk or a real clock.
+# Folders that must run without a thread, a socket, a disk or a real clock.
 PURE = ["server/access", "server/domain", "server/scheduling", "server/assembly", "worker/session"]
 PURE_INCLUDES = (r"^(thread|mutex|shared_mutex|condition_variable|future|fstream|filesystem|iostream|csignal|unistd\.h|fcntl\.h"
                  r"|sys/.*|pthread\.h|random)$|^common/base/(file|mutex|log|signals)\.h$")
 PURE_WORDS = (r"std::(jthread|thread|mutex|condition_variable|async|ifstream|ofstream|random_device)\b"
               r"|\bsystem_clock\b|\bsteady_clock\b|\bhigh_resolution_clock\b")
-# Common code knows no real clock; base has the one that is injected.
+# Common code uses no real clock. base has the injected one.
 CLOCK_WORDS = r"\b(system_clock|steady_clock|high_resolution_clock)\b|\b(gettimeofday|clock_gettime)\s*\("
 STANDARD_DISTRIBUTIONS = r"std::\w+_distribution\b"
 
-# Written in two parts, so that this file does not contain what it looks for.
+# In two parts, so that this file does not contain the words.
 MACHINE_WORDS = ["/home" + "/", "/ro" + "ot/", "/wo" + "rk/", "registry.npm" + "js", "py" + "pi.org", "files.python" + "hosted",
                  "deb.deb" + "ian.org", "crates" + ".io", "proxy.gol" + "ang"]
 UNFINISHED = ["TO" + "DO", "FIX" + "ME", "X" + "XX:"]
@@ -58,7 +58,7 @@ FORBIDDEN_LINKS = {
 
 PROTO_RECORD = "tests/lint/proto_fields.txt"
 
-# Types of parameters that GoogleTest prints by their value. Other types of the standard library it may print as bytes.
+# Types that GoogleTest prints by value. It may print other types of the standard library as bytes.
 PRINTED_TYPES = {"bool", "char", "double", "float", "int", "long", "unsigned", "const", "std", "size_t", "string", "string_view",
                  "array", "map", "optional", "pair", "set", "tuple", "vector",
                  *(f"{sign}int{bits}_t" for sign in ("", "u") for bits in (8, 16, 32, 64))}
@@ -73,7 +73,7 @@ class Report:
 
 
 def tree_files(root):
-    """Files under version control or about to be, relative to the root; everything where there is no git."""
+    """Files that git tracks or would track, relative to the root. All files if there is no git."""
     listed = subprocess.run(["git", "-C", str(root), "ls-files", "--cached", "--others", "--exclude-standard"],
                             capture_output=True, text=True, check=False)
     if listed.returncode == 0:
@@ -84,7 +84,7 @@ def tree_files(root):
 
 
 def without_comments(text):
-    """The code with comments and string literals blanked, line by line."""
+    """The code by line, with comments and string literals blanked."""
     def blank(match):
         return re.sub(r"[^\n]", " ", match.group(0))
     return re.sub(r'//[^\n]*|/\*.*?\*/|R"\((?:.|\n)*?\)"|"(?:\\.|[^"\\\n])*"', blank, text, flags=re.S)
@@ -120,7 +120,7 @@ def check_doors(path, include, line, report):
 
 
 def check_source(path, text, report):
-    # Only what stands at the beginning of a line is a directive; its operand is lost with the string literals.
+    # A directive begins a line. Its operand is read here, because blanking removes it.
     for number, line in enumerate(text.splitlines(), 1):
         match = re.match(r'\s*#\s*include\s*[<"]([^>"]+)[>"]', line)
         if not match:
@@ -141,7 +141,7 @@ def check_source(path, text, report):
 
 
 def between_brackets(text, start, brackets):
-    """What stands in the pair of brackets that opens at `start`."""
+    """The text in the pair of brackets that opens at `start`."""
     depth = 0
     for at in range(start, len(text)):
         depth += {brackets[0]: 1, brackets[1]: -1}.get(text[at], 0)
@@ -151,14 +151,15 @@ def between_brackets(text, start, brackets):
 
 
 def arguments_of(text):
-    """The arguments of a macro, and their commas alone: those in brackets and in <> lists of types are left out."""
+    """The arguments of a macro, separated by its own commas. Commas in brackets and in <> lists of types do not count."""
     for inner in [r"\([^()]*\)", r"\{[^{}]*\}", r"\[[^\[\]]*\]", r"<[\w\s:,*&]*>"] * 10:
         text = re.sub(inner, " ", text)
     return text.split(",")
 
 
 def check_parameterised_tests(path, text, all_code, report):
-    """Names and reports of parameterised tests are the same in every run: no index in place of a name, no bytes of an object."""
+    """Names and reports of parameterised tests are the same in every run: no index instead of a name, and no bytes of an
+    object."""
     code = without_comments(text)
     for match in re.finditer(r"\bINSTANTIATE_TEST_SUITE_P\s*\(", code):
         line = code.count("\n", 0, match.start()) + 1
@@ -186,12 +187,12 @@ def check_text(path, text, report):
 
 
 def proto_fields(text):
-    """{"Message.field": number} of a proto file, enum values too; nested names are joined with dots."""
+    """{"Message.field": number} of a proto file, with enum values. Nested names are joined with dots."""
     text = re.sub(r"//[^\n]*|/\*.*?\*/", "", text, flags=re.S)
     fields, scope = {}, []
     for token in re.finditer(r"\b(message|enum|oneof|service)\s+(\w+)\s*\{|\{|\}|(\w+)\s*=\s*(\d+)\s*(?:\[[^\]]*\])?\s*;", text):
         if token.group(1):
-            scope.append(token.group(2) if token.group(1) != "oneof" else None)  # a oneof's fields are its message's
+            scope.append(token.group(2) if token.group(1) != "oneof" else None)  # a oneof's fields belong to its message
         elif token.group(0) == "{":
             scope.append(None)
         elif token.group(0) == "}":
@@ -218,7 +219,7 @@ def read_record(root):
 
 
 def check_proto(root, files, report):
-    """Rule 5: a field keeps its number, and a number that was used is not given to another field."""
+    """Rule 5: a field keeps its number, and a used number is not given to another field."""
     fields, record = all_proto_fields(root, files), read_record(root)
     used = {(name.rpartition(".")[0], number): name for name, number in record.items()}
     for name, number in fields.items():

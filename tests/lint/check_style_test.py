@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The style checker finds planted violations, and nothing in a clean tree."""
+"""Tests that the style checker finds planted violations, and nothing in a clean tree."""
 import pathlib
 import tempfile
 import unittest

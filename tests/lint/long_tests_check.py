@@ -1,4 +1,4 @@
-"""Checks that each filter in tests/long_tests.md matches a test: a test that was renamed must not slip back unseen.
+"""Checks that each filter in tests/long_tests.md matches a test, so that a renamed test does not return to the default suite.
 
   long_tests_check.py TABLE FOLDER-OF-TEST-PROGRAMS
 """

@@ -1,4 +1,4 @@
-"""Builds Lightmill and runs its tests: see test.sh, which calls this."""
+"""Builds Lightmill and runs its tests. test.sh calls this."""
 import argparse
 import os
 import signal
@@ -47,7 +47,7 @@ def show_status():
 
 
 def run(options):
-    """Whether all is well."""
+    """Returns whether everything passed."""
     if options.coverage:
         return run_coverage(options.all)
     if options.repeat:
@@ -63,7 +63,7 @@ def main():
     os.environ["GTEST_BRIEF"] = "1"
     try:
         if options.status:
-            signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # as head ends it
+            signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # so that head can end it
             show_status()
             return True
         with only_one() as note:

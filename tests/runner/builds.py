@@ -1,4 +1,4 @@
-"""Configures and builds, and lists what a build folder has."""
+"""Configures and builds, and lists the contents of a build folder."""
 import dataclasses
 import json
 import os
@@ -10,21 +10,21 @@ from process import BUILD, ROOT, Failed, run_logged, show_end_of
 
 @dataclasses.dataclass(frozen=True)
 class Run:
-    """One entry of ctest: a test program, a share of one, or a script."""
+    """One entry of ctest: a test program, a shard of one, or a script."""
     name: str
     labels: tuple
-    files: tuple  # without which it fails: targets of ninja
+    files: tuple  # targets of ninja that it needs
     environment: dict
 
     @property
     def report(self):
-        """Where it writes which tests it ran; None for a script."""
+        """The file with the tests that it ran. None for a script."""
         output = self.environment.get("GTEST_OUTPUT")
         return output and pathlib.Path(output.removeprefix("xml:"))
 
 
 def configure(preset):
-    """Brings the build folder up to date with its CMake files and CMakePresets.json."""
+    """Updates the build folder from its CMake files and CMakePresets.json."""
     folder = BUILD / preset
     used, presets = folder / "used_presets.json", (ROOT / "CMakePresets.json").read_text()
     command = ["ninja", "-C", f"build/{preset}", "build.ninja"]
@@ -40,10 +40,10 @@ def configure(preset):
 
 
 def build(preset, targets, log, deadline=None):
-    """False if the deadline came first."""
+    """Returns False if the deadline came first."""
     configure(preset)
     code = 0
-    if targets:  # ninja without targets would build all
+    if targets:  # without targets ninja would build everything
         code = run_logged(["ninja", "-C", f"build/{preset}", *targets], log, show=r"^FAILED|error:", deadline=deadline)
     if code:
         show_end_of(log)
@@ -70,6 +70,6 @@ def files_of(runs):
 
 
 def programs_of(preset):
-    """Each test program and its source files."""
+    """Each test program with its source files."""
     lines = (BUILD / preset / "test_programs.txt").read_text().splitlines()
     return {words[0]: words[1:] for words in (line.split() for line in lines)}

@@ -1,4 +1,4 @@
-"""Which lines the tests run, by gcov and gcovr."""
+"""Measures which lines the tests run, with gcov and gcovr."""
 import json
 import shutil
 import subprocess
@@ -22,7 +22,7 @@ def measure(preset, log, summary):
 
 
 def run_coverage(everything):
-    """Runs the default suite, or with `everything` also the long tests, and prints the share of lines they run by folder."""
+    """Runs the default suite, or with `everything` also the long tests. Prints the share of covered lines by folder."""
     if shutil.which("gcovr") is None:
         subprocess.run(["deploy/setup", "--coverage"], cwd=ROOT, check=True)
     preset, folder, watch = "coverage", BUILD / "results" / "coverage", Stopwatch()

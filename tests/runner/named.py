@@ -18,7 +18,8 @@ def words_of(name):
 
 
 def runs_with(name, runs):
-    """Runs that have it as a label or as words of their names. Long ones only if it is `long`, or if there are no others."""
+    """Runs with this label, or with these words in their names. Long ones only if the name is `long`, or if there are no
+    others."""
     found = [run for run in runs if name in run.labels or words_of(name) in words_of(run.name)]
     short = [run for run in found if "long" not in run.labels]
     if name == "long" or not short:
@@ -36,7 +37,7 @@ def named_tests(sources, name):
 
 
 def filter_of(tests):
-    """GoogleTest's. A parameterised test has a prefix and a suffix, a typed one its type between suite and name."""
+    """GoogleTest's name. A parameterised test has a prefix and a suffix, and a typed one its type between suite and name."""
     patterns = []
     for suite, name in (test.split(".") for test in tests):
         patterns += [f"{suite}.{name}", f"*/{suite}.{name}/*", f"{suite}/*.{name}", f"*/{suite}/*.{name}"]
@@ -44,7 +45,7 @@ def filter_of(tests):
 
 
 def tests_in(program, preset, tests):
-    """The filter of these tests, or None if the program has none of them: they may be left out, or not instantiated."""
+    """The filter of these tests, or None if the program has none of them (not compiled or not instantiated)."""
     pattern = filter_of(tests)
     listed = subprocess.run([BUILD / preset / "tests" / program, "--gtest_list_tests", f"--gtest_filter={pattern}"], check=True,
                             capture_output=True, text=True).stdout

@@ -1,6 +1,6 @@
-"""What there is to run, in pieces, and the default suite.
+"""Everything that can run, in pieces, and the default suite.
 
-A *piece* is built, run and remembered by itself.
+A *piece* is built, run and remembered on its own.
 """
 import collections.abc
 import contextlib
@@ -23,8 +23,8 @@ FLAKY = "failed, then passed"
 class Piece:
     name: str
     preset: str
-    selects: collections.abc.Callable | None = None  # of the preset's runs; None: the piece only builds
-    target: str = "all"  # what it builds then
+    selects: collections.abc.Callable | None = None  # chooses the preset's runs; None: the piece only builds
+    target: str = "all"  # the build target of such a piece
 
     @property
     def folder(self):
@@ -58,7 +58,7 @@ DEFAULT_PIECES = [
 
 
 def later_pieces(after_default):
-    """Everything but the default suite. After that, nothing is run again in the same build."""
+    """All pieces except the default suite. After the default suite, nothing runs twice in the same build."""
     pieces = [Piece(f"long: {run.name}", "release", lambda each, name=run.name: each.name == name)
               for run in runs_of("release") if "long" in run.labels]
     for preset, labels in (("asan", ("unit", "fuzz", "simulation")), ("tsan", ("threads", "unit", "simulation", "statistical"))):
@@ -95,7 +95,7 @@ def build_piece(piece, deadline):
 
 
 def do_piece(piece, deadline=None, others=()):
-    """Builds it and runs its tests, beside which the others are done. Returns an Outcome of each."""
+    """Builds the piece and runs its tests. The other pieces' tests run at the same time. Returns an Outcome of each."""
     results, runs = build_piece(piece, deadline)
 
     def do_others():
@@ -122,13 +122,13 @@ def run_default():
 
 
 def in_turn(pieces):
-    """Begins at a place that follows from the commit: over many commits, each piece gets its turn."""
+    """Starts at a piece that depends on the commit, so that over many commits each piece gets its turn."""
     start = int(git("rev-parse", "HEAD"), 16) % len(pieces)
     return pieces[start:] + pieces[:start]
 
 
 def state_after(before, now):
-    """A failure stays one, whatever a second try of the same sources says."""
+    """A failure stays, even if a second try of the same sources passes."""
     if before not in (FAILED, FLAKY):
         return now
     return FLAKY if now == PASSED else before
@@ -147,7 +147,7 @@ def run_all(minutes, rotate):
             left = [piece for piece in group if state.done[piece.name] not in (PASSED, FLAKY)]
             now = time.monotonic()
             if left and now < begun + limit:
-                # In turn, a piece that is too long leaves time to others.
+                # In turn, a long piece leaves time to others.
                 deadline = min(begun + limit, now + limit / 2 if rotate else float("inf"))
                 new = do_piece(left[0], None if minutes is None else deadline, left[1:])
                 outcomes += new

@@ -12,35 +12,35 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 BUILD = ROOT / "build"
-SHOWN_LINES = 40  # of what failed
+SHOWN_LINES = 40  # of a failed command
 SECONDS_TO_END = 10  # from SIGTERM to SIGKILL
 LOW_PRIORITY = 10
 
 
 class Failed(Exception):
-    """Something other than a test failed: what and where is printed already."""
+    """A failure other than a failed test. Its message is printed already."""
 
 
 @dataclasses.dataclass
 class Row:
-    """One line of the closing table. `tests` is None where there are none, as in a build."""
+    """One row of the final table. `tests` is None for a row without tests, such as a build."""
     part: str
     tests: int | None = None
     failed: int = 0
     skipped: int = 0
     seconds: float = 0.0
     cpu: float | None = None
-    is_detail: bool = False  # counted in another row
+    is_detail: bool = False  # another row includes its counts
 
     def add(self, other):
-        """The counts of another row; its time passes beside this one's."""
+        """Adds the counts of another row, whose time runs in parallel."""
         self.tests = (self.tests or 0) + (other.tests or 0)
         self.failed += other.failed
         self.skipped += other.skipped
 
 
 class Stopwatch:
-    """Seconds, and seconds of CPU time of all processes that ended since."""
+    """Elapsed seconds, and CPU seconds of all processes that ended since."""
 
     def __init__(self):
         self.begun, self.cpu_begun = time.monotonic(), self.cpu_of_children()
@@ -55,7 +55,8 @@ class Stopwatch:
 
 
 def interrupt_on_signals():
-    """The first SIGINT, SIGTERM or SIGHUP raises KeyboardInterrupt. Later ones must not cut short what it then ends."""
+    """The first SIGINT, SIGTERM or SIGHUP raises KeyboardInterrupt. Later ones are ignored, because they must not interrupt the
+    cleanup."""
     numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
     def interrupt(*_):
@@ -77,7 +78,7 @@ def processes_of(session):
 
 
 def end(process):
-    """Ends a command and all processes of its session. The command goes first: it must not report what the signal ends."""
+    """Ends a command and all processes of its session. The command ends first, so that it does not report the others' deaths."""
     process.terminate()
     for number in (signal.SIGTERM, signal.SIGKILL):
         for pid in processes_of(process.pid):
@@ -89,8 +90,8 @@ def end(process):
 
 
 def run_logged(command, log, show=None, deadline=None):
-    """Runs a command with its output in a file; prints the lines that match `show`. Returns its exit code, or None if the
-    deadline ended it. An interrupt ends it, too."""
+    """Runs a command with its output in a file, and prints the lines that match `show`. Returns its exit code, or None if the
+    deadline ended it. An interrupt ends it too."""
     log.parent.mkdir(parents=True, exist_ok=True)
     is_late = False
     with open(log, "wb") as out, subprocess.Popen(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
@@ -103,7 +104,7 @@ def run_logged(command, log, show=None, deadline=None):
         try:
             if deadline is not None:
                 signal.setitimer(signal.ITIMER_REAL, max(deadline - time.monotonic(), 0.01))
-            with contextlib.suppress(OSError):  # where the kernel shares time between sessions, `nice` counts only within one
+            with contextlib.suppress(OSError):  # if the kernel shares time between sessions, `nice` counts only within one
                 pathlib.Path(f"/proc/{process.pid}/autogroup").write_text(str(os.nice(0)))
             for line in process.stdout:
                 out.write(line)
@@ -126,7 +127,7 @@ def show_end_of(log, lines=SHOWN_LINES):
 
 @contextlib.contextmanager
 def beside(work, log):
-    """Does `work` in a second process of low priority. Yields a function that waits for its result, and shows what it printed."""
+    """Runs `work` in a second process of low priority. Yields a function that waits for its result and prints its output."""
     receiver, sender = multiprocessing.Pipe(duplex=False)
 
     def run():
@@ -141,7 +142,7 @@ def beside(work, log):
         try:
             return receiver.recv()
         except EOFError:
-            raise Failed from None  # it has printed why
+            raise Failed from None  # it has printed the reason
         finally:
             process.join()
             print(log.read_text(errors="replace"), end="", flush=True)

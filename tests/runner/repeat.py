@@ -1,4 +1,4 @@
-"""Runs the default suite again and again: whether any test fails now and then."""
+"""Repeats the default suite, to find tests that fail sometimes."""
 import os
 import subprocess
 import sys
@@ -13,7 +13,7 @@ BUSY_LOOP = "while True: pass"
 
 
 class BusyLoops:
-    """One on each core while it is entered."""
+    """Runs a busy loop on each core."""
 
     def __init__(self, wanted):
         self.count = (os.cpu_count() or 1) if wanted else 0
@@ -29,7 +29,7 @@ class BusyLoops:
 
 
 def run_repeatedly(times, busy):
-    """Runs that were done before, of the same sources, are not done again. The last `busy` ones run beside busy loops."""
+    """Runs that were done with the same sources are not repeated. The last `busy` runs have busy loops beside them."""
     state = State(STATE)
     first, *others = DEFAULT_PIECES
     for number in range(1, times + 1):

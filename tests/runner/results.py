@@ -1,4 +1,4 @@
-"""Runs tests by ctest, and says what became of them."""
+"""Runs tests with ctest, and reports their results."""
 import dataclasses
 import json
 import os
@@ -8,7 +8,7 @@ import xml.etree.ElementTree
 from process import ROOT, SHOWN_LINES, Row, Stopwatch, run_logged, show_end_of
 
 CORES = os.cpu_count() or 1
-SLOTS = 4 * CORES  # of runs at once; at most CORES of them compute (cmake/tests.cmake)
+SLOTS = 4 * CORES  # runs at once; at most CORES of them compute (cmake/tests.cmake)
 KINDS_OF_RUN = ("asan", "long", "threads", "tsan")  # labels that say when a run runs; the others say what it is
 ENDED = re.compile(r" *\d+/\d+ Test +#\d+: (\S+) \.* *(Passed|\*\*\*.*?) +([\d.]+) sec")
 STARTED = re.compile(r" *Start +\d+: ")
@@ -18,11 +18,11 @@ DISABLED = "disabled"
 
 @dataclasses.dataclass
 class Results:
-    """Of a piece: rows of the table, names of failed tests, and skipped ones with the reason."""
+    """Result of a piece: rows of the table, names of failed tests, and skipped ones with the reason."""
     rows: list = dataclasses.field(default_factory=list)
     failed: list = dataclasses.field(default_factory=list)
     skipped: list = dataclasses.field(default_factory=list)
-    is_late: bool = False  # the deadline came first: some was not run
+    is_late: bool = False  # the deadline came first, so something did not run
 
     def add(self, other):
         self.rows += other.rows
@@ -40,7 +40,7 @@ class Case:
 
 
 def cases_of(report):
-    """The tests that a report names; none if there is no whole report."""
+    """The tests in a report, or none if the report is incomplete."""
     try:
         tree = xml.etree.ElementTree.parse(report)
     except (OSError, xml.etree.ElementTree.ParseError):
@@ -56,7 +56,7 @@ def cases_of(report):
 
 
 def read_log(log):
-    """What ctest says of each run: its end, its seconds, and what a failed one printed."""
+    """ctest's result of each run: its end, its seconds, and the output of a failed one."""
     ends, output = {}, None
     for line in log.read_text(errors="replace").splitlines():
         if match := ENDED.match(line):
@@ -70,8 +70,8 @@ def read_log(log):
 
 
 def judge(run, end, output):
-    """Row of the table, failed tests with what they say, and skipped ones with the reason. A run passes only if it proves it:
-    ctest says so, and a program of tests has a report of tests that ran."""
+    """A row of the table, failed tests with their output, and skipped ones with the reason. A run passes only with proof: ctest
+    says so, and a test program has a report of tests that ran."""
     cases = cases_of(run.report) if run.report else []
     failed = [(case.name, "\n".join(case.failures)) for case in cases if case.failures]
     skipped = [(case.name, (case.skipped.strip().splitlines() or ["no reason given"])[-1]) for case in cases if case.skipped is not None]
@@ -86,7 +86,8 @@ def judge(run, end, output):
 
 
 def run_tests(test_folder, runs, folder, part, deadline=None):
-    """Runs these entries of ctest's `test_folder`. Its log and the reports go into `folder`; `part` is their name in the table."""
+    """Runs these entries of ctest's `test_folder`. Its log and the reports go into `folder`. `part` is their name in the
+    table."""
     log = folder / "test.log"
     reports = [run.report for run in runs if run.report]
     for report in reports:
@@ -138,7 +139,7 @@ def print_table(rows):
 
 
 def print_end(results, watch):
-    """Skipped and failed tests, the table, and a line with the numbers of tests."""
+    """Prints skipped and failed tests, the table, and a line with the numbers of tests."""
     for title, lines in (("skipped", [f"{name}: {reason}" for name, reason in results.skipped]), ("failed", results.failed)):
         if lines:
             print(f"\n{title}:\n" + "\n".join(f"  {line}" for line in lines))

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The runner says of a small project what became of its tests: a failure is never a pass.
+"""Tests the runner with a small project. It must never report a failure as a pass.
 
   runner_test.py SOURCE-FOLDER TOY-PROGRAM
 """
@@ -98,7 +98,7 @@ class Runner(unittest.TestCase):
                                 stderr=subprocess.STDOUT, text=True)
 
     def end(self, process):
-        """Whether it passed, and what it printed."""
+        """Whether it passed, and its output."""
         said, _ = process.communicate(timeout=PATIENCE)
         return process.returncode == 0, said
 
@@ -124,11 +124,11 @@ class Runner(unittest.TestCase):
             time.sleep(0.01)
         return (self.root / path).read_text()
 
-    def test_a_suite_that_passes(self):
+    def test_a_passing_suite_passes(self):
         self.plant_runs('program(good_tests Toy.Passes unit)\nprogram(long_tests Toy.Passes atlas)\nscript(good.script "exit 0" lint)\n')
         self.assert_passes([], r"\n7 passed, 0 failed, 0 skipped\n")
 
-    def test_every_kind_of_failure(self):
+    def test_every_kind_of_failure_is_reported(self):
         self.plant_runs("""
             program(fails_tests Toy.Passes:Toy.Fails unit)
             program(crashes_tests Toy.Passes:Toy.Crashes unit)
@@ -151,7 +151,7 @@ class Runner(unittest.TestCase):
         self.assertRegex(said, r"  skips.script: exit code 77\n")
         self.assertRegex(said, r"\n6 passed, 7 failed, \d skipped\n")
 
-    def test_a_part_without_tests(self):
+    def test_a_part_without_tests_fails(self):
         self.plant("runs.cmake", "program(tsan_tests Toy.Passes unit tsan)\nprogram(good_tests Toy.Passes unit)\n")
         self.assert_fails([], "nothing is selected", r"\n3 passed, 0 failed, 0 skipped, 1 builds failed")
 
@@ -183,7 +183,7 @@ class Runner(unittest.TestCase):
         self.assertTrue((self.root / "build/asan/tests/asan_tests").exists())
         self.assert_fails(["no_such_name"], "no program, label or test has this name")
 
-    def test_names_of_tests(self):
+    def test_the_name_of_a_test_selects_it(self):
         self.plant_runs("")
         self.assert_passes(["Toy.Passes"], r"\n4 passed")  # two programs, and the typed one
         self.assert_passes(["PassesToo"], r"\n2 passed")
@@ -192,18 +192,18 @@ class Runner(unittest.TestCase):
         self.assert_fails(["IsOff"], "names none that is enabled")
         self.assert_fails(["IsNeverRun"], "no program that was built has a test of this name")
 
-    def test_a_failure_before_the_deadline(self):
+    def test_a_failure_before_the_deadline_is_reported(self):
         self.plant_runs('''
             script(a.fails "exit 1" lint)
             script(b.lasts "touch ${CMAKE_BINARY_DIR}/begun; sleep 600" lint)
         ''')
         self.assert_fails(["--all", "--minutes", "0.2"], r"failed:\n  a.fails", r"\nfailed +release\n", r"\nnot reached +fuzzers\n")
 
-    def test_nothing_ends_in_the_time_given(self):
+    def test_pieces_after_the_deadline_are_not_reached(self):
         self.plant_runs('script(lasts "sleep 600" long)\n')
         self.assert_fails(["--all", "--in-turn", "--minutes", "0"], "not reached +long: lasts")
 
-    def test_what_was_done_is_remembered(self):
+    def test_finished_pieces_are_remembered(self):
         self.plant_runs('''
             script(flaky "[ -e ${CMAKE_BINARY_DIR}/tried ] || { touch ${CMAKE_BINARY_DIR}/tried; exit 1; }" lint)
             script(lacks.tool "exit 77" long)
@@ -214,7 +214,7 @@ class Runner(unittest.TestCase):
                                "skipped +long: lacks.tool\n")
         self.assert_fails(["--all", "--minutes", "0.5"], "failed, then passed +release\n")
 
-    def test_sources_that_change_meanwhile(self):
+    def test_sources_that_change_during_a_run_fail_it(self):
         self.plant_runs('script(edits "echo >>${CMAKE_SOURCE_DIR}/runs.cmake" lint)\n')
         self.assert_fails(["--all", "--minutes", "1"], "The sources have changed")
         self.assert_passes(["--status"], r"state +piece\n(\n|$)")
@@ -232,7 +232,7 @@ class Runner(unittest.TestCase):
         self.plant_presets({"VALUE": "7"})
         self.assert_passes(["new.one"], r"\n1 passed")
 
-    def test_two_in_one_checkout(self):
+    def test_a_second_runner_in_one_checkout_is_refused(self):
         self.plant_runs('script(waits "touch ${CMAKE_BINARY_DIR}/begun; while [ ! -e ${CMAKE_BINARY_DIR}/go ]; do sleep 0.01; done" lint)\n')
         first = self.start("waits")
         self.wait_for("build/release/begun")
@@ -256,14 +256,14 @@ class Runner(unittest.TestCase):
                 self.assertFalse(pathlib.Path(folder).exists())
                 file.unlink()
 
-    def test_the_background(self):
+    def test_it_runs_in_the_background(self):
         self.plant_runs("")
         self.assert_passes(["--repeat", "1", "--background"], "its log is build/repeat/log")
         while "nothing is at work" not in (said := self.run_it("--status")[1]):
             time.sleep(0.2)
         self.assertRegex(said, r"\n1 +4 +\d+  \n")
 
-    def test_wrong_arguments(self):
+    def test_wrong_arguments_print_the_usage(self):
         for arguments in (["--repeat", "0"], ["--repeat", "-1"], ["--repeat", "1", "--busy", "2"], ["--backg", "--all"],
                           ["--coverage", "--all", "--background"], ["--minutes", "1"], ["--all", "film"]):
             with self.subTest(arguments):

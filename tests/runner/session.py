@@ -1,4 +1,4 @@
-"""What surrounds a call: one at a time in a checkout, its folder for temporary files, and the background."""
+"""The environment of a call: one at a time in a checkout, its folder for temporary files, and the background."""
 import contextlib
 import fcntl
 import os
@@ -11,12 +11,12 @@ from process import BUILD, ROOT, Failed
 
 LOCK = BUILD / "test.lock"
 MEMORY_DISK = pathlib.Path("/dev/shm")
-MEMORY_DISK_BYTES = 4 << 30  # that must be free
-LEFT_OVER = re.compile(r"(?:lightmill|faketime_shm|sem\.faketime_sem)[-_](\d+)")  # libfaketime's remain of programs that are killed
+MEMORY_DISK_BYTES = 4 << 30  # required free space
+LEFT_OVER = re.compile(r"(?:lightmill|faketime_shm|sem\.faketime_sem)[-_](\d+)")  # libfaketime's files of killed programs too
 
 
 def lock_holder():
-    """The process that tests this checkout now, as text; None if there is none."""
+    """The process that tests this checkout now, as text, or None."""
     with contextlib.suppress(FileNotFoundError), open(LOCK, encoding="ascii") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
@@ -27,7 +27,8 @@ def lock_holder():
 
 @contextlib.contextmanager
 def only_one():
-    """Two at once would overwrite each other's builds and results. Yields a function that notes which process it is."""
+    """Allows one call at a time, because two would overwrite each other's builds and results. Yields a function that notes the
+    process."""
     BUILD.mkdir(exist_ok=True)
     with open(LOCK, "a+", encoding="ascii") as lock:
         try:
@@ -45,7 +46,7 @@ def only_one():
 
 
 def remove_left_over():
-    """What ended processes have left on the memory disk."""
+    """Removes the files of ended processes from the memory disk."""
     for path in MEMORY_DISK.iterdir():
         if (match := LEFT_OVER.fullmatch(path.name)) and not pathlib.Path("/proc", match.group(1)).exists():
             with contextlib.suppress(OSError):
@@ -54,7 +55,7 @@ def remove_left_over():
 
 @contextlib.contextmanager
 def temporary_folder():
-    """TMPDIR on the memory disk, where that has space: farms of tests write much, and would wait for a disk."""
+    """TMPDIR on the memory disk, if it has space. Tests of farms write much, and would wait for a disk."""
     if not MEMORY_DISK.is_dir() or shutil.disk_usage(MEMORY_DISK).free < MEMORY_DISK_BYTES:
         yield
         return
@@ -70,7 +71,7 @@ def temporary_folder():
 
 
 def go_to_background(log):
-    """Whether this is the process in the background; its output goes to `log`."""
+    """Whether this is the background process. Its output goes to `log`."""
     log.parent.mkdir(parents=True, exist_ok=True)
     process = os.fork()
     if process:

@@ -1,4 +1,4 @@
-"""What is remembered between calls: of the sources as they are, since a change starts anew."""
+"""Results that are kept between calls. A change of the sources starts a new record."""
 import hashlib
 import json
 import subprocess
@@ -15,7 +15,7 @@ def git(*arguments):
 
 
 def sources_id():
-    """Names the sources as they are, changes that are not committed included."""
+    """Names the current sources, uncommitted changes included."""
     digest = hashlib.sha256(git("rev-parse", "HEAD^{tree}") + git("diff", "HEAD"))
     for name in git("ls-files", "--others", "--exclude-standard", "-z").split(b"\0"):
         if name and (ROOT / name.decode()).is_file():
@@ -24,7 +24,7 @@ def sources_id():
 
 
 class State:
-    """`done`: what was done, and its result. It is kept in a file for the sources that it was read for."""
+    """`done` has the finished runs with their results. It is kept in a file for the sources that it was read for."""
 
     def __init__(self, path):
         self.path, self.sources = path, sources_id()

@@ -1,4 +1,4 @@
-// Tests of every kind, for the test of the runner: runner_test.py picks some for each run.
+// Tests of every kind, for the test of the runner. runner_test.py picks some for each run.
 #include <cstdlib>
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What is stated of the error of pictures that gathers blur, beside what it is.
+// Compares the stated error of pictures that gathering blurs with their true error.
 #include <gtest/gtest.h>
 
 #include "common/film/error_estimate.h"
@@ -10,7 +10,7 @@ namespace {
 constexpr int kSide = 32;
 constexpr std::uint32_t kPixels = kSide * kSide;
 
-/// Sums of beauty and bias over samples [0, 2^level), as films hold them.
+/// Sums of beauty and bias over samples [0, 2^level), as in films.
 struct Sums {
   std::vector<float> beauty, bias;
   std::uint64_t samples = 0;
@@ -53,7 +53,7 @@ double stated_error(const Sums& picture, bool with_bias) {
          (3 * kPixels);
 }
 
-/// A floor under a glass ball and a point, seen in a mirror: all that photons bring is gathered.
+/// A glass ball and a point light over a floor, seen in a mirror. All light of photons is gathered.
 TestScene caustic_in_a_mirror() {
   return TestScene::from_text(document(R"("eye": [0, 1.2, 0], "look_at": [0, 0.2, -2])", 50, kSide,
                                        diffuse("floor", 0.7) + also(named("glass", R"("dielectric": {"ior": 1.5})")) +
@@ -64,27 +64,27 @@ TestScene caustic_in_a_mirror() {
                                        R"({"point": {"position": [0.5, 3, 0.9], "intensity": {"rgb": [9, 9, 9]}}})"));
 }
 
-class BiasOfGathersBy : public ::testing::TestWithParam<const char*> {};
+class GatherBiasByMethod : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(BiasOfGathersBy, IsStatedWithTheError) {
+TEST_P(GatherBiasByMethod, IsStatedWithTheError) {
   const TestScene scene = caustic_in_a_mirror();
   const Sums reference = sums_of(scene, "caustic:photons=20000,radius=0.4", 1, 10);
   const double noise = stated_error(reference, true);
   for (const double radius : {3.0, 6.0}) {
     const Sums picture = sums_of(scene, fmt::format("{}:photons=10000,radius={}", GetParam(), radius), 2, 9);
     const double truth = true_error(picture, reference);
-    ASSERT_LT(noise, 0.25 * truth) << "the test says little";
+    ASSERT_LT(noise, 0.25 * truth) << "the noise hides a difference";
     EXPECT_LT(stated_error(picture, false), 0.5 * truth) << radius;
-    // Told by what edges need: within patches of light that is two and a half times too much.
+    // The stated bias is scaled for edges. Within patches of light it is two and a half times too large.
     EXPECT_GT(stated_error(picture, true), 0.75 * truth) << radius;
     EXPECT_LT(stated_error(picture, true), 2.5 * truth) << radius;
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(By, BiasOfGathersBy, ::testing::Values("caustic", "vcm"),
+INSTANTIATE_TEST_SUITE_P(By, GatherBiasByMethod, ::testing::Values("caustic", "vcm"),
                          [](const auto& info) { return std::string(info.param); });
 
-TEST(BiasOfGathers, IsNoneWhereThereIsNothingToGather) {
+TEST(GatherBias, IsZeroWithoutGathers) {
   const TestScene scene =
       TestScene::from_text(document(R"("eye": [0, 1, 3], "look_at": [0, 0, 0])", 50, kSide, diffuse("floor", 0.7),
                                     plane_shape("floor", "[0, 0, 0]", "[0, 1, 0]"),

@@ -1,8 +1,8 @@
-// Both bench boxes against stored references of the scalar oracle (references/, made by make_reference).
+// Both bench boxes against stored references of the scalar reference tracer (references/, made by make_reference).
 //
-// 768 block means a box are compared. For normal errors a |z| above 6 anywhere is a false alarm once in 650,000 runs,
-// and a mean square of z above 1.35 (expected 1 ± 0.051) once in 10^10; the seeds are fixed, so a run that passes stays
-// so.
+// The test compares 768 block means per box. For normal errors a |z| above 6 anywhere is a false alarm once in 650,000
+// runs. A mean square of z above 1.35 (expected 1 ± 0.051) is one once in 10^10. The seeds are fixed, so a run that
+// passes stays so.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -50,7 +50,7 @@ BlockMeans reference(const std::string& name) {
 
 class Boxes : public ::testing::TestWithParam<std::string> {};
 
-TEST_P(Boxes, AgreeWithTheOracle) {
+TEST_P(Boxes, AgreeWithTheReferenceTracer) {
   const Comparison c = compare(render(box(GetParam()), 0, 6), reference(GetParam()));
   EXPECT_LT(c.largest_z, 6);
   EXPECT_LT(c.mean_square_z, 1.35);
@@ -64,7 +64,7 @@ TEST_P(Boxes, TheTestSeesASingleMissingBounce) {
 INSTANTIATE_TEST_SUITE_P(Bench, Boxes, ::testing::Values("cornell-bench-blocks", "cornell-bench-balls"),
                          [](const auto& info) { return info.param.substr(info.param.rfind('-') + 1); });
 
-// (A−B)²/4 is an unbiased estimate of the variance of the mean, low-discrepancy points or not.
+// (A−B)²/4 is an unbiased estimate of the variance of the mean, also with low-discrepancy points.
 TEST(HalfVariance, IsTheVarianceOverSeedsWithinFivePercent) {
   const TestScene scene = TestScene(source_file("scenes/cornell-bench-blocks.json")).resized(64, 64);
   const PixelRect rect{20, 24, 16, 16};
@@ -86,7 +86,7 @@ TEST(HalfVariance, IsTheVarianceOverSeedsWithinFivePercent) {
     for (std::size_t i = 0; i < sum.size(); ++i) {
       observed += (squares[i] - sum[i] * sum[i] / kSeeds) / (kSeeds - 1);
     }
-    // 256 pixels x 400 seeds: both have a relative standard deviation below 1 %.
+    // 256 pixels × 400 seeds: both have a relative standard deviation below 1 %.
     EXPECT_NEAR(estimated / observed, 1, 0.05) << (1 << level) << " samples";
   }
 }

@@ -1,5 +1,5 @@
-// `caustic` and `path` share a picture's light between two sides and one: where paths can find all of it, both must
-// show the same.
+// `caustic` traces some light from the lights and the rest from the camera. Where `path` can find all light, both must
+// show the same picture.
 #include "tests/statistical/same_picture.h"
 
 namespace lightmill::test {
@@ -10,11 +10,11 @@ void expect_same(const TestScene& scene, double precision, std::uint32_t bounces
   expect_same(scene, {.method = method, .precision = precision, .bounces = bounces});
 }
 
-/// A floor, two walls, a lamp and what stands between; each part of a document may be replaced.
+/// A floor, two walls, an emitter and the objects between them. Each part of the document can be replaced.
 struct Room {
   std::string view = R"("eye": [0, 1.6, 4], "look_at": [0, 0.7, 0])";
   std::string floor = R"("diffuse": {"reflectance": {"rgb": [0.7, 0.6, 0.5]}})";
-  std::string materials;  ///< named; `caster` among them
+  std::string materials;  ///< with names; `caster` is among them
   std::string objects = sphere("caster", "[0, 0.8, 0]", 0.6);
   std::string more_lights;
   std::map<std::string, std::string> files;
@@ -38,14 +38,14 @@ std::string caster(const std::string& kind) {
   return named("caster", kind);
 }
 
-TEST(Caustic, OfMirrorAndGlassBalls) {
+TEST(Caustic, MatchesPathForMirrorAndGlassBalls) {
   Room room;
   room.materials = caster(R"("dielectric": {"ior": 1.5})") + also(named("mirror", R"("mirror": {})"));
   room.objects = sphere("caster", "[-0.8, 0.7, 0]", 0.6) + also(sphere("mirror", "[0.8, 0.7, 0]", 0.6));
   expect_same(room.scene(), 0.01);
 }
 
-TEST(Caustic, OfRoughCastersOnEitherSideOfTheThreshold) {
+TEST(Caustic, MatchesPathOnBothSidesOfTheRoughnessThreshold) {
   for (const double roughness : {0.31, 0.32}) {
     Room room;
     room.materials = caster(fmt::format(R"("conductor": {{"metal": "gold", "roughness": {}}})", roughness));
@@ -53,19 +53,19 @@ TEST(Caustic, OfRoughCastersOnEitherSideOfTheThreshold) {
   }
 }
 
-TEST(Caustic, OfRoughGlass) {
+TEST(Caustic, MatchesPathForRoughGlass) {
   Room room;
   room.materials = caster(R"("dielectric": {"ior": 1.5, "roughness": 0.2})");
   expect_same(room.scene(), 0.01);
 }
 
-TEST(Caustic, OfAbsorbingGlass) {
+TEST(Caustic, MatchesPathForAbsorbingGlass) {
   Room room;
   room.materials = caster(R"("dielectric": {"ior": 1.5}, "interior": {"absorption": {"rgb": [0.2, 1, 3]}})");
   expect_same(room.scene(), 0.01);
 }
 
-TEST(Caustic, OfSeveralLampsAndASkyWithoutImage) {
+TEST(Caustic, MatchesPathForSeveralEmittersAndAConstantSky) {
   Room room;
   room.materials = caster(R"("dielectric": {"ior": 1.5})") + also(diffuse("bulb", 0, 6));
   room.objects += also(sphere("bulb", "[1.5, 1.2, 0.5]", 0.3));
@@ -73,14 +73,14 @@ TEST(Caustic, OfSeveralLampsAndASkyWithoutImage) {
   expect_same(room.scene(), 0.01);
 }
 
-TEST(Caustic, ThroughALens) {
+TEST(Caustic, MatchesPathThroughALens) {
   Room room;
   room.view = R"("eye": [0, 1.6, 4], "look_at": [0, 0.7, 0], "lens_radius": 0.2, "focus_distance": 3)";
   room.materials = caster(R"("dielectric": {"ior": 1.5})");
   expect_same(room.scene(), 0.01);
 }
 
-TEST(Caustic, OnPhongAndPrincipledReceivers) {
+TEST(Caustic, MatchesPathOnPhongAndPrincipledReceivers) {
   for (
       const std::string floor :
       {R"("phong": {"diffuse": {"rgb": [0.3, 0.3, 0.4]}, "specular": {"rgb": [0.4, 0.4, 0.4]}, "exponent": 20})",
@@ -93,7 +93,7 @@ TEST(Caustic, OnPhongAndPrincipledReceivers) {
   }
 }
 
-TEST(Caustic, SeenInAMirror) {
+TEST(Caustic, MatchesPathInAMirror) {
   Room room;
   room.materials = caster(R"("dielectric": {"ior": 1.5})") + also(named("mirror", R"("mirror": {})"));
   room.objects += also(mesh("mirror", "mirror.obj"));
@@ -101,7 +101,7 @@ TEST(Caustic, SeenInAMirror) {
   expect_same(room.scene(), 0.01);
 }
 
-TEST(Caustic, SeenFromWithinGlass) {
+TEST(Caustic, MatchesPathFromWithinGlass) {
   Room room;
   room.view = R"("eye": [0, 1.2, 0.3], "look_at": [0, 0, -0.2])";
   room.materials = caster(R"("dielectric": {"ior": 1.3}, "interior": {"absorption": {"rgb": [0.1, 0.3, 0.5]}})");
@@ -109,7 +109,7 @@ TEST(Caustic, SeenFromWithinGlass) {
   expect_same(room.scene(), 0.01);
 }
 
-TEST(Caustic, WithFewBounces) {
+TEST(Caustic, MatchesPathWithFewBounces) {
   for (const std::uint32_t bounces : {2u, 3u, 4u}) {
     Room room;
     room.materials = caster(R"("dielectric": {"ior": 1.5})") + also(named("mirror", R"("mirror": {})"));

@@ -1,4 +1,4 @@
-// Renders a reference for the z-tests with the scalar oracle: make_reference SCENE SAMPLES OUT
+// Renders a reference for the z-tests with the reference tracer: make_reference SCENE SAMPLES OUT
 #include <cstdio>
 #include <cstdlib>
 
@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
   }
   write_block_means(
       argv[3],
-      fmt::format("scalar oracle, {} samples a pixel, {}x{} film, blocks of {}x{}: mean and standard error", samples,
-                  kTestFilm, kTestFilm, kBlock, kBlock),
+      fmt::format("reference tracer, {} samples per pixel, {}x{} film, blocks of {}x{}: mean and standard error",
+                  samples, kTestFilm, kTestFilm, kBlock, kBlock),
       block_means(images));
 }

@@ -1,6 +1,6 @@
-// `ppm`, which brings all light by photons, shows what methods show that sample lamps.
+// `ppm` gathers all light from photons. It shows the same pictures as methods that sample lights.
 //
-// In the round room what gathering blurs is less than half a percent of a block's mean.
+// In the round room gathering blurs a block's mean by less than half a percent.
 #include "tests/statistical/round_room.h"
 
 namespace lightmill::test {
@@ -8,16 +8,16 @@ namespace {
 
 constexpr double kBlur = 0.005;
 
-TEST(Ppm, ShowsWhatPathShowsOfALampWithExtent) {
+TEST(Ppm, MatchesPathForASphereLight) {
   expect_same(round_room("", also(diffuse("lamp", 0, 9)), also(sphere("lamp", "[0, 1.6, 0]", 0.5))),
               {.method = "ppm:photons=6000", .blur = kBlur});
 }
 
-TEST(Ppm, ShowsWhatCausticShowsOfAPoint) {
+TEST(Ppm, MatchesCausticForAPointLight) {
   expect_same(round_room(kPoint), {.method = "ppm:photons=6000", .reference = "caustic:photons=4000", .blur = kBlur});
 }
 
-TEST(Ppm, ShowsGlossRoughMetalAndCoats) {
+TEST(Ppm, MatchesPathForGlossRoughMetalAndCoats) {
   const std::string materials =
       also(named(
           "gloss",
@@ -32,7 +32,7 @@ TEST(Ppm, ShowsGlossRoughMetalAndCoats) {
               {.method = "ppm:photons=6000", .blur = kBlur});
 }
 
-TEST(Ppm, ShowsWhatAbsorbsAndSeveralKindsOfLamps) {
+TEST(Ppm, MatchesCausticForAbsorptionAndSeveralKindsOfLights) {
   expect_same(amber_under_point_and_spot(),
               {.method = "ppm:photons=6000", .reference = "caustic:photons=4000", .blur = kBlur});
 }

@@ -1,4 +1,4 @@
-// A room where methods that gather photons have hardly any blur.
+// A room where methods that gather photons have very little blur.
 #pragma once
 
 #include "tests/statistical/same_picture.h"
@@ -7,8 +7,7 @@ namespace lightmill::test {
 
 inline const char* const kPoint = R"({"point": {"position": [0, 1.6, 0], "intensity": {"rgb": [4, 4, 4]}}})";
 
-/// A ball of each material in a round room, and light. Nothing touches: there are no edges where surfaces end or meet,
-/// and gathering looks beyond them.
+/// A light and a ball of each material in a round room. Nothing touches, so there are no edges for gathering to blur.
 inline TestScene round_room(const std::string& lights, const std::string& more_materials = "",
                             const std::string& more_objects = "") {
   return TestScene::from_text(document(
@@ -21,7 +20,7 @@ inline TestScene round_room(const std::string& lights, const std::string& more_m
       lights));
 }
 
-/// The same with a ball that absorbs, by a point and a spot.
+/// The same room with an absorbing ball, lit by a point and a spot.
 inline TestScene amber_under_point_and_spot() {
   const std::string materials =
       also(named("amber", R"("dielectric": {"ior": 1.4}, "interior": {"absorption": {"rgb": [0.2, 1, 3]}})"));

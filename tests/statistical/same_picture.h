@@ -1,9 +1,9 @@
-// Whether two methods show the same picture of a scene.
+// Checks that two methods show the same picture of a scene.
 //
-// Of each scene 192 block means and the means of the whole picture are compared, from 16 seeds each. Standard errors
-// come from the spread over seeds, so that a |z| follows Student's distribution with some 30 degrees of freedom: above
-// 6 anywhere in a scene is a false alarm once in 2,600 runs, a whole picture's above 5 once in 16,000. The seeds are
-// fixed, so a run that passes stays so.
+// The check compares 192 block means and the means of the whole picture, from 16 seeds each. Standard errors come from
+// the spread over seeds, so |z| follows Student's distribution with about 30 degrees of freedom. Above 6 anywhere in a
+// scene is a false alarm once in 2,600 runs. Above 5 for a whole picture is one once in 16,000. The seeds are fixed, so
+// a run that passes stays so.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace lightmill::test {
 
 inline constexpr int kFilm = 64, kBlocks = 8, kSeeds = 16;
 
-/// By seed: block means, then the picture's means; channels innermost.
+/// Means by seed: blocks, then the whole picture; channels innermost.
 inline std::vector<std::vector<double>> pictures(const TestScene& scene, const std::string& method,
                                                  std::uint32_t bounces) {
   std::vector<std::vector<double>> out;
@@ -49,12 +49,12 @@ inline Estimate estimate(const std::vector<std::vector<double>>& seeds, std::siz
   return {sum, std::sqrt(squares / (kSeeds - 1) / kSeeds)};
 }
 
-/// What is compared, and how closely.
+/// The two methods, and how closely their pictures must agree.
 struct Same {
   std::string method = "caustic", reference = "path";
-  double precision = 0.01;  ///< the whole picture's standard error must be below this share of it
+  double precision = 0.01;  ///< limit of the whole picture's standard error, as a share of its mean
   std::uint32_t bounces = 0;
-  double blur = 0;  ///< of any mean: what a method may be wrong by beyond its noise
+  double blur = 0;  ///< allowed bias of a method, as a share of any mean
 };
 
 inline void expect_same(const TestScene& scene, const Same& how) {
@@ -66,7 +66,7 @@ inline void expect_same(const TestScene& scene, const Same& how) {
     EXPECT_NEAR(c.value, p.value, (whole ? 5 : 6) * error + (how.blur + 1e-4) * p.value)
         << (whole ? "whole" : "block") << ' ' << i / 3 << " channel " << i % 3;
     if (whole) {
-      EXPECT_LT(error, how.precision * p.value) << "the test says little";
+      EXPECT_LT(error, how.precision * p.value) << "the noise hides a difference";
       if (std::getenv("LIGHTMILL_SHOW") != nullptr) {
         fmt::print("{:.5f} ± {:.5f}, {:.5f} ± {:.5f}\n", p.value, p.standard_error, c.value, c.standard_error);
       }

@@ -1,7 +1,7 @@
-// `vcm` shows what other methods show, whose strategies share nothing with most of its own.
+// `vcm` shows the same pictures as other methods. Their strategies share nothing with most of its own.
 //
-// Merging blurs less than half a percent of a block's mean in the round room. Where surfaces end or meet it would blur
-// more; there it is made so small that next to nothing is merged, and all else is without bias.
+// In the round room merging blurs a block's mean by less than half a percent. In scenes with edges it would blur more.
+// There the radius is so small that almost nothing merges, and the rest has no bias.
 #include "tests/statistical/round_room.h"
 
 namespace lightmill::test {
@@ -11,16 +11,16 @@ constexpr double kBlur = 0.005;
 const char* const kMethod = "vcm:photons=2000";
 const char* const kUnmerged = "vcm:photons=2000,radius=0.01";
 
-TEST(Vcm, ShowsWhatPathShowsOfALampWithExtent) {
+TEST(Vcm, MatchesPathForASphereLight) {
   const TestScene scene = round_room("", also(diffuse("lamp", 0, 9)), also(sphere("lamp", "[0, 1.6, 0]", 0.5)));
   expect_same(scene, {.method = kMethod, .blur = kBlur});
 }
 
-TEST(Vcm, ShowsWhatCausticShowsOfAPoint) {
+TEST(Vcm, MatchesCausticForAPointLight) {
   expect_same(round_room(kPoint), {.method = kMethod, .reference = "caustic:photons=4000", .blur = kBlur});
 }
 
-TEST(Vcm, ShowsGlossRoughMetalRoughGlassAndCoats) {
+TEST(Vcm, MatchesPathForGlossRoughMetalRoughGlassAndCoats) {
   const std::string materials =
       also(named(
           "gloss",
@@ -40,8 +40,8 @@ TEST(Vcm, ShowsGlossRoughMetalRoughGlassAndCoats) {
   expect_same(scene, {.method = kUnmerged});
 }
 
-/// Merging weighs what comes through with what it would be the other way round.
-TEST(Vcm, ShowsRoughGlassAndGlassyMixturesMerged) {
+/// Merging weighs transmitted light with its density in the other direction.
+TEST(Vcm, MatchesPathForMergedRoughGlassAndMixtures) {
   const std::string materials =
       also(named("frosted", R"("dielectric": {"ior": 1.5, "roughness": 0.6})")) +
       also(named("soap", R"("principled": {"base_color": {"rgb": [0.9, 0.6, 0.7]}, "roughness": 0.6,
@@ -54,11 +54,11 @@ TEST(Vcm, ShowsRoughGlassAndGlassyMixturesMerged) {
   expect_same(scene, {.method = kMethod, .blur = kBlur});
 }
 
-TEST(Vcm, ShowsWhatAbsorbsAndSeveralKindsOfLamps) {
+TEST(Vcm, MatchesCausticForAbsorptionAndSeveralKindsOfLights) {
   expect_same(amber_under_point_and_spot(), {.method = kMethod, .reference = "caustic:photons=4000", .blur = kBlur});
 }
 
-/// A floor in the open, a ball and a wall on it, lit from outside.
+/// An open floor with a ball and a wall, lit from outside.
 TestScene open_floor(const std::string& lights, const std::string& ball, const std::string& view) {
   return TestScene::from_text(
       document(view, 50, kFilm, diffuse("floor", 0.6) + also(named("ball", ball)),
@@ -70,20 +70,20 @@ TestScene open_floor(const std::string& lights, const std::string& ball, const s
 const char* const kView = R"("eye": [0, 1.6, 4], "look_at": [0, 0.7, 0])";
 const char* const kLens = R"("eye": [0, 1.6, 4], "look_at": [0, 0.7, 0], "lens_radius": 0.2, "focus_distance": 3)";
 
-TEST(Vcm, ShowsWhatPathShowsUnderSunAndSky) {
+TEST(Vcm, MatchesPathUnderSunAndSky) {
   expect_same(open_floor(R"({"directional": {"direction": [-0.4, -1, -0.3], "irradiance": {"rgb": [2, 2, 1]}}},
                             {"environment": {"radiance": {"rgb": [0.2, 0.3, 0.5]}}})",
                          R"("diffuse": {"reflectance": {"rgb": [0.5, 0.2, 0.2]}})", kView),
               {.method = kUnmerged});
 }
 
-TEST(Vcm, ShowsWhatPathShowsThroughALens) {
+TEST(Vcm, MatchesPathThroughALens) {
   expect_same(open_floor(R"({"point": {"position": [1, 3, 2], "intensity": {"rgb": [9, 9, 9]}}})",
                          R"("diffuse": {"reflectance": {"rgb": [0.5, 0.2, 0.2]}})", kLens),
               {.method = kUnmerged});
 }
 
-TEST(Vcm, WithFewBounces) {
+TEST(Vcm, MatchesPathWithFewBounces) {
   const TestScene scene = round_room("", also(diffuse("lamp", 0, 9)), also(sphere("lamp", "[0, 1.6, 0]", 0.5)));
   for (const std::uint32_t bounces : {1u, 3u}) {
     expect_same(scene, {.method = kMethod, .bounces = bounces, .blur = kBlur});

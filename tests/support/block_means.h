@@ -1,4 +1,4 @@
-// Block means of an image with their standard errors, and files of them: what z-tests of images compare.
+// Block means of an image with their standard errors, and files of them. The z-tests of images compare these.
 #pragma once
 
 #include <filesystem>
@@ -14,8 +14,8 @@ inline constexpr int kTestFilm = 128;  ///< pixels on a side of the films compar
 /// One estimate per block and channel, blocks row by row, channels innermost.
 using BlockMeans = std::vector<Estimate>;
 
-/// Per-pixel means of several independent seeds to block means: the error comes from the spread over seeds within each
-/// pixel, pooled over the block. `images[seed]` is RGB interleaved, kTestFilm on a side.
+/// Turns the per-pixel means of several independent seeds into block means. The error is the spread over seeds within
+/// each pixel, pooled over the block. `images[seed]` is RGB interleaved, kTestFilm on a side.
 BlockMeans block_means(const std::vector<std::vector<double>>& images);
 
 void write_block_means(const std::filesystem::path& path, const std::string& comment, const BlockMeans& means);

@@ -7,9 +7,9 @@
 
 namespace lightmill::test {
 
-/// How far the statistic lies above what chance gives, in standard deviations of a normal distribution (Wilson and
-/// Hilferty 1931; accurate to a few percent from 3 degrees of freedom). Cells that expect fewer than 5 are pooled. A
-/// threshold of 5 raises a false alarm once in 3.5 million tests.
+/// Excess of the statistic over chance, in standard deviations of a normal distribution (Wilson and Hilferty 1931;
+/// accurate to a few percent from 3 degrees of freedom). Cells that expect fewer than 5 counts are pooled. A threshold
+/// of 5 raises a false alarm once in 3.5 million tests.
 inline double chi_squared_z(const std::vector<double>& counts, const std::vector<double>& expected) {
   double statistic = 0, pooled_count = 0, pooled_expected = 0;
   int cells = 0;
@@ -28,7 +28,7 @@ inline double chi_squared_z(const std::vector<double>& counts, const std::vector
   if (pooled_expected >= 5) {
     add(pooled_count, pooled_expected);
   } else if (pooled_expected < 1e-9 && pooled_count > 0) {
-    return 1e9;  // samples where there must be none
+    return 1e9;  // samples where none may be
   }
   const double k = cells - 1;
   return (std::cbrt(statistic / k) - (1 - 2 / (9 * k))) / std::sqrt(2 / (9 * k));

@@ -19,7 +19,7 @@
 namespace lightmill::test {
 namespace {
 
-/// Calls until the coordinator answers with something else than UNAVAILABLE.
+/// Calls until the coordinator answers with anything but UNAVAILABLE.
 template <class Call>
 void call_patiently(const Call& call) {
   const auto until = std::chrono::steady_clock::now() + kPatience;
@@ -253,7 +253,7 @@ v1::Job FarmClient::wait_for_samples(std::uint64_t id, std::uint64_t pixel_sampl
       return now;
     }
     if (std::chrono::steady_clock::now() > until) {
-      ADD_FAILURE() << "job " << id << " does not come on: " << now.ShortDebugString();
+      ADD_FAILURE() << "job " << id << " makes no progress: " << now.ShortDebugString();
       return now;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -388,7 +388,7 @@ int Farm::times_said(const std::string& name, const std::string& words) const {
   return times;
 }
 
-// ---- what is expected ----
+// ---- expectations ----
 
 void expect_reference_film(FarmClient client, std::uint64_t job, const Picture& picture) {
   const v1::Job ended = client.wait_until_ended(job);

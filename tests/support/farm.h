@@ -40,7 +40,7 @@ inline const LoadedScene& bench_box() {
 }
 /// The job that a client submits.
 JobSpec job_of(const Picture& picture, const std::string& request_id);
-/// The film hash that the core alone gives in this process. Each picture is rendered once. Not thread-safe.
+/// The film hash that the renderer alone gives in this process. Renders each picture once. Not thread-safe.
 Hash128 reference_hash(const Picture& picture);
 
 /// A client that repeats its calls while the coordinator is away.
@@ -56,10 +56,10 @@ class FarmClient {
   /// Numbers of all jobs, the newest first.
   std::vector<std::uint64_t> jobs();
   std::vector<v1::Worker> workers();
-  /// Returns the job once it has ended. Fails the test after `limit`.
+  /// Returns the job when it has ended. Fails the test after `limit`.
   v1::Job wait_until_ended(std::uint64_t id, std::chrono::seconds limit = std::chrono::seconds(120));
-  /// Waits until the running job has merged `pixel_samples` more. A job that is done before that gets more samples:
-  /// `picture` then has the new number.
+  /// Waits until the running job has merged `pixel_samples` more. A job that ends earlier gets more samples, and
+  /// `picture` gets the new number.
   void wait_while_it_works(std::uint64_t id, Picture& picture, std::uint64_t pixel_samples);
   /// Waits until `pixel_samples` are merged, or the job has ended.
   v1::Job wait_for_samples(std::uint64_t id, std::uint64_t pixel_samples);
@@ -74,8 +74,8 @@ void kill_at_once(BackgroundProcess& process);
 
 /// How a program of a farm is started.
 struct Launch {
-  std::string address;              ///< of a coordinator: the host it listens at; of a worker: its --server
-  std::vector<std::string> before;  ///< the program that starts it in its surroundings, with its arguments
+  std::string address;              ///< a coordinator's listening host; a worker's --server
+  std::vector<std::string> before;  ///< a program that starts it, with arguments
   Environment environment;
 };
 
@@ -83,7 +83,7 @@ class Farm {
  public:
   /// Starts the coordinator and waits until it listens. Its state is in data() unless the options have a --store.
   explicit Farm(std::vector<std::string> server_options = {}, Launch launch = {"127.0.0.1", {}, {}});
-  /// Fails the test if a sanitizer reported something in one of its processes.
+  /// Fails the test if a sanitizer reported a fault in one of its processes.
   ~Farm();
   Farm(const Farm&) = delete;
   Farm& operator=(const Farm&) = delete;
@@ -103,14 +103,14 @@ class Farm {
   void replace_worker(const std::string& name);
   std::string worker_log(const std::string& name) const { return log(name); }
   std::string server_log() const { return log("server"); }
-  /// How often the coordinator has logged that a worker came, or that its connection ended.
+  /// How often the coordinator has logged that a worker connected, or that its connection ended.
   int times_met(const std::string& worker) const { return times_said("server", worker + " connected"); }
   int times_missed(const std::string& worker) const { return times_said("server", worker + " disconnected"); }
   bool met(const std::string& worker) const { return times_met(worker) > 0; }
   bool missed(const std::string& worker) const { return times_missed(worker) > 0; }
   /// Contents of NAME.log in folder().
   std::string log(const std::string& name) const;
-  /// How often these words are in log(name).
+  /// How often `words` are in log(name).
   int times_said(const std::string& name, const std::string& words) const;
 
  private:
@@ -130,10 +130,10 @@ class Farm {
   std::vector<Worker> workers_;
 };
 
-/// Fails the test unless the job ends with all its samples and the bits of the bare core.
+/// Fails the test unless the job ends with all its samples and the bits of reference_hash().
 void expect_reference_film(FarmClient client, std::uint64_t job, const Picture& picture = {});
 
-/// Replaces a random one of the workers w1, w2, w3, `kills` times. Before each time the job must merge `pixel_samples`
+/// Replaces a random one of the workers w1, w2, w3, `kills` times. Before each time the job merges `pixel_samples`
 /// more. `picture` is as in FarmClient::wait_while_it_works.
 void kill_workers(Farm& farm, std::uint64_t job, Picture& picture, std::uint64_t pixel_samples, int kills);
 

@@ -20,7 +20,7 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr std::size_t kMostOnTheWay = 4 << 20;  // bytes; more is not taken from who says it
+constexpr std::size_t kMostOnTheWay = 4 << 20;  // bytes; then it reads no more from the sender
 constexpr int kLookEveryMs = 5;
 
 struct Piece {
@@ -126,7 +126,7 @@ void FaultProxy::accept_all() {
     }
     for (const int socket : {client, server}) {
       const int on = 1;
-      (void)::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));  // a local socket has none
+      (void)::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));  // fails for a local socket
     }
     const MutexLock lock(mutex_);
     sockets_.insert(sockets_.end(), {client, server});
@@ -135,7 +135,7 @@ void FaultProxy::accept_all() {
   }
 }
 
-/// Ends when one of both does; what was said before arrives nevertheless, unless the line stalls.
+/// Ends when one of the two ends. Bytes sent before that still arrive, unless the line stalls.
 void FaultProxy::relay(int from, int to, const Line& line, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::deque<Piece> on_the_way;

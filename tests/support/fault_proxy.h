@@ -1,4 +1,4 @@
-// A TCP port before another one (or a local socket) whose lines can be slow, stall, lose what is said, and be cut.
+// A proxy in front of a TCP port or a local socket. Its connections can be slow, stall, lose bytes, and be cut.
 #pragma once
 
 #include <array>
@@ -12,12 +12,13 @@
 
 namespace lightmill::test {
 
-/// Which way bytes go: from those who connect, or back to them.
+/// The direction of bytes: from the connecting side, or back to it.
 enum class Way { there, back };
 
 class FaultProxy {
  public:
-  /// Listens on 127.0.0.1 and connects each that comes to `target`: HOST:PORT, in digits, or a local socket's file.
+  /// Listens on 127.0.0.1 and connects each caller to `target`: HOST:PORT with a numeric host, or a local socket's
+  /// file.
   explicit FaultProxy(std::string target);
   ~FaultProxy();
   FaultProxy(const FaultProxy&) = delete;
@@ -26,16 +27,16 @@ class FaultProxy {
   int port() const { return port_; }
   std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
 
-  // From now on, of all connections:
+  // These affect all connections from now on.
 
-  /// Each piece arrives so much later, drawn between the two; those of a connection stay in order, as TCP keeps them,
-  /// and overtake those of others.
+  /// Delays each piece by a random time between `least` and `most`. Pieces of one connection stay in order, as in TCP.
+  /// They can overtake those of other connections.
   void delay(Way way, std::chrono::milliseconds least, std::chrono::milliseconds most);
-  /// What is said waits, as behind a link that is cut in one direction, and arrives once this ends.
+  /// Holds bytes back, like a link that is cut in one direction. They arrive when the stall ends.
   void stall(Way way, bool stalls) { line(way).stalls = stalls; }
-  /// What is said is lost.
+  /// Drops bytes.
   void swallow(Way way, bool swallows) { line(way).swallows = swallows; }
-  /// Who connects is hung up on.
+  /// Closes new connections at once.
   void refuse(bool refuses) { refuses_ = refuses; }
   int times_refused() const { return times_refused_; }
   /// Ends all connections.

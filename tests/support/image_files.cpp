@@ -15,7 +15,7 @@ std::string number(std::uint32_t value) {
   return {reinterpret_cast<const char*>(&value), sizeof(value)};
 }
 
-/// Three planes of 8 bits, not compressed; OpenImageIO writes none.
+/// Three planes of 8 bits, uncompressed. OpenImageIO cannot write PSD.
 std::string psd_file() {
   std::string file("8BPS\0\1\0\0\0\0\0\0\0\3\0\0\0\x10\0\0\0\x10\0\x08\0\3", 26);
   file += std::string(3 * 4, '\0') + std::string(2, '\0');

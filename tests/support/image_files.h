@@ -1,4 +1,4 @@
-// A small image file of each format, for tests of what reads them.
+// Small image files of each format, for tests of the readers.
 #pragma once
 
 #include <string>
@@ -11,13 +11,14 @@ struct ImageFile {
   std::string bytes;
 };
 
-/// Of each format that scenes may have (kImageFormats), 16×16 pixels; of EXR and TIFF, each way to compress.
+/// 16×16 pixels in each format that scenes can use (kImageFormats). EXR and TIFF come with each compression.
 std::vector<ImageFile> readable_image_files();
 
-/// Of formats that OpenImageIO reads, but from files only or from what an image names; and of none.
+/// Formats that are refused: those that OpenImageIO reads only from files or through names in an image, and unknown
+/// ones.
 std::vector<ImageFile> refused_image_files();
 
-/// As written by OpenImageIO, of one colour; the compression has OpenImageIO's name.
+/// An image of one value, written by OpenImageIO. `compression` is OpenImageIO's name.
 std::string image_file(const std::string& format, float value, const std::string& compression = "");
 
 }  // namespace lightmill::test

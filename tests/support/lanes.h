@@ -1,4 +1,4 @@
-// Lanes one by one, as tests look at them.
+// Access to single lanes, for tests.
 #pragma once
 
 #include "common/math/simd.h"

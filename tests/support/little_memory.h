@@ -1,4 +1,4 @@
-// A child process whose memory ends.
+// A child process with little memory.
 #pragma once
 
 #include <sys/resource.h>
@@ -11,8 +11,8 @@
 
 namespace lightmill::test {
 
-/// The exit code of `what` in a child that may take so much more address space than this process has; -1 if a signal
-/// ended it. A child that hangs is ended after a minute.
+/// The exit code of `what` in a child that can take only `bytes_more` more address space than this process has. It is
+/// -1 if a signal ended the child. A child that hangs is ended after a minute.
 inline int run_in_little_memory(std::uint64_t bytes_more, const std::function<int()>& what) {
   const pid_t child = ::fork();
   if (child == 0) {

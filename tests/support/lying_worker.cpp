@@ -1,5 +1,5 @@
-// A worker whose machine computes wrongly, for tests: SERVER NAME MACHINE SHARE-OF-NODES [CLASS]. A share of 0 makes it
-// honest; one that says that it is of another fingerprint class is honest within that.
+// A worker with wrong results, for tests: SERVER NAME MACHINE SHARE-OF-NODES [CLASS]. It is honest with a share of 0.
+// With another fingerprint class it is honest within that class.
 #include <unistd.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@
 namespace lightmill {
 namespace {
 
-/// The same nodes every time, and the same way.
+/// Changes the same nodes in the same way every time.
 void lie_about(Node& node, double share) {
   if (static_cast<double>(hash_of(node).low >> 11) < std::ldexp(share, 53)) {
     float& value = node.values[node.values.size() / 2];

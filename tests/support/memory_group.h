@@ -1,4 +1,4 @@
-// A control group whose processes may use little memory.
+// A control group with little memory.
 #pragma once
 
 #include <unistd.h>
@@ -11,8 +11,8 @@
 
 namespace lightmill::test {
 
-/// Its processes have ended before it does. Where control groups cannot be made, made() is false. While it is there,
-/// temporary folders are on the disk: files in memory would count as memory of the process that writes them.
+/// Its processes end before it does. made() is false where control groups cannot be created. While it exists, temporary
+/// folders are on disk, because files in memory count as memory of their writer.
 class MemoryGroup {
  public:
   explicit MemoryGroup(int mebibytes) {
@@ -38,7 +38,7 @@ class MemoryGroup {
   }
 
   bool made() const { return !folder_.empty(); }
-  /// The program that starts another one in the group.
+  /// The program that starts another program in the group.
   std::vector<std::string> starter() const {
     return {"/bin/sh", "-c", "echo $$ >" + (folder_ / "cgroup.procs").string() + " && exec \"$@\"", "sh"};
   }

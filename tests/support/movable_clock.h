@@ -1,4 +1,4 @@
-// The clock of one program, which a test can move while the program runs.
+// The clock of one program, which a test can change while the program runs.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 namespace lightmill::test {
 
-/// Time of day of programs that are started with environment(). Their monotonic clock is the real one.
+/// Time of day of programs that are started with environment(). Their monotonic clock stays the real one.
 class MovableClock {
  public:
   MovableClock() {

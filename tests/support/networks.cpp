@@ -24,7 +24,7 @@ void expect_ip(const std::string& words) {
   EXPECT_EQ(result.exit_code, 0) << "ip " << words << ": " << result.err;
 }
 
-/// For nft: so many of the packets of a direction (input, output) are dropped, instead of those that were.
+/// nft rules that drop `percent` of the packets of a direction (input, output). They replace the earlier rules.
 std::string loss_rules(const std::string& direction, int percent) {
   std::string rules = fmt::format(
       "add table inet lightmill\n"
@@ -51,7 +51,7 @@ std::optional<std::string> Networks::missing() {
   }
   const std::string name = fmt::format("lmtry{}", ::getpid());
   if (const CommandResult made = ip("netns add " + name); made.exit_code != 0) {
-    return "this kernel or container makes no network namespaces: " + made.err;
+    return "this kernel or container cannot create network namespaces: " + made.err;
   }
   const CommandResult filter =
       run_command({kIp, "netns", "exec", name, kNft, loss_rules("input", 10) + loss_rules("output", 100)});
@@ -60,7 +60,7 @@ std::optional<std::string> Networks::missing() {
   ip("netns del " + name);
   for (const CommandResult& each : {filter, bridge, pair}) {
     if (each.exit_code != 0) {
-      return "this kernel has not what a network of hosts takes: " + each.err;
+      return "this kernel lacks features for virtual networks: " + each.err;
     }
   }
   return std::nullopt;

@@ -1,4 +1,4 @@
-// Hosts of one's own on this machine: network namespaces on a bridge, whose links can be cut, and lose packets.
+// Virtual hosts on this machine: network namespaces on a bridge. Their links can be cut and can lose packets.
 #pragma once
 
 #include <optional>
@@ -7,11 +7,11 @@
 
 namespace lightmill::test {
 
-/// This process moves to a network of its own while it lives, with the threads that it starts from now on: a bridge,
-/// and hosts behind it. All goes at the end of the scope.
+/// Moves this process, and the threads that it starts from now on, to a network of its own: a bridge with hosts behind
+/// it. Everything is removed at the end of the scope.
 class Networks {
  public:
-  /// Why there can be none here (not root, no kernel support), if so.
+  /// Why this machine cannot have one (not root, no kernel support), or nothing.
   static std::optional<std::string> missing();
 
   explicit Networks(int hosts);
@@ -21,13 +21,13 @@ class Networks {
 
   /// This process's address on the bridge.
   static std::string address() { return "10.77.0.1"; }
-  /// The command that starts a program on a host, 0 on, with the program to follow.
+  /// The command that starts a program on a host (0, 1, …). The program follows it.
   std::vector<std::string> on_host(int host) const;
 
-  // Of a host's link:
+  // These affect a host's link.
   void cut(int host);
   void mend(int host);
-  /// What the host says gets lost, or what it is told; `percent` of the packets, drawn at random.
+  /// Drops `percent` of the packets that the host sends or receives, at random.
   void lose_said(int host, int percent) { lose(host, "output", percent); }
   void lose_heard(int host, int percent) { lose(host, "input", percent); }
 
@@ -38,7 +38,7 @@ class Networks {
 
   const std::string name_;
   const int hosts_;
-  int before_ = -1;  ///< the network that the process comes from
+  int before_ = -1;  ///< the original network namespace of the process
 };
 
 }  // namespace lightmill::test

@@ -4,9 +4,9 @@
 
 namespace lightmill::test {
 
-/// The path of a file of the checkout, named from its top: `source_file("scenes/cornell.json")`.
+/// The path of a file in the checkout, relative to its top: `source_file("scenes/cornell.json")`.
 std::string source_file(const std::string& name);
-/// The path of a program that this build made: `program("lightmill-server")`.
+/// The path of a program of this build: `program("lightmill-server")`.
 std::string program(const std::string& name);
 
 }  // namespace lightmill::test

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where Debian has the programs of the newest PostgreSQL.
+/// Folder of the newest PostgreSQL's programs on Debian.
 fs::path programs() {
   std::vector<fs::path> found;
   std::error_code none;
@@ -28,7 +28,7 @@ fs::path programs() {
   return *std::max_element(found.begin(), found.end());
 }
 
-/// `command` as it is, or as the user postgres.
+/// `command`, run as the user postgres if this process is root.
 std::vector<std::string> unprivileged(std::vector<std::string> command) {
   if (::geteuid() == 0) {
     const std::vector<std::string> as{"/usr/bin/setpriv", "--reuid=postgres", "--regid=postgres",
@@ -59,7 +59,7 @@ PostgresServer::~PostgresServer() {
 }
 
 void PostgresServer::start() {
-  // What survives a crash of the machine is not tested here, and its price is high.
+  // These tests do not cover a crash of the machine, and its guarantee is slow.
   process_ = std::make_unique<BackgroundProcess>(
       unprivileged({(programs() / "postgres").string(), "-D", (folder_.path() / "data").string(), "-c",
                     "listen_addresses=", "-c", "unix_socket_directories=" + folder_.path().string(), "-c", "fsync=off",

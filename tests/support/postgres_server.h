@@ -1,4 +1,4 @@
-// A PostgreSQL server of a test's own, in a temporary folder and reached by a socket there.
+// A PostgreSQL server for one test, in a temporary folder and reached by a socket there.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,8 @@
 
 namespace lightmill::test {
 
-/// Runs as the user `postgres` where the test runs as root, which PostgreSQL refuses. Nothing of it outlives its owner.
+/// Runs as the user `postgres` when the test runs as root, because PostgreSQL refuses root. Its processes and files end
+/// with it.
 class PostgresServer {
  public:
   PostgresServer();
@@ -17,17 +18,17 @@ class PostgresServer {
   PostgresServer(const PostgresServer&) = delete;
   PostgresServer& operator=(const PostgresServer&) = delete;
 
-  /// Starts it again; it was stopped.
+  /// Starts the stopped server again.
   void start();
-  /// At once, as a crash does; what it has promised to keep is kept.
+  /// Stops it at once, like a crash. Committed data stays.
   void stop();
 
-  /// The URL of a new, empty database, whose owner is no superuser.
+  /// The URL of a new, empty database. Its owner is no superuser.
   std::string new_database(const std::string& encoding = "UTF8");
   /// The URL of the same database over TCP at 127.0.0.1.
   static std::string over_tcp(const std::string& url, int port);
   std::string socket_file() const;
-  /// A new database with all that the one of the URL holds at this moment, by pg_dump and pg_restore; its URL.
+  /// Copies a database with pg_dump and pg_restore, and returns the URL of the copy.
   std::string dumped_and_restored(const std::string& url);
 
  private:
@@ -38,7 +39,7 @@ class PostgresServer {
   int databases_ = 0;
 };
 
-/// Runs statements in the database of the URL; the test fails if they do. The first value of the last row, as text.
+/// Runs statements in the database, and returns the first value of the last row as text. Fails the test on an error.
 std::string run_sql(const std::string& url, const std::string& sql);
 
 }  // namespace lightmill::test

@@ -25,7 +25,7 @@ int exit_code_of(int status) {
   return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
 }
 
-/// Forks and becomes the program, its output going to the two descriptors.
+/// Forks and runs the program. Its output goes to the two descriptors.
 pid_t spawn(const std::vector<std::string>& arguments, const Environment& environment, int out, int err) {
   std::vector<char*> pointers;
   for (const std::string& argument : arguments) {
@@ -133,7 +133,7 @@ std::vector<pid_t> processes_with(const std::string& name, const std::string& va
     if (std::from_chars(number.data(), number.data() + number.size(), pid).ec != std::errc()) {
       continue;
     }
-    std::ifstream file(entry.path() / "environ", std::ios::binary);  // empty for zombies and others' processes
+    std::ifstream file(entry.path() / "environ", std::ios::binary);  // empty for zombies and for processes of others
     const std::string all((std::istreambuf_iterator<char>(file)), {});
     if (('\0' + all).find('\0' + wanted + '\0') != std::string::npos) {
       found.push_back(pid);

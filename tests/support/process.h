@@ -1,4 +1,4 @@
-// Real processes for tests: commands that are run to their end, and programs in the background that are sure to go.
+// Real processes for tests: commands that run to their end, and background programs that always end.
 #pragma once
 
 #include <sys/types.h>
@@ -12,22 +12,22 @@
 
 namespace lightmill::test {
 
-/// Keeps a test from hanging where something never happens. It is no expectation: the machine may be busy.
+/// Limit that keeps a test from hanging. It is no expectation, because the machine can be busy.
 inline constexpr std::chrono::seconds kPatience{120};
 
 /// Variables to set on top of the test's own environment; an empty value unsets.
 using Environment = std::map<std::string, std::string>;
 
 struct CommandResult {
-  int exit_code = -1;  ///< 128 + signal if it was killed, also by the time limit
+  int exit_code = -1;  ///< 128 + signal if a signal or the time limit killed it
   std::string out, err;
 };
 
-/// Runs a program to its end; it is killed after `limit`.
+/// Runs a program to its end. Kills it after `limit`.
 CommandResult run_command(const std::vector<std::string>& arguments, const Environment& environment = {},
                           std::chrono::seconds limit = std::chrono::seconds(120));
 
-/// A program in the background; killed and waited for at the end of its scope, and by the kernel if the test dies.
+/// A background program. It is killed and waited for at the end of its scope. The kernel kills it if the test dies.
 class BackgroundProcess {
  public:
   /// Its output goes to the file `log`.
@@ -38,9 +38,9 @@ class BackgroundProcess {
   BackgroundProcess& operator=(const BackgroundProcess&) = delete;
 
   pid_t pid() const { return pid_; }
-  /// After SIGSTOP it returns once all threads of the process stand still.
+  /// After SIGSTOP it returns when all threads of the process have stopped.
   void send(int signal) const;
-  /// The exit code (128 + signal if killed), or nothing if it still runs after `limit`.
+  /// The exit code (128 + signal if killed), or nothing if the process still runs after `limit`.
   std::optional<int> wait(std::chrono::milliseconds limit = kPatience);
 
  private:
@@ -51,7 +51,7 @@ class BackgroundProcess {
 /// Processes (zombies apart) whose environment contains NAME=VALUE.
 std::vector<pid_t> processes_with(const std::string& name, const std::string& value);
 
-/// Asks `condition` every 10 ms until it holds or `limit` is over; whether it held.
+/// Checks `condition` every 10 ms until it holds or `limit` is over. Returns whether it held.
 template <class Condition>
 bool eventually(Condition condition, std::chrono::milliseconds limit = kPatience) {
   const auto until = std::chrono::steady_clock::now() + limit;

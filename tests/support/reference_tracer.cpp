@@ -110,7 +110,7 @@ struct ReferenceTracer::State {
     return ray.tfar < 0;
   }
 
-  /// Light that arrives at p from the lights straight away, times the cosine, for a diffuse surface.
+  /// Direct light at p, times the cosine, for a diffuse surface.
   Vec3 direct(const Vec3& p, const Vec3& n, Random& random) const {
     Vec3 sum(0);
     if (!lights.empty()) {
@@ -168,7 +168,7 @@ struct ReferenceTracer::State {
         ng = shape.sphere->normal_inward ? -ng : ng;
       }
       const bool front = glm::dot(d, ng) < 0;
-      // A sphere is not in the table of lights: its light is always found by the path itself.
+      // A sphere is not in the table of lights, so only the path finds its light.
       if ((count_emission || shape.sphere != nullptr) && (front || material.two_sided_emission)) {
         radiance += throughput * rgb(material.emission.rgb);
       }

@@ -1,7 +1,8 @@
-// The oracle: a scalar path tracer of the plainest kind, sharing no code with the renderer but the document.
+// The reference: a simple scalar path tracer that shares only the document with the renderer.
 //
-// Single rays on Embree, independent random numbers, next-event estimation alone at diffuse surfaces (no weights),
-// Russian roulette from the second bounce with survival = max throughput. Slow and obvious on purpose.
+// It traces single rays with Embree and uses independent random numbers. Diffuse surfaces use only next-event
+// estimation, without weights. Russian roulette starts at the second bounce with survival = max throughput. It is slow
+// and simple on purpose.
 #pragma once
 
 #include <array>

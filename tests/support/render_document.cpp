@@ -20,7 +20,7 @@ LoadedScene load(const fs::path& path) {
   return value_of(load_scene(std::span(&path, 1)));
 }
 
-/// Loads the text of a document and files from a folder that is gone afterwards. Errors leave its name out.
+/// Loads a document's text and its files from a temporary folder. Errors leave the folder's name out.
 Result<LoadedScene> read_text(const std::string& document, const std::map<std::string, std::string>& files) {
   std::string folder = (fs::temp_directory_path() / "lightmill-test-XXXXXX").string();
   LM_CHECK(::mkdtemp(folder.data()) != nullptr);
@@ -41,7 +41,7 @@ Result<LoadedScene> read_text(const std::string& document, const std::map<std::s
   return invalid_argument("{}", message);
 }
 
-/// Where a loaded scene's assets are.
+/// Source of a loaded scene's assets.
 CompiledScene::AssetSource source_of(const LoadedScene& loaded) {
   return [&loaded](const Sha256& digest) -> Result<std::string> { return loaded.assets.at(digest); };
 }

@@ -1,4 +1,4 @@
-// Renders a scene document with the core, in this process, for tests that compare with exact answers.
+// Renders a scene document in this process, for tests that compare with exact answers.
 #pragma once
 
 #include <filesystem>
@@ -14,9 +14,9 @@ namespace lightmill::test {
 struct HalfImages {
   int width = 0, height = 0;
   std::vector<double> a, b;
-  std::uint64_t non_finite = 0;  ///< samples that were no numbers, and count as zero
+  std::uint64_t non_finite = 0;  ///< NaN or infinite samples, which count as zero
   double mean(std::size_t i) const { return (a[i] + b[i]) / 2; }
-  /// Of the mean, from the halves.
+  /// Variance of the mean, estimated from the halves.
   double variance(std::size_t i) const { return (a[i] - b[i]) * (a[i] - b[i]) / 4; }
 };
 
@@ -26,19 +26,19 @@ struct Estimate {
   double standard_error = 0;
 };
 
-/// Loads the text of a document; `files` are files that it names, by name. Fails the process where that goes wrong.
+/// Loads the text of a document. `files` are the files it names, by name. Ends the process on an error.
 LoadedScene load_text(const std::string& document, const std::map<std::string, std::string>& files = {});
 
-/// Why a document is refused when it is read or compiled; "" if it is not.
+/// Why reading or compiling refuses a document, or "".
 std::string refusal(const std::string& document, const std::map<std::string, std::string>& files = {},
                     const CompiledScene::ImageDecoder& images = nullptr);
 
-/// A scene that was read from files and compiled; fails the process with the message where that goes wrong.
+/// A scene that was read from files and compiled. Ends the process with the message on an error.
 class TestScene {
  public:
   explicit TestScene(const std::filesystem::path& path, const CompiledScene::ImageDecoder& images = nullptr);
-  /// From the text of a document; `files` are OBJ files that it names, by name.
-  /// Images among them need a decoder (common/image/read).
+  /// From the text of a document. `files` are the files that it names, by name. Images need a decoder
+  /// (common/image/read).
   static TestScene from_text(const std::string& document, const std::map<std::string, std::string>& files = {},
                              const CompiledScene::ImageDecoder& images = nullptr);
 
@@ -48,7 +48,7 @@ class TestScene {
   /// The same scene with a film of another size.
   TestScene resized(int width, int height) const;
 
-  /// Samples [0, 2^level) of every pixel of `rect` (of the film, if empty); level >= 1.
+  /// Samples [0, 2^level) of every pixel of `rect`, or of the film if `rect` is empty. level >= 1.
   HalfImages render(const MethodSettings& settings, std::uint32_t level, PixelRect rect = {}) const;
 
  private:

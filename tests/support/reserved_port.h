@@ -1,4 +1,4 @@
-// A TCP port reserved for a test: its programs can listen on it one after the other, and the kernel gives it to no
+// A TCP port reserved for a test. The test's programs can listen on it one after the other. The kernel gives it to no
 // other process.
 #pragma once
 
@@ -12,8 +12,7 @@
 
 namespace lightmill::test {
 
-/// Holds the port by a socket that is bound and does not listen. Programs that set SO_REUSEADDR can bind to the port,
-/// too.
+/// Holds the port by a socket that is bound and does not listen. Programs that set SO_REUSEADDR can also bind to it.
 class ReservedPort {
  public:
   explicit ReservedPort(const std::string& host = "127.0.0.1")

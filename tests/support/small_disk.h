@@ -1,4 +1,4 @@
-// A disk that is soon full.
+// A small disk that a test can fill.
 #pragma once
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@
 
 namespace lightmill::test {
 
-/// A disk of a test's own, in memory, where temporary folders lie while it is there; nobody else sees it. Takes root.
+/// A private disk in memory. Temporary folders are on it while it exists. Needs root.
 class SmallDisk {
  public:
   explicit SmallDisk(int mib) {
@@ -35,7 +35,7 @@ class SmallDisk {
   SmallDisk& operator=(const SmallDisk&) = delete;
 
   bool mounted() const { return mounted_; }
-  /// Takes so much of it, or all that is left.
+  /// Fills `mib` MiB of it, or all free space.
   void fill(int mib) const {
     std::ofstream file(ballast(), std::ios::binary | std::ios::app);
     const std::string piece(1 << 16, 'x');

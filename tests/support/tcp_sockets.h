@@ -14,17 +14,17 @@ namespace lightmill::test {
 struct TcpSocket {
   unsigned local_port = 0, remote_port = 0;
   bool connecting = false;         ///< the SYN is not answered yet
-  std::uint64_t unsent_bytes = 0;  ///< written, and not acknowledged by the other end
-  std::uint64_t unread_bytes = 0;  ///< received, and not read yet
+  std::uint64_t unsent_bytes = 0;  ///< written, and not yet acknowledged by the other end
+  std::uint64_t unread_bytes = 0;  ///< received, and not yet read
 };
 
 inline std::vector<TcpSocket> tcp_sockets() {
   std::vector<TcpSocket> sockets;
   std::ifstream list("/proc/net/tcp");
   std::string line;
-  std::getline(list, line);  // the names of the columns
+  std::getline(list, line);  // column names
   while (std::getline(list, line)) {
-    constexpr unsigned kSynSent = 2;  // of the kernel's tcp_states.h
+    constexpr unsigned kSynSent = 2;  // from the kernel's tcp_states.h
     unsigned state = 0, unsent = 0, unread = 0;
     TcpSocket socket;
     if (std::sscanf(line.c_str(), "%*d: %*8x:%4x %*8x:%4x %2x %8x:%8x", &socket.local_port, &socket.remote_port, &state,

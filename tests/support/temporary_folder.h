@@ -1,4 +1,4 @@
-// A folder of a test's own, gone with its owner.
+// A temporary folder that is removed with its owner.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -46,9 +46,9 @@ class Packet {
   explicit Packet(std::string bytes) : bytes_(std::move(bytes)) {}
 
   void apply(std::map<std::string, Image>& images) {
-    take<std::uint32_t>();  // its length
+    take<std::uint32_t>();  // length
     const auto type = take<std::int8_t>();
-    take<std::int8_t>();  // whether it grabs the focus
+    take<std::int8_t>();  // whether to grab the focus
     const std::string name = text();
     if (type == 4) {
       Image image;
@@ -156,7 +156,7 @@ bool TevWindow::read(std::size_t most, std::chrono::milliseconds patience) {
 TevListener::TevListener(std::uint16_t port, int buffer_bytes) : listening_(bound_to(port)) {
   port_ = port_of(listening_);
   if (port == 0) {
-    // A socket whose port the kernel has chosen loses it in stop().
+    // A socket with a port that the kernel chose loses the port in stop().
     const int chosen = std::exchange(listening_, bound_to(port_));
     ::close(chosen);
   }

@@ -1,5 +1,5 @@
-// What is at the other end of a connection to tev: a port that listens, and images made of packets, which are read as
-// tev's documentation has them.
+// A stand-in for the viewer tev: a port that listens, and images made of the packets that arrive. Packets are read as
+// tev documents them.
 #pragma once
 
 #include <chrono>
@@ -12,14 +12,14 @@
 
 namespace lightmill::test {
 
-/// One connection, and the images that it has brought.
+/// One connection, and the images that it brought.
 class TevWindow {
  public:
   struct Image {
     int width = 0, height = 0;
     std::vector<float> planes;
     int updates = 0;
-    /// Of red.
+    /// Red value of a pixel.
     float at(int x, int y) const { return planes.at(static_cast<std::size_t>(y * width + x)); }
   };
 
@@ -28,25 +28,24 @@ class TevWindow {
   TevWindow(TevWindow&& other) noexcept;
   TevWindow& operator=(TevWindow&&) = delete;
 
-  /// Takes up to `most` bytes of what arrives within `patience`; false if there is nothing, or the other side has
-  /// closed.
+  /// Reads up to `most` bytes that arrive within `patience`. False if nothing arrives, or the other side has closed.
   bool read(std::size_t most = 65536, std::chrono::milliseconds patience = kPatience);
   void close();
-  /// By name, as they are after all whole packets.
+  /// Images by name, after all complete packets.
   const std::map<std::string, Image>& images() const { return images_; }
-  /// Whether a part of a packet has arrived.
+  /// Whether part of a packet has arrived.
   bool amid_a_packet() const { return !bytes_.empty(); }
 
  private:
   int connection_;
-  std::string bytes_;  ///< of a packet that is not whole yet
+  std::string bytes_;  ///< of an incomplete packet
   std::map<std::string, Image> images_;
 };
 
-/// Listens on 127.0.0.1 as tev does.
+/// Listens on 127.0.0.1 like tev.
 class TevListener {
  public:
-  /// Port 0 takes a free one. `buffer_bytes`: what connections may hold unread; 0 leaves it to the kernel, which holds
+  /// Port 0 takes a free port. `buffer_bytes` limits the unread bytes of a connection. 0 leaves the kernel's limit of
   /// megabytes.
   explicit TevListener(std::uint16_t port = 0, int buffer_bytes = 0);
   ~TevListener();
@@ -57,11 +56,11 @@ class TevListener {
   std::string address() const;
   /// Refuses new and waiting connections. The port stays taken.
   void stop() const;
-  /// After a stop.
+  /// Listens again after a stop.
   void listen() const;
-  /// Whether somebody waits to be accepted.
+  /// Whether a connection waits to be accepted.
   bool called(std::chrono::milliseconds patience) const;
-  /// The next who comes.
+  /// Accepts the next connection.
   TevWindow accept() const;
 
  private:

@@ -1,4 +1,4 @@
-// What a test needs to know of an XML text.
+// A minimal XML parser for tests.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace lightmill::test {
 
-/// An element's start: its name, and all of it up to its end.
+/// A start tag: its name and its whole text.
 struct XmlTag {
   std::string name, text;
   /// The value of an attribute; empty if it has none of that name.
@@ -19,8 +19,9 @@ struct XmlTag {
   }
 };
 
-/// All elements in the order in which they start; empty if the text is not well formed: elements that nest, attributes
-/// in single quotes, & only in the five entities or numbers. Knows no comments, CDATA or doctypes.
+/// All start tags in order, or nothing if the text is not well formed. It checks that elements nest, and that
+/// attributes have single quotes. & may only begin the five entities or numbers. Comments, CDATA and doctypes are not
+/// supported.
 inline std::vector<XmlTag> xml_tags(std::string_view text) {
   std::vector<XmlTag> tags;
   std::vector<std::string> open;
@@ -38,7 +39,7 @@ inline std::vector<XmlTag> xml_tags(std::string_view text) {
     }
     if (c != '<') {
       if (open.empty() && c != '\n') {
-        return {};  // text outside of the one element
+        return {};  // text outside the root element
       }
       ++at;
       continue;

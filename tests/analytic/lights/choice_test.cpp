@@ -1,4 +1,4 @@
-// Which light is drawn: few by power, many by a tree; always with the probability that is stated.
+// Light choice: by power for few lights, by a tree for many, always with the stated probability.
 // The threshold of 5 standard deviations raises a false alarm once in 3.5 million tests.
 #include "tests/analytic/lights/light_checks.h"
 
@@ -29,8 +29,8 @@ TEST(LightChoice, FewLightsAreChosenByPower) {
   EXPECT_LT(chi_squared_z(counts, expected), kChiSquaredThreshold);
 }
 
-TEST(LightChoice, NoLightIsForgotten) {
-  // One is 1e9 times as strong as the other: both are drawn.
+TEST(LightChoice, AWeakLightBesideAStrongOneIsDrawn) {
+  // One is 1e9 times as strong as the other. Both are drawn.
   LightTable table;
   table.points.add({{0, 0, 1}, Vec3(1e9f)});
   table.points.add({{0, 1, 0}, Vec3(1)});
@@ -81,7 +81,7 @@ TEST(LightChoice, TheTreeDrawsWithTheProbabilityThatItStates) {
   constexpr int kLights = 300;
   const LightBvh tree(many_lights(kLights));
   for (const Vec3& p : {Vec3(0), Vec3(4, -3, 1), Vec3(50, 20, 0)}) {
-    // The last cell: nothing was drawn, because a node that seemed to shine had no child that does.
+    // The last cell counts failed draws: a node seemed to shine on the point, but none of its children does.
     std::vector<double> counts(kLights + 1), expected;
     double sum = 0;
     for (const double probability : probabilities(tree, kLights, p)) {
@@ -118,7 +118,7 @@ TEST(LightChoice, EveryLightThatShinesOnAPointCanBeDrawn) {
       const Vec3d center = (b.low + b.high) * 0.5, d = glm::normalize(Vec3d(p) - center);
       double cosine = glm::dot(d, b.axis);
       cosine = b.two_sided ? std::abs(cosine) : cosine;
-      // An angle of at most 90° to some normal of the cone.
+      // Some normal of the cone is at an angle of at most 90°.
       const bool shines =
           b.cos_normals == -1 || std::acos(std::clamp(cosine, -1.0, 1.0)) - std::acos(b.cos_normals) < M_PI / 2 - 1e-6;
       if (shines) {
@@ -142,7 +142,7 @@ TEST(LightChoice, NearLightsAreDrawnMoreOften) {
   EXPECT_GT(pmf[500], 0.05);
 }
 
-TEST(LightChoice, AHundredThousandLightsInOnePlaceAreATreeToo) {
+TEST(LightChoice, TheTreeBalancesAHundredThousandLightsInOnePlace) {
   std::vector<LightBounds> lights(100'000);
   for (LightBounds& b : lights) {
     b.power = 1;
@@ -152,13 +152,13 @@ TEST(LightChoice, AHundredThousandLightsInOnePlaceAreATreeToo) {
   EXPECT_NEAR(pmf[0] * 100'000, 1, 0.5);  // a balanced tree's leaves differ by one level
 }
 
-TEST(LightChoice, DistantLightsShareWithATree) {
+TEST(LightChoice, DistantLightsAndTheTreeAreBothDrawn) {
   LightTable table;
   for (int i = 0; i < 40; ++i) {
     table.points.add({{static_cast<float>(i), 5, 0}, Vec3(1)});
   }
   table.directional.add({{0, -1, 0}, Vec3(1)});
-  table.build(1000);  // so large that the sun's flux is all there is
+  table.build(1000);  // so large that the sun has almost all of the flux
   int sun = 0;
   for_each_draw(4, [&](Pair8 choice, Pair8 u) {
     const LightSample8 s = table.sample(broadcast(Vec3(3, 0, 0)), choice, u);

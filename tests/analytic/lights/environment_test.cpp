@@ -1,4 +1,4 @@
-// Environments: directions are drawn with the stated density, images are looked up where they belong.
+// Environments: directions follow the stated density, and directions map to the right pixels.
 // The threshold of 5 standard deviations raises a false alarm once in 3.5 million tests.
 #include "common/lights/environment_light.h"
 
@@ -56,7 +56,7 @@ double direction_z(std::uint32_t seed, const EnvironmentRadiance& light) {
   return chi_squared_z(counts, expected);
 }
 
-// Beyond 2^23 columns the middle of the last one is no float.
+// Beyond 2^23 columns a float cannot hold the middle of the last one.
 TEST(PiecewiseConstant, FindsTheLastOfMillionsOfColumns) {
   constexpr std::size_t kColumns = (std::size_t{1} << 23) + 2;
   std::vector<double> weights(kColumns, 0.0);
@@ -77,14 +77,14 @@ TEST(Environment, DirectionsFollowTheStatedDensity) {
   image.set(0, 5, Vec3(9, 3, 1));    // at the seam
   image.set(63, 20, Vec3(2, 8, 1));  // and on its other side
   for (std::size_t x = 0; x < 64; ++x) {
-    image.set(x, 0, Vec3(6));  // all round a pole
+    image.set(x, 0, Vec3(6));  // all around a pole
   }
   EXPECT_LT(direction_z(1, image.light()), kChiSquaredThreshold);
-  // A whole number of the integral's steps, so that pixels' edges fall between them.
+  // A whole number of the integral's steps, so that edges of pixels fall between steps.
   EXPECT_LT(direction_z(2, image.light(247 * 15.0 / 48)), kChiSquaredThreshold);
 }
 
-TEST(Environment, OddSizesAndSinglePixels) {
+TEST(Environment, OddSizesAndSinglePixelsFollowTheStatedDensity) {
   TestImage odd(7, 3, 0.5f);
   odd.set(3, 1, Vec3(4));
   EXPECT_LT(direction_z(3, odd.light()), kChiSquaredThreshold);
@@ -103,7 +103,7 @@ TEST(Environment, ASampleHasTheDensityOfARayThatFindsIt) {
     const Lanes drawn(s.pdf_solid_angle), found(light.pdf_solid_angle(s.wi)), weight(s.weight.x);
     const VectorLanes radiance(light.radiance(s.wi));
     for (int lane = 0; lane < 8; ++lane) {
-      // Directions within rounding of a pixel's edge may be taken for the neighbour's.
+      // Rounding can move a direction at the edge of a pixel into its neighbour.
       differ += std::abs(found[lane] / drawn[lane] - 1) > 1e-4 ? 1 : 0;
       ASSERT_NEAR(weight[lane] * drawn[lane], radiance[lane].x, 2e-3 * radiance[lane].x);
     }
@@ -111,7 +111,7 @@ TEST(Environment, ASampleHasTheDensityOfARayThatFindsIt) {
   EXPECT_LT(differ, kDraws / 1000);
 }
 
-TEST(Environment, ConstantsAreLeftToRaysThatScatter) {
+TEST(Environment, ConstantsAreNotSampled) {
   EXPECT_FALSE(EnvironmentRadiance(Vec3(1, 2, 3)).samplable());
   EXPECT_FALSE(TestImage(16, 8, 0.7f).light().samplable());
   const VectorLanes radiance(EnvironmentRadiance(Vec3(1, 2, 3)).radiance(broadcast(Vec3(0, 1, 0))));
@@ -136,8 +136,8 @@ TEST(Environment, TheMeanCountsRowsByTheirSolidAngle) {
   EXPECT_EQ(EnvironmentRadiance().mean_radiance(), Vec3d(0));
 }
 
-TEST(Environment, TheImageIsWhereItIsSaidToBe) {
-  // 8 x 4 pixels, each told by its value: 10 y + x.
+TEST(Environment, EachPixelIsInItsDocumentedDirection) {
+  // 8 × 4 pixels with the value 10 y + x.
   TestImage image(8, 4);
   for (std::size_t y = 0; y < 4; ++y) {
     for (std::size_t x = 0; x < 8; ++x) {
@@ -151,19 +151,19 @@ TEST(Environment, TheImageIsWhereItIsSaidToBe) {
   };
   for (int y = 0; y < 4; ++y) {
     for (int x = 0; x < 8; ++x) {
-      // A pixel's centre: column 4 begins at +x and goes on towards +z.
+      // A pixel's centre. Column 4 begins at +x and continues towards +z.
       EXPECT_NEAR(seen(light, direction((x - 3.5) * 45, (1.5 - y) * 45)).x, 10 * y + x, 1e-4) << x << ' ' << y;
     }
   }
-  EXPECT_NEAR(seen(light, {1, 0, 0}).x, 15 + 3.5, 1e-4);  // between four of them
+  EXPECT_NEAR(seen(light, {1, 0, 0}).x, 15 + 3.5, 1e-4);  // between four pixels
   EXPECT_NEAR(seen(light, {0, 0, 1}).x, 15 + 5.5, 1e-4);
   EXPECT_NEAR(seen(light, {0, 0, -1}).x, 15 + 1.5, 1e-4);
   EXPECT_NEAR(seen(light, {-1, 0, 1e-7f}).x, 15 + 3.5, 1e-4);  // across the seam: 7 and 0
   EXPECT_NEAR(seen(light, {-1, 0, -1e-7f}).x, 15 + 3.5, 1e-4);
-  // Turned by 90° about +y: what was at +x is at −z.
+  // Turned by 90° about +y. What was at +x is now at −z.
   EXPECT_NEAR(seen(image.light(90), {0, 0, -1}).x, 15 + 3.5, 1e-4);
   EXPECT_NEAR(seen(image.light(90), {1, 0, 0}).x, 15 + 5.5, 1e-4);
-  // At a pole every column meets: any of them will do, and no NaN.
+  // All columns meet at a pole. Any of them is right, but no NaN.
   for (const float y : {1.0f, -1.0f}) {
     const double value = seen(light, {0, y, 0}).x;
     EXPECT_GE(value, y > 0 ? 0 : 30);
@@ -172,7 +172,7 @@ TEST(Environment, TheImageIsWhereItIsSaidToBe) {
   }
 }
 
-TEST(Environment, ADirectionThatIsNoNumberStaysInTheImage) {
+TEST(Environment, ANanDirectionStaysInTheImage) {
   TestImage image(3, 2, 0.5f);
   image.set(1, 1, Vec3(2));
   const float nan = std::numeric_limits<float>::quiet_NaN();

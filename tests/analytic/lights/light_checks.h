@@ -1,4 +1,4 @@
-// What tests of light sampling share: independent draws, lanes, and counts over a grid.
+// Helpers for tests of light sampling: independent draws, lanes, and counts over a grid.
 #pragma once
 
 #include <gtest/gtest.h>

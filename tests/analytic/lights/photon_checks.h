@@ -1,4 +1,4 @@
-// What tests of photons' starts share: the flux that photons bring to something, and the same by next-event estimation.
+// Helpers for tests of photon emission: flux through a target, by photons and by next-event estimation.
 #pragma once
 
 #include <limits>
@@ -39,7 +39,7 @@ struct Quad {
   }
 };
 
-/// Met from outside.
+/// Whether the ray meets the sphere from outside.
 inline bool meets(const BoundingSphere& sphere, const PhotonRay& ray) {
   const Vec3d to_center = sphere.center - ray.origin;
   return glm::dot(to_center, ray.direction) > 0 && glm::length(glm::cross(to_center, ray.direction)) <= sphere.radius;
@@ -69,7 +69,7 @@ struct Moments {
   }
 };
 
-/// Calls take(ray, power, light) for independent photons; those without light have no power.
+/// Calls take(ray, power, light) for independent photons. Photons without light have no power.
 template <class Take>
 void for_each_photon(const PhotonEmission& emission, std::uint32_t seed, Take take, int count = kDraws) {
   for (int i = 0; i < count; i += 8) {
@@ -86,7 +86,7 @@ void for_each_photon(const PhotonEmission& emission, std::uint32_t seed, Take ta
   }
 }
 
-/// The flux that meets(ray) of all photons, or of those of one light.
+/// Flux of all photons with meets(ray), or of those of one light.
 template <class Meets>
 Mean photon_flux(const PhotonEmission& emission, std::uint32_t seed, Meets meets,
                  std::optional<std::uint32_t> of_light = {}) {
@@ -98,7 +98,7 @@ Mean photon_flux(const PhotonEmission& emission, std::uint32_t seed, Meets meets
   return moments.mean();
 }
 
-/// The flux through a quad, from both of its sides, by sampling the lights at points of it; nothing is in the way.
+/// Flux through a quad from both sides, by light samples at points of it. Nothing blocks the light.
 inline Mean sampled_flux(const LightTable& table, std::uint32_t seed, const Quad& quad) {
   const Vec3d n = glm::cross(quad.edge1, quad.edge2);
   const double area = glm::length(n);
@@ -118,8 +118,8 @@ inline Mean sampled_flux(const LightTable& table, std::uint32_t seed, const Quad
   return moments.mean();
 }
 
-/// In every channel, within 5 standard errors of both and what single precision loses. Five raise a false alarm once in
-/// 1.7 million channels.
+/// In every channel, within 5 standard errors of both values and the loss of single precision. This raises a false
+/// alarm once in 1.7 million channels.
 inline void expect_flux(const Mean& flux, const Mean& expected, double precision = 2e-5) {
   for (int c = 0; c < 3; ++c) {
     const double error = std::hypot(flux.error[c], expected.error[c]);

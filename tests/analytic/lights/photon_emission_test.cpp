@@ -1,5 +1,5 @@
-// Photons bring the flux that formulas and next-event estimation know, whatever light they start from and however the
-// targets lie. Noise is bounded by 5 standard errors: a false alarm once in 1.7 million channels.
+// Photons bring the flux of formulas and next-event estimation, for all kinds of lights and targets. Noise is bounded
+// by 5 standard errors: a false alarm once in 1.7 million channels.
 #include <limits>
 
 #include "tests/analytic/lights/photon_checks.h"
@@ -38,9 +38,9 @@ bool anywhere(const PhotonRay&) {
 TEST(PhotonEmission, APointFillsTheSolidAngleOfASphere) {
   const LightTable table = point_table({1, 2, 3});
   for (const double radius : {1e-3, 0.5, 3.0, 4.999}) {
-    const BoundingSphere target{{4, 2, 7}, radius};  // 5 away
+    const BoundingSphere target{{4, 2, 7}, radius};  // at a distance of 5
     const PhotonEmission emission = emission_of(table, {target});
-    // All that is sent goes there but for the margin of the target.
+    // Apart from the target's margin, all photons go to the target.
     const double margin = radius < 0.1 ? 0.1 : 2e-3;
     expect_flux(photon_flux(emission, 1, anywhere), exactly(cone_solid_angle(radius, 5)), margin);
     const BoundingSphere within{{4, 2, 7}, 0.9 * radius};
@@ -48,9 +48,9 @@ TEST(PhotonEmission, APointFillsTheSolidAngleOfASphere) {
   }
 }
 
-TEST(PhotonEmission, WhatTargetsShareCountsOnce) {
+TEST(PhotonEmission, OverlapsOfTargetsCountOnce) {
   const LightTable table = point_table();
-  // The first two overlap, the third one lies within the first, the fourth before the second.
+  // The first two overlap, the third is within the first, and the fourth is in front of the second.
   const std::vector<BoundingSphere> targets{{{3, 0, 0}, 1.5}, {{2, 2, 0}, 1.2}, {{3, 0, 0.2}, 0.5}, {{1, 0.9, 0}, 0.3}};
   const PhotonEmission emission = emission_of(table, targets);
   for (const BoundingSphere& t : targets) {
@@ -58,7 +58,7 @@ TEST(PhotonEmission, WhatTargetsShareCountsOnce) {
     expect_flux(photon_flux(emission, 3, into(within)),
                 exactly(cone_solid_angle(within.radius, glm::length(t.center))));
   }
-  // All together: the solid angle of their union, counted over a fine grid of equal areas.
+  // The solid angle of the union of all, counted over a fine grid of equal areas.
   constexpr int kHeights = 1500, kTurns = 3000;
   double covered = 0;
   for (int i = 0; i < kHeights; ++i) {
@@ -72,16 +72,16 @@ TEST(PhotonEmission, WhatTargetsShareCountsOnce) {
   expect_flux(photon_flux(emission, 4, anywhere), exactly(4 * M_PI * covered / (double{kHeights} * kTurns)), 1e-3);
 }
 
-TEST(PhotonEmission, AroundALightWithinATargetGoesAllOfIt) {
+TEST(PhotonEmission, ALightWithinATargetEmitsInAllDirections) {
   const LightTable table = point_table({1, 0, 0});
-  // Within, just touching on the inner and on the outer side, infinite; with a finite one beside.
+  // Inside, just touching from inside and outside, and infinite, also with a finite target beside it.
   expect_flux(photon_flux(emission_of(table, {{{0, 0, 0}, 2}}), 5, anywhere), exactly(4 * M_PI));
   expect_flux(photon_flux(emission_of(table, {{{0, 0, 0}, 1}}), 6, anywhere), exactly(4 * M_PI));
   expect_flux(photon_flux(emission_of(table, {kEverything}), 7, anywhere), exactly(4 * M_PI));
   const PhotonEmission both = emission_of(table, {kEverything, {{1, 0, 3}, 0.01}, {{1, 2, 0}, 0.5}});
   expect_flux(photon_flux(both, 8, anywhere), exactly(4 * M_PI));
   expect_flux(photon_flux(both, 9, into({{1, 0, 3}, 0.01})), exactly(cone_solid_angle(0.01, 3)), 1e-4);
-  // From a hair outside half of all directions lead into the sphere.
+  // From just outside, half of all directions lead into the sphere.
   const PhotonEmission outside = emission_of(table, {{{0, 0, 0}, 0.99}});
   expect_flux(photon_flux(outside, 10, into({{0, 0, 0}, 0.98})), exactly(cone_solid_angle(0.98, 1)));
 }
@@ -103,7 +103,7 @@ TEST(PhotonEmission, DirectionsAreUniformInTheCone) {
   EXPECT_LT(chi_squared_z(counts, expected), kChiSquaredThreshold);
 }
 
-/// Against next-event estimation at a quad that the target holds.
+/// Compares with next-event estimation at a quad inside the target.
 void expect_as_sampled(const LightTable& table, const Quad& quad, std::uint32_t seed,
                        std::vector<BoundingSphere> more_targets = {}) {
   const Vec3d center = quad.corner + (quad.edge1 + quad.edge2) * 0.5;
@@ -120,9 +120,9 @@ void expect_as_sampled(const LightTable& table, const Quad& quad, std::uint32_t 
 
 const Quad kQuad{{-1, -1.2, 3}, {2, 0, 0.3}, {0.2, 1.8, 0.5}};
 
-TEST(PhotonEmission, ProfilesOfPointsSendWhatSamplingFinds) {
+TEST(PhotonEmission, PointProfilesEmitTheFluxThatSamplingFinds) {
   const Vec3 axis = glm::normalize(Vec3(0.1f, -0.3f, 1));
-  // A spot that the target holds as a whole, one whose rim crosses it.
+  // A spot that the target contains, and one whose rim crosses the target.
   const LightTable narrow = table_of([&](LightTable& t) { t.spots.add({{0, 0, 0}, axis, kColor, 0.005f, 0.02f}); });
   expect_flux(photon_flux(emission_of(narrow, {{Vec3d(axis) * 6.0, 2}}), 12, anywhere), exactly(M_PI * 0.025), 1e-5);
   const LightTable spot = table_of([&](LightTable& t) { t.spots.add({{0, 0, 0}, axis, kColor, 0.01f, 0.06f}); });
@@ -154,7 +154,7 @@ TEST(PhotonEmission, ParallelSquaresExchangeTheirFormFactor) {
   const PhotonEmission emission = emission_of(table, {{{0.5, 0.5, 1}, 0.75}});
   const Quad facing{{0, 0, 1}, {1, 0, 0}, {0, 1, 0}};
   expect_flux(photon_flux(emission, 16, through(facing)), exactly(M_PI * 0.1998249));
-  // All that leaves it: π L A, by every side that emits.
+  // All emitted flux: π L A for each side that emits.
   expect_flux(photon_flux(emission_of(table, {kEverything}), 17, anywhere), exactly(M_PI));
   const LightTable both = table_of([](LightTable& t) {
     t.facets.add({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, kColor, true, true, 0});
@@ -162,30 +162,30 @@ TEST(PhotonEmission, ParallelSquaresExchangeTheirFormFactor) {
   expect_flux(photon_flux(emission_of(both, {kEverything}), 18, anywhere), exactly(2 * M_PI));
   const Quad behind{{0, 0, -1}, {1, 0, 0}, {0, 1, 0}};
   expect_flux(photon_flux(emission_of(both, {{{0.5, 0.5, -1}, 0.75}}), 19, through(behind)), exactly(M_PI * 0.1998249));
-  // With a target that reaches behind the square, and with the square within the target.
+  // A target that reaches behind the square, and one that contains the square.
   for (const double radius : {1.2, 3.0}) {
     expect_flux(photon_flux(emission_of(table, {{{0.5, 0.5, 1}, radius}}), 20, through(facing)),
                 exactly(M_PI * 0.1998249));
   }
 }
 
-TEST(PhotonEmission, FacetsSendWhatSamplingFinds) {
+TEST(PhotonEmission, FacetsEmitTheFluxThatSamplingFinds) {
   std::uint32_t seed = 21;
   for (const bool whole : {false, true}) {
     for (const float exponent : {0.0f, 1.0f, 12.0f}) {
       for (const bool two_sided : {false, true}) {
         const LightTable table = table_of([&](LightTable& t) { t.facets.add(facet_of(whole, two_sided, exponent)); });
         expect_as_sampled(table, kQuad, seed++);
-        // Beside it and through its plane: partly behind.
+        // Beside it and through its plane, so partly behind.
         expect_as_sampled(table, {{0.9, -0.7, -1}, {0.3, 1.5, 0.1}, {0.4, 0.2, 2}}, seed++);
-        // Overlapping others.
+        // Targets that overlap others.
         expect_as_sampled(table, kQuad, seed++, {{{0, 0, 2}, 1.5}, {{2, 2, -1}, 1}, kEverything});
       }
     }
   }
 }
 
-TEST(PhotonEmission, TexelsShineAsTheyDoWhenSampled) {
+TEST(PhotonEmission, TexelsEmitTheFluxThatSamplingFinds) {
   TextureSet textures;
   std::vector<float> values;
   for (int i = 0; i < 16; ++i) {
@@ -206,8 +206,8 @@ TEST(PhotonEmission, TexelsShineAsTheyDoWhenSampled) {
   }
 }
 
-TEST(PhotonEmission, SpheresShineOnDiscsAndOnWhatIsWithinThem) {
-  // From a sphere to a coaxial disc of radius R in the distance d: (1 − 1 / √(1 + (R/d)²)) / 2 of its flux.
+TEST(PhotonEmission, SpheresLightDiscsOutsideAndTargetsInside) {
+  // From a sphere to a coaxial disc of radius R at distance d: (1 − 1 / √(1 + (R/d)²)) / 2 of its flux.
   const LightTable outward = table_of([](LightTable& t) { t.spheres.add({{0, 0, 0}, 0.5f, kColor, false, false, 0}); });
   const auto disc = [](const PhotonRay& ray) {
     const double t = (2 - ray.origin.z) / ray.direction.z;
@@ -218,15 +218,15 @@ TEST(PhotonEmission, SpheresShineOnDiscsAndOnWhatIsWithinThem) {
   const PhotonEmission aimed = emission_of(outward, {{{0, 0, 2}, 1}});
   expect_flux(photon_flux(aimed, 63, disc), exactly(flux * (1 - 1 / std::sqrt(1.25)) / 2));
   expect_flux(photon_flux(emission_of(outward, {kEverything}), 64, anywhere), exactly(flux));
-  // A sphere between which and the light there is but a hair.
+  // A quad very close to the sphere.
   expect_as_sampled(outward, {{-0.3, -0.3, 0.501}, {0.6, 0, 0}, {0, 0.6, 0}}, 65);
 
   const LightTable profile = table_of([](LightTable& t) { t.spheres.add({{0, 0, 0}, 0.5f, kColor, false, false, 3}); });
   expect_as_sampled(profile, kQuad, 66);
-  // Both sides give 2π/(n + 2) of their area.
+  // Both sides emit 2π/(n + 2) of their area.
   const LightTable both = table_of([](LightTable& t) { t.spheres.add({{0, 0, 0}, 0.5f, kColor, false, true, 3}); });
   expect_flux(photon_flux(emission_of(both, {kEverything}), 66, anywhere), exactly(2 * 2 * M_PI / 5 * M_PI));
-  // Points are drawn where they are seen from a target; what several of them see counts once.
+  // Points are drawn where a target sees them. What several targets see counts once.
   const std::vector<BoundingSphere> targets{{{0, 0, 2}, 1}, {{0.7, 0, 2}, 0.5}, {{0, 3, 0}, 0.1}, {{0.2, 0, 0.3}, 0.4}};
   int lit = 0;
   const PhotonEmission several = emission_of(outward, targets);

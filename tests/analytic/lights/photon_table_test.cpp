@@ -1,5 +1,5 @@
-// Photons of distant lights, of many lights at once, and of none. Noise is bounded by 5 standard errors: a false alarm
-// once in 1.7 million channels.
+// Photons of distant lights, of many lights at once, and of no lights. Noise is bounded by 5 standard errors: a false
+// alarm once in 1.7 million channels.
 #include <limits>
 
 #include "tests/analytic/lights/photon_checks.h"
@@ -26,7 +26,7 @@ LightTable sun_table() {
   return table_of([](LightTable& t) { t.directional.add({glm::normalize(Vec3(1, -2, 0.5f)), kColor}); });
 }
 
-TEST(PhotonEmission, TheSunFillsTheShadowsOfSpheres) {
+TEST(PhotonEmission, TheSunLightsTheCrossSectionOfEachTarget) {
   const LightTable table = sun_table();
   const PhotonEmission emission = table_emission_of(table, kTargets);
   for (const BoundingSphere& t : kTargets) {
@@ -51,7 +51,7 @@ TEST(PhotonEmission, AConstantEnvironmentGivesPiTimesTheSurface) {
   }
 }
 
-TEST(PhotonEmission, AnEnvironmentThatIsNotSampledMayBeLeftOut) {
+TEST(PhotonEmission, AnUnsampledEnvironmentCanBeLeftOut) {
   const LightTable constant = table_of([](LightTable& t) { t.environment = EnvironmentRadiance(kColor); });
   EXPECT_TRUE(PhotonEmission(constant, kTargets, {}, kTableScene, false).empty());
   const LightTable image = table_of([](LightTable& t) {
@@ -60,7 +60,7 @@ TEST(PhotonEmission, AnEnvironmentThatIsNotSampledMayBeLeftOut) {
   EXPECT_FALSE(PhotonEmission(image, kTargets, {}, kTableScene, false).empty());
 }
 
-TEST(PhotonEmission, ImagesGiveAllOfTheirLight) {
+TEST(PhotonEmission, EnvironmentImagesEmitAllOfTheirLight) {
   // Dark, dim and very bright places.
   std::vector<float> rgb;
   for (int i = 0; i < 32 * 16; ++i) {
@@ -69,7 +69,7 @@ TEST(PhotonEmission, ImagesGiveAllOfTheirLight) {
   }
   const LightTable table =
       table_of([&](LightTable& t) { t.environment = EnvironmentRadiance(rgb, 32, 16, kColor, 33); });
-  // Of directions in three bands of latitude, by a grid.
+  // The directions in three bands of latitude, by a grid.
   constexpr int kHeights = 512, kTurns = 1024;
   const auto band = [](double y) { return y > 0.6 ? 0 : y > -0.3 ? 1 : 2; };
   Vec3d expected[3] = {Vec3d(0), Vec3d(0), Vec3d(0)};
@@ -104,12 +104,12 @@ TEST(PhotonEmission, DistantLightStartsBeyondAllThatIsInItsWay) {
     for (const BoundlessPlane& plane : planes) {
       const double height = glm::dot(ray.origin - plane.point, plane.normal);
       const double across = glm::dot(ray.direction, plane.normal);
-      // On the side that the ray comes from; what runs along the plane crosses it too far off to be told.
+      // On the side that the ray comes from. A ray almost along the plane crosses it too far away to tell.
       ASSERT_TRUE(height * across < 0 || std::abs(across) < 1e-6) << height << " " << across;
     }
     near_the_scene += glm::length(ray.origin - kTableScene.center) < 10 * kTableScene.radius ? 1 : 0;
   });
-  EXPECT_GT(near_the_scene, 0.8 * kDraws);  // those that cross a plane at more than some 10° are
+  EXPECT_GT(near_the_scene, 0.8 * kDraws);  // rays that cross a plane at more than about 10°
 }
 
 TEST(PhotonEmission, LightAlongAPlaneStartsNearTheScene) {
@@ -123,7 +123,7 @@ TEST(PhotonEmission, LightAlongAPlaneStartsNearTheScene) {
 
 // ---- many lights ----
 
-TEST(PhotonEmission, EachOfManyLightsGivesItsOwn) {
+TEST(PhotonEmission, EachOfManyLightsEmitsItsFlux) {
   const auto facets = [](LightTable& t) {
     t.facets.add({{-3, 5, -1}, {1, 0, 0}, {0, 0, 1}, kColor * 3.0f, true, true, 0});
     t.facets.add({{3, 5, -1}, {1, 0, 0}, {0, 0, 1}, kColor * 0.01f, true, false, 0});
@@ -154,7 +154,7 @@ TEST(PhotonEmission, EachOfManyLightsGivesItsOwn) {
   EXPECT_EQ(together.first(LightKind::environment), 6u);
 }
 
-TEST(PhotonEmission, LanesDoNotKnowEachOther) {
+TEST(PhotonEmission, LanesAreIndependent) {
   const LightTable table = table_of([](LightTable& t) {
     t.facets.add({{-3, 5, -1}, {1, 0, 0}, {0, 0, 1}, kColor, true, true, 2});
     t.points.add({{0, 0.5f, 0}, kColor});
@@ -176,8 +176,8 @@ TEST(PhotonEmission, LanesDoNotKnowEachOther) {
   }
 }
 
-TEST(PhotonEmission, HundredThousandsOfLightsAndTargets) {
-  // So many that several lights share an entry of the choice; the last entry is not full.
+TEST(PhotonEmission, AMillionLightsReachOneOfAThousandTargets) {
+  // So many that several lights share an entry of the choice table. The last entry is not full.
   constexpr std::size_t kLights = (std::size_t{1} << 20) + 12'345;
   LightTable table;
   const auto place = [](std::size_t i) {
@@ -256,7 +256,7 @@ TEST(PhotonEmission, LightsThatMissTheTargetsGetNoPhotons) {
 
 // ---- targets ----
 
-TEST(PhotonTargets, GroupsHoldAllAndAreFew) {
+TEST(PhotonTargets, FewGroupsHoldAllTargets) {
   std::vector<BoundingSphere> spheres;
   for (int i = 0; i < 1000; ++i) {
     const auto number = [&](std::uint32_t d) {
@@ -273,11 +273,11 @@ TEST(PhotonTargets, GroupsHoldAllAndAreFew) {
       }));
     }
   }
-  // Halves of the long side, not of the whole: far smaller than one around all.
+  // The groups halve the long side, so each is far smaller than one around all.
   for (const BoundingSphere& g : group_targets(spheres, 32)) {
     EXPECT_LT(g.radius, 1);
   }
-  // Few are left as they are, but for their order; infinite ones become one.
+  // A few spheres stay as they are, except for their order. Infinite ones become one.
   spheres.resize(3);
   spheres.insert(spheres.begin(), 2, kEverything);
   const std::vector<BoundingSphere> few = group_targets(spheres, 32);
@@ -291,10 +291,10 @@ TEST(PhotonTargets, GroupsHoldAllAndAreFew) {
   EXPECT_NEAR(radii, expected, 1e-15);
 }
 
-// ---- the density of what is drawn ----
+// ---- density of the drawn photons ----
 
-/// The power of every photon of kColor times its density is what leaves its light: I, L cosθ, E across suns, L of
-/// skies.
+/// The power of every photon of kColor times its density is the emitted quantity of its light: I, L cosθ, E across
+/// suns, L of skies.
 void expect_densities(const LightTable& table, const std::vector<BoundingSphere>& targets) {
   const PhotonEmission emission = table_emission_of(table, targets);
   const U8 first_point(table.first(LightKind::point));
@@ -319,7 +319,7 @@ void expect_densities(const LightTable& table, const std::vector<BoundingSphere>
   EXPECT_GT(valid, 5000);
 }
 
-TEST(PhotonEmission, PowersTimesDensitiesAreWhatLeavesTheLights) {
+TEST(PhotonEmission, PowerTimesDensityIsTheEmittedLight) {
   const LightTable all = table_of([](LightTable& t) {
     t.facets.add({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, kColor, false, true, 0});
     t.facets.add({{3, 0, 0}, {1, 0, 1}, {0, 2, 0}, kColor, true, false, 0});
@@ -327,7 +327,7 @@ TEST(PhotonEmission, PowersTimesDensitiesAreWhatLeavesTheLights) {
     t.directional.add({glm::normalize(Vec3(1, -2, 0.5f)), kColor});
     t.environment = EnvironmentRadiance(kColor);
   });
-  // In the sphere of all; and of lights without surfaces also by cones and shadows that overlap.
+  // For the sphere of the whole scene. For lights without surfaces also with overlapping cones and shadows.
   expect_densities(all, {kTableScene});
   expect_densities(all, {kEverything});
   const LightTable open = table_of([](LightTable& t) {

@@ -1,4 +1,4 @@
-// Emissive facets and spheres: points are drawn with the density that answers for rays which find them by themselves.
+// Emissive facets and spheres: points follow the density that is stated for rays which find the light by chance.
 // The threshold of 5 standard deviations raises a false alarm once in 3.5 million tests.
 #include "tests/analytic/lights/light_checks.h"
 
@@ -9,8 +9,8 @@ EmissiveFacet facet_of(const Vec3& a, const Vec3& b, const Vec3& c, bool whole) 
   return {a, b - a, c - a, kWhite, true, whole, 0};
 }
 
-/// Draws points of one facet as seen from p, counts them over a grid on the facet, and compares with the integral of
-/// the stated density per area. Grid and integral know the facet's affine coordinates alone.
+/// Draws points of one facet as seen from p, and counts them over a grid on the facet. Compares with the integral of
+/// the stated density per area. Grid and integral use only the facet's affine coordinates.
 double facet_z(std::uint32_t seed, const EmissiveFacet& facet, const Vec3& p) {
   constexpr int kCells = 16, kSub = 16;
   LightTable table;
@@ -36,7 +36,7 @@ double facet_z(std::uint32_t seed, const EmissiveFacet& facet, const Vec3& p) {
   });
   for (int i = 0; i < kCells * kSub; ++i) {
     for (int j = 0; j < kCells * kSub; ++j) {
-      // The diagonal cuts subcells in halves.
+      // The diagonal halves some subcells.
       const double b1 = (i + 0.5) / (kCells * kSub), b2 = (j + 0.5) / (kCells * kSub);
       const double share = facet.parallelogram || i + j < kCells * kSub - 1 ? 1 : i + j == kCells * kSub - 1 ? 0.5 : 0;
       const Vec3d d = corner + e1 * b1 + e2 * b2 - Vec3d(p);
@@ -55,20 +55,21 @@ double facet_z(std::uint32_t seed, const EmissiveFacet& facet, const Vec3& p) {
   return chi_squared_z(counts, expected);
 }
 
-TEST(SurfaceLights, TrianglesFarAndNear) {
+TEST(SurfaceLights, TrianglesFollowTheirDensityFarAndNear) {
   const Vec3 a(1, 2, 3), b(2, 2.5f, 3), c(1.2f, 3, 3.7f);
-  // Far off by area, near by solid angle; beside an edge, and right above it.
+  // By area when far, by solid angle when near. One point is beside an edge, and one just above it.
   for (const Vec3& p : {Vec3(-9, 3, 1), Vec3(0.3f, 1.9f, 2.5f), Vec3(1.4f, 2.4f, 2.9f), Vec3(1.5f, 2.1f, 3.3f)}) {
     EXPECT_LT(facet_z(1, facet_of(a, b, c, false), p), kChiSquaredThreshold) << p.x;
   }
   // A needle seen from near its tip.
   EXPECT_LT(facet_z(2, facet_of({0, 0, 0}, {10, 0, 0}, {5, 0.1f, 0}, false), {0.4f, 0.3f, 0.5f}), kChiSquaredThreshold);
-  // So large and near that it fills almost a hemisphere.
+  // Large and near, so that it fills almost a hemisphere.
   EXPECT_LT(facet_z(3, facet_of({-30, -20, 0}, {30, -20, 0}, {0, 40, 0}, false), {0, 0, 2}), kChiSquaredThreshold);
 }
 
-TEST(SurfaceLights, SpheresThatLookSmallLoseNothing) {
-  // E = πL (R/d)² on a surface that faces it; every sample must count, and have the same weight but for the cosine.
+TEST(SurfaceLights, SmallSpheresKeepTheirIrradiance) {
+  // E = πL (R/d)² on a surface that faces the sphere. Every sample must count, with the same weight except for the
+  // cosine.
   for (const double ratio : {1e-1, 1e-2, 1.4e-3, 3.5e-4, 2.8e-4, 1e-4, 1e-5}) {
     for (const Vec3& direction : {Vec3(1, 0, 0), Vec3(0.3f, -0.8f, 0.4f), Vec3(-1, 2, 3)}) {
       LightTable table;
@@ -83,13 +84,13 @@ TEST(SurfaceLights, SpheresThatLookSmallLoseNothing) {
           sum += value[lane];
         }
       });
-      // The radius is known to 6e-8; the mean cosine's noise is below R²/d² over the root of the draws.
+      // The radius is known to 6e-8. The noise of the mean cosine is below R²/d² over the root of the draws.
       EXPECT_NEAR(sum / kDraws / (M_PI * ratio * ratio), 1, 1e-5 + 3e-3 * ratio * ratio) << ratio;
     }
   }
 }
 
-TEST(SurfaceLights, Parallelograms) {
+TEST(SurfaceLights, ParallelogramsFollowTheirDensity) {
   const EmissiveFacet facet = facet_of({-1, -0.5f, 2}, {0.5f, -0.3f, 2.1f}, {-0.7f, 0.5f, 1.6f}, true);
   for (const Vec3& p : {Vec3(0, 0, 0), Vec3(-0.5f, 0, 1.7f), Vec3(5, -3, 2)}) {
     EXPECT_LT(facet_z(4, facet, p), kChiSquaredThreshold) << p.x;
@@ -150,7 +151,7 @@ TEST(SurfaceLights, SpheresFromInsideCoverAllDirections) {
   EXPECT_NEAR(sum / kDraws / (4 * M_PI), 1, 0.01);
 }
 
-/// What `sample` says of its density, and what is said of a ray that finds the same point, differ by rounding alone.
+/// The density that `sample` states and the density of a ray to the same point differ only by rounding.
 void expect_same_density(const LightTable& table, std::uint32_t light, const Vec3& p, const Vec3d& normal_center,
                          const Vec3d& flat_normal) {
   for_each_draw(8, [&](Pair8, Pair8 u) {
@@ -162,7 +163,7 @@ void expect_same_density(const LightTable& table, std::uint32_t light, const Vec
       const double cosine = std::abs(glm::dot(wi[lane], normal));
       const double distance = glm::length(point[lane] - Vec3d(p));
       if (cosine < 0.02) {
-        continue;  // the hair that points are off the surface counts here
+        continue;  // the small offset of points from the surface matters here
       }
       const double found = Lanes(table.pdf_solid_angle(broadcast(p), U8(light), F8(static_cast<float>(distance)),
                                                        F8(static_cast<float>(cosine)), M8(true)))[0];

@@ -1,4 +1,4 @@
-// Irradiance without shadows by formulas, against the mean of light samples, which know nothing of them.
+// Formulas for unshadowed irradiance, compared with the mean of light samples.
 #include "common/lights/unoccluded_irradiance.h"
 
 #include "tests/analytic/lights/light_checks.h"
@@ -6,7 +6,7 @@
 namespace lightmill::test {
 namespace {
 
-/// Five standard errors raise a false alarm once in 1.7 million comparisons; 1e-5 is for rounding.
+/// Five standard errors raise a false alarm once in 1.7 million comparisons. 1e-5 is for rounding.
 void expect_mean_of_samples(LightTable table, const Vec3& p, const Vec3& normal) {
   table.build(10);
   const Vec3 n = glm::normalize(normal);
@@ -33,13 +33,13 @@ LightTable with(const EmissiveFacet& facet) {
   return table;
 }
 
-TEST(UnoccludedIrradiance, OfTrianglesAndParallelograms) {
+TEST(UnoccludedIrradiance, MatchesSamplesOfTrianglesAndParallelograms) {
   const EmissiveFacet triangle{{-1, 2, -1}, {2, 0.3f, 0}, {0.2f, 0, 2.5f}, {1, 3, 2}, true, false, 0};
   EmissiveFacet whole = triangle;
   whole.parallelogram = true;
   for (const EmissiveFacet& facet : {triangle, whole}) {
     expect_mean_of_samples(with(facet), {0, 0, 0}, {0, 1, 0});        // all above the horizon
-    expect_mean_of_samples(with(facet), {0, 1.9f, 0}, {1, 0.2f, 0});  // cut by it, near
+    expect_mean_of_samples(with(facet), {0, 1.9f, 0}, {1, 0.2f, 0});  // cut by the horizon, near
     expect_mean_of_samples(with(facet), {0, 2.5f, 0}, {0.1f, -1, 0.4f});
     expect_mean_of_samples(with(facet), {3, 2, 4}, {-1, 0.1f, 0});  // almost edge on
     expect_mean_of_samples(with(facet), {0, 0, 0}, {0, -1, 0});     // all below
@@ -51,7 +51,7 @@ TEST(UnoccludedIrradiance, OfTrianglesAndParallelograms) {
   expect_mean_of_samples(with(one_sided), {0, 5, 0}, {0, -1, 0});
 }
 
-TEST(UnoccludedIrradiance, OfSpheres) {
+TEST(UnoccludedIrradiance, MatchesSamplesOfSpheres) {
   EmissiveSphere sphere{{0, 1, 0}, 0.7f, {1, 3, 2}, false, false, 0};
   for (const Vec3& n : {Vec3(0, 1, 0), Vec3(1, 0.3f, 0), Vec3(1, 0, 0), Vec3(1, -0.4f, 0.1f), Vec3(0, -1, 0)}) {
     LightTable table;
@@ -66,7 +66,7 @@ TEST(UnoccludedIrradiance, OfSpheres) {
   }
 }
 
-TEST(UnoccludedIrradiance, OfPointsAndDirections) {
+TEST(UnoccludedIrradiance, MatchesSamplesOfPointsAndDirections) {
   LightTable point, spot, cosine, sun;
   point.points.add({{1, 2, 3}, {1, 3, 2}});
   spot.spots.add({{1, 2, 3}, glm::normalize(Vec3(-1, -2, -2)), {1, 3, 2}, 0.01f, 0.2f});
@@ -78,8 +78,8 @@ TEST(UnoccludedIrradiance, OfPointsAndDirections) {
   }
 }
 
-TEST(UnoccludedIrradiance, OfAnEnvironmentsImage) {
-  // Clear sky with a sun over darker ground, turned; the integral is a plain sum over directions.
+TEST(UnoccludedIrradiance, MatchesTheSumOverAnEnvironmentImage) {
+  // Clear sky with a sun over darker ground, turned. The integral is a sum over directions.
   constexpr int kWidth = 16, kHeight = 8;
   std::vector<float> rgb;
   for (int i = 0; i < kWidth * kHeight; ++i) {
@@ -120,7 +120,7 @@ TEST(UnoccludedIrradiance, OfAnEnvironmentsImage) {
   }
 }
 
-TEST(UnoccludedIrradiance, OfOneColourIsPiTimesIt) {
+TEST(UnoccludedIrradiance, IsPiTimesAConstantEnvironment) {
   LightTable table;
   table.environment = EnvironmentRadiance({1, 2, 3});
   table.build(1);

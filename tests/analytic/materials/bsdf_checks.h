@@ -1,5 +1,5 @@
-// What every BSDF must pass: its sample, pdf and eval are one promise, and it neither makes energy nor breaks
-// reciprocity. The checks know a BSDF by its interface alone (common/materials/bsdf.h).
+// Checks that every BSDF must pass: sample, pdf and eval agree, no energy is added, and reciprocity holds. The checks
+// use only the BSDF interface (common/materials/bsdf.h).
 #pragma once
 
 #include <gtest/gtest.h>
@@ -26,16 +26,16 @@ inline Vec3d tilted(double degrees) {
   return {std::sin(theta), 0, std::cos(theta)};
 }
 
-/// A grid of directions on each side of the surface that is finest about one direction of each.
+/// A grid of directions on each side of the surface. It is finest around one direction on each side.
 ///
-/// A hemisphere becomes the unit disk by stereographic projection; a Moebius transformation moves the fine point to the
-/// disk's centre; rings about it are spaced evenly in ln(1 + r/w). So the horizon is the outermost ring's edge.
+/// Stereographic projection maps a hemisphere to the unit disk. A Moebius transformation moves the fine point to the
+/// centre. Rings around it are spaced evenly in ln(1 + r/w). So the horizon is the edge of the outermost ring.
 class Grid {
  public:
   static constexpr int kRings = 24, kSectors = 16, kSideCells = kRings * kSectors, kCells = 2 * kSideCells;
-  static constexpr int kSub = 16;  ///< points of quadrature along each side of a cell
+  static constexpr int kSub = 16;  ///< quadrature points along each side of a cell
 
-  /// `widths` (radians): how far from the fine points the finest of what is looked at reaches.
+  /// `widths` (radians): distance from the fine points that the finest structure reaches.
   Grid(const Vec3d& fine_above, const Vec3d& fine_below, double width_above, double width_below)
       : above_(fine_above, width_above), below_(fine_below, width_below) {}
   Grid(const Vec3d& fine_above, const Vec3d& fine_below, double width) : Grid(fine_above, fine_below, width, width) {}
@@ -51,7 +51,7 @@ class Grid {
     return (w.z < 0 ? kSideCells : 0) + ring * kSectors + sector;
   }
 
-  /// Calls `add(cell, directions, solid angle of each)` on eight directions at a time, until the sphere is covered.
+  /// Calls `add(cell, directions, solid angle of each)` on eight directions at a time. Covers the sphere.
   template <class Add>
   void for_each_point(Add add) const {
     for (const bool below : {false, true}) {
@@ -104,7 +104,7 @@ class Grid {
 inline Vec3d mirrored(const Vec3d& w) {
   return {-w.x, -w.y, w.z};
 }
-/// Where a smooth surface refracts to; straight down where it reflects all.
+/// Direction of refraction at a smooth surface. Straight down at total reflection.
 inline Vec3d refracted(const Vec3d& wo, double eta) {
   const double sin2 = (1 - wo.z * wo.z) / (eta * eta);
   return sin2 < 1 ? Vec3d(-wo.x / eta, -wo.y / eta, -std::sqrt(1 - sin2)) : Vec3d(0, 0, -1);
@@ -119,8 +119,8 @@ void for_each_sample(const Bsdf& bsdf, const V8& wo, std::uint32_t seed, Use use
   }
 }
 
-/// Draws against the pdf, and weights against eval/pdf. Draws of weight 0 (lost below the surface) fill a cell of their
-/// own. Returns the statistic; see chi_squared_z. `tolerance` is that of weight · pdf = eval, relative.
+/// Compares draws with the pdf, and weights with eval/pdf. Draws of weight 0 (lost below the surface) have a cell of
+/// their own. Returns the statistic of chi_squared_z. `tolerance` is the relative one of weight · pdf = eval.
 template <class Bsdf>
 double sample_z(const Bsdf& bsdf, const Vec3d& from, const Grid& grid, std::uint32_t seed, double tolerance) {
   const V8 wo = to_lanes(from);
@@ -140,7 +140,7 @@ double sample_z(const Bsdf& bsdf, const Vec3d& from, const Grid& grid, std::uint
       wrong_sides += ((s.transmitted.bits() >> i & 1) != 0) != (z[i] < 0);
     }
   });
-  EXPECT_LE(wrong_weights, kDraws / 10'000);  // far out in a tail, or at a grazing angle, rounding may exceed it
+  EXPECT_LE(wrong_weights, kDraws / 10'000);  // rounding in a far tail or at a grazing angle
   EXPECT_EQ(wrong_sides, 0);
   expected[Grid::kCells] = kDraws;
   grid.for_each_point([&](int cell, const V8& wi, F8 omega) {
@@ -150,15 +150,14 @@ double sample_z(const Bsdf& bsdf, const Vec3d& from, const Grid& grid, std::uint
       expected[Grid::kCells] -= kDraws * p[i];
     }
   });
-  // What quadrature cannot tell from nothing.
+  // Quadrature cannot distinguish this from zero.
   if (std::abs(expected[Grid::kCells]) < 5e-3 * kDraws && counts[Grid::kCells] < 5e-3 * kDraws) {
     expected[Grid::kCells] = counts[Grid::kCells];
   }
   return chi_squared_z(counts, expected);
 }
 
-/// Energy that leaves, of radiance 1 that is seen from everywhere: transmitted radiance is η² denser where it comes
-/// from.
+/// Outgoing energy under radiance 1 from everywhere. Transmitted radiance is η² denser where it comes from.
 struct Albedo {
   double by_quadrature = 0, by_sampling = 0, standard_error = 0;
 };
@@ -186,8 +185,8 @@ Albedo directional_albedo(const Bsdf& bsdf, const Vec3d& from, const Grid& grid,
   return albedo;
 }
 
-/// f(wo, wi) = f(wi, wo) on one side, and η² f(wo, wi) = f(wi, wo) seen from the other. `make(front)` gives the BSDF
-/// from either side; `directions` as seen from the front.
+/// f(wo, wi) = f(wi, wo) on one side, and η² f(wo, wi) = f(wi, wo) through the surface. `make(front)` gives the BSDF of
+/// either side. `directions` are as seen from the front.
 template <class Make>
 void expect_reciprocity(Make make, double eta, bool transmits, double tolerance) {
   const auto front = [&](const Vec3d& wo) { return make(to_lanes(wo), M8(true)); };
@@ -204,7 +203,7 @@ void expect_reciprocity(Make make, double eta, bool transmits, double tolerance)
     const double ba = Lanes(front(b).eval(to_lanes(b), to_lanes(a)).x)[0] / a.z;
     ASSERT_NEAR(ab, ba, tolerance * std::max(ab, ba) + 1e-6) << i;
     if (transmits) {
-      // b beyond the surface; seen from there z points the other way.
+      // b is behind the surface, where z points the other way.
       const double through = Lanes(front(a).eval(to_lanes(a), to_lanes({b.x, b.y, -b.z})).x)[0] / b.z;
       const double reverse = Lanes(back(b).eval(to_lanes(b), to_lanes({a.x, a.y, -a.z})).x)[0] / a.z;
       ASSERT_NEAR(through * eta * eta, reverse, tolerance * std::max(through * eta * eta, reverse) + 1e-6) << i;

@@ -1,4 +1,4 @@
-// The phase function. 100,000 draws each; the threshold raises a false alarm once in 3.5 million tests.
+// The phase function, with 100,000 draws each. The threshold raises a false alarm once in 3.5 million tests.
 #include "common/materials/henyey_greenstein.h"
 #include "tests/analytic/materials/bsdf_checks.h"
 
@@ -38,7 +38,7 @@ TEST(HenyeyGreenstein, DrawsWhatItsPdfSaysWithMeanCosineG) {
   }
 }
 
-TEST(HenyeyGreenstein, IsReciprocalAndKnowsTheAngleAlone) {
+TEST(HenyeyGreenstein, IsReciprocalAndDependsOnlyOnTheAngle) {
   for (const double g : {0.0, 0.4, -0.7, 0.95}) {
     const HenyeyGreenstein8 phase{F8(static_cast<float>(g))};
     for (int i = 0; i < 200; ++i) {

@@ -1,4 +1,4 @@
-// What fills glass: Bouguer's law, nested and overlapping shapes, an eye inside; all through public scene documents.
+// Media inside glass: Bouguer's law, nested and overlapping shapes, cameras inside. All are public scene documents.
 #include <cmath>
 
 #include "tests/analytic/scene_text.h"
@@ -14,13 +14,13 @@ std::string absorbing(double sigma) {
   return R"("absorption": )" + gray(sigma);
 }
 
-/// A slab in 0 > y > −thickness … its two faces.
+/// A slab, given by its two faces.
 struct Slab {
   std::string material;
   double top, bottom;
 };
 
-/// A lamp of radiance 1 below everything, seen straight down through slabs.
+/// An emitter of radiance 1 below everything, seen straight down through slabs.
 Estimate seen_through(const std::string& materials, const std::vector<Slab>& slabs, bool from_below = false,
                       const std::string& method = "path") {
   std::string objects = mesh("lamp", "lamp.obj");
@@ -51,8 +51,8 @@ TEST(Media, AnAbsorbingSlabTransmitsWhatItsInnerReflectionsSumTo) {
                 (1 - r) * (1 - r) * t / (1 - r * r * t * t), 2e-3);
 }
 
-/// Directional albedo at normal incidence of GGX with f0 = .04 and Schlick's term, by quadrature over the half angle:
-/// with light at θ, the half vector lies at θ/2, and the masking of the other direction is 1 (Heitz 2014).
+/// Directional albedo at normal incidence of GGX with f0 = .04 and Schlick's term, by quadrature over the half angle.
+/// For light at θ the half vector is at θ/2, and the masking of the other direction is 1 (Heitz 2014).
 double coat_albedo(double roughness) {
   const double a2 = std::pow(roughness, 4);
   if (a2 == 0) {
@@ -70,8 +70,8 @@ double coat_albedo(double roughness) {
   return sum * M_PI / 2 / kSteps;
 }
 
-// A coat of albedo E leaves (1 − E) at each crossing and is there on the outside alone; below it Fresnel's R, the base
-// colour at each refraction, and Bouguer's law. Coats take up to .002 more, so that they never make energy
+// A coat of albedo E transmits (1 − E) at each crossing, and exists only on the outside. Below it are Fresnel's R, the
+// base colour at each refraction, and Bouguer's law. Coats lose up to .002 more, so that they never add energy
 // (ggx_albedo.h).
 TEST(Media, CoatedAbsorbingGlassTransmitsWhatItsLayersLeave) {
   const double r = 0.04, base = 0.8, t = std::exp(-0.7);
@@ -87,14 +87,14 @@ TEST(Media, CoatedAbsorbingGlassTransmitsWhatItsLayersLeave) {
       const double most = transmitted(coat_albedo(roughness)), least = transmitted(coat_albedo(roughness) + 0.002);
       const Estimate seen = seen_through(glass, {{"glass", 0.5, -0.5}});
       const double slack = 5 * seen.standard_error + kRounding * most;  // a false alarm once in 3.5 million
-      EXPECT_LT(slack, 3e-3 * most) << "too noisy to tell";
+      EXPECT_LT(slack, 3e-3 * most) << "too much noise to compare";
       EXPECT_LE(seen.value, most + slack) << coat << " " << roughness;
       EXPECT_GE(seen.value, least - slack) << coat << " " << roughness;
     }
   }
 }
 
-TEST(Media, AColourIsWhatAUnitPathIsToldBy) {
+TEST(Media, ColourCGivesAbsorptionOneMinusCOverC) {
   const struct { double color, exact; } cases[] = {{0.5, 0.3678794}, {0.9, 0.8948393}, {1, 1}, {0.2, std::exp(-4)}};
   for (const auto& c : cases) {
     const Estimate seen = seen_through(medium("m", 1, R"("color": )" + gray(c.color)), {{"m", 0.5, -0.5}});
@@ -108,7 +108,7 @@ TEST(Media, AColourIsWhatAUnitPathIsToldBy) {
   }
 }
 
-TEST(Media, TheScaleOfASceneDoesNotChangeWhatIsLeft) {
+TEST(Media, TheScaleOfASceneDoesNotChangeTheTransmittance) {
   for (const double scale : {1e-3, 1e3}) {
     const auto scene = TestScene::from_text(
         document(fmt::format(R"("eye": [0, {}, 0], "look_at": [0, 0, 0], "up": [1, 0, 0])", 3 * scale), 0.01, 8,
@@ -118,8 +118,8 @@ TEST(Media, TheScaleOfASceneDoesNotChangeWhatIsLeft) {
   }
 }
 
-TEST(Media, TheInnerOfNestedShapesIsWhatIsThere) {
-  // Two units of the outer one, one of the inner one.
+TEST(Media, AnInnerShapeReplacesTheMediumAroundIt) {
+  // Two units of the outer one, and one of the inner one.
   const std::string materials = medium("outer", 1, absorbing(0.3)) + "," + medium("inner", 1, absorbing(1.1));
   const std::vector<Slab> slabs{{"outer", 2, -1}, {"inner", 1, 0}};
   expect_answer(seen_through(materials, slabs), std::exp(-2 * 0.3 - 1.1), 5e-3);
@@ -127,7 +127,7 @@ TEST(Media, TheInnerOfNestedShapesIsWhatIsThere) {
 }
 
 TEST(Media, WhereShapesOverlapPriorityDecides) {
-  // a fills [0, 2], b [1, 3]: one unit is claimed by both.
+  // a fills [0, 2], and b [1, 3]. Both claim one unit.
   const std::vector<Slab> slabs{{"a", 2, 0}, {"b", 3, 1}};
   for (const int priority : {-1, 1}) {
     const std::string materials =
@@ -138,10 +138,10 @@ TEST(Media, WhereShapesOverlapPriorityDecides) {
   }
 }
 
-/// Transmittance of a row of interfaces between media of these indices, each layer with its transmittance: reflections
-/// between them summed as in a stack of plates (Stokes 1862).
+/// Transmittance of a row of interfaces between media of these indices. Each layer has its transmittance. Reflections
+/// between them are summed as in a stack of plates (Stokes 1862).
 double stack_transmittance(const std::vector<double>& indices, const std::vector<double>& layers) {
-  double t = 1, r_back = 0;  // of all above, and what that reflects upwards-bound light by
+  double t = 1, r_back = 0;  // of all layers above, and their reflectance for light from below
   for (std::size_t i = 0; i + 1 < indices.size(); ++i) {
     const double layer = i == 0 ? 1 : layers[i - 1];
     const double a = indices[i], b = indices[i + 1], r = std::pow((a - b) / (a + b), 2);
@@ -156,7 +156,7 @@ TEST(Media, NestedGlassRefractsByTheRatioOfItsIndices) {
   const std::string materials = medium("water", 1.33, absorbing(0.2)) + "," + medium("flint", 1.8, absorbing(0.5));
   const double exact = stack_transmittance({1, 1.33, 1.8, 1.33, 1}, {std::exp(-0.2), std::exp(-0.5), std::exp(-0.2)});
   expect_answer(seen_through(materials, {{"water", 2, -1}, {"flint", 1, 0}}), exact, 5e-3);
-  // A drop that reaches into the glass it lies on, as one should model it: there is one face between the two.
+  // A drop that reaches into the glass it lies on, the right way to model it. There is one face between them.
   const std::string overlapping = medium("water", 1.33, absorbing(0.2)) + "," + medium("flint", 1.8, absorbing(0.5), 1);
   expect_answer(seen_through(overlapping, {{"water", 2, 0.9}, {"flint", 1, 0}}),
                 stack_transmittance({1, 1.33, 1.8, 1}, {std::exp(-0.2), std::exp(-0.5)}), 2e-3);
@@ -179,8 +179,8 @@ TEST(Media, ClearGlassInGlassHidesInUniformLight) {
   }
 }
 
-/// The middle pixel of `count` clear glass balls in each other under a sky of radiance 1: its mean, and how many of its
-/// 2^6 samples are not finite.
+/// The middle pixel of `count` nested clear glass balls under a sky of radiance 1: its mean, and how many of its 2^6
+/// samples are not finite.
 std::pair<double, std::uint32_t> middle_of_balls(int count, const std::string& method, double eye) {
   std::string balls = sphere("sky", "[0, 0, 0]", 10, true);
   for (int i = 0; i < count; ++i) {
@@ -204,13 +204,13 @@ TEST(Media, SamplesInMoreThanFourShapesAreCountedAsNotFinite) {
     // Some of the 64 paths are reflected before they are in all five.
     EXPECT_GE(middle_of_balls(5, method, 4).second, 48u) << method;
     EXPECT_GE(middle_of_balls(8, method, 4).second, 48u) << method;
-    EXPECT_EQ(middle_of_balls(5, method, 0).second, 64u) << method << ", the eye in the middle of them";
+    EXPECT_EQ(middle_of_balls(5, method, 0).second, 64u) << method << ", with the camera in the middle";
   }
 }
 
-TEST(Media, AnEyeInsideAbsorbingGlassSeesTheSkyBrighter) {
-  // Along a diameter: radiance is n² denser inside, (1 − R) of it enters, and what is reflected comes back from the
-  // other side.
+TEST(Media, ACameraInsideAbsorbingGlassSeesABrighterSky) {
+  // Along a diameter. Radiance inside is n² denser, (1 − R) of it enters, and reflected light returns from the other
+  // side.
   const double n = 1.5, r = 0.04, sigma = 0.6;
   const auto scene =
       TestScene::from_text(document(R"("eye": [0, 0, 0], "look_at": [0, 0, -1])", 0.01, 8,
@@ -220,7 +220,7 @@ TEST(Media, AnEyeInsideAbsorbingGlassSeesTheSkyBrighter) {
   expect_answer(mean_of(scene.render({"path", 43, 0}, 10), 0), exact, 5e-3);
 }
 
-TEST(Media, AnEyeInsideNestedShapesKnowsAllOfThem) {
+TEST(Media, ACameraInsideNestedShapesStartsInAllOfThem) {
   const auto scene = TestScene::from_text(document(
       R"("eye": [0, 0, 0], "look_at": [0, 0, -1])", 0.01, 8,
       diffuse("sky", 0, 1) + "," + medium("inner", 1, absorbing(0.4)) + "," + medium("outer", 1, absorbing(0.9)),
@@ -229,8 +229,9 @@ TEST(Media, AnEyeInsideNestedShapesKnowsAllOfThem) {
   expect_answer(mean_of(scene.render({"path", 44, 0}, 12), 0), std::exp(-1.3), 5e-3);
 }
 
-TEST(Media, LightOfALampInsideIsAbsorbedToo) {
-  // A white wall within a block of the medium, lit by a point light one unit away; the eye is in the block as well.
+TEST(Media, LightFromInsideAMediumIsAbsorbed) {
+  // A white wall inside a block of the medium, lit by a point light at a distance of 1. The camera is also in the
+  // block.
   const auto scene =
       TestScene::from_text(document(R"("eye": [0, 0.5, 0.3], "look_at": [0, 0, 0])", 0.01, 8,
                                     diffuse("wall", 1) + "," + medium("m", 1, absorbing(0.7)),
@@ -241,8 +242,8 @@ TEST(Media, LightOfALampInsideIsAbsorbedToo) {
   expect_answer(mean_of(scene.render({"path", 45, 1}, 4), 0), std::exp(-0.7 * (1 + to_eye)) / M_PI, 2e-3);
 }
 
-TEST(Media, ShadowRaysPassWhatLightDoesNotNotice) {
-  // Clear and absorbing balls of index 1 between a light and a floor, one of them around the other.
+TEST(Media, ShadowRaysPassSurfacesOfIndexOne) {
+  // Clear and absorbing nested balls of index 1 between a light and a floor.
   const std::string light = R"({"point": {"position": [0, 4, 0], "intensity": {"rgb": [1, 1, 1]}}})";
   for (const double sigma : {0.0, 0.8}) {
     const auto scene = TestScene::from_text(
@@ -254,7 +255,7 @@ TEST(Media, ShadowRaysPassWhatLightDoesNotNotice) {
         {{"floor.obj", plane(20, 0, true)}});
     EXPECT_NEAR(mean_of(scene.render({"path", 46, 1}, 4), 0).value, std::exp(-sigma - 0.3 * 0.5) / 16 / M_PI, 1e-6);
   }
-  // Glass does stop them.
+  // Glass blocks them.
   const auto glass =
       TestScene::from_text(document(R"("eye": [0, 0.5, 3], "look_at": [0, 0, 0])", 0.01, 8,
                                     diffuse("floor", 1) + "," + medium("glass", 1.5, absorbing(0.1)),
@@ -263,8 +264,8 @@ TEST(Media, ShadowRaysPassWhatLightDoesNotNotice) {
   EXPECT_EQ(mean_of(glass.render({"path", 46, 1}, 4), 0).value, 0);
 }
 
-TEST(Media, LightThroughWhatIsNotThereIsCountedOnce) {
-  // A large sphere lamp seen by a floor through a sheet of index 1: found by scattered rays and by shadow rays.
+TEST(Media, LightThroughIndexOneIsCountedOnce) {
+  // A large sphere light seen from a floor through a sheet of index 1. Scattered rays and shadow rays find it.
   const auto scene = TestScene::from_text(
       document(R"("eye": [0, 0.2, 3], "look_at": [0, 0, 0])", 0.01, 8,
                diffuse("floor", 1) + "," + diffuse("lamp", 0, 1) + "," + medium("air", 1, ""),
@@ -273,9 +274,9 @@ TEST(Media, LightThroughWhatIsNotThereIsCountedOnce) {
   expect_answer(mean_of(scene.render({"path", 47, 2}, 10), 0), 1.44 / 4, 2e-3);
 }
 
-TEST(Media, WhatIsNotThereStillEmits) {
-  // A ball of radius r whose boundary light does not notice, of radiance 1, at distance d above a floor: E = π r²/d².
-  // It is a bubble of index 1, or glass that gives way to what fills all space around.
+TEST(Media, SurfacesThatDoNotRefractStillEmit) {
+  // A ball of radius r and radiance 1 at distance d above a floor. Light passes its surface without refraction: E = π
+  // r²/d². It is a bubble of index 1, or glass of lower priority than the medium that fills all space.
   const double r = 0.8, d = 2;
   const auto glowing = [](const std::string& name, double ior) {
     return fmt::format(R"({{"name": "{}", "dielectric": {{"ior": {}}}, "emission": {}}})", name, ior, gray(1));
@@ -303,13 +304,13 @@ TEST(Media, WhatIsNotThereStillEmits) {
   }
 }
 
-/// Henyey and Greenstein's function of the cosine between the ways before and after.
+/// Henyey and Greenstein's function of the cosine between the directions before and after.
 double phase(double g, double cosine) {
   return (1 - g * g) / (4 * M_PI * std::pow(1 + g * g - 2 * g * cosine, 1.5));
 }
 
-TEST(Scattering, OnceInFogAroundAPointLight) {
-  // The light is at distance h from a line of sight in endless fog: ∫ σs e^(−σ(s + d)) p(cos θ) I/d² ds from the eye
+TEST(Scattering, SingleScatteringAroundAPointLightMatchesTheIntegral) {
+  // The light is at distance h from a line of sight in endless fog: ∫ σs e^(−σ(s + d)) p(cos θ) I/d² ds from the camera
   // on.
   const double h = 0.8, ahead = 1.5;
   for (const auto& [scattering, absorption, g] : {std::tuple(0.5, 0.0, 0.0), {0.4, 0.3, 0.6}, {1.5, 0.2, -0.5}}) {
@@ -319,7 +320,7 @@ TEST(Scattering, OnceInFogAroundAPointLight) {
     constexpr double kEnd = 40;
     for (int i = 0; i < kSteps; ++i) {
       const double s = kEnd * (i + 0.5) / kSteps, x = ahead - s, d2 = x * x + h * h, d = std::sqrt(d2);
-      // Light travels from the lamp to the point, then back to the eye: against the line of sight.
+      // Light travels from the light to the point, then back to the camera, against the line of sight.
       exact += kEnd / kSteps * scattering * std::exp(-sigma * (s + d)) * phase(g, x / d) / d2;
     }
     const auto scene = TestScene::from_text(

@@ -1,4 +1,4 @@
-// The principled material. 100,000 draws each; the threshold raises a false alarm once in 3.5 million tests.
+// The principled material, with 100,000 draws each. The threshold raises a false alarm once in 3.5 million tests.
 #include "common/materials/principled.h"
 #include "common/materials/conductor.h"
 #include "common/materials/diffuse.h"
@@ -97,7 +97,7 @@ TEST(Principled, IsReciprocal) {
   }
 }
 
-/// Both give the same in 500 directions, on both sides if `transmits`.
+/// Both BSDFs agree in 500 directions, on both sides if `transmits`.
 template <class Bsdf>
 void expect_same(const Parameters& p, const Bsdf& other, bool transmits, double tolerance) {
   for (int i = 0; i < 500; ++i) {
@@ -133,7 +133,7 @@ TEST(Principled, SmoothLobesAreDrawnAsDeltas) {
   const BsdfSample8 s = gold.seen_from(up).sample(up, {F8(0.3f), F8(0.6f)}, F8(0.5f));
   EXPECT_EQ(Lanes(s.pdf_solid_angle)[0], 0);
   EXPECT_NEAR(Lanes(s.weight.y)[0], 0.7, 1e-5);
-  // Smooth glass splits light as Fresnel says, whatever the probabilities of the draws.
+  // Smooth glass splits light by Fresnel's equations, whatever the probabilities of the draws.
   const Vec3d wo = tilted(60);
   const Principled8 glass =
       Parameters{.base_color = Vec3(1), .roughness = 0, .transmission = 1}.seen_from(to_lanes(wo));
@@ -149,7 +149,7 @@ TEST(Principled, SmoothLobesAreDrawnAsDeltas) {
 }
 
 TEST(GgxAlbedo, IsNeverBelowWhatIsReflected) {
-  // Of f0 = f90 = 1 all is what a white metal reflects; of f0 = .04 what gloss does.
+  // f0 = f90 = 1 is the reflectance of white metal, and f0 = .04 that of gloss.
   for (const double alpha : {0.0004, 0.01, 0.0625, 0.2, 0.37, 0.6, 0.9, 1.0}) {
     for (const double degrees : {0.01, 25.0, 45.0, 65.0, 80.0, 87.0}) {
       const Vec3d wo = tilted(degrees);

@@ -1,5 +1,5 @@
-// Reflection models as their papers give them, in double precision and from other pieces than the renderer's: BSDF
-// times the cosine of wi, for directions away from a surface whose normal is +y.
+// Reflection models as published, in double precision and without code of the renderer: BSDF times the cosine of wi.
+// Directions point away from a surface with normal +y.
 #pragma once
 
 #include <cmath>
@@ -31,7 +31,7 @@ inline double conductor_formula(double n, double k, double alpha, const Vec3d& w
   const double g = 1 / (1 + ggx_lambda(wo.y, alpha) + ggx_lambda(wi.y, alpha));
   return ggx_d(m.y, alpha) * g * fresnel_formula(glm::dot(wo, m), {n, k}) / (4 * wo.y);
 }
-/// Walter et al. 2007, eq. 21, of light that comes from the denser side below.
+/// Walter et al. 2007, eq. 21, for light from the denser side below.
 inline double refraction_formula(double n, double alpha, const Vec3d& wo, const Vec3d& wi) {
   Vec3d m = -glm::normalize(wo + wi * n);
   m = m.y < 0 ? -m : m;
@@ -41,7 +41,7 @@ inline double refraction_formula(double n, double alpha, const Vec3d& wo, const 
   return std::abs(im * om) / wo.y * transmittance * g * ggx_d(m.y, alpha) / std::pow(om + n * im, 2);
 }
 
-/// Radiance of a floor's point below a sphere lamp of radiance 1: the formula summed over the cone of the lamp, in so
+/// Radiance of a floor's point below a sphere light of radiance 1. The formula is summed over the light's cone, in this
 /// many rings and sectors.
 template <class Formula>
 double lit_by_sphere(const Vec3d& center, double radius, const Vec3d& wo, Formula f, int steps = 600) {

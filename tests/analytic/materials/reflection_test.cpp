@@ -1,4 +1,4 @@
-// Phong's model and rough metal. 100,000 draws each; the threshold raises a false alarm once in 3.5 million tests.
+// Phong's model and rough metal, with 100,000 draws each. The threshold raises a false alarm once in 3.5 million tests.
 #include <complex>
 
 #include "common/materials/conductor.h"
@@ -193,12 +193,12 @@ TEST(Conductor, MakesNoEnergy) {
   }
 }
 
-TEST(Conductor, ASharpOneReflectsAllAndARoughOneWhatSingleScatteringLeaves) {
+TEST(Conductor, WhiteMetalLosesNothingWhenSmoothAndLnTwoAtAlphaOne) {
   const Vec3d up = tilted(0);
   EXPECT_NEAR(directional_albedo(white_metal(1e-3), up, Grid(up, -up, 2e-3), 1).by_sampling, 1, 1e-4);
-  // At normal incidence G2/G1 of visible normals is the mean of G1-like shadowing: for α = 1 the normal is uniform in
-  // projected area (tan θm uniform), wi = 2θm, G2/G1 = 1/(1 + Λ(wi)) = 2 cos θi/(cos θi + 1): with x = cos² θm uniform
-  // in [0, 1], cos θi = 2x − 1 > 0: the integral of 2(2x − 1)/(2x) over x in [1/2, 1] is 1 − ln 2.
+  // At normal incidence G2/G1 of visible normals is the mean of G1-like shadowing. For α = 1 the normal is uniform in
+  // projected area (tan θm uniform), wi = 2θm, and G2/G1 = 1/(1 + Λ(wi)) = 2 cos θi/(cos θi + 1). With x = cos² θm
+  // uniform in [0, 1], cos θi = 2x − 1 > 0. The integral of 2(2x − 1)/(2x) over x in [1/2, 1] is 1 − ln 2.
   EXPECT_NEAR(directional_albedo(white_metal(1), up, Grid(up, -up, 2), 2).by_quadrature, 1 - std::log(2.0), 1e-3);
 }
 

@@ -1,4 +1,4 @@
-// Rough glass. 100,000 draws each; the threshold raises a false alarm once in 3.5 million tests.
+// Rough glass, with 100,000 draws each. The threshold raises a false alarm once in 3.5 million tests.
 #include "common/materials/rough_dielectric.h"
 #include "tests/analytic/materials/bsdf_checks.h"
 
@@ -9,7 +9,7 @@ RoughDielectric8 glass(double eta, double alpha) {
   return {F8(static_cast<float>(eta)), F8(static_cast<float>(alpha))};
 }
 
-/// A refracted lobe is narrower, the less light is bent; where facets face everywhere it lies about straight on.
+/// A refracted lobe is narrower when light bends less. With facets in all directions it lies about straight ahead.
 Grid grid_for(const Vec3d& wo, double eta, double alpha) {
   const double width = std::min(2 * alpha, 0.3);
   return {mirrored(wo), alpha < 0.5 ? refracted(wo, eta) : -wo, width, width * std::min(1.0, std::abs(1 - 1 / eta))};
@@ -63,7 +63,7 @@ TEST(RoughDielectric, IsReciprocalUpToEtaSquared) {
   }
 }
 
-TEST(RoughDielectric, WhereItIsSmoothItIsTheSmoothOne) {
+TEST(RoughDielectric, EqualsTheSmoothDielectricAtRoughnessZero) {
   const V8 wo = to_lanes(tilted(50));
   for (const double u : {0.01, 0.5}) {
     const F8 choice(static_cast<float>(u));

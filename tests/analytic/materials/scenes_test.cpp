@@ -1,5 +1,5 @@
-// Materials through public scene documents: radiances that are known in closed form, or by a sum over a lamp of each
-// model's published formula, in double precision and from other pieces than the renderer's.
+// Materials through public scene documents. Their radiances are known in closed form, or as a sum over an emitter of
+// each model's published formula. The formulas use double precision and no code of the renderer.
 #include <cmath>
 #include <functional>
 
@@ -62,8 +62,8 @@ TEST(GlossyFloor, RoughGlassShowsAPointLightBelow) {
   }
 }
 
-TEST(GlossyFloor, ShowsASphereLampByItsFormula) {
-  // Large and near the mirror direction: both techniques find it, and their weights must add up.
+TEST(GlossyFloor, ShowsASphereLightByItsFormula) {
+  // The light is large and near the mirror direction. Both techniques find it, and their weights must add up.
   const Vec3d lamp(0.5, 1, 0.1), eye(-0.7, 1.2, 0);
   const Vec3d wo = glm::normalize(eye);
   const struct {
@@ -84,7 +84,7 @@ TEST(GlossyFloor, ShowsASphereLampByItsFormula) {
   }
 }
 
-/// A floor seen straight from above under a sky of radiance 1, all of it black but for the sky.
+/// A black floor seen from straight above, under a sky of radiance 1.
 double under_sky(const std::string& kind, std::uint64_t seed, double degrees = 0) {
   const double theta = degrees * M_PI / 180;
   const auto scene =
@@ -98,7 +98,7 @@ double under_sky(const std::string& kind, std::uint64_t seed, double degrees = 0
   return estimate.value;
 }
 
-TEST(WhiteFurnace, WhatReflectsAllCannotBeToldFromTheSky) {
+TEST(WhiteFurnace, LosslessSurfacesAreInvisible) {
   EXPECT_NEAR(under_sky(phong(0.4, 0.6, 30), 30), 1, 4e-3);  // at normal incidence
   EXPECT_NEAR(under_sky(conductor(1, 1000, 0), 31, 40), 1, 1e-4);
   EXPECT_NEAR(under_sky(conductor(1, 1000, 0.1), 32, 40), 1, 1e-3);
@@ -112,13 +112,13 @@ TEST(WhiteFurnace, WhatReflectsAllCannotBeToldFromTheSky) {
   }
 }
 
-TEST(WhiteFurnace, VeryRoughWhiteMetalLosesLnTwoOfIt) {
-  // As derived in the sampler's test: single scattering leaves 1 − ln 2 at α = 1.
+TEST(WhiteFurnace, VeryRoughWhiteMetalLosesLnTwo) {
+  // As derived in reflection_test.cpp: single scattering leaves 1 − ln 2 at α = 1.
   EXPECT_NEAR(under_sky(conductor(1, 1000, 1), 34), 1 - std::log(2.0), 4e-3);
 }
 
-TEST(WhiteFurnace, ASmoothMetalRoomSeenFromItsCentre) {
-  // Each ray keeps to a diameter: 1/(1 − F), F = k²/(k² + 4) for n = 1.
+TEST(WhiteFurnace, ASmoothMetalRoomHasRadianceOneOverOneMinusF) {
+  // Each ray stays on a diameter: 1/(1 − F), F = k²/(k² + 4) for n = 1.
   const auto scene =
       TestScene::from_text(document(view({0, 0, 0}, {0, 0, -1}), 0.01, 8, named("wall", conductor(1, 1, 0), 1),
                                     sphere("wall", "[0, 0, 0]", 1, true)));
@@ -135,7 +135,7 @@ TEST(WhiteFurnace, RoomsOfEveryKindWithoutGlossAreDiffuse) {
 }
 
 TEST(WhiteFurnace, ClearRoughGlassHidesInUniformLight) {
-  // Of slightly rough facets next to nothing is lost.
+  // Slightly rough facets lose almost nothing.
   const auto principled = [](double ior, double roughness) {
     return fmt::format(R"("principled": {{"base_color": {}, "transmission": 1, "ior": {}, "roughness": {}}})", gray(1),
                        ior, roughness);

@@ -1,5 +1,5 @@
-// Lambert, the mirror and smooth glass. 100,000 draws each; the threshold raises a false alarm once in 3.5 million
-// tests. What is not drawn by chance is compared but for rounding.
+// Lambert, the mirror and smooth glass, with 100,000 draws each. The threshold raises a false alarm once in 3.5 million
+// tests. Values without randomness are compared up to rounding.
 #include "common/materials/dielectric.h"
 #include "common/materials/diffuse.h"
 #include "common/materials/mirror.h"
@@ -12,7 +12,7 @@ namespace {
 const double kSmoothAngles[] = {0.01, 20, 50, 75, 88};
 const double kSmoothEtas[] = {1.5, 1 / 1.5, 1.1, 2.4, 1 / 2.4};
 
-const F8 kLast(0x1.fffffep-1f);  ///< the largest number that is drawn
+const F8 kLast(0x1.fffffep-1f);  ///< the largest random number
 
 Vec3d direction_of(const BsdfSample8& s) {
   return {Lanes(s.wi.x)[0], Lanes(s.wi.y)[0], Lanes(s.wi.z)[0]};
@@ -40,7 +40,7 @@ TEST(Diffuse, ReflectsItsAlbedoWhateverTheAngle) {
       const Vec3d wo = tilted(degrees);
       const Albedo a = directional_albedo(lambert(albedo), wo, Grid(tilted(0), -wo, 0.5), ++seed);
       EXPECT_NEAR(a.by_quadrature, albedo, 1e-3 * albedo) << degrees;
-      EXPECT_NEAR(a.by_sampling, albedo, 1e-6) << degrees;  // every sample weighs as much
+      EXPECT_NEAR(a.by_sampling, albedo, 1e-6) << degrees;  // every sample has the same weight
     }
   }
 }
@@ -49,13 +49,13 @@ TEST(Diffuse, IsReciprocal) {
   expect_reciprocity([](const V8&, M8) { return lambert(0.7); }, 1, false, 1e-6);
 }
 
-TEST(Mirror, SendsItsShareOneWayAndBack) {
+TEST(Mirror, ReflectsTheSameShareInBothDirections) {
   const Mirror8 mirror{broadcast(Vec3(0.9f, 0.5f, 1.0f))};
   for (const double degrees : kSmoothAngles) {
     const Vec3d wo = tilted(degrees);
     const BsdfSample8 there = mirror.sample(to_lanes(wo)), back = mirror.sample(there.wi);
     expect_direction(there, mirrored(wo));
-    expect_direction(back, wo);  // reciprocity of a delta: the same way backwards, with the same share
+    expect_direction(back, wo);  // reciprocity of a delta: the same way back, with the same share
     for (const BsdfSample8& s : {there, back}) {
       EXPECT_EQ(Lanes(s.weight.x)[0], 0.9f);
       EXPECT_EQ(Lanes(s.weight.y)[0], 0.5f);
@@ -82,7 +82,7 @@ TEST(SmoothDielectric, ReflectsAsOftenAsFresnelSays) {
         EXPECT_EQ(reflected, kDraws) << eta << ' ' << degrees;
         continue;
       }
-      // A proportion: one degree of freedom, whose root is normal.
+      // The count is binomial, with one degree of freedom. Its root is normal.
       EXPECT_LT(std::abs(reflected - kDraws * f), kChiSquaredThreshold * std::sqrt(kDraws * f * (1 - f)))
           << eta << ' ' << degrees;
     }
@@ -94,21 +94,21 @@ TEST(SmoothDielectric, IsReciprocalUpToEtaSquaredAndKeepsAllEnergy) {
     for (const double degrees : kSmoothAngles) {
       const Vec3d wo = tilted(degrees);
       const Dielectric8 front{F8(static_cast<float>(eta))}, back{F8(static_cast<float>(1 / eta))};
-      // Reflected light has all of its share, refracted radiance is η² denser or thinner: with Fresnel's shares, which
-      // sum to 1, nothing is lost.
+      // Reflected light keeps its radiance, and refracted radiance is η² denser or thinner. Fresnel's shares sum to 1,
+      // so nothing is lost.
       const BsdfSample8 reflected = front.sample(to_lanes(wo), F8(0.0f));
       EXPECT_EQ(Lanes(reflected.weight.x)[0], 1);
       expect_direction(reflected, mirrored(wo));
       const BsdfSample8 refracted = front.sample(to_lanes(wo), kLast);
       if (refracted.transmitted.none()) {
-        EXPECT_GE(std::sin(degrees * M_PI / 180), eta);  // all is reflected
+        EXPECT_GE(std::sin(degrees * M_PI / 180), eta);  // total reflection
         continue;
       }
       EXPECT_NEAR(Lanes(refracted.weight.x)[0] * eta * eta, 1, 1e-6);
       EXPECT_NEAR(Lanes(refracted.eta)[0], eta, 1e-6);
       const Vec3d wi = direction_of(refracted);
       EXPECT_NEAR(eta * std::hypot(wi.x, wi.y), std::hypot(wo.x, wo.y), 1e-6);  // Snell
-      // From there the same way back, as much of it, radiance as much thinner as it was denser.
+      // From there the way back is the same, with the same share. The radiance thins as much as it became denser.
       const Vec3d from{wi.x, wi.y, -wi.z};
       const BsdfSample8 returned = back.sample(to_lanes(from), kLast);
       EXPECT_LT(glm::length(direction_of(returned) - Vec3d(wo.x, wo.y, -wo.z)), 1e-5 / wo.z);

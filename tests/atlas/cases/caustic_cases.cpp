@@ -1,4 +1,4 @@
-// Light that reaches a surface over mirrors and through glass: what paths from the camera find by chance at best.
+// Light that reaches a surface through mirrors and glass. Paths from the camera find it only by chance, or not at all.
 #include "tests/atlas/atlas.h"
 #include "tests/atlas/cases/light_over_mirror.h"
 
@@ -7,7 +7,8 @@ namespace {
 
 const char* const kDelta = "delta light through glass (A-C)";
 
-/// A: the sun (irradiance π) at normal incidence through a slab of glass onto a floor of albedo ½, seen from between.
+/// A: the sun (irradiance π) at normal incidence through a slab of glass onto a floor of albedo ½. The camera is
+/// between them.
 AtlasCase sun_through_slab(const std::string& name, const std::string& objects,
                            const std::map<std::string, std::string>& files, double tolerance) {
   return {.subject = kDelta,
@@ -22,8 +23,8 @@ AtlasCase sun_through_slab(const std::string& name, const std::string& objects,
           .level = 3};
 }
 
-/// C: a point light (I = π) at height 1 over a half-space of glass, whose floor at depth 1 is seen from within. What
-/// leaves in a ring of directions arrives in a ring of the floor.
+/// C: a point light (I = π) at height 1 over a half-space of glass. Its floor at depth 1 is seen from within. Light
+/// that leaves in a ring of directions arrives in a ring of the floor.
 AtlasCase point_over_half_space() {
   const double n = 1.5;
   const auto irradiance = [n](double x) {
@@ -53,7 +54,7 @@ AtlasCase point_over_half_space() {
           .max_bounces = 2};
 }
 
-/// A mirror of the rectangle [0, ½] × [-½, ½] on the ground: what it throws at the wall ends at height 1.
+/// A mirror over the rectangle [0, ½] × [-½, ½] of the ground. Its caustic on the wall ends at height 1.
 AtlasCase edge_of_a_caustic(bool in_a_mirror) {
   LightOverMirror scene{
       .subject = "caustic edge",
@@ -66,7 +67,7 @@ AtlasCase edge_of_a_caustic(bool in_a_mirror) {
   scene.mirror = mesh("mirror", "mirror.obj");
   scene.files = {{"mirror.obj", horizontal_rectangle(0, 0.5, -0.5, 0.5, 0, true)}};
   scene.reflected = [](const Vec3d& from, const Vec3d& to) {
-    const Vec3d at = from + (to - from) * (from.y / (from.y - to.y));  // the mirror is met where y is 0
+    const Vec3d at = from + (to - from) * (from.y / (from.y - to.y));  // it crosses the mirror where y is 0
     return at.x > 0 && at.x < 0.5 && std::abs(at.z) < 0.5;
   };
   scene.steps = 2000;
@@ -75,8 +76,8 @@ AtlasCase edge_of_a_caustic(bool in_a_mirror) {
   return made;
 }
 
-/// A sun of irradiance π so low over a black floor without end with a smooth clear coat, and a white wall as large as
-/// what is seen of it: what the coat throws on it comes from far off.
+/// A low sun of irradiance π over an endless black floor with a smooth clear coat. A white wall covers the view. The
+/// light that the coat reflects onto it comes from far away.
 AtlasCase low_sun_over_a_coat() {
   const Vec3d travel = glm::normalize(Vec3d(1, -0.1, 0));
   const double fresnel = 0.04 + 0.96 * std::pow(1 + travel.y, 5);  // Schlick's
@@ -94,7 +95,7 @@ AtlasCase low_sun_over_a_coat() {
       .max_bounces = 2};
 }
 
-/// Of what a gather in the mirror takes for the wall near its foot, half lies below.
+/// Half of what a gather in the mirror collects near the wall's foot lies below it.
 AtlasCase corner() {
   AtlasCase made = LightOverMirror{.subject = "perpendicular corner (photon bias)",
                                    .name = "the foot of a wall on a mirror, seen in it",

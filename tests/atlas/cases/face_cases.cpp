@@ -1,12 +1,12 @@
-// Faces together: coplanar, touching and near ones, thin walls, gaps and closed rooms.
+// Several faces: coplanar, touching and near ones, thin walls, gaps and closed rooms.
 #include "tests/atlas/cases/face_scenes.h"
 #include "tests/atlas/cases/light_over_mirror.h"
 
 namespace lightmill::test {
 namespace {
 
-/// A room with a wall across, a light and a mirror ball on its far side: on this one, which another mirror ball shows
-/// too, there is nothing.
+/// A room with a wall across. A light and a mirror ball are on the far side. This side is black, also in a second
+/// mirror ball.
 AtlasCase dark_side(const std::string& name, const std::string& wall) {
   return {.subject = "thin wall lit on one side (leaks)",
           .name = name,
@@ -23,7 +23,7 @@ AtlasCase dark_side(const std::string& name, const std::string& wall) {
           .level = 3};
 }
 
-/// Seen from above through a slab of glass a hair over a floor of albedo ½, under a sun of irradiance π.
+/// A slab of glass just above a floor of albedo ½ under a sun of irradiance π, seen from above.
 AtlasCase slab_on_a_floor(double gap) {
   return {.subject = "1e-4 gaps",
           .name = fmt::format("glass {} above a floor, the sun above", gap),

@@ -92,7 +92,7 @@ AtlasCase room_of_albedo(double albedo) {
           .document = document(kInside, 60, 4, diffuse("wall", albedo, 1), sphere("wall", "[0, 0, 0]", 1, true)),
           .exact = 1 / (1 - albedo),
           .level = 4,
-          .long_by = "vcm"};  // likewise
+          .long_by = "vcm"};  // for the same reason
 }
 
 }  // namespace lightmill::test

@@ -1,4 +1,4 @@
-// Scenes of faces that both the map and tests of their own look at.
+// Scenes of faces that the map and other tests share.
 #pragma once
 
 #include "tests/atlas/atlas.h"
@@ -6,23 +6,23 @@
 
 namespace lightmill::test {
 
-/// A white floor with the same floor again, points, lines, and needles thinner than single precision can tell.
+/// A white floor with duplicates of its faces, points, lines, and needles too thin for single precision.
 std::string degenerate_floor(double side);
-/// In a closed room whose every surface sends out 1 and reflects a half, there is radiance 2 whatever stands in it;
-/// behind faces, which send out nothing backwards, there would be less. Blocks on the floor, against each other and
-/// the walls, one in others, with faces that are there twice.
+/// A closed room with radiance 2. Every surface emits 1 and reflects a half. Faces emit nothing backwards, so light
+/// behind a face would be darker. Blocks stand on the floor, against each other and the walls, and in each other. Some
+/// faces are there twice.
 AtlasCase blocks_in_a_furnace();
-/// A unit square of radiance 1 so far below a ceiling, and 1 above the floor; `view` of the floor under its middle.
+/// A unit square of radiance 1, `gap` below a ceiling and 1 above the floor. `view` shows the floor below its middle.
 AtlasCase lamp_below_a_ceiling(double gap, const std::string& view = R"("eye": [0, 0.5, 1], "look_at": [0, 0, 0])");
-/// A door's gap 1 high in a wall, all of which glows that is seen through it from a distance of 1.
+/// A gap of height 1 in a wall. Everything seen through it from a distance of 1 glows.
 AtlasCase door_ajar(double width);
-/// What goes in never comes out: the sum over a thousand bounces is finite, and that is what is shown.
+/// A room that absorbs nothing. The sum over a thousand bounces is finite, and the picture shows it.
 AtlasCase room_without_losses();
 /// A furnace of radiance 1 / (1 − albedo).
 AtlasCase room_of_albedo(double albedo);
 
-/// Form factor of a wall a high and b to either side that stands on a floor, seen from the floor at distance c from its
-/// foot's middle (Siegel & Howell, C-5).
+/// Form factor of a wall of height a and half width b that stands on a floor, seen from the floor at distance c from
+/// the middle of its foot (Siegel & Howell, C-5).
 double standing_form_factor(double a, double b, double c);
 
 }  // namespace lightmill::test

@@ -1,4 +1,4 @@
-// Many lights, grazing ones, those that are none, and environments of one bright pixel.
+// Many lights, grazing lights, invalid lights, and environments of one bright pixel.
 #include <random>
 
 #include "tests/atlas/cases/light_over_mirror.h"
@@ -7,7 +7,7 @@
 namespace lightmill::test {
 namespace {
 
-/// A sun of irradiance π so steep over a mirror of the ground, and a white wall at x = 1 that it meets twice.
+/// A sun of irradiance π at this elevation over a mirror on the ground, and a white wall at x = 1 that it lights twice.
 AtlasCase grazing_sun(double degrees) {
   const double angle = degrees * kPiDouble / 180, reach = 1 / std::tan(angle);
   const AtlasView view{.eye = {-1, 0.5, 0}, .look_at = {1, 0.5, 0}, .fov_degrees = 15};
@@ -23,15 +23,15 @@ AtlasCase grazing_sun(double degrees) {
           .gathered = 2e-3,
           .max_bounces = 2,
           .level = 3,
-          .quick = degrees >= 1};  // else hardly any photon of those aimed at all of the mirror meets it
+          .quick = degrees >= 1};  // at lower angles few of the photons aimed at the mirror hit it
 }
 
-/// The same under the sky of one bright pixel above the horizon: half of it comes by way of the mirror.
+/// The same under a sky with one bright pixel above the horizon. Half of its light comes through the mirror.
 AtlasCase pixel_over_mirror(int width) {
   const int height = width / 2, x = 0, y = height / 4;
   const AtlasView view{.eye = {-1, 0.5, 0}, .look_at = {1, 0.5, 0}, .fov_degrees = 15};
   const double direct =
-      irradiance_of_pixel(width, height, x, y, 1e6, {-1, 0, 0}, 0) - kPiDouble;  // what is more than the sky's 1
+      irradiance_of_pixel(width, height, x, y, 1e6, {-1, 0, 0}, 0) - kPiDouble;  // the excess over the sky's 1
   return {.subject = "one 1e6 pixel in an environment map",
           .name = fmt::format("of {}x{}, over a mirror, on a wall", width, height),
           .document = document(view.text(), view.fov_degrees, view.size,
@@ -83,7 +83,7 @@ std::vector<AtlasCase> no_numbers() {
               {}, "scene.json:")};
 }
 
-/// Over a white floor: points of all strengths.
+/// Points of all strengths over a white floor.
 AtlasCase hundred_thousand_points() {
   const ManyPoints points = many_points(100'000);
   return {.subject = "1e5 lights",

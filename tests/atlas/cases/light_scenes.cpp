@@ -9,7 +9,7 @@ namespace lightmill::test {
 ManyPoints many_points(int count) {
   ManyPoints made;
   made.lights.reserve(static_cast<std::size_t>(count) * 120);
-  std::mt19937 random(71);  // its numbers are the standard's
+  std::mt19937 random(71);  // the standard defines its numbers
   const auto number = [&] { return static_cast<double>(random()) * 0x1p-32; };
   for (int i = 0; i < count; ++i) {
     const double x = 40 * number() - 20, y = 0.5 + 4 * number(), z = 40 * number() - 20, intensity = number();

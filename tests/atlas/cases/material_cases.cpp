@@ -1,4 +1,4 @@
-// Materials of extreme parameters, glass in unlucky arrangements, and media.
+// Materials of extreme parameters, glass in difficult arrangements, and media.
 #include "tests/atlas/cases/light_over_mirror.h"
 #include "tests/atlas/cases/material_scenes.h"
 
@@ -9,7 +9,7 @@ std::string white_metal(double roughness) {
   return fmt::format(R"("conductor": {{"eta": {}, "k": {}, "roughness": {}}})", gray(1), gray(1000), roughness);
 }
 
-/// Glass beside a white ball (albedo 1) in a sphere of radiance 1: nothing of it can be seen, wherever light goes.
+/// Glass beside a white ball (albedo 1) in a sphere of radiance 1. All of it is invisible, whatever path light takes.
 AtlasCase hidden(const std::string& subject, const std::string& name, const std::string& materials,
                  const std::string& objects, const std::map<std::string, std::string>& files) {
   return {.subject = subject,
@@ -23,7 +23,7 @@ AtlasCase hidden(const std::string& subject, const std::string& name, const std:
           .level = 3};
 }
 
-/// A point light over a floor, with a ball of nothing around it.
+/// A point light over a floor, inside a ball of index 1.
 AtlasCase point_in_air() {
   const AtlasView view{.eye = {0, 0.5, 0.01}, .look_at = {0, 0, 0}, .fov_degrees = 60, .size = 16};
   const double exact = view.mean_of([&](const Vec3d& way) {
@@ -40,9 +40,9 @@ AtlasCase point_in_air() {
           .max_bounces = 1};
 }
 
-/// A lamp over a floor, and between them an octahedron whose corners have normals of their own; its floor's are tilted.
-/// Where a ray comes from behind such a normal the flat one serves, which is not the same for light that is followed
-/// the other way round: what methods may differ by.
+/// An emitter over a floor, and an octahedron with vertex normals between them. The floor's normals are tilted. A ray
+/// from behind such a normal uses the flat normal. This is not symmetric for light that is followed the other way, so
+/// methods may differ by it.
 AtlasCase odd_normals(const std::string& kind, const std::string& name) {
   const std::string floor =
       "v -3 0 3\nv 3 0 3\nv 3 0 -3\nv -3 0 -3\nvn 0.3 1 0\nvn -0.2 1 0.3\nvn 0 1 -0.4\nf 1//1 2//2 3//3 4//1\n";

@@ -1,4 +1,4 @@
-// Scenes of materials, glass and media that both the map and tests of their own look at.
+// Scenes of materials, glass and media that the map and other tests share.
 #pragma once
 
 #include "tests/atlas/atlas.h"
@@ -6,12 +6,12 @@
 
 namespace lightmill::test {
 
-/// A floor of this kind that mirrors a lamp of radiance 1, seen at 45°; the lamp fills what a sharp lobe sees and
-/// leaves the rest black.
+/// A floor that reflects an emitter of radiance 1, seen at 45°. The emitter fills the reflection of a sharp lobe, and
+/// the rest is black.
 AtlasCase lamp_in_a_floor(const std::string& kind, double exact);
-/// A lamp above a plate of metal (n = 0.2, k = 3.9), where a mirror would show its rim or something in it.
+/// An emitter above a plate of metal (n = 0.2, k = 3.9). A mirror would show the emitter's rim or its inside.
 AtlasCase lamp_over_a_plate(double roughness, double radius, double aside);
-/// Between two mirrors at 45°: one reflection for each unit of the way to the lamp at its end.
+/// A view between two mirrors at 45°: one reflection for each unit of length up to the emitter at the end.
 AtlasCase mirror_corridor(double reflectance, int reflections);
 
 /// Two pieces of glass, `a` (1.5) and `b` (1.3, of higher priority).
@@ -20,17 +20,17 @@ struct GlassPair {
 };
 inline const char* const kGlassPairMaterials =
     R"({"name": "a", "dielectric": {"ior": 1.5}}, {"name": "b", "dielectric": {"ior": 1.3}, "priority": 1})";
-/// Nested, touching from within and without, overlapping, and blocks that reach a hair (1e-3) into each other.
+/// Nested pairs, pairs that touch from inside and outside, overlapping pairs, and blocks that overlap by 1e-3.
 std::vector<GlassPair> glass_pairs();
-/// Meshes that they name; the left block ends at x = reach.
+/// Meshes that the pairs name. The left block ends at x = reach.
 std::map<std::string, std::string> glass_pair_files(double reach);
 
-/// The eye is in a rod of glass under a uniform sky: whatever way light takes, radiance in glass is n² of that outside.
-/// Along its axis, 60° off the walls' normals, a path of length 20 meets them some 115 times.
+/// A camera in a rod of glass under a uniform sky. On every path the radiance in glass is n² of that outside. A path of
+/// length 20 along the axis, 60° off the walls' normals, meets the walls about 115 times.
 AtlasCase light_pipe();
-/// A hollow shell whose outside mirrors the sky by Fresnel: at normal incidence 4 % and nothing from within.
+/// A hollow shell. Its outside reflects 4 % of the sky at normal incidence, and no light comes from within.
 AtlasCase ink(const std::string& interior);
-/// At the middle of a ball of glass no light is reflected totally: radiance is n² of that outside.
+/// A camera at the middle of a ball of glass. Nothing is totally reflected there: radiance is n² of that outside.
 AtlasCase eye_in_glass(double ior);
 
 /// A regular octahedron; `normal` gives the normal of a corner.

@@ -1,4 +1,4 @@
-// What cameras and textures make of a scene, and the files in scenes/.
+// Cameras, textures, and the files in scenes/.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -12,7 +12,7 @@
 namespace lightmill::test {
 namespace {
 
-/// Rows from the top; every texel differs.
+/// Rows from the top. All texels differ.
 std::string numbered_texels(int width, int height) {
   Image image;
   image.display = image.data = {0, 0, width, height};
@@ -26,7 +26,7 @@ std::string numbered_texels(int width, int height) {
   return *encode_exr(image);
 }
 
-/// A floor with u = x and v = -z in [-1, 1]² under a sky of radiance 1: the mean of all texels, which is ½.
+/// A floor with u = x and v = -z in [-1, 1]² under a sky of radiance 1. Its mean is that of all texels, ½.
 AtlasCase textured_floor(int width, int height, const std::string& filter) {
   return {.subject = "textures 1x1, non-power-of-two, at u = 1 and negative",
           .name = fmt::format("{}x{}, {}", width, height, filter),
@@ -43,7 +43,7 @@ AtlasCase textured_floor(int width, int height, const std::string& filter) {
           .level = 5};
 }
 
-/// A white ball of radius 1 and albedo ½ under a sky of radiance 1, seen from a hair beside its axis.
+/// A white ball of radius 1 and albedo ½ under a sky of radiance 1, seen from just beside its axis.
 AtlasCase along_up(double tilt) {
   return {.subject = "camera looking along up",
           .name = fmt::format("{} off it", tilt),
@@ -53,7 +53,7 @@ AtlasCase along_up(double tilt) {
           .level = 3};
 }
 
-/// Whether all of the folder models is there that a document names.
+/// Whether all files in the folder models exist that the document names.
 bool has_its_models(const std::filesystem::path& path) {
   std::stringstream text;
   text << std::ifstream(path).rdbuf();
@@ -71,8 +71,8 @@ bool has_its_models(const std::filesystem::path& path) {
 
 std::vector<AtlasCase> picture_cases() {
   std::vector<AtlasCase> cases;
-  // All samples of a pixel and seed are one sum: what a point light in the middle of a diffuse sphere of albedo ½
-  // gives.
+  // The sum of all samples of a pixel and seed. The answer is that of a point light in the middle of a diffuse sphere
+  // of albedo ½.
   cases.push_back(
       {.subject = "a million samples summed",
        .name = "in a diffuse sphere",

@@ -1,4 +1,4 @@
-// Scenes of any size and in any place, and eyes at odd places: light over a mirror as ever.
+// Scenes of any size and at any place, and cameras at difficult places, all with a light over a mirror.
 #include "tests/atlas/atlas.h"
 #include "tests/atlas/cases/light_over_mirror.h"
 

@@ -14,25 +14,26 @@
 namespace lightmill::test {
 namespace {
 
-constexpr int kBlocks = 8;  ///< of a picture, along a side, where methods are compared
+constexpr int kBlocks = 8;  ///< along a side of a picture, for comparisons of methods
 constexpr std::uint64_t kSeed = 9000;
 constexpr double kOnePercent = 0.01;
-constexpr double kBlur = 0.03;   ///< bias of `ppm`, which sees all light within radii, as a share of what is around
-constexpr int kRetryLevels = 4;  ///< log2 of how many times the samples
-/// Where blocks are compared, `ppm` gathers within this share of a block's side: within its own radius it blurs each
-/// edge over most of a block, and says so. What blur is left is told by half the radius, as jobs tell it: at edges it
-/// grows with the radius, so the difference is half of it.
+constexpr double kBlur = 0.03;   ///< bias of `ppm`, which gathers all light, as a share of the surroundings
+constexpr int kRetryLevels = 4;  ///< log2 of the factor of samples
+/// Gather radius of `ppm` in comparisons by block, as a share of a block's side. Its own radius would blur each edge
+/// over most of a block. The remaining blur is estimated as in jobs, from a render with half the radius. At edges the
+/// blur grows with the radius, so the difference is half of it.
 constexpr double kOfBlock = 0.2, kBlurOfDifference = 2;
 
-/// log2 of a seed's samples by methods with photons at most, but for retries: each is a pass of thousands of them.
+/// Maximum log2 of a seed's samples for methods with photons, except in retries. Each sample is a pass of thousands of
+/// photons.
 constexpr int kMostPassLevel = 8;
 
-/// What the seeds of one method gave.
+/// Results of one method's seeds.
 struct Samples {
-  std::vector<double> means;                ///< by seed: of the red channel over the case's rectangle
+  std::vector<double> means;                ///< by seed: red channel over the case's rectangle
   std::vector<std::vector<double>> blocks;  ///< by seed: channels innermost
   double mean_blur = 0;
-  std::vector<double> block_blur;  ///< empty: none
+  std::vector<double> block_blur;  ///< empty: no blur
 };
 
 Estimate estimate(const std::vector<double>& values) {
@@ -93,7 +94,7 @@ bool stopped(const AtlasSettings& settings) {
   return settings.stop != nullptr && *settings.stop;
 }
 
-/// As it is rendered; with `share` of the radius.
+/// The method's text with its settings, with `share` of the radius.
 std::string spec_of(const std::string& method, const TestScene& scene, const AtlasCase& what, double share) {
   if (method != "ppm" || what.exact) {
     return method;
@@ -104,7 +105,7 @@ std::string spec_of(const std::string& method, const TestScene& scene, const Atl
                      share * std::min(resolved, photons::default_radius(compiled, photons::PhotonKind::global)));
 }
 
-/// False where it was stopped.
+/// Returns false if it was stopped.
 bool render(const TestScene& scene, const AtlasCase& what, const AtlasSettings& settings, int more_levels,
             AtlasCell& cell, Samples& samples, double share_of_radius = 1) {
   const double begin = thread_cpu_seconds();
@@ -143,7 +144,7 @@ Estimate block_of(const Samples& samples, std::size_t i) {
   return estimate(values);
 }
 
-/// Of a block and those beside it, in the value's channel: what blur may bring from there.
+/// The largest mean of a block and its neighbours in the value's channel. Blur can bring light from there.
 double brightest_around(const std::vector<double>& means, std::size_t value) {
   const int block = static_cast<int>(value / 3), channel = static_cast<int>(value % 3);
   double most = 0;
@@ -155,7 +156,7 @@ double brightest_around(const std::vector<double>& means, std::size_t value) {
   return most;
 }
 
-/// For a comparison with other methods. False where it was stopped.
+/// Renders for a comparison with other methods. Returns false if it was stopped.
 bool render_blocks(const TestScene& scene, const AtlasCase& what, const AtlasSettings& settings, int more_levels,
                    AtlasCell& cell, Samples& samples) {
   AtlasCell finer;
@@ -186,7 +187,7 @@ double tolerance_of(const AtlasCase& what, const std::string& method) {
   return what.tolerance + (method_gathers(method) ? what.gathered : 0) + (method == "ppm" && what.exact ? kBlur : 0);
 }
 
-/// Also where all seeds gave the same: no more than kMostZ either way, for JSON knows no infinite numbers.
+/// z, at most kMostZ either way. All seeds can give the same value, and JSON has no infinite numbers.
 double z_of(double difference, double error) {
   const double z = error > 0 ? std::abs(difference) / error : difference == 0 ? 0 : kMostZ;
   return std::copysign(std::min(z, kMostZ), difference);
@@ -224,11 +225,11 @@ void compare_with_formula(const AtlasCase& what, AtlasCell& cell) {
         std::abs(difference) > noise + bias ? fmt::format("the mean is {:+.3g} % off", 100 * difference / unit) : "");
 }
 
-/// Block by block, and the mean.
+/// Compares each block and the mean.
 void compare(const AtlasCase& what, const AtlasCell& other, const Samples& theirs, const Samples& ours,
              AtlasCell& cell) {
   const double tolerance = std::max(tolerance_of(what, cell.method), tolerance_of(what, other.method));
-  // What lies beyond the stated bias, in standard errors.
+  // The excess over the stated bias, in standard errors.
   const auto beyond = [&](const Estimate& a, const Estimate& b, double blur) {
     const double difference = a.value - b.value;
     const double bias = tolerance * std::max(std::abs(a.value), std::abs(b.value)) + blur;
@@ -254,7 +255,7 @@ void compare(const AtlasCase& what, const AtlasCell& other, const Samples& their
   judge(what, cell, wrong);
 }
 
-/// Why a method is not for this scene; empty if it is. `fails`: it cannot render it at all.
+/// Why a method cannot find all light of this scene, or empty. `fails`: the method cannot render the scene at all.
 std::string veto(const TestScene& scene, const AtlasCase& what, const std::string& method, bool& fails) {
   if (const auto made = make_method(scene.compiled(), {method, kSeed, what.max_bounces}); !made.ok()) {
     fails = true;
@@ -265,7 +266,7 @@ std::string veto(const TestScene& scene, const AtlasCase& what, const std::strin
   return verdict.admitted ? "" : verdict.reason;
 }
 
-/// What is right with so many more samples alone.
+/// Marks a cell as slow if it is right only with more samples.
 void call_slow(int more_levels, AtlasCell& cell) {
   if (cell.outcome != Outcome::wrong && more_levels > 0) {
     cell.outcome = Outcome::slow;
@@ -273,7 +274,7 @@ void call_slow(int more_levels, AtlasCell& cell) {
   }
 }
 
-/// False where it was stopped.
+/// Returns false if it was stopped.
 bool measure_by_formula(const TestScene& scene, const AtlasCase& what, const AtlasSettings& settings, AtlasCell& cell) {
   const bool vetoed = cell.outcome == Outcome::vetoed;
   for (int more_levels = 0;; more_levels += kRetryLevels) {
@@ -290,7 +291,8 @@ bool measure_by_formula(const TestScene& scene, const AtlasCase& what, const Atl
   }
 }
 
-/// Each with the first other that is admitted. What looks wrong is rendered again with more samples.
+/// Compares each method with the first other one that is admitted. Renders again with more samples where the result
+/// looks wrong.
 void compare_all(const TestScene& scene, const AtlasCase& what, const AtlasSettings& settings,
                  std::vector<Samples>& samples, AtlasRow& row) {
   std::vector<std::size_t> admitted;
@@ -332,7 +334,7 @@ void refuse(const AtlasCase& what, AtlasRow& row) {
   for (AtlasCell& cell : row.cells) {
     const bool refused = message.find(what.refusal) != std::string::npos;
     cell.outcome = refused ? Outcome::vetoed : Outcome::wrong;
-    cell.reason = refused ? message : message.empty() ? "the scene is taken" : "refused otherwise: " + message;
+    cell.reason = refused ? message : message.empty() ? "the scene is accepted" : "refused otherwise: " + message;
   }
 }
 

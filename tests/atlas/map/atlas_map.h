@@ -14,10 +14,10 @@ namespace lightmill::test {
 enum class Outcome {
   right,
   slow,     ///< right, but an error of 1 % takes more CPU time than the case allows
-  alone,    ///< admitted, and nothing to compare it with: no formula, and no other method finds all light
-  vetoed,   ///< the planner says what is missing, or the method or the scene is refused
+  alone,    ///< admitted, without a formula or another method that finds all light
+  vetoed,   ///< the planner names what is missing, or the method or the scene is refused
   wrong,    ///< admitted, and off by more than noise and the stated bias
-  stopped,  ///< before it was measured
+  stopped,  ///< stopped before it was measured
 };
 /// "right", "slow" …
 const char* name_of(Outcome outcome);
@@ -26,12 +26,11 @@ const char* name_of(Outcome outcome);
 struct AtlasCell {
   std::string method;
   Outcome outcome = Outcome::stopped;
-  std::string reason;  ///< of a veto; what is wrong
+  std::string reason;  ///< of a veto or a wrong result
   bool measured = false;
   double mean = 0, standard_error = 0;  ///< of all seeds, over what the case measures
-  double z = 0;                         ///< of the mean; where methods are compared, the largest of any block; ±kMostZ
-                                        ///< at most
-  double energy = 1;                    ///< the mean over what it should be
+  double z = 0;                         ///< of the mean, or in comparisons the largest of any block; ±kMostZ
+  double energy = 1;                    ///< the mean over the expected value
   double cpu_seconds = 0;               ///< of all seeds
   double seconds_to_percent = 0;        ///< of CPU time, extrapolated by 1/N
   std::uint64_t non_finite = 0;         ///< samples
@@ -48,25 +47,25 @@ struct AtlasRow {
 struct AtlasSettings {
   std::vector<std::string> methods;
   int seeds = 32;
-  int more_levels = 0;          ///< to log2 of the samples of each seed; it stays at least 1
-  bool measure_vetoed = false;  ///< also what the planner vetoes
-  /// What looks wrong is measured again with 16 times the samples, so often at most: if it looks right then, it is
-  /// slow.
+  int more_levels = 0;          ///< added to log2 of the samples of each seed, which stays at least 1
+  bool measure_vetoed = false;  ///< also measures what the planner vetoes
+  /// How often a result that looks wrong is measured again, with 16 times the samples each time. If it then looks
+  /// right, it is slow.
   int retries = 0;
-  /// Set: what is not measured yet is left as it is.
+  /// When it is set, the remaining cells are not measured.
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// Methods that the atlas measures: those that follow light, of those that there are.
+/// Methods that the atlas measures: all that follow light.
 std::vector<std::string> atlas_methods();
 
 /// Renders a case by each method in this thread. The same settings give the same means.
 AtlasRow measure(const AtlasCase& what, const AtlasSettings& settings);
 
-// A mean is wrong if it is off by more than the case's tolerance and kWrongZ of its standard errors together. Of 32
-// seeds, whose means are nearly normal, |z| > 5 comes by chance once in 50,000 times, in a map of 200 means once in 250
-// maps; the seeds are fixed, so a map that is right stays so. Where two methods are compared, the largest of 192 block
-// means (some 62 degrees of freedom): |z| > 6 comes once in 50,000 comparisons.
+// A mean is wrong if it is off by more than the case's tolerance plus kWrongZ of its standard errors. Means of 32 seeds
+// are nearly normal, so |z| > 5 happens by chance once in 50,000, or once in 250 maps of 200 means. The seeds are
+// fixed, so a map that passes stays so. A comparison of two methods takes the largest of 192 block means (about 62
+// degrees of freedom). There |z| > 6 happens once in 50,000 comparisons.
 inline constexpr double kWrongZ = 5;
 inline constexpr double kWrongBlockZ = 6;
 inline constexpr double kMostZ = 1e6;

@@ -32,7 +32,7 @@ std::string seconds(double value) {
   return value < 1e-3 ? "< 1 ms" : value < 1 ? fmt::format("{:.0f} ms", 1e3 * value) : fmt::format("{:.3g} s", value);
 }
 
-/// Exposed so that what is expected is a middle tone.
+/// Exposed so that the expected value is a middle tone.
 std::string picture(const AtlasCell& cell, double expected) {
   ViewSettings view;
   const double level = expected > 0 ? expected : std::abs(cell.mean);

@@ -13,7 +13,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RgbImage, width, height, values)
 
 namespace lightmill::test {
 
-// What a row's file holds, as CBOR.
+// Contents of a row's file, as CBOR.
 NLOHMANN_JSON_SERIALIZE_ENUM(Outcome, {{Outcome::stopped, "stopped"},
                                        {Outcome::right, "right"},
                                        {Outcome::slow, "slow"},
@@ -27,7 +27,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Of its document.
+/// Text of the case's document.
 std::string text_of(const AtlasCase& what) {
   return what.document.ends_with(".json") ? read_file(source_file("scenes/" + what.document)).value() : what.document;
 }
@@ -40,7 +40,7 @@ std::map<std::string, std::string> digests_of(const std::map<std::string, std::s
   return digests;
 }
 
-/// All that a row follows from, but the files that documents in the folder scenes name.
+/// A name made from everything that determines a row, except the files that documents in the folder scenes name.
 std::string file_name(const AtlasCase& what, const AtlasSettings& settings) {
   const json from{what.subject,
                   what.name,

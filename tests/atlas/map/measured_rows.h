@@ -1,5 +1,5 @@
-// Rows of the map that are measured already, in files: a long map goes on where it was interrupted. They know the
-// version of the renderer, not that of the atlas: who changes how cases are judged empties the folder.
+// Measured rows of the map, in files, so that a long map resumes after an interruption. They record the renderer's
+// version, not the atlas'. Empty the folder when you change how cases are judged.
 #pragma once
 
 #include <filesystem>
@@ -11,11 +11,11 @@ namespace lightmill::test {
 
 class MeasuredRows {
  public:
-  /// In `folder`, which is there, a file a row.
+  /// Uses `folder`, which must exist. Each row is one file.
   explicit MeasuredRows(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  /// The row of the same case with the same settings by the same version of the renderer, numbers and pictures; nothing
-  /// if it is not there or cannot be read.
+  /// The row of the same case with the same settings and renderer version, with numbers and pictures. Nothing if its
+  /// file is missing or unreadable.
   std::optional<AtlasRow> find(const AtlasCase& what, const AtlasSettings& settings) const;
   Status keep(const AtlasRow& row, const AtlasSettings& settings) const;
 

@@ -1,4 +1,4 @@
-"""Run by Blender: builds a scene of what its glTF export carries, saves it, and renders it with Cycles.
+"""Runs in Blender. Builds a scene that glTF can carry, saves it, and renders it with Cycles.
 
   blender --background --factory-startup --python make_scene.py -- SCENE.blend PICTURE.exr SAMPLES
 """
@@ -68,7 +68,7 @@ cycles.use_denoising = False
 cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0
 cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = 64
 cycles.pixel_filter_type = "BLACKMAN_HARRIS"
-cycles.filter_width = 3  # its diameter in pixels: what ours has by default
+cycles.filter_width = 3  # diameter in pixels, Lightmill's default
 scene.render.image_settings.file_format = "OPEN_EXR"
 scene.render.image_settings.color_depth = "32"
 scene.render.filepath = picture

@@ -1,7 +1,6 @@
 #!/bin/sh
-# Has Blender's compositor read the mattes of a picture of Lightmill's by name, and states their pixels beside the exact
-# area of the triangle that they show. Fails where they differ by more than a pixel. Needs Blender; files stay in FOLDER
-# (build/bench/blender if not given).
+# Reads the mattes of a Lightmill picture by name in Blender's compositor, and compares their pixels with the exact area of the
+# triangle in them. Fails if they differ by more than a pixel. Needs Blender. Files stay in FOLDER (default build/bench/blender).
 #
 #   tests/bench/blender/mattes.sh [FOLDER]
 set -eu
@@ -12,7 +11,7 @@ folder=${1:-build/bench/blender}
 mkdir -p "$folder"
 folder=$(cd "$folder" && pwd)
 
-# At distance 1 from the eye a unit is 64 pixels.
+# At distance 1 from the camera a unit is 64 pixels.
 cat >"$folder/mattes.json" <<'JSON'
 {"camera": {"eye": [0, 0, 1], "look_at": [0, 0, 0], "vertical_fov_degrees": 90},
  "film": {"width": 128, "height": 128, "filter": {"kind": "BOX"}},

@@ -1,5 +1,5 @@
-"""Run by Blender: reads one matte of an EXR file by the compositor's Cryptomatte node, and prints how many pixels it is
-worth: the sum of its coverage.
+"""Runs in Blender. Reads one matte of an EXR file with the compositor's Cryptomatte node, and prints the sum of its coverage in
+pixels.
 
   blender --background --factory-startup --python read_matte.py -- PICTURE.exr WIDTHxHEIGHT LAYER NAME MATTE.exr
 """
@@ -22,7 +22,7 @@ cryptomatte.matte_id = name
 output = nodes.new("CompositorNodeComposite")
 scene.node_tree.links.new(cryptomatte.outputs["Matte"], output.inputs["Image"])
 
-width, height = map(int, size.split("x"))  # Blender does not know it before it reads the layers
+width, height = map(int, size.split("x"))  # Blender knows it only after it has read the layers
 scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
 scene.render.image_settings.file_format = "OPEN_EXR"
 scene.render.image_settings.color_depth = "32"

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Renders one scene by Blender's Cycles, and by Lightmill through Blender's glTF export, and states the difference. Needs
-# Blender; the pictures stay in FOLDER (build/bench/blender if not given).
+# Renders one scene with Blender's Cycles, and with Lightmill through Blender's glTF export, and prints the difference. Needs
+# Blender. The pictures stay in FOLDER (default build/bench/blender).
 #
 #   tests/bench/blender/run.sh [FOLDER [SAMPLES]]
 set -eu
@@ -19,10 +19,10 @@ mkdir -p "$folder"
 folder=$(cd "$folder" && pwd)
 lightmill=build/release/bin/lightmill
 
-echo "Cycles, $samples samples a pixel"
+echo "Cycles, $samples samples per pixel"
 "${LIGHTMILL_BLENDER:-blender}" --background --factory-startup --python-exit-code 3 \
   --python tests/bench/blender/make_scene.py -- "$folder/scene.blend" "$folder/cycles.exr" "$samples" >"$folder/cycles.log" 2>&1 ||
   { tail "$folder/cycles.log"; exit 1; }
-echo "Lightmill, $samples samples a pixel"
+echo "Lightmill, $samples samples per pixel"
 "$lightmill" render "$folder/scene.blend" --local --spp "$samples" -o "$folder/lightmill.exr" -o "$folder/lightmill.png"
 "$lightmill" error "$folder/lightmill.exr" "$folder/cycles.exr"

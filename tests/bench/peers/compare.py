@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""CPU and wall seconds that Blender's Cycles and Lightmill need to a given error, on the same scene.
+"""CPU and wall seconds that Blender's Cycles and Lightmill need to reach an error, on the same scene.
 
   tests/bench/peers/compare.py SCENE.json -o FOLDER --reference REFERENCE.exr [--method M] [--samples 16,64,256] ...
 
 Renders the scene with both at several sample counts and seeds, compares all pictures with the reference
-(`lightmill error`), and writes FOLDER/results.csv, FOLDER/summary.txt and FOLDER/lab/report.html. Counted is the CPU time of Cycles' render call
-in a Blender that is up and has the scene; and of coordinator, worker and submitting client, from submission until the
-job is done, on a farm that is up. Seconds to an error are read off each seed's curve by straight lines between its
-points on logarithmic scales, before its first point along the slope of noise (error × time is constant). A seed that
-does not get there took more than its last point: medians and ratios are then bounds, and say so. Needs Blender.
+(`lightmill error`), and writes FOLDER/results.csv, FOLDER/summary.txt and FOLDER/lab/report.html. For Cycles it counts the CPU
+time of the render call in a running Blender with the loaded scene. For Lightmill it counts coordinator, worker and
+submitting client, from submission until the job is done, on a running farm. Seconds to an error are interpolated on each
+seed's curve on logarithmic scales. Before the first point the slope is that of noise (error × time is constant). A seed
+that does not reach the error took more than its last point. Medians and ratios are then bounds, and say so. Needs Blender.
 """
 import argparse
 import csv
@@ -77,8 +77,8 @@ def judge(run, reference):
 
 
 def seconds_to(error, curve, column, unit):
-    """Seconds at which a seed's curve, its runs by samples, comes down to the error, and whether it does; if not, more
-    than its last point's."""
+    """Seconds at which a seed's curve (its runs by samples) reaches the error, and whether it does. If not, the time is a lower
+    bound."""
     points = [(run[unit], run[column]) for run in curve]
     if points[0][1] <= error:
         return points[0][0] * points[0][1] / error, True
@@ -90,7 +90,7 @@ def seconds_to(error, curve, column, unit):
 
 
 def median_seconds(results, renderer, error, column, unit):
-    """Of all seeds, with what to say of it: the median, whether it is one or a lower bound, and the range."""
+    """Summary of all seeds: the median, whether it is a lower bound, and the range."""
     seeds = sorted({run["seed"] for run in results})
     reached = [seconds_to(error, sorted((run for run in results if run["renderer"] == renderer and run["seed"] == seed),
                                         key=lambda run: run["samples"]), column, unit) for seed in seeds]

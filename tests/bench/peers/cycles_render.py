@@ -1,10 +1,10 @@
-"""Run by Blender: builds one of our Cornell boxes and renders it with Cycles, at several sample counts and seeds.
+"""Runs in Blender. Builds one of the Cornell boxes and renders it with Cycles, at several sample counts and seeds.
 
   blender --background --factory-startup --python cycles_render.py -- SCENE.json FOLDER THREADS SAMPLES,SAMPLES,... SEED,SEED,...
 
-Writes FOLDER/cycles-SAMPLES-SEED.exr, and for each a line "PEER {json}" with the seconds of the render call (writing the
-file is not in them). Knows what the boxes have: OBJ meshes with Kd and Ka, spheres, diffuse, mirror and smooth glass, an
-emission that only the front shows.
+Writes FOLDER/cycles-SAMPLES-SEED.exr, and for each a line "PEER {json}" with the seconds of the render call, without
+writing the file. It supports what the boxes use: OBJ meshes with Kd and Ka, spheres, diffuse, mirror and smooth glass, and
+emission on the front only.
 """
 import json
 import math
@@ -24,7 +24,7 @@ scene = bpy.context.scene
 
 
 def shader_of(tree, material):
-    """The BSDF node of what a material reflects."""
+    """The BSDF node for a material's reflection."""
     nodes = tree.nodes
     if "mirror" in material:
         node = nodes.new("ShaderNodeBsdfGlossy")
@@ -66,7 +66,7 @@ def make_material(material):
 
 
 def read_mtl(path, materials):
-    """Materials of an MTL file by the course's codes; those of the document go first."""
+    """Materials of an MTL file by the course's codes. Materials of the document take precedence."""
     name = None
     with open(path, encoding="utf-8") as lines:
         for words in map(str.split, lines):
@@ -149,7 +149,7 @@ render.image_settings.file_format, render.image_settings.color_depth = "OPEN_EXR
 cycles.use_adaptive_sampling = cycles.use_denoising = False
 cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = cycles.light_sampling_threshold = 0
 cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = 1024
-cycles.pixel_filter_type = "BOX"  # one pixel wide, as the boxes ask
+cycles.pixel_filter_type = "BOX"  # one pixel wide, as in the boxes
 scene.world = bpy.data.worlds.new("black")
 scene.world.color = (0, 0, 0)
 
@@ -160,7 +160,7 @@ def cpu_seconds():
 
 
 cycles.samples = 1
-bpy.ops.render.render()  # loads what is loaded once
+bpy.ops.render.render()  # loads everything that is loaded only once
 for samples in map(int, sample_counts.split(",")):
     for seed in map(int, seeds.split(",")):
         cycles.samples, cycles.seed = samples, seed

@@ -1,8 +1,8 @@
-// A farm of three workers under faults for an hour: every film has to be what a quiet farm renders, nothing may fail,
-// and memory and descriptors may not grow.
+// A soak: a farm of three workers under faults for an hour. Every film must equal that of a quiet farm, nothing may
+// fail, and memory and descriptors may not grow.
 //
-// First a quiet farm renders twenty jobs of different kinds. Then another one renders them again and again, all twenty
-// at once, while every ten seconds something goes wrong and people pause, extend and reorder jobs.
+// First a quiet farm renders twenty jobs of different kinds. Then another farm renders all twenty at once, again and
+// again. Every ten seconds a fault happens, and jobs are paused, extended and reordered.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <thread>
@@ -19,10 +19,10 @@ namespace {
 using namespace lightmill;
 using namespace lightmill::soak;
 
-constexpr double kFaultSeconds = 10;  // from one to the next
+constexpr double kFaultSeconds = 10;  // between faults
 constexpr double kLeastFault = 1, kMostFault = 8;
 constexpr double kSampleSeconds = 1;
-constexpr double kLongestEnd = 900;  // after the last fault, for the jobs that are left
+constexpr double kLongestEnd = 900;  // for the remaining jobs after the last fault
 constexpr auto kLook = std::chrono::milliseconds(300);
 
 struct Options {
@@ -34,7 +34,7 @@ double seconds_now() {
   return to_seconds(system_clock().now().time_since_epoch());
 }
 
-/// A thread that takes steps of jobs until its end.
+/// A thread that calls step() until its end.
 std::jthread keep_stepping(Jobs& jobs) {
   return std::jthread([&jobs](const std::stop_token& stop) {
     while (!stop.stop_requested()) {
@@ -44,7 +44,7 @@ std::jthread keep_stepping(Jobs& jobs) {
   });
 }
 
-/// One line in a terminal; without one, a line a minute.
+/// A progress line in a terminal, otherwise a line per minute.
 class Progress {
  public:
   void show(const std::string& line) {
@@ -104,18 +104,17 @@ class Soak {
     while (!jobs_.none_left() && !signals_.interrupted() && wrong_.empty()) {
       watch();
       if (passed() > until) {
-        wrong_.push_back(fmt::format("jobs have not ended {:.0f} s after the last fault", kLongestEnd));
+        wrong_.push_back(fmt::format("jobs still run {:.0f} s after the last fault", kLongestEnd));
       }
     }
   }
 
-  /// Whether all went well.
+  /// Whether everything passed.
   bool report() const {
     const Tally tally = jobs_.tally();
-    fmt::print(
-        "seed {}, {} of faults: {} films, {} as on a quiet farm\n\n| what went wrong, and what people did | times |\n",
-        options_.seed, cli::human_seconds(std::min(passed(), 60 * options_.minutes)),
-        tally.alike + static_cast<int>(tally.wrong.size()), tally.alike);
+    fmt::print("seed {}, {} of faults: {} films, {} as on a quiet farm\n\n| faults and commands | times |\n",
+               options_.seed, cli::human_seconds(std::min(passed(), 60 * options_.minutes)),
+               tally.alike + static_cast<int>(tally.wrong.size()), tally.alike);
     fmt::print("| --- | --- |\n");
     for (const auto& [what, times] : faults_) {
       fmt::print("| {} | {} |\n", what, times);
@@ -124,7 +123,7 @@ class Soak {
       fmt::print("| a job {} | {} |\n", what, times);
     }
     bool flat = true;
-    fmt::print("\n| longest life of | seconds | memory, MiB: its thirds (most) | descriptors | |\n");
+    fmt::print("\n| longest life of | seconds | memory, MiB: by thirds (peak) | descriptors | |\n");
     fmt::print("| --- | --- | --- | --- | --- |\n");
     for (const auto& [name, trend] : watch_.trends()) {
       fmt::print("| {} | {:.0f} | {:.0f} ({:.0f}) | {:.0f} | {} |\n", name, trend.seconds,
@@ -139,7 +138,7 @@ class Soak {
     if (!wrong.empty()) {
       fmt::print("\nwrong:\n{}\n", fmt::join(wrong, "\n"));
     }
-    // The test support reports what should not be (a process that does not start) to GoogleTest.
+    // The test support reports errors, such as a process that does not start, to GoogleTest.
     return flat && wrong_.empty() && tally.wrong.empty() && tally.alike > 0 &&
            !::testing::UnitTest::GetInstance()->ad_hoc_test_result().Failed();
   }
@@ -164,7 +163,7 @@ class Soak {
     }
   }
 
-  /// A moment: what the processes take, and how far it is.
+  /// Samples the resources of the processes, and prints progress.
   void watch() {
     signals_.sleep(std::chrono::milliseconds(100));
     if (!farm_.in_fault()) {
@@ -208,7 +207,7 @@ int run(const Options& options, cli::Signals& signals) {
   std::fflush(stdout);
   const test::SmallDisk disk(kDiskMib);
   if (!disk.mounted()) {
-    fmt::print(stderr, "no disk can be mounted here (that takes root): none is filled\n");
+    fmt::print(stderr, "soak: cannot mount a disk (needs root), so the disk faults are left out\n");
   }
   Progress progress;
   Films quiet = quiet_films(signals, progress);
@@ -225,17 +224,16 @@ int run(const Options& options, cli::Signals& signals) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Renders twenty kinds of jobs on a farm of its own under a fault every ten seconds, and compares every film with "
-      "a "
-      "quiet farm's. Ctrl-C ends it and all that it has started.");
+      "Renders twenty kinds of jobs on a private farm with a fault every ten seconds, and compares every film with "
+      "that of a quiet farm. Ctrl-C ends it and everything it has started.");
   Options options;
   app.add_option("--minutes", options.minutes,
-                 "under faults; a quiet run before, and the last films after, come on top")
+                 "minutes with faults; the quiet run before and the last films after take more time")
       ->capture_default_str()
       ->check(CLI::Range(0.1, 10'000.0));
-  app.add_option("--seed", options.seed, "of the order of faults")->capture_default_str();
+  app.add_option("--seed", options.seed, "seed of the order of faults")->capture_default_str();
   app.footer(
-      "Exit codes: 0 all was well, 1 it was not, 130 interrupted. `--minutes 8` or more judge memory and descriptors.");
+      "Exit codes: 0 passed, 1 failed, 130 interrupted. Memory and descriptors are judged from `--minutes 8` on.");
   cli::Signals signals;
   CLI11_PARSE(app, argc, argv);
   return run(options, signals);

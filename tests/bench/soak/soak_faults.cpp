@@ -8,13 +8,13 @@ namespace {
 using std::chrono::milliseconds;
 using test::Way;
 
-constexpr auto kToFinish = std::chrono::seconds(60);  // for a worker what it has begun
+constexpr auto kToFinish = std::chrono::seconds(60);  // for a worker to finish its units
 
 void nothing_to_undo() {}
 
 }  // namespace
 
-// Silent workers lose their work after 4 s, so that faults of 1 to 8 s do both: pass, and cost leases.
+// Silent workers lose their work after 4 s. So some faults of 1 to 8 s pass, and some cost leases.
 TroubledFarm::TroubledFarm(const test::SmallDisk* disk, std::uint64_t seed)
     : disk_(disk),
       random_(seed),
@@ -142,7 +142,7 @@ std::function<void()> TroubledFarm::fill_disk() {
   return [this] { disk_->make_room(); };
 }
 
-/// Less is left than --reserve-gib wants.
+/// Leaves less free space than --reserve-gib.
 std::function<void()> TroubledFarm::fill_disk_nearly() {
   const std::uint64_t left = std::filesystem::space(farm_.folder()).available >> 20;
   disk_->fill(left > 32 ? static_cast<int>(left - 32) : 0);

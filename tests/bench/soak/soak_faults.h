@@ -1,4 +1,4 @@
-// What goes wrong in a soak: one fault at a time, drawn at random, done to a farm's processes, lines and disk.
+// Faults of a soak: one at a time, drawn at random, on a farm's processes, connections and disk.
 #pragma once
 
 #include <fmt/format.h>
@@ -19,31 +19,30 @@ namespace lightmill::soak {
 inline constexpr int kWorkers = 3;
 inline constexpr int kDiskMib = 512;  ///< of the disk that is filled; in memory
 
-/// A farm of three workers of one thread; each of them, and who gives jobs, calls the coordinator over a line that can
-/// be disturbed. Ends what it has begun.
+/// A farm of three workers with one thread each. Workers and clients reach the coordinator through proxies that can
+/// fail. Ends the fault in progress at its own end.
 class TroubledFarm {
  public:
-  /// `disk`: where the farm's state lies, if it can be filled.
+  /// `disk`: where the farm's state is, if it can be filled.
   TroubledFarm(const test::SmallDisk* disk, std::uint64_t seed);
 
   test::Farm& farm() { return farm_; }
   std::string address() const { return lines_.back()->address(); }
   static std::string worker_name(int i) { return fmt::format("w{}", i + 1); }
 
-  /// Does something and says what. The first two workers may be killed, the third one lives on; the coordinator may if
-  /// `may_kill_coordinator`.
+  /// Begins a fault and describes it. The first two workers may be killed, and the third one is not. The coordinator
+  /// may be killed if `may_kill_coordinator`.
   std::string begin_fault(bool may_kill_coordinator);
-  /// Undoes it.
+  /// Ends the fault.
   void end_fault();
   bool in_fault() const { return end_ != nullptr; }
-  /// Between faults: those of coordinator and workers that have ended without having been told to, or have not ended
-  /// well, in words.
+  /// Between faults: descriptions of the coordinators and workers that ended without an order, or with an error.
   std::vector<std::string> ended_by_themselves();
 
  private:
   struct Fault {
     const char* name;
-    std::function<void()> (TroubledFarm::*begin)();  ///< what it returns ends the fault
+    std::function<void()> (TroubledFarm::*begin)();  ///< the returned function ends the fault
   };
   std::function<void()> kill_worker();
   std::function<void()> end_worker();
@@ -62,9 +61,9 @@ class TroubledFarm {
   const test::SmallDisk* const disk_;
   std::mt19937_64 random_;
   test::Farm farm_;
-  std::vector<std::unique_ptr<test::FaultProxy>> lines_;  ///< of the workers, and the clients' one
+  std::vector<std::unique_ptr<test::FaultProxy>> lines_;  ///< of the workers and of the clients
   std::function<void()> end_;
-  std::vector<std::string> badly_ended_;  ///< workers that were told to end
+  std::vector<std::string> badly_ended_;  ///< workers that ended with an error after an order
 };
 
 }  // namespace lightmill::soak

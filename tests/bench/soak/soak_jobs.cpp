@@ -13,9 +13,9 @@ namespace lightmill::soak {
 namespace {
 
 constexpr std::size_t kMostListed = 1000;
-constexpr std::uint64_t kCommandOnceIn = 100;  // looks at a job
+constexpr std::uint64_t kCommandOnceIn = 100;  // a job gets a command once in so many steps
 
-/// Words between spaces; the first one is the scene.
+/// Words separated by spaces. The first one is the scene.
 std::vector<std::string> words_of(const Kind& kind, int samples) {
   std::vector<std::string> words;
   const std::string all = kind.words;
@@ -85,7 +85,7 @@ void Jobs::step() {
   }
 }
 
-/// What comes of it the next step sees.
+/// The next step sees the result.
 void Jobs::submit(const Kind& kind) {
   std::vector<std::string> command{test::program("lightmill"), "submit"};
   const std::vector<std::string> words = words_of(kind, kind.grows && !quiet() ? kind.samples / 2 : kind.samples);
@@ -123,7 +123,7 @@ void Jobs::compare(const v1::Job& job) {
   }
   const std::string& hash = film->picture.receipt.film_hash;
   if (!farm_.delete_job(job.id()).ok()) {
-    return;  // it is compared again
+    return;  // the job is compared again
   }
   const MutexLock lock(mutex_);
   if (quiet()) {

@@ -1,5 +1,4 @@
-// The jobs of a soak: twenty of different kinds, always under way on one farm, whose films are compared with quiet
-// ones.
+// The jobs of a soak: twenty kinds, always running on one farm. Their films are compared with those of a quiet farm.
 #pragma once
 
 #include <atomic>
@@ -16,9 +15,9 @@ namespace lightmill::soak {
 
 struct Kind {
   const char* name;    ///< also that of its jobs
-  const char* words;   ///< what `lightmill submit` is told: the scene, and options
-  int samples = 0;     ///< a pixel; 0: the words have another goal
-  bool grows = false;  ///< begins with half of them, and is extended
+  const char* words;   ///< arguments of `lightmill submit`: the scene and options
+  int samples = 0;     ///< per pixel; 0: the words have another goal
+  bool grows = false;  ///< starts with half of them, and is extended
 };
 
 const std::vector<Kind>& kinds();
@@ -26,26 +25,26 @@ const std::vector<Kind>& kinds();
 /// Film hashes by the name of the kind.
 using Films = std::map<std::string, std::string>;
 
-/// What has become of the jobs so far.
+/// Results so far.
 struct Tally {
-  int alike = 0;                        ///< films that were compared and are what the quiet run has
-  std::map<std::string, int> commands;  ///< pauses, priorities, extensions: how often each
-  std::vector<std::string> wrong;       ///< what must not be, each in words
+  int alike = 0;                        ///< films that equal those of the quiet run
+  std::map<std::string, int> commands;  ///< pauses, priorities, extensions, with their counts
+  std::vector<std::string> wrong;       ///< descriptions of errors
 };
 
-/// Jobs are known by their names alone, so that it does not matter whether an answer was lost. Calls may fail: what was
-/// to be done is done at a later step. Thread-safe but for step().
+/// Finds jobs by name, so a lost answer does not matter. Calls may fail, and a later step repeats them. Only step() is
+/// not thread-safe.
 class Jobs {
  public:
-  /// Compares with `quiet`; where that is empty, keeps the films for others to compare with, and gives no commands.
+  /// Compares with `quiet`. If that is empty, keeps the films for comparison and gives no commands.
   Jobs(std::string address, Films quiet, std::uint64_t seed);
 
-  /// Looks at all jobs once: compares and deletes those that are done, submits those that are missing unless it is to
-  /// come to an end, and now and then pauses one, or changes its priority.
+  /// Checks all jobs once. Compares and deletes done jobs, submits missing ones unless the soak ends, and sometimes
+  /// pauses a job or changes its priority.
   void step();
-  /// No more are submitted, and none is paused.
+  /// Submits no more jobs, and pauses none.
   void come_to_an_end() { ends_ = true; }
-  /// Whether an end has come: no job is left.
+  /// Whether no job is left after come_to_an_end().
   bool none_left() const { return none_left_; }
 
   Tally tally() const;

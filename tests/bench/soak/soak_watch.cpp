@@ -24,7 +24,7 @@ double open_descriptors(pid_t pid) {
   return gone ? 0 : static_cast<double>(std::distance(begin(all), end(all)));
 }
 
-/// What a tenth of them do not pass.
+/// The value below which a tenth of them lies.
 double lowest_tenth(std::vector<double> values) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 10);
   std::nth_element(values.begin(), at, values.end());
@@ -38,7 +38,7 @@ void ProcessWatch::sample(const std::string& name, pid_t pid, double now_seconds
   if (lives.empty() || lives.back().pid != pid) {
     lives.push_back({pid, {}});
   }
-  if (const double memory_mib = resident_mib(pid); memory_mib > 0) {  // it has not ended just now
+  if (const double memory_mib = resident_mib(pid); memory_mib > 0) {  // false if the process has just ended
     lives.back().samples.push_back({now_seconds, memory_mib, open_descriptors(pid)});
   }
 }

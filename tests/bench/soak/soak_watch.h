@@ -1,4 +1,4 @@
-// What the processes of a soak take, over time, and whether that grows.
+// Resources of a soak's processes over time, and whether they grow.
 #pragma once
 
 #include <sys/types.h>
@@ -10,23 +10,23 @@
 
 namespace lightmill::soak {
 
-/// The longest life of a process, and what it took in each third of it: of all moments the lowest tenth's, for what is
-/// held while much is under way at once comes and goes with the machine's load, and what leaks stays.
+/// The longest life of a process, and its resources in each third of it. Each third has the lowest tenth of its
+/// samples. Temporary use varies with the load, and a leak stays.
 struct Trend {
   double seconds = 0;
   std::array<double, 3> memory_mib{};   ///< resident
   std::array<double, 3> descriptors{};  ///< open files and sockets
   double most_mib = 0;                  ///< resident, at any moment
-  /// Lives of less than kLeastSeconds say nothing of growth.
+  /// Lives below kLeastSeconds are too short to judge.
   bool judged() const { return seconds >= kLeastSeconds; }
-  /// At most a tenth and 16 MiB more memory in the last third than in the middle one, and four descriptors.
+  /// At most a tenth and 16 MiB more memory in the last third than in the middle one, and four more descriptors.
   bool flat() const { return memory_mib[2] <= 1.1 * memory_mib[1] + 16 && descriptors[2] <= descriptors[1] + 4; }
   static constexpr double kLeastSeconds = 240;
 };
 
 class ProcessWatch {
  public:
-  /// What the process of this name takes now. Another pid than before is another life.
+  /// Samples the process of this name. A new pid starts a new life.
   void sample(const std::string& name, pid_t pid, double now_seconds);
   std::map<std::string, Trend> trends() const;
 

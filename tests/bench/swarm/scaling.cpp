@@ -1,8 +1,8 @@
-// How long a job takes with more and more workers, beside how long it would take if none of them ever waited.
+// Time of a job with more and more workers, compared with the time if none of them ever waited.
 //
-// The workers are simulated ones, each with a connection of its own. Each farm gets a job that has the same seconds of
-// work for each of its workers. Their speeds may differ, and they may come and go: then the ideal is that each works
-// from when its process starts until it is killed.
+// The workers are simulated, each with its own connection. Each farm gets a job with the same seconds of work for each
+// worker. Speeds may differ, and workers may come and go. Then the ideal is that each works from its start until it is
+// killed.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <deque>
@@ -20,7 +20,7 @@ namespace {
 using namespace lightmill;
 using SteadyClock = std::chrono::steady_clock;
 
-/// Workers that come and go do so in so many groups.
+/// Workers that come and go do so in this many groups.
 constexpr std::uint32_t kGroups = 10;
 
 struct Size {
@@ -45,7 +45,7 @@ struct Options {
   std::string chart, traffic_chart;
 };
 
-/// A swarm, in groups of which the oldest is replaced now and then.
+/// A swarm in groups. The oldest group is replaced from time to time.
 class Crew {
  public:
   Crew(std::string server, const Options& options, std::uint32_t workers)
@@ -64,7 +64,7 @@ class Crew {
     crew_.pop_front();
     add();
   }
-  /// What all could have rendered so far.
+  /// Pixel samples that all workers could have rendered so far.
   double pixel_samples() const {
     double sum = gone_;
     for (const Group& group : crew_) {
@@ -106,14 +106,14 @@ class Crew {
   bench::SwarmOptions options_;  ///< of the next group
   std::uint32_t groups_;
   std::deque<Group> crew_;
-  double gone_ = 0;          ///< pixel samples that those could have rendered who have left
-  bench::SwarmCounts lost_;  ///< theirs; nobody of them is connected
+  double gone_ = 0;          ///< pixel samples that the replaced workers could have rendered
+  bench::SwarmCounts lost_;  ///< of the replaced workers
 };
 
 struct Row {
   std::uint32_t workers = 0;
   double ideal = 0, took = 0;  ///< seconds
-  double megabytes = 0;        ///< a second, of results
+  double megabytes = 0;        ///< of results per second
 };
 
 Row measure(const Options& options, const Size& size, std::uint32_t workers) {
@@ -128,7 +128,7 @@ Row measure(const Options& options, const Size& size, std::uint32_t workers) {
   picture.side = size.width;
   picture.height = size.height;
   const double pixels = static_cast<double>(size.width) * size.height;
-  // A power of two, as people ask for: others have a few results more of each tile.
+  // A power of two, as in most jobs. Other numbers have a few more results per tile.
   const double exponent = std::round(std::log2(options.seconds * options.speed * crew.size() / pixels));
   picture.samples = std::uint64_t{1} << static_cast<std::uint32_t>(std::max(exponent, 0.0));
   const double work = pixels * static_cast<double>(picture.samples);
@@ -177,12 +177,12 @@ void write_chart(const std::string& path, const Chart& chart) {
 int run(const Options& options) {
   raise_file_limit();
   Chart speed, traffic;
-  speed.title = "Workers at work";
+  speed.title = "Busy workers";
   speed.x_label = traffic.x_label = "workers";
-  speed.y_label = "as many as are never idle";
+  speed.y_label = "workers that would never be idle";
   speed.series.push_back({"ideal", {}});
-  traffic.title = "What they send";
-  traffic.y_label = "MB a second";
+  traffic.title = "Sent results";
+  traffic.y_label = "MB per second";
   fmt::print("| picture | workers | samples per pixel | ideal, s | took, s | efficiency | results/s | MB/s |\n");
   fmt::print("| --- | --- | --- | --- | --- | --- | --- | --- |\n");
   for (const Size& size : options.sizes) {
@@ -208,29 +208,30 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "How long a job takes with more and more workers, beside the ideal: simulated ones, which all have the same "
-      "seconds of work.");
+      "Time of a job with more and more simulated workers, compared with the ideal. Each worker has the same seconds "
+      "of work.");
   Options options;
-  app.add_option("--workers", options.workers, "one farm after the other, with so many one-thread workers each")
+  app.add_option("--workers", options.workers, "workers of each farm, with one thread each")
       ->delimiter(',')
       ->capture_default_str()
       ->check(CLI::Range(1, 20'000));
-  app.add_option("--sizes", options.sizes, "of the pictures, WIDTHxHEIGHT")->delimiter(',')->capture_default_str();
-  app.add_option("--seconds", options.seconds, "of work for each worker, about")
+  app.add_option("--sizes", options.sizes, "sizes of the pictures, WIDTHxHEIGHT")
+      ->delimiter(',')
+      ->capture_default_str();
+  app.add_option("--seconds", options.seconds, "approximate seconds of work for each worker")
       ->capture_default_str()
       ->check(CLI::Range(0.1, 3600.0));
-  app.add_option("--speed", options.speed, "pixel samples a second")
+  app.add_option("--speed", options.speed, "pixel samples per second of a worker")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 1e9));
-  app.add_option("--spread", options.spread, "of speeds: the fastest over the slowest")
+  app.add_option("--spread", options.spread, "ratio of the fastest to the slowest worker")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 100.0));
-  app.add_option("--churn", options.churn_seconds,
-                 "so often a tenth of the workers is killed, and as many others come; 0: all stay")
+  app.add_option("--churn", options.churn_seconds, "seconds after which a tenth of the workers is replaced; 0: never")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 3600.0));
-  app.add_option("--chart", options.chart, "of workers at work: write it to this file, as SVG");
-  app.add_option("--traffic-chart", options.traffic_chart, "the same of what they send");
+  app.add_option("--chart", options.chart, "write a chart of busy workers to this SVG file");
+  app.add_option("--traffic-chart", options.traffic_chart, "write a chart of sent results to this SVG file");
   CLI11_PARSE(app, argc, argv);
   return run(options);
 }

@@ -17,11 +17,11 @@
 namespace lightmill::bench {
 namespace {
 
-/// New connections a second: a cluster does not start its workers in one moment either.
+/// New connections per second. A cluster does not start all workers at once either.
 constexpr double kConnectionsPerSecond = 1000;
 
-/// What a coordinator gives a worker: so many leases, and more (up to so many times more) while they hold fewer tiles
-/// than so many for each of its threads.
+/// Leases that a coordinator gives a worker. It gives up to kSmallUnitsFactor times more while the worker holds too few
+/// tiles per thread.
 constexpr std::size_t kLeasesPerWorker = 2, kSmallUnitsFactor = 8;
 
 struct MadeNode {
@@ -29,7 +29,7 @@ struct MadeNode {
   Hash128 hash;
 };
 
-/// Nodes, each made once for all who need one of its range and size. (All jobs have the same layers.)
+/// Nodes, each created once for all workers that need its range and size. (All jobs have the same layers.)
 class MadeNodes {
  public:
   std::shared_ptr<const MadeNode> get(const NodeLayout& layout, const SampleRange& range, std::size_t pixels) {
@@ -44,9 +44,10 @@ class MadeNodes {
   }
 
  private:
-  static constexpr std::size_t kMost = 512;  ///< of 96 KiB: far more ranges than are under way at once
+  static constexpr std::size_t kMost = 512;  ///< of 96 KiB; far more ranges than are in progress at once
 
-  /// Whole numbers, which add up to the same in any order: each sample is 2 in its half, the first one all in half A.
+  /// Whole numbers, whose sums do not depend on the order. Each sample is 2 in its half, and the first one is all in
+  /// half A.
   static MadeNode make(const NodeLayout& layout, const SampleRange& range, std::size_t pixels) {
     const auto samples = static_cast<float>(range.count());
     MadeNode made{{range, std::vector<float>(layout.values(range) * pixels, samples), 0}, {}};
@@ -65,8 +66,8 @@ class MadeNodes {
 
 }  // namespace
 
-/// A thread has between speed / sqrt(spread) and speed * sqrt(spread), spread evenly on a logarithmic scale by the
-/// golden ratio.
+/// A thread's speed is between speed / sqrt(spread) and speed * sqrt(spread). The golden ratio spreads speeds evenly on
+/// a logarithmic scale.
 double speed_of(const SwarmOptions& options, std::uint32_t number) {
   const double place = std::fmod(0.5 + 0.618033988749895 * (options.first + number), 1.0);
   return options.threads * options.speed * std::pow(options.spread, place - 0.5);
@@ -80,7 +81,7 @@ double speed_of(const SwarmOptions& options) {
   return sum;
 }
 
-/// What gRPC's threads hand to the swarm's.
+/// Queue from gRPC's threads to the swarm's thread.
 struct Swarm::Inbox {
   using Event = std::function<void(Time now)>;
 
@@ -89,7 +90,7 @@ struct Swarm::Inbox {
     events.push_back(std::move(event));
     changed.notify_one();
   }
-  /// Waits until there is something, or until then.
+  /// Waits for events until `until`.
   std::vector<Event> take(Time until) {
     const MutexLock lock(mutex);
     while (events.empty()) {
@@ -107,7 +108,7 @@ struct Swarm::Inbox {
   std::vector<Event> events LM_GUARDED_BY(mutex);
 };
 
-/// One worker. Lives on the swarm's thread, but for what its link posts.
+/// One worker. It lives on the swarm's thread, except for what its link posts.
 class SwarmMember {
  public:
   SwarmMember(Swarm& swarm, MadeNodes& nodes, std::uint32_t number)
@@ -120,7 +121,7 @@ class SwarmMember {
 
   void start(Time now) { session_.start(now, actions_); }
 
-  /// Does what is due and what the session asks for; when it wants to be called next.
+  /// Does what is due and what the session asks for. Returns when it wants the next call.
   Time advance(Time now) {
     while (!rendering_.empty() && rendering_.begin()->first <= now) {
       const Rendering tile = std::move(rendering_.begin()->second);
@@ -139,7 +140,7 @@ class SwarmMember {
     return rendering_.empty() ? next : std::min(next, rendering_.begin()->first);
   }
 
-  Time next = Time::max();  ///< of the entry in the swarm's queue that counts
+  Time next = Time::max();  ///< of its valid entry in the swarm's queue
 
  private:
   struct Rendering {
@@ -191,7 +192,7 @@ class SwarmMember {
   }
   void post(std::uint64_t stream, std::function<void(Time)> event);
 
-  /// As the coordinator sees it, once it has all that was sent.
+  /// As the coordinator sees it when it has received everything that was sent.
   bool may_have_more() const {
     std::size_t tiles = 0;
     for (const auto& [lease, left] : left_) {
@@ -206,7 +207,7 @@ class SwarmMember {
     if (const auto* const grant = std::get_if<LeaseGrant>(&message)) {
       ++swarm_.counts_.leases;
       left_[grant->lease] = grant->unit.tiles.size();
-      // One that was there before had only not been read.
+      // An earlier one was there already, only unread.
       if (const auto since = std::exchange(short_since_, std::nullopt); since && *since < arrived) {
         swarm_.latencies_.lease.push_back(to_seconds(arrived - *since));
       }
@@ -260,7 +261,7 @@ class SwarmMember {
     swarm_.counts_.busy_seconds += seconds;
   }
   void perform(const Exit& exit, Time) {
-    LM_CHECK(!exit.failed, "a worker of the swarm is dismissed: {}", exit.reason);
+    LM_CHECK(!exit.failed, "the coordinator dismissed a worker of the swarm: {}", exit.reason);
   }
   template <class Other>
   void perform(const Other&, Time) {}
@@ -270,19 +271,19 @@ class SwarmMember {
   Session session_;
   SessionActions actions_;
   const double seconds_per_pixel_sample_;
-  std::vector<Time> free_;                    ///< by thread: when it has done what it was given
-  std::multimap<Time, Rendering> rendering_;  ///< by when it is done
-  std::map<LeaseId, std::size_t> left_;       ///< tiles of which no result has been sent
-  std::optional<Time> short_since_;           ///< when a result was sent after which more is to come, and nothing has
+  std::vector<Time> free_;                    ///< by thread: when its current work ends
+  std::multimap<Time, Rendering> rendering_;  ///< by end time
+  std::map<LeaseId, std::size_t> left_;       ///< tiles without a sent result
+  std::optional<Time> short_since_;           ///< when a result was sent after which the coordinator owes a lease
   std::map<NodeKey, Time> sent_;
   std::uint64_t stream_ = 0;
   bool connected_ = false;
-  FarmLink link_;  ///< the last: it calls back
+  FarmLink link_;  ///< last, because it calls back
 };
 
 namespace {
 
-/// Members by when they are to be looked at.
+/// Members by the time of their next call.
 class Agenda {
  public:
   void put(SwarmMember& member, Time time) {
@@ -291,7 +292,7 @@ class Agenda {
       queue_.emplace(time, &member);
     }
   }
-  /// One whose time has come; null if there is none.
+  /// A member whose time has come, or null.
   SwarmMember* take(Time now) {
     while (!queue_.empty() && queue_.top().first <= now) {
       const auto [time, member] = queue_.top();
@@ -329,7 +330,7 @@ Swarm::Swarm(SwarmOptions options)
 Swarm::~Swarm() = default;
 
 void Swarm::run(const std::stop_token& stop) {
-  absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);  // as the coordinator does
+  absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);  // like the coordinator
   MadeNodes nodes;
   std::vector<std::unique_ptr<SwarmMember>> members;
   Agenda agenda;

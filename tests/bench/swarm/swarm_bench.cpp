@@ -1,5 +1,5 @@
-// How far one coordinator goes: thousands of simulated workers over real gRPC, and what merging and committing their
-// results costs.
+// Limits of one coordinator: thousands of simulated workers over real gRPC, and the cost of merging and committing
+// their results.
 #include <sched.h>
 
 #include <CLI/CLI.hpp>
@@ -58,7 +58,7 @@ double percentile(std::vector<double> values, double share) {
   return *at;
 }
 
-/// Somebody who watches a square picture with its tiles, and reads whatever comes.
+/// A client that watches a square picture with its tiles, and reads everything.
 class Viewer {
  public:
   Viewer(const std::string& address, std::uint64_t job, int side)
@@ -81,12 +81,12 @@ class Viewer {
   }
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
-  /// Received so far.
+  /// Number of tiles received.
   std::uint64_t tiles() const {
     const MutexLock lock(mutex_);
     return tiles_;
   }
-  /// Appends the seconds since each tile was last known to be as the coordinator had it.
+  /// Appends, for each tile, the seconds since it was last known to match the coordinator's.
   void add_ages(std::vector<double>& ages) const {
     const MutexLock lock(mutex_);
     std::ranges::transform(current_, std::back_inserter(ages), seconds_since);
@@ -99,7 +99,7 @@ class Viewer {
     const MutexLock lock(mutex_);
     tiles_ += static_cast<std::uint64_t>(count);
     most_ = std::max(most_, count);
-    if (count < most_) {  // it had room for more: no other tile has changed
+    if (count < most_) {  // the message had room for more, so no other tile has changed
       std::ranges::fill(current_, now);
     }
     for (const v1::PreviewTile& tile : response.tiles()) {
@@ -128,7 +128,7 @@ std::uint64_t tiles_seen(const Viewers& viewers) {
   return sum;
 }
 
-/// Returns after so many seconds, with the ages that the viewers' tiles had meanwhile.
+/// Waits this many seconds. Returns the ages of the viewers' tiles in that time.
 std::vector<double> let_pass(double seconds, const Viewers& viewers) {
   constexpr int kGlances = 20;
   std::vector<double> ages;
@@ -141,7 +141,7 @@ std::vector<double> let_pass(double seconds, const Viewers& viewers) {
   return ages;
 }
 
-/// One farm with so many workers: a row of the table.
+/// Measures one farm with this many workers: a row of the table.
 std::string measure(const Options& options, std::uint32_t workers) {
   std::vector<std::string> server_options{"--max-workers", "20000", "--films-gib", "16",
                                           "--film-gib",    "8",     "--log-level", options.log_level};
@@ -207,12 +207,12 @@ std::string measure(const Options& options, std::uint32_t workers) {
       connecting, view);
 }
 
-/// From here on this process has all cores but that one.
+/// From here on this process uses all other cores.
 void leave_core(int core) {
   cpu_set_t cores;
   LM_CHECK(sched_getaffinity(0, sizeof(cores), &cores) == 0, "sched_getaffinity fails");
   CPU_CLR(static_cast<std::size_t>(core), &cores);
-  LM_CHECK(sched_setaffinity(0, sizeof(cores), &cores) == 0, "there is no core beside {}", core);
+  LM_CHECK(sched_setaffinity(0, sizeof(cores), &cores) == 0, "there is no core except {}", core);
 }
 
 int run(const Options& options) {
@@ -227,8 +227,8 @@ int run(const Options& options) {
              options.side);
   fmt::print(
       "| workers | results/s | MB/s | coordinator, cores | swarm, cores | coordinator, MiB | lease, ms: median, 99 % | "
-      "commit, ms: median, 99 % | first picture, s | workers busy | connecting, s | tiles/s of a viewer | age of a "
-      "tile, s: median, 99 % |\n");
+      "commit, ms: median, 99 % | first picture, s | workers busy | connecting, s | tiles/s per viewer | tile "
+      "age, s: median, 99 % |\n");
   fmt::print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
   for (const std::uint32_t workers : options.workers) {
     fmt::print("{}\n", measure(options, workers));
@@ -241,53 +241,53 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "What thousands of workers cost a coordinator: simulated ones, each with a connection of its own, which answer "
-      "as "
-      "fast as is said with copies of nodes that were made before. Fails if one of them loses its connection.");
+      "Cost of thousands of workers to a coordinator. The workers are simulated, each with its own connection. They "
+      "answer at the stated speed with copies of prepared nodes. Fails if one of them loses its connection.");
   app.footer(
       "Columns:\n"
-      "  lease          from the first result that leaves a worker with fewer leases or tiles than it is given at a\n"
-      "                 time, until its next lease\n"
-      "  commit         from a result until it is acknowledged, which is when it is durable\n"
-      "  first picture  from submitting the last job until each of its tiles has a sample\n"
-      "  workers busy   of all threads' time, what the tiles take that were begun\n"
-      "  connecting     until all workers are connected: they start a thousand a second, so at least workers / 1000\n"
-      "  tiles/s        those that a viewer is sent; results/s are how many change, of all jobs\n"
-      "  age            of the tiles that a viewer sees: since the last message that had the tile, or that had room\n"
-      "                 for more tiles than had changed");
+      "  lease          from the result after which a worker has too few leases or tiles, until its next lease\n"
+      "  commit         from a result until its acknowledgement, when it is durable\n"
+      "  first picture  from submission of the last job until each of its tiles has a sample\n"
+      "  workers busy   share of all threads' time with a tile\n"
+      "  connecting     until all workers are connected; a thousand start per second, so at least workers / 1000\n"
+      "  tiles/s        tiles that a viewer receives; results/s counts the changes of all jobs\n"
+      "  tile age       of a viewer's tiles: since the last message with the tile, or with room for more tiles");
   Options options;
-  app.add_option("--workers", options.workers, "one farm after the other, with so many each")
+  app.add_option("--workers", options.workers, "workers of each farm")
       ->delimiter(',')
       ->capture_default_str()
       ->check(CLI::Range(1, 20'000));
-  app.add_option("--threads", options.threads, "of each worker")->capture_default_str()->check(CLI::Range(1, 256));
-  app.add_option("--speed", options.speed, "pixel samples a second of a thread")
+  app.add_option("--threads", options.threads, "threads of each worker")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 256));
+  app.add_option("--speed", options.speed, "pixel samples per second of a thread")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 1e9));
-  app.add_option("--spread", options.spread, "of speeds: the fastest over the slowest")
+  app.add_option("--spread", options.spread, "ratio of the fastest to the slowest thread")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 100.0));
-  app.add_option("--side", options.side, "of the picture: a node of up to 64 has 24 bytes a pixel")
+  app.add_option("--side", options.side, "pixels on a side of the picture; a node of up to 64 has 24 bytes per pixel")
       ->capture_default_str()
       ->check(CLI::Range(1, 8192));
   app.add_option("--jobs", options.jobs,
-                 "under way at once; the first picture is that of the last one, submitted when all workers are there")
+                 "jobs at once; the first picture is that of the last one, submitted when all workers are connected")
       ->capture_default_str()
       ->check(CLI::Range(1, 2000));
-  app.add_option("--spp", options.samples, "samples per pixel of each")->capture_default_str();
-  app.add_option("--warm", options.warm_seconds, "seconds until measuring begins")
+  app.add_option("--spp", options.samples, "samples per pixel of each job")->capture_default_str();
+  app.add_option("--warm", options.warm_seconds, "seconds before the measurement")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 600.0));
-  app.add_option("--seconds", options.seconds, "of measuring")->capture_default_str()->check(CLI::Range(1.0, 3600.0));
-  app.add_option("--viewers", options.viewers, "who watch the last job's tiles")
+  app.add_option("--seconds", options.seconds, "seconds of the measurement")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 3600.0));
+  app.add_option("--viewers", options.viewers, "viewers of the last job's tiles")
       ->capture_default_str()
       ->check(CLI::Range(0, 1000));
-  app.add_option("--server-core", options.server_core,
-                 "the only core that the coordinator may use, and the swarm may not; -1: any")
+  app.add_option("--server-core", options.server_core, "core for the coordinator alone; -1: any")
       ->capture_default_str()
       ->check(CLI::Range(-1, 1023));
-  app.add_option("--log-level", options.log_level, "of the coordinator")->capture_default_str();
-  app.add_option("--server-option", options.server_options, "for the coordinator, beside the bench's own")
+  app.add_option("--log-level", options.log_level, "log level of the coordinator")->capture_default_str();
+  app.add_option("--server-option", options.server_options, "more options for the coordinator")
       ->allow_extra_args(false);
   CLI11_PARSE(app, argc, argv);
   return run(options);

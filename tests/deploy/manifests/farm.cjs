@@ -1,13 +1,13 @@
-// Whether the parts of a farm in a cluster, or in a Compose file, agree with each other, with the programs' options, with the
-// image and with what docs/operate tells people to make. All of it returns faults, in words.
+// Checks that the parts of a farm in a cluster or in a Compose file agree with each other, the programs' options, the image and
+// the pages in docs/operate. All functions return faults as text.
 'use strict';
 const childProcess = require('node:child_process');
 const fs = require('node:fs');
 const path = require('node:path');
 const {nameOf} = require('./render.cjs');
 
-// Memory of a worker that no option limits (docs/operate/limits.md): photons; scene files of strangers, as a part of
-// --scene-gib; and the program itself.
+// Memory of a worker that no option limits (docs/operate/limits.md): photons, uploaded scene files (as a part of --scene-gib),
+// and the program itself.
 const PHOTONS_GIB = 0.25;
 const FILES_PART = 1 / 8;
 const PROGRAM_GIB = 0.5;
@@ -15,7 +15,7 @@ const PROGRAM_GIB = 0.5;
 const LISTENS = {'--listen': 'grpc', '--http': 'page', '--health': 'health'};
 const GIB = 2 ** 30;
 
-/** What the manifests are held against, read from the sources and the programs. */
+/** The facts to compare manifests with, read from the sources and the programs. */
 function readWorld(source, bin) {
   const text = (...names) => fs.readFileSync(path.join(source, ...names), 'utf8');
   const docs = ['kubernetes.md', 'compose.md'].map((page) => text('docs/operate', page)).join('\n');
@@ -41,7 +41,7 @@ function readWorld(source, bin) {
       stopSeconds: Number(/^TimeoutStopSec=(\d+)$/m.exec(unit(program))[1]),
     };
   }
-  // `kubectl create secret generic NAME --from-file=DIR/KEY --from-literal=KEY=…`, also over several lines.
+  // `kubectl create secret generic NAME --from-file=DIR/KEY --from-literal=KEY=…`, also on several lines.
   const secrets = new Map();
   for (const [, name, rest] of docs.replace(/\\\n/g, ' ').matchAll(/create secret generic (\S+)(.*)/g)) {
     secrets.set(
@@ -74,7 +74,7 @@ const hostOf = (address) => address.slice(0, address.lastIndexOf(':'));
 const matches = (labels, selector) => Object.entries(selector ?? {}).every(([name, value]) => labels?.[name] === value);
 const bytesOf = (quantity) => Number(/^(\d+)Gi$/.exec(quantity)?.[1]) * GIB;
 
-/** Of what a program is told: that there are such options, and that files lie where something is mounted. */
+/** Checks a program's arguments: the options exist, and files are in mounted volumes. */
 function argumentFaults(program, args, mounts, add) {
   for (const arg of args) {
     const option = arg.split('=')[0];
@@ -92,14 +92,14 @@ function securityFaults(program, pod, container, add) {
     add(`it runs as user ${pod.securityContext?.runAsUser}, the image has ${program.user}`);
   if (pod.securityContext?.fsGroup !== program.user) add('its group cannot read its secrets');
   if (pod.securityContext?.seccompProfile?.type !== 'RuntimeDefault') add('it has no seccomp profile');
-  if (pod.automountServiceAccountToken !== false) add('it is given a token of the cluster');
+  if (pod.automountServiceAccountToken !== false) add('it mounts a token of the cluster');
   const own = container.securityContext ?? {};
-  if (own.readOnlyRootFilesystem !== true) add('its root may be written');
+  if (own.readOnlyRootFilesystem !== true) add('its root filesystem is writable');
   if (own.allowPrivilegeEscalation !== false) add('it may gain privileges');
   if (own.capabilities?.drop?.[0] !== 'ALL') add('it keeps capabilities');
 }
 
-/** Every volume is mounted, every mount has its volume, and files that are named are in their secrets. */
+/** Every volume is mounted, every mount has its volume, and named files are in their secrets. */
 function volumeFaults(workload, pod, container, options, needSecret, add) {
   const volumes = new Map(
     [...(pod.volumes ?? []), ...(workload.spec.volumeClaimTemplates ?? []).map((claim) => ({name: claim.metadata.name}))].map(
@@ -114,13 +114,13 @@ function volumeFaults(workload, pod, container, options, needSecret, add) {
     for (const value of options.values()) {
       if (secret && value.startsWith(`${mountPath}/`)) needSecret(secret.secretName, value.slice(mountPath.length + 1));
     }
-    // The programs refuse a key that everybody may read, and nobody else may.
+    // The programs refuse a key that everyone can read. They may read it only as members of its group.
     if (secret && secret.defaultMode !== 0o440)
       add(`secret ${secret.secretName} has the mode ${secret.defaultMode?.toString(8)}`);
   }
 }
 
-/** One certificate or token of all workers would be one identity, and an identity has nobody to compare its results with. */
+/** Workers that share a certificate or token are one identity. Its results cannot be compared with those of another identity. */
 function identityFaults(options, isOwn, add) {
   if (options.has('--tls-cert') || options.has('--token-file') || !options.has('--enrol-file'))
     add('all of these workers have one identity');
@@ -131,7 +131,7 @@ function portFaults(container, options, add) {
   const named = new Map((container.ports ?? []).map((port) => [port.name, port.containerPort]));
   for (const [option, name] of Object.entries(LISTENS)) {
     const port = options.has(option) ? portOf(options.get(option)) : undefined;
-    if (named.get(name) !== port) add(`${option} says ${port}, the port ${name} is ${named.get(name)}`);
+    if (named.get(name) !== port) add(`${option} is ${port}, but the port ${name} is ${named.get(name)}`);
   }
   const health = options.has('--health') ? portOf(options.get('--health')) : undefined;
   for (const [kind, services] of [
@@ -141,17 +141,17 @@ function portFaults(container, options, add) {
   ]) {
     const grpc = container[kind]?.grpc;
     if (container[kind] !== undefined && (grpc?.port !== health || !services.includes(grpc?.service)))
-      add(`${kind} asks ${JSON.stringify(container[kind])}`);
+      add(`${kind} probes ${JSON.stringify(container[kind])}`);
   }
   if (health !== undefined && (container.readinessProbe === undefined || container.livenessProbe === undefined))
-    add('nobody asks how it is');
+    add('it has no probes');
 }
 
-/** What it takes at most fits into what it has. */
+/** The maximum use fits into the limits. */
 function sizeFaults(workload, container, options, add) {
   const {requests, limits} = container.resources ?? {};
   if (!(bytesOf(requests?.memory) <= bytesOf(limits?.memory)) || requests?.cpu === undefined)
-    add('resources: requests of cpu and memory, and a limit of memory');
+    add('resources: set requests of cpu and memory, and a limit of memory');
   const gib = (name) => Number(options.get(name));
   if (container.command[0] === 'lightmill-server') {
     const memory = gib('--films-gib') + gib('--wire-gib');
@@ -162,7 +162,7 @@ function sizeFaults(workload, container, options, add) {
         add(`its options take ${disk} GiB of disk, of ${claim.spec.resources.requests.storage}`);
     }
   } else {
-    // One scene of the largest is held, though it be beyond --scenes-gib, while another is compiled.
+    // The largest scene may be held, even beyond --scenes-gib, while another one is compiled.
     const scene = gib('--scene-gib');
     const scenes = Math.max(gib('--scenes-gib'), scene) + scene * (1 + FILES_PART);
     const memory = scenes + gib('--assets-gib') + gib('--results-mib') / 1024 + PHOTONS_GIB + PROGRAM_GIB;
@@ -198,12 +198,12 @@ function workloadFaults(workload, world, needSecret, add) {
       own &&
       (own.containerName !== container.name || container.resources?.limits?.[own.resource.replace('limits.', '')] === undefined)
     )
-      add(`it is told ${JSON.stringify(own)}, which is not set`);
+      add(`it uses ${JSON.stringify(own)}, which is not set`);
   }
   if (container.image !== `${container.command[0]}:${world.version}`) add(`image ${container.image} for ${container.command[0]}, the version is ${world.version}`);
   if (pod.terminationGracePeriodSeconds !== program.stopSeconds)
-    add(`it has ${pod.terminationGracePeriodSeconds} s to stop, as a service ${program.stopSeconds}`);
-  // The names of Services would come as variables, and what begins with LIGHTMILL_ is an option.
+    add(`it has ${pod.terminationGracePeriodSeconds} s to stop, but ${program.stopSeconds} s as a service`);
+  // Otherwise names of Services arrive as variables, and variables that begin with LIGHTMILL_ are options.
   if (pod.enableServiceLinks !== false) add('it is given variables for Services');
   securityFaults(program, pod, container, add);
   volumeFaults(workload, pod, container, options, needSecret, add);
@@ -215,7 +215,7 @@ function workloadFaults(workload, world, needSecret, add) {
   sizeFaults(workload, container, options, add);
 }
 
-/** All of a farm's objects, as kustomize makes them. */
+/** All objects of a farm, as kustomize builds them. */
 function farmFaults(docs, world) {
   const faults = [];
   const needed = [];
@@ -228,7 +228,7 @@ function farmFaults(docs, world) {
   if (namespaces.size !== 1 || named('Namespace', [...namespaces][0]) === undefined)
     faults.push(`namespaces: ${[...namespaces]}`);
 
-  /** HOST:PORT as a caller in the cluster has it: a Service, which the coordinator's certificate names. */
+  /** HOST:PORT for a caller in the cluster: a Service that the coordinator's certificate names. */
   const addressFaults = (address, add) => {
     const [name, ...rest] = hostOf(address).split('.');
     const service = named('Service', name);
@@ -244,18 +244,18 @@ function farmFaults(docs, world) {
       workloadFaults(doc, world, (...secret) => needed.push(secret), add);
       if (named('Service', doc.spec.serviceName) === undefined) add(`there is no Service ${doc.spec.serviceName}`);
       const isShared = optionsIn(doc).has('--store');
-      if (isShared === optionsIn(doc).has('--data')) add('its state is in two places, or none');
-      if (isShared === (doc.spec.volumeClaimTemplates !== undefined)) add('a volume is for --data, and --data on a volume');
-      if (doc.spec.replicas > 1 && !isShared) add('several coordinators on volumes of their own are several farms');
+      if (isShared === optionsIn(doc).has('--data')) add('its state must be in exactly one place: --store or --data');
+      if (isShared === (doc.spec.volumeClaimTemplates !== undefined)) add('it needs a volume exactly if it has --data');
+      if (doc.spec.replicas > 1 && !isShared) add('several coordinators with a volume each are several farms');
       if (doc.spec.replicas > 1 && doc.spec.updateStrategy?.type !== 'OnDelete')
-        add('an update would wait for the one that stands by');
+        add('an update would wait for the standby');
       if (doc.spec.replicas > 1 && doc.spec.podManagementPolicy !== 'Parallel')
         add('the second would wait for the first to be ready');
     },
     Deployment: (doc, add) => {
       workloadFaults(doc, world, (...secret) => needed.push(secret), add);
       addressFaults(optionsIn(doc).get('--server'), add);
-      if (doc.spec.replicas !== undefined) add("how many there are is the autoscaler's to say");
+      if (doc.spec.replicas !== undefined) add("it sets replicas, but the autoscaler decides their number");
     },
     Service: (doc, add) => {
       const [workload, ...others] = selected(doc.spec.selector);
@@ -269,7 +269,7 @@ function farmFaults(docs, world) {
     PodDisruptionBudget: (doc, add) => {
       if (selected(doc.spec.selector.matchLabels).length !== 1) add('its selector does not find one workload');
       if (doc.spec.minAvailable !== undefined || ['0', 0, '0%'].includes(doc.spec.maxUnavailable))
-        add('nodes could not be emptied');
+        add('its nodes cannot be drained');
     },
     NetworkPolicy: (doc, add) => {
       const targets = selected(doc.spec.podSelector.matchLabels);
@@ -280,34 +280,34 @@ function farmFaults(docs, world) {
       ];
       for (const peer of peers) {
         if (peer.podSelector && !peer.namespaceSelector && selected(peer.podSelector.matchLabels).length !== 1)
-          add(`${JSON.stringify(peer.podSelector)} finds nobody`);
+          add(`${JSON.stringify(peer.podSelector)} selects no pods`);
       }
       const ports = new Set((targets[0]?.spec.template.spec.containers[0].ports ?? []).map((port) => port.name));
       for (const {port} of (doc.spec.ingress ?? []).flatMap((rule) => rule.ports ?? []))
         if (!ports.has(port)) add(`there is no port ${port}`);
-      // A worker must get to its coordinator.
+      // A worker must reach its coordinator.
       const server = targets[0] && optionsIn(targets[0]).get('--server');
       const outgoing = (doc.spec.egress ?? []).flatMap((rule) => rule.ports ?? []).map((port) => port.port);
-      if (server && !outgoing.includes(portOf(server))) add(`it lets nobody through to ${server}`);
-      // Where it may call anybody it must find them: clusters answer for names in several places, so only ports say which.
+      if (server && !outgoing.includes(portOf(server))) add(`it blocks connections to ${server}`);
+      // Callers must be able to resolve names. Clusters run name servers in several places, so only the ports identify them.
       for (const port of doc.spec.egress ? [53, 5353] : []) {
         for (const protocol of ['UDP', 'TCP']) {
           const lets = (rule) => !rule.to && rule.ports?.some((each) => each.port === port && each.protocol === protocol);
-          if (!doc.spec.egress.some(lets)) add(`it lets no names through, ${port}/${protocol}`);
+          if (!doc.spec.egress.some(lets)) add(`it blocks name resolution, ${port}/${protocol}`);
         }
       }
-      // Whoever asks how many workers it wants must get in.
+      // KEDA, which asks for the number of workers, must reach the coordinator.
       const fromKeda = ({from, ports}) =>
         ports.some(({port}) => port === 'grpc') &&
         from.some(({namespaceSelector}) => namespaceSelector?.matchLabels?.['kubernetes.io/metadata.name'] === 'keda');
-      if (doc.spec.ingress && of('ScaledObject').length > 0 && !doc.spec.ingress.some(fromKeda)) add('it keeps KEDA out');
+      if (doc.spec.ingress && of('ScaledObject').length > 0 && !doc.spec.ingress.some(fromKeda)) add('it blocks KEDA');
     },
     ScaledObject: (doc, add) => {
-      if (named('Deployment', doc.spec.scaleTargetRef.name) === undefined) add('it scales what there is not');
+      if (named('Deployment', doc.spec.scaleTargetRef.name) === undefined) add('it scales a Deployment that does not exist');
       for (const trigger of doc.spec.triggers) {
-        if (trigger.type !== 'external-push' && trigger.type !== 'external') add(`it asks ${trigger.type}`);
+        if (trigger.type !== 'external-push' && trigger.type !== 'external') add(`its trigger has the type ${trigger.type}`);
         addressFaults(trigger.metadata.scalerAddress, add);
-        if (named('TriggerAuthentication', trigger.authenticationRef?.name) === undefined) add('it shows no certificate');
+        if (named('TriggerAuthentication', trigger.authenticationRef?.name) === undefined) add('it has no certificate');
       }
     },
     TriggerAuthentication: (doc, add) => {
@@ -319,16 +319,16 @@ function farmFaults(docs, world) {
   };
   for (const doc of docs) {
     const add = (fault) => faults.push(`${nameOf(doc)}: ${fault}`);
-    if (checks[doc.kind] === undefined) add('this test knows nothing of it');
+    if (checks[doc.kind] === undefined) add('this test does not know this kind');
     else checks[doc.kind](doc, add);
   }
   for (const [name, key] of needed) {
-    if (!world.secrets.get(name)?.has(key)) faults.push(`docs/operate/kubernetes.md makes no secret ${name} with ${key}`);
+    if (!world.secrets.get(name)?.has(key)) faults.push(`docs/operate/kubernetes.md creates no secret ${name} with ${key}`);
   }
   return faults;
 }
 
-/** A Compose file. */
+/** Faults of a Compose file. */
 function composeFarmFaults(doc, world) {
   const faults = [];
   const options = {};
@@ -350,7 +350,7 @@ function composeFarmFaults(doc, world) {
     options[name] = optionsOf(args);
     for (const [from, target] of mounts) {
       if (!from.startsWith('.') && doc.volumes?.[from] === undefined) add(`volume ${from} is not there`);
-      if (from.startsWith('./certs/') && !world.files.has(path.basename(from))) add(`docs/operate/compose.md makes no ${from}`);
+      if (from.startsWith('./certs/') && !world.files.has(path.basename(from))) add(`docs/operate/compose.md creates no ${from}`);
       if (from.startsWith('./') && path.basename(from) !== path.basename(target)) add(`${from} is ${target}`);
     }
     if (programName === 'lightmill-worker')
@@ -358,15 +358,15 @@ function composeFarmFaults(doc, world) {
     for (const published of service.ports ?? []) {
       const inside = Number(published.split(':').pop());
       if (!Object.keys(LISTENS).some((option) => options[name].has(option) && portOf(options[name].get(option)) === inside))
-        add(`nobody listens on ${inside}`);
+        add(`no program listens on ${inside}`);
     }
     if (service.image !== `${programName}:${world.version}`) add(`image ${service.image} for ${programName}, the version is ${world.version}`);
     if (service.user !== `${program.user}:${program.user}`) add(`it runs as ${service.user}, the image has ${program.user}`);
-    if (service.read_only !== true) add('its root may be written');
+    if (service.read_only !== true) add('its root filesystem is writable');
     if (service.cap_drop?.[0] !== 'ALL') add('it keeps capabilities');
     if (!service.security_opt?.includes('no-new-privileges:true')) add('it may gain privileges');
     if (service.stop_grace_period !== `${program.stopSeconds}s`)
-      add(`it has ${service.stop_grace_period} to stop, as a service ${program.stopSeconds} s`);
+      add(`it has ${service.stop_grace_period} to stop, but ${program.stopSeconds} s as a service`);
     for (const other of service.depends_on ?? []) if (doc.services[other] === undefined) add(`there is no ${other}`);
   }
   for (const [name, given] of Object.entries(options)) {

@@ -1,9 +1,9 @@
-// Checks deploy/kubernetes and deploy/compose: against the published schemas, and their parts against each other; starts a farm
-// with their arguments; then plants faults and wants them found.
+// Checks deploy/kubernetes and deploy/compose against the published schemas, and their parts against each other. Starts a farm
+// with their arguments. Then plants faults and expects that they are found.
 //
 //   NODE_PATH=FOLDER/node_modules node manifests_test.cjs SOURCE-FOLDER FOLDER-OF-THE-PROGRAMS
 //
-// With kubectl, of a version that knows these kustomizations, also that it makes of them what this test does.
+// With a recent kubectl it also checks that kubectl renders the kustomizations like this test.
 'use strict';
 const assert = require('node:assert');
 const childProcess = require('node:child_process');
@@ -30,8 +30,8 @@ for (const [name, docs] of [
   ['base', base],
   ['overlays/postgres', shared],
 ]) {
-  test(`${name} fits the schemas, and its parts each other`, () => assert.deepStrictEqual(allFaults(docs), []));
-  test(`kubectl makes the same of ${name}`, (context) => {
+  test(`${name} fits the schemas, and its parts agree`, () => assert.deepStrictEqual(allFaults(docs), []));
+  test(`kubectl renders ${name} alike`, (context) => {
     const made = childProcess.spawnSync('kubectl', ['kustomize', folders[name]], {encoding: 'utf8'});
     // Kustomizations have had these fields since kubectl 1.21.
     if (made.error || /invalid Kustomization|unknown field/.test(made.stderr)) {
@@ -43,7 +43,7 @@ for (const [name, docs] of [
     assert.deepStrictEqual(byName(documents(made.stdout)), byName(docs));
   });
 }
-test('compose.yaml fits the schema, and its parts each other', () => assert.deepStrictEqual(allComposeFaults(compose), []));
+test('compose.yaml fits the schema, and its parts agree', () => assert.deepStrictEqual(allComposeFaults(compose), []));
 
 const page = (name) => fs.readFileSync(path.join(source, 'docs/operate', name), 'utf8');
 const argsIn = (kind) => base.find((doc) => doc.kind === kind).spec.template.spec.containers[0].args;
@@ -64,9 +64,9 @@ test('a farm starts with the arguments of compose.yaml', () =>
     askers: [],
   }));
 
-/** Plants one fault, and wants a fault found whose words match. */
+/** Plants one fault, and expects a found fault that matches. */
 function planted(what, docs, change, words, faultsOf = allFaults) {
-  test(`it is found that ${what}`, () => {
+  test(`the check finds that ${what}`, () => {
     const changed = structuredClone(docs);
     change(
       Array.isArray(changed)
@@ -91,7 +91,7 @@ planted(
   /must be integer/,
 );
 planted("a field of KEDA's is misspelled", base, (get) => (get('ScaledObject').spec.minReplicas = 1), /minReplicas/);
-planted('an option is none', base, (get) => container(get('Deployment')).args.push('--thread=4'), /no option --thread\b/);
+planted('an option does not exist', base, (get) => container(get('Deployment')).args.push('--thread=4'), /no option --thread\b/);
 planted(
   'a port differs',
   base,
@@ -102,13 +102,13 @@ planted(
   'a probe asks another port',
   base,
   (get) => (container(get('StatefulSet')).livenessProbe.grpc.port = 7350),
-  /livenessProbe asks/,
+  /livenessProbe probes/,
 );
 planted(
-  'a live one is asked whether it is ready',
+  'the liveness probe asks for readiness',
   base,
   (get) => delete container(get('StatefulSet')).livenessProbe.grpc.service,
-  /livenessProbe asks/,
+  /livenessProbe probes/,
 );
 planted(
   'a label differs',
@@ -123,7 +123,7 @@ planted(
   /nothing is mounted there/,
 );
 planted(
-  'a secret is not made',
+  'a secret is not created',
   base,
   (get) => (get('Deployment').spec.template.spec.volumes[0].secret.secretName = 'other'),
   /no secret other with worker.enrol/,
@@ -138,13 +138,13 @@ planted(
   /have one identity/,
 );
 planted(
-  "pods' tokens lie in what they share",
+  "pods' tokens are on a shared volume",
   base,
   (get) => replaceArg(container(get('Deployment')).args, '--state=/var/lib/lightmill-worker', '--state=/etc/lightmill/certs'),
   /its token is lost/,
 );
 planted(
-  'KEDA is sent elsewhere',
+  'KEDA has another address',
   base,
   (get) => (get('ScaledObject').spec.triggers[0].metadata.scalerAddress = 'lightmill-server.farm.svc:7350'),
   /no Service lightmill-server.farm.svc/,
@@ -162,27 +162,27 @@ planted(
   /no such port/,
 );
 planted(
-  'workers may not call',
+  'workers cannot connect',
   base,
   (get) => (get('NetworkPolicy', 'lightmill-worker').spec.egress[0].ports[0].port = 80),
-  /lets nobody through/,
+  /blocks connections/,
 );
-planted('workers find no names', base, (get) => get('NetworkPolicy', 'lightmill-worker').spec.egress.pop(), /lets no names through/);
+planted('workers cannot resolve names', base, (get) => get('NetworkPolicy', 'lightmill-worker').spec.egress.pop(), /blocks name resolution/);
 planted(
-  'names come from one place alone',
+  'only one kind of name server is allowed',
   base,
   (get) => (get('NetworkPolicy', 'lightmill-worker').spec.egress[1].to = [{namespaceSelector: {}}]),
-  /lets no names through/,
+  /blocks name resolution/,
 );
-planted('no database is found', shared, (get) => get('NetworkPolicy', 'lightmill-server').spec.egress.pop(), /lets no names through/);
-planted('KEDA is kept out', base, (get) => get('NetworkPolicy', 'lightmill-server').spec.ingress[0].from.pop(), /keeps KEDA out/);
+planted('the coordinator cannot resolve names', shared, (get) => get('NetworkPolicy', 'lightmill-server').spec.egress.pop(), /blocks name resolution/);
+planted('KEDA is blocked', base, (get) => get('NetworkPolicy', 'lightmill-server').spec.ingress[0].from.pop(), /blocks KEDA/);
 planted(
   'it may run as root',
   base,
   (get) => (get('Deployment').spec.template.spec.securityContext.runAsUser = 0),
   /runs as user 0/,
 );
-planted('a root may be written', base, (get) => delete container(get('StatefulSet')).securityContext, /may be written/);
+planted('a root filesystem is writable', base, (get) => delete container(get('StatefulSet')).securityContext, /filesystem is writable/);
 planted(
   'a key can be read by all',
   base,
@@ -220,7 +220,7 @@ planted(
   /takes up to NaN GiB of memory/,
 );
 planted('two coordinators have a volume each', base, (get) => (get('StatefulSet').spec.replicas = 2), /several farms/);
-planted('a rolling update would wait', shared, (get) => delete get('StatefulSet').spec.updateStrategy, /wait for the one/);
+planted('a rolling update would wait', shared, (get) => delete get('StatefulSet').spec.updateStrategy, /wait for the standby/);
 planted('a variable is not set', shared, (get) => container(get('StatefulSet')).env.shift(), /no variable STORE/);
 planted('the version is another', base, (get) => (container(get('Deployment')).image = 'lightmill-worker:9.9'), /version/);
 planted(
@@ -229,7 +229,7 @@ planted(
   (get) => (container(get('Deployment')).image = container(get('StatefulSet')).image),
   /image lightmill-server\S* for lightmill-worker/,
 );
-planted('nodes could not be emptied', base, (get) => (get('PodDisruptionBudget').spec.maxUnavailable = 0), /emptied/);
+planted('nodes cannot be drained', base, (get) => (get('PodDisruptionBudget').spec.maxUnavailable = 0), /be drained/);
 
 const plantedInCompose = (what, change, words) => planted(what, compose, change, words, allComposeFaults);
 plantedInCompose(
@@ -237,15 +237,15 @@ plantedInCompose(
   (doc) => (doc.services.worker.depend_on = ['server']),
   /additional properties/,
 );
-plantedInCompose('an option is none, with Compose', (doc) => doc.services.server.command.push('--page=1'), /no option --page/);
-plantedInCompose('nobody listens, with Compose', (doc) => doc.services.server.ports.push('80:80'), /nobody listens on 80/);
+plantedInCompose('an option does not exist, with Compose', (doc) => doc.services.server.command.push('--page=1'), /no option --page/);
+plantedInCompose('no program listens, with Compose', (doc) => doc.services.server.ports.push('80:80'), /no program listens on 80/);
 plantedInCompose(
-  'a certificate is not made, with Compose',
+  'a certificate is not created, with Compose',
   (doc) => (doc.services.worker.volumes[0] = './certs/w.pem:/etc/lightmill/certs/w.pem:ro'),
   /no .*w\.pem/,
 );
 plantedInCompose(
-  'a worker calls nobody, with Compose',
+  'a worker has a wrong address, with Compose',
   (doc) => {
     doc.services.coordinator = doc.services.server;
     delete doc.services.server;

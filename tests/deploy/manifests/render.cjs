@@ -1,11 +1,11 @@
-// What kustomize makes of a folder, as far as deploy/kubernetes uses it: resources, patches by path, a namespace, images.
-// Anything else in a kustomization is an error.
+// Renders a kustomization like kustomize, as far as deploy/kubernetes uses it: resources, patches by path, a namespace, images.
+// Anything else is an error.
 'use strict';
 const fs = require('node:fs');
 const path = require('node:path');
 const yaml = require('yaml');
 
-/** All documents of a YAML 1.1 text, which is what Kubernetes reads: 0440 is octal. */
+/** All documents of a YAML 1.1 text, the version that Kubernetes reads: 0440 is octal. */
 function documents(text) {
   return yaml.parseAllDocuments(text, {version: '1.1'}).map((document) => {
     if (document.errors.length > 0) throw document.errors[0];
@@ -14,7 +14,7 @@ function documents(text) {
 }
 const read = (file) => documents(fs.readFileSync(file, 'utf8'));
 
-/** By what the entries of a list are told apart; other lists are replaced as a whole. */
+/** Keys that identify the entries of a list. Other lists are replaced as a whole. */
 const KEYS = {containers: 'name', env: 'name', volumes: 'name', volumeMounts: 'mountPath'};
 const isMap = (value) => value !== null && typeof value === 'object' && !Array.isArray(value);
 
@@ -47,7 +47,7 @@ function render(folder) {
   const [kustomization] = read(path.join(folder, 'kustomization.yaml'));
   const {apiVersion, kind, namespace, resources, patches = [], images = [], ...rest} = kustomization;
   if (kind !== 'Kustomization' || Object.keys(rest).length > 0) {
-    throw new Error(`${folder}: this test knows nothing of ${Object.keys(rest).join(', ')} in a kustomization`);
+    throw new Error(`${folder}: this test does not support ${Object.keys(rest).join(', ')} in a kustomization`);
   }
   let docs = resources.flatMap((entry) => {
     const file = path.join(folder, entry);
@@ -55,7 +55,7 @@ function render(folder) {
   });
   for (const patch of patches.flatMap((entry) => read(path.join(folder, entry.path)))) {
     const at = docs.findIndex((doc) => nameOf(doc) === nameOf(patch));
-    if (at < 0) throw new Error(`${folder}: a patch for ${nameOf(patch)}, which there is not`);
+    if (at < 0) throw new Error(`${folder}: a patch for ${nameOf(patch)}, which does not exist`);
     docs[at] = merge(docs[at], patch);
   }
   docs = structuredClone(docs);

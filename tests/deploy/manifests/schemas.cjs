@@ -1,5 +1,5 @@
-// The published schemas of Kubernetes, KEDA and Compose, and what of a document does not fit them. Fields that a schema does
-// not name are faults too: the schemas themselves let them pass, as a cluster drops them without a word.
+// The published schemas of Kubernetes, KEDA and Compose, and faults of a document against them. Fields that a schema does not
+// name are faults too. The schemas allow them, and a cluster drops them silently.
 'use strict';
 const path = require('node:path');
 const Ajv = require('ajv');
@@ -14,7 +14,7 @@ function strict(schema) {
   return made;
 }
 
-// The packages register their schemas with an Ajv of their own, here on their way.
+// The packages register their schemas with their own Ajv. This intercepts them.
 const addSchema = Ajv.default.prototype.addSchema;
 Ajv.default.prototype.addSchema = function (schema, key, isMeta, ...rest) {
   return addSchema.call(this, isMeta ? schema : strict(schema), key, isMeta, ...rest);
@@ -28,7 +28,7 @@ function modelOf({apiVersion, kind}) {
   return found;
 }
 
-/** What of a Kubernetes object does not fit its schema; empty if it fits. */
+/** Faults of a Kubernetes object against its schema, or nothing. */
 function objectFaults(doc) {
   const name = `${doc.kind}/${doc.metadata?.name}`;
   try {
@@ -41,10 +41,10 @@ function objectFaults(doc) {
 
 const composeSchema = require(path.join(path.dirname(require.resolve('dclint/package.json')), 'schemas/compose.schema.json'));
 const compose = new Ajv.default({strict: false, allErrors: true});
-// It names a draft whose own schema is not needed to read it.
+// It names a draft, and the draft's schema is not needed.
 const {$schema, ...composeRules} = composeSchema;
 
-/** What of a Compose file does not fit the schema. */
+/** Faults of a Compose file against the schema. */
 function composeFaults(doc) {
   return compose.validate(composeRules, doc)
     ? []

@@ -1,5 +1,5 @@
-// Starts a farm with the arguments of the manifests, and with the certificates and tokens of the pages in docs/operate.
-// Only paths and ports are the test's own.
+// Starts a farm with the arguments of the manifests, and with the certificates and tokens of the pages in docs/operate. Only
+// paths and ports differ.
 'use strict';
 const assert = require('node:assert');
 const childProcess = require('node:child_process');
@@ -22,7 +22,7 @@ async function eventually(what, look) {
   throw new Error(what());
 }
 
-/** Runs both programs until the coordinator knows the worker, asked by ada and by whoever else is named; then stops them. */
+/** Runs both programs until the coordinator knows the worker. ada and the other askers query it. Then stops them. */
 async function startFarm({bin, commands, serverArgs, workerArgs, askers}) {
   const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'lightmill-manifests-'));
   const file = (name) => path.join(folder, name);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What a real coordinator says at /metrics, read by Prometheus' own library, and whether the dashboard and the alerts ask for
-what is there.
+"""Reads the metrics of a real coordinator with Prometheus' own library, and checks that the dashboard and the alerts use
+existing metrics.
 
   metrics_test.py SOURCE-FOLDER BUILD-FOLDER
 """
@@ -39,7 +39,7 @@ def wait_until(what, true, seconds=60):
 
 
 def expressions():
-    """All that the alerts and the dashboard ask Prometheus for, by where it stands."""
+    """All expressions of the alerts and the dashboard, by their place."""
     found = {rule["alert"]: rule["expr"] for group in yaml.safe_load(ALERTS.read_text())["groups"] for rule in group["rules"]}
     for panel in json.loads(DASHBOARD.read_text())["panels"]:
         for target in panel["targets"]:
@@ -81,7 +81,7 @@ class MetricsTest(unittest.TestCase):
 
     @classmethod
     def read(cls):
-        """{(name, labels): value} of all samples, and the families themselves."""
+        """{(name, labels): value} of all samples, and the families."""
         with urllib.request.urlopen(f"{cls.address}/metrics", timeout=30) as answer:
             cls.content_type = answer.headers["Content-Type"]
             families = list(text_string_to_metric_families(answer.read().decode()))
@@ -102,7 +102,7 @@ class MetricsTest(unittest.TestCase):
             for sample in family.samples:
                 self.assertNotIn("job", sample.labels, "jobs come and go: a series for each would never end")
 
-    def test_it_tells_what_the_farm_did(self):
+    def test_counters_show_what_the_farm_did(self):
         self.assertEqual(self.value("lightmill_pixel_samples_total"), SIDE * SIDE * SAMPLES)
         merged = self.job["counters"]["results_merged"]
         self.assertEqual(self.value("lightmill_results_total", outcome="merged"), merged)
@@ -115,7 +115,7 @@ class MetricsTest(unittest.TestCase):
         self.assertGreater(self.value("lightmill_commit_seconds_sum"), 0)
         self.assertGreaterEqual(self.value("lightmill_sent_bytes_total", what="films"), TILE_BYTES, "for the file")
 
-    def test_it_tells_how_the_farm_is(self):
+    def test_gauges_show_the_state_of_the_farm(self):
         for state in ("queued", "running", "paused", "failed", "cancelled"):
             self.assertEqual(self.value("lightmill_jobs", state=state), 0, state)
         self.assertEqual(self.value("lightmill_jobs", state="done"), 1)
@@ -131,7 +131,7 @@ class MetricsTest(unittest.TestCase):
         self.assertGreater(self.value("process_max_fds"), self.value("process_open_fds"))
         self.assertGreater(self.value("process_resident_memory_bytes"), 1 << 20)
 
-    def test_counters_only_grow_and_buckets_hold_each_other(self):
+    def test_counters_only_grow_and_buckets_are_cumulative(self):
         again = self.read()
         for family in self.families:
             for sample in family.samples if family.type in ("counter", "histogram") else []:
@@ -142,7 +142,7 @@ class MetricsTest(unittest.TestCase):
             if buckets:
                 self.assertEqual(buckets[-1], again[f"{family.name}_count", ()])
 
-    def test_jobs_that_wait_are_a_queue(self):
+    def test_waiting_jobs_are_a_queue(self):
         job = self.lightmill("submit", SOURCE / "scenes" / "cornell-bench-blocks.json", "--size", f"{SIDE}x{SIDE}", "--spp",
                              10_000_000, "--method", "path")["id"]
         wait_until("it is rendered", lambda: self.read()["lightmill_workers", (("state", "rendering"),)] == 1)
@@ -154,7 +154,7 @@ class MetricsTest(unittest.TestCase):
         self.lightmill("delete", job, "--cancel")
         wait_until("nothing waits", lambda: self.read()["lightmill_queue_pixel_samples", ()] == 0)
 
-    def test_dashboard_and_alerts_ask_for_what_there_is(self):
+    def test_dashboard_and_alerts_use_existing_metrics(self):
         known = {name for name, _ in self.after}
         states = {(name, label, value) for name, labels in self.after for label, value in labels}
         for where, expression in expressions().items():
@@ -166,7 +166,7 @@ class MetricsTest(unittest.TestCase):
                 for value in values.split("|"):
                     self.assertIn((name, label, value), states, where)
 
-    def test_prometheus_takes_them(self):
+    def test_prometheus_accepts_all_expressions(self):
         self.assertTrue(shutil.which("promtool"), "promtool is in Debian's package prometheus: deploy/setup --tests")
         rules = {"groups": [{"name": "all", "rules": [
             {"record": f"panel:{i}", "expr": expression.replace("$instance", ".*").replace("$__rate_interval", "1m")}

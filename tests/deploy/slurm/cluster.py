@@ -1,6 +1,6 @@
-"""A Slurm cluster of several nodes on this machine, each node in a network namespace of its own; as root.
+"""A Slurm cluster of several nodes on this machine, each node in its own network namespace. Needs root.
 
-A job that is queued again waits for as long as Slurm's credentials are good (cred_expire), here 20 s instead of 120."""
+A requeued job waits for as long as Slurm's credentials are valid (cred_expire), here 20 s instead of 120."""
 import atexit
 import os
 import pathlib
@@ -46,7 +46,7 @@ PartitionName=render Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 
 
 def wait_until(what, true, seconds=60):
-    """The first value of true() that is; an error after so long."""
+    """The first true value of true(). An error after the time limit."""
     end = time.monotonic() + seconds
     while True:
         found = true()
@@ -79,7 +79,7 @@ def kill_all_in(namespace):
 
 
 def remove_leftovers():
-    """Of clusters whose processes were killed."""
+    """Removes the remains of clusters whose processes were killed."""
     for line in run("ip", "netns", "list").splitlines():
         found = re.match(r"lmslurm(\d+)-\w+", line)
         if found and not pathlib.Path(f"/proc/{found[1]}").exists():
@@ -89,7 +89,7 @@ def remove_leftovers():
 
 
 class Cluster:
-    """Nodes n1, n2, ... of one CPU, and a controller ctl. Slurm gives up a node that is silent for so many seconds."""
+    """Nodes n1, n2, ... with one CPU each, and a controller ctl. Slurm gives up a node after this many seconds of silence."""
 
     def __init__(self, folder, nodes, silence=5):
         self.folder = pathlib.Path(folder)
@@ -141,7 +141,7 @@ class Cluster:
         wait_until("all nodes are idle", lambda: set(self.states().values()) == {"idle"}, 20)
 
     def connect(self):
-        """A namespace for each host; the bridge between them is the controller's."""
+        """A namespace for each host. The bridge between them is the controller's."""
         hosts = "127.0.0.1 localhost\n" + "".join(f"{address} {host}\n" for host, address in self.hosts.items())
         for host in self.hosts:
             run("ip", "netns", "add", self.namespace(host))
@@ -161,7 +161,7 @@ class Cluster:
             self.ip(node, "link", "set", "eth0", "up")
 
     def start_munge(self):
-        """A daemon of this cluster's own, whose key nobody else has: all hosts share the files of this machine."""
+        """A daemon for this cluster only, with its own key: all hosts share the files of this machine."""
         key = self.folder / "munge" / "key"
         key.write_bytes(os.urandom(128))
         key.chmod(0o400)
@@ -173,8 +173,7 @@ class Cluster:
         wait_until("munged listens", socket.exists, 20)
 
     def start_node(self, node):
-        # slurmd wants to see control groups, though it is to use none, and `ip netns exec` has hidden them by a /sys of the
-        # node's own.
+        # slurmd requires control groups although it uses none, and `ip netns exec` hides them with a /sys of the node's own.
         groups = "mount -t tmpfs none /sys/fs/cgroup && cd /sys/fs/cgroup && mkdir systemd && " \
                  "mount -t cgroup -o none,name=lightmill none systemd && cd /"
         self.spawn(node, "sh", "-c", groups + ' && exec slurmd -D -N "$0"', node)
@@ -182,7 +181,7 @@ class Cluster:
     # Faults.
 
     def kill_all_of(self, host):
-        """As if its power went."""
+        """Ends the node like a power failure."""
         kill_all_in(self.namespace(host))
 
     def set_link(self, node, state):
@@ -194,7 +193,7 @@ class Cluster:
         run("ip", "-n", self.namespace(host), *arguments)
 
     def at(self, host, *command):
-        """The command as it has to be to run there: with that host's network, name and table of hosts."""
+        """The command to run there: with that host's network, name and table of hosts."""
         script = 'hostname "$0" && exec "$@"'
         return ["ip", "netns", "exec", self.namespace(host), "unshare", "--uts", "sh", "-c", script, host, *map(str, command)]
 
@@ -206,16 +205,16 @@ class Cluster:
         return process
 
     def call(self, *command, host=CONTROLLER, environment=None, check=True):
-        """What it prints."""
+        """Its output."""
         return run(*self.at(host, *command), check=check, env={**self.environment, **(environment or {})}, cwd=self.folder)
 
     def states(self):
-        """By node: idle, mixed, allocated, down, ... as Slurm sees it."""
+        """State by node: idle, mixed, allocated, down, ... according to Slurm."""
         listed = self.call("sinfo", "--noheader", "--Node", "--format", "%N %T", check=False)
         return dict(line.split() for line in listed.splitlines())
 
     def jobs(self, name):
-        """The jobs of that name that have not ended: (id, state, node, how often it was started again)."""
+        """Jobs of that name that have not ended: (id, state, node, number of restarts)."""
         listed = self.call("squeue", "--noheader", "--array", "--name", name, "--Format",
                            "JobArrayID:30,State:30,NodeList:30,RestartCnt:10")
         rows = [[line[0:30].strip(), line[30:60].strip(), line[60:90].strip(), int(line[90:].strip())]

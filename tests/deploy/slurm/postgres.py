@@ -1,4 +1,4 @@
-"""A PostgreSQL server that the nodes of a cluster reach at its controller."""
+"""A PostgreSQL server that a cluster's nodes reach at its controller."""
 import pathlib
 import shutil
 
@@ -8,17 +8,17 @@ AS_POSTGRES = ["setpriv", "--reuid=postgres", "--regid=postgres", "--clear-group
 
 
 def start_postgres(cluster):
-    """The URL of an empty database; the server ends with the cluster."""
+    """The URL of an empty database. The server ends with the cluster."""
     programs = max(pathlib.Path("/usr/lib/postgresql").glob("*/bin"))
     folder = cluster.folder / "postgres"
     folder.mkdir(mode=0o700)
     shutil.chown(folder, "postgres", "postgres")
-    cluster.folder.chmod(0o711)  # it gets to its own
+    cluster.folder.chmod(0o711)  # lets the server reach its folder
     data = folder / "data"
     run(*AS_POSTGRES, programs / "initdb", "-D", data, "-U", "lightmill", "-A", "trust", "-E", "UTF8", "--no-locale", "--no-sync")
     with open(data / "pg_hba.conf", "a", encoding="utf-8") as rules:
         rules.write(f"host all lightmill {NETWORK}.0/24 trust\n")
-    # What survives a crash of the machine is not tested here, and its price is high.
+    # These tests do not cover a crash of the machine, and its guarantee is slow.
     cluster.spawn(CONTROLLER, *AS_POSTGRES, programs / "postgres", "-D", data, "-c", f"listen_addresses={NETWORK}.1", "-c",
                   f"unix_socket_directories={folder}", "-c", "fsync=off", output=cluster.folder / "postgres.log")
     ready = ["psql", "-h", folder, "-U", "lightmill", "-d", "postgres", "-Atc"]

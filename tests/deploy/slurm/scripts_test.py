@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The scripts of deploy/slurm without a Slurm: what they start with which arguments, and what autoscale does about what it is
-told. Stand-ins for Slurm's programs and ours write down how they are called.
+"""The scripts of deploy/slurm without Slurm: the programs and arguments that they start, and the decisions of autoscale.
+Stand-ins for Slurm's programs and Lightmill's record how they are called.
 
   scripts_test.py SOURCE-FOLDER
 """
@@ -46,7 +46,7 @@ class Scripts(unittest.TestCase):
                                 "*) echo 'slurm_load_jobs error: Invalid job id specified' >&2; exit 1 ;; esac")
 
     def stand_in(self, name, action="", first=""):
-        """`first` is done before the call is written down, `action` after it."""
+        """Runs `first` before the call is recorded, and `action` after it."""
         path = self.bin / name
         path.write_text(f'#!/bin/bash\n{first}\necho "{name} $*" >>{self.calls}\n{action}\n')
         path.chmod(0o755)
@@ -62,7 +62,7 @@ class Scripts(unittest.TestCase):
             time.sleep(0.02)
 
     def start(self, *options, job="9", node="n1", **more):
-        """Starts the coordinator's script, with all that it starts in a group of its own."""
+        """Starts the coordinator's script and everything it starts in their own process group."""
         process = subprocess.Popen(["bash", SLURM / "coordinator.sbatch", *options], start_new_session=True,
                                    env={**self.environment, "SLURM_JOB_ID": job, "SLURMD_NODENAME": node}, **more)
         self.addCleanup(process.wait)
@@ -77,7 +77,7 @@ class Scripts(unittest.TestCase):
             pass
 
     def coordinator(self, *options, **more):
-        """One whose coordinator is at work, and ends by SIGTERM."""
+        """A script whose coordinator runs and ends on SIGTERM."""
         self.stand_in("lightmill-server", "while :; do /bin/sleep 0.05; done", first="trap 'exit 0' TERM")
         before = len(self.called("lightmill-server"))
         process = self.start(*options, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **more)
@@ -86,14 +86,14 @@ class Scripts(unittest.TestCase):
         return process
 
     def cancelled(self, process):
-        """As by Slurm, which tells all processes of a job."""
+        """Signals all processes of a job, like Slurm."""
         os.killpg(process.pid, signal.SIGTERM)
         return process.wait(60)
 
     def addresses(self):
         return {path.name: path.read_text().strip() for path in (self.farm / "coordinators").iterdir()}
 
-    def test_its_state_is_a_folder_or_what_its_options_say(self):
+    def test_a_coordinator_keeps_its_state_in_a_folder_unless_options_name_another(self):
         for options in [(), ("--store", "postgres://db/farm"), ("--store=postgres://db/farm",), ("--data", "/other")]:
             self.assertEqual(self.cancelled(self.coordinator(*options)), 0)
         said = " ".join(("--listen", "0.0.0.0:7350"))
@@ -102,9 +102,9 @@ class Scripts(unittest.TestCase):
             f"{said} --data /other"])
         self.assertEqual(self.called("scontrol"), [])
 
-    def test_both_of_a_pair_have_an_address_and_those_that_ended_none(self):
+    def test_both_of_a_pair_have_an_address_and_ended_ones_have_none(self):
         (self.farm / "coordinators").mkdir(parents=True)
-        for job in ("7", "8", "6"):  # at work, completing, long gone
+        for job in ("7", "8", "6"):  # running, completing, long gone
             (self.farm / "coordinators" / job).write_text(f"n{job}:7350\n")
         self.cancelled(self.coordinator("--store", "postgres://db/farm"))
         self.assertEqual(self.addresses(), {"7": "n7:7350", "9": "n1:7350"})
@@ -114,27 +114,27 @@ class Scripts(unittest.TestCase):
         self.cancelled(self.coordinator(node="n2"))
         self.assertEqual(self.addresses(), {"9": "n2:7350"}, "one state, one coordinator")
 
-    def test_an_address_stays_where_slurm_cannot_be_asked(self):
+    def test_an_address_stays_while_slurm_does_not_answer(self):
         (self.farm / "coordinators").mkdir(parents=True)
         (self.farm / "coordinators" / "6").write_text("n6:7350\n")
         self.stand_in("squeue", "echo 'slurm_load_jobs error: Unable to contact slurm controller' >&2; exit 1")
         self.cancelled(self.coordinator("--store", "postgres://db/farm"))
         self.assertEqual(set(self.addresses()), {"6", "9"})
 
-    def test_one_whose_time_is_up_is_queued_again(self):
+    def test_a_coordinator_is_requeued_when_its_time_is_up(self):
         process = self.coordinator()
         process.send_signal(signal.SIGUSR1)
         self.assertEqual(process.wait(60), 0)
         self.assertEqual(self.called("scontrol"), ["requeue 9"])
 
-    def test_one_that_cannot_start_ends(self):
+    def test_a_coordinator_that_cannot_start_ends(self):
         self.stand_in("lightmill-server", "exit 1")
         run = subprocess.run(["bash", SLURM / "coordinator.sbatch"], check=False, timeout=20,
                              env={**self.environment, "SLURM_JOB_ID": "9", "SLURMD_NODENAME": "n1"})
         self.assertEqual(run.returncode, 1)
         self.assertEqual(len(self.called("lightmill-server")), 1)
 
-    def test_one_whose_database_is_away_tries_again(self):
+    def test_a_coordinator_retries_while_its_database_is_away(self):
         self.stand_in("sleep")
         self.stand_in("lightmill-server", f'[ "$(grep -c ^lightmill-server {self.calls})" -ge 3 ] || exit 1; while :; do /bin/sleep 0.05; done',
                       first="trap 'exit 0' TERM")
@@ -144,7 +144,7 @@ class Scripts(unittest.TestCase):
         self.assertEqual(self.cancelled(process), 0)
         self.assertEqual(len(self.called("lightmill-server")), 3)
 
-    def test_one_that_waits_for_its_database_ends_when_it_is_told_to(self):
+    def test_a_coordinator_that_waits_for_its_database_ends_on_a_signal(self):
         self.stand_in("sleep", '[ "$1" != 8 ] || exec /bin/sleep 1000')
         self.stand_in("lightmill-server", "exit 1")
         process = self.start("--store=postgres://db/farm")
@@ -155,13 +155,13 @@ class Scripts(unittest.TestCase):
         self.assertEqual(self.called("scontrol"), ["requeue 9"])
 
     def started_worker(self, **more):
-        """What a worker is told by its environment."""
+        """The environment of the started worker."""
         self.stand_in("lightmill-worker", f"env | grep ^LIGHTMILL_ >{self.folder}/environment")
         subprocess.run(["bash", SLURM / "worker.sbatch"], check=True, env={
             **self.environment, "SLURM_JOB_ID": "5", "SLURM_CPUS_ON_NODE": "2", "LIGHTMILL_SERVER": "n1:7350", **more})
         return dict(line.split("=", 1) for line in (self.folder / "environment").read_text().splitlines())
 
-    def test_a_worker_enrols_and_shows_nothing_of_who_submits_it(self):
+    def test_a_worker_enrols_without_the_credentials_of_its_submitter(self):
         self.farm.mkdir()
         own = {"LIGHTMILL_TLS_CA": "/ada/ca.pem", "LIGHTMILL_TLS_CERT": "/ada/ada.pem", "LIGHTMILL_TLS_KEY": "/ada/ada.key",
                "LIGHTMILL_TOKEN": "lightmill_1", "LIGHTMILL_TOKEN_FILE": "/ada/token"}
@@ -182,7 +182,7 @@ class Scripts(unittest.TestCase):
 
 
 class FakeSlurm:
-    """Jobs as squeue lists them, and a coordinator that wants so many workers."""
+    """Jobs as squeue lists them, and a coordinator that wants this many workers."""
 
     def __init__(self):
         self.wanted = 0
@@ -211,7 +211,7 @@ class FakeSlurm:
             self.jobs[job] = ["CANCELLED", "2030-01-01T00:00:00", "2030-01-01T00:00:01", "None"]
 
     def all(self, state, seconds=0, reason="None"):
-        """All of the last array come to this state."""
+        """Moves all jobs of the last array to this state."""
         for job in self.jobs:
             if job.startswith(f"{self.arrays}_"):
                 end = f"2030-01-01T00:{seconds // 60:02}:{seconds % 60:02}"
@@ -219,7 +219,7 @@ class FakeSlurm:
 
 
 class Options(unittest.TestCase):
-    def test_what_would_make_it_submit_for_ever_is_refused(self):
+    def test_options_that_would_submit_forever_are_refused(self):
         script = str(SLURM / "worker.sbatch")
         for arguments in (["--name", "a,b", script], ["--name", "", script], [script, "--job-name=farm"], [script, "-J", "farm"],
                           [script, "--array", "1-9"], ["--interval", "nan", script], ["--patience", "inf", script], [str(SLURM)]):
@@ -241,7 +241,7 @@ class Autoscale(unittest.TestCase):
         self.now = 0
 
     def look(self, seconds=15):
-        """Every 15 s, for so long."""
+        """Calls it every 15 s for this long."""
         for _ in range(seconds // 15):
             self.now += 15
             self.scaler.look(self.now)
@@ -261,12 +261,12 @@ class Autoscale(unittest.TestCase):
         self.look()
         self.assertEqual(self.slurm.arrays, 2, "that it cancelled some is no reason to wait")
 
-    def test_workers_that_fail_at_once_are_started_ever_more_rarely(self):
+    def test_workers_that_fail_at_once_are_started_less_and_less_often(self):
         self.slurm.wanted = 3
         for _ in range(3600 // 15):
             self.look()
             self.slurm.all("FAILED", seconds=2, reason="NonZeroExitCode")
-        self.assertEqual(self.slurm.arrays, 14)  # after 0, 30, 60, 120, 240 and then every 300 s, and what asking takes
+        self.assertEqual(self.slurm.arrays, 14)  # after 0, 30, 60, 120, 240 and then every 300 s, plus the time of queries
         self.assertIn("3 ended within a minute of their start, or are held (1_1: FAILED; see its log): no submissions for 30 s",
                       self.said)
         self.assertTrue(self.said[-1].endswith("no submissions for 300 s") or self.said[-2].endswith("no submissions for 300 s"))
@@ -281,7 +281,7 @@ class Autoscale(unittest.TestCase):
         self.look()
         self.assertTrue(self.said[-1].endswith("no submissions for 30 s"), "it began anew")
 
-    def test_held_ones_are_not_to_come(self):
+    def test_held_workers_do_not_count(self):
         self.slurm.wanted = 2
         self.look()
         for state, reason in [("PENDING", "JobHeldUser"), ("REQUEUE_HOLD", "None"), ("PENDING", "launch failed requeued held")]:
@@ -295,7 +295,7 @@ class Autoscale(unittest.TestCase):
         self.look(600)
         self.assertEqual(self.slurm.jobs["1_1"][0], "PENDING", "whoever holds it may have it")
 
-    def test_what_failed_before_it_came_is_not_its_concern(self):
+    def test_earlier_failures_do_not_count(self):
         self.slurm.wanted = 1
         self.slurm.jobs["77"] = ["FAILED", "2030-01-01T00:00:00", "2030-01-01T00:00:01", "NonZeroExitCode"]
         self.look()

@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
-"""A farm on a Slurm cluster whose nodes are network namespaces of this machine: nodes that are lost and cut off, jobs whose time
-is up, coordinators that move to a new process or stand by, and workers that come and go with the work. Each film has to have
-the bits of an undisturbed one.
+"""A farm on a Slurm cluster whose nodes are network namespaces of this machine. Nodes are lost and cut off, and jobs run out of
+time. Coordinators restart or stand by, and workers come and go with the work. Each film must have the bits of an undisturbed one.
 
   slurm_test.py [--full] SOURCE-FOLDER BUILD-FOLDER
 
-Without --full, only a lost node and a cancelled worker. Exit code 77 where Slurm is not installed (deploy/setup --tests) or this
-is not root."""
+Without --full, it tests only a lost node and a cancelled worker. Exit code 77 if Slurm is not installed (deploy/setup --tests)
+or the user is not root."""
 import collections
 import json
 import os
@@ -52,7 +51,7 @@ class Farm:
                             "LIGHTMILL_STATE": str(cluster.folder / f"{name}-workers"), "USER": "root", "HOME": str(cluster.folder)}
 
     def batch(self, *arguments):
-        """The number of the job."""
+        """The job's number."""
         return self.cluster.call("sbatch", "--parsable", *arguments, environment=self.environment).strip()
 
     def start_coordinator(self, node, *options):
@@ -63,7 +62,7 @@ class Farm:
         return log.read_text() if log.exists() else ""
 
     def ask(self, *arguments, check=True, who="person"):
-        """What the command line says as JSON."""
+        """The command line's output as JSON."""
         server = ["--server", self.server, "--tls-ca", self.folder / "ca.pem", "--tls-cert", self.folder / f"{who}.pem"]
         said = self.cluster.call(BIN / "lightmill", *arguments, *server, "--json", environment=self.environment, check=check)
         return json.loads(said or "{}")
@@ -72,11 +71,11 @@ class Farm:
         return "jobs" in self.ask("jobs", check=False)
 
     def let_workers_enrol(self, count):
-        """The id of the token, by which so many may."""
+        """Creates a token that this many machines can use, and returns its id."""
         return self.ask("tokens", "create", "worker", "--enrol", count, "--out", self.folder / "worker.enrol", who="admin")["id"]
 
     def enrolled(self):
-        """The names that workers have been given."""
+        """Names that workers have enrolled with."""
         return [token["name"] for token in self.ask("tokens", who="admin")["tokens"] if "enrolled_by" in token]
 
     def start_workers(self, count, *options, worker_options=()):
@@ -85,16 +84,16 @@ class Farm:
         wait_until("the workers are there", lambda: len(self.workers()) == there + count)
 
     def workers(self):
-        """The names of those that are connected."""
+        """Names of connected workers."""
         return [worker["name"] for worker in self.ask("workers")["workers"] if worker["connected"]]
 
     def worker_log(self, name):
-        """Also of those that were started before by the same job."""
+        """The log, also of workers that the same job started before."""
         job, task = re.search(r"slurm-(\d+)-(\d+)\.\d+$", name).groups()
         return (self.cluster.folder / f"{WORKER}-{job}_{task}.log").read_text()
 
     def has_drained(self, name):
-        """Whether the worker has, the last time that it was told to leave."""
+        """Whether the worker had finished the last time it was told to leave."""
         return "leaving: drained" in self.worker_log(name).rpartition("draining: ")[2]
 
     def submit(self, seed, samples):
@@ -138,7 +137,7 @@ class SlurmTest(unittest.TestCase):
             self.assertTrue((farm or self.farm).has_drained(name), (farm or self.farm).worker_log(name))
 
     def cancel_workers(self, farm):
-        """They leave as they are cancelled, before Slurm kills them, and say so."""
+        """Workers leave and say so when they are cancelled, before Slurm kills them."""
         names = farm.workers()
         self.cluster.call("scancel", "--name", WORKER)
         wait_until("no worker is left", lambda: not self.slurm_jobs() and not farm.workers(), KILL_WAIT - 5)
@@ -147,7 +146,7 @@ class SlurmTest(unittest.TestCase):
     def tearDown(self):
         self.cancel_workers(self.farm)
 
-    # What happens to it.
+    # Faults.
 
     def test_a_lost_node_costs_nothing(self):
         self.farm.start_workers(2)
@@ -162,7 +161,7 @@ class SlurmTest(unittest.TestCase):
         self.cluster.start_node(lost)
         wait_until("the node is back", lambda: self.cluster.states()[lost] in ("idle", "mixed", "allocated"), 60)
 
-    def test_a_cancelled_worker_gives_back_what_it_had_not_begun(self):
+    def test_a_cancelled_worker_returns_the_units_it_had_not_begun(self):
         self.farm.start_workers(2)
         job = self.farm.submit(7, 1500)
         self.farm.wait_for(job, 0.1)
@@ -179,7 +178,7 @@ class SlurmTest(unittest.TestCase):
         self.assertLessEqual(identities, set(self.farm.enrolled()))
 
     @unittest.skipUnless(FULL, "takes minutes: --full")
-    def test_a_worker_that_slurm_takes_for_lost_and_runs_again_does_no_harm(self):
+    def test_a_worker_that_slurm_runs_twice_does_no_harm(self):
         self.farm.start_workers(1, worker_options=["--log-level", "debug"])
         [name] = self.farm.workers()
         [(number, _, cut, _)] = self.slurm_jobs()
@@ -201,7 +200,7 @@ class SlurmTest(unittest.TestCase):
         wait_until("the node is back", lambda: self.cluster.states()[cut] in ("idle", "mixed", "allocated"), 60)
 
     @unittest.skipUnless(FULL, "takes minutes: --full")
-    def test_a_coordinator_whose_node_is_lost_goes_on_when_it_is_back(self):
+    def test_a_coordinator_resumes_when_its_lost_node_is_back(self):
         self.farm.start_workers(2)
         job = self.farm.submit(3, 1500)
         self.farm.wait_for(job, 0.2)
@@ -213,10 +212,10 @@ class SlurmTest(unittest.TestCase):
         self.expect_quiet_film(job, 3, 1500)
 
     @unittest.skipUnless(FULL, "takes minutes: --full")
-    def test_a_worker_whose_time_is_up_gives_back_what_it_had_not_begun(self):
+    def test_a_worker_whose_time_is_up_returns_the_units_it_had_not_begun(self):
         self.farm.start_workers(1)
         stays = self.farm.workers()
-        self.farm.start_workers(1, "--time=2")  # Slurm tells it a minute before, or nearly two
+        self.farm.start_workers(1, "--time=2")  # Slurm signals it one to two minutes before
         leaves = set(self.farm.workers()) - set(stays)
         job = self.farm.submit(8, 4000)
         wait_until("the worker whose time is up leaves", lambda: len(self.slurm_jobs()) == 1, 180)
@@ -250,7 +249,7 @@ class SlurmTest(unittest.TestCase):
         self.assertEqual(sorted(self.farm.workers()), workers)
 
     @unittest.skipUnless(FULL, "takes minutes: --full")
-    def test_of_two_coordinators_with_a_database_the_other_takes_over(self):
+    def test_the_standby_coordinator_takes_over(self):
         store = start_postgres(self.cluster)
         pair = Farm(self.cluster, "pair", ["n2", "n3"])
         first = pair.start_coordinator("n2", "--store", store)
@@ -270,7 +269,7 @@ class SlurmTest(unittest.TestCase):
         self.expect_quiet_film(job, 9, 1500, pair)
         self.cluster.start_node("n2")
         wait_until("the first one is started again, and stands by", lambda: "standing by" in pair.coordinator_log(first), 180)
-        self.cluster.call("scancel", second)  # as whoever is to take its node away: it says so, and the other takes over at once
+        self.cluster.call("scancel", second)  # it says that it ends, and the standby takes over at once
         wait_until("the first one is at work again", pair.answers)
         self.assertTrue(pair.coordinator_log(second).rstrip().endswith("stopped"), pair.coordinator_log(second))
         third = pair.start_coordinator("n3", "--store", store)
@@ -295,14 +294,14 @@ class SlurmTest(unittest.TestCase):
     @unittest.skipUnless(FULL, "takes minutes: --full")
     def test_as_many_workers_run_as_are_wanted(self):
         log = self.folder / "autoscale.log"
-        self.addCleanup(lambda: print(log.read_text()))  # shown by who runs this if it fails
+        self.addCleanup(lambda: print(log.read_text()))  # shown if the test fails
         scaler = self.start_autoscale(log, "--max", "3")
         time.sleep(2)
         self.assertEqual(self.slurm_jobs(), [], "nothing is wanted")
         small, long = self.farm.submit(4, 300), self.farm.submit(5, 24000)
         wait_until("the most that it may start", lambda: len(self.farm.workers()) == 3, 120)
         self.assertEqual(len(self.slurm_jobs()), 3)
-        # Whoever has something to render is wanted, so fewer are while a job goes on only where fewer may be.
+        # Each worker that could render counts as wanted. So fewer are wanted during a job only if the maximum is lower.
         self.end_autoscale(scaler, log)
         before = self.farm.workers()
         scaler = self.start_autoscale(log, "--max", "1")
@@ -323,7 +322,7 @@ class SlurmTest(unittest.TestCase):
 
 
 def interrupt(*_):
-    raise KeyboardInterrupt  # the one exception that ends a run of tests
+    raise KeyboardInterrupt  # the only exception that ends a test run
 
 
 if __name__ == "__main__":

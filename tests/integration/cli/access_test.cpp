@@ -1,4 +1,4 @@
-// Certificates from the command line: made, shown, used, and what is said when they do not fit.
+// Certificates on the command line: creating, showing and using them, and errors when they do not match.
 #include <sys/stat.h>
 
 #include "tests/integration/cli/cli_fixture.h"
@@ -67,14 +67,14 @@ TEST_F(SecureCliTest, CertificatesAreSecretAndNotOverwritten) {
   EXPECT_TRUE(
       says(failure({"certs", "person", certs(), "eve", "--roles", "root"}), "view, submit, operate, worker, admin"));
   EXPECT_TRUE(says(failure({"certs", "person", certs(), "../eve"}), "--out"));
-  EXPECT_TRUE(says(failure({"certs", "person", certs(), "ca"}), "--out")) << "that would be the authority's";
+  EXPECT_TRUE(says(failure({"certs", "person", certs(), "ca"}), "--out")) << "this name belongs to the authority";
   EXPECT_TRUE(says(failure({"certs", "person", file("none"), "eve"}), "lightmill certs init"));
 }
 
 TEST_F(SecureCliTest, ReplacingTouchesNothingElse) {
   struct stat info {};
   ASSERT_EQ(::stat(pem("ca").c_str(), &info), 0);
-  EXPECT_EQ(info.st_mode & 0777, 0644u) << "everybody is to have it";
+  EXPECT_EQ(info.st_mode & 0777, 0644u) << "everyone may read it";
   const auto contents = [](const std::string& path) {
     std::ifstream stream(path);
     return std::string(std::istreambuf_iterator<char>(stream), {});
@@ -104,7 +104,7 @@ TEST_F(SecureCliTest, PeopleUseTheFarmByTheirRoles) {
   start_server("0.0.0.0:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
   const nlohmann::json job =
       json(as("ada", {"submit", scene("cornell-bench-blocks.json"), "--owner", "bob", "--spp", "1"}));
-  EXPECT_EQ(job["owner"], "ada") << "whoever she says she is";
+  EXPECT_EQ(job["owner"], "ada") << "whatever name she gives";
   EXPECT_EQ(json(as("ada", {"jobs"}))["jobs"].size(), 1u);
   EXPECT_EQ(json(as("bob", {"jobs"}))["jobs"].size(), 0u);
   EXPECT_TRUE(says(failure(as("bob", {"cancel", "1"})), "the job is somebody else's"));
@@ -113,7 +113,7 @@ TEST_F(SecureCliTest, PeopleUseTheFarmByTheirRoles) {
   EXPECT_EQ(json(as("ada", {"cancel", "1"}))["state"], "cancelled");
 }
 
-TEST_F(SecureCliTest, WhatDoesNotFitIsSaid) {
+TEST_F(SecureCliTest, MismatchedCertificatesAndTokensAreReported) {
   start_server("127.0.0.1:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
   const std::string here = "127.0.0.1:" + port();
   EXPECT_TRUE(says(failure({"jobs", "--server", here}), "it accepts only encrypted connections"));
@@ -154,7 +154,7 @@ TEST_F(SecureCliTest, AnOpenFarmIsMadeOnlyWhenAskedForAndSaysSo) {
                    "it does not accept encrypted connections"));
 }
 
-TEST_F(SecureCliTest, TokensComeAndGo) {
+TEST_F(SecureCliTest, TokensAreCreatedListedAndRevoked) {
   json({"certs", "person", certs(), "root", "--roles", "admin"});
   start_server("127.0.0.1:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
   EXPECT_TRUE(json(as("root", {"tokens"}))["tokens"].empty());
@@ -189,7 +189,7 @@ TEST_F(SecureCliTest, TokensComeAndGo) {
   EXPECT_TRUE(says(failure(as("root", {"tokens", "revoke", made.value("id", "")})), "there is no token"));
 }
 
-TEST_F(SecureCliTest, EnrolmentTokensSayWhomTheyEnrolled) {
+TEST_F(SecureCliTest, EnrolmentTokensListTheirWorkers) {
   json({"certs", "person", certs(), "root", "--roles", "admin"});
   start_server("127.0.0.1:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
   const nlohmann::json made = json(
@@ -261,7 +261,8 @@ TEST_F(SecureCliTest, OnOneMachineTokensWorkWithoutCertificates) {
   const std::string here = "127.0.0.1:" + port();
   json({"tokens", "create", "carl", "--roles", "submit", "--server", here, "--out", file("carl")});
   EXPECT_TRUE(says(failure({"tokens", "--server", here, "--token-file", file("carl")}), "for the roles admin"));
-  EXPECT_EQ(json({"tokens", "--server", here})["tokens"].size(), 1u) << "who shows nothing may do everything";
+  EXPECT_EQ(json({"tokens", "--server", here})["tokens"].size(), 1u)
+      << "a caller without credentials may do everything";
   server_.reset();
   std::filesystem::remove(file("port"));
   start_server("127.0.0.1:0", {"--authenticate"});

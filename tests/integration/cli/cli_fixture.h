@@ -1,4 +1,4 @@
-// The command line as its users run it: the real program, and real farms of real processes.
+// Fixtures for the command line: the real program, and real farms of real processes.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 
 namespace lightmill::test {
 
-/// Options of a render that takes a moment.
+/// Options of a short render.
 inline const std::vector<std::string> kSmall{"--size", "96x80", "--spp", "8"};
 
 /// The arguments, then `more`.
@@ -28,12 +28,12 @@ inline std::string scene(const std::string& name) {
 
 class CliTest : public ::testing::Test {
  protected:
-  /// Runs `lightmill` in an environment without a farm, with a directory of its own for temporary files.
+  /// Runs `lightmill` in an environment without a farm, with its own directory for temporary files.
   CommandResult lightmill(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), program("lightmill"));
     return run_command(arguments, environment());
   }
-  /// The same with --json; the one object that it prints.
+  /// The same with --json. Returns the printed object.
   nlohmann::json json(std::vector<std::string> arguments, int exit_code = 0) const {
     arguments.emplace_back("--json");
     const CommandResult result = lightmill(std::move(arguments));
@@ -54,7 +54,7 @@ class CliTest : public ::testing::Test {
     std::ofstream(file(name)) << text;
     return file(name);
   }
-  /// Processes that this test's commands have started and that are still there.
+  /// Processes that this test's commands started and that still run.
   std::vector<pid_t> left_over() const { return processes_with("TMPDIR", temporary()); }
   bool temporary_is_empty() const { return std::filesystem::is_empty(temporary()); }
 
@@ -62,12 +62,12 @@ class CliTest : public ::testing::Test {
   test::TemporaryFolder folder_, files_;
 };
 
-/// With a farm to give commands to.
+/// A fixture with a farm for its commands.
 class OnFarmTest : public CliTest {
  protected:
   /// The address of its coordinator.
   virtual std::string server() const = 0;
-  /// A command on this farm.
+  /// Runs a command on this farm.
   nlohmann::json on_farm(std::vector<std::string> arguments, int exit_code = 0) const {
     arguments.insert(arguments.end(), {"--server", server()});
     return json(std::move(arguments), exit_code);
@@ -78,15 +78,15 @@ class OnFarmTest : public CliTest {
   }
 };
 
-/// Of a coordinator with `--port-file`, once it is there; empty while it is not.
+/// The port of a coordinator with `--port-file`, or empty while the file is missing.
 inline std::string port_in(const std::string& file) {
   std::string text;
   std::ifstream(file) >> text;
   return text;
 }
 
-/// With a farm of one worker that all tests of a program share. Jobs of other tests are there, too: it is for tests
-/// that only render and look.
+/// A farm of one worker that all tests of a program share. It also has the jobs of other tests, so tests here may only
+/// render and read.
 class SharedFarmTest : public OnFarmTest {
  protected:
   std::string server() const override { return running().address; }
@@ -115,10 +115,10 @@ class SharedFarmTest : public OnFarmTest {
   }
 };
 
-/// With a farm of its own: a coordinator, and workers as asked for.
+/// A farm for one test: a coordinator, and workers as asked for.
 class FarmCliTest : public OnFarmTest {
  protected:
-  /// At a port that is still free for it when it starts again.
+  /// Starts it at a port that is still free when it restarts.
   void SetUp() override { start_server(fmt::format("127.0.0.1:{}", reserved_.number())); }
 
   void start_server(const std::string& listen, const std::vector<std::string>& options = {}) {

@@ -13,7 +13,7 @@ TEST_F(FarmCliTest, AJobGoesFromSubmitToDelete) {
   EXPECT_EQ(on_farm({"show", id})["state"], "queued");
   EXPECT_EQ(on_farm({"pause", id})["state"], "paused");
   EXPECT_EQ(on_farm({"resume", id})["state"], "queued");
-  on_farm({"fetch", id, "-o", file("early.png")}, 2);  // nothing is rendered
+  on_farm({"fetch", id, "-o", file("early.png")}, 2);  // nothing is rendered yet
   EXPECT_FALSE(std::filesystem::exists(file("early.png")));
   start_worker("w1");
   const nlohmann::json watched = on_farm({"watch", id, "-o", file("a.exr"), "-o", file("a.png")});
@@ -72,7 +72,7 @@ TEST_F(SharedFarmTest, ACropHasTheBitsOfTheWhole) {
   EXPECT_EQ(png->width, 33);
 }
 
-TEST_F(SharedFarmTest, ErrorOfAPictureAgainstItselfIsNothingAndFallsWithSamples) {
+TEST_F(SharedFarmTest, ErrorIsZeroAgainstItselfAndFallsWithSamples) {
   const std::string box = scene("cornell-bench-blocks.json");
   for (const char* samples : {"2", "32", "256"}) {
     on_farm({"render", box, "--size", "48x48", "--seed", samples, "--spp", samples, "-o",
@@ -81,10 +81,10 @@ TEST_F(SharedFarmTest, ErrorOfAPictureAgainstItselfIsNothingAndFallsWithSamples)
   EXPECT_EQ(json({"error", file("2.exr"), file("2.exr")})["rel_mse"], 0.0);
   const double coarse = json({"error", file("2.exr"), file("256.exr")})["rel_mse"];
   const double fine = json({"error", file("32.exr"), file("256.exr")})["rel_mse"];
-  EXPECT_LT(fine, coarse / 4);  // at least 1/n; the samples are 16 times as many
+  EXPECT_LT(fine, coarse / 4);  // 1/n at least; there are 16 times as many samples
 }
 
-TEST_F(FarmCliTest, WorkersAreWantedWhileAJobGoesOn) {
+TEST_F(FarmCliTest, WorkersAreWantedWhileAJobRuns) {
   const auto wanted = [&] { return lightmill({"workers", "--wanted", "--server", server()}).out; };
   EXPECT_EQ(wanted(), "0\n");
   const std::string job =
@@ -107,7 +107,7 @@ TEST_F(FarmCliTest, WorkersAreListedAndDrained) {
   EXPECT_EQ(workers_[0]->wait(), 0);
 }
 
-TEST_F(FarmCliTest, ASecondWorkerOfOneNameIsToldAndTheFirstStays) {
+TEST_F(FarmCliTest, ASecondWorkerOfOneNameIsRefusedAndTheFirstStays) {
   start_worker("w1");
   ASSERT_TRUE(eventually([&] { return on_farm({"workers"})["workers"].size() == 1; }));
   BackgroundProcess second({program("lightmill-worker"), "--server", server(), "--name", "w1", "--threads", "1"},
@@ -123,7 +123,7 @@ TEST_F(FarmCliTest, ASecondWorkerOfOneNameIsToldAndTheFirstStays) {
 
 TEST_F(FarmCliTest, CancellingAJobOfEndlessPathsFreesItsWorker) {
   start_worker("w1");
-  // No light leaves the room: each of its samples would take a minute.
+  // No light leaves the room, so each of its samples takes a minute.
   const std::string room = write("room.json", R"({
     "film": {"width": 128, "height": 64},
     "camera": {"eye": [0, 0, 0], "look_at": [0, 0, -1], "vertical_fov_degrees": 60},
@@ -163,7 +163,7 @@ TEST_F(FarmCliTest, WatchingSurvivesARestartOfTheCoordinator) {
   EXPECT_TRUE(load_rgb(file("live.png")).ok());
 }
 
-TEST_F(FarmCliTest, RenderSaysThatNoWorkerIsThereAndWorkersFindTheFarmAsItDoes) {
+TEST_F(FarmCliTest, RenderReportsMissingWorkersAndWorkersFindTheFarmAsItDoes) {
   BackgroundProcess render({program("lightmill"), "render", scene("cornell-bench-blocks.json"), "--size", "32x32",
                             "--spp", "2", "--layers", "albedo", "-o", file("a.png"), "--server", server()},
                            file("render.log"), environment());
@@ -204,7 +204,7 @@ TEST_F(FarmCliTest, InterruptingWatchLeavesTheJobAndInterruptingRenderCancelsIt)
   EXPECT_EQ(jobs[1]["state"], "queued");
 }
 
-TEST_F(FarmCliTest, SeveralJobsAreChangedAtOnceAlsoAfterOneThatCannotBe) {
+TEST_F(FarmCliTest, SeveralJobsAreChangedAtOnceDespiteOneFailure) {
   const std::string box = scene("cornell-bench-blocks.json");  // no worker: the jobs wait
   const std::string first = submit({box}), second = submit({box}), third = submit({box});
   nlohmann::json all = on_farm({"priority", first, second, third, "--to", "-4"});

@@ -1,4 +1,4 @@
-// `lab` as its users run it: on farms, interrupted and resumed.
+// `lab` on real farms: complete, interrupted and resumed.
 #include <csignal>
 
 #include "common/base/file.h"
@@ -9,7 +9,7 @@
 namespace lightmill::test {
 namespace {
 
-/// What tests of labs have in common, on a farm of their own or on the shared one.
+/// Helpers of the lab tests, on their own or on the shared farm.
 template <class Base>
 class LabOn : public Base {
  protected:
@@ -52,9 +52,9 @@ TEST_F(LabTest, ComparesEveryPictureWithTheReference) {
   }
   EXPECT_LT(lines[1]["rel_mse"], lines[0]["rel_mse"]);
   EXPECT_LT(lines[1]["flip"], lines[0]["flip"]);
-  EXPECT_LT(lines[5]["energy_ratio"], 0.95);  // no light by way of the walls
+  EXPECT_LT(lines[5]["energy_ratio"], 0.95);  // light that comes by the walls is missing
 
-  // The same picture by `render` has the same film, and `error` measures the same.
+  // `render` gives the same film of the same picture, and `error` the same numbers.
   const nlohmann::json picture = on_farm({"render", scene("cornell-bench-balls.json"), "--method", "path", "--size",
                                           "20x16", "--spp", "16", "--seed", "2", "-o", file("a.exr")});
   EXPECT_EQ(picture["film_hash"], lines[3]["film_hash"]);
@@ -69,7 +69,7 @@ TEST_F(LabTest, ComparesEveryPictureWithTheReference) {
   const std::string csv = read_file(file("out") + "/results.csv").value();
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 9);
   EXPECT_EQ(nlohmann::json::parse(read_file(file("out") + "/results.json").value())["results"].size(), 8u);
-  // The farm holds no films that nobody asks for again.
+  // The farm keeps no films that are not needed any more.
   const nlohmann::json jobs = on_farm({"jobs"})["jobs"];
   EXPECT_EQ(jobs.size(), 1u) << jobs;
 }
@@ -89,7 +89,7 @@ TEST_F(LabTest, AJobsOwnErrorIsDrawnAcrossARestart) {
   EXPECT_LT(history.back()["rel_mse"], history.front()["rel_mse"]);
   const std::vector<XmlTag> tags = xml_tags(read_file(file("job.svg")).value());
   const auto circles = std::ranges::count(tags, "circle", &XmlTag::name);
-  EXPECT_EQ(circles, history.size() + 1);  // and the legend's
+  EXPECT_EQ(circles, history.size() + 1);  // one more for the legend
 
   const std::string address = server();
   server_.reset();
@@ -104,7 +104,7 @@ TEST_F(SharedLabTest, ReportsAreWrittenAgainWithoutAFarm) {
   EXPECT_TRUE(std::filesystem::exists(file("out") + "/report.html"));
 }
 
-TEST_F(SharedLabTest, PicturesFromElsewhereStandInTheSameCharts) {
+TEST_F(SharedLabTest, OtherPicturesAppearInTheSameCharts) {
   const std::string box = scene("cornell-bench-blocks.json");
   for (const std::string samples : {"1", "16", "200"}) {
     on_farm({"render", box, "--method", "path", "--size", "20x16", "--spp", samples, "-o", file(samples + ".exr")});
@@ -116,7 +116,7 @@ TEST_F(SharedLabTest, PicturesFromElsewhereStandInTheSameCharts) {
   write("experiment.json", fmt::format(R"({{"scenes": [{{"name": "box", "file": "{}"}}], "width": 20, "height": 16,
                                            "others": "others.jsonl", "reference": "200.exr"}})",
                                        box));
-  // Nothing is rendered: no farm is asked.
+  // Nothing is rendered, so no farm is needed.
   const nlohmann::json done = json({"lab", file("experiment.json"), "-o", file("out"), "--server", "127.0.0.1:1"});
   EXPECT_EQ(done["results"], 2);
   const auto numbers = nlohmann::json::parse(read_file(file("out") + "/results.json").value());
@@ -139,10 +139,10 @@ TEST_F(SharedLabTest, LevelsMayBeErrors) {
   EXPECT_LE(lines[0]["stated"].get<double>() + lines[0]["stated_half_width"].get<double>(), 0.5);
   EXPECT_EQ(lines[1]["samples"], 32);
   const nlohmann::json again = json({"lab", file("experiment.json"), "-o", file("out"), "--server", "127.0.0.1:1"});
-  EXPECT_EQ(again["results"], 2);  // an error that was not reached is not tried again
+  EXPECT_EQ(again["results"], 2);  // a level that did not reach its error is not repeated
 }
 
-TEST_F(LabTest, GoesOnAfterAnInterruptionToTheSameResults) {
+TEST_F(LabTest, ResumesAfterAnInterruptionWithTheSameResults) {
   start_worker("w1");
   on_farm({"lab", experiment("[1, 64, 4096]"), "-o", file("whole")});
   {
@@ -164,7 +164,7 @@ TEST_F(LabTest, GoesOnAfterAnInterruptionToTheSameResults) {
   EXPECT_EQ(results("parts"), results("whole"));
 }
 
-TEST_F(SharedLabTest, MistakesAreToldBeforeAnythingIsRendered) {
+TEST_F(SharedLabTest, MistakesAreReportedBeforeAnythingIsRendered) {
   const auto error = [&](const std::string& text) {
     write("bad.json", text);
     return on_farm({"lab", file("bad.json"), "-o", file("out")}, 2)["failure"]["message"].get<std::string>();

@@ -1,4 +1,4 @@
-// What the planner says, from `check` to the EXR.
+// The planner's results, from `check` to the EXR.
 #include <csignal>
 
 #include "common/image/picture_file.h"
@@ -19,7 +19,7 @@ const nlohmann::json& verdict_on(const nlohmann::json& checked, const std::strin
 
 using CheckTest = CliTest;
 
-TEST_F(CheckTest, EverySceneThatComesWithLightmillHasAMethodThatAutoTakes) {
+TEST_F(CheckTest, AutoFindsAMethodForEveryIncludedScene) {
   int checked = 0;
   for (const auto& entry : std::filesystem::directory_iterator(scene(""))) {
     if (entry.path().extension() != ".json") {
@@ -28,7 +28,7 @@ TEST_F(CheckTest, EverySceneThatComesWithLightmillHasAMethodThatAutoTakes) {
     SCOPED_TRACE(entry.path());
     const CommandResult result = lightmill({"check", entry.path().string(), "--json"});
     const nlohmann::json said = nlohmann::json::parse(result.out, nullptr, false);
-    if (result.exit_code != 0) {  // its model has to be fetched first
+    if (result.exit_code != 0) {  // its model must be downloaded first
       EXPECT_NE(said["failure"]["message"].get<std::string>().find("models/"), std::string::npos) << said;
       continue;
     }
@@ -36,8 +36,8 @@ TEST_F(CheckTest, EverySceneThatComesWithLightmillHasAMethodThatAutoTakes) {
     EXPECT_FALSE(said["auto"]["methods"].empty());
     EXPECT_FALSE(said["auto"]["reasons"].empty());
     EXPECT_FALSE(said["features"].empty());
-    // The course's default scene has a lamp without extent, and glass under it; one box a lamp of a hundred-thousandth
-    // of what is seen from its balls, which is a mesh.
+    // The course's default scene has a light without extent, and glass below it. One box has a light, a mesh, that
+    // covers a hundred-thousandth of the view from its balls.
     const std::string name = entry.path().filename().string();
     const bool caustics_unseen = name.starts_with("course-default") || name == "cornell-bench-small-lamp.json";
     EXPECT_EQ(verdict_on(said, "path")["admitted"], !caustics_unseen);
@@ -45,14 +45,14 @@ TEST_F(CheckTest, EverySceneThatComesWithLightmillHasAMethodThatAutoTakes) {
   EXPECT_GE(checked, 8);
 }
 
-TEST_F(CheckTest, ReasonsNameWhatIsInTheWay) {
+TEST_F(CheckTest, ReasonsNameTheObstacle) {
   const std::string text = lightmill({"check", kGlassUnderABulb}).out;
   for (const char* part : {"method path", "the point light 'bulb'", "glass", "auto chooses", "compiled in"}) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   }
 }
 
-TEST_F(SharedFarmTest, TheFarmLooksIntoSmallMeshesToo) {
+TEST_F(SharedFarmTest, TheFarmInspectsSmallMeshes) {
   const std::string id =
       submit({scene("cornell-bench-small-lamp.json"), "--size", "16x16", "--spp", "1", "--method", "path"});
   const nlohmann::json watched = on_farm({"watch", id, "-o", file("a.exr")});
@@ -90,7 +90,7 @@ TEST_F(SharedFarmTest, APictureThatLacksLightSaysSoWhereverItIsShown) {
             std::string::npos);
 }
 
-TEST_F(SharedFarmTest, AutoIsAMethodThatTheJobSaysAndKeepsItsBits) {
+TEST_F(SharedFarmTest, AutoReportsItsMethodAndKeepsItsBits) {
   const auto render = [&](const std::vector<std::string>& method, const std::string& out) {
     std::vector<std::string> command{
         "render", scene("cornell-bench-blocks.json"), "--size", "48x48", "--spp", "4", "-o", file(out)};
@@ -100,13 +100,13 @@ TEST_F(SharedFarmTest, AutoIsAMethodThatTheJobSaysAndKeepsItsBits) {
   const nlohmann::json chosen = render({}, "auto.exr");
   EXPECT_EQ(chosen["method"], "path");
   EXPECT_EQ(chosen["method_chosen"], true);
-  EXPECT_EQ(chosen["method_reasons"].size(), 1u) << "of one method there is no pilot";
+  EXPECT_EQ(chosen["method_reasons"].size(), 1u) << "there is no pilot for one method";
   EXPECT_TRUE(chosen["notices"].empty());
   const nlohmann::json asked = render({"--method", "auto"}, "asked.exr");
   EXPECT_EQ(asked["render_digest"], chosen["render_digest"]);
   const nlohmann::json named = render({"--method", "path"}, "path.exr");
   EXPECT_EQ(chosen["film_hash"], named["film_hash"]);
-  EXPECT_EQ(chosen["render_digest"], named["render_digest"]) << "what was chosen decides the samples, not who chose it";
+  EXPECT_EQ(chosen["render_digest"], named["render_digest"]) << "the method decides the samples, not who chose it";
   const Result<FilmPicture> picture = load_film_picture(file("auto.exr"));
   ASSERT_TRUE(picture.ok()) << picture.status();
   EXPECT_EQ(picture->receipt.method, "path");
@@ -128,7 +128,7 @@ TEST_F(FarmCliTest, ChoiceAndNoticesOutliveTheCoordinator) {
   }
 }
 
-TEST_F(FarmCliTest, AdaptiveJobsGiveNoiseMoreSamplesTheSameEveryTime) {
+TEST_F(FarmCliTest, AdaptiveJobsGiveNoiseMoreSamplesReproducibly) {
   start_worker("w1");
   const auto render = [&](const std::vector<std::string>& more, const char* out) {
     std::vector<std::string> arguments{"render",   scene("course-default.json"),
@@ -145,7 +145,7 @@ TEST_F(FarmCliTest, AdaptiveJobsGiveNoiseMoreSamplesTheSameEveryTime) {
   EXPECT_LT(adaptive["min_tile_samples"], 16u);
   EXPECT_GT(adaptive["max_tile_samples"], 16u);
   EXPECT_LE(adaptive["samples_done"], 16u * 256 * 256);
-  EXPECT_GE(adaptive["samples_done"], 15u * 256 * 256) << "as many on average";
+  EXPECT_GE(adaptive["samples_done"], 15u * 256 * 256) << "the same average";
   EXPECT_EQ(adaptive["frame_samples"], 16u);
   EXPECT_EQ(adaptive["samples_done"], adaptive["samples_wanted"]);
   ASSERT_FALSE(adaptive["method_reasons"].empty()) << adaptive;
@@ -156,7 +156,7 @@ TEST_F(FarmCliTest, AdaptiveJobsGiveNoiseMoreSamplesTheSameEveryTime) {
   const nlohmann::json even = render({}, "even.exr");
   EXPECT_EQ(even["goal"]["adaptive"], false);
   EXPECT_EQ(even["min_tile_samples"], even["max_tile_samples"]);
-  EXPECT_EQ(even["render_digest"], adaptive["render_digest"]) << "samples are the same, but for how many there are";
+  EXPECT_EQ(even["render_digest"], adaptive["render_digest"]) << "the samples are the same, only their number differs";
 }
 
 TEST_F(FarmCliTest, APilotPicksTheSameMethodWhateverIsKilledMeanwhile) {
@@ -173,11 +173,11 @@ TEST_F(FarmCliTest, APilotPicksTheSameMethodWhateverIsKilledMeanwhile) {
   EXPECT_NE(quiet["method"], "auto");
   EXPECT_EQ(quiet["method_chosen"], true);
   ASSERT_EQ(quiet["method_reasons"].size(), 2u) << quiet;
-  workers_.clear();  // it ends
+  workers_.clear();  // the worker ends
 
   const std::string id = submit_job();
   const nlohmann::json open = on_farm({"show", id});
-  EXPECT_EQ(open["method"], "auto") << "nobody is there to run the pilot";
+  EXPECT_EQ(open["method"], "auto") << "no worker can run the pilot";
   EXPECT_EQ(open["method_candidates"], (std::vector<std::string>{"path", "caustic"}));
   EXPECT_TRUE(quiet["method_candidates"].empty());
   const std::string shown = lightmill({"show", id, "--server", server()}).out;

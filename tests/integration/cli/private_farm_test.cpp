@@ -1,4 +1,4 @@
-// `render --local`: a farm of its own, gone with the command, whatever ends it.
+// `render --local`: its local farm ends with the command, whatever ends the command.
 #include <csignal>
 #include <cstring>
 #include <numeric>
@@ -13,7 +13,7 @@
 namespace lightmill::test {
 namespace {
 
-/// A render that would take hours.
+/// A render that takes hours.
 std::vector<std::string> endless(const std::string& output) {
   return {program("lightmill"),
           "render",
@@ -41,7 +41,7 @@ TEST_F(CliTest, RendersAndLeavesNothingButThePictures) {
   EXPECT_TRUE(temporary_is_empty());
 }
 
-TEST_F(CliTest, APrivateFarmKnowsNothingOfHowAnotherIsReached) {
+TEST_F(CliTest, ALocalFarmIgnoresTheConnectionSettingsOfAnother) {
   Environment of_another = environment();
   for (const char* name : {"LIGHTMILL_TLS_CA", "LIGHTMILL_TLS_CERT"}) {
     of_another[name] = file("none");
@@ -68,7 +68,7 @@ const std::vector<float>& plane(const Image& image, const std::string& name) {
   return *values;
 }
 
-TEST_F(SharedFarmTest, LayersComeOutAndTheHashCoversThem) {
+TEST_F(SharedFarmTest, LayersAreWrittenAndTheHashCoversThem) {
   const std::vector<std::string> render{
       "render", scene("cornell-bench-balls.json"), "--size", "70x66", "--spp", "20", "-o", file("a.exr")};
   std::vector<std::string> layered = render;
@@ -93,7 +93,7 @@ TEST_F(SharedFarmTest, LayersComeOutAndTheHashCoversThem) {
   ASSERT_TRUE(plain.ok()) << plain.status();
   EXPECT_EQ(plain->beauty, picture->beauty);
 
-  // Each pixel is covered by what the manifest names, where anything is seen.
+  // Each pixel that shows something is covered by objects that the manifest names.
   const auto manifest = nlohmann::json::parse(image->text("cryptomatte/3ae39a5/manifest"));
   std::set<std::uint32_t> ids;
   for (const auto& [name, hash] : manifest.items()) {
@@ -114,9 +114,9 @@ TEST_F(SharedFarmTest, LayersComeOutAndTheHashCoversThem) {
         EXPECT_TRUE(ids.contains(std::bit_cast<std::uint32_t>(plane(*image, id)[i])));
       }
     }
-    EXPECT_LE(covered, 1);  // the box is open towards the camera, whose picture is wider
+    EXPECT_LE(covered, 1);  // the box is open towards the camera, and the picture is wider than the box
     EXPECT_EQ(covered > 0, depth[i] < kNoDepth);
-    EXPECT_GT(depth[i], 799);  // the box begins 800 from the eye
+    EXPECT_GT(depth[i], 799);  // the box begins at a distance of 800 from the camera
   }
 }
 
@@ -137,7 +137,7 @@ std::map<std::string, std::uint32_t> manifest_of(const Image& image, const std::
 }
 
 TEST_F(SharedFarmTest, LayersHaveTheirValuesInTheFile) {
-  // A wall 4 before the eye in the left half, and points of equal power in groups that light it.
+  // A wall 4 units in front of the camera in the left half, and points of equal power in groups that light it.
   write("wall.obj", "v -3 -3 0\nv 0 -3 0\nv 0 3 0\nv -3 3 0\nf 1 2 3 4\n");
   write("scene.json", R"({"camera": {"eye": [0, 0, 4], "look_at": [0, 0, 0], "vertical_fov_degrees": 20},
     "film": {"width": 70, "height": 66, "filter": {"kind": "BOX", "radius_pixels": 0.5}},
@@ -148,7 +148,7 @@ TEST_F(SharedFarmTest, LayersHaveTheirValuesInTheFile) {
                {"point": {"position": [-1, 1, 3], "intensity": {"rgb": [0, 0, 206]}}}]})");
   const Vec3d albedo(0.5, 0.25, 0.125);
   const double pixel = 8 * std::tan(10 * M_PI / 180) / 66;  // on the wall
-  // What the wall shows of a point, over all of its pixels.
+  // The wall's value from one point, summed over all of its pixels.
   const auto sum_of_point = [&](const Vec3d& light, const Vec3d& intensity) {
     double sum = 0;
     for (int row = 0; row < 66; ++row) {
@@ -171,8 +171,8 @@ TEST_F(SharedFarmTest, LayersHaveTheirValuesInTheFile) {
     const Result<Image> image = decode_exr(as_byte_view(*bytes));
     ASSERT_TRUE(image.ok()) << image.status();
 
-    // `path` draws one of the three lights a sample: a standard deviation of √2 of the mean, 0.7 % of 46,200 samples'.
-    // 5 of these raise a false alarm once in 1.7 million values. `raycast` has no noise.
+    // `path` samples one of three lights per sample. The standard deviation is √2 of the mean, or 0.7 % of the mean of
+    // 46,200 samples. Five of these raise a false alarm once in 1.7 million values. `raycast` has no noise.
     const double tolerance = path ? 0.035 : 1e-3;
     const auto expect_sum = [&](const std::string& layer, const Vec3d& exact) {
       for (int channel = 0; channel < 3; ++channel) {
@@ -218,7 +218,7 @@ TEST_F(SharedFarmTest, LayersHaveTheirValuesInTheFile) {
   }
 }
 
-/// A black lamp of radiance 3, half a unit wide, and two meters that see it.
+/// A black emitter of radiance 3, half a unit wide, and two meters that see it.
 const std::string kLit = R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "vertical_fov_degrees": 40},
     "film": {"width": 96, "height": 70},
     "materials": [{"name": "lamp", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "emission": {"rgb": [3, 3, 3]}}],
@@ -227,7 +227,7 @@ const std::string kMeters = R"(, "meters": [
     {"name": "desk", "irradiance": {"point": [0, -1, 0], "normal": [0, 1, 0]}},
     {"name": "eye", "radiance": {"point": [0, 0, 5], "direction": [0, 1, -5]}}]})";
 
-TEST_F(SharedFarmTest, MetersAreReadAndAreNoPartOfThePicture) {
+TEST_F(SharedFarmTest, MetersAreReadAndDoNotChangeThePicture) {
   const auto render = [&](const std::string& name, const std::string& method) {
     return std::vector<std::string>{"render",     file(name), "--spp",       "20",       "--crop",
                                     "10,0,70,66", "-o",       file("a.exr"), "--method", method};
@@ -245,7 +245,7 @@ TEST_F(SharedFarmTest, MetersAreReadAndAreNoPartOfThePicture) {
   EXPECT_EQ(film_hash_of(*picture).hex(), metered["film_hash"]);
   EXPECT_EQ(metered["samples_done"], (70 * 66 + 2 * 4096) * 20);
 
-  // E = πL (R/d)²; L.
+  // E = πL (R/d)², and L.
   const auto bytes = read_file(file("a.exr"));
   const Result<Image> image = decode_exr(as_byte_view(*bytes));
   ASSERT_TRUE(image.ok()) << image.status();
@@ -260,7 +260,7 @@ TEST_F(SharedFarmTest, MetersAreReadAndAreNoPartOfThePicture) {
     EXPECT_NEAR(readings[1]["value"].get<double>(), 3, 1e-5);
     EXPECT_EQ(readings[1]["samples"], 20);
   }
-  // Other methods read none.
+  // Other methods read no meters.
   EXPECT_FALSE(on_farm(render("metered.json", "preview")).contains("meters"));
   const CommandResult preview = lightmill(with(render("metered.json", "preview"), {"--server", server()}));
   EXPECT_NE(preview.err.find("left out: the scene's 2 meters, which method preview does not support (path does)"),
@@ -268,7 +268,7 @@ TEST_F(SharedFarmTest, MetersAreReadAndAreNoPartOfThePicture) {
       << preview.err;
 }
 
-TEST_F(SharedFarmTest, TheFirstOfThreeLimitsEndsTheJobAndIsTold) {
+TEST_F(SharedFarmTest, TheFirstOfThreeLimitsEndsTheJobAndIsNamed) {
   const auto render = [&](std::vector<std::string> limits) {
     std::vector<std::string> arguments{"render",     scene("cornell-bench-blocks.json"), "--size", "64x64", "-o",
                                        file("a.exr")};
@@ -297,7 +297,7 @@ TEST_F(SharedFarmTest, TheFirstOfThreeLimitsEndsTheJobAndIsTold) {
   EXPECT_EQ(ended(), "reached 1 second");
 }
 
-TEST_F(CliTest, LayersMetersAndLimitsWorkOnAPrivateFarmToo) {
+TEST_F(CliTest, LayersMetersAndLimitsWorkOnALocalFarm) {
   write("scene.json", kLit + kMeters);
   const nlohmann::json done =
       json({"render", file("scene.json"), "--local", "--method", "path", "--layers", "direct,depth", "--error", "1e-9",
@@ -310,7 +310,7 @@ TEST_F(CliTest, LayersMetersAndLimitsWorkOnAPrivateFarmToo) {
   ASSERT_TRUE(picture.ok()) << picture.status();
   EXPECT_EQ(film_hash_of(*picture).hex(), done["film_hash"]);
   const Image image = decode_exr(as_byte_view(read_file(file("a.exr")).value())).value();
-  EXPECT_EQ(plane(image, "Direct.G"), plane(image, "G")) << "a lamp alone";
+  EXPECT_EQ(plane(image, "Direct.G"), plane(image, "G")) << "a single light";
   const std::size_t on_lamp = 96 * 16 + 48, beside = 96 * 60 + 48;
   EXPECT_EQ(plane(image, "G")[on_lamp], 3);
   EXPECT_LT(plane(image, "Z")[on_lamp], 5.1);
@@ -319,7 +319,7 @@ TEST_F(CliTest, LayersMetersAndLimitsWorkOnAPrivateFarmToo) {
   EXPECT_EQ(verified["verified"], verified["tiles"]);
 }
 
-TEST_F(CliTest, LayersThatCannotBeAreRefusedAtOnce) {
+TEST_F(CliTest, InvalidLayersAreRefusedAtOnce) {
   const std::string balls = scene("cornell-bench-balls.json");
   const auto error = [&](std::vector<std::string> arguments) {
     const CommandResult result = lightmill(std::move(arguments));
@@ -340,9 +340,9 @@ std::string name_of_signal(const ::testing::TestParamInfo<int>& info) {
   return fmt::format("SIG{}", ::sigabbrev_np(info.param));
 }
 
-class EndedBySignal : public CliTest, public ::testing::WithParamInterface<int> {};
+class SignalledRender : public CliTest, public ::testing::WithParamInterface<int> {};
 
-TEST_P(EndedBySignal, ThePrivateFarmGoesWithItsCommand) {
+TEST_P(SignalledRender, EndsItsLocalFarm) {
   BackgroundProcess render(endless(file("a.png")), file("render.log"), environment());
   ASSERT_TRUE(eventually([&] { return left_over().size() == 3; })) << "client, coordinator and worker";
   render.send(GetParam());
@@ -353,16 +353,16 @@ TEST_P(EndedBySignal, ThePrivateFarmGoesWithItsCommand) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Signals, EndedBySignal, ::testing::Values(SIGINT, SIGTERM, SIGKILL), name_of_signal);
+INSTANTIATE_TEST_SUITE_P(Signals, SignalledRender, ::testing::Values(SIGINT, SIGTERM, SIGKILL), name_of_signal);
 
 class InterruptedRender : public CliTest, public ::testing::WithParamInterface<int> {};
 
-TEST_P(InterruptedRender, WritesWhatIsRendered) {
+TEST_P(InterruptedRender, WritesThePictureSoFar) {
   std::vector<std::string> render = endless(file("a.exr"));
   render.insert(render.end(), {"--size", "48x48"});
   BackgroundProcess client(render, file("render.log"), environment());
   const auto log = [&] { return read_file(file("render.log"), 1 << 20).value_or(""); };
-  // One tile: what has a rate has a sample everywhere.
+  // There is one tile. When it has a rate, every pixel has a sample.
   ASSERT_TRUE(eventually([&] { return log().find("samples/s") != std::string::npos; })) << log();
   client.send(GetParam());
   EXPECT_EQ(client.wait(), 130);
@@ -372,15 +372,15 @@ TEST_P(InterruptedRender, WritesWhatIsRendered) {
 
 INSTANTIATE_TEST_SUITE_P(Signals, InterruptedRender, ::testing::Values(SIGINT, SIGTERM, SIGHUP), name_of_signal);
 
-TEST_F(CliTest, APictureWithGapsIsNotWrittenWhenItIsInterrupted) {
+TEST_F(CliTest, AnInterruptedPictureWithGapsIsNotWritten) {
   BackgroundProcess client(endless(file("a.exr")), file("render.log"), environment());
-  ASSERT_TRUE(eventually([&] { return left_over().size() == 3; }));  // the worker has yet to measure its class
+  ASSERT_TRUE(eventually([&] { return left_over().size() == 3; }));  // the worker still has to measure its class
   client.send(SIGINT);
   EXPECT_EQ(client.wait(), 130);
   EXPECT_FALSE(std::filesystem::exists(file("a.exr")));
 }
 
-TEST_F(CliTest, NewsGoToStandardErrorAndNoticesIntoTheObject) {
+TEST_F(CliTest, ProgressGoesToStandardErrorAndNoticesIntoTheJson) {
   write("dark.json", R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "camera_constant": 1},
 "film": {"width": 8, "height": 8}, "materials": [{"name": "m", "mirror": {}}],
 "objects": [{"material": "m", "sphere": {"center": [0, 0, 0], "radius": 1}}]})");
@@ -394,7 +394,7 @@ TEST_F(CliTest, NewsGoToStandardErrorAndNoticesIntoTheObject) {
   EXPECT_EQ(std::ranges::count(notices, black), 1) << result.out;
 }
 
-TEST_F(CliTest, WhatAKilledCommandLeftIsRemovedByTheNext) {
+TEST_F(CliTest, TheNextCommandRemovesWhatAKilledOneLeft) {
   {
     BackgroundProcess render(endless(file("a.png")), file("render.log"), environment());
     ASSERT_TRUE(eventually([&] { return left_over().size() == 3; }));
@@ -407,7 +407,7 @@ TEST_F(CliTest, WhatAKilledCommandLeftIsRemovedByTheNext) {
   EXPECT_TRUE(temporary_is_empty());
 }
 
-TEST_F(CliTest, AWorkerThatDiesEndsThePrivateRender) {
+TEST_F(CliTest, ADeadWorkerEndsTheLocalRender) {
   BackgroundProcess render(endless(file("a.png")), file("render.log"), environment());
   const auto workers = [&] {
     std::vector<pid_t> found = left_over();

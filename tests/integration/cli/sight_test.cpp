@@ -1,4 +1,4 @@
-// What an operator sees: one unit in the logs of all programs, and the farm in a terminal.
+// Tools for operators: one unit in the logs of all programs, and `top` in a terminal.
 #include <poll.h>
 #include <pty.h>
 #include <sys/ioctl.h>
@@ -52,7 +52,7 @@ TEST_F(FarmCliTest, AUnitIsFollowedFromItsLeaseToItsCommit) {
   const std::string lease = ids[1], span = ids[3];
   EXPECT_EQ(std::stoull(span, nullptr, 16), std::stoull(lease));
 
-  // Each tile of the unit, in the order in which it goes: two logs, whose times are of one clock.
+  // The steps of each tile of the unit, in order. The two logs use the same clock.
   std::string tile;
   std::string last = granted[0].substr(0, 23);
   const auto expect_step = [&](const std::string& program, const std::string& what) {
@@ -90,12 +90,12 @@ TEST_F(FarmCliTest, AUnitIsFollowedFromItsLeaseToItsCommit) {
   EXPECT_EQ(lines_with(file("server.log"), "submitted by").at(0).find("trace_id=" + trace) == std::string::npos, false);
 }
 
-/// A program in a terminal of its own.
+/// A program in its own terminal.
 class Terminal {
  public:
   Terminal(const std::vector<std::string>& command, unsigned short rows, unsigned short columns) {
     const winsize size{rows, columns, 0, 0};
-    // Held open, so that the terminal outlives the program.
+    // Kept open, so that the terminal outlives the program.
     EXPECT_EQ(::openpty(&terminal_, &program_side_, nullptr, nullptr, &size), 0);
     before_ = settings();
     pid_ = ::fork();
@@ -145,14 +145,14 @@ class Terminal {
     const winsize size{rows, columns, 0, 0};
     EXPECT_EQ(::ioctl(terminal_, TIOCSWINSZ, &size), 0);
   }
-  /// Once the program hears signals; before that they end it.
+  /// Waits until the program handles signals. Before that a signal ends it.
   bool hears_signals() const {
     return eventually([&] {
       const std::filesystem::directory_iterator threads(fmt::format("/proc/{}/task", pid_));
       return std::distance(begin(threads), end(threads)) > 1;
     });
   }
-  /// The first screen, with its cursor and its lines that break, and typing as before.
+  /// Expects the first screen, a visible cursor, line wrap, and echoed input.
   void expect_as_it_was() const {
     const termios now = settings();
     EXPECT_EQ(now.c_iflag, before_.c_iflag);
@@ -218,7 +218,7 @@ TEST_F(FarmCliTest, TopDrawsAgainWhenTheWindowGrows) {
   EXPECT_TRUE(terminal.says("the farm could use")) << terminal.said();
 }
 
-TEST_F(FarmCliTest, TopIsNotLeftHalfwayByCtrlZ) {
+TEST_F(FarmCliTest, CtrlZDoesNotSuspendTop) {
   Terminal terminal({program("lightmill"), "top", "--server", server()}, 24, 100);
   ASSERT_TRUE(terminal.says("workers  none")) << terminal.said();
   for (const char key : {'\x1a', '\x1c', 'q'}) {
@@ -228,10 +228,10 @@ TEST_F(FarmCliTest, TopIsNotLeftHalfwayByCtrlZ) {
   terminal.expect_as_it_was();
 }
 
-/// A coordinator that answers nobody, and hangs up on nobody.
+/// A coordinator that neither answers nor closes connections.
 class SilentFarmTest : public FarmCliTest {
  protected:
-  /// The keys leave it, and the terminal is as it was.
+  /// The keys end `top`, and the terminal is as before.
   void expect_leaves(const std::string& keys, const std::set<int>& codes) {
     Terminal terminal({program("lightmill"), "top", "--server", server(), "--interval", "0.1s"}, 24, 100);
     ASSERT_TRUE(terminal.says("workers  none")) << terminal.said();
@@ -239,7 +239,7 @@ class SilentFarmTest : public FarmCliTest {
     ASSERT_TRUE(terminal.says("out of date: no answer for 3 s")) << terminal.said();
     for (const char key : keys) {
       terminal.type(key);
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));  // two at once may be one signal
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));  // two at once may arrive as one signal
     }
     const int code = terminal.wait();
     EXPECT_TRUE(codes.contains(code)) << code;
@@ -248,16 +248,16 @@ class SilentFarmTest : public FarmCliTest {
   }
 };
 
-TEST_F(SilentFarmTest, TopIsLeftAllTheSame) {
+TEST_F(SilentFarmTest, TopCanBeLeft) {
   expect_leaves("q", {0});
   expect_leaves("\x03", {0});
 }
 
-TEST_F(SilentFarmTest, ASecondCtrlCLeavesTheTerminalAsItWas) {
+TEST_F(SilentFarmTest, ASecondCtrlCRestoresTheTerminal) {
   expect_leaves("\x03\x03", {0, 130});
 }
 
-TEST_F(SilentFarmTest, TheFirstLookIsBrokenOffToo) {
+TEST_F(SilentFarmTest, CtrlCEndsTheFirstRequest) {
   server_->send(SIGSTOP);
   Terminal terminal({program("lightmill"), "top", "--server", server()}, 24, 100);
   ASSERT_TRUE(terminal.hears_signals());
@@ -265,8 +265,8 @@ TEST_F(SilentFarmTest, TheFirstLookIsBrokenOffToo) {
   EXPECT_EQ(terminal.wait(), 130);
 }
 
-// Left alone, a call ends after 30 s, with another error.
-TEST_F(SilentFarmTest, CallsOfALookThatIsBrokenOffEndAsCancelled) {
+// Without an interrupt a call ends after 30 s, with another error.
+TEST_F(SilentFarmTest, InterruptedCallsEndAsCancelled) {
   cli::FarmConnection connection(server());
   ASSERT_TRUE(connection.probe(std::chrono::seconds(60)).ok());
   server_->send(SIGSTOP);
@@ -287,7 +287,7 @@ TEST_F(SilentFarmTest, CallsOfALookThatIsBrokenOffEndAsCancelled) {
   server_->send(SIGCONT);
 }
 
-TEST_F(SilentFarmTest, TopGoesOnWhenTheFarmAnswersAgain) {
+TEST_F(SilentFarmTest, TopResumesWhenTheFarmAnswersAgain) {
   Terminal terminal({program("lightmill"), "top", "--server", server(), "--interval", "0.1s"}, 24, 100);
   ASSERT_TRUE(terminal.says("jobs     none")) << terminal.said();
   server_->send(SIGSTOP);

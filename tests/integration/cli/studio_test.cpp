@@ -1,4 +1,4 @@
-// Beside other programs: what farm managers read from standard output, and what image viewers read from a connection.
+// Integration with other programs: output for farm managers, and connections to image viewers.
 #include <regex>
 #include <thread>
 
@@ -13,7 +13,7 @@ const std::vector<std::string> kSmallByPath{"--size", "96x80", "--method", "path
 
 // ---- Open Job Description ----
 
-/// A reader of such lines, as the specification has them: in any of a program's lines, of any order.
+/// A reader of such lines by the specification: anywhere in a program's output, in any order.
 struct Told {
   std::vector<double> progress;
   std::vector<std::string> status, fail;
@@ -40,7 +40,7 @@ Told read_openjd(const std::string& out) {
 
 using StudioTest = FarmCliTest;
 
-TEST_F(SharedFarmTest, AFarmManagerIsToldHowARenderGoes) {
+TEST_F(SharedFarmTest, AFarmManagerReceivesTheProgressOfARender) {
   const CommandResult run = lightmill(
       with({"render", scene("cornell-bench-blocks.json"), "-o", file("a.exr"), "--openjd", "--server", server()},
            kSmallByPath));
@@ -55,7 +55,7 @@ TEST_F(SharedFarmTest, AFarmManagerIsToldHowARenderGoes) {
   EXPECT_TRUE(told.fail.empty());
 }
 
-TEST_F(StudioTest, AFarmManagerIsToldWhatFailed) {
+TEST_F(StudioTest, AFarmManagerReceivesTheFailure) {
   const CommandResult run = lightmill({"watch", "7", "--openjd", "--server", server()});
   EXPECT_EQ(run.exit_code, 2);
   const Told told = read_openjd(run.out);
@@ -64,7 +64,7 @@ TEST_F(StudioTest, AFarmManagerIsToldWhatFailed) {
   EXPECT_NE(lightmill({"watch", "7", "--openjd", "--json", "--server", server()}).exit_code, 0) << "one or the other";
 }
 
-TEST_F(CliTest, AFarmManagerIsToldWhatIsWrongWithACommandLine) {
+TEST_F(CliTest, AFarmManagerReceivesUsageErrors) {
   const std::string box = scene("cornell-bench-blocks.json");
   const std::vector<std::vector<std::string>> commands{
       {"lightmill", "--openjd"},
@@ -92,7 +92,7 @@ TEST_F(CliTest, AFarmManagerIsToldWhatIsWrongWithACommandLine) {
   }
 }
 
-TEST_F(StudioTest, AWorkerThatIsATaskTellsWhatItDoes) {
+TEST_F(StudioTest, AWorkerReportsToItsFarmManager) {
   BackgroundProcess worker(
       {program("lightmill-worker"), "--server", server(), "--threads", "1", "--openjd", "--log-level", "info"},
       file("task.log"));
@@ -112,7 +112,7 @@ TEST_F(StudioTest, AWorkerThatIsATaskTellsWhatItDoes) {
 
 // ---- tev ----
 
-/// Takes one connection to its end. `pause`: before each 10,000 bytes.
+/// Reads one connection to its end. `pause`: before each 10,000 bytes.
 class Viewer {
  public:
   explicit Viewer(std::uint16_t port = 0, int buffer_bytes = 0, std::chrono::milliseconds pause = {})
@@ -132,7 +132,7 @@ class Viewer {
   Viewer& operator=(const Viewer&) = delete;
   std::string address() const { return listener_.address(); }
 
-  /// All images by name, as they were at the end.
+  /// All images by name, in their final state.
   const std::map<std::string, TevWindow::Image>& images() {
     thread_.join();
     return images_;
@@ -144,7 +144,7 @@ class Viewer {
   std::thread thread_;
 };
 
-/// Whether the viewer has the pixels of the file.
+/// The viewer has the pixels of the file.
 void expect_picture(Viewer& viewer, const std::string& name, const std::string& exr) {
   const auto& images = viewer.images();
   ASSERT_EQ(images.size(), 1u);
@@ -155,7 +155,7 @@ void expect_picture(Viewer& viewer, const std::string& name, const std::string& 
   EXPECT_EQ(shown.width, file->width);
   EXPECT_EQ(shown.height, file->height);
   ASSERT_EQ(shown.planes.size(), file->values.size());
-  // A mean is a sum over a count in the one and a sum times one over it in the other: they round once more.
+  // One side divides a sum by a count. The other multiplies by the reciprocal, which rounds once more.
   for (std::size_t i = 0; i < shown.planes.size(); ++i) {
     ASSERT_NEAR(shown.planes[i], file->values[i], std::ldexp(std::abs(file->values[i]), -22)) << i;
   }
@@ -169,7 +169,7 @@ TEST_F(SharedFarmTest, AViewerShowsThePictureThatIsRendered) {
 }
 
 TEST_F(SharedFarmTest, ASlowViewerOfAPartOfThePictureGetsAllOfIt) {
-  Viewer viewer(0, 16 << 10, std::chrono::milliseconds(2));  // of some MB: when the job is done, most is still to come
+  Viewer viewer(0, 16 << 10, std::chrono::milliseconds(2));  // most of some MB still to come at the job's end
   const std::string job = submit({scene("cornell-bench-blocks.json"), "--size", "900x700", "--crop", "10,5,800,600",
                                   "--method", "preview", "--spp", "2"});
   on_farm({"watch", job, "--tev", viewer.address(), "-o", file("a.exr")});
@@ -197,7 +197,7 @@ TEST_F(StudioTest, AViewerThatStartsLaterIsFound) {
   expect_picture(viewer, "job " + job + " cornell-bench-blocks", file("a.exr"));
 }
 
-TEST_F(SharedFarmTest, WithoutAViewerAJobIsFollowedAndTheEndIsAFailure) {
+TEST_F(SharedFarmTest, WatchWithoutAViewerFollowsTheJobAndFails) {
   const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmallByPath));
   const ReservedPort nobody_listens;
   const std::string address = fmt::format("127.0.0.1:{}", nobody_listens.number());
@@ -209,10 +209,10 @@ TEST_F(SharedFarmTest, WithoutAViewerAJobIsFollowedAndTheEndIsAFailure) {
   EXPECT_NE(lightmill({"watch", job, "--tev", "nonsense", "--server", server()}).exit_code, 0);
 }
 
-TEST_F(SharedFarmTest, WithoutAValueTheViewerIsWhereViewersListen) {
+TEST_F(SharedFarmTest, TevWithoutAValueUsesTheDefaultAddress) {
   const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmallByPath));
   ASSERT_EQ(on_farm({"watch", job})["state"], "done");
-  // Whether there is one or not, its address is said.
+  // The address is printed with and without a viewer.
   for (const std::vector<std::string>& words :
        {std::vector<std::string>{"watch", job, "--tev"}, {"watch", job, "--tev", "-o", file("a.exr")}}) {
     const CommandResult run = lightmill(with(words, {"--server", server()}));

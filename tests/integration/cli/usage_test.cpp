@@ -1,4 +1,4 @@
-// What is wrong with a command is said at once: exit code 2 and nothing submitted, 3 without a farm.
+// Errors in commands are reported at once: exit code 2 and nothing submitted, or 3 without a farm.
 #include <arpa/inet.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -122,7 +122,7 @@ TEST_F(CliTest, EmptyValuesAreRefusedByAllPrograms) {
   EXPECT_TRUE(lightmill({"jobs", "--tls-ca", ""}).err.starts_with(fmt::format("lightmill: --tls-ca{}", why)));
 }
 
-TEST_F(CliTest, OptionsCountMoreThanVariablesInAllCommands) {
+TEST_F(CliTest, OptionsOverrideVariablesInAllCommands) {
   Environment all = environment();
   for (const char* name : {"LIGHTMILL_TLS_CA", "LIGHTMILL_TLS_CERT", "LIGHTMILL_TOKEN_FILE"}) {
     all[name] = file("of-the-environment");
@@ -148,8 +148,8 @@ TEST_F(CliTest, OptionsCountMoreThanVariablesInAllCommands) {
   EXPECT_TRUE(before.err.starts_with("lightmill: --tls-ca " + file("given"))) << before.err;
 }
 
-TEST_F(CliTest, AFarmThatIsNotThereIsSaidToBeSo) {
-  for (const auto& [address, cause] :
+TEST_F(CliTest, AMissingFarmIsReported) {
+  for (const auto& [address, cause] : {std::pair("127.0.0.1:1", "nothing listens there"),
        {std::pair("127.0.0.1:1", "nothing listens there"), std::pair("nobody.invalid:7350", "unknown host name")}) {
     const CommandResult result = lightmill({"jobs", "--server", address});
     EXPECT_EQ(result.exit_code, 3);
@@ -157,7 +157,7 @@ TEST_F(CliTest, AFarmThatIsNotThereIsSaidToBeSo) {
   }
 }
 
-TEST_F(CliTest, AWorkersNameIsLookedAtBeforeItStarts) {
+TEST_F(CliTest, AWorkersNameIsCheckedBeforeItStarts) {
   for (const std::string& name : {std::string("a\nb"), std::string(300, 'n')}) {
     const CommandResult result = run_command({program("lightmill-worker"), "--name", name}, environment());
     EXPECT_EQ(result.exit_code, 2);
@@ -165,7 +165,7 @@ TEST_F(CliTest, AWorkersNameIsLookedAtBeforeItStarts) {
   }
 }
 
-TEST_F(CliTest, AFileThatCannotBeWrittenIsCalledAsTheUserDoes) {
+TEST_F(CliTest, AFileThatCannotBeWrittenIsNamedAsGiven) {
   const std::string box = scene("cornell-bench-blocks.json");
   for (const std::vector<std::string>& command :
        {std::vector<std::string>{"check", box, "--save-camera", "/proc/a.png"}, {"render", box, "-o", "/proc/a.png"}}) {
@@ -193,7 +193,7 @@ TEST_F(CliTest, ResultsThatCannotBeWrittenAreAnError) {
   }
 }
 
-TEST_F(CliTest, AnUnknownCommandIsNamedWithThoseThereAre) {
+TEST_F(CliTest, AnUnknownCommandIsReportedWithTheKnownOnes) {
   const CommandResult result = lightmill({"frobnicate"});
   for (const char* word : {"frobnicate", "render", "check"}) {
     EXPECT_NE(result.err.find(word), std::string::npos) << result.err;
@@ -239,7 +239,7 @@ TEST_F(CliTest, BlendFilesNeedBlender) {
   CommandResult result = run_command({program("lightmill"), "check", blend}, without);
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_NE(result.err.find("Blender, which is not installed"), std::string::npos) << result.err;
-  // What is no scene of Blender's, and a Blender that is none: /bin/false.
+  // A file that is no Blender scene, and a Blender that is none: /bin/false.
   without["LIGHTMILL_BLENDER"] = "/bin/false";
   result = run_command({program("lightmill"), "check", blend}, without);
   EXPECT_EQ(result.exit_code, 2);
@@ -256,7 +256,7 @@ TEST_F(CliTest, BlendFilesAreRead) {
   if (run_command({"/bin/sh", "-c", "command -v blender"}, environment()).exit_code != 0) {
     GTEST_SKIP() << "Blender is not installed";
   }
-  // Blender's own first scene, a cube of 2 m, saved with a sky of grey.
+  // Blender's default scene, a cube of 2 m, saved with a grey sky.
   const std::string blend = file("first.blend");
   const std::string script = write("make.py", R"(import bpy
 bpy.context.scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.25, 0.5, 1, 1)
@@ -279,7 +279,7 @@ bpy.ops.wm.save_as_mainfile(filepath=")" + blend + "\")\n");
   EXPECT_TRUE(temporary_is_empty());
 }
 
-TEST_F(CliTest, KaIsReadAsTold) {
+TEST_F(CliTest, TheMtlOptionDecidesWhetherKaEmits) {
   write("a.mtl", "newmtl white\nKa 1 1 1\n");
   const std::string mesh = write("a.obj", "mtllib a.mtl\nusemtl white\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_EQ(json({"check", mesh})["lights"]["emissive_objects"], 0);
@@ -316,7 +316,7 @@ TEST_F(FarmCliTest, UnknownJobsAndWorkersAreExitCode2) {
   on_farm({"workers", "drain", "nobody"}, 2);
 }
 
-/// A port on which nobody listens: bound, so that nobody else takes it, but not listening.
+/// A port without a listener. It is bound, so that no other process takes it.
 class ClosedPort {
  public:
   ClosedPort() : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
@@ -365,7 +365,7 @@ TEST_F(CliTest, TheEnvironmentNamesTheFarm) {
   EXPECT_NE(result.err.find(closed.address()), std::string::npos) << result.err;
 }
 
-TEST_F(CliTest, HelpIsThereForEveryCommand) {
+TEST_F(CliTest, EveryCommandHasHelp) {
   const CommandResult all = lightmill({"--help"});
   EXPECT_EQ(all.exit_code, 0);
   for (const char* command : {"render", "submit", "watch", "fetch", "jobs", "show", "cancel", "pause", "resume",
@@ -389,7 +389,7 @@ TEST_F(CliTest, CheckSaysWhatIsInAScene) {
   EXPECT_TRUE(facts["notices"].empty());
 }
 
-/// A floor seen from above, with a lamp and a meter in light groups of their own, and what more is given.
+/// A floor seen from above, with a light and a meter in light groups of their own, and `more`.
 std::string floor_scene(const std::string& more) {
   return R"({"camera": {"eye": [0, 5, 0], "look_at": [0, 0, 0], "up": [0, 0, 1], "camera_constant": 1}, "materials": [
 {"name": "grey", "diffuse": {"reflectance": {"rgb": [0.5, 0.5, 0.5]}}}], "objects": [
@@ -411,7 +411,7 @@ TEST_F(CliTest, CheckNamesMetersAndLightGroups) {
   }
 }
 
-TEST_F(FarmCliTest, WhatWillBeBlackIsSaidBefore) {
+TEST_F(FarmCliTest, ABlackPictureIsPredicted) {
   const std::string dark = write("dark.json", floor_scene(""));
   const std::string note = "nothing emits light";
   EXPECT_NE(lightmill({"check", dark}).out.find(note), std::string::npos);
@@ -419,7 +419,7 @@ TEST_F(FarmCliTest, WhatWillBeBlackIsSaidBefore) {
   EXPECT_EQ(lightmill({"submit", dark, "--server", server(), "--method", "ao"}).err.find(note), std::string::npos);
 }
 
-TEST_F(FarmCliTest, ThreadsAreOfAFarmOfItsOwn) {
+TEST_F(FarmCliTest, ThreadsNeedALocalFarm) {
   const nlohmann::json answer = on_farm({"render", scene("cornell-bench-blocks.json"), "--threads", "2"}, 2);
   EXPECT_EQ(answer["failure"]["message"],
             "--threads applies only to a local farm (--local), and --server names another");
@@ -448,7 +448,7 @@ TEST_F(CliTest, ALongLineThatTakesTooMuchMemoryIsAnErrorWithItsFile) {
   EXPECT_EQ(face.err.find("lightmill: " + polygon + ": reading it needs more memory"), 0u) << face.err;
 }
 
-TEST_F(CliTest, ProgramsThatMayNotHaveTheMemoryThatTheyWantSaySoAndEnd) {
+TEST_F(CliTest, ProgramsWithoutEnoughMemorySaySoAndEnd) {
   const std::string port_file = file("port");
   const std::vector<std::vector<std::string>> programs{
       {program("lightmill-server"), "--listen", "127.0.0.1:0", "--data", file("data"), "--port-file", port_file},
@@ -479,7 +479,7 @@ TEST_F(CliTest, ProgramsThatMayNotHaveTheMemoryThatTheyWantSaySoAndEnd) {
           "{}: it needs more memory than the {} MiB that this process may have (ulimit -v): run it on a "
           "machine with more memory\n",
           name, kib / 1024);
-      // A worker may also find the end where it knows what it was about.
+      // A worker may also run out of memory where it can name the work.
       const bool knows =
           name == "lightmill-worker" && (said().find("out of memory while this worker ran") != std::string::npos ||
                                          said().find("threads that this worker needs can start") != std::string::npos);

@@ -1,4 +1,4 @@
-// `verify`: whoever has a picture and its scene can check it.
+// `verify`: anyone with a picture and its scene can check the picture.
 #include "client/cli/film_fetch.h"
 #include "common/base/file.h"
 #include "common/farm/job.h"
@@ -23,7 +23,7 @@ class VerifyTest : public SharedFarmTest {
   const std::string path_ = file("picture.exr");
 };
 
-TEST_F(VerifyTest, APictureIsWhatItsReceiptSays) {
+TEST_F(VerifyTest, APictureMatchesItsReceipt) {
   const nlohmann::json all = verify(0, scene_);
   EXPECT_EQ(all["tiles"], 6);
   EXPECT_EQ(all["verified"], 6);
@@ -31,7 +31,7 @@ TEST_F(VerifyTest, APictureIsWhatItsReceiptSays) {
 }
 
 TEST_F(VerifyTest, WrongPixelsUnderAConsistentReceiptAreFound) {
-  // A forger who writes the file anew can make everything fit but the pixels themselves.
+  // A forger can rewrite the file so that everything fits except the pixels.
   FilmPicture picture = load_film_picture(path_).value();
   picture.half_a[40 * 150 + 70] += 0.25f;
   picture.receipt.film_hash = film_hash_of(picture).hex();
@@ -58,7 +58,7 @@ TEST_F(VerifyTest, DamageAndOtherScenesAreFoundBeforeAnythingIsRendered) {
   verify(2, scene("cornell-bench-balls.json"));
 }
 
-TEST_F(VerifyTest, OfAMixedPictureTheFileAloneIsChecked) {
+TEST_F(VerifyTest, OnlyTheFileOfAMixedPictureIsChecked) {
   const CommandResult rendered = lightmill({"render", scene_, "--size", "64x64", "--spp", "1", "--method", "path",
                                             "--allow-mixed", "-o", path_, "--server", server()});
   ASSERT_EQ(rendered.exit_code, 0) << rendered.err;

@@ -1,4 +1,4 @@
--- A database of format 6 as the program of that format wrote it; see ADatabaseOfTheFormatBeforeIsBroughtAlongAndKept.
+-- A database of format 6 as the program of that format wrote it; see ADatabaseOfThePreviousFormatIsMigratedAndKept.
 SET statement_timeout = 0;
 SET lock_timeout = 0;
 SET idle_in_transaction_session_timeout = 0;

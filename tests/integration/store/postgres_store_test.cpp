@@ -1,4 +1,4 @@
-// The store in PostgreSQL, against a real server: what every store does, and what only this one does.
+// The PostgreSQL store on a real server: the tests of every store, and its own.
 #include "server/store/postgres/postgres_store.h"
 
 #include <gtest/gtest.h>
@@ -96,7 +96,7 @@ class PostgresStoreTest : public ::testing::Test {
   PostgresOptions options() { return options_for(url_); }
   std::string sql(const std::string& text) { return run_sql(url_, text); }
   StoredState stored() { return opened(options()).store->load().value(); }
-  /// Ends all connections to the database.
+  /// Closes all connections to the database.
   void cut_all() {
     sql("SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = current_database() AND pid <> "
         "pg_backend_pid()");
@@ -134,7 +134,7 @@ TEST_F(PostgresStoreTest, AnotherFormatIsRefusedWithWhatToDo) {
   EXPECT_EQ(stored().jobs.size(), 1u) << "nothing was changed";
 }
 
-TEST_F(PostgresStoreTest, ADatabaseOfTheFormatBeforeIsBroughtAlongAndKept) {
+TEST_F(PostgresStoreTest, ADatabaseOfThePreviousFormatIsMigratedAndKept) {
   const std::string before = read_file(source_file("tests/integration/store/format_6.sql")).value();
   sql(before);
   sql("UPDATE lightmill.lease SET expires = clock_timestamp() + interval '1 hour'");
@@ -152,7 +152,7 @@ TEST_F(PostgresStoreTest, ADatabaseOfTheFormatBeforeIsBroughtAlongAndKept) {
     auto upload = stores.assets->start_upload(sha256(more)).value();
     EXPECT_TRUE(upload->append(as_byte_view(more)).ok() && upload->finish().ok());
   }
-  // The way back: the tables as they were.
+  // The way back: the old tables under their old name.
   sql("DROP SCHEMA lightmill CASCADE; ALTER SCHEMA lightmill_format_6 RENAME TO lightmill");
   EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), "6");
   EXPECT_EQ(describe(stored()), describe(state_of_the_format_before()));
@@ -167,24 +167,24 @@ TEST_F(PostgresStoreTest, ADatabaseBehindTheRecordOfTheLastCommitIsRefusedUntilT
     ASSERT_TRUE(store->load().ok());
     ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(id)}}).ok());
   }
-  // As a database that was put back from a backup of the first epoch.
+  // Like a database restored from a backup of the first epoch.
   sql("DELETE FROM lightmill.jobs WHERE id = 2; UPDATE lightmill.turn SET epoch = 1, commits = 1, highest_job = 1");
   const Status refused = open_postgres(recorded).status();
   EXPECT_EQ(refused.code(), StatusCode::kFailedPrecondition);
   EXPECT_NE(message_of(refused).find("jobs up to 2 and their results may be lost"), std::string::npos) << refused;
   EXPECT_NE(message_of(refused).find("--accept-loss"), std::string::npos) << refused;
-  EXPECT_TRUE(open_postgres(options()).ok()) << "one that has no record cannot know";
+  EXPECT_TRUE(open_postgres(options()).ok()) << "without a record it cannot know";
   recorded.accept_loss = true;
   {
     const StoredState state = opened(recorded).store->load().value();
     EXPECT_EQ(state.jobs.size(), 1u);
-    EXPECT_EQ(state.next_job_id, 3u) << "the lost job's id is not given again";
+    EXPECT_EQ(state.next_job_id, 3u) << "the lost job's id is not reused";
   }
   recorded.accept_loss = false;
   EXPECT_TRUE(open_postgres(recorded).ok());
 }
 
-TEST_F(PostgresStoreTest, OneThatStandsByRecordsTheOthersCommits) {
+TEST_F(PostgresStoreTest, AStandbyRecordsTheOthersCommits) {
   const TemporaryFolder folder;
   const auto at_work = opened(options()).store;
   ASSERT_TRUE(at_work->load().ok());
@@ -202,7 +202,7 @@ TEST_F(PostgresStoreTest, OneThatStandsByRecordsTheOthersCommits) {
   EXPECT_EQ(last->highest_job, 7u);
 }
 
-TEST_F(PostgresStoreTest, ASchemaOfSomethingElseIsRefusedAndAnEmptyOneTaken) {
+TEST_F(PostgresStoreTest, AForeignSchemaIsRefusedAndAnEmptyOneIsUsed) {
   sql("CREATE SCHEMA lightmill; CREATE TABLE lightmill.other (x BIGINT)");
   EXPECT_EQ(open_postgres(options()).status().code(), StatusCode::kFailedPrecondition) << "not to be overwritten";
   sql("DROP TABLE lightmill.other");
@@ -216,7 +216,7 @@ TEST_F(PostgresStoreTest, ADatabaseWithoutUtf8IsRefusedWithWhatToDo) {
   EXPECT_NE(message_of(status).find("ENCODING 'UTF8'"), std::string::npos) << status;
 }
 
-TEST_F(PostgresStoreTest, WhoOnlyLooksMakesNoFarmAndWaitsForNobody) {
+TEST_F(PostgresStoreTest, ALookCreatesNoFarmAndDoesNotWait) {
   PostgresOptions look = options();
   look.only_look = true;
   const Status none = open_postgres(look).status();
@@ -232,7 +232,7 @@ TEST_F(PostgresStoreTest, WhoOnlyLooksMakesNoFarmAndWaitsForNobody) {
   EXPECT_TRUE(open_postgres(look).ok());
 }
 
-TEST_F(PostgresStoreTest, NoServerIsSaidWithItsAddress) {
+TEST_F(PostgresStoreTest, AMissingServerIsReportedWithItsAddress) {
   PostgresOptions nowhere = options();
   nowhere.url = "postgres://someone:secret@127.0.0.1:1/farm";
   const Status status = open_postgres(nowhere).status();
@@ -254,9 +254,9 @@ TEST_F(PostgresStoreTest, TextsOfAnyBytesCanBeStored) {
   EXPECT_EQ(store->load()->jobs.at(0).record.reason, record.reason);
 }
 
-// ---- connections that are lost ----
+// ---- lost connections ----
 
-TEST_F(PostgresStoreTest, ALostConnectionIsMadeAgain) {
+TEST_F(PostgresStoreTest, ALostConnectionIsRestored) {
   const PostgresStores stores = opened(options());
   ASSERT_TRUE(stores.store->load().ok());
   ASSERT_TRUE(stores.store->commit(std::vector<StoreOp>{PutJob{full_record(1)}}).ok());
@@ -289,7 +289,7 @@ TEST_F(PostgresStoreTest, ACommitWhoseAnswerIsLostIsStoredOnce) {
   const auto store = opened(options_for(PostgresServer::over_tcp(url_, proxy.port()))).store;
   ASSERT_TRUE(store->load().ok());
   ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(1)}}).ok());
-  // A second time, the node would have no job.
+  // The second time, the node would have no job.
   const std::vector<StoreOp> ops{PutNode{JobId{1}, TileId{0}, small_node(0, 0, 1)}, DeleteJobRows{JobId{1}},
                                  PutJob{full_record(2)}};
   proxy.swallow(Way::back, true);
@@ -316,7 +316,7 @@ TEST_F(PostgresStoreTest, ACommitThatNeverReachedTheServerIsStored) {
 
 // ---- several coordinators ----
 
-TEST_F(PostgresStoreTest, ASecondOneStandsByUntilTheFirstLeaves) {
+TEST_F(PostgresStoreTest, ASecondCoordinatorWaitsUntilTheFirstLeaves) {
   std::optional<PostgresStores> first = opened(options());
   const std::uint64_t epoch = first->store->load()->epoch;
   std::atomic<int> looks = 0;
@@ -332,16 +332,16 @@ TEST_F(PostgresStoreTest, ASecondOneStandsByUntilTheFirstLeaves) {
   EXPECT_EQ(second.store->load()->epoch, epoch + 1);
 }
 
-TEST_F(PostgresStoreTest, OneThatStandsByCanBeStopped) {
+TEST_F(PostgresStoreTest, AStandbyCanBeStopped) {
   const PostgresStores first = opened(options());
   PostgresOptions stopped = options();
   stopped.wait = [](std::chrono::milliseconds) { return false; };
   EXPECT_EQ(open_postgres(stopped).status().code(), StatusCode::kCancelled);
 }
 
-TEST_F(PostgresStoreTest, OneThatIsKilledIsReplacedWhenItsLeaseRunsOut) {
+TEST_F(PostgresStoreTest, AKilledCoordinatorIsReplacedWhenItsLeaseExpires) {
   stored();
-  // As it leaves the lease, but for its length:
+  // The lease as the killed coordinator leaves it, only longer.
   sql("UPDATE lightmill.lease SET instance = 'killed', expires = clock_timestamp() + interval '1 hour'");
   int looks = 0;
   PostgresOptions waiting = options();
@@ -356,9 +356,9 @@ TEST_F(PostgresStoreTest, OneThatIsKilledIsReplacedWhenItsLeaseRunsOut) {
   EXPECT_EQ(looks, 3);
 }
 
-TEST_F(PostgresStoreTest, OneWhoseConnectionsAreGoneIsReplacedBeforeItsLeaseRunsOut) {
+TEST_F(PostgresStoreTest, ADisconnectedCoordinatorIsReplacedBeforeItsLeaseExpires) {
   stored();
-  // One at work: a connection, and the lease.
+  // An active coordinator: a connection, and the lease.
   auto killed = std::make_unique<postgres::Session>(postgres::Target{url_, "lightmill-server killed"},
                                                     std::span<const char* const>(), std::chrono::seconds(10));
   ASSERT_TRUE(killed->connect().ok());
@@ -376,7 +376,7 @@ TEST_F(PostgresStoreTest, OneWhoseConnectionsAreGoneIsReplacedBeforeItsLeaseRuns
   EXPECT_LE(looks, 8) << "three while it is there, and four without it";
 }
 
-TEST_F(PostgresStoreTest, ADeposedOneStoresNothing) {
+TEST_F(PostgresStoreTest, ADeposedCoordinatorStoresNothing) {
   std::atomic<int> deposed = 0;
   PostgresOptions of_first = options();
   of_first.lease = std::chrono::seconds(1);
@@ -391,7 +391,7 @@ TEST_F(PostgresStoreTest, ADeposedOneStoresNothing) {
   const auto upload = first.assets->start_upload(sha256("late")).value();
   ASSERT_TRUE(upload->append(as_byte_view("late")).ok());
 
-  // As if it were stopped for longer than its lease:
+  // As if it were stopped for longer than its lease.
   PostgresOptions of_second = options();
   of_second.wait = [&](std::chrono::milliseconds) {
     sql("UPDATE lightmill.lease SET expires = '-infinity'");
@@ -413,12 +413,12 @@ TEST_F(PostgresStoreTest, ADeposedOneStoresNothing) {
   EXPECT_FALSE(second.assets->has(sha256("late")));
 }
 
-TEST_F(PostgresStoreTest, ATransactionOfADeposedOneThatIsUnderWayIsEnded) {
+TEST_F(PostgresStoreTest, AnOpenTransactionOfADeposedCoordinatorIsEnded) {
   PostgresOptions of_first = options();
   of_first.on_deposed = [](const Status&) {};
   const PostgresStores first = opened(of_first);
   ASSERT_TRUE(first.store->load().ok());
-  // A connection of the first that was stopped in the middle of a commit, with its locks.
+  // A connection of the first coordinator that stopped in the middle of a commit, with its locks.
   const std::string instance = sql("SELECT instance FROM lightmill.lease");
   postgres::Session stopped({url_, "lightmill-server " + instance}, {}, std::chrono::seconds(5));
   ASSERT_TRUE(stopped.execute("BEGIN; SELECT take_turn(1, 1); CREATE TABLE late (x BIGINT)").ok());
