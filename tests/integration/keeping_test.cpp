@@ -21,6 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// For tests that wait for the end of a job. 16 + 4: the film ends as two nodes a tile.
+const Picture kSmall{.samples = 20};
+
 bool says(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
@@ -85,7 +88,7 @@ TEST(Storage, FilmsOfEndedJobsMayOutgrowTheMemoryAndEachIsServed) {
   picture.method = "preview";
   const auto lives = [&] { return !farm.server().wait(std::chrono::milliseconds(0)).has_value(); };
   std::vector<std::uint64_t> jobs;
-  for (int i = 0; i < 24; ++i) {
+  for (int i = 0; i < 14; ++i) {
     jobs.push_back(client.submit(picture, fmt::format("job {}", i)).id());
     ASSERT_EQ(client.wait_until_ended(jobs.back()).state(), v1::JOB_STATE_DONE);
     ASSERT_TRUE(lives()) << farm.server_log();
@@ -117,7 +120,7 @@ TEST(Storage, ADamagedNodeOfAnEndedJobIsRenderedAgainOnceItsFilmIsRead) {
   Farm farm;
   FarmClient client = farm.client();
   farm.add_worker(1, "w1");
-  const std::uint64_t job = client.submit({}).id();
+  const std::uint64_t job = client.submit(kSmall).id();
   ASSERT_EQ(client.wait_until_ended(job).state(), v1::JOB_STATE_DONE);
   farm.server().send(SIGTERM);  // by then the job's end is stored
   ASSERT_EQ(farm.server().wait(), 0);
@@ -133,7 +136,7 @@ TEST(Storage, ADamagedNodeOfAnEndedJobIsRenderedAgainOnceItsFilmIsRead) {
   EXPECT_TRUE(says(farm.server_log(), "of tile 2 are damaged")) << farm.server_log();
   EXPECT_TRUE(says(farm.server_log(), "of its stored nodes were damaged: they are rendered again"))
       << farm.server_log();
-  expect_reference_film(farm.client(), job);
+  expect_reference_film(farm.client(), job, kSmall);
 }
 
 TEST(Storage, DeletingJobsMakesRoom) {
@@ -147,6 +150,7 @@ TEST(Storage, DeletingJobsMakesRoom) {
   Picture large;
   large.side = 1024;
   large.samples = 1;
+  large.method = "preview";
   std::vector<std::uint64_t> jobs;
   const auto done = [&](std::uint64_t job) { return client.job(job).state() == v1::JOB_STATE_DONE; };
   bool waits = false;
@@ -179,7 +183,7 @@ TEST(Storage, AFullDiskLosesNothing) {
   FarmClient client = farm.client();
   farm.add_worker(1, "w1");
   Picture picture;
-  picture.samples = 500;
+  picture.samples = 172;
   const std::uint64_t job = client.submit(picture).id();
   client.wait_for_samples(job, 1);
   disk.fill(64);
@@ -269,9 +273,9 @@ TEST(Storage, ADatabaseThatHasLostCommitsIsRefusedUntilThatIsAccepted) {
   Farm farm;
   FarmClient client = farm.client();
   farm.add_worker(2, "w1");
-  const std::uint64_t first = client.submit({}, "first").id();
+  const std::uint64_t first = client.submit(kSmall, "first").id();
   EXPECT_EQ(client.wait_until_ended(first).state(), v1::JOB_STATE_DONE);
-  const std::uint64_t lost = client.submit({}, "lost").id();
+  const std::uint64_t lost = client.submit(kSmall, "lost").id();
   EXPECT_EQ(client.wait_until_ended(lost).state(), v1::JOB_STATE_DONE);
   kill_at_once(farm.server());
   // The last commits are cut off, like on a disk that lost them.
@@ -297,14 +301,14 @@ TEST(Storage, ADatabaseThatHasLostCommitsIsRefusedUntilThatIsAccepted) {
   }());
   EXPECT_TRUE(says(accepted.out + accepted.err, "--accept-loss: its last commit is")) << accepted.err;
   farm.start_server();
-  EXPECT_EQ(client.submit({}, "another").id(), lost + 1) << "a lost job's number is not reused";
-  expect_reference_film(farm.client(), lost + 1);
+  EXPECT_EQ(client.submit(kSmall, "another").id(), lost + 1) << "a lost job's number is not reused";
+  expect_reference_film(farm.client(), lost + 1, kSmall);
 }
 
 TEST(Storage, ADamagedAssetIsForgottenAndSentAgain) {
   Farm farm;
   FarmClient client = farm.client();
-  Picture picture;
+  const Picture picture = kSmall;
   const std::uint64_t waiting = client.submit(picture, "waiting").id();
   fs::path damaged;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(farm.data() / "assets")) {
@@ -326,7 +330,7 @@ TEST(Storage, ADamagedAssetIsForgottenAndSentAgain) {
 TEST(Storage, AJobWaitsForAnUnreadableAsset) {
   Farm farm;
   FarmClient client = farm.client();
-  const Picture picture;
+  const Picture picture = kSmall;
   const std::uint64_t job = client.submit(picture).id();
   fs::path asset;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(farm.data() / "assets")) {

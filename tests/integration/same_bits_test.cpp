@@ -72,8 +72,9 @@ TEST(SameBits, TheLengthOfUnitsDoesNotChangeTheBits) {
     Farm farm(of_farm);
     farm.add_worker(2, "w1");
     farm.add_worker(2, "w2");
-    const std::uint64_t job = farm.client().submit(kPicture).id();
-    expect_reference_film(farm.client(), job);
+    const Picture picture{.samples = 172};
+    const std::uint64_t job = farm.client().submit(picture).id();
+    expect_reference_film(farm.client(), job, picture);
     results.push_back(farm.client().job(job).counters().results_merged());
   }
   EXPECT_LT(2 * results[1], results[0]);
@@ -119,12 +120,12 @@ TEST(SameBits, AnExtendedJobHasTheSameBits) {
   farm.add_worker(2, "w1");
   FarmClient client = farm.client();
   Picture picture = kPicture;
-  picture.samples = 100;
+  picture.samples = 50;
   const std::uint64_t job = client.submit(picture).id();
   expect_reference_film(farm.client(), job, picture);
   client.extend(job, kPicture.samples);
   expect_reference_film(farm.client(), job);
-  EXPECT_EQ(rendered_by(farm, {"w1"}).again, 0u) << "the first hundred are not rendered again";
+  EXPECT_EQ(rendered_by(farm, {"w1"}).again, 0u) << "the first fifty are not rendered again";
 }
 
 /// Renders a picture with an error goal on a farm of this size. Returns its number of samples.

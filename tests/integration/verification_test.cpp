@@ -178,7 +178,7 @@ TEST(ForgedResults, DoNotReplaceAPicture) {
   Farm farm;
   Picture picture;
   picture.side = 256;
-  picture.samples = 64;
+  picture.samples = 16;
   const v1::Job job = submit_verified(farm, picture, 0.01);
   RawWorker liar(farm, "liar");
   const std::optional<JobDescription> description = liar.next<JobDescription>();
@@ -188,7 +188,7 @@ TEST(ForgedResults, DoNotReplaceAPicture) {
   for (std::uint32_t tile = 0; tile < 16; ++tile) {
     WorkerResult forged;
     forged.lease = grant->lease;
-    forged.key = {grant->unit.job, TileId{tile}, {6, 0}};
+    forged.key = {grant->unit.job, TileId{tile}, {4, 0}};
     forged.node = {forged.key.range, std::vector<float>(std::size_t{64} * 64 * 2 * 3, 1e3f), 0};
     forged.hash = hash_of(forged.node);
     forged.render_digest = description->render_digest;

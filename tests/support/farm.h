@@ -23,10 +23,10 @@ namespace lightmill::test {
 
 /// A small picture to render: the bench box with blocks, or another shipped scene.
 struct Picture {
-  int side = 128;               ///< pixels
-  int height = 0;               ///< 0: a square
-  std::uint64_t samples = 172;  ///< 128 + 32 + 8 + 4: the film ends as several nodes a tile; 0: no limit
-  double error = 0;             ///< 0: no limit
+  int side = 128;              ///< pixels
+  int height = 0;              ///< 0: a square
+  std::uint64_t samples = 84;  ///< 64 + 16 + 4: the film ends as several nodes a tile; 0: no limit
+  double error = 0;            ///< 0: no limit
   std::uint64_t seed = 7;
   std::string method = "path";
   std::string scene = "cornell-bench-blocks";
