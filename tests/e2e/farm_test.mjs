@@ -1,4 +1,4 @@
-// The farm over time, a worker's history and the event log in a real browser:
+// The farm's history, a worker's history and the event log in a real browser:
 //   node farm_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';

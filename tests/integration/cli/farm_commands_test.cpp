@@ -174,7 +174,7 @@ TEST_F(FarmCliTest, RenderReportsMissingWorkersAndWorkersFindTheFarmAsItDoes) {
     });
   };
   EXPECT_TRUE(said(fmt::format("no worker is connected to {}: the job waits. Start one", server())));
-  EXPECT_TRUE(said("job 1: waits for a worker: none is connected")) << "that is what `show` has, too";
+  EXPECT_TRUE(said("job 1: waits for a worker: none is connected")) << "the same as in `show`";
   EXPECT_TRUE(said("--layers are written only to EXR files, and none is written: " + file("a.png")));
   BackgroundProcess worker({program("lightmill-worker"), "--threads", "1"}, file("worker.log"),
                            {{"LIGHTMILL_SERVER", server()}});

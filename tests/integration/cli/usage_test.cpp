@@ -149,7 +149,7 @@ TEST_F(CliTest, OptionsOverrideVariablesInAllCommands) {
 }
 
 TEST_F(CliTest, AMissingFarmIsReported) {
-  for (const auto& [address, cause] : {std::pair("127.0.0.1:1", "nothing listens there"),
+  for (const auto& [address, cause] :
        {std::pair("127.0.0.1:1", "nothing listens there"), std::pair("nobody.invalid:7350", "unknown host name")}) {
     const CommandResult result = lightmill({"jobs", "--server", address});
     EXPECT_EQ(result.exit_code, 3);
