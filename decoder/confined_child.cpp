@@ -125,33 +125,33 @@ Status confine(const Confinement& confinement, const ChildLimits& limits, int fi
 }
 
 /// Whether the whole reply arrived in time.
-enum class Came { yes, ended, late, unwanted };
-Came read_reply(int answers, int asker, Clock::time_point until, DecodeReply& reply) {
+enum class ReplyOutcome { yes, ended, late, unwanted };
+ReplyOutcome read_reply(int answers, int asker, Clock::time_point until, DecodeReply& reply) {
   std::size_t got = 0;
   while (got < sizeof(reply)) {
     std::array<pollfd, 2> ready{pollfd{answers, POLLIN, 0}, pollfd{asker, POLLRDHUP, 0}};
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - Clock::now()).count();
     const int polled = ::poll(ready.data(), ready.size(), static_cast<int>(std::max<std::int64_t>(left, 0)));
     if (polled == 0) {
-      return Came::late;
+      return ReplyOutcome::late;
     }
     if (polled > 0 && ready[1].revents != 0) {
-      return Came::unwanted;
+      return ReplyOutcome::unwanted;
     }
     if (polled > 0) {
       const ssize_t more = ::read(answers, reinterpret_cast<char*>(&reply) + got, sizeof(reply) - got);
       if (more <= 0) {
-        return Came::ended;
+        return ReplyOutcome::ended;
       }
       got += static_cast<std::size_t>(more);
     }
   }
-  return Came::yes;
+  return ReplyOutcome::yes;
 }
 
-Status why_no_reply(Came came, int status, const ChildLimits& limits) {
+Status why_no_reply(ReplyOutcome outcome, int status, const ChildLimits& limits) {
   constexpr const char* kAdvice = "save the image again, or in another format";
-  if (came == Came::late) {
+  if (outcome == ReplyOutcome::late) {
     return resource_exhausted("decoding it takes more than {} s; {}",
                               std::chrono::duration<double>(limits.time).count(), kAdvice);
   }
@@ -204,14 +204,14 @@ DecodeReply run_confined(const Confinement& confinement, const ChildLimits& limi
     return error_reply(resource_exhausted("no process for its decoder: {}", std::strerror(error)));
   }
   DecodeReply reply;
-  const Came came = read_reply(answers[0], confinement.asker, Clock::now() + limits.time, reply);
+  const ReplyOutcome outcome = read_reply(answers[0], confinement.asker, Clock::now() + limits.time, reply);
   ::close(answers[0]);
   ::kill(child, SIGKILL);  // no effect on an ended child; a child that only closed its pipe would run on
-  if (came != Came::yes) {
+  if (outcome != ReplyOutcome::yes) {
     int status = 0;
     while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }
-    return error_reply(why_no_reply(came, status, limits));
+    return error_reply(why_no_reply(outcome, status, limits));
   }
   if (reply.code == kForbiddenCall) {
     return error_reply(invalid_argument(

@@ -6,12 +6,13 @@
 #include "common/base/file.h"
 #include "common/base/file_limit.h"
 #include "common/base/log.h"
-#include "common/base/memory_end.h"
 #include "common/base/mutex.h"
+#include "common/base/out_of_memory.h"
 #include "common/base/signals.h"
-#include "server/access/connection_book.h"
+#include "server/access/connection_limiter.h"
 #include "server/api/api_server.h"
 #include "server/api/health.h"
+#include "server/host_monitor.h"
 #include "server/runtime/runtime.h"
 #include "server/server_options.h"
 #include "server/store/asset_folder.h"
@@ -19,7 +20,6 @@
 #include "server/store/data_directory.h"
 #include "server/store/postgres/postgres_store.h"
 #include "server/store/sqlite/sqlite_store.h"
-#include "server/upkeep.h"
 #include "server/web/web_server.h"
 
 namespace lightmill {
@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr auto kUpkeepPause = std::chrono::milliseconds(500);
+constexpr auto kMonitorPause = std::chrono::milliseconds(500);
 constexpr auto kCollectionPause = std::chrono::hours(1);
 
 CoordinatorLimits limits_of(const ServerOptions& options) {
@@ -96,7 +96,7 @@ Result<State> open_state(const ServerOptions& options, StopRequest& stop) {
     PostgresOptions postgres;
     postgres.url = options.store;
     postgres.assets = limits;
-    postgres.only_look = options.check;
+    postgres.read_only = options.check;
     postgres.accept_loss = options.accept_loss;
     if (!options.data.empty()) {
       LM_ASSIGN_OR_RETURN(state.data, DataDirectory::open(options.data));
@@ -176,9 +176,9 @@ Result<std::unique_ptr<HealthPort>> open_health_port(const ServerOptions& option
 
 RuntimeOptions runtime_options(const ServerOptions& options, const DescriptorPlan& plan) {
   RuntimeOptions runtime;
-  runtime.gate.asks = options.tls.given() || options.authenticate;
-  runtime.gate.takes_certificates = !options.tls.authority.empty();
-  runtime.gate.takes_tokens = !options.insecure;
+  runtime.gate.authenticates = options.tls.given() || options.authenticate;
+  runtime.gate.accepts_certificates = !options.tls.authority.empty();
+  runtime.gate.accepts_tokens = !options.insecure;
   CallLimitOptions& calls = runtime.gate.calls;
   calls = options.calls;
   // Each stream may hold a file open. No caller may take all places.
@@ -248,16 +248,16 @@ Status serve(const ServerOptions& options, StopRequest& stop) {
                  options.http.substr(0, options.http.rfind(':')), web->port());
   }
   LM_RETURN_IF_ERROR(write_port(options.http_port_file, web == nullptr ? 0 : web->port()));
-  Upkeep upkeep(options.tls, state->data ? state->data->path() : fs::path(), bytes_of_gib(options.reserve_gib),
-                [&runtime](const std::string& why) { runtime->loop().set_space(why); });
+  HostMonitor monitor(options.tls, state->data ? state->data->path() : fs::path(), bytes_of_gib(options.reserve_gib),
+                      [&runtime](const std::string& why) { runtime->loop().set_space(why); });
   auto next_collection = std::chrono::steady_clock::now() + kCollectionPause;
   do {
-    upkeep.look(system_clock().unix_milliseconds() / 1000);
+    monitor.check(system_clock().unix_milliseconds() / 1000);
     if (std::chrono::steady_clock::now() >= next_collection) {
       runtime->forget_unused_assets();
       next_collection = std::chrono::steady_clock::now() + kCollectionPause;
     }
-  } while (stop.wait_for(kUpkeepPause));
+  } while (stop.wait_for(kMonitorPause));
   Status failure = stop.wait();
   spdlog::info("stopping");
   web.reset();
@@ -297,6 +297,6 @@ int run(int argc, char** argv) {
 }  // namespace lightmill
 
 int main(int argc, char** argv) {
-  lightmill::end_when_memory_ends("lightmill-server", 1);
+  lightmill::exit_on_out_of_memory("lightmill-server", 1);
   return lightmill::run(argc, argv);
 }

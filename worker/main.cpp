@@ -7,15 +7,15 @@
 #include <iostream>
 
 #include "common/base/address.h"
-#include "common/command_line/daemon_options.h"
 #include "common/base/digest.h"
 #include "common/base/log.h"
 #include "common/base/machine_memory.h"
-#include "common/base/memory_end.h"
 #include "common/base/openjd.h"
+#include "common/base/out_of_memory.h"
 #include "common/base/quantities.h"
 #include "common/base/signals.h"
 #include "common/base/text.h"
+#include "common/command_line/daemon_options.h"
 #include "common/command_line/describe_option.h"
 #include "common/farm/job.h"
 #include "common/methods/fingerprint.h"
@@ -297,6 +297,6 @@ int run(int argc, char** argv) {
 }  // namespace lightmill
 
 int main(int argc, char** argv) {
-  lightmill::end_when_memory_ends("lightmill-worker", 1, lightmill::has_flag(argc, argv, "--openjd"));
+  lightmill::exit_on_out_of_memory("lightmill-worker", 1, lightmill::has_flag(argc, argv, "--openjd"));
   return lightmill::run(argc, argv);
 }

@@ -114,7 +114,7 @@ void Console::progress(std::string_view line) const {
   }
 }
 
-void Console::tell_manager(double fraction, std::string_view status) const {
+void Console::notify_manager(double fraction, std::string_view status) const {
   if (openjd_) {
     const MutexLock lock(mutex_);
     end_redrawn();

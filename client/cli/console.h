@@ -46,7 +46,7 @@ class Console {
   void notices(std::span<const std::string> lines) const;  ///< one each
   void progress(std::string_view line) const;              ///< how far the work is; nothing with --json
   /// Progress for a farm manager: the fraction done, and a text. Nothing without --openjd.
-  void tell_manager(double fraction, std::string_view status) const;
+  void notify_manager(double fraction, std::string_view status) const;
   /// Reports an error, with --json also as an object. Returns its exit code.
   ExitCode fail(const Status& status) const;
   /// The same. Adds "failure" to `object`.

@@ -59,24 +59,24 @@ Result<CallerTexts> read_caller(const CommonOptions& options, const std::string&
 
 }  // namespace
 
-Result<std::unique_ptr<FarmConnection>> connect(const CommonOptions& options) {
+Result<std::unique_ptr<CoordinatorClient>> connect(const CommonOptions& options) {
   GivenAddress given = given_address(options.server);
   if (given.address.empty()) {
     given.address = kDefaultServer;
   }
   LM_RETURN_IF_ERROR(check_address(given));
   LM_ASSIGN_OR_RETURN(CallerTexts caller, read_caller(options, given.address));
-  return std::make_unique<FarmConnection>(given.address, std::move(caller));
+  return std::make_unique<CoordinatorClient>(given.address, std::move(caller));
 }
 
 ExitCode with_farm(const Console& console, const CommonOptions& options,
-                   const std::function<Status(FarmConnection&)>& action) {
-  const Result<std::unique_ptr<FarmConnection>> connection = connect(options);
+                   const std::function<Status(CoordinatorClient&)>& action) {
+  const Result<std::unique_ptr<CoordinatorClient>> connection = connect(options);
   const Status status = connection.ok() ? action(**connection) : connection.status();
   return status.ok() ? kDone : console.fail(status);
 }
 
-Result<Farm> choose_farm(const CommonOptions& options, bool local, const PrivateFarmOptions& private_options,
+Result<Farm> choose_farm(const CommonOptions& options, bool local, const LocalFarmOptions& local_options,
                          Signals& signals, const Console& console) {
   Farm farm;
   if (local && !options.server.empty()) {
@@ -85,27 +85,27 @@ Result<Farm> choose_farm(const CommonOptions& options, bool local, const Private
   const GivenAddress given = local ? GivenAddress{} : given_address(options.server);
   if (!given.address.empty()) {
     LM_RETURN_IF_ERROR(check_address(given));
-    if (private_options.threads > 0) {
+    if (local_options.threads > 0) {
       return invalid_argument("--threads applies only to a local farm (--local), and {} names another", given.where);
     }
     LM_ASSIGN_OR_RETURN(CallerTexts caller, read_caller(options, given.address));
-    farm.connection = std::make_unique<FarmConnection>(given.address, std::move(caller));
+    farm.connection = std::make_unique<CoordinatorClient>(given.address, std::move(caller));
     LM_RETURN_IF_ERROR(farm.connection->probe(kGivenTimeout));
     console.notice(fmt::format("farm: {} (given by {})", given.address, given.where));
     return farm;
   }
   if (!local) {
     LM_ASSIGN_OR_RETURN(CallerTexts caller, read_caller(options, kDefaultServer));
-    farm.connection = std::make_unique<FarmConnection>(kDefaultServer, std::move(caller));
+    farm.connection = std::make_unique<CoordinatorClient>(kDefaultServer, std::move(caller));
     if (farm.connection->probe(kDefaultTimeout).ok()) {
       console.notice(fmt::format(
           "farm: {} (it answers on the default port{})", kDefaultServer,
-          private_options.threads > 0 ? "; --threads has no effect, because it applies only to a local farm" : ""));
+          local_options.threads > 0 ? "; --threads has no effect, because it applies only to a local farm" : ""));
       return farm;
     }
   }
-  LM_ASSIGN_OR_RETURN(farm.private_farm, PrivateFarm::start(signals, private_options));
-  farm.connection = std::make_unique<FarmConnection>(farm.private_farm->address());
+  LM_ASSIGN_OR_RETURN(farm.local_farm, LocalFarm::start(signals, local_options));
+  farm.connection = std::make_unique<CoordinatorClient>(farm.local_farm->address());
   console.notice(fmt::format("farm: a local one for this command ({})",
                              local ? "--local" : fmt::format("no farm answers at {}", kDefaultServer)));
   return farm;

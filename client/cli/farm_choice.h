@@ -7,8 +7,8 @@
 
 #include "client/cli/console.h"
 #include "client/cli/context.h"
-#include "client/cli/farm_connection.h"
-#include "client/cli/private_farm.h"
+#include "client/cli/coordinator_client.h"
+#include "client/cli/local_farm.h"
 #include "client/cli/signals.h"
 
 namespace lightmill::cli {
@@ -17,22 +17,22 @@ inline constexpr const char* kDefaultServer = "127.0.0.1:7350";
 
 /// A connection, and the private farm behind it if there is one.
 struct Farm {
-  std::unique_ptr<PrivateFarm> private_farm;  ///< outlives the connection
-  std::unique_ptr<FarmConnection> connection;
+  std::unique_ptr<LocalFarm> local_farm;  ///< outlives the connection
+  std::unique_ptr<CoordinatorClient> connection;
 };
 
 /// Connects to the farm of --server, else of LIGHTMILL_SERVER, else the default. Sends nothing yet. An error names a
 /// malformed address, or what is wrong with a file of --tls-….
-Result<std::unique_ptr<FarmConnection>> connect(const CommonOptions& options);
+Result<std::unique_ptr<CoordinatorClient>> connect(const CommonOptions& options);
 
 /// Connects as above, runs `action` and reports its error.
 ExitCode with_farm(const Console& console, const CommonOptions& options,
-                   const std::function<Status(FarmConnection&)>& action);
+                   const std::function<Status(CoordinatorClient&)>& action);
 
 /// The farm for `render`. This is the given farm; else one that answers on the default port, unless `local`; else a
-/// private one with `private_options`. The console says which. INVALID_ARGUMENT if a farm is named together with
+/// private one with `local_options`. The console says which. INVALID_ARGUMENT if a farm is named together with
 /// `local` or a number of threads.
-Result<Farm> choose_farm(const CommonOptions& options, bool local, const PrivateFarmOptions& private_options,
+Result<Farm> choose_farm(const CommonOptions& options, bool local, const LocalFarmOptions& local_options,
                          Signals& signals, const Console& console);
 
 }  // namespace lightmill::cli

@@ -12,7 +12,7 @@
 namespace lightmill::cli {
 namespace fs = std::filesystem;
 
-Result<AssembledFilm> fetch_film(FarmConnection& connection, std::uint64_t id) {
+Result<AssembledFilm> fetch_film(CoordinatorClient& connection, std::uint64_t id) {
   std::optional<FilmAssembly> film;
   LM_RETURN_IF_ERROR(connection.get_film(id, [&](const v1::GetFilmResponse& part) -> Status {
     if (part.has_header()) {

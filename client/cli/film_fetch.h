@@ -4,14 +4,14 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/farm_connection.h"
+#include "client/cli/coordinator_client.h"
 #include "common/image/color.h"
 #include "common/wire/film_assembly.h"
 
 namespace lightmill::cli {
 
 /// The film as it is now, with its receipt. DATA_LOSS if what the farm sends cannot be a film.
-Result<AssembledFilm> fetch_film(FarmConnection& connection, std::uint64_t id);
+Result<AssembledFilm> fetch_film(CoordinatorClient& connection, std::uint64_t id);
 
 /// Checks that each path can be written: it ends in .exr or .png, and its folder exists and is writable.
 Status check_outputs(const std::vector<std::string>& paths);

@@ -13,7 +13,7 @@ constexpr Duration kPatience = std::chrono::minutes(10);
 /// Cancels the connection's calls at interruptions and children's deaths during its lifetime.
 class CancelOnEvent {
  public:
-  CancelOnEvent(Signals& signals, FarmConnection& connection) : signals_(signals) {
+  CancelOnEvent(Signals& signals, CoordinatorClient& connection) : signals_(signals) {
     signals_.on_event([&connection] { connection.cancel_calls(); });
   }
   ~CancelOnEvent() { signals_.on_event({}); }
@@ -38,7 +38,7 @@ Result<v1::Job> follow_job(Farm& farm, std::uint64_t id, bool tiles, Signals& si
   std::string waits_for;
   std::optional<std::chrono::steady_clock::time_point> lost_since;
   Duration pause = kFirstPause;
-  const auto stop = [&] { return signals.interrupted() || (farm.private_farm && !farm.private_farm->health().ok()); };
+  const auto stop = [&] { return signals.interrupted() || (farm.local_farm && !farm.local_farm->health().ok()); };
   for (;;) {
     const Status status = farm.connection->watch(id, tiles, stop, [&](const v1::WatchJobResponse& response) {
       if (lost_since) {
@@ -50,7 +50,7 @@ Result<v1::Job> follow_job(Farm& farm, std::uint64_t id, bool tiles, Signals& si
         job = response.job();
         if (const std::string reason = has_ended(job.state()) ? "" : job.reason(); reason != waits_for) {
           waits_for = reason;
-          if (!reason.empty() && !farm.private_farm) {  // a private farm's workers are still starting
+          if (!reason.empty() && !farm.local_farm) {  // a private farm's workers are still starting
             console.notice(fmt::format("job {}: {}", id, reason));
           }
         }
@@ -63,8 +63,8 @@ Result<v1::Job> follow_job(Farm& farm, std::uint64_t id, bool tiles, Signals& si
     if (signals.interrupted()) {
       return cancelled("interrupted");
     }
-    if (farm.private_farm) {
-      LM_RETURN_IF_ERROR(farm.private_farm->health());
+    if (farm.local_farm) {
+      LM_RETURN_IF_ERROR(farm.local_farm->health());
     }
     if (!may_recover(status)) {
       return status;

@@ -10,7 +10,7 @@
 
 namespace lightmill::cli {
 
-ExitCode fetch_and_report(const Console& console, FarmConnection& connection, std::uint64_t id,
+ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection, std::uint64_t id,
                           const std::vector<std::string>& outputs, const ViewSettings& view,
                           const std::vector<std::string>& scene_notices) {
   const Result<AssembledFilm> film = fetch_film(connection, id);
@@ -54,7 +54,7 @@ ExitCode fetch_and_report(const Console& console, FarmConnection& connection, st
   return kDone;
 }
 
-ExitCode report_ended_job(const Console& console, FarmConnection& connection, const v1::Job& job,
+ExitCode report_ended_job(const Console& console, CoordinatorClient& connection, const v1::Job& job,
                           const std::vector<std::string>& outputs, const ViewSettings& view,
                           const std::vector<std::string>& scene_notices) {
   if (job.state() == v1::JOB_STATE_DONE) {

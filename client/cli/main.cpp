@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
-#include "common/base/memory_end.h"
+#include "common/base/out_of_memory.h"
 #include "common/command_line/describe_option.h"
 #include "common/command_line/help_page.h"
 #include "common/command_line/option_values.h"
@@ -99,6 +99,7 @@ int run(int argc, char** argv) {
 }  // namespace lightmill::cli
 
 int main(int argc, char** argv) {
-  lightmill::end_when_memory_ends("lightmill", lightmill::cli::kJobFailed, lightmill::has_flag(argc, argv, "--openjd"));
+  lightmill::exit_on_out_of_memory("lightmill", lightmill::cli::kJobFailed,
+                                   lightmill::has_flag(argc, argv, "--openjd"));
   return lightmill::cli::run(argc, argv);
 }

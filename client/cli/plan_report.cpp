@@ -10,7 +10,7 @@ namespace {
 
 using nlohmann::json;
 
-json named_json(const NamedThings& things) {
+json named_json(const NamedItems& things) {
   return {{"count", things.count}, {"names", things.names}};
 }
 
@@ -28,7 +28,7 @@ std::string_view name_of(SceneFacts::Environment environment) {
 
 json facts_json(const SceneFacts& facts) {
   return {{"delta_lights", named_json(facts.delta_lights)},
-          {"small_lamps", named_json(facts.small_lamps)},
+          {"small_emitters", named_json(facts.small_emitters)},
           {"distant_lights", named_json(facts.distant_lights)},
           {"emissive_objects", facts.emissive_objects},
           {"environment", name_of(facts.environment)},
@@ -37,8 +37,8 @@ json facts_json(const SceneFacts& facts) {
           {"boundless_casters", named_json(facts.boundless_casters)},
           {"smooth_layers", named_json(facts.smooth_layers)},
           {"boundless_layers", named_json(facts.boundless_layers)},
-          {"lamps_never_sampled", named_json(facts.lamps_never_sampled)},
-          {"hidden_lamps", named_json(facts.hidden_lamps)},
+          {"unsampled_emitters", named_json(facts.unsampled_emitters)},
+          {"hidden_emitters", named_json(facts.hidden_emitters)},
           {"receivers", facts.receivers},
           {"absorption", facts.absorption},
           {"scattering", facts.scattering},

@@ -297,7 +297,7 @@ void ProgressPrinter::show(const v1::Job& job) {
   }
   const std::string text = progress_text(job, std::numeric_limits<int>::max());
   console_.notice(text);
-  console_.tell_manager(fraction_done(job), text);
+  console_.notify_manager(fraction_done(job), text);
   shown_ = true;
   last_time_ = clock_.now();
   last_fraction_ = fraction_done(job);

@@ -141,7 +141,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command
       .add_option(
           "--max-bounces", settings.max_bounces,
-          "longest light path of path, caustic, vcm, ppm, photon-dots and whitted (default 1000; whitted: 128, its "
+          "longest light path of path, caustic, vcm, ppm, photon-map and whitted (default 1000; whitted: 128, its "
           "maximum); only dense white fog reaches it")
       ->type_name("N")
       ->check(whole_number(1, kMostBounces));

@@ -6,7 +6,7 @@
 #include "client/cli/console.h"
 #include "client/cli/context.h"
 #include "client/cli/image_check.h"
-#include "common/base/memory_end.h"
+#include "common/base/out_of_memory.h"
 
 namespace lightmill::cli {
 namespace {

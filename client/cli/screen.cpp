@@ -73,7 +73,7 @@ void Screen::show(const std::vector<std::string>& lines) {
   put(text);
 }
 
-bool Screen::asked_to_leave(Duration patience) const {
+bool Screen::quit_requested(Duration patience) const {
   if (!keys_) {
     signals_.sleep(patience);
     return signals_.interrupted();

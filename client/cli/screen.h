@@ -31,7 +31,7 @@ class Screen {
   /// Replaces the screen's content. `lines` must fit its size.
   static void show(const std::vector<std::string>& lines);
   /// Waits for a key or a signal, at most `patience`. Returns whether it asks to leave: q or Ctrl-C.
-  bool asked_to_leave(Duration patience) const;
+  bool quit_requested(Duration patience) const;
 
  private:
   void restore();

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::uint64_t kWorthShowing = std::uint64_t{1} << 20;  // bytes; smaller uploads end at once
 
-Status upload_missing(FarmConnection& connection, const PreparedJob& job, const Console& console) {
+Status upload_missing(CoordinatorClient& connection, const PreparedJob& job, const Console& console) {
   LM_ASSIGN_OR_RETURN(const std::vector<Sha256> missing, connection.find_missing_assets(job.spec.settings.assets));
   std::uint64_t total = 0, before = 0;
   for (const Sha256& digest : missing) {
@@ -35,7 +35,7 @@ Status upload_missing(FarmConnection& connection, const PreparedJob& job, const 
 
 }  // namespace
 
-Result<v1::Job> submit_job(FarmConnection& connection, const PreparedJob& job, const Console& console) {
+Result<v1::Job> submit_job(CoordinatorClient& connection, const PreparedJob& job, const Console& console) {
   LM_RETURN_IF_ERROR(upload_missing(connection, job, console));
   v1::SubmitJobRequest request;
   to_wire(job.spec, &request);

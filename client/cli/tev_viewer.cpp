@@ -96,7 +96,7 @@ void TevViewer::run() {
       return;
     }
     if (phase() == Phase::showing) {
-      tell_missing(status);
+      report_missing(status);
     }
     const Moment again = OutgoingConnection::now() + pauses_.retry;
     while (phase() == Phase::showing && OutgoingConnection::now() < again) {
@@ -104,7 +104,7 @@ void TevViewer::run() {
     }
     if (phase() != Phase::showing) {
       if (phase() == Phase::finishing) {
-        tell_incomplete(status);
+        report_incomplete(status);
       }
       return;
     }
@@ -129,19 +129,19 @@ Status TevViewer::serve() {
     }
     LM_RETURN_IF_ERROR(connection_.wait(told_missing_ ? lasts : Moment::max()));
     if (OutgoingConnection::now() >= lasts) {
-      tell_found();
+      report_found();
     }
   }
 }
 
-void TevViewer::tell_found() {
+void TevViewer::report_found() {
   if (std::exchange(told_missing_, false)) {
     const HostPort& address = connection_.address();
     console_.notice(fmt::format("showing the picture in the viewer at {}:{}", address.host, address.port));
   }
 }
 
-void TevViewer::tell_missing(const Status& why) {
+void TevViewer::report_missing(const Status& why) {
   if (!std::exchange(told_missing_, true)) {
     const HostPort& address = connection_.address();
     console_.notice(fmt::format("no viewer at {}:{} ({}): start tev or HDRView there. Retrying", address.host,
@@ -149,7 +149,7 @@ void TevViewer::tell_missing(const Status& why) {
   }
 }
 
-void TevViewer::tell_incomplete(const Status& why) {
+void TevViewer::report_incomplete(const Status& why) {
   const HostPort& address = connection_.address();
   console_.notice(fmt::format("the picture at {}:{} is incomplete ({})", address.host, address.port, message_of(why)));
 }

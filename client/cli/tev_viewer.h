@@ -47,9 +47,9 @@ class TevViewer {
   std::string next_packet();
   void go_on_to(Phase phase);
   Phase phase();
-  void tell_found();
-  void tell_missing(const Status& why);
-  void tell_incomplete(const Status& why);
+  void report_found();
+  void report_missing(const Status& why);
+  void report_incomplete(const Status& why);
 
   const std::uint64_t job_;
   const Console& console_;

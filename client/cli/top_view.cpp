@@ -88,14 +88,14 @@ std::string activity(const v1::Worker& worker) {
   return worker.leases() > 0 ? "working" : "idle";
 }
 
-std::vector<std::string> top_lines(const FarmLook& look, int columns, int rows) {
-  std::vector<v1::Job> jobs = look.jobs;
+std::vector<std::string> top_lines(const TopSnapshot& snapshot, int columns, int rows) {
+  std::vector<v1::Job> jobs = snapshot.jobs;
   std::erase_if(jobs, [](const v1::Job& job) { return has_ended(job.state()); });
   // Within a state: jobs in work first, then those that come next.
   std::ranges::sort(jobs, {}, [](const v1::Job& job) {
     return std::tuple(rank_of(job.state()), job.samples_per_second() <= 0, -job.priority(), job.id());
   });
-  std::vector<v1::Worker> workers = look.workers;
+  std::vector<v1::Worker> workers = snapshot.workers;
   std::ranges::sort(workers, [](const v1::Worker& a, const v1::Worker& b) {
     return std::tuple(-a.samples_per_second(), a.name()) < std::tuple(-b.samples_per_second(), b.name());
   });
@@ -113,15 +113,15 @@ std::vector<std::string> top_lines(const FarmLook& look, int columns, int rows) 
   }
   std::ranges::sort(worker_kinds, std::greater());
   std::vector<std::string> lines{
-      fmt::format("farm     {}", look.server),
+      fmt::format("farm     {}", snapshot.server),
       fmt::format("workers  {}; {}, {}; the farm could use {}", counts_text(worker_kinds), counted(threads, "thread"),
-                  human_rate(rate), look.wanted),
+                  human_rate(rate), snapshot.wanted),
       fmt::format("jobs     {}", counts_text(job_kinds)),
   };
-  if (!look.trouble.empty()) {
-    lines.insert(lines.begin(), "out of date: " + printable(look.trouble));
+  if (!snapshot.trouble.empty()) {
+    lines.insert(lines.begin(), "out of date: " + printable(snapshot.trouble));
   }
-  for (const std::string& notice : look.notices) {
+  for (const std::string& notice : snapshot.notices) {
     lines.push_back("note     " + printable(notice));
   }
   for (std::string& line : lines) {

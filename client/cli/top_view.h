@@ -9,7 +9,7 @@
 namespace lightmill::cli {
 
 /// A farm at one moment.
-struct FarmLook {
+struct TopSnapshot {
   std::string server;         ///< HOST:PORT
   std::vector<v1::Job> jobs;  ///< the view leaves out ended jobs
   std::vector<v1::Worker> workers;
@@ -23,6 +23,6 @@ std::string activity(const v1::Worker& worker);
 
 /// The lines: trouble, the farm's totals, its jobs that have not ended (active ones first, each state by number), its
 /// workers (the fastest first). They fit `columns` and `rows`; 0: no limit.
-std::vector<std::string> top_lines(const FarmLook& look, int columns, int rows);
+std::vector<std::string> top_lines(const TopSnapshot& snapshot, int columns, int rows);
 
 }  // namespace lightmill::cli

@@ -148,7 +148,7 @@ struct LeaseGrant {
   Unit unit;
   Hash128 trace = {};  ///< trace_id of the job, for logs
   /// One per tile of the unit. It proves to every coordinator of the farm, at any time, that these samples were granted
-  /// to this worker (server/domain/grants.h).
+  /// to this worker (server/domain/grant_signer.h).
   std::vector<Sha256> tags = {};
 };
 

@@ -145,16 +145,16 @@ bool method_reads_meters(std::string_view method) {
   return method_follows_all_light(method) || method == "ppm";
 }
 
-std::optional<LayerPlace> place_of(std::string_view layer, const std::vector<LayerSpec>& layers) {
+std::optional<LayerSlice> layer_slice(std::string_view layer, const std::vector<LayerSpec>& layers) {
   const auto found = std::ranges::find(layers, layer, &LayerSpec::name);
   if (found == layers.end()) {
     return std::nullopt;
   }
-  LayerPlace place{found->kind, 0, found->channels};
+  LayerSlice slice{found->kind, 0, found->channels};
   for (auto before = layers.begin(); before != found; ++before) {
-    place.first += before->kind == found->kind ? before->channels : 0;
+    slice.first += before->kind == found->kind ? before->channels : 0;
   }
-  return place;
+  return slice;
 }
 
 NodeLayout::NodeLayout(const std::vector<LayerSpec>& layers) : summed(0) {

@@ -77,15 +77,15 @@ Status check_light_groups(const std::vector<LayerSpec>& layers, std::span<const 
 bool method_reads_meters(std::string_view method);
 
 /// Position of a layer among those of its kind.
-struct LayerPlace {
+struct LayerSlice {
   LayerKind kind = LayerKind::summed;
   std::uint32_t first = 0;  ///< channel
   std::uint32_t channels = kBeautyChannels;
-  friend bool operator==(const LayerPlace&, const LayerPlace&) = default;
+  friend bool operator==(const LayerSlice&, const LayerSlice&) = default;
 };
 
 /// Position of a layer among these layers, which are in film order; empty if it is not there.
-std::optional<LayerPlace> place_of(std::string_view layer, const std::vector<LayerSpec>& layers);
+std::optional<LayerSlice> layer_slice(std::string_view layer, const std::vector<LayerSpec>& layers);
 
 /// Layout of a node's values. First come the summed channels of both halves, `[half][channel][pixel]`. Nodes that begin
 /// before sample 16 then have the other layers over their samples below 16: `[first_mean channel][pixel]`,

@@ -50,7 +50,7 @@ EmissionPoint8 LightEmission::point_on(U8 light, M8 lanes, Pair8 u) const {
   return out;
 }
 
-LightEmission::Bulbs8 LightEmission::bulbs(U8 light, M8 lanes) const {
+LightEmission::LightSpheres8 LightEmission::spheres(U8 light, M8 lanes) const {
   const U8 first(table_->first(LightKind::sphere));
   const M8 spheres =
       and_not(lanes & signed_less(light, U8(table_->first(LightKind::point))), signed_less(light, first));
@@ -62,8 +62,8 @@ LightEmission::Bulbs8 LightEmission::bulbs(U8 light, M8 lanes) const {
           table_->spheres.radius(index, spheres)};
 }
 
-EmissionPoint8 LightEmission::point_on_bulb(U8 light, M8 bulbs, const V8& outward) const {
-  return table_->spheres.emission_point(light - U8(table_->first(LightKind::sphere)), bulbs, outward);
+EmissionPoint8 LightEmission::point_on_sphere(U8 light, M8 spheres, const V8& outward) const {
+  return table_->spheres.emission_point(light - U8(table_->first(LightKind::sphere)), spheres, outward);
 }
 
 V8 LightEmission::intensity(U8 light, const EmissionPoint8& from, const V8& direction, M8 lanes) const {

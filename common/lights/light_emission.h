@@ -22,10 +22,10 @@ class LightEmission {
   /// On surfaces, uniform by area.
   EmissionPoint8 point_on(U8 light, M8 lanes, Pair8 u) const;
   /// Lanes whose lights are spheres that shine only outward, with their centres and radii.
-  using Bulbs8 = PhotonAim::Bulbs8;
-  Bulbs8 bulbs(U8 light, M8 lanes) const;
+  using LightSpheres8 = PhotonAim::LightSpheres8;
+  LightSpheres8 spheres(U8 light, M8 lanes) const;
   /// The point of these spheres with this unit normal. Its area is that of the whole sphere.
-  EmissionPoint8 point_on_bulb(U8 light, M8 bulbs, const V8& outward) const;
+  EmissionPoint8 point_on_sphere(U8 light, M8 spheres, const V8& outward) const;
   /// Intensity from the point in unit directions, W/sr. For surfaces it is the radiance times the point's area.
   V8 intensity(U8 light, const EmissionPoint8& from, const V8& direction, M8 lanes) const;
 

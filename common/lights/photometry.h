@@ -81,7 +81,7 @@ inline constexpr double photons_per_second(double watt, double wavelength_m) {
 }
 
 /// Electrical power of a lamp, which is its light if nothing is lost: V · A.
-inline constexpr double lamp_watt(double volt, double ampere) {
+inline constexpr double electrical_watt(double volt, double ampere) {
   return volt * ampere;
 }
 

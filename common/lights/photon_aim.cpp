@@ -73,22 +73,22 @@ F8 PhotonAim::density(const Cone8& cone, M8 inside, const EmissionPoint8& from, 
 
 /// A target of radius r at distance d reaches above the horizon of the surface point whose normal is at θ to it if d
 /// cosθ > R − r.
-PhotonAim::Cap8 PhotonAim::cap(const Target& target, const Bulbs8& bulbs) {
-  const V8 to_target = broadcast(target.center) - bulbs.center;
+PhotonAim::Cap8 PhotonAim::cap(const Target& target, const LightSpheres8& spheres) {
+  const V8 to_target = broadcast(target.center) - spheres.center;
   const F8 distance2 = length_squared(to_target);
   const F8 inverse = F8(1.0f) / sqrt(distance2);
-  const F8 least_cos = (bulbs.radius - F8(target.radius)) * inverse;
+  const F8 least_cos = (spheres.radius - F8(target.radius)) * inverse;
   // From inside a target, and if its direction is undefined: the whole sphere.
   const M8 cut = (least_cos > F8(-1.0f)) & M8(!target.all);
   const V8 axis = select(distance2 > F8(0.0f), to_target * inverse, broadcast(Vec3(0, 0, 1)));
   return {axis, F8(1.0f) - select(cut, min(least_cos, F8(kMostCapCosine)), F8(-1.0f))};
 }
 
-V8 PhotonAim::facing(const Bulbs8& bulbs, Choice8& choice, Pair8 u) const {
+V8 PhotonAim::facing(const LightSpheres8& spheres, Choice8& choice, Pair8 u) const {
   std::array<Cap8, kMostPhotonTargets> caps;
   Cap8 chosen{};
   for (std::uint32_t t = 0; t < size(); ++t) {
-    caps[t] = cap(targets_[t], bulbs);
+    caps[t] = cap(targets_[t], spheres);
     const M8 this_one = choice.target == U8(t);
     chosen = {select(this_one, caps[t].axis, chosen.axis),
               select(this_one, caps[t].one_minus_cos, chosen.one_minus_cos)};
@@ -98,7 +98,7 @@ V8 PhotonAim::facing(const Bulbs8& bulbs, Choice8& choice, Pair8 u) const {
     const F8 off_axis = length_squared(normal - caps[t].axis) * F8(0.5f);
     const M8 faces = (choice.target == U8(t)) | (off_axis <= caps[t].one_minus_cos);
     const F8 denser = masked(faces, F8(2.0f) / caps[t].one_minus_cos);
-    choice.pmf[t] = select(bulbs.lanes, choice.pmf[t] * denser, choice.pmf[t]);
+    choice.pmf[t] = select(spheres.lanes, choice.pmf[t] * denser, choice.pmf[t]);
   }
   return normal;
 }

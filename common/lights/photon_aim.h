@@ -28,7 +28,7 @@ class PhotonAim {
   };
 
   /// Spheres that shine outward, in some lanes.
-  struct Bulbs8 {
+  struct LightSpheres8 {
     M8 lanes;
     V8 center;
     F8 radius;
@@ -36,7 +36,7 @@ class PhotonAim {
   /// Samples unit normals of such spheres, uniform where some of the chosen target is above the horizon. Each target's
   /// probability is multiplied by the ratio of its density there to the density over the whole sphere. So `direction`
   /// returns the density of point and direction, times the sphere's area.
-  V8 facing(const Bulbs8& bulbs, Choice8& choice, Pair8 u) const;
+  V8 facing(const LightSpheres8& spheres, Choice8& choice, Pair8 u) const;
 
   struct Direction8 {
     V8 direction;        ///< unit
@@ -80,7 +80,7 @@ class PhotonAim {
     V8 axis;
     F8 one_minus_cos;
   };
-  static Cap8 cap(const Target& target, const Bulbs8& bulbs);
+  static Cap8 cap(const Target& target, const LightSpheres8& spheres);
   static V8 draw(const Cone8& cone, const EmissionPoint8& from, Pair8 u);
   static F8 density(const Cone8& cone, M8 inside, const EmissionPoint8& from, const V8& direction);
 

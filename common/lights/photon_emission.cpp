@@ -141,9 +141,9 @@ PhotonEmission::Chosen8 PhotonEmission::choose(Pair8 choice) const {
 void PhotonEmission::aim_near(const Chosen8& chosen, M8 lanes, Pair8 position, Pair8 direction, Photon8& out) const {
   EmissionPoint8 from = sources_.point_on(chosen.light, lanes, position);
   PhotonAim::Choice8 targets = chosen.targets;
-  if (const LightEmission::Bulbs8 bulbs = sources_.bulbs(chosen.light, lanes); bulbs.lanes.any()) {
-    const V8 normal = aim_.facing(bulbs, targets, position);
-    from = merge(bulbs.lanes, sources_.point_on_bulb(chosen.light, bulbs.lanes, normal), from);
+  if (const LightEmission::LightSpheres8 spheres = sources_.spheres(chosen.light, lanes); spheres.lanes.any()) {
+    const V8 normal = aim_.facing(spheres, targets, position);
+    from = merge(spheres.lanes, sources_.point_on_sphere(chosen.light, spheres.lanes, normal), from);
   }
   const PhotonAim::Direction8 aimed = aim_.direction(from, targets, direction);
   const V8 along = sources_.intensity(chosen.light, from, aimed.direction, lanes);

@@ -20,8 +20,8 @@ std::unique_ptr<Method> make_path_method(ScenePointer scene, const MethodSetting
 // Methods with photons require a scene whose media do not scatter.
 std::unique_ptr<Method> make_caustic_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec);
 std::unique_ptr<Method> make_ppm_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec);
-std::unique_ptr<Method> make_photon_dots_method(ScenePointer scene, const MethodSettings& settings,
-                                                const MethodSpec& spec);
+std::unique_ptr<Method> make_photon_map_method(ScenePointer scene, const MethodSettings& settings,
+                                               const MethodSpec& spec);
 
 namespace vcm {
 /// Connections that a thread traces together. They take 3.3 MiB, and almost no lane is idle.

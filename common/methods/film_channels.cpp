@@ -73,7 +73,7 @@ void store_surfaces(const FilmChannels& channels, const CompiledScene& scene, co
   }
   if (channels.depth >= 0) {
     const CameraBasis& camera = scene.camera();
-    const F8 depth = dot(surface.point - broadcast(camera.eye), broadcast(camera.forward));
+    const F8 depth = dot(surface.point - broadcast(camera.position), broadcast(camera.forward));
     store_plane(lanes, pixel, depth * F8(static_cast<float>(1 / scene.frame().scale())), plane(channels.depth));
   }
   if (channels.id >= 0) {

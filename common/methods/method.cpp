@@ -25,8 +25,8 @@ Result<std::unique_ptr<Method>> make_method(std::shared_ptr<const CompiledScene>
   if (spec.name == "vcm") {
     return make_vcm_method(std::move(scene), settings, spec);
   }
-  if (spec.name == "photon-dots") {
-    return make_photon_dots_method(std::move(scene), settings, spec);
+  if (spec.name == "photon-map") {
+    return make_photon_map_method(std::move(scene), settings, spec);
   }
   if (spec.name == "preview") {
     return make_preview_method(std::move(scene), settings);

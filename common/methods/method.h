@@ -33,8 +33,8 @@ struct RenderCounters {
 
   // Work that all tiles of a sample share, counted by the thread that does it.
   std::uint64_t photons = 0;
-  std::uint64_t photon_rays = 0;  ///< closest-hit rays of photons
-  std::uint64_t deposits = 0;     ///< stored photons
+  std::uint64_t photon_rays = 0;     ///< closest-hit rays of photons
+  std::uint64_t stored_photons = 0;  ///< stored photons
 };
 
 /// Scratch memory of one thread, reused between calls. Belongs to the method that made it.

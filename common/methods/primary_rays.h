@@ -23,7 +23,7 @@ inline Ray8 camera_rays(const CompiledScene& scene, F8 x, F8 y) {
   const F8 dx = x - F8(0.5f * static_cast<float>(scene.film_width()));
   const F8 dy = y - F8(0.5f * static_cast<float>(scene.film_height()));
   const V8 direction = broadcast(camera.forward) + broadcast(camera.right) * dx + broadcast(camera.down) * dy;
-  return {broadcast(camera.eye), normalize(direction), F8(std::numeric_limits<float>::infinity())};
+  return {broadcast(camera.position), normalize(direction), F8(std::numeric_limits<float>::infinity())};
 }
 
 /// Replaces pinhole rays by rays from points of the lens. Both meet in the plane of focus.

@@ -9,7 +9,7 @@ constexpr double kGather = 2.1;
 constexpr double kGathered = 0.64;
 constexpr double kPhoton = 1;
 constexpr double kPhotonRay = 0.74;
-constexpr double kDeposit = 5.8;  ///< including its entries in the map and on the film
+constexpr double kStoredPhoton = 5.8;  ///< including its entries in the map and on the film
 
 double times(double cost, std::uint64_t count) {
   return cost * static_cast<double>(count);
@@ -20,7 +20,7 @@ double times(double cost, std::uint64_t count) {
 CountedCost cost_of(const RenderCounters& c) {
   return {times(1, c.closest_hit_rays) + times(kShadowRayCost, c.shadow_rays) + times(kGather, c.gathers) +
               times(kGathered, c.gathered),
-          times(kPhoton, c.photons) + times(kPhotonRay, c.photon_rays) + times(kDeposit, c.deposits)};
+          times(kPhoton, c.photons) + times(kPhotonRay, c.photon_rays) + times(kStoredPhoton, c.stored_photons)};
 }
 
 }  // namespace lightmill

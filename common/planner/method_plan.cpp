@@ -12,7 +12,7 @@ std::string_view name_of(std::string_view method) {
 }
 
 /// "the point light 'bulb'", or the first of several with their number. `others`: the plural of the noun.
-std::string first_of(const NamedThings& things, std::string_view others) {
+std::string first_of(const NamedItems& things, std::string_view others) {
   if (things.count == 2) {
     return fmt::format("{} (and 1 more {})", things.names.front(), others.substr(0, others.size() - 1));
   }
@@ -26,9 +26,9 @@ struct UnseenCaustics {
   bool by_casters = false;  ///< casters, through which `caustic` follows light
   bool by_layers = false;   ///< layers of surfaces that `caustic` treats as receivers
   explicit UnseenCaustics(const SceneFacts& facts) {
-    const bool lamps = facts.receivers && !(facts.delta_lights.empty() && facts.small_lamps.empty());
-    by_casters = lamps && !facts.smooth_casters.empty();
-    by_layers = lamps && !facts.smooth_layers.empty();
+    const bool emitters = facts.receivers && !(facts.delta_lights.empty() && facts.small_emitters.empty());
+    by_casters = emitters && !facts.smooth_casters.empty();
+    by_layers = emitters && !facts.smooth_layers.empty();
   }
 };
 
@@ -45,10 +45,10 @@ Verdict admit_ppm(const SceneFacts& facts) {
   if (!photons_render(facts)) {
     return {"ppm", false, "it does not support scattering media"};
   }
-  if (!facts.lamps_never_sampled.empty()) {
+  if (!facts.unsampled_emitters.empty()) {
     return {"ppm", false,
             fmt::format("{} emits no photons, so its light on other surfaces is missing",
-                        first_of(facts.lamps_never_sampled, "emitters"))};
+                        first_of(facts.unsampled_emitters, "emitters"))};
   }
   if (facts.planes && (!facts.distant_lights.empty() || facts.environment != SceneFacts::Environment::none)) {
     return {"ppm", false,
@@ -66,16 +66,16 @@ Verdict admit_ppm(const SceneFacts& facts) {
 
 /// Reason about lights that no method samples. Empty if enough paths hit each of them.
 std::string hidden_reason(const SceneFacts& facts) {
-  if (facts.hidden_lamps.empty() || !facts.receivers) {
+  if (facts.hidden_emitters.empty() || !facts.receivers) {
     return "";
   }
   return fmt::format(
       "no method samples {}, and paths rarely hit so small an emitter, so its light on other surfaces is missing",
-      first_of(facts.hidden_lamps, "emitters"));
+      first_of(facts.hidden_emitters, "emitters"));
 }
 
 /// Reason about distant light that photons miss by way of these planes. Empty if there is none.
-std::string boundless_reason(const SceneFacts& facts, const NamedThings& planes) {
+std::string boundless_reason(const SceneFacts& facts, const NamedItems& planes) {
   if (facts.distant_lights.empty() || planes.empty() || !facts.receivers) {
     return "";
   }
@@ -101,7 +101,8 @@ Verdict admit_vcm(const SceneFacts& facts) {
 
 /// Names the lights that camera paths do not hit.
 std::string unmet_light(const SceneFacts& facts) {
-  return facts.delta_lights.empty() ? first_of(facts.small_lamps, "emitters") : first_of(facts.delta_lights, "lights");
+  return facts.delta_lights.empty() ? first_of(facts.small_emitters, "emitters")
+                                    : first_of(facts.delta_lights, "lights");
 }
 
 std::string layers_reason(const SceneFacts& facts) {
@@ -189,8 +190,8 @@ Verdict admit(const SceneFacts& facts, std::string_view method) {
   if (name == "ppm") {
     return admit_ppm(facts);
   }
-  if (name == "photon-dots") {
-    return {"photon-dots", false, "it shows the photon map as points, and no light"};
+  if (name == "photon-map") {
+    return {"photon-map", false, "it shows the photon map as points, and no light"};
   }
   if (name == "raycast" || name == "whitted") {
     return admit_simple(facts, name);

@@ -9,7 +9,7 @@
 #include "common/methods/method.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/counted_cost.h"
-#include "common/planner/lamp_radiance.h"
+#include "common/planner/emitter_radiance.h"
 
 namespace lightmill {
 namespace {
@@ -147,11 +147,11 @@ PilotMeasure measure(std::span<const Sampled> all, const Sampled& sampled) {
 /// A path that hits a light of radiance L gives X = ρ L, so E[X²] = ρ L E[X], and photons give E[X]. Rough casters show
 /// the light darker and larger, as wide as their lobes, because light sampling takes a part. L is the radiance that
 /// they show. Nothing is trimmed, because trimming would remove what is rare in both methods.
-struct Foreseen {
+struct Prediction {
   double path = 0, caustic = 0;
 };
-Foreseen foresee(const Sampled& caustic, std::size_t batch, std::span<const PixelRect> patches, const Vec3& lamps,
-                 std::span<const double> reference) {
+Prediction predict(const Sampled& caustic, std::size_t batch, std::span<const PixelRect> patches, const Vec3& radiance,
+                   std::span<const double> reference) {
   constexpr double kReflected = 0.7;  ///< typical ρ of bright surfaces
   Halves others = caustic.means[batch];
   double by_chance = 0;
@@ -162,7 +162,7 @@ Foreseen foresee(const Sampled& caustic, std::size_t batch, std::span<const Pixe
         const double a = caustic.caustics[batch][0][i], b = caustic.caustics[batch][1][i];
         others[0][i] -= a;
         others[1][i] -= b;
-        by_chance += (a + b) / 2 * kReflected * static_cast<double>(lamps[channel]) / scale_of(reference[i]);
+        by_chance += (a + b) / 2 * kReflected * static_cast<double>(radiance[channel]) / scale_of(reference[i]);
       }
     }
   }
@@ -220,18 +220,18 @@ Result<PilotChoice> run_pilot(const std::shared_ptr<const CompiledScene>& scene,
   std::vector<PilotMeasure> measures;
   std::ranges::transform(sampled, std::back_inserter(measures),
                          [&](const Sampled& each) { return measure(sampled, each); });
-  if (path && caustic && !scene->caustic_places().casters.empty()) {
-    const Vec3 lamps = shown_lamp_radiance(*scene);
+  if (path && caustic && !scene->caustic_targets().casters.empty()) {
+    const Vec3 radiance = emitter_radiance_in_casters(*scene);
     // The caustics that `path` found in both batches count too, because they are rare.
     double met = 0;
     for (const Halves& batch : sampled[*path].means) {
       met += mean(variances(batch[0], batch[1], reference_of(sampled, &batch))) / 2;
     }
     for (const std::size_t batch : {0, 1}) {
-      const Foreseen foreseen =
-          foresee(sampled[*caustic], batch, patches, lamps, reference_of(sampled, &sampled[*caustic].means[batch]));
-      measures[*path].variance[batch] = std::max(met, foreseen.path);
-      measures[*caustic].variance[batch] = foreseen.caustic;
+      const Prediction predicted =
+          predict(sampled[*caustic], batch, patches, radiance, reference_of(sampled, &sampled[*caustic].means[batch]));
+      measures[*path].variance[batch] = std::max(met, predicted.path);
+      measures[*caustic].variance[batch] = predicted.caustic;
     }
   }
   return choose(settings.methods, measures);

@@ -12,7 +12,7 @@
 #include "common/math/transcendental.h"
 #include "common/math/vec.h"
 #include "common/planner/narrow_lobes.h"
-#include "common/planner/places.h"
+#include "common/planner/regions.h"
 #include "common/scene/casters.h"
 #include "common/scene/mesh.h"
 
@@ -116,7 +116,7 @@ void read_object(const Object& object, const Scene& scene, bool index_changes, S
   if (!is_black(material.emission.rgb)) {
     ++facts.emissive_objects;
     if (is_never_sampled(object, material)) {
-      facts.lamps_never_sampled.add(
+      facts.unsampled_emitters.add(
           named(plane ? "plane" : "sphere", object.name.empty() ? material.name : object.name));
     }
   }
@@ -142,26 +142,26 @@ void read_object(const Object& object, const Scene& scene, bool index_changes, S
   facts.receivers = facts.receivers || receives_light(material);
 }
 
-void read_small_lamps(const Scene& scene, const MeshSource& meshes, SceneFacts& facts) {
+void read_small_emitters(const Scene& scene, const MeshSource& meshes, SceneFacts& facts) {
   constexpr std::size_t kMostPairs = 1'000'000;  ///< pairs of emitters and objects; with more, the test takes too long
-  const Places narrow = narrow_places(scene, meshes);
-  const Places receivers = facts.lamps_never_sampled.empty() ? Places{} : receiving_places(scene, meshes);
+  const Regions narrow = narrow_regions(scene, meshes);
+  const Regions receivers = facts.unsampled_emitters.empty() ? Regions{} : receiver_regions(scene, meshes);
   if (facts.emissive_objects * (narrow.size() + receivers.size()) > kMostPairs) {
     return;
   }
-  for (const Object& lamp : scene.objects) {
-    const Material& material = scene.materials[lamp.material];
+  for (const Object& emitter : scene.objects) {
+    const Material& material = scene.materials[emitter.material];
     if (is_black(material.emission.rgb)) {
       continue;
     }
-    const std::optional<Extent> extent = extent_of(lamp, meshes);
+    const std::optional<Extent> extent = extent_of(emitter, meshes);
     if (!extent) {
       continue;
     }
-    const bool sampled = !is_never_sampled(lamp, material);
-    if (is_small_from(narrow, lamp, *extent) || (!sampled && is_small_from(receivers, lamp, *extent))) {
-      (sampled ? facts.small_lamps : facts.hidden_lamps)
-          .add(named("emitter", lamp.name.empty() ? material.name : lamp.name));
+    const bool sampled = !is_never_sampled(emitter, material);
+    if (is_small_from(narrow, emitter, *extent) || (!sampled && is_small_from(receivers, emitter, *extent))) {
+      (sampled ? facts.small_emitters : facts.hidden_emitters)
+          .add(named("emitter", emitter.name.empty() ? material.name : emitter.name));
     }
   }
 }
@@ -189,7 +189,7 @@ double pixel_share_of(const Scene& scene, const MeshSource& meshes) {
 }
 
 /// `narrow`: all objects that scatter narrowly, if their positions are known.
-void read_light(const Light& light, const Places& narrow, SceneFacts& facts) {
+void read_light(const Light& light, const Regions& narrow, SceneFacts& facts) {
   const auto delta = [&](std::string_view what, bool dark) {
     if (!dark) {
       facts.delta_lights.add(named(what, light.name));
@@ -223,14 +223,14 @@ bool is_surface_meter(const Meter& meter) {
 
 }  // namespace
 
-void NamedThings::add(std::string name) {
+void NamedItems::add(std::string name) {
   ++count;
   if (names.size() < kMostNames) {
     names.push_back(std::move(name));
   }
 }
 
-std::string NamedThings::text() const {
+std::string NamedItems::text() const {
   if (empty()) {
     return "none";
   }
@@ -246,9 +246,9 @@ SceneFacts read_facts(const Scene& scene, const MeshSource& meshes) {
   SceneFacts facts;
   const bool spots = std::ranges::any_of(
       scene.lights, [](const Light& light) { return std::holds_alternative<SpotLight>(light.kind); });
-  const Places narrow_places_for_spots = spots ? narrow_places(scene, meshes) : Places{};
+  const Regions narrow_regions_for_spots = spots ? narrow_regions(scene, meshes) : Regions{};
   for (const Light& light : scene.lights) {
-    read_light(light, narrow_places_for_spots, facts);
+    read_light(light, narrow_regions_for_spots, facts);
   }
   Materials all;
   std::vector<bool> seen(scene.materials.size());
@@ -262,8 +262,8 @@ SceneFacts read_facts(const Scene& scene, const MeshSource& meshes) {
     read_object(object, scene, all.index_changes, facts);
   }
   const bool narrow = !facts.smooth_casters.empty() || !facts.smooth_layers.empty();
-  if (facts.emissive_objects > 0 && (narrow || !facts.lamps_never_sampled.empty())) {
-    read_small_lamps(scene, meshes, facts);
+  if (facts.emissive_objects > 0 && (narrow || !facts.unsampled_emitters.empty())) {
+    read_small_emitters(scene, meshes, facts);
   }
   facts.pixel_share = pixel_share_of(scene, meshes);
   facts.lens = scene.camera.lens_radius > 0;

@@ -15,7 +15,7 @@
 namespace lightmill {
 
 /// Names of some of a scene's objects or lights, in the document's order.
-struct NamedThings {
+struct NamedItems {
   static constexpr std::size_t kMostNames = 8;
   std::size_t count = 0;
   std::vector<std::string> names;  ///< of the first ones, as in messages: "the point light 'bulb'", "the glass 'ball'"
@@ -28,26 +28,26 @@ struct NamedThings {
 struct SceneFacts {
   /// Point and directional lights, which camera paths never hit. Spots count only if they may shine on something that
   /// scatters narrowly.
-  NamedThings delta_lights;
+  NamedItems delta_lights;
   /// Sampled emitters that fill less than kSmallShare of all directions, as seen from each object that scatters
   /// narrowly, as far as is known. Of a million paths through these objects, almost none hits such an emitter.
-  NamedThings small_lamps;
-  NamedThings distant_lights;  ///< directional lights and image environments; photons from there cover a bounded region
+  NamedItems small_emitters;
+  NamedItems distant_lights;  ///< directional lights and image environments; photons from there cover a bounded region
   std::size_t emissive_objects = 0;
   enum class Environment { none, constant, image } environment = Environment::none;
 
-  NamedThings casters;            ///< as in casters.h: all light from them forms caustics
-  NamedThings smooth_casters;     ///< casters that scatter narrowly (narrow_lobes), at least in part
-  NamedThings boundless_casters;  ///< planes among all casters
-  NamedThings smooth_layers;      ///< scatter narrowly, but are no casters, such as a smooth lacquer
-  NamedThings boundless_layers;   ///< planes among them
-  bool receivers = false;         ///< surfaces, media or meters that show caustics
+  NamedItems casters;            ///< as in casters.h: all light from them forms caustics
+  NamedItems smooth_casters;     ///< casters that scatter narrowly (narrow_lobes), at least in part
+  NamedItems boundless_casters;  ///< planes among all casters
+  NamedItems smooth_layers;      ///< scatter narrowly, but are no casters, such as a smooth lacquer
+  NamedItems boundless_layers;   ///< planes among them
+  bool receivers = false;        ///< surfaces, media or meters that show caustics
 
-  NamedThings lamps_never_sampled;  ///< emissive planes, and spheres with an emission texture; only rays that happen to
-                                    ///< hit them find their light
+  NamedItems unsampled_emitters;  ///< emissive planes, and spheres with an emission texture; only rays that happen to
+                                  ///< hit them find their light
   /// Those of them that fill less than kSmallShare of all directions, as seen from each object that scatters narrowly,
   /// or from each object that receives light, as far as is known.
-  NamedThings hidden_lamps;
+  NamedItems hidden_emitters;
   bool planes = false;  ///< infinite planes
   /// Approximate share of photons spread over the scene that land in one pixel: (pixel angle · distance)² / (2 ·
   /// radius)². The radius is that of the sphere around all objects with a known position. The distance is from the
@@ -60,7 +60,7 @@ struct SceneFacts {
   bool ranked_media = false;   ///< a priority, or an index of 1: the renderer must track media
   bool textures = false, holdouts = false, lens = false;
   std::size_t meters = 0;
-  NamedThings point_meters;   ///< irradiance meters
+  NamedItems point_meters;    ///< irradiance meters
   double largest_albedo = 0;  ///< largest channel of any surface; a bound with textures
   /// Some channel is lost only by leaving the scene. In a closed room its light never ends.
   bool lossless = false;

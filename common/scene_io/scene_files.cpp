@@ -39,7 +39,7 @@ const SceneFiles& files_on_disk() {
   return files;
 }
 
-Status HandedFiles::add(const std::string& path, const Sha256& digest) {
+Status UploadedFiles::add(const std::string& path, const Sha256& digest) {
   const std::string name = normal_form(path);
   if (path.empty() || path.size() > kMostPathBytes || path.find('\0') != std::string::npos ||
       fs::path(path).is_absolute() || name == "." || name.ends_with('/') || name == ".." || name.starts_with("../")) {
@@ -53,11 +53,11 @@ Status HandedFiles::add(const std::string& path, const Sha256& digest) {
   return ok_status();
 }
 
-bool HandedFiles::is_file(const fs::path& path) const {
+bool UploadedFiles::is_file(const fs::path& path) const {
   return files_.contains(normal_form(path));
 }
 
-Result<std::string> HandedFiles::read(const fs::path& path, std::uint64_t limit_bytes) const {
+Result<std::string> UploadedFiles::read(const fs::path& path, std::uint64_t limit_bytes) const {
   const auto found = files_.find(normal_form(path));
   if (found == files_.end()) {
     return not_found(

@@ -27,13 +27,13 @@ class SceneFiles {
 const SceneFiles& files_on_disk();
 
 /// A set of files with names. No folder, link or absolute path leads to another file.
-class HandedFiles final : public SceneFiles {
+class UploadedFiles final : public SceneFiles {
  public:
   /// Gets the bytes of the file with this digest. It may take long.
   using Fetch = std::function<Result<std::string>(const Sha256& digest)>;
   static constexpr std::size_t kMostPathBytes = 4096;
 
-  explicit HandedFiles(Fetch fetch) : fetch_(std::move(fetch)) {}
+  explicit UploadedFiles(Fetch fetch) : fetch_(std::move(fetch)) {}
 
   /// INVALID_ARGUMENT unless the path is relative, stays below its root, and is new.
   Status add(const std::string& path, const Sha256& digest);

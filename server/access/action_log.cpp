@@ -87,8 +87,8 @@ ActionLog::Change ActionLog::add(Action action) {
 ActionPage ActionLog::find(const ActionFilter& filter, std::size_t most) const {
   ActionPage page;
   auto at = filter.before == 0 ? entries_.end() : entries_.lower_bound(filter.before);
-  for (std::size_t looked = 0; at != entries_.begin(); ++looked) {
-    if (page.actions.size() == most || looked == kLookedAt) {
+  for (std::size_t scanned = 0; at != entries_.begin(); ++scanned) {
+    if (page.actions.size() == most || scanned == kMostScanned) {
       page.next = at->first;
       break;
     }

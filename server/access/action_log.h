@@ -73,12 +73,12 @@ class ActionLog {
   Change add(Action action);
 
   /// Limit of entries that one query looks at. This takes tenths of a millisecond for any filter.
-  static constexpr std::size_t kLookedAt = 4'096;
+  static constexpr std::size_t kMostScanned = 4'096;
   /// Returns at most `most` actions that pass the filter (`most` is at least 1). If the limit above ends the search,
   /// the page is shorter and has a successor.
   ActionPage find(const ActionFilter& filter, std::size_t most) const;
   /// Whether the log says that a coordinator is active, or was killed while active.
-  bool somebody_is_at_work() const { return at_work_; }
+  bool coordinator_is_active() const { return at_work_; }
 
  private:
   enum Kind { kChange, kRefusal, kWorker, kKinds };

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "server/access/places.h"
+#include "server/access/slot_pool.h"
 
 namespace lightmill {
 namespace {
@@ -21,7 +21,7 @@ bool counts_as_request(Rpc rpc) {
   return rpc != Rpc::upload_asset && rpc != Rpc::download_asset && rpc != Rpc::work;
 }
 
-Allowance& CallLimits::allowance_of(const std::string& caller, Time now) {
+TokenBucket& CallLimits::bucket_of(const std::string& caller, Time now) {
   if (const auto found = callers_.find(caller); found != callers_.end()) {
     return found->second;
   }
@@ -29,11 +29,11 @@ Allowance& CallLimits::allowance_of(const std::string& caller, Time now) {
     swept_at_ = now;
     std::erase_if(callers_, [now](const auto& entry) { return entry.second.is_full(now); });
   }
-  return callers_.size() < kMostCallers ? callers_.emplace(caller, allowance()).first->second : others_;
+  return callers_.size() < kMostCallers ? callers_.emplace(caller, bucket()).first->second : others_;
 }
 
 Status CallLimits::take_request(const std::string& caller, Time now) {
-  Allowance& requests = allowance_of(caller, now);
+  TokenBucket& requests = bucket_of(caller, now);
   return requests.take(now)
              ? ok_status()
              : resource_exhausted(

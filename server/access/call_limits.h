@@ -7,8 +7,8 @@
 
 #include "common/base/clock.h"
 #include "common/base/status.h"
-#include "server/access/allowance.h"
 #include "server/access/rights.h"
+#include "server/access/token_bucket.h"
 
 namespace lightmill {
 
@@ -29,8 +29,7 @@ bool counts_as_request(Rpc rpc);
 /// Not thread-safe.
 class CallLimits {
  public:
-  explicit CallLimits(const CallLimitOptions& options)
-      : per_second_(options.requests_per_second), others_(allowance()) {}
+  explicit CallLimits(const CallLimitOptions& options) : per_second_(options.requests_per_second), others_(bucket()) {}
 
   /// RESOURCE_EXHAUSTED with the limit and the time to wait.
   Status take_request(const std::string& caller, Time now);
@@ -40,13 +39,13 @@ class CallLimits {
   static constexpr std::size_t kMostCallers = 20'000;
 
  private:
-  Allowance allowance() const { return {per_second_, 10 * per_second_}; }
+  TokenBucket bucket() const { return {per_second_, 10 * per_second_}; }
   /// The caller's bucket. It is made if there is room.
-  Allowance& allowance_of(const std::string& caller, Time now);
+  TokenBucket& bucket_of(const std::string& caller, Time now);
 
   const double per_second_;
-  std::unordered_map<std::string, Allowance> callers_;
-  Allowance others_;
+  std::unordered_map<std::string, TokenBucket> callers_;
+  TokenBucket others_;
   Time swept_at_{};
 };
 

@@ -6,10 +6,10 @@
 namespace lightmill {
 
 struct GateOptions {
-  bool asks = false;  ///< callers must authenticate; otherwise a caller without credentials may do everything
-  bool takes_certificates = false;  ///< an authority signs client certificates
+  bool authenticates = false;  ///< callers must authenticate; otherwise a caller without credentials may do everything
+  bool accepts_certificates = false;  ///< an authority signs client certificates
   CallLimitOptions calls;
-  bool takes_tokens = true;  ///< false if the connection is not encrypted, so that others could read tokens
+  bool accepts_tokens = true;  ///< false if the connection is not encrypted, so that others could read tokens
 };
 
 }  // namespace lightmill

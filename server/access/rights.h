@@ -69,16 +69,16 @@ struct RpcRule {
   bool recorded;  ///< it changes something, so the farm's log records it
 };
 
-class StreamPlace;
+class StreamSlot;
 
 /// A call that was admitted, or is to be checked.
 struct Call {
   Identity caller;
   Rpc rpc = Rpc::count;
-  std::string peer;                              ///< ADDRESS:PORT
-  std::shared_ptr<StreamPlace> place = nullptr;  ///< for a call that lasts (StreamKind)
+  std::string peer;                            ///< ADDRESS:PORT
+  std::shared_ptr<StreamSlot> slot = nullptr;  ///< for a call that lasts (StreamKind)
   /// For SubmitJob: receives the id of a job that ends with its page. Empty: the job does not end with a page.
-  std::function<void(JobId)> tell_page = nullptr;
+  std::function<void(JobId)> on_submitted = nullptr;
 };
 
 /// In the order of Rpc.

@@ -84,7 +84,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
   static std::once_flag reflection_once;
   std::call_once(reflection_once, [] { grpc::reflection::InitProtoReflectionServerBuilderPlugin(); });
   grpc::ServerBuilder builder;
-  if (runtime.gate().asks()) {
+  if (runtime.gate().authenticates()) {
     leave_out_reflection(builder);
   }
   Listener::Take take = serve_sockets(builder, server_credentials(options.tls));
@@ -100,11 +100,11 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
   builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, 1);
   set_keepalive(builder);
-  runtime.gate().set_on_met([listener = parts->listener.get()](const std::string& peer, const Identity& caller) {
-    return listener->meet(peer, caller);
+  runtime.gate().set_on_identified([listener = parts->listener.get()](const std::string& peer, const Identity& caller) {
+    return listener->set_caller(peer, caller);
   });
   runtime.loop().set_handlers({[workers = parts->workers](Outgoing message) { workers->send(std::move(message)); },
-                               [workers = parts->workers](SessionId session) { workers->hang_up(session); },
+                               [workers = parts->workers](SessionId session) { workers->disconnect(session); },
                                [readiness = parts->readiness](bool storing) { readiness->set_storing(storing); }});
   parts->server = builder.BuildAndStart();
   if (parts->server == nullptr) {
@@ -114,7 +114,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiO
   parts->readiness->start(parts->server->GetHealthCheckService());
   parts->self_check = std::make_unique<SelfCheck>(
       *parts->listener, options.tls.given(), system_clock(),
-      [readiness = parts->readiness](bool hears) { readiness->set_hearing(hears); }, options.on_fatal);
+      [readiness = parts->readiness](bool answering) { readiness->set_answering(answering); }, options.on_fatal);
   return std::unique_ptr<ApiServer>(new ApiServer(std::move(parts)));
 }
 

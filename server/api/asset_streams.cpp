@@ -3,7 +3,7 @@
 #include "common/wire/bytes.h"
 #include "server/api/grpc_gate.h"
 #include "server/api/grpc_status.h"
-#include "server/api/refused.h"
+#include "server/api/rejected_stream.h"
 #include "server/api/render_service.h"
 
 namespace lightmill {
@@ -21,7 +21,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
   }
 
   void OnReadDone(bool ok) override {
-    call_.place->moves();
+    call_.slot->set_active();
     const Status status = ok ? take() : complete();
     if (!ok || !status.ok()) {
       upload_.reset();
@@ -31,13 +31,13 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
     read_next();
   }
   void OnDone() override {
-    call_.place->call_ended();
+    call_.slot->call_ended();
     delete this;
   }
 
  private:
   void read_next() {
-    call_.place->stands_still();
+    call_.slot->set_stalled();
     StartRead(&request_);
   }
   Status take() {
@@ -79,8 +79,9 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
     if (!reader.ok()) {
       const bool missing = reader.status().code() == StatusCode::kNotFound;
       if (missing) {
-        (void)loop.post(
-            [digest = *digest](FarmLoop::Turn& turn) { turn.farm.asset_is_missing(digest, turn.now, turn.effects); });
+        (void)loop.post([digest = *digest](FarmLoop::TaskContext& context) {
+          context.farm.asset_is_missing(digest, context.now, context.effects);
+        });
       }
       Finish(to_grpc(missing ? reader.status() : unreadable(reader.status())));
       return;
@@ -90,7 +91,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
   }
 
   void OnWriteDone(bool ok) override {
-    call_.place->moves();
+    call_.slot->set_active();
     if (ok) {
       write_next();
     } else {
@@ -98,7 +99,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
     }
   }
   void OnDone() override {
-    call_.place->call_ended();
+    call_.slot->call_ended();
     delete this;
   }
 
@@ -116,7 +117,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
     sent_.append(*chunk);
     traffic_.assets_out += chunk->size();
     response_.set_chunk(std::move(*chunk));
-    call_.place->stands_still();
+    call_.slot->set_stalled();
     StartWrite(&response_);
   }
 
@@ -149,7 +150,7 @@ grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(
                                                                                 v1::UploadAssetResponse*) {
   const Result<Call> call = admit(runtime_.gate(), *context, Rpc::upload_asset);
   if (!call.ok()) {
-    return new Refused<grpc::ServerReadReactor<v1::UploadAssetRequest>>(call.status());
+    return new RejectedStream<grpc::ServerReadReactor<v1::UploadAssetRequest>>(call.status());
   }
   return new UploadStream(runtime_.assets(), *call, runtime_.loop().traffic());
 }
@@ -158,7 +159,7 @@ grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::Download
     Context* context, const v1::DownloadAssetRequest* request) {
   const Result<Call> call = admit(runtime_.gate(), *context, Rpc::download_asset);
   if (!call.ok()) {
-    return new Refused<grpc::ServerWriteReactor<v1::DownloadAssetResponse>>(call.status());
+    return new RejectedStream<grpc::ServerWriteReactor<v1::DownloadAssetResponse>>(call.status());
   }
   return new DownloadStream(runtime_.assets(), *call, runtime_.loop(), request->digest());
 }

@@ -4,7 +4,7 @@
 #include "common/wire/farm_messages.h"
 #include "server/api/grpc_gate.h"
 #include "server/api/offer_stream.h"
-#include "server/api/refused.h"
+#include "server/api/rejected_stream.h"
 #include "server/api/render_service.h"
 #include "server/operations/film_messages.h"
 
@@ -47,8 +47,8 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
   FilmStream(Call call, Traffic& traffic) : call_(std::move(call)), traffic_(traffic) {}
 
   /// On the farm thread.
-  void take(JobId job, const FarmLoop::Turn& turn) {
-    Result<FilmSnapshot> film = snapshot(turn.farm, job, turn.now);
+  void take(JobId job, const FarmLoop::TaskContext& context) {
+    Result<FilmSnapshot> film = snapshot(context.farm, job, context.now);
     if (!film.ok()) {
       Finish(to_grpc(film.status()));
       return;
@@ -72,13 +72,13 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
     write();
   }
   void OnDone() override {
-    call_.place->call_ended();
+    call_.slot->call_ended();
     delete this;
   }
 
  private:
   void write() {
-    call_.place->stands_still();
+    call_.slot->set_stalled();
     StartWrite(&response_);
   }
 
@@ -91,36 +91,36 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
 
 }  // namespace
 
-grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Context* context,
+grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Context* rpc_context,
                                                                             const v1::WatchJobRequest* request) {
-  const Result<Call> call = admit(runtime_.gate(), *context, Rpc::watch_job, {request->id()});
+  const Result<Call> call = admit(runtime_.gate(), *rpc_context, Rpc::watch_job, {request->id()});
   if (!call.ok()) {
-    return new Refused<grpc::ServerWriteReactor<v1::WatchJobResponse>>(call.status());
+    return new RejectedStream<grpc::ServerWriteReactor<v1::WatchJobResponse>>(call.status());
   }
   const auto stream = std::make_shared<WatchStream>(runtime_, *call, watches_);
   return WatchStream::start(stream, [&gate = runtime_.gate(), job = JobId{request->id()}, tiles = request->tiles(),
-                                     call = *call, stream](FarmLoop::Turn& turn) {
-    if (const Status status = check_job_call(turn, gate, call, job); status.ok()) {
-      turn.watchers.add(job, tiles, stream);
+                                     call = *call, stream](FarmLoop::TaskContext& context) {
+    if (const Status status = check_job_call(context, gate, call, job); status.ok()) {
+      context.watchers.add(job, tiles, stream);
     } else {
       stream->fail(status);
     }
   });
 }
 
-grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Context* context,
+grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Context* rpc_context,
                                                                           const v1::GetFilmRequest* request) {
-  const Result<Call> call = admit(runtime_.gate(), *context, Rpc::get_film, {request->id()});
+  const Result<Call> call = admit(runtime_.gate(), *rpc_context, Rpc::get_film, {request->id()});
   if (!call.ok()) {
-    return new Refused<grpc::ServerWriteReactor<v1::GetFilmResponse>>(call.status());
+    return new RejectedStream<grpc::ServerWriteReactor<v1::GetFilmResponse>>(call.status());
   }
   auto* stream = new FilmStream(*call, runtime_.loop().traffic());
   const bool posted = runtime_.loop().post(
-      [&gate = runtime_.gate(), stream, call = *call, job = JobId{request->id()}](FarmLoop::Turn& turn) {
-        if (const Status status = check_job_call(turn, gate, call, job); !status.ok()) {
+      [&gate = runtime_.gate(), stream, call = *call, job = JobId{request->id()}](FarmLoop::TaskContext& context) {
+        if (const Status status = check_job_call(context, gate, call, job); !status.ok()) {
           return stream->refuse(to_grpc(status));
         }
-        turn.with_film(job, [stream, job](const FarmLoop::Turn& later, const Status& here) {
+        context.with_film(job, [stream, job](const FarmLoop::TaskContext& later, const Status& here) {
           here.ok() ? stream->take(job, later) : stream->refuse(to_grpc(here));
         });
       });

@@ -17,20 +17,20 @@ constexpr unsigned kReloadSeconds = 2;
 constexpr int kHandshakePatienceMs = 5'000;
 constexpr const char* kHeader = "authorization";
 
-Shown shown_by(const grpc::ServerContextBase& context) {
-  Shown shown;
-  shown.peer = peer_text(context.peer());
+Credentials credentials_of(const grpc::ServerContextBase& context) {
+  Credentials credentials;
+  credentials.peer = peer_text(context.peer());
   if (const auto header = context.client_metadata().find(kHeader); header != context.client_metadata().end()) {
-    shown.authorization.emplace(header->second.data(), header->second.size());
+    credentials.authorization.emplace(header->second.data(), header->second.size());
   }
   const auto proven = context.auth_context();
   if (proven != nullptr && proven->IsPeerAuthenticated()) {
     const std::vector<grpc::string_ref> pem = proven->FindPropertyValues(GRPC_X509_PEM_CERT_PROPERTY_NAME);
     if (!pem.empty()) {
-      shown.certificate.assign(pem.front().data(), pem.front().size());
+      credentials.certificate.assign(pem.front().data(), pem.front().size());
     }
   }
-  return shown;
+  return credentials;
 }
 
 class NoReflection final : public grpc::ServerBuilderOption {
@@ -45,20 +45,20 @@ class NoReflection final : public grpc::ServerBuilderOption {
 
 }  // namespace
 
-Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc rpc, const About& about) {
-  const Shown shown = shown_by(context);
-  Result<Identity> caller = gate.identify(shown);
+Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc rpc, const CallSubject& about) {
+  const Credentials credentials = credentials_of(context);
+  Result<Identity> caller = gate.identify(credentials);
   const bool lasts = rpc == Rpc::work || stream_kind(rpc);
   if (caller.ok()) {
     // If the caller has its share of connections, this one remains a stranger, and may end soon. That is enough for a
     // short call.
-    if (const Status met = gate.meet(shown.peer, *caller); !met.ok() && lasts) {
+    if (const Status met = gate.set_caller(credentials.peer, *caller); !met.ok() && lasts) {
       caller = met;
     }
   }
-  Result<Call> call = gate.admit(caller, shown.peer, rpc, about);
-  if (call.ok() && call->place != nullptr) {
-    call->place->on_give_way([&context] { context.TryCancel(); });
+  Result<Call> call = gate.admit(caller, credentials.peer, rpc, about);
+  if (call.ok() && call->slot != nullptr) {
+    call->slot->on_evict([&context] { context.TryCancel(); });
   }
   return call;
 }

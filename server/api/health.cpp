@@ -57,9 +57,9 @@ void Readiness::set_storing(bool storing) {
   tell();
 }
 
-void Readiness::set_hearing(bool hearing) {
+void Readiness::set_answering(bool answering) {
   const MutexLock lock(mutex_);
-  hearing_ = hearing;
+  answering_ = answering;
   tell();
 }
 
@@ -71,7 +71,7 @@ void Readiness::stop() {
 }
 
 void Readiness::tell() {
-  const bool ready = serving_ && storing_ && hearing_;
+  const bool ready = serving_ && storing_ && answering_;
   if (service_ != nullptr) {
     service_->SetServingStatus(ready);
   }

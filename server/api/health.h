@@ -49,7 +49,7 @@ class Readiness {
   /// The coordinator is ready until stop(). `service` learns it too.
   void start(grpc::HealthCheckServiceInterface* service);
   void set_storing(bool storing);
-  void set_hearing(bool hearing);
+  void set_answering(bool answering);
   void stop();
 
  private:
@@ -60,7 +60,7 @@ class Readiness {
   grpc::HealthCheckServiceInterface* service_ LM_GUARDED_BY(mutex_) = nullptr;
   bool serving_ LM_GUARDED_BY(mutex_) = false;
   bool storing_ LM_GUARDED_BY(mutex_) = true;
-  bool hearing_ LM_GUARDED_BY(mutex_) = true;
+  bool answering_ LM_GUARDED_BY(mutex_) = true;
 };
 
 }  // namespace lightmill

@@ -49,7 +49,7 @@ class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, publ
   void close() override { fail(unavailable("the coordinator stops")); }
 
   void OnWriteDone(bool ok) override {
-    call_.place->moves();
+    call_.slot->set_active();
     {
       const MutexLock lock(mutex_);
       writing_ = false;
@@ -66,7 +66,7 @@ class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, publ
   }
   void OnCancel() override { fail(client_left()); }
   void OnDone() override {
-    call_.place->call_ended();
+    call_.slot->call_ended();
     loop_.poke();             // the hub drops closed streams
     registry_->remove(this);  // the last use of this object, except by the hub
   }
@@ -86,7 +86,7 @@ class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, publ
     response_.Swap(&response);
     writing_ = true;
     last_ = last;
-    call_.place->stands_still();
+    call_.slot->set_stalled();
     this->StartWrite(&response_);
     return true;
   }

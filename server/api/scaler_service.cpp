@@ -2,7 +2,7 @@
 
 #include "server/api/grpc_gate.h"
 #include "server/api/offer_stream.h"
-#include "server/api/refused.h"
+#include "server/api/rejected_stream.h"
 
 namespace lightmill {
 namespace {
@@ -21,14 +21,14 @@ class ActiveStream final : public OfferStream<IsActiveResponse, DemandSink> {
 
 }  // namespace
 
-grpc::ServerWriteReactor<IsActiveResponse>* ScalerServiceImpl::StreamIsActive(grpc::CallbackServerContext* context,
+grpc::ServerWriteReactor<IsActiveResponse>* ScalerServiceImpl::StreamIsActive(grpc::CallbackServerContext* rpc_context,
                                                                               const externalscaler::ScaledObjectRef*) {
-  Result<Call> call = admit(runtime_.gate(), *context, Rpc::stream_is_active);
+  Result<Call> call = admit(runtime_.gate(), *rpc_context, Rpc::stream_is_active);
   if (!call.ok()) {
-    return new Refused<grpc::ServerWriteReactor<IsActiveResponse>>(call.status());
+    return new RejectedStream<grpc::ServerWriteReactor<IsActiveResponse>>(call.status());
   }
   const auto stream = std::make_shared<ActiveStream>(runtime_, *std::move(call), streams_);
-  return ActiveStream::start(stream, [stream](FarmLoop::Turn& turn) { turn.demand.add(stream); });
+  return ActiveStream::start(stream, [stream](FarmLoop::TaskContext& context) { context.demand.add(stream); });
 }
 
 }  // namespace lightmill

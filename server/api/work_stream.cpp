@@ -86,10 +86,10 @@ void WorkStream::send(CoordinatorMessage message) {
     }
   }
   spdlog::warn("session {}: the worker does not read its messages; its stream is ended", session_.value);
-  hang_up(grpc::Status(grpc::StatusCode::ABORTED, "the worker does not read its messages"));
+  disconnect(grpc::Status(grpc::StatusCode::ABORTED, "the worker does not read its messages"));
 }
 
-void WorkStream::hang_up(const grpc::Status& status) {
+void WorkStream::disconnect(const grpc::Status& status) {
   const MutexLock lock(mutex_);
   end(status);
   if (!done_) {
@@ -147,11 +147,11 @@ void WorkStream::OnReadDone(bool ok) {
     ++in_flight_;
   }
   owner_.loop_.post_always(
-      [self = shared_from_this(), body = std::move(*message), bytes](FarmLoop::Turn& turn) mutable {
+      [self = shared_from_this(), body = std::move(*message), bytes](FarmLoop::TaskContext& context) mutable {
         if (self->owner_.bytes_in_flight_ >= kWindowBytes) {
-          turn.farm.cannot_keep_up(turn.now);
+          context.farm.note_backlog(context.now);
         }
-        self->deliver(std::move(body), turn);
+        self->deliver(std::move(body), context);
         self->owner_.bytes_in_flight_ -= bytes;
         const MutexLock lock(self->mutex_);
         --self->in_flight_;
@@ -182,8 +182,9 @@ void WorkStream::OnDone() {
     done_ = true;
   }
   if (greeted_) {
-    owner_.loop_.post_always(
-        [session = session_](FarmLoop::Turn& turn) { turn.farm.worker_disconnected(session, turn.now, turn.effects); });
+    owner_.loop_.post_always([session = session_](FarmLoop::TaskContext& context) {
+      context.farm.worker_disconnected(session, context.now, context.effects);
+    });
   }
   owner_.forget(session_);  // the last use of this object
 }
@@ -244,17 +245,17 @@ void WorkStream::trace(const WorkerResult& result) {
                 text_of(result.key.job, result.key.range), result.key.tile.value);
 }
 
-void WorkStream::deliver(WorkerMessage message, FarmLoop::Turn& turn) {
+void WorkStream::deliver(WorkerMessage message, FarmLoop::TaskContext& context) {
   if (const auto* hello = std::get_if<WorkerHello>(&message)) {
     spdlog::debug("session {}: worker {} from {}", session_.value, hello->name, call_.peer);
-    record(turn, owner_.gate_, call_, {0, hello->name}, ok_status());
-    owner_.welcome(*this, hello->name, turn);
-    turn.farm.worker_connected(session_, *hello, turn.now, turn.effects);
+    record(context, owner_.gate_, call_, {0, hello->name}, ok_status());
+    owner_.welcome(*this, hello->name, context);
+    context.farm.worker_connected(session_, *hello, context.now, context.effects);
   } else {
     if (const auto* const result = std::get_if<WorkerResult>(&message); result != nullptr && traces()) {
       trace(*result);
     }
-    turn.farm.worker_message(session_, std::move(message), turn.now, turn.unix_ms, turn.effects);
+    context.farm.worker_message(session_, std::move(message), context.now, context.unix_ms, context.effects);
   }
 }
 

@@ -8,7 +8,7 @@
 
 #include "common/base/mutex.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
-#include "server/access/places.h"
+#include "server/access/slot_pool.h"
 #include "server/runtime/farm_loop.h"
 #include "server/runtime/gate.h"
 
@@ -33,7 +33,7 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
   void start();
   void send(CoordinatorMessage message);
   /// Ends the stream at once, even if the worker does not read.
-  void hang_up(const grpc::Status& status);
+  void disconnect(const grpc::Status& status);
   void finish(const grpc::Status& status);
 
   void OnReadDone(bool ok) override;
@@ -50,7 +50,7 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
   void trace(const CoordinatorMessage& message) LM_REQUIRES(mutex_);
   void trace(const WorkerResult& result);
   /// On the farm thread.
-  void deliver(WorkerMessage message, FarmLoop::Turn& turn);
+  void deliver(WorkerMessage message, FarmLoop::TaskContext& context);
 
   WorkerStreams& owner_;
   const SessionId session_;

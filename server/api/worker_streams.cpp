@@ -3,7 +3,7 @@
 #include "common/base/log.h"
 #include "server/api/grpc_gate.h"
 #include "server/api/grpc_status.h"
-#include "server/api/refused.h"
+#include "server/api/rejected_stream.h"
 #include "server/api/work_stream.h"
 
 namespace lightmill {
@@ -13,8 +13,8 @@ namespace {
 constexpr std::size_t kSpare = 16;
 
 const grpc::Status kStopping(grpc::StatusCode::UNAVAILABLE, "the coordinator stops");
-const grpc::Status kGivesWay(grpc::StatusCode::DEADLINE_EXCEEDED,
-                             "the stream sent no hello, or did not read its end, and another stream needs its place");
+const grpc::Status kEvicted(grpc::StatusCode::DEADLINE_EXCEEDED,
+                            "the stream sent no hello, or did not read its end, and another stream needs its place");
 
 }  // namespace
 
@@ -27,9 +27,9 @@ WorkerStreams::~WorkerStreams() = default;
 grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(grpc::CallbackServerContext* context) {
   Result<Call> call = admit(gate_, *context, Rpc::work);
   if (!call.ok()) {
-    return new Refused<grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>>(call.status());
+    return new RejectedStream<grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>>(call.status());
   }
-  std::shared_ptr<WorkStream> stream, gives_way;
+  std::shared_ptr<WorkStream> stream, evicted;
   grpc::Status refusal;
   {
     const MutexLock lock(mutex_);
@@ -37,14 +37,14 @@ grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(
     stream = std::make_shared<WorkStream>(*this, session, std::move(*call), context);
     if (stopped_) {
       refusal = kStopping;
-    } else if (!wait_for(*stream, gives_way)) {
+    } else if (!wait_for(*stream, evicted)) {
       refusal = grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
                              "the farm has too many open worker streams that have sent no hello: try again later");
     }
     streams_.emplace(session, stream);
   }
-  if (gives_way != nullptr) {
-    gives_way->hang_up(kGivesWay);
+  if (evicted != nullptr) {
+    evicted->disconnect(kEvicted);
   }
   if (refusal.ok()) {
     stream->start();
@@ -54,59 +54,59 @@ grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(
   return stream.get();
 }
 
-bool WorkerStreams::wait_for(const WorkStream& stream, std::shared_ptr<WorkStream>& gives_way) {
+bool WorkerStreams::wait_for(const WorkStream& stream, std::shared_ptr<WorkStream>& evicted) {
   const Time now = system_clock().now();
-  const Places::Id id = stream.session().value;
-  const Places::Arrival arrival = others_.arrive(id, stream.holder(), now);
-  if (arrival.answer != Places::Answer::taken) {
+  const SlotPool::Id id = stream.session().value;
+  const SlotPool::Arrival arrival = others_.acquire(id, stream.holder(), now);
+  if (arrival.answer != SlotPool::Answer::acquired) {
     return false;
   }
-  others_.stands_still(id, now);
-  if (arrival.gives_way) {
-    gives_way = streams_.at(SessionId{*arrival.gives_way});
+  others_.set_stalled(id, now);
+  if (arrival.evicted) {
+    evicted = streams_.at(SessionId{*arrival.evicted});
   }
   return true;
 }
 
-void WorkerStreams::welcome(const WorkStream& stream, const std::string& worker, FarmLoop::Turn& turn) {
-  while (turn.farm.is_full(worker)) {
-    std::shared_ptr<WorkStream> gives_way;
+void WorkerStreams::welcome(const WorkStream& stream, const std::string& worker, FarmLoop::TaskContext& context) {
+  while (context.farm.is_full(worker)) {
+    std::shared_ptr<WorkStream> evicted;
     {
       const MutexLock lock(mutex_);
-      const std::optional<Places::Id> id = workers_.give_way_to(stream.holder());
+      const std::optional<SlotPool::Id> id = workers_.evict_for(stream.holder());
       if (!id) {
         break;
       }
-      gives_way = streams_.at(SessionId{*id});
+      evicted = streams_.at(SessionId{*id});
     }
-    turn.farm.worker_gives_way(gives_way->session(), turn.now, turn.effects);
-    gives_way->finish(grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
-                                   "the farm is full (--max-workers), and makes room for a worker of another caller"));
+    context.farm.evict_worker(evicted->session(), context.now, context.effects);
+    evicted->finish(grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
+                                 "the farm is full (--max-workers), and makes room for a worker of another caller"));
   }
   const MutexLock lock(mutex_);
   if (streams_.contains(stream.session())) {
-    others_.leave(stream.session().value);
-    (void)workers_.arrive(stream.session().value, stream.holder(), turn.now);
+    others_.release(stream.session().value);
+    (void)workers_.acquire(stream.session().value, stream.holder(), context.now);
   }
 }
 
 void WorkerStreams::is_leaving(WorkStream& stream) {
-  std::shared_ptr<WorkStream> gives_way;
+  std::shared_ptr<WorkStream> evicted;
   bool stays = true;
   {
     const MutexLock lock(mutex_);
-    const Places::Id id = stream.session().value;
+    const SlotPool::Id id = stream.session().value;
     if (!streams_.contains(stream.session()) || others_.holds(id)) {
       return;
     }
-    workers_.leave(id);
-    stays = wait_for(stream, gives_way);
+    workers_.release(id);
+    stays = wait_for(stream, evicted);
   }
-  if (gives_way != nullptr) {
-    gives_way->hang_up(kGivesWay);
+  if (evicted != nullptr) {
+    evicted->disconnect(kEvicted);
   }
   if (!stays) {
-    stream.hang_up(kGivesWay);
+    stream.disconnect(kEvicted);
   }
 }
 
@@ -122,9 +122,9 @@ void WorkerStreams::send(Outgoing message) {
   }
 }
 
-void WorkerStreams::hang_up(SessionId session) {
+void WorkerStreams::disconnect(SessionId session) {
   if (const std::shared_ptr<WorkStream> stream = find(session)) {
-    stream->hang_up(grpc::Status(grpc::StatusCode::ABORTED, "the worker was silent for too long"));
+    stream->disconnect(grpc::Status(grpc::StatusCode::ABORTED, "the worker was silent for too long"));
   }
 }
 
@@ -145,8 +145,8 @@ void WorkerStreams::stop() {
 void WorkerStreams::forget(SessionId session) {
   std::shared_ptr<WorkStream> stream;  // destroyed after the lock is released
   const MutexLock lock(mutex_);
-  workers_.leave(session.value);
-  others_.leave(session.value);
+  workers_.release(session.value);
+  others_.release(session.value);
   const auto at = streams_.find(session);
   if (at != streams_.end()) {
     stream = std::move(at->second);

@@ -9,7 +9,7 @@
 
 #include "common/base/mutex.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
-#include "server/access/places.h"
+#include "server/access/slot_pool.h"
 #include "server/runtime/runtime.h"
 
 namespace lightmill {
@@ -27,7 +27,7 @@ class WorkerStreams final : public v1::WorkerService::CallbackService {
   /// Queues a message for the session's worker. Does nothing if the session is over.
   void send(Outgoing message);
   /// Ends the session's stream, if it is not over. The worker may connect again.
-  void hang_up(SessionId session);
+  void disconnect(SessionId session);
   /// Ends all current and future streams with UNAVAILABLE.
   void stop();
 
@@ -35,10 +35,10 @@ class WorkerStreams final : public v1::WorkerService::CallbackService {
   friend class WorkStream;
   std::shared_ptr<WorkStream> find(SessionId session);
   /// Gives the stream a place among those that have not said hello. False if there is none.
-  bool wait_for(const WorkStream& stream, std::shared_ptr<WorkStream>& gives_way) LM_REQUIRES(mutex_);
+  bool wait_for(const WorkStream& stream, std::shared_ptr<WorkStream>& evicted) LM_REQUIRES(mutex_);
   /// Registers the worker of a stream that has said hello. If the farm is full, workers of the callers with most
   /// workers make room. On the farm thread.
-  void welcome(const WorkStream& stream, const std::string& worker, FarmLoop::Turn& turn);
+  void welcome(const WorkStream& stream, const std::string& worker, FarmLoop::TaskContext& context);
   /// The stream ends as soon as its caller has read the messages in transit.
   void is_leaving(WorkStream& stream);
   void forget(SessionId session);
@@ -51,9 +51,9 @@ class WorkerStreams final : public v1::WorkerService::CallbackService {
   std::uint64_t next_session_ LM_GUARDED_BY(mutex_) = 1;
   bool stopped_ LM_GUARDED_BY(mutex_) = false;
   /// Streams that have said hello. The farm limits their number.
-  Places workers_ LM_GUARDED_BY(mutex_){std::numeric_limits<std::size_t>::max(),
-                                        std::numeric_limits<std::size_t>::max()};
-  Places others_ LM_GUARDED_BY(mutex_);  ///< streams that have not said hello, or are leaving
+  SlotPool workers_ LM_GUARDED_BY(mutex_){std::numeric_limits<std::size_t>::max(),
+                                          std::numeric_limits<std::size_t>::max()};
+  SlotPool others_ LM_GUARDED_BY(mutex_);  ///< streams that have not said hello, or are leaving
 };
 
 }  // namespace lightmill

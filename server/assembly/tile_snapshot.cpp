@@ -24,11 +24,11 @@ std::string half_bytes(const std::vector<float>& values) {
 }
 
 /// Channel of the layer for R, G or B.
-std::size_t channel_of(const LayerPlace& layer, std::size_t color) {
+std::size_t channel_of(const LayerSlice& layer, std::size_t color) {
   return std::min<std::size_t>(color, layer.channels - 1);
 }
 
-std::string summed_pixels(const TileSnapshot& tile, const LayerPlace& layer) {
+std::string summed_pixels(const TileSnapshot& tile, const LayerSlice& layer) {
   const auto pixels = static_cast<std::size_t>(tile.rect.pixel_count());
   const std::vector<float> sums = sums_over(tile.forest, tile.layout, pixels, layer.channels, layer.first);
   const auto all = static_cast<float>(tile.samples);
@@ -53,7 +53,7 @@ std::string summed_pixels(const TileSnapshot& tile, const LayerPlace& layer) {
 }
 
 /// For layers that come only from the first samples.
-std::string first_pixels(const TileSnapshot& tile, const LayerPlace& layer) {
+std::string first_pixels(const TileSnapshot& tile, const LayerSlice& layer) {
   const auto pixels = static_cast<std::size_t>(tile.rect.pixel_count());
   const FirstValues first = first_of(tile);
   const bool nearest = layer.kind == LayerKind::first_nearest;
@@ -95,7 +95,7 @@ std::vector<float> mean_rgb(const TileSnapshot& tile) {
   return sums;
 }
 
-std::string view_pixels(const TileSnapshot& tile, const LayerPlace& layer) {
+std::string view_pixels(const TileSnapshot& tile, const LayerSlice& layer) {
   switch (layer.kind) {
     case LayerKind::summed:
       return summed_pixels(tile, layer);

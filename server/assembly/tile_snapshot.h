@@ -38,6 +38,6 @@ std::vector<float> mean_rgb(const TileSnapshot& tile);
 ///   a and b. Its square has one degree of freedom, so average it over a neighbourhood. −1 while a half is empty, and
 ///   for layers that are not summed.
 /// Values are clamped to ±65504. Empty for layers of single samples, which are not colours.
-std::string view_pixels(const TileSnapshot& tile, const LayerPlace& layer = {});
+std::string view_pixels(const TileSnapshot& tile, const LayerSlice& layer = {});
 
 }  // namespace lightmill

@@ -59,8 +59,8 @@ std::string Audits::reason_for_dispute(const Job& job) const {
   if (job.audits.disputed().empty()) {
     return "";
   }
-  const PendingAudits::Place& place = *job.audits.disputed().begin();
-  const PendingAudits::Entry& entry = *job.audits.find(place);
+  const PendingAudits::Key& audit_key = *job.audits.disputed().begin();
+  const PendingAudits::Entry& entry = *job.audits.find(audit_key);
   const bool third = std::ranges::any_of(workers_.all(), [&](const auto& each) {
     return each.second.stays() && may_render(each.second, job) &&
            PendingAudits::may_claim(entry, renderer_of(each.second, job));
@@ -69,8 +69,8 @@ std::string Audits::reason_for_dispute(const Job& job) const {
   return third ? ""
                : fmt::format(
                      "waits for a worker of another identity{}: {} differ between {}, so that one of them is wrong",
-                     of_class.empty() ? "" : " of class " + of_class, describe_place(job, place.tile, place.range),
-                     describe_renderers(entry.claims));
+                     of_class.empty() ? "" : " of class " + of_class,
+                     describe_place(job, audit_key.tile, audit_key.range), describe_renderers(entry.claims));
 }
 
 }  // namespace lightmill

@@ -57,7 +57,7 @@ void Audits::merged(Job& job, const NodeKey& key, const Hash128& hash, const Ren
       std::ranges::any_of(outcome.removed, [&](const SampleRange& range) { return key.range.contains(range); });
   if (replaced) {
     event.store(DropResults{key});
-    for (const auto& [place, lease] : job.audits.close_within(key.tile, key.range)) {
+    for (const auto& [audit_key, lease] : job.audits.close_within(key.tile, key.range)) {
       if (lease) {
         leases_.tile_done(*lease, key.tile, false, event);
       }
@@ -97,8 +97,8 @@ std::optional<Claim> Audits::claim_of_film(const Job& job, const NodeKey& key, c
 
 Dispute Audits::compare(Job& job, const NodeKey& key, const Hash128& hash, const Renderer& by, bool differs,
                         const Event& event) {
-  const PendingAudits::Place place{key.range, key.tile};
-  const PendingAudits::Entry* const entry = job.audits.find(place);
+  const PendingAudits::Key audit_key{key.range, key.tile};
+  const PendingAudits::Entry* const entry = job.audits.find(audit_key);
   if (entry == nullptr) {
     if (!differs || job.record.spec.verify_share <= 0) {
       return {};
@@ -108,15 +108,15 @@ Dispute Audits::compare(Job& job, const NodeKey& key, const Hash128& hash, const
     if (!first) {
       return {};
     }
-    job.audits.open(place, *std::move(first), false);
+    job.audits.open(audit_key, *std::move(first), false);
   } else if (!PendingAudits::may_claim(*entry, by)) {
     return {};  // an identity may claim once, and only in the class of the place
   }
-  const Verdict verdict = job.audits.claim(place, {by, hash});
+  const Verdict verdict = job.audits.claim(audit_key, {by, hash});
   if (verdict.kind == Verdict::Kind::agreed) {
     return settle(job, key, verdict.hash, event);
   }
-  const std::vector<Claim>& claims = job.audits.find(place)->claims;
+  const std::vector<Claim>& claims = job.audits.find(audit_key)->claims;
   if (verdict.kind == Verdict::Kind::program) {
     return {.wrong = claims};
   }
@@ -126,9 +126,9 @@ Dispute Audits::compare(Job& job, const NodeKey& key, const Hash128& hash, const
 }
 
 Dispute Audits::settle(Job& job, const NodeKey& key, const Hash128& hash, const Event& event) {
-  const PendingAudits::Place place{key.range, key.tile};
-  const PendingAudits::Entry entry = *job.audits.find(place);
-  if (const std::optional<LeaseId> lease = job.audits.close(place)) {
+  const PendingAudits::Key audit_key{key.range, key.tile};
+  const PendingAudits::Entry entry = *job.audits.find(audit_key);
+  if (const std::optional<LeaseId> lease = job.audits.close(audit_key)) {
     leases_.tile_done(*lease, key.tile, false, event);
   }
   Dispute dispute;

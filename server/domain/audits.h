@@ -38,7 +38,7 @@ class Audits {
 
   /// Takes the recorded results of a stored job.
   void restore(Job& job, std::span<const Renderer> renderers, std::span<const StoredState::StoredResult> results);
-  void stood_still(Duration late) { started_ += late; }
+  void note_stall(Duration late) { started_ += late; }
   /// A result was merged, into the nodes of `outcome`. `unusual` results are always audited.
   void merged(Job& job, const NodeKey& key, const Hash128& hash, const Renderer& by, const MergeOutcome& outcome,
               bool unusual, const Event& event);

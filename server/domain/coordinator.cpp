@@ -15,7 +15,7 @@ struct Coordinator::Parts {
       : limits(the_limits),
         epoch(stored.epoch),
         clock_time(now),
-        grants(stored.secret),
+        signer(stored.secret),
         jobs(limits, stored.next_job_id),
         quarantined(std::move(stored.quarantine)),
         audits(limits, stored.secret, now, workers, quarantined, leases, provenance, totals) {}
@@ -35,25 +35,25 @@ struct Coordinator::Parts {
   std::int64_t clock_unix_ms = 0;
   FarmTotals totals;
 
-  const Grants grants;
+  const GrantSigner signer;
   JobTable jobs;
   Films films{limits, jobs};
   WorkerRegistry workers{limits};
   QuarantineList quarantined;
   Provenance provenance;
   JobQueue queue{limits, workers};
-  LeaseTable leases{limits, epoch, grants, workers, jobs, queue, totals};
+  LeaseTable leases{limits, epoch, signer, workers, jobs, queue, totals};
   Inspections inspections{workers, epoch << 32 | 1};  // ids that no other coordinator uses
 
   Audits audits;
-  JobLifeCycle life{limits, jobs, films, leases, workers, queue, audits, provenance, totals};
-  Pilots pilots{leases, jobs, queue, life};
-  Scheduler scheduler{limits, clock_time, jobs, leases, workers, queue, life, pilots};
+  JobLifeCycle life_cycle{limits, jobs, films, leases, workers, queue, audits, provenance, totals};
+  Pilots pilots{leases, jobs, queue, life_cycle};
+  Scheduler scheduler{limits, clock_time, jobs, leases, workers, queue, life_cycle, pilots};
   Copies copies{limits, jobs, leases, workers, pilots, scheduler};
-  Quarantine quarantine{quarantined, jobs, leases, workers, queue, provenance, life, scheduler, totals};
-  Sessions sessions{limits, grants, jobs, leases, workers, quarantined, queue, life, scheduler, inspections};
-  ResultIntake intake{grants, jobs,      leases, workers,    quarantined, queue, provenance,
-                      life,   scheduler, audits, quarantine, sessions,    totals};
+  Quarantine quarantine{quarantined, jobs, leases, workers, queue, provenance, life_cycle, scheduler, totals};
+  Sessions sessions{limits, signer, jobs, leases, workers, quarantined, queue, life_cycle, scheduler, inspections};
+  ResultIntake intake{signer,     jobs,      leases, workers,    quarantined, queue, provenance,
+                      life_cycle, scheduler, audits, quarantine, sessions,    totals};
   FarmView view{limits, jobs, leases, workers, quarantined, audits, scheduler, totals};
 };
 
@@ -64,7 +64,7 @@ Coordinator::Coordinator(const CoordinatorLimits& limits, StoredState state, Tim
     const std::vector<StoredState::StoredResult> results = std::move(stored.results);
     Job& job = parts_->jobs.restore(std::move(stored), now);
     parts_->audits.restore(job, state.renderers, results);
-    parts_->life.restored(job, now);
+    parts_->life_cycle.restored(job, now);
   }
 }
 Coordinator::~Coordinator() = default;
@@ -82,9 +82,9 @@ Event Coordinator::Parts::at(Time now, std::int64_t unix_ms, Effects& effects) {
     // Stopped, suspended or out of memory: the messages of workers from this time are not read yet.
     event.warn({}, "the coordinator stood still for {:.0f} s: workers get their full time again", to_seconds(late));
     leases.extend_all(now);
-    workers.stood_still(late, now);
-    audits.stood_still(late);
-    scheduler.stood_still(now);
+    workers.note_stall(late, now);
+    audits.note_stall(late);
+    scheduler.note_stall(now);
   }
   clock_time = now;
   clock_unix_ms = unix_ms;
@@ -94,10 +94,10 @@ Event Coordinator::Parts::at(Time now, std::int64_t unix_ms, Effects& effects) {
 void Coordinator::tick(Time now, std::int64_t unix_ms, Effects& effects) {
   const Event event = parts_->at(now, unix_ms, effects);
   parts_->workers.forget_absent(now);
-  parts_->life.tick(event);
+  parts_->life_cycle.tick(event);
   parts_->films.tick(event);
   parts_->scheduler.serve_all(event);
-  parts_->copies.look(event);
+  parts_->copies.tick(event);
   parts_->sessions.end_silent(event);
   parts_->inspections.tick(event);
   parts_->inspections.serve(event);
@@ -106,8 +106,8 @@ void Coordinator::tick(Time now, std::int64_t unix_ms, Effects& effects) {
 std::optional<Time> Coordinator::Parts::next_deadline() const {
   std::optional<Time> next;
   for (const std::optional<Time>& time :
-       {leases.next_deadline(), life.next_deadline(), films.next_deadline(), copies.next_look(),
-        workers.next_silence_look(), inspections.next_deadline()}) {
+       {leases.next_deadline(), life_cycle.next_deadline(), films.next_deadline(), copies.next_deadline(),
+        workers.next_silence_check(), inspections.next_deadline()}) {
     next = next && time ? std::min(*next, *time) : next ? next : time;
   }
   return next;
@@ -132,7 +132,7 @@ Result<JobId> Coordinator::submit(const JobSpec& spec, Time now, std::int64_t un
   if (const std::optional<JobId> known = parts_->jobs.of_request(spec.request_id)) {
     return *known;
   }
-  LM_ASSIGN_OR_RETURN(const JobId id, parts_->life.submit(spec, notes, event));
+  LM_ASSIGN_OR_RETURN(const JobId id, parts_->life_cycle.submit(spec, notes, event));
   parts_->films.make_room(0, now);
   parts_->scheduler.serve_all(event);
   return id;
@@ -144,13 +144,13 @@ bool Coordinator::knows_request(const std::string& request_id) const {
 
 Status Coordinator::cancel(JobId job, Time now, std::int64_t unix_ms, Effects& effects) {
   const Event event = parts_->at(now, unix_ms, effects);
-  LM_RETURN_IF_ERROR(parts_->life.cancel(job, event));
+  LM_RETURN_IF_ERROR(parts_->life_cycle.cancel(job, event));
   parts_->scheduler.serve_all(event);
   return ok_status();
 }
 
 Status Coordinator::pause(JobId job, Time now, Effects& effects) {
-  return parts_->life.pause(job, parts_->at(now, effects));
+  return parts_->life_cycle.pause(job, parts_->at(now, effects));
 }
 
 Status Coordinator::Parts::serve_if(const Result<bool>& changed, const Event& event) {
@@ -163,23 +163,23 @@ Status Coordinator::Parts::serve_if(const Result<bool>& changed, const Event& ev
 
 Status Coordinator::resume(JobId job, Time now, Effects& effects) {
   const Event event = parts_->at(now, effects);
-  return parts_->serve_if(parts_->life.resume(job, event), event);
+  return parts_->serve_if(parts_->life_cycle.resume(job, event), event);
 }
 
 Status Coordinator::extend(JobId job, const Extension& to, Time now, Effects& effects) {
   const Event event = parts_->at(now, effects);
-  const Result<bool> goes_on = parts_->life.extend(job, to, event);
+  const Result<bool> goes_on = parts_->life_cycle.extend(job, to, event);
   parts_->films.make_room(0, now);
   return parts_->serve_if(goes_on, event);
 }
 
 Status Coordinator::set_priority(JobId job, std::int32_t priority, Time now, Effects& effects) {
   const Event event = parts_->at(now, effects);
-  return parts_->serve_if(parts_->life.set_priority(job, priority, event), event);
+  return parts_->serve_if(parts_->life_cycle.set_priority(job, priority, event), event);
 }
 
 Status Coordinator::remove(JobId job, Time now, Effects& effects) {
-  return parts_->life.remove(job, parts_->at(now, effects));
+  return parts_->life_cycle.remove(job, parts_->at(now, effects));
 }
 
 Status Coordinator::discard(JobId id, Time now, std::int64_t unix_ms, Effects& effects) {
@@ -190,7 +190,7 @@ Status Coordinator::discard(JobId id, Time now, std::int64_t unix_ms, Effects& e
 }
 
 Status Coordinator::drain_worker(const std::string& name, Time now, Effects& effects) {
-  return parts_->sessions.ask_to_leave(name, parts_->at(now, effects));
+  return parts_->sessions.drain(name, parts_->at(now, effects));
 }
 
 Status Coordinator::quarantine_worker(const std::string& name, const std::string& reason, bool render_again, Time now,
@@ -277,7 +277,7 @@ bool Coordinator::is_full(const std::string& worker) const {
   return parts_->workers.is_full(worker);
 }
 
-void Coordinator::worker_gives_way(SessionId session, Time now, Effects& effects) {
+void Coordinator::evict_worker(SessionId session, Time now, Effects& effects) {
   Parts& parts = *parts_;
   const Event event = parts.at(now, effects);
   if (Worker* const worker = parts.workers.of(session)) {
@@ -293,8 +293,8 @@ void Coordinator::worker_disconnected(SessionId session, Time now, Effects& effe
   parts_->sessions.disconnected(session, parts_->at(now, effects));
 }
 
-void Coordinator::cannot_keep_up(Time now) {
-  parts_->workers.cannot_hear(now);
+void Coordinator::note_backlog(Time now) {
+  parts_->workers.note_backlog(now);
 }
 
 void Coordinator::grants_sent(std::span<const LeaseId> leases, Time now) {
@@ -347,7 +347,7 @@ void Coordinator::Parts::take_film(Job& job, StoredFilm film, const Event& event
                missing.size() == 1 ? "was" : "were",
                job.record.state == JobState::done ? "they are rendered again" : "its picture lacks them");
   }
-  life.film_came(job, missing.empty(), event);
+  life_cycle.film_loaded(job, missing.empty(), event);
   queue.refresh(job);
   scheduler.serve_all(event);
 }
@@ -371,12 +371,12 @@ std::vector<WorkerStatus> Coordinator::workers(Time now, const WorkerFilter& fil
   return parts_->view.workers(now, filter);
 }
 
-FarmCounts Coordinator::counts() const {
-  return parts_->view.counts();
+FarmLoad Coordinator::load() const {
+  return parts_->view.load();
 }
 
-FarmSnapshot Coordinator::snapshot() const {
-  return parts_->view.snapshot();
+FarmGauges Coordinator::gauges() const {
+  return parts_->view.gauges();
 }
 
 const FarmTotals& Coordinator::totals() const {

@@ -19,7 +19,7 @@
 #include "common/base/status.h"
 #include "server/domain/effects.h"
 #include "server/domain/farm_history.h"
-#include "server/domain/farm_totals.h"
+#include "server/domain/farm_metrics.h"
 #include "server/domain/limits.h"
 
 namespace lightmill {
@@ -104,10 +104,10 @@ class Coordinator {
   /// Whether the farm has no place for a worker of this name that is not connected.
   bool is_full(const std::string& worker) const;
   /// The worker leaves its place to another. Its leases are given back, and its session ends.
-  void worker_gives_way(SessionId session, Time now, Effects& effects);
+  void evict_worker(SessionId session, Time now, Effects& effects);
 
   /// Workers send more than the coordinator can read now. Until it hears them again, their silence proves nothing.
-  void cannot_keep_up(Time now);
+  void note_backlog(Time now);
 
   /// The grants of these leases were in `after_commit`, and were sent at `now`. Before this call the leases do not
   /// expire, however slow the store is.
@@ -132,9 +132,9 @@ class Coordinator {
   Result<JobStatus> status(JobId job, Time now) const;
   std::vector<JobStatus> jobs(Time now, const JobFilter& filter = {}) const;  ///< newest first
   std::size_t count_jobs(const JobFilter& filter) const;
-  FarmCounts counts() const;
+  FarmLoad load() const;
   const FarmTotals& totals() const;
-  FarmSnapshot snapshot() const;
+  FarmGauges gauges() const;
   std::vector<WorkerStatus> workers(Time now, const WorkerFilter& filter = {}) const;  ///< by name
   /// Number of workers that the farm can use, for autoscalers:
   /// - so many that each has a minute of work in the remaining samples of all jobs, and at least the busy ones;

@@ -7,10 +7,10 @@
 namespace lightmill {
 namespace {
 
-constexpr Duration kLookInterval = std::chrono::milliseconds(100);
+constexpr Duration kCheckInterval = std::chrono::milliseconds(100);
 /// Limits of a search on large farms: the latest leases, and pairs of lease and worker. For each kLeasesALook leases
 /// the next search comes one interval later.
-constexpr std::size_t kMostLate = 64, kPairsALook = 20000, kLeasesALook = 2000;
+constexpr std::size_t kMostLate = 64, kPairsPerCheck = 20000, kLeasesPerCheck = 2000;
 /// The expected time of the copy, times kCopyGain, plus kCopySeconds for sending, must be less than the remaining time.
 constexpr double kCopyGain = 1.2, kCopySeconds = 0.1;
 constexpr double kLeastTileSeconds = 1e-6;  ///< also for a job without results
@@ -70,20 +70,20 @@ std::vector<std::pair<double, LeaseId>> Copies::late_leases(Time now) const {
   return late;
 }
 
-std::optional<Time> Copies::next_look() const {
+std::optional<Time> Copies::next_deadline() const {
   const bool possible = scheduler_.held().empty() && !workers_.idle().empty() && !leases_.all().empty();
-  return possible ? std::optional(next_look_) : std::nullopt;
+  return possible ? std::optional(next_check_) : std::nullopt;
 }
 
-void Copies::look(const Event& event) {
-  if (const std::optional<Time> due = next_look(); !due || event.now < *due) {
+void Copies::tick(const Event& event) {
+  if (const std::optional<Time> due = next_deadline(); !due || event.now < *due) {
     return;
   }
   std::vector<std::pair<double, LeaseId>> late = late_leases(event.now);
-  next_look_ = event.now + kLookInterval * static_cast<int>(1 + leases_.all().size() / kLeasesALook);
+  next_check_ = event.now + kCheckInterval * static_cast<int>(1 + leases_.all().size() / kLeasesPerCheck);
   std::vector<std::string> waiting(workers_.idle().begin(), workers_.idle().end());
   std::ranges::rotate(waiting, std::ranges::upper_bound(waiting, last_worker_));
-  waiting.resize(std::min(waiting.size(), kPairsALook / std::max<std::size_t>(late.size(), 1)));
+  waiting.resize(std::min(waiting.size(), kPairsPerCheck / std::max<std::size_t>(late.size(), 1)));
   for (const std::string& name : waiting) {
     last_worker_ = name;
     Worker* const worker = workers_.find(name);

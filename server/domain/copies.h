@@ -16,9 +16,9 @@ class Copies {
       : limits_(limits), jobs_(jobs), leases_(leases), workers_(workers), pilots_(pilots), scheduler_(scheduler) {}
 
   /// Gives copies to idle workers, if a search is due.
-  void look(const Event& event);
+  void tick(const Event& event);
   /// When the next search is due. Nothing if no worker is idle, nothing is leased, or leasing is stopped.
-  std::optional<Time> next_look() const;
+  std::optional<Time> next_deadline() const;
 
  private:
   /// Leases that may be copied, each with its negated remaining seconds, so that the longest sorts first.
@@ -42,7 +42,7 @@ class Copies {
   WorkerRegistry& workers_;
   Pilots& pilots_;
   const Scheduler& scheduler_;
-  Time next_look_;
+  Time next_check_;
   std::string last_worker_;  ///< the next search begins after it
 };
 

@@ -13,7 +13,7 @@
 #include "common/farm/messages.h"
 #include "common/film/film.h"
 #include "server/access/action_log.h"
-#include "server/access/token_book.h"
+#include "server/access/token_registry.h"
 
 namespace lightmill {
 
@@ -206,7 +206,7 @@ struct StoredState {
   std::vector<StoredJob> jobs;
   std::uint64_t next_job_id = 1;      ///< never reused, even after deletes
   std::vector<NodeKey> damaged = {};  ///< stored nodes that are left out because they are damaged
-  /// Rows whose renderer is lost. take_out_nonsense adds the nodes that they were merged into to `damaged`.
+  /// Rows whose renderer is lost. remove_invalid_rows adds the nodes that they were merged into to `damaged`.
   std::vector<DropResultRow> damaged_results = {};
   std::vector<JobId> damaged_jobs = {};           ///< left out, because their rows are damaged
   std::vector<std::string> damaged_entries = {};  ///< unreadable tokens and action log entries, in words

@@ -35,27 +35,27 @@ FarmSample joined(const Samples& samples) {
 
 }  // namespace
 
-void FarmHistory::add(const FarmCounts& counts, Time now, std::int64_t unix_ms) {
+void FarmHistory::add(const FarmLoad& load, Time now, std::int64_t unix_ms) {
   const bool first = next_ == Time{};
   FarmSample sample;
   sample.unix_ms = unix_ms;
   sample.seconds = first ? 0 : to_seconds(now - begun_);
-  sample.pixel_samples = static_cast<double>(counts.pixel_samples - pixel_samples_);
-  sample.workers = static_cast<double>(counts.workers.size());
-  for (const WorkerCount& worker : counts.workers) {
+  sample.pixel_samples = static_cast<double>(load.pixel_samples - pixel_samples_);
+  sample.workers = static_cast<double>(load.workers.size());
+  for (const WorkerCount& worker : load.workers) {
     sample.threads += worker.threads;
     sample.busy_threads += worker.leases > 0 ? worker.threads : 0;
     sample.leases += worker.leases;
-    if (WorkerPast* const past = count(worker)) {
-      past->minutes_gone = 0;
-      past->minute.seconds += sample.seconds;
+    if (WorkerHistory* const history = count(worker)) {
+      history->minutes_gone = 0;
+      history->minute.seconds += sample.seconds;
     }
   }
-  sample.jobs_running = counts.jobs_running;
-  sample.jobs_waiting = counts.jobs_waiting;
+  sample.jobs_running = load.jobs_running;
+  sample.jobs_waiting = load.jobs_waiting;
   begun_ = now;
   next_ = now + kInterval;
-  pixel_samples_ = counts.pixel_samples;
+  pixel_samples_ = load.pixel_samples;
   if (first) {
     return;  // the first moment is no interval yet
   }
@@ -70,7 +70,7 @@ void FarmHistory::add(const FarmCounts& counts, Time now, std::int64_t unix_ms) 
   }
 }
 
-FarmHistory::WorkerPast* FarmHistory::count(const WorkerCount& worker) {
+FarmHistory::WorkerHistory* FarmHistory::count(const WorkerCount& worker) {
   auto found = workers_.find(worker.name);
   if (found == workers_.end()) {
     if (workers_.size() >= kMostWorkers) {
@@ -78,25 +78,25 @@ FarmHistory::WorkerPast* FarmHistory::count(const WorkerCount& worker) {
     }
     found = workers_.try_emplace(worker.name).first;
   }
-  WorkerPast& past = found->second;
-  past.minute.results += worker.results - past.last.results;
-  past.minute.leases_lost += worker.leases_lost - past.last.leases_lost;
-  past.minute.pixel_samples += worker.pixel_samples - past.last.pixel_samples;
-  past.last = worker;
-  return &past;
+  WorkerHistory& history = found->second;
+  history.minute.results += worker.results - history.last.results;
+  history.minute.leases_lost += worker.leases_lost - history.last.leases_lost;
+  history.minute.pixel_samples += worker.pixel_samples - history.last.pixel_samples;
+  history.last = worker;
+  return &history;
 }
 
 void FarmHistory::depart(const WorkerCount& worker) {
-  if (WorkerPast* const past = count(worker)) {
-    past->last = {};
+  if (WorkerHistory* const history = count(worker)) {
+    history->last = {};
   }
 }
 
 void FarmHistory::end_minute(std::int64_t unix_ms) {
-  for (auto& [name, past] : workers_) {
-    past.minutes_gone += past.minute.seconds > 0 ? 0 : 1;
-    past.minute.unix_ms = unix_ms;
-    keep_last(past.minutes, std::exchange(past.minute, {}), kMinutes);
+  for (auto& [name, history] : workers_) {
+    history.minutes_gone += history.minute.seconds > 0 ? 0 : 1;
+    history.minute.unix_ms = unix_ms;
+    keep_last(history.minutes, std::exchange(history.minute, {}), kMinutes);
   }
   std::erase_if(workers_, [](const auto& entry) { return entry.second.minutes_gone >= static_cast<int>(kMinutes); });
 }

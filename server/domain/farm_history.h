@@ -13,7 +13,7 @@
 namespace lightmill {
 
 /// Counts of the farm at one moment.
-struct FarmCounts {
+struct FarmLoad {
   std::uint64_t pixel_samples = 0;   ///< merged since the coordinator began
   std::uint32_t jobs_running = 0;    ///< with leases
   std::uint32_t jobs_waiting = 0;    ///< without leases, neither ended nor paused
@@ -54,7 +54,7 @@ class FarmHistory {
   /// When `add` is due.
   Time next() const { return next_; }
   /// Ends an interval with the counts of this moment. It may be longer than kInterval.
-  void add(const FarmCounts& counts, Time now, std::int64_t unix_ms);
+  void add(const FarmLoad& load, Time now, std::int64_t unix_ms);
   /// Last counts of a worker that is gone. Its counts start at 0 when it comes back.
   void depart(const WorkerCount& worker);
 
@@ -65,18 +65,18 @@ class FarmHistory {
   std::vector<WorkerSample> of_worker(const std::string& name) const;
 
  private:
-  struct WorkerPast {
+  struct WorkerHistory {
     WorkerCount last;
     WorkerSample minute;  ///< not complete yet
     std::deque<WorkerSample> minutes;
     int minutes_gone = 0;
   };
   /// Adds what the worker did since its last counts to its current minute. Null if there is no room for the worker.
-  WorkerPast* count(const WorkerCount& worker);
+  WorkerHistory* count(const WorkerCount& worker);
   void end_minute(std::int64_t unix_ms);
 
   std::deque<FarmSample> fine_, coarse_;
-  std::map<std::string, WorkerPast> workers_;
+  std::map<std::string, WorkerHistory> workers_;
   std::uint64_t pixel_samples_ = 0;
   int until_minute_ = kFineInMinute, until_coarse_ = kFineInCoarse;
   Time begun_{};

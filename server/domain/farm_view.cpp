@@ -130,24 +130,24 @@ std::vector<WorkerStatus> FarmView::workers(Time now, const WorkerFilter& filter
   return found;
 }
 
-FarmCounts FarmView::counts() const {
-  FarmCounts counts;
-  counts.pixel_samples = totals_.pixel_samples;
+FarmLoad FarmView::load() const {
+  FarmLoad load;
+  load.pixel_samples = totals_.pixel_samples;
   for (const auto& [id, job] : jobs_.all()) {
     if (job->in_progress()) {
-      ++(job->leases().empty() ? counts.jobs_waiting : counts.jobs_running);
+      ++(job->leases().empty() ? load.jobs_waiting : load.jobs_running);
     }
   }
   for (const auto& [name, worker] : workers_.all()) {
     if (worker.session()) {
-      counts.workers.push_back(worker.count());
+      load.workers.push_back(worker.count());
     }
   }
-  return counts;
+  return load;
 }
 
-FarmSnapshot FarmView::snapshot() const {
-  FarmSnapshot farm;
+FarmGauges FarmView::gauges() const {
+  FarmGauges farm;
   farm.results_rate = scheduler_.result_bytes_per_second();
   farm.units_out = leases_.all().size();
   for (const auto& [id, job] : jobs_.all()) {

@@ -27,8 +27,8 @@ class FarmView {
   std::vector<JobStatus> jobs(Time now, const JobFilter& filter) const;
   std::size_t count_jobs(const JobFilter& filter) const;
   std::vector<WorkerStatus> workers(Time now, const WorkerFilter& filter) const;
-  FarmCounts counts() const;
-  FarmSnapshot snapshot() const;
+  FarmLoad load() const;
+  FarmGauges gauges() const;
 
   // ---- demand.cpp ----
   std::uint32_t wanted_workers(Time now) const;

@@ -6,7 +6,7 @@ namespace {
 /// A client that waits longer for a film is told to try again.
 constexpr Duration kPatience = std::chrono::seconds(30);
 /// Pause before the next check of films that must leave but are shared.
-constexpr Duration kLookPause = std::chrono::milliseconds(200);
+constexpr Duration kCheckPause = std::chrono::milliseconds(200);
 
 }  // namespace
 
@@ -21,7 +21,7 @@ bool Films::use(Job& job, Time now) {
 
 void Films::keep(Job& job, Time now) {
   job.film_used = now;
-  next_look_ = std::min(next_look_.value_or(now + limits_.film_idle), now + limits_.film_idle);
+  next_check_ = std::min(next_check_.value_or(now + limits_.film_idle), now + limits_.film_idle);
 }
 
 std::uint64_t Films::bytes_of(JobId id) const {
@@ -41,15 +41,15 @@ bool Films::make_room(std::uint64_t bytes, Time now) {
     }
   }
   std::ranges::sort(ended, {}, &Job::film_used);
-  next_look_.reset();
+  next_check_.reset();
   for (Job* const job : ended) {
     const Time idle = job->film_used + limits_.film_idle;
     if (needed + kept <= limits_.film_bytes && now < idle) {
-      next_look_ = std::min(next_look_.value_or(idle), idle);
+      next_check_ = std::min(next_check_.value_or(idle), idle);
       break;  // all others were used more recently
     }
     if (job->film().shared()) {
-      next_look_ = now + kLookPause;
+      next_check_ = now + kCheckPause;
       continue;
     }
     kept -= job->outline().bytes();
@@ -66,7 +66,7 @@ void Films::serve(const Event& event) {
       continue;
     }
     if (!make_room(job->outline().bytes(), event.now)) {
-      next_serve_ = event.now + kLookPause;
+      next_serve_ = event.now + kCheckPause;
       return;
     }
     reading_ = true;
@@ -106,7 +106,7 @@ void Films::give_up(const Event& event) {
 }
 
 void Films::tick(const Event& event) {
-  if (next_look_ && event.now >= *next_look_) {
+  if (next_check_ && event.now >= *next_check_) {
     make_room(0, event.now);
   }
   give_up(event);
@@ -116,7 +116,7 @@ void Films::tick(const Event& event) {
 }
 
 std::optional<Time> Films::next_deadline() const {
-  std::optional<Time> next = next_look_;
+  std::optional<Time> next = next_check_;
   const auto by = [&](Time time) { next = std::min(next.value_or(time), time); };
   for (const Wanted& wanted : wanted_) {
     by(wanted.since + kPatience);

@@ -45,8 +45,8 @@ class Films {
   const JobTable& jobs_;
   std::deque<Wanted> wanted_;  ///< the first one is being read if `reading_`
   bool reading_ = false;
-  Time next_serve_{};              ///< when to try the next read; used while films are wanted and none is being read
-  std::optional<Time> next_look_;  ///< when a film may leave memory; set while some are there
+  Time next_serve_{};               ///< when to try the next read; used while films are wanted and none is being read
+  std::optional<Time> next_check_;  ///< when a film may leave memory; set while some are there
 };
 
 }  // namespace lightmill

@@ -5,8 +5,8 @@
 namespace lightmill {
 namespace {
 
-constexpr Duration kOldLookPause = std::chrono::minutes(1);
-constexpr Duration kEndingLookInterval = std::chrono::milliseconds(500);
+constexpr Duration kOldCheckPause = std::chrono::minutes(1);
+constexpr Duration kEndingCheckInterval = std::chrono::milliseconds(500);
 
 /// "reached 1 second", "reached 20 samples per pixel".
 std::string reached(auto limit, std::string_view unit, std::string_view per = "") {
@@ -126,7 +126,7 @@ bool JobLifeCycle::fail_if_refused(Job& job, const Event& event) {
   }
   unbind_if_unwanted(job, event);
   if (!agreed && (!job.refusals.certain() || !job.leases().empty() || audits_.any_may_render(job, event.now))) {
-    look_again(job.id());  // the other workers may leave
+    check_again(job.id());  // the other workers may leave
     return false;
   }
   finish(job, JobState::failed, job.refusals.text(), event);
@@ -168,12 +168,12 @@ void JobLifeCycle::close_if_time_is_up(Job& job, const Event& event) {
   }
 }
 
-void JobLifeCycle::film_came(Job& job, bool whole, const Event& event) {
+void JobLifeCycle::film_loaded(Job& job, bool whole, const Event& event) {
   films_.keep(job, event.now);
   if (!whole || job.reopens) {
     if (job.record.state == JobState::done) {
       reopen(job, event.now);
-      look_again(job.id());  // the remaining samples may be all that is wanted
+      check_again(job.id());  // the remaining samples may be all that is wanted
     }
     job.store(event);
   }
@@ -275,14 +275,14 @@ void JobLifeCycle::tick(const Event& event) {
   for (const JobId id : std::exchange(ending_, {})) {
     finish_if_complete(jobs_.at(id), event);
   }
-  next_ending_look_ = event.now + kEndingLookInterval;
+  next_ending_check_ = event.now + kEndingCheckInterval;
 }
 
 void JobLifeCycle::delete_old(const Event& event) {
-  if (limits_.keep_ended == Duration::zero() || event.now < next_old_look_) {
+  if (limits_.keep_ended == Duration::zero() || event.now < next_old_check_) {
     return;
   }
-  next_old_look_ = event.now + kOldLookPause;
+  next_old_check_ = event.now + kOldCheckPause;
   for (auto at = jobs_.all().begin(); at != jobs_.all().end();) {
     const Job& job = *(at++)->second;
     const std::int64_t ago = event.unix_ms - job.record.finished_unix_ms;
@@ -306,10 +306,10 @@ std::optional<Time> JobLifeCycle::next_deadline() const {
     by(jobs_.at(id).hold_until);
   }
   if (!ending_.empty()) {
-    by(next_ending_look_);
+    by(next_ending_check_);
   }
   if (limits_.keep_ended > Duration::zero() && !jobs_.all().empty()) {
-    by(next_old_look_);
+    by(next_old_check_);
   }
   return next;
 }

@@ -53,12 +53,12 @@ class JobLifeCycle {
   /// Closes the plan of a job whose seconds are over.
   void close_if_time_is_up(Job& job, const Event& event);
   /// A done job is in progress again: its film has lost nodes, or it has a new goal. If its film is only in the store,
-  /// this waits for film_came().
+  /// this waits for film_loaded().
   void reopen(Job& job, Time now);
   /// The film of an ended job is in memory again. `whole`: with all its nodes.
-  void film_came(Job& job, bool whole, const Event& event);
+  void film_loaded(Job& job, bool whole, const Event& event);
   /// The next tick checks whether the job is complete.
-  void look_again(JobId job) { ending_.insert(job); }
+  void check_again(JobId job) { ending_.insert(job); }
 
   // ---- leases ----
   /// Takes a lease back. Its job may be complete without it.
@@ -98,7 +98,7 @@ class JobLifeCycle {
   std::set<JobId> timed_;     ///< active, with a goal in seconds
   std::set<JobId> restored_;  ///< to check once their `hold_until` has passed
   std::set<JobId> ending_;    ///< to check in each tick
-  Time next_ending_look_, next_old_look_;
+  Time next_ending_check_, next_old_check_;
 };
 
 }  // namespace lightmill

@@ -71,7 +71,7 @@ std::string describe(const Goal& goal) {
 
 bool has_error(const JobSpec& spec) {
   const Result<MethodSpec> method = parse_method(spec.settings.method);
-  return !method.ok() || method->name != "photon-dots";
+  return !method.ok() || method->name != "photon-map";
 }
 
 std::string interval_text(double value, double half_width) {

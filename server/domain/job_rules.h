@@ -29,7 +29,7 @@ double expected_pixel_samples(const Job& job, const FrameError& error);
 /// Expected seconds until the job ends at `samples_per_second`, if its film has this error. Infinite if unknown.
 double expected_seconds(const Job& job, const FrameError& error, double samples_per_second, Time now);
 
-/// Whether the halves of the job's film differ by its error. False for photon-dots, which shows the same photons in all
+/// Whether the halves of the job's film differ by its error. False for photon-map, which shows the same photons in all
 /// samples.
 bool has_error(const JobSpec& spec);
 

@@ -74,7 +74,7 @@ void LeaseTable::send_grant(Worker& worker, Job& job, LeaseId id, const Event& e
   }
   LeaseGrant grant{id, leases_.at(id).unit, trace_id(job.record.spec.request_id)};
   for (const TileId tile : grant.unit.tiles) {
-    grant.tags.push_back(grants_.tag(worker.name(), id, job.digest(), {job.id(), tile, grant.unit.range}));
+    grant.tags.push_back(signer_.tag(worker.name(), id, job.digest(), {job.id(), tile, grant.unit.range}));
   }
   channel.push_back({*worker.session(), std::move(grant)});
   if (!at_once) {
@@ -275,7 +275,7 @@ void LeaseTable::extend_all(Time now) {
 }
 
 std::optional<LeaseId> LeaseTable::expire(Time now) {
-  const Time heard_until = workers_.deaf_at() + limits_.lease_duration;
+  const Time heard_until = workers_.backlog_at() + limits_.lease_duration;
   while (!expiry_.empty() && expiry_.begin()->first <= now) {
     const LeaseId id = expiry_.begin()->second;
     Lease& lease = leases_.at(id);

@@ -8,19 +8,19 @@
 #include <span>
 #include <unordered_map>
 
-#include "server/domain/farm_totals.h"
-#include "server/domain/grants.h"
+#include "server/domain/farm_metrics.h"
+#include "server/domain/grant_signer.h"
 #include "server/domain/job_queue.h"
 
 namespace lightmill {
 
 class LeaseTable {
  public:
-  LeaseTable(const CoordinatorLimits& limits, std::uint64_t epoch, const Grants& grants, WorkerRegistry& workers,
+  LeaseTable(const CoordinatorLimits& limits, std::uint64_t epoch, const GrantSigner& signer, WorkerRegistry& workers,
              JobTable& jobs, JobQueue& queue, FarmTotals& totals)
       : limits_(limits),
         epoch_(epoch),
-        grants_(grants),
+        signer_(signer),
         workers_(workers),
         jobs_(jobs),
         queue_(queue),
@@ -89,7 +89,7 @@ class LeaseTable {
 
   const CoordinatorLimits& limits_;
   const std::uint64_t epoch_;
-  const Grants& grants_;
+  const GrantSigner& signer_;
   WorkerRegistry& workers_;
   JobTable& jobs_;
   JobQueue& queue_;

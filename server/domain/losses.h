@@ -23,8 +23,8 @@ class Losses {
   bool is_suspect(TileId tile) const;
   bool pilot_is_suspect() const { return pilot_.lost >= before_alone_; }
   /// A result of the tile came. Returns whether workers were lost with the tile before.
-  bool tile_came(TileId tile) { return tiles_.erase(tile) > 0; }
-  void pilot_came() { pilot_ = {}; }
+  bool tile_received(TileId tile) { return tiles_.erase(tile) > 0; }
+  void pilot_received() { pilot_ = {}; }
 
  private:
   struct Row {

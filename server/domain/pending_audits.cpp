@@ -64,74 +64,74 @@ PendingAudits::Source PendingAudits::source_of(const Entry& entry) {
   return {entry.claims.front().by.fingerprint_class, entry.claims.front().by.identity};
 }
 
-void PendingAudits::list(const Place& place, const Entry& entry) {
+void PendingAudits::list(const Key& key, const Entry& entry) {
   if (entry.lease) {
     ++out_;
   } else if (entry.claims.size() > 1) {
-    disputed_.insert(place);
+    disputed_.insert(key);
   } else if (entry.lost < kMostLost) {
-    waiting_[source_of(entry)].insert(place);
+    waiting_[source_of(entry)].insert(key);
   }
 }
 
-void PendingAudits::unlist(const Place& place, const Entry& entry) {
+void PendingAudits::unlist(const Key& key, const Entry& entry) {
   if (entry.lease) {
     --out_;
     return;
   }
-  disputed_.erase(place);
+  disputed_.erase(key);
   if (const auto found = waiting_.find(source_of(entry)); found != waiting_.end()) {
-    found->second.erase(place);
+    found->second.erase(key);
     if (found->second.empty()) {
       waiting_.erase(found);
     }
   }
 }
 
-void PendingAudits::open(const Place& place, Claim first, bool chosen) {
-  const auto [at, fresh] = entries_.try_emplace(place);
+void PendingAudits::open(const Key& key, Claim first, bool chosen) {
+  const auto [at, fresh] = entries_.try_emplace(key);
   if (!fresh) {
-    unlist(place, at->second);
+    unlist(key, at->second);
   }
   at->second = Entry{{std::move(first)}, {}, 0, chosen};
-  list(place, at->second);
+  list(key, at->second);
 }
 
-const PendingAudits::Entry* PendingAudits::find(const Place& place) const {
-  const auto found = entries_.find(place);
+const PendingAudits::Entry* PendingAudits::find(const Key& key) const {
+  const auto found = entries_.find(key);
   return found == entries_.end() ? nullptr : &found->second;
 }
 
-Verdict PendingAudits::claim(const Place& place, Claim claim) {
-  Entry& entry = entries_.at(place);
-  unlist(place, entry);
+Verdict PendingAudits::claim(const Key& key, Claim claim) {
+  Entry& entry = entries_.at(key);
+  unlist(key, entry);
   entry.claims.push_back(std::move(claim));
-  list(place, entry);
+  list(key, entry);
   return judge(entry.claims);
 }
 
-std::optional<LeaseId> PendingAudits::close(const Place& place) {
-  const auto found = entries_.find(place);
+std::optional<LeaseId> PendingAudits::close(const Key& key) {
+  const auto found = entries_.find(key);
   if (found == entries_.end()) {
     return std::nullopt;
   }
-  unlist(place, found->second);
+  unlist(key, found->second);
   const std::optional<LeaseId> lease = found->second.lease;
   entries_.erase(found);
   return lease;
 }
 
-std::vector<std::pair<PendingAudits::Place, std::optional<LeaseId>>> PendingAudits::close_within(TileId tile,
-                                                                                                 SampleRange range) {
-  std::vector<Place> within;
-  for (const auto& [place, entry] : entries_) {
-    if (place.tile == tile && range.contains(place.range)) {
-      within.push_back(place);
+std::vector<std::pair<PendingAudits::Key, std::optional<LeaseId>>> PendingAudits::close_within(TileId tile,
+                                                                                               SampleRange range) {
+  std::vector<Key> within;
+  for (const auto& [key, entry] : entries_) {
+    if (key.tile == tile && range.contains(key.range)) {
+      within.push_back(key);
     }
   }
-  std::vector<std::pair<Place, std::optional<LeaseId>>> closed;
-  for (const Place& place : within) {
-    closed.emplace_back(place, close(place));
+  std::vector<std::pair<Key, std::optional<LeaseId>>> closed;
+  for (const Key& key : within) {
+    closed.emplace_back(key, close(key));
   }
   return closed;
 }
@@ -141,17 +141,17 @@ bool PendingAudits::may_claim(const Entry& entry, const Renderer& by) {
          std::ranges::none_of(entry.claims, [&](const Claim& claim) { return claim.by.identity == by.identity; });
 }
 
-std::vector<PendingAudits::Place> PendingAudits::next_for(const Renderer& by, std::size_t most) const {
-  for (const Place& place : disputed_) {
-    if (may_claim(entries_.at(place), by)) {
-      return {place};
+std::vector<PendingAudits::Key> PendingAudits::next_for(const Renderer& by, std::size_t most) const {
+  for (const Key& key : disputed_) {
+    if (may_claim(entries_.at(key), by)) {
+      return {key};
     }
   }
   for (const auto& [source, places] : waiting_) {
     if (source.first != by.fingerprint_class || source.second == by.identity) {
       continue;
     }
-    std::vector<Place> next;
+    std::vector<Key> next;
     for (auto at = places.begin(); at != places.end() && next.size() < most && at->range == places.begin()->range;
          ++at) {
       next.push_back(*at);
@@ -161,16 +161,16 @@ std::vector<PendingAudits::Place> PendingAudits::next_for(const Renderer& by, st
   return {};
 }
 
-void PendingAudits::lease(const Place& place, LeaseId lease) {
-  Entry& entry = entries_.at(place);
+void PendingAudits::lease(const Key& key, LeaseId lease) {
+  Entry& entry = entries_.at(key);
   LM_CHECK(!entry.lease);
-  unlist(place, entry);
+  unlist(key, entry);
   entry.lease = lease;
-  list(place, entry);
+  list(key, entry);
 }
 
-bool PendingAudits::take_over(const Place& place, LeaseId from, LeaseId to, const Renderer& by) {
-  const auto found = entries_.find(place);
+bool PendingAudits::take_over(const Key& key, LeaseId from, LeaseId to, const Renderer& by) {
+  const auto found = entries_.find(key);
   if (found == entries_.end() || found->second.lease != from || !may_claim(found->second, by)) {
     return false;
   }
@@ -178,17 +178,17 @@ bool PendingAudits::take_over(const Place& place, LeaseId from, LeaseId to, cons
   return true;
 }
 
-void PendingAudits::release(const Place& place, LeaseId lease, bool lost) {
-  const auto found = entries_.find(place);
+void PendingAudits::release(const Key& key, LeaseId lease, bool lost) {
+  const auto found = entries_.find(key);
   if (found == entries_.end() || found->second.lease != lease) {
     return;
   }
-  unlist(place, found->second);
+  unlist(key, found->second);
   found->second.lease.reset();
   found->second.lost += lost ? 1 : 0;
-  list(place, found->second);
+  list(key, found->second);
   if (is_settled(found->second)) {
-    close(place);
+    close(key);
   }
 }
 
@@ -199,7 +199,7 @@ bool PendingAudits::possible_for(std::span<const Renderer> all) const {
                                  const auto& [of_class, identity] = entry.first;
                                  return of_class == by.fingerprint_class && identity != by.identity;
                                }) ||
-           std::ranges::any_of(disputed_, [&](const Place& place) { return may_claim(entries_.at(place), by); });
+           std::ranges::any_of(disputed_, [&](const Key& key) { return may_claim(entries_.at(key), by); });
   });
 }
 

@@ -54,10 +54,10 @@ std::string describe_renderer(const Renderer& by);
 
 class PendingAudits {
  public:
-  struct Place {
+  struct Key {
     SampleRange range;  ///< first, so that places of one unit are neighbours
     TileId tile;
-    friend auto operator<=>(const Place&, const Place&) = default;
+    friend auto operator<=>(const Key&, const Key&) = default;
   };
   struct Entry {
     std::vector<Claim> claims;     ///< the first is what the film holds; others differ from it
@@ -70,66 +70,66 @@ class PendingAudits {
 
   /// Opens an audit of the result that `first` claims. If not `chosen`, a second claim that differs follows. Replaces
   /// an earlier entry of the place.
-  void open(const Place& place, Claim first, bool chosen = true);
+  void open(const Key& key, Claim first, bool chosen = true);
   /// Null if no audit is open there.
-  const Entry* find(const Place& place) const;
+  const Entry* find(const Key& key) const;
   /// Adds a claim to an open place. Unless the verdict is `open`, the caller closes the place.
-  Verdict claim(const Place& place, Claim claim);
+  Verdict claim(const Key& key, Claim claim);
   /// Closes the place. Returns its lease, if it had one.
-  std::optional<LeaseId> close(const Place& place);
+  std::optional<LeaseId> close(const Key& key);
   /// Closes all places of the tile whose samples lie in `range`. Returns them with their leases.
-  std::vector<std::pair<Place, std::optional<LeaseId>>> close_within(TileId tile, SampleRange range);
+  std::vector<std::pair<Key, std::optional<LeaseId>>> close_within(TileId tile, SampleRange range);
   /// Removes the claims of these renderers, except claims of the film.
   template <class Predicate>
   void retract(const Predicate& by) {
-    std::vector<Place> settled;
-    for (auto& [place, entry] : entries_) {
+    std::vector<Key> settled;
+    for (auto& [key, entry] : entries_) {
       if (entry.claims.size() > 1) {
-        unlist(place, entry);
+        unlist(key, entry);
         entry.claims.erase(std::remove_if(entry.claims.begin() + 1, entry.claims.end(),
                                           [&](const Claim& each) { return by(each.by); }),
                            entry.claims.end());
-        list(place, entry);
+        list(key, entry);
         if (is_settled(entry)) {
-          settled.push_back(place);
+          settled.push_back(key);
         }
       }
     }
-    for (const Place& place : settled) {
-      close(place);
+    for (const Key& key : settled) {
+      close(key);
     }
   }
 
   /// Whether this renderer has the class of the place, and its identity has made no claim yet.
   static bool may_claim(const Entry& entry, const Renderer& by);
   /// Places that this worker may get now, at most `most`, all with the same range.
-  std::vector<Place> next_for(const Renderer& by, std::size_t most) const;
-  void lease(const Place& place, LeaseId lease);
+  std::vector<Key> next_for(const Renderer& by, std::size_t most) const;
+  void lease(const Key& key, LeaseId lease);
   /// Moves the place from lease `from` to lease `to` of this worker. False, and no change, if `from` does not have it
   /// or the worker may not claim it.
-  bool take_over(const Place& place, LeaseId from, LeaseId to, const Renderer& by);
+  bool take_over(const Key& key, LeaseId from, LeaseId to, const Renderer& by);
   /// The lease no longer has the place. Does nothing if it did not have it.
-  void release(const Place& place, LeaseId lease, bool lost);
+  void release(const Key& key, LeaseId lease, bool lost);
 
   std::size_t size() const { return entries_.size(); }
   std::size_t out() const { return out_; }
   bool waiting() const { return !waiting_.empty() || !disputed_.empty(); }  ///< a place can be leased
   /// Places where two claims differ and that are not leased.
-  const std::set<Place>& disputed() const { return disputed_; }
+  const std::set<Key>& disputed() const { return disputed_; }
   /// Whether a place waits that one of these renderers may audit.
   bool possible_for(std::span<const Renderer> all) const;
 
  private:
   /// Only one claim is left, and it was not selected for audit.
   static bool is_settled(const Entry& entry) { return !entry.chosen && entry.claims.size() == 1 && !entry.lease; }
-  void list(const Place& place, const Entry& entry);
-  void unlist(const Place& place, const Entry& entry);
+  void list(const Key& key, const Entry& entry);
+  void unlist(const Key& key, const Entry& entry);
 
-  std::map<Place, Entry> entries_;
+  std::map<Key, Entry> entries_;
   using Source = std::pair<std::string, std::string>;  ///< class and identity
   static Source source_of(const Entry& entry);
-  std::map<Source, std::set<Place>> waiting_;  ///< places with one claim, by its source; not leased
-  std::set<Place> disputed_;
+  std::map<Source, std::set<Key>> waiting_;  ///< places with one claim, by its source; not leased
+  std::set<Key> disputed_;
   std::size_t out_ = 0;
 };
 

@@ -43,7 +43,7 @@ bool Pilots::may_have(const Worker& worker, const Job& job, Time now) {
 
 void Pilots::grant(Worker& worker, Job& job, const Event& event) {
   if (job.record.fingerprint_class.empty()) {
-    life_.start(job, worker, event);
+    life_cycle_.start(job, worker, event);
   }
   const std::vector<std::string>& methods = job.record.method_notes.candidates;
   const LeaseId id = leases_.next_id();
@@ -67,8 +67,8 @@ Result<bool> Pilots::report(Worker& worker, const PilotReport& report, const Eve
                job.id().value, message_of(status));
     return status;
   }
-  worker.pilot_came();
-  job.losses.pilot_came();
+  worker.pilot_received();
+  job.losses.pilot_received();
   job.refusals.rendered_by(worker.identity());
   leases_.end(report.lease, {}, event);
   while (!job.leases().empty()) {  // its copy, or the original lease

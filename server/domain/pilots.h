@@ -9,8 +9,8 @@ namespace lightmill {
 
 class Pilots {
  public:
-  Pilots(LeaseTable& leases, JobTable& jobs, JobQueue& queue, JobLifeCycle& life)
-      : leases_(leases), jobs_(jobs), queue_(queue), life_(life) {}
+  Pilots(LeaseTable& leases, JobTable& jobs, JobQueue& queue, JobLifeCycle& life_cycle)
+      : leases_(leases), jobs_(jobs), queue_(queue), life_cycle_(life_cycle) {}
 
   static bool may_have(const Worker& worker, const Job& job, Time now);
   /// If the job has no class, it gets the worker's.
@@ -22,7 +22,7 @@ class Pilots {
   LeaseTable& leases_;
   JobTable& jobs_;
   JobQueue& queue_;
-  JobLifeCycle& life_;
+  JobLifeCycle& life_cycle_;
 };
 
 }  // namespace lightmill

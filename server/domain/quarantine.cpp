@@ -36,7 +36,7 @@ void Quarantine::hold(Worker& worker, const std::string& reason, const Event& ev
     Job& job = jobs_.at(leases_.at(id).unit.job);
     leases_.end(id, {.cancel = true}, event);
     job.store_progress(event);
-    life_.look_again(job.id());  // the lease may have been the last of a job whose time is up
+    life_cycle_.check_again(job.id());  // the lease may have been the last of a job whose time is up
   }
   if (worker.session()) {
     event.send_after_commit(*worker.session(),
@@ -80,7 +80,7 @@ void Quarantine::resolve(Job& job, const NodeKey& key, const Dispute& dispute, c
 
 void Quarantine::accuse_program(Job& job, const NodeKey& key, const Dispute& dispute, const Event& event) {
   drop_node(job, key.tile, key.range, event);
-  life_.pause(
+  life_cycle_.pause(
       job,
       fmt::format("{} have {} different results, from {}: this is a bug of the program, not of a worker; please report "
                   "it. Resume the job to render them again",
@@ -107,11 +107,11 @@ void Quarantine::undo_work_of(const Renderer& guilty, const Event& event) {
     event.warn(about(id, guilty.worker), "job {}: {} nodes of its film, with results of {}, are rendered again",
                id.value, tainted.size(), describe_renderer(guilty));
     if (state == JobState::done) {
-      life_.reopen(*job, event.now);
+      life_cycle_.reopen(*job, event.now);
     }
     job->store(event);
     queue_.refresh(*job);
-    life_.look_again(id);  // the remaining samples may be all that is wanted
+    life_cycle_.check_again(id);  // the remaining samples may be all that is wanted
   }
 }
 
@@ -129,7 +129,7 @@ void Quarantine::drop_node(Job& job, TileId tile, SampleRange within, const Even
   provenance_.dropped(job.id(), tile, range);
   event.store(DropNode{{job.id(), tile, range}});
   event.store(DropResults{{job.id(), tile, range}});
-  for (const auto& [place, lease] : job.audits.close_within(tile, range)) {
+  for (const auto& [audit_key, lease] : job.audits.close_within(tile, range)) {
     if (lease) {
       leases_.tile_done(*lease, tile, false, event);
     }

@@ -10,14 +10,14 @@ namespace lightmill {
 class Quarantine {
  public:
   Quarantine(QuarantineList& list, JobTable& jobs, LeaseTable& leases, WorkerRegistry& workers, JobQueue& queue,
-             Provenance& provenance, JobLifeCycle& life, Scheduler& scheduler, FarmTotals& totals)
+             Provenance& provenance, JobLifeCycle& life_cycle, Scheduler& scheduler, FarmTotals& totals)
       : list_(list),
         jobs_(jobs),
         leases_(leases),
         workers_(workers),
         queue_(queue),
         provenance_(provenance),
-        life_(life),
+        life_cycle_(life_cycle),
         scheduler_(scheduler),
         totals_(totals) {}
 
@@ -50,7 +50,7 @@ class Quarantine {
   WorkerRegistry& workers_;
   JobQueue& queue_;
   Provenance& provenance_;
-  JobLifeCycle& life_;
+  JobLifeCycle& life_cycle_;
   Scheduler& scheduler_;
   FarmTotals& totals_;
 };

@@ -20,10 +20,10 @@ class Refusals {
   void add(const std::string& identity, const std::string& worker, const std::string& reason, bool certain = true);
   /// Workers of this identity no longer get the job.
   bool excludes(const std::string& identity) const;
-  bool empty() const { return said_.empty(); }
-  std::size_t identities() const { return said_.size(); }
+  bool empty() const { return refusals_.empty(); }
+  std::size_t identities() const { return refusals_.size(); }
   /// Whether the job may fail without a second identity.
-  bool certain() const { return !said_.empty() && said_.front().certain; }
+  bool certain() const { return !refusals_.empty() && refusals_.front().certain; }
   /// A part of the job, or its pilot, was rendered. So identities that did not refuse it can render it.
   void rendered_by(const std::string& identity) { refuted_ = refuted_ || (!empty() && !excludes(identity)); }
   bool refuted() const { return refuted_; }
@@ -39,7 +39,7 @@ class Refusals {
   Time may_have_from(const std::string& identity, Time connected_at) const;
 
  private:
-  struct Said {
+  struct Refusal {
     std::string identity, worker, reason;
     bool certain = true;
   };
@@ -47,7 +47,7 @@ class Refusals {
     std::uint32_t times = 0;
     Time last;
   };
-  std::vector<Said> said_;  ///< each identity once
+  std::vector<Refusal> refusals_;  ///< each identity once
   bool refuted_ = false;
   std::map<std::string, LeftToOthers> left_to_others_;  ///< by identity
 };

@@ -52,14 +52,14 @@ bool wants(const Job& job, const WorkerResult& result) {
 }  // namespace
 
 Status ResultIntake::check(const Job& job, const std::string& worker, const WorkerResult& result) const {
-  if (!grants_.are_proven(result.tag, worker, result.lease, result.render_digest, result.key)) {
+  if (!signer_.verify(result.tag, worker, result.lease, result.render_digest, result.key)) {
     return make_error(StatusCode::kPermissionDenied, "these samples were never granted to this worker");
   }
   return check_node(job, result);
 }
 
 void ResultIntake::take(SessionId session, WorkerResult result, const Event& event) {
-  scheduler_.result_came(result, event.now);
+  scheduler_.result_received(result, event.now);
   const NodeKey key = result.key;
   const LeaseId lease = result.lease;
   Job* const job = jobs_.find(key.job);
@@ -75,7 +75,7 @@ void ResultIntake::take(SessionId session, WorkerResult result, const Event& eve
   }
   if (Worker* const worker = workers_.of(session)) {
     worker->job(key.job).confirmed = true;
-    worker->good_result_came();
+    worker->count_good_result();
     // On a slow link heartbeats queue behind results. So a result renews all leases of its worker.
     for (const LeaseId id : worker->leases()) {
       leases_.renew(id, event.now);
@@ -98,7 +98,7 @@ void ResultIntake::take(SessionId session, WorkerResult result, const Event& eve
   }
   job->store_progress(event);
   const std::uint64_t wanted_before = job->plan->goal();
-  const bool others_wait = life_.finish_if_complete(*job, event) || job->plan->goal() > wanted_before ||
+  const bool others_wait = life_cycle_.finish_if_complete(*job, event) || job->plan->goal() > wanted_before ||
                            job->audits.waiting() || job->cost.known() != cost_was_known;
   if (Worker* const worker = workers_.of(session)) {
     scheduler_.serve(*worker, event);
@@ -119,7 +119,7 @@ void ResultIntake::drop_unwanted(SessionId session, const WorkerResult& result, 
     Job& job = jobs_.at(result.key.job);
     leases_.give_up_tile(result.lease, result.key.tile, event);
     queue_.refresh(job);
-    life_.finish_if_complete(job, event);
+    life_cycle_.finish_if_complete(job, event);
     scheduler_.serve_all(event);
   }
 }
@@ -172,7 +172,7 @@ void ResultIntake::merge(Job& job, const Renderer& by, WorkerResult result, bool
   ++job.record.counters.results_merged;
   ++totals_.results_merged;
   job.refusals.rendered_by(by.identity);
-  if (job.losses.tile_came(key.tile)) {
+  if (job.losses.tile_received(key.tile)) {
     job.plan->set_alone(key.tile, false);
   }
   if (job.record.spec.goal.error > 0 && job.film().samples(key.tile) == job.plan->goal_of(key.tile)) {

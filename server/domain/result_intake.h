@@ -10,17 +10,17 @@ namespace lightmill {
 
 class ResultIntake {
  public:
-  ResultIntake(const Grants& grants, JobTable& jobs, LeaseTable& leases, WorkerRegistry& workers,
-               const QuarantineList& quarantined, JobQueue& queue, Provenance& provenance, JobLifeCycle& life,
+  ResultIntake(const GrantSigner& signer, JobTable& jobs, LeaseTable& leases, WorkerRegistry& workers,
+               const QuarantineList& quarantined, JobQueue& queue, Provenance& provenance, JobLifeCycle& life_cycle,
                Scheduler& scheduler, Audits& audits, Quarantine& quarantine, Sessions& sessions, FarmTotals& totals)
-      : grants_(grants),
+      : signer_(signer),
         jobs_(jobs),
         leases_(leases),
         workers_(workers),
         quarantined_(quarantined),
         queue_(queue),
         provenance_(provenance),
-        life_(life),
+        life_cycle_(life_cycle),
         scheduler_(scheduler),
         audits_(audits),
         quarantine_(quarantine),
@@ -41,14 +41,14 @@ class ResultIntake {
   void count_cost(Job& job, const Renderer& by, const WorkerResult& result, const Event& event);
   void count_duplicate(Job& job, const NodeKey& key, const Renderer& by, bool differs, const Event& event);
 
-  const Grants& grants_;
+  const GrantSigner& signer_;
   JobTable& jobs_;
   LeaseTable& leases_;
   WorkerRegistry& workers_;
   const QuarantineList& quarantined_;
   JobQueue& queue_;
   Provenance& provenance_;
-  JobLifeCycle& life_;
+  JobLifeCycle& life_cycle_;
   Scheduler& scheduler_;
   Audits& audits_;
   Quarantine& quarantine_;

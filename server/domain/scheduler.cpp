@@ -54,7 +54,7 @@ bool Scheduler::grant_next(Worker& worker, const Event& event) {
   for (auto at = queue_.begin(); at != queue_.end();) {
     Job& job = jobs_.at(at->job);
     ++at;  // the code below may move or remove the job's entry
-    life_.close_if_time_is_up(job, event);
+    life_cycle_.close_if_time_is_up(job, event);
     if (!queue_.contains(job.id()) || !may_have(worker, job, event.now)) {
       continue;
     }
@@ -91,14 +91,14 @@ std::optional<bool> Scheduler::grant(Worker& worker, Job& job, const Event& even
   }
   const LeaseId id = leases_.next_id();
   const UnitAim aim = aim_for(worker, job, event.now);
-  pace_.gave(from_seconds(std::max(limits_.unit_seconds, 2 * aim.results_seconds)));
+  result_rate_.add_unit(from_seconds(std::max(limits_.unit_seconds, 2 * aim.results_seconds)));
   std::optional<Unit> unit = job.plan->take(job.id(), id, aim);
   if (!unit) {
     queue_.refresh(job);
     return false;
   }
   if (job.record.fingerprint_class.empty()) {
-    life_.start(job, worker, event);
+    life_cycle_.start(job, worker, event);
   }
   leases_.open(worker, job, {.id = id, .unit = *std::move(unit), .alone = alone}, event.now);
   leases_.send_grant(worker, job, id, event);
@@ -108,21 +108,21 @@ std::optional<bool> Scheduler::grant(Worker& worker, Job& job, const Event& even
 
 bool Scheduler::grant_audit(Worker& worker, Job& job, const Event& event) {
   const Renderer by = renderer_of(worker, job);
-  std::vector<PendingAudits::Place> places = job.audits.next_for(by, 1);
-  if (places.empty()) {
+  std::vector<PendingAudits::Key> keys = job.audits.next_for(by, 1);
+  if (keys.empty()) {
     return false;
   }
-  const SampleRange range = places.front().range;
+  const SampleRange range = keys.front().range;
   const std::uint32_t tiles = choose_tile_count(range, job.audits.size() - job.audits.out(),
-                                                job.pixels_of(places.front().tile), aim_for(worker, job, event.now));
+                                                job.pixels_of(keys.front().tile), aim_for(worker, job, event.now));
   if (tiles > 1) {
-    places = job.audits.next_for(by, tiles);
+    keys = job.audits.next_for(by, tiles);
   }
   const LeaseId id = leases_.next_id();
   Unit unit{job.id(), range, {}};
-  for (const PendingAudits::Place& place : places) {
-    unit.tiles.push_back(place.tile);
-    job.audits.lease(place, id);
+  for (const PendingAudits::Key& key : keys) {
+    unit.tiles.push_back(key.tile);
+    job.audits.lease(key, id);
   }
   leases_.open(worker, job, {.id = id, .unit = std::move(unit), .audits = true}, event.now);
   leases_.send_grant(worker, job, id, event);

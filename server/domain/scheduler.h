@@ -5,22 +5,22 @@
 #pragma once
 
 #include "server/domain/pilots.h"
-#include "server/scheduling/results_pace.h"
+#include "server/scheduling/result_rate_control.h"
 
 namespace lightmill {
 
 class Scheduler {
  public:
   Scheduler(const CoordinatorLimits& limits, Time now, JobTable& jobs, LeaseTable& leases, WorkerRegistry& workers,
-            JobQueue& queue, JobLifeCycle& life, Pilots& pilots)
+            JobQueue& queue, JobLifeCycle& life_cycle, Pilots& pilots)
       : limits_(limits),
         jobs_(jobs),
         leases_(leases),
         workers_(workers),
         queue_(queue),
-        life_(life),
+        life_cycle_(life_cycle),
         pilots_(pilots),
-        pace_(limits.result_bytes_per_second, now) {}
+        result_rate_(limits.result_bytes_per_second, now) {}
 
   /// Gives the worker leases until it wants no more, or until there is nothing for it. Then it is idle.
   void serve(Worker& worker, const Event& event);
@@ -32,12 +32,12 @@ class Scheduler {
 
   // ---- unit_sizing.cpp ----
   UnitAim aim_for(const Worker& worker, const Job& job, Time now) const;
-  void result_came(const WorkerResult& result, Time now);
+  void result_received(const WorkerResult& result, Time now);
   /// Slows the pace if results wait too long for their acknowledgement. Else speeds it up.
-  void look_at_waits(const Event& event);
+  void update_result_rate(const Event& event);
   /// Results waited for another reason than their number.
-  void stood_still(Time now) { pace_.stood_still(now); }
-  double result_bytes_per_second() const { return pace_.bytes_per_second(); }
+  void note_stall(Time now) { result_rate_.note_stall(now); }
+  double result_bytes_per_second() const { return result_rate_.bytes_per_second(); }
 
  private:
   bool serve_once(Worker& worker, const Event& event);
@@ -54,10 +54,10 @@ class Scheduler {
   LeaseTable& leases_;
   WorkerRegistry& workers_;
   JobQueue& queue_;
-  JobLifeCycle& life_;
+  JobLifeCycle& life_cycle_;
   Pilots& pilots_;
   std::string held_;
-  ResultsPace pace_;
+  ResultRateControl result_rate_;
   bool slowed_ = false;  ///< a note has reported a slow pace
 };
 

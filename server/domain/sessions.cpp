@@ -85,7 +85,7 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
   Worker& worker = workers_.at(hello.name);
   event.info(about(hello.name), "worker {} connected: {} on {}, class {}", hello.name, counted(hello.threads, "thread"),
              hello.host, hello.fingerprint_class);
-  event.send(session, Welcome{leases_.epoch(), heartbeat_interval(), limits_.lease_duration, grants_.farm()});
+  event.send(session, Welcome{leases_.epoch(), heartbeat_interval(), limits_.lease_duration, signer_.farm()});
   if (quarantined) {
     event.send(session, Notice{"in quarantine, this worker gets nothing to render until it is released"});
   }
@@ -111,9 +111,9 @@ void Sessions::take_back_held(Worker& worker, const WorkerHello& hello, bool oth
       continue;
     }
     if (other_process) {
-      life_.lose_lease(id, false, event);
+      life_cycle_.lose_lease(id, false, event);
     } else {
-      life_.end_lease(id, {.lost = true}, event);
+      life_cycle_.end_lease(id, {.lost = true}, event);
     }
   }
   if (!unwanted.leases.empty()) {
@@ -130,7 +130,7 @@ bool Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) 
   std::vector<TileId> tiles;
   for (std::size_t i = 0; i < held.unit.tiles.size() && i < held.tags.size(); ++i) {
     const NodeKey key{held.unit.job, held.unit.tiles[i], held.unit.range};
-    if (grants_.are_proven(held.tags[i], worker.name(), held.lease, held.render_digest, key)) {
+    if (signer_.verify(held.tags[i], worker.name(), held.lease, held.render_digest, key)) {
       tiles.push_back(key.tile);
     }
   }
@@ -184,7 +184,7 @@ void Sessions::heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, const
   if (heartbeat.longest_wait) {
     worker.waits(*heartbeat.longest_wait, event.now);
   }
-  scheduler_.look_at_waits(event);
+  scheduler_.update_result_rate(event);
   LeaseCancel unknown;
   for (const LeaseId id : heartbeat.leases) {
     if (const Lease* const lease = leases_.find(id); lease != nullptr && lease->worker == worker.name()) {
@@ -196,11 +196,11 @@ void Sessions::heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, const
   if (!unknown.leases.empty()) {
     event.send_after_commit(*worker.session(), std::move(unknown));
   }
-  look_at_work(worker, heartbeat, event);
+  check_overruns(worker, heartbeat, event);
   scheduler_.serve(worker, event);
 }
 
-void Sessions::look_at_work(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event) {
+void Sessions::check_overruns(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event) {
   for (const TileAtWork& at_work : heartbeat.at_work) {
     const Lease* const lease = leases_.find(at_work.lease);
     if (at_work.cpu_seconds <= limits_.tile_cpu_seconds || lease == nullptr || lease->worker != worker.name()) {
@@ -241,7 +241,7 @@ void Sessions::give_back(Worker& worker, const WorkerReturn& message, const Even
   Job& job = jobs_.at(lease->unit.job);
   worker.job(job.id()).describe = true;
   leases_.end(message.lease, {}, event);
-  life_.finish_if_complete(job, event);
+  life_cycle_.finish_if_complete(job, event);
   scheduler_.serve_all(event);
   scheduler_.serve(worker, event);
 }
@@ -277,8 +277,8 @@ void Sessions::withdraw(Job& job, const Worker& worker, const Event& event) {
     job.keep_time(0, event.now);  // nothing was rendered in this time
   }
   job.store_progress(event);
-  life_.unbind_if_unwanted(job, event);  // the workers of its class do not render it
-  life_.finish_if_complete(job, event);
+  life_cycle_.unbind_if_unwanted(job, event);  // the workers of its class do not render it
+  life_cycle_.finish_if_complete(job, event);
 }
 
 // ---- ends of sessions ----
@@ -286,16 +286,16 @@ void Sessions::withdraw(Job& job, const Worker& worker, const Event& event) {
 void Sessions::distrust(SessionId session, LeaseId lease_id, const Status& error, const Event& event) {
   const std::string name = workers_.find_session(session)->worker;
   if (const Lease* const lease = leases_.find(lease_id); lease != nullptr && lease->worker == name) {
-    life_.end_lease(lease_id, {.cancel = true, .lost = true}, event);
+    life_cycle_.end_lease(lease_id, {.cancel = true, .lost = true}, event);
   }
   Worker* const worker = workers_.of(session);
   if (worker == nullptr) {
     return;
   }
-  if (worker->bad_result_came() >= limits_.max_bad_results) {
+  if (worker->count_bad_result() >= limits_.max_bad_results) {
     dismiss(session, fmt::format("{} damaged results, the last: {}", worker->bad_results(), message_of(error)), event);
     while (!worker->leases().empty()) {
-      life_.end_lease(*worker->leases().begin(), {.lost = true}, event);
+      life_cycle_.end_lease(*worker->leases().begin(), {.lost = true}, event);
     }
     workers_.forget_if_gone(name, event);
   } else {
@@ -312,7 +312,7 @@ void Sessions::leaves(Worker& worker, const Event& event) {
   inspections_.left(*worker.session(), false, event);
 }
 
-Status Sessions::ask_to_leave(const std::string& name, const Event& event) {
+Status Sessions::drain(const std::string& name, const Event& event) {
   Worker* const worker = workers_.find(name);
   if (worker == nullptr || !worker->session()) {
     return not_found("there is no worker '{}'", name);
@@ -348,7 +348,7 @@ void Sessions::end(SessionId session, const Event& event) {
 }
 
 void Sessions::end_silent(const Event& event) {
-  if (const std::optional<Time> due = workers_.next_silence_look(); !due || event.now < *due) {
+  if (const std::optional<Time> due = workers_.next_silence_check(); !due || event.now < *due) {
     return;
   }
   const std::vector<SessionId> silent = workers_.too_silent(event.now);

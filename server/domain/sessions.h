@@ -10,17 +10,17 @@ namespace lightmill {
 
 class Sessions {
  public:
-  Sessions(const CoordinatorLimits& limits, const Grants& grants, JobTable& jobs, LeaseTable& leases,
-           WorkerRegistry& workers, const QuarantineList& quarantine, JobQueue& queue, JobLifeCycle& life,
+  Sessions(const CoordinatorLimits& limits, const GrantSigner& signer, JobTable& jobs, LeaseTable& leases,
+           WorkerRegistry& workers, const QuarantineList& quarantine, JobQueue& queue, JobLifeCycle& life_cycle,
            Scheduler& scheduler, Inspections& inspections)
       : limits_(limits),
-        grants_(grants),
+        signer_(signer),
         jobs_(jobs),
         leases_(leases),
         workers_(workers),
         quarantine_(quarantine),
         queue_(queue),
-        life_(life),
+        life_cycle_(life_cycle),
         scheduler_(scheduler),
         inspections_(inspections) {}
 
@@ -34,7 +34,7 @@ class Sessions {
   /// The worker takes no more leases, and leaves after its last one.
   void leaves(Worker& worker, const Event& event);
   /// Request of an operator. NOT_FOUND.
-  Status ask_to_leave(const std::string& worker, const Event& event);
+  Status drain(const std::string& worker, const Event& event);
   /// Ends sessions that were silent for too long, if a check is due.
   void end_silent(const Event& event);
 
@@ -50,19 +50,19 @@ class Sessions {
   void take_back_held(Worker& worker, const WorkerHello& hello, bool other_process, const Event& event);
   bool adopt(Worker& worker, const HeldLease& held, const Event& event);
   /// Takes back tiles that take too long.
-  void look_at_work(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event);
+  void check_overruns(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event);
   void overran(Worker& worker, const Lease& lease, TileId tile, const Event& event);
   /// Takes the job from workers that may no longer render it after the refusal of `worker`.
   void withdraw(Job& job, const Worker& worker, const Event& event);
 
   const CoordinatorLimits& limits_;
-  const Grants& grants_;
+  const GrantSigner& signer_;
   JobTable& jobs_;
   LeaseTable& leases_;
   WorkerRegistry& workers_;
   const QuarantineList& quarantine_;
   JobQueue& queue_;
-  JobLifeCycle& life_;
+  JobLifeCycle& life_cycle_;
   Scheduler& scheduler_;
   Inspections& inspections_;
   Time next_full_note_{};

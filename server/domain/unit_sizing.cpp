@@ -24,7 +24,7 @@ double node_bytes(const Job& job) {
 UnitAim Scheduler::aim_for(const Worker& worker, const Job& job, Time now) const {
   UnitAim aim;
   aim.farm_threads = static_cast<std::uint32_t>(std::max<std::uint64_t>(workers_.threads(), 1));
-  set_times(limits_.unit_seconds, node_bytes(job), pace_.bytes_per_second(), aim);
+  set_times(limits_.unit_seconds, node_bytes(job), result_rate_.bytes_per_second(), aim);
   if (const double seconds = job.record.spec.goal.seconds; seconds > 0) {
     // When its time is up, the job waits for leased units. The lower limit keeps the rate of results within the pace.
     const double least = std::min(std::max(aim.unit_seconds / 2, 2 * aim.least_seconds), aim.unit_seconds);
@@ -44,35 +44,35 @@ bool Scheduler::enough_is_tried(const Job& job) const {
     return false;
   }
   const double results = static_cast<double>(job.plan->out_pixel_samples()) / pixels_of_a_tile(job);
-  return results * node_bytes(job) > kTriedSeconds * pace_.bytes_per_second();
+  return results * node_bytes(job) > kTriedSeconds * result_rate_.bytes_per_second();
 }
 
-void Scheduler::result_came(const WorkerResult& result, Time now) {
-  pace_.came(static_cast<double>(result.node.values.size() * sizeof(float)) + kBytesOfAResult, now);
+void Scheduler::result_received(const WorkerResult& result, Time now) {
+  result_rate_.add_result(static_cast<double>(result.node.values.size() * sizeof(float)) + kBytesOfAResult, now);
 }
 
-void Scheduler::look_at_waits(const Event& event) {
+void Scheduler::update_result_rate(const Event& event) {
   if (!held_.empty()) {
-    pace_.stood_still(event.now);
+    result_rate_.note_stall(event.now);
   }
-  if (!pace_.is_due(event.now)) {
+  if (!result_rate_.is_due(event.now)) {
     return;
   }
   std::vector<Duration> waits;
   for (const auto& [name, worker] : workers_.all()) {
-    if (const auto wait = worker.wait_since(pace_.heard_from(event.now)); wait && worker.counts()) {
+    if (const auto wait = worker.wait_since(result_rate_.heard_from(event.now)); wait && worker.counts()) {
       waits.push_back(*wait);
     }
   }
-  if (!pace_.look(waits, event.now)) {
+  if (!result_rate_.update(waits, event.now)) {
     return;
   }
   const double most = limits_.result_bytes_per_second;
-  if (!slowed_ && pace_.bytes_per_second() < most / 2) {
+  if (!slowed_ && result_rate_.bytes_per_second() < most / 2) {
     slowed_ = true;
     event.warn({},
                "workers' results wait long for the coordinator: workers send fewer results, each with more samples");
-  } else if (slowed_ && pace_.bytes_per_second() == most) {
+  } else if (slowed_ && result_rate_.bytes_per_second() == most) {
     slowed_ = false;
     event.info({}, "workers' results no longer wait: workers send them as often as before");
   }

@@ -3,14 +3,14 @@
 #include <algorithm>
 
 #include "common/base/text.h"
-#include "server/domain/repeat_wait.h"
+#include "server/domain/retry_delay.h"
 
 namespace lightmill {
 namespace {
 
 constexpr double kLeastUnitScale = 1.0 / 64;
 /// A search for silent workers visits all of them. There are at most so many searches per `silence`.
-constexpr int kSilenceLooks = 20;
+constexpr int kSilenceChecks = 20;
 
 }  // namespace
 
@@ -40,7 +40,7 @@ void Worker::lost(const Lease& lease, Time now) {
   if (!lease.is_pilot()) {
     unit_scale_ = std::max(unit_scale_ / 2, kLeastUnitScale);
   } else {
-    pilots_from_ = now + repeat_wait(++pilots_lost_);  // the worker's next heartbeat after that serves it again
+    pilots_from_ = now + retry_delay(++pilots_lost_);  // the worker's next heartbeat after that serves it again
   }
 }
 
@@ -84,7 +84,7 @@ Worker* WorkerRegistry::of(SessionId session) {
 
 void WorkerRegistry::open_session(SessionId session, const WorkerHello& hello, Time now) {
   if (sessions_.empty()) {
-    next_silence_look_ = now + limits_.silence;
+    next_silence_check_ = now + limits_.silence;
   }
   sessions_[session] = {as_name(hello.name), as_name(identity_of(hello)), as_name(hello.fingerprint_class), false};
 }
@@ -190,35 +190,35 @@ void WorkerRegistry::fell_silent(const std::string& name) {
 }
 
 std::vector<SessionId> WorkerRegistry::too_silent(Time now) {
-  next_silence_look_ = now + limits_.silence;
+  next_silence_check_ = now + limits_.silence;
   std::vector<SessionId> silent;
   for (const auto& [name, worker] : workers_) {
     if (!worker.session_) {
       continue;
     }
-    const Time end = std::max(worker.heard_at_, deaf_at_) + limits_.silence;
+    const Time end = std::max(worker.heard_at_, backlog_at_) + limits_.silence;
     if (end > now) {
-      next_silence_look_ = std::min(next_silence_look_, end);
+      next_silence_check_ = std::min(next_silence_check_, end);
     } else {
       silent.push_back(*worker.session_);
     }
   }
-  next_silence_look_ = std::max(next_silence_look_, now + limits_.silence / kSilenceLooks);
+  next_silence_check_ = std::max(next_silence_check_, now + limits_.silence / kSilenceChecks);
   return silent;
 }
 
-std::optional<Time> WorkerRegistry::next_silence_look() const {
-  return sessions_.empty() ? std::nullopt : std::optional(next_silence_look_);
+std::optional<Time> WorkerRegistry::next_silence_check() const {
+  return sessions_.empty() ? std::nullopt : std::optional(next_silence_check_);
 }
 
-void WorkerRegistry::stood_still(Duration late, Time now) {
+void WorkerRegistry::note_stall(Duration late, Time now) {
   for (auto& [name, worker] : workers_) {
     worker.heard_at_ = now;
   }
   for (auto& [identity, was] : absent_) {
     was.since += late;
   }
-  next_silence_look_ = now + limits_.silence;
+  next_silence_check_ = now + limits_.silence;
 }
 
 void WorkerRegistry::set_idle(const Worker& worker, bool idle) {

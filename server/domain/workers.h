@@ -75,7 +75,7 @@ class Worker {
   void lost(const Lease& lease, Time now);
   /// When it may have a pilot. Each lost pilot delays it. Else it would lose the same one forever.
   Time pilots_from() const { return pilots_from_; }
-  void pilot_came() { pilots_lost_ = 0; }
+  void pilot_received() { pilots_lost_ = 0; }
 
   // ---- jobs ----
   WorkerJob& job(JobId id) { return jobs_[id]; }
@@ -89,8 +89,8 @@ class Worker {
   std::optional<Duration> wait_since(Time since) const { return wait_at_ >= since ? wait_ : std::nullopt; }
   void waits(Duration wait, Time now);
   std::uint32_t bad_results() const { return bad_results_; }
-  std::uint32_t bad_result_came() { return ++bad_results_; }
-  void good_result_came() { ++results_; }
+  std::uint32_t count_bad_result() { return ++bad_results_; }
+  void count_good_result() { ++results_; }
   void rendered(JobId job, double seconds, std::uint64_t pixel_samples, Time now);
 
  private:
@@ -155,13 +155,13 @@ class WorkerRegistry {
   bool heard(Worker& worker, bool result, Time now);
   void fell_silent(const std::string& name);
   /// The coordinator could not hear all workers at `now`. Until it hears them again, silence proves nothing.
-  void cannot_hear(Time now) { deaf_at_ = now; }
-  Time deaf_at() const { return deaf_at_; }
+  void note_backlog(Time now) { backlog_at_ = now; }
+  Time backlog_at() const { return backlog_at_; }
   /// Current sessions that were silent for too long. Sets the time of the next check.
   std::vector<SessionId> too_silent(Time now);
-  std::optional<Time> next_silence_look() const;
+  std::optional<Time> next_silence_check() const;
   /// The coordinator stood still for `late`. Messages from this time are not read yet.
-  void stood_still(Duration late, Time now);
+  void note_stall(Duration late, Time now);
 
   // ---- idle workers: they want more work than there was ----
   const std::set<std::string>& idle() const { return idle_; }
@@ -190,7 +190,7 @@ class WorkerRegistry {
   std::set<std::string> idle_;
   std::uint64_t threads_ = 0;
   std::map<std::string, Absent> absent_;
-  Time next_silence_look_, deaf_at_;
+  Time next_silence_check_, backlog_at_;
 };
 
 }  // namespace lightmill

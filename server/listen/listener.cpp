@@ -151,7 +151,7 @@ Result<std::unique_ptr<Listener>> Listener::open(const std::string& listen, std:
 }
 
 Listener::Listener(std::vector<int> sockets, int port, int wake, std::size_t most)
-    : sockets_(std::move(sockets)), port_(port), wake_(wake), book_(most) {}
+    : sockets_(std::move(sockets)), port_(port), wake_(wake), limiter_(most) {}
 
 Listener::~Listener() {
   stop();
@@ -195,7 +195,7 @@ void Listener::run() {
       if (stopping_) {
         return;
       }
-      waits = book_.somebody_waits();
+      waits = limiter_.has_waiting();
     }
     // If accept failed, the listening sockets would be ready at once, so they are not polled.
     (void)::poll(all.data(), failed ? 1 : all.size(), failed || waits ? kPauseMs : kIdleMs);
@@ -209,7 +209,7 @@ void Listener::run() {
       }
       all[i].revents = 0;
     }
-    look();
+    update();
   }
 }
 
@@ -255,10 +255,10 @@ void Listener::arrive(int fd, const std::string& peer) {
     if (peer == own_) {
       own_.clear();
     } else {
-      if (book_.is_full() || book_.is_full(peer)) {
+      if (limiter_.is_full() || limiter_.is_full(peer)) {
         sweep(now);
       }
-      const ConnectionBook::Arrival arrival = book_.arrive(peer, now);
+      const ConnectionLimiter::Arrival arrival = limiter_.arrive(peer, now);
       if (arrival.close != 0) {
         ::close(open_.at(arrival.close).fd);
         open_.erase(arrival.close);
@@ -268,12 +268,12 @@ void Listener::arrive(int fd, const std::string& peer) {
         shut(arrival.end);
       }
       struct stat about {};
-      if (arrival.fate == ConnectionBook::Fate::refuse || ::fstat(fd, &about) != 0) {
+      if (arrival.decision == ConnectionLimiter::Decision::refuse || ::fstat(fd, &about) != 0) {
         ::close(fd);
         return;
       }
       open_[arrival.id] = {fd, about.st_dev, about.st_ino};
-      if (arrival.fate == ConnectionBook::Fate::wait) {
+      if (arrival.decision == ConnectionLimiter::Decision::wait) {
         waiting_[arrival.id] = peer;
         return;
       }
@@ -282,15 +282,15 @@ void Listener::arrive(int fd, const std::string& peer) {
   take_(fd, peer);
 }
 
-void Listener::look() {
+void Listener::update() {
   std::vector<std::pair<int, std::string>> served;
   {
     const MutexLock lock(mutex_);
     const Time now = system_clock().now();
-    if (book_.somebody_waits() || now - swept_at_ >= kIdlePause) {
+    if (limiter_.has_waiting() || now - swept_at_ >= kIdlePause) {
       sweep(now);
     }
-    const ConnectionBook::Changes changes = book_.look(now);
+    const ConnectionLimiter::Changes changes = limiter_.update(now);
     for (const Id id : changes.end) {
       shut(id);
     }
@@ -315,7 +315,7 @@ void Listener::sweep(Time now) {
     struct stat about {};
     const bool there = ::fstat(socket.fd, &about) == 0 && about.st_dev == socket.device && about.st_ino == socket.inode;
     if (!there) {
-      book_.leave(id);
+      limiter_.leave(id);
     }
     return !there;
   });
@@ -332,16 +332,16 @@ void Listener::shut(Id id) {
   }
 }
 
-Status Listener::meet(const std::string& peer, const Identity& caller) {
+Status Listener::set_caller(const std::string& peer, const Identity& caller) {
   Status status;
   bool waits = false;
   {
     const MutexLock lock(mutex_);
-    if (book_.is_full(peer, caller)) {
+    if (limiter_.is_full(peer, caller)) {
       sweep(system_clock().now());
     }
-    status = book_.meet(peer, caller);
-    waits = book_.somebody_waits();
+    status = limiter_.set_caller(peer, caller);
+    waits = limiter_.has_waiting();
   }
   if (waits) {
     (void)::eventfd_write(wake_, 1);
@@ -349,9 +349,9 @@ Status Listener::meet(const std::string& peer, const Identity& caller) {
   return status;
 }
 
-void Listener::part(const std::string& peer) {
+void Listener::clear_caller(const std::string& peer) {
   const MutexLock lock(mutex_);
-  book_.part(peer, system_clock().now());
+  limiter_.clear_caller(peer, system_clock().now());
 }
 
 Result<int> Listener::dial() {

@@ -12,7 +12,7 @@
 #include "common/base/clock.h"
 #include "common/base/mutex.h"
 #include "common/base/status.h"
-#include "server/access/connection_book.h"
+#include "server/access/connection_limiter.h"
 
 namespace lightmill {
 
@@ -36,16 +36,16 @@ class Listener {
   /// `take` is not called afterwards.
   void stop();
 
-  /// See ConnectionBook::meet().
-  Status meet(const std::string& peer, const Identity& caller);
-  /// See ConnectionBook::part().
-  void part(const std::string& peer);
+  /// See ConnectionLimiter::set_caller().
+  Status set_caller(const std::string& peer, const Identity& caller);
+  /// See ConnectionLimiter::clear_caller().
+  void clear_caller(const std::string& peer);
   /// Connects to this port from inside. The connection is served despite the limits. Returns a non-blocking socket that
   /// is still connecting. UNAVAILABLE.
   Result<int> dial();
 
  private:
-  using Id = ConnectionBook::Id;
+  using Id = ConnectionLimiter::Id;
   struct Socket {
     int fd = -1;
     std::uint64_t device = 0, inode = 0;
@@ -55,7 +55,7 @@ class Listener {
   /// Whether all pending connections were accepted.
   bool accept_all(int listening);
   void arrive(int fd, const std::string& peer);
-  void look();
+  void update();
   /// Drops closed connections, at most ten times per second.
   void sweep(Time now) LM_REQUIRES(mutex_);
   void shut(Id id) LM_REQUIRES(mutex_);
@@ -65,7 +65,7 @@ class Listener {
   const int wake_;  ///< an eventfd
   Take take_;
   Mutex mutex_;
-  ConnectionBook book_ LM_GUARDED_BY(mutex_);
+  ConnectionLimiter limiter_ LM_GUARDED_BY(mutex_);
   std::unordered_map<Id, Socket> open_ LM_GUARDED_BY(mutex_);
   std::unordered_map<Id, std::string> waiting_ LM_GUARDED_BY(mutex_);  ///< their peers
   std::string own_ LM_GUARDED_BY(mutex_);  ///< peer of the last dial(), until it is accepted

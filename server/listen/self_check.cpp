@@ -10,28 +10,28 @@
 
 namespace lightmill {
 
-Hearing::Verdict Hearing::note(bool answered, Time now) {
+PortHealth::Verdict PortHealth::note(bool answered, Time now) {
   if (answered) {
     answered_once_ = true;
     failures_ = 0;
     last_answer_ = now;
-    return Verdict::hears;
+    return Verdict::answering;
   }
   ++failures_;
-  if (answered_once_ && failures_ >= kDeaf && now - last_answer_ >= kPatience) {
-    return Verdict::deaf;
+  if (answered_once_ && failures_ >= kUnresponsive && now - last_answer_ >= kPatience) {
+    return Verdict::unresponsive;
   }
-  return failures_ >= kDoubtful ? Verdict::doubtful : Verdict::hears;
+  return failures_ >= kDoubtful ? Verdict::doubtful : Verdict::answering;
 }
 
-SelfCheck::SelfCheck(Listener& listener, bool encrypted, const Clock& clock, std::function<void(bool)> on_hearing,
-                     std::function<void(const Status&)> on_deaf, Duration pause)
+SelfCheck::SelfCheck(Listener& listener, bool encrypted, const Clock& clock, std::function<void(bool)> on_answering,
+                     std::function<void(const Status&)> on_unresponsive, Duration pause)
     : listener_(listener),
       encrypted_(encrypted),
       clock_(clock),
       pause_(pause),
-      on_hearing_(std::move(on_hearing)),
-      on_deaf_(std::move(on_deaf)),
+      on_answering_(std::move(on_answering)),
+      on_unresponsive_(std::move(on_unresponsive)),
       thread_([this] { run(); }) {}
 
 SelfCheck::~SelfCheck() {
@@ -47,25 +47,25 @@ SelfCheck::~SelfCheck() {
 }
 
 void SelfCheck::run() {
-  Hearing hearing(clock_.now());
-  bool hears = true;
+  PortHealth health(clock_.now());
+  bool answering = true;
   do {
     const Status status = dial();
-    const Hearing::Verdict verdict = hearing.note(status.ok(), clock_.now());
-    if (verdict == Hearing::Verdict::deaf) {
-      on_deaf_(unavailable("port {} does not answer connections from this process any more: {}", listener_.port(),
-                           message_of(status)));
+    const PortHealth::Verdict verdict = health.note(status.ok(), clock_.now());
+    if (verdict == PortHealth::Verdict::unresponsive) {
+      on_unresponsive_(unavailable("port {} does not answer connections from this process any more: {}",
+                                   listener_.port(), message_of(status)));
       return;
     }
-    if (const bool now_hears = verdict == Hearing::Verdict::hears; now_hears != hears) {
-      hears = now_hears;
-      if (hears) {
+    if (const bool answers_now = verdict == PortHealth::Verdict::answering; answers_now != answering) {
+      answering = answers_now;
+      if (answering) {
         spdlog::info("port {} answers again", listener_.port());
       } else {
         spdlog::warn("port {} does not answer connections from this process: {}; health checks report this",
                      listener_.port(), message_of(status));
       }
-      on_hearing_(hears);
+      on_answering_(answering);
     }
   } while (pause());
 }

@@ -13,18 +13,18 @@
 namespace lightmill {
 
 /// Verdict on a port from the results of dials.
-class Hearing {
+class PortHealth {
  public:
-  enum class Verdict { hears, doubtful, deaf };
+  enum class Verdict { answering, doubtful, unresponsive };
 
-  explicit Hearing(Time now) : last_answer_(now) {}
+  explicit PortHealth(Time now) : last_answer_(now) {}
   Verdict note(bool answered, Time now);
 
   /// Failed dials in a row until the port is doubtful.
   static constexpr int kDoubtful = 3;
   /// Failed dials in a row until the port is deaf, if it has answered before and is silent for kPatience. A machine may
   /// stop for a while.
-  static constexpr int kDeaf = 10;
+  static constexpr int kUnresponsive = 10;
   static constexpr Duration kPatience = std::chrono::minutes(2);
 
  private:
@@ -39,10 +39,10 @@ class SelfCheck {
   /// Time between two dials.
   static constexpr Duration kPause = std::chrono::seconds(5);
 
-  /// `on_hearing` is called when the port becomes doubtful, and when it answers again. `on_deaf` is called once, when
-  /// the port is deaf. Both run on the thread.
-  SelfCheck(Listener& listener, bool encrypted, const Clock& clock, std::function<void(bool)> on_hearing,
-            std::function<void(const Status&)> on_deaf, Duration pause = kPause);
+  /// `on_answering` is called when the port becomes doubtful, and when it answers again. `on_unresponsive` is called
+  /// once, when the port is deaf. Both run on the thread.
+  SelfCheck(Listener& listener, bool encrypted, const Clock& clock, std::function<void(bool)> on_answering,
+            std::function<void(const Status&)> on_unresponsive, Duration pause = kPause);
   ~SelfCheck();
   SelfCheck(const SelfCheck&) = delete;
   SelfCheck& operator=(const SelfCheck&) = delete;
@@ -57,8 +57,8 @@ class SelfCheck {
   const bool encrypted_;
   const Clock& clock_;
   const Duration pause_;
-  const std::function<void(bool)> on_hearing_;
-  const std::function<void(const Status&)> on_deaf_;
+  const std::function<void(bool)> on_answering_;
+  const std::function<void(const Status&)> on_unresponsive_;
   Mutex mutex_;
   CondVar changed_;
   bool stopping_ LM_GUARDED_BY(mutex_) = false;

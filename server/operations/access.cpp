@@ -71,9 +71,9 @@ std::string way_back(const Gate& gate, const TokenRecord& token, std::int64_t no
 }
 
 /// Stores the token with the effects of this task. If that fails, removes it.
-void keep_token(Asked& asked, const TokenRecord& token) {
-  asked.turn.effects.writes.push_back(PutToken{token});
-  asked.turn.replies.push_back([&gate = asked.runtime.gate(), id = token.id](const Status& stored) {
+void keep_token(OperationContext& operation, const TokenRecord& token) {
+  operation.context.effects.writes.push_back(PutToken{token});
+  operation.context.replies.push_back([&gate = operation.runtime.gate(), id = token.id](const Status& stored) {
     if (!stored.ok()) {
       (void)gate.remove_token(id);
     }
@@ -82,24 +82,24 @@ void keep_token(Asked& asked, const TokenRecord& token) {
 
 }  // namespace
 
-Status create_token(Asked& asked, const v1::CreateTokenRequest& request, v1::Token* reply) {
-  Gate& gate = asked.runtime.gate();
-  asked.about.text = request.id() + " for " + request.name();
+Status create_token(OperationContext& operation, const v1::CreateTokenRequest& request, v1::Token* reply) {
+  Gate& gate = operation.runtime.gate();
+  operation.about.text = request.id() + " for " + request.name();
   LM_ASSIGN_OR_RETURN(TokenRecord token, token_from_wire(request));
-  token.made_by = asked.call.caller.name;
-  token.made_unix_s = asked.turn.unix_ms / 1000;
+  token.made_by = operation.call.caller.name;
+  token.made_unix_s = operation.context.unix_ms / 1000;
   const bool is_new = !gate.find_token(token.id);
   LM_RETURN_IF_ERROR(gate.add_token(token));
   to_wire(*gate.find_token(token.id), reply);
   if (is_new) {
-    keep_token(asked, token);
+    keep_token(operation, token);
   }
   return ok_status();
 }
 
-Status list_tokens(Asked& asked, const v1::ListTokensRequest& request, v1::ListTokensResponse* reply) {
+Status list_tokens(OperationContext& operation, const v1::ListTokensRequest& request, v1::ListTokensResponse* reply) {
   LM_ASSIGN_OR_RETURN(const int size, page_size_of(request.page_size()));
-  for (const TokenRecord& token : asked.runtime.gate().tokens()) {
+  for (const TokenRecord& token : operation.runtime.gate().tokens()) {
     if (token.id <= request.page_token()) {
       continue;  // on an earlier page; its last token may have been revoked since
     }
@@ -112,54 +112,56 @@ Status list_tokens(Asked& asked, const v1::ListTokensRequest& request, v1::ListT
   return ok_status();
 }
 
-Status revoke_token(Asked& asked, const v1::RevokeTokenRequest& request, v1::RevokeTokenResponse* reply) {
-  Gate& gate = asked.runtime.gate();
+Status revoke_token(OperationContext& operation, const v1::RevokeTokenRequest& request,
+                    v1::RevokeTokenResponse* reply) {
+  Gate& gate = operation.runtime.gate();
   const std::string& id = request.id();
   const std::optional<TokenRecord> token = gate.find_token(id);
   if (token) {
-    asked.about.text += " of " + token->name;
+    operation.about.text += " of " + token->name;
   }
   const std::vector<std::string> enrolled = gate.enrolled_by(id);
   std::vector<std::string> revoked = request.enrolled() ? enrolled : std::vector<std::string>();
   if (!revoked.empty()) {
-    asked.about.text += fmt::format(" and {} that it enrolled", revoked.size());
+    operation.about.text += fmt::format(" and {} that it enrolled", revoked.size());
   }
   if (token || revoked.empty()) {
     revoked.push_back(id);
   }
   for (const std::string& each : revoked) {
     LM_RETURN_IF_ERROR(gate.remove_token(each));
-    asked.turn.effects.writes.push_back(DropToken{each});
+    operation.context.effects.writes.push_back(DropToken{each});
   }
   reply->set_enrolled(static_cast<std::uint32_t>(enrolled.size()));
-  reply->set_enrols_again_by(token ? way_back(gate, *token, asked.turn.unix_ms / 1000) : "");
+  reply->set_enrols_again_by(token ? way_back(gate, *token, operation.context.unix_ms / 1000) : "");
   return ok_status();
 }
 
-Status enrol(Asked& asked, const v1::EnrolRequest& request, v1::Token* reply) {
-  asked.about.text = request.id() + " for " + request.host();
+Status enrol(OperationContext& operation, const v1::EnrolRequest& request, v1::Token* reply) {
+  operation.about.text = request.id() + " for " + request.host();
   LM_ASSIGN_OR_RETURN(const Sha256 hash, hash_from_wire(request.sha256()));
   LM_ASSIGN_OR_RETURN(const Enrolment enrolment,
-                      asked.runtime.gate().enrol(asked.call.caller, {request.id(), hash, request.host()}));
-  asked.about.text = enrolment.token.id + " for " + enrolment.token.name;
-  asked.about.was_there = !enrolment.is_new;
+                      operation.runtime.gate().enrol(operation.call.caller, {request.id(), hash, request.host()}));
+  operation.about.text = enrolment.token.id + " for " + enrolment.token.name;
+  operation.about.was_there = !enrolment.is_new;
   to_wire(enrolment.token, reply);
   if (enrolment.is_new) {
     for (const std::string& id : enrolment.ended) {
-      asked.turn.effects.writes.push_back(DropToken{id});
+      operation.context.effects.writes.push_back(DropToken{id});
     }
-    asked.turn.effects.writes.push_back(
+    operation.context.effects.writes.push_back(
         PutToken{enrolment.by});  // this use of the enrolment token counts, even if storing fails
-    keep_token(asked, enrolment.token);
+    keep_token(operation, enrolment.token);
   }
   return ok_status();
 }
 
-Status list_actions(Asked& asked, const v1::ListActionsRequest& request, v1::ListActionsResponse* reply) {
+Status list_actions(OperationContext& operation, const v1::ListActionsRequest& request,
+                    v1::ListActionsResponse* reply) {
   LM_ASSIGN_OR_RETURN(const int size, page_size_of(request.page_size()));
   LM_ASSIGN_OR_RETURN(const std::uint64_t before, id_in(request.page_token()));
-  const ActionPage page = asked.turn.actions.find({request.job(), request.who(), request.since_unix_ms(), before},
-                                                  static_cast<std::size_t>(size));
+  const ActionPage page = operation.context.actions.find(
+      {request.job(), request.who(), request.since_unix_ms(), before}, static_cast<std::size_t>(size));
   for (const Action& action : page.actions) {
     to_wire(action, reply->add_actions());
   }

@@ -17,41 +17,45 @@ Result<Apply> inspect_scene(Runtime& runtime, v1::InspectSceneRequest& request, 
 Result<Apply> submit_job(Runtime& runtime, v1::SubmitJobRequest& request, v1::Job* reply);
 
 // Jobs.
-Status list_jobs(Asked& asked, const v1::ListJobsRequest& request, v1::ListJobsResponse* reply);
-Status get_job(Asked& asked, const v1::GetJobRequest& request, v1::Job* reply);
-Status get_spec(Asked& asked, const v1::GetJobRequest& request, v1::JobSpec* reply);
-Status cancel_job(Asked& asked, const v1::CancelJobRequest& request, v1::Job* reply);
-Status pause_job(Asked& asked, const v1::PauseJobRequest& request, v1::Job* reply);
-Status resume_job(Asked& asked, const v1::ResumeJobRequest& request, v1::Job* reply);
-Status extend_job(Asked& asked, const v1::ExtendJobRequest& request, v1::Job* reply);
-Status set_priority(Asked& asked, const v1::SetPriorityRequest& request, v1::Job* reply);
-Status delete_job(Asked& asked, const v1::DeleteJobRequest& request, v1::DeleteJobResponse* reply);
+Status list_jobs(OperationContext& operation, const v1::ListJobsRequest& request, v1::ListJobsResponse* reply);
+Status get_job(OperationContext& operation, const v1::GetJobRequest& request, v1::Job* reply);
+Status get_spec(OperationContext& operation, const v1::GetJobRequest& request, v1::JobSpec* reply);
+Status cancel_job(OperationContext& operation, const v1::CancelJobRequest& request, v1::Job* reply);
+Status pause_job(OperationContext& operation, const v1::PauseJobRequest& request, v1::Job* reply);
+Status resume_job(OperationContext& operation, const v1::ResumeJobRequest& request, v1::Job* reply);
+Status extend_job(OperationContext& operation, const v1::ExtendJobRequest& request, v1::Job* reply);
+Status set_priority(OperationContext& operation, const v1::SetPriorityRequest& request, v1::Job* reply);
+Status delete_job(OperationContext& operation, const v1::DeleteJobRequest& request, v1::DeleteJobResponse* reply);
 
 // Workers.
-Status list_workers(Asked& asked, const v1::ListWorkersRequest& request, v1::ListWorkersResponse* reply);
-Status list_all_workers(Asked& asked, const v1::ListWorkersRequest& request, v1::ListWorkersResponse* reply);
-Status drain_worker(Asked& asked, const v1::DrainWorkerRequest& request, v1::Worker* reply);
-Status quarantine_worker(Asked& asked, const v1::QuarantineWorkerRequest& request, v1::Worker* reply);
-Status release_worker(Asked& asked, const v1::ReleaseWorkerRequest& request, v1::ReleaseWorkerResponse* reply);
-Status release_and_show_worker(Asked& asked, const v1::ReleaseWorkerRequest& request, v1::Worker* reply);
+Status list_workers(OperationContext& operation, const v1::ListWorkersRequest& request, v1::ListWorkersResponse* reply);
+Status list_all_workers(OperationContext& operation, const v1::ListWorkersRequest& request,
+                        v1::ListWorkersResponse* reply);
+Status drain_worker(OperationContext& operation, const v1::DrainWorkerRequest& request, v1::Worker* reply);
+Status quarantine_worker(OperationContext& operation, const v1::QuarantineWorkerRequest& request, v1::Worker* reply);
+Status release_worker(OperationContext& operation, const v1::ReleaseWorkerRequest& request,
+                      v1::ReleaseWorkerResponse* reply);
+Status release_and_show_worker(OperationContext& operation, const v1::ReleaseWorkerRequest& request, v1::Worker* reply);
 
 // History of the farm.
-Status look_at_history(Asked& asked, const v1::HistoryRequest& request, v1::FarmHistory* reply);
-Status look_at_events(Asked& asked, const v1::EventsRequest& request, v1::FarmEvents* reply);
-Status look_at_worker(Asked& asked, const v1::WorkerHistoryRequest& request, v1::WorkerHistory* reply);
+Status get_history(OperationContext& operation, const v1::HistoryRequest& request, v1::FarmHistory* reply);
+Status list_events(OperationContext& operation, const v1::EventsRequest& request, v1::FarmEvents* reply);
+Status get_worker_history(OperationContext& operation, const v1::WorkerHistoryRequest& request,
+                          v1::WorkerHistory* reply);
 
 // Tokens, and the action log.
-Status create_token(Asked& asked, const v1::CreateTokenRequest& request, v1::Token* reply);
-Status list_tokens(Asked& asked, const v1::ListTokensRequest& request, v1::ListTokensResponse* reply);
-Status revoke_token(Asked& asked, const v1::RevokeTokenRequest& request, v1::RevokeTokenResponse* reply);
-Status enrol(Asked& asked, const v1::EnrolRequest& request, v1::Token* reply);
-Status list_actions(Asked& asked, const v1::ListActionsRequest& request, v1::ListActionsResponse* reply);
+Status create_token(OperationContext& operation, const v1::CreateTokenRequest& request, v1::Token* reply);
+Status list_tokens(OperationContext& operation, const v1::ListTokensRequest& request, v1::ListTokensResponse* reply);
+Status revoke_token(OperationContext& operation, const v1::RevokeTokenRequest& request, v1::RevokeTokenResponse* reply);
+Status enrol(OperationContext& operation, const v1::EnrolRequest& request, v1::Token* reply);
+Status list_actions(OperationContext& operation, const v1::ListActionsRequest& request, v1::ListActionsResponse* reply);
 
 // Autoscalers.
-Status is_active(Asked& asked, const externalscaler::ScaledObjectRef& request, externalscaler::IsActiveResponse* reply);
-Status get_metric_spec(Asked& asked, const externalscaler::ScaledObjectRef& request,
+Status is_active(OperationContext& operation, const externalscaler::ScaledObjectRef& request,
+                 externalscaler::IsActiveResponse* reply);
+Status get_metric_spec(OperationContext& operation, const externalscaler::ScaledObjectRef& request,
                        externalscaler::GetMetricSpecResponse* reply);
-Status get_metrics(Asked& asked, const externalscaler::GetMetricsRequest& request,
+Status get_metrics(OperationContext& operation, const externalscaler::GetMetricsRequest& request,
                    externalscaler::GetMetricsResponse* reply);
 
 }  // namespace lightmill::handlers

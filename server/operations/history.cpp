@@ -40,12 +40,12 @@ void to_wire(const FarmEvent& event, v1::FarmEvent* out) {
 }  // namespace
 
 /// Intervals of ten seconds for spans up to an hour, else of five minutes.
-Status look_at_history(Asked& asked, const v1::HistoryRequest& request, v1::FarmHistory* reply) {
-  const FarmHistory& history = asked.turn.past.history;
+Status get_history(OperationContext& operation, const v1::HistoryRequest& request, v1::FarmHistory* reply) {
+  const FarmHistory& history = operation.context.activity.history;
   const int span = request.span() > 0 ? request.span() : kHour;
-  reply->set_unix_ms(asked.turn.unix_ms);
+  reply->set_unix_ms(operation.context.unix_ms);
   reply->set_interval_seconds(to_seconds(FarmHistory::kInterval) * (span > kHour ? FarmHistory::kFineInCoarse : 1));
-  const std::int64_t from_unix_ms = asked.turn.unix_ms - std::int64_t{1'000} * span;
+  const std::int64_t from_unix_ms = operation.context.unix_ms - std::int64_t{1'000} * span;
   for (const FarmSample& sample : span > kHour ? history.coarse() : history.fine()) {
     if (sample.unix_ms > from_unix_ms) {
       to_wire(sample, reply->add_samples());
@@ -55,7 +55,7 @@ Status look_at_history(Asked& asked, const v1::HistoryRequest& request, v1::Farm
 }
 
 /// Leaves out events about jobs that the caller may not see.
-Status look_at_events(Asked& asked, const v1::EventsRequest& request, v1::FarmEvents* reply) {
+Status list_events(OperationContext& operation, const v1::EventsRequest& request, v1::FarmEvents* reply) {
   const auto* const kind = std::ranges::find(kKinds, request.kind(), [](const auto& each) { return each.first; });
   if (kind == kKinds.end()) {
     return invalid_argument("kind must be all, warnings, jobs or workers, got '{}'", printable(request.kind()));
@@ -64,10 +64,10 @@ Status look_at_events(Asked& asked, const v1::EventsRequest& request, v1::FarmEv
   filter.kind = kind->second;
   filter.job = JobId{request.job()};
   filter.worker = request.worker();
-  filter.admits = [&](const std::string& owner) { return may_see_job(asked.call.caller, owner); };
+  filter.admits = [&](const std::string& owner) { return may_see_job(operation.call.caller, owner); };
   LM_ASSIGN_OR_RETURN(filter.before, id_in(request.page_token()));
   LM_ASSIGN_OR_RETURN(const int size, page_size_of(request.page_size()));
-  const FarmEvents::Page page = asked.turn.past.events.find(filter, static_cast<std::size_t>(size));
+  const FarmEvents::Page page = operation.context.activity.events.find(filter, static_cast<std::size_t>(size));
   for (const FarmEvent& event : page.events) {
     to_wire(event, reply->add_events());
   }
@@ -77,8 +77,9 @@ Status look_at_events(Asked& asked, const v1::EventsRequest& request, v1::FarmEv
   return ok_status();
 }
 
-Status look_at_worker(Asked& asked, const v1::WorkerHistoryRequest& request, v1::WorkerHistory* reply) {
-  for (const WorkerSample& minute : asked.turn.past.history.of_worker(request.name())) {
+Status get_worker_history(OperationContext& operation, const v1::WorkerHistoryRequest& request,
+                          v1::WorkerHistory* reply) {
+  for (const WorkerSample& minute : operation.context.activity.history.of_worker(request.name())) {
     v1::WorkerSample* const out = reply->add_minutes();
     out->set_unix_ms(minute.unix_ms);
     out->set_seconds(minute.seconds);

@@ -8,15 +8,15 @@
 namespace lightmill::handlers {
 namespace {
 
-Status show_job(const FarmLoop::Turn& turn, JobId job, v1::Job* reply) {
-  LM_ASSIGN_OR_RETURN(const JobStatus status, turn.farm.status(job, turn.now));
+Status show_job(const FarmLoop::TaskContext& context, JobId job, v1::Job* reply) {
+  LM_ASSIGN_OR_RETURN(const JobStatus status, context.farm.status(job, context.now));
   to_wire(status, reply);
   return ok_status();
 }
 
 /// Replies with the job after the change, if that succeeded.
-Status changed_job(const Asked& asked, const Status& change, v1::Job* reply) {
-  return change.ok() ? show_job(asked.turn, JobId{asked.about.job}, reply) : change;
+Status changed_job(const OperationContext& operation, const Status& change, v1::Job* reply) {
+  return change.ok() ? show_job(operation.context, JobId{operation.about.job}, reply) : change;
 }
 
 }  // namespace
@@ -24,35 +24,36 @@ Status changed_job(const Asked& asked, const Status& change, v1::Job* reply) {
 namespace {
 
 /// Filter for the jobs that the caller may see and asks for.
-Result<JobFilter> filter_of(const Asked& asked, const v1::ListJobsRequest& request) {
+Result<JobFilter> filter_of(const OperationContext& operation, const v1::ListJobsRequest& request) {
   std::set<JobState> states;
   for (const int wire : request.states()) {
     LM_ASSIGN_OR_RETURN(const JobState state, from_wire(static_cast<v1::JobState>(wire)));
     states.insert(state);
   }
-  return JobFilter{.unfinished = request.unfinished(),
-                   .admits = [&caller = asked.call.caller, &request, states = std::move(states)](const JobRecord& job) {
-                     return may_see_job(caller, job.spec.owner) && (states.empty() || states.contains(job.state)) &&
-                            (request.owner().empty() || request.owner() == job.spec.owner) &&
-                            job.spec.name.find(request.name()) != std::string::npos;
-                   }};
+  return JobFilter{
+      .unfinished = request.unfinished(),
+      .admits = [&caller = operation.call.caller, &request, states = std::move(states)](const JobRecord& job) {
+        return may_see_job(caller, job.spec.owner) && (states.empty() || states.contains(job.state)) &&
+               (request.owner().empty() || request.owner() == job.spec.owner) &&
+               job.spec.name.find(request.name()) != std::string::npos;
+      }};
 }
 
 }  // namespace
 
-Status list_jobs(Asked& asked, const v1::ListJobsRequest& request, v1::ListJobsResponse* reply) {
+Status list_jobs(OperationContext& operation, const v1::ListJobsRequest& request, v1::ListJobsResponse* reply) {
   LM_ASSIGN_OR_RETURN(const int size, page_size_of(request.page_size()));
   LM_ASSIGN_OR_RETURN(const std::uint64_t before, id_in(request.page_token()));
-  LM_ASSIGN_OR_RETURN(JobFilter filter, filter_of(asked, request));
+  LM_ASSIGN_OR_RETURN(JobFilter filter, filter_of(operation, request));
   if (before > 0) {
     filter.before = JobId{before};
   } else {
-    reply->set_total(asked.turn.farm.count_jobs(filter));
+    reply->set_total(operation.context.farm.count_jobs(filter));
   }
   filter.most = static_cast<std::size_t>(size) + 1;
-  const std::vector<std::string>& notices = asked.runtime.options().notices;
+  const std::vector<std::string>& notices = operation.runtime.options().notices;
   reply->mutable_notices()->Add(notices.begin(), notices.end());
-  for (const JobStatus& job : asked.turn.farm.jobs(asked.turn.now, filter)) {
+  for (const JobStatus& job : operation.context.farm.jobs(operation.context.now, filter)) {
     if (reply->jobs_size() == size) {
       reply->set_next_page_token(std::to_string(reply->jobs(size - 1).id()));
     } else {
@@ -62,46 +63,53 @@ Status list_jobs(Asked& asked, const v1::ListJobsRequest& request, v1::ListJobsR
   return ok_status();
 }
 
-Status get_job(Asked& asked, const v1::GetJobRequest& request, v1::Job* reply) {
-  return show_job(asked.turn, JobId{request.id()}, reply);
+Status get_job(OperationContext& operation, const v1::GetJobRequest& request, v1::Job* reply) {
+  return show_job(operation.context, JobId{request.id()}, reply);
 }
 
-Status get_spec(Asked& asked, const v1::GetJobRequest& request, v1::JobSpec* reply) {
-  LM_ASSIGN_OR_RETURN(const JobSpec* const spec, asked.turn.farm.spec(JobId{request.id()}));
+Status get_spec(OperationContext& operation, const v1::GetJobRequest& request, v1::JobSpec* reply) {
+  LM_ASSIGN_OR_RETURN(const JobSpec* const spec, operation.context.farm.spec(JobId{request.id()}));
   to_wire(*spec, reply);
   return ok_status();
 }
 
-Status cancel_job(Asked& asked, const v1::CancelJobRequest& request, v1::Job* reply) {
-  FarmLoop::Turn& turn = asked.turn;
-  return changed_job(asked, turn.farm.cancel(JobId{request.id()}, turn.now, turn.unix_ms, turn.effects), reply);
-}
-
-Status pause_job(Asked& asked, const v1::PauseJobRequest& request, v1::Job* reply) {
-  return changed_job(asked, asked.turn.farm.pause(JobId{request.id()}, asked.turn.now, asked.turn.effects), reply);
-}
-
-Status resume_job(Asked& asked, const v1::ResumeJobRequest& request, v1::Job* reply) {
-  return changed_job(asked, asked.turn.farm.resume(JobId{request.id()}, asked.turn.now, asked.turn.effects), reply);
-}
-
-Status extend_job(Asked& asked, const v1::ExtendJobRequest& request, v1::Job* reply) {
-  FarmLoop::Turn& turn = asked.turn;
-  const Extension extension{request.samples(), request.error()};
-  return changed_job(asked, turn.farm.extend(JobId{request.id()}, extension, turn.now, turn.effects), reply);
-}
-
-Status set_priority(Asked& asked, const v1::SetPriorityRequest& request, v1::Job* reply) {
-  FarmLoop::Turn& turn = asked.turn;
-  return changed_job(asked, turn.farm.set_priority(JobId{request.id()}, request.priority(), turn.now, turn.effects),
+Status cancel_job(OperationContext& operation, const v1::CancelJobRequest& request, v1::Job* reply) {
+  FarmLoop::TaskContext& context = operation.context;
+  return changed_job(operation, context.farm.cancel(JobId{request.id()}, context.now, context.unix_ms, context.effects),
                      reply);
 }
 
-Status delete_job(Asked& asked, const v1::DeleteJobRequest& request, v1::DeleteJobResponse*) {
-  FarmLoop::Turn& turn = asked.turn;
+Status pause_job(OperationContext& operation, const v1::PauseJobRequest& request, v1::Job* reply) {
+  return changed_job(
+      operation, operation.context.farm.pause(JobId{request.id()}, operation.context.now, operation.context.effects),
+      reply);
+}
+
+Status resume_job(OperationContext& operation, const v1::ResumeJobRequest& request, v1::Job* reply) {
+  return changed_job(
+      operation, operation.context.farm.resume(JobId{request.id()}, operation.context.now, operation.context.effects),
+      reply);
+}
+
+Status extend_job(OperationContext& operation, const v1::ExtendJobRequest& request, v1::Job* reply) {
+  FarmLoop::TaskContext& context = operation.context;
+  const Extension extension{request.samples(), request.error()};
+  return changed_job(operation, context.farm.extend(JobId{request.id()}, extension, context.now, context.effects),
+                     reply);
+}
+
+Status set_priority(OperationContext& operation, const v1::SetPriorityRequest& request, v1::Job* reply) {
+  FarmLoop::TaskContext& context = operation.context;
+  return changed_job(operation,
+                     context.farm.set_priority(JobId{request.id()}, request.priority(), context.now, context.effects),
+                     reply);
+}
+
+Status delete_job(OperationContext& operation, const v1::DeleteJobRequest& request, v1::DeleteJobResponse*) {
+  FarmLoop::TaskContext& context = operation.context;
   const JobId id{request.id()};
-  return request.cancel() ? turn.farm.discard(id, turn.now, turn.unix_ms, turn.effects)
-                          : turn.farm.remove(id, turn.now, turn.effects);
+  return request.cancel() ? context.farm.discard(id, context.now, context.unix_ms, context.effects)
+                          : context.farm.remove(id, context.now, context.effects);
 }
 
 }  // namespace lightmill::handlers

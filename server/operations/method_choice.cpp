@@ -50,7 +50,7 @@ Result<MethodNotes> settle_method(JobSpec& spec, const AssetStore& assets) {
   return notes;
 }
 
-void want_bias_layer(JobSpec& spec, const MethodNotes& notes) {
+void add_bias_layer(JobSpec& spec, const MethodNotes& notes) {
   RenderSettings& settings = spec.settings;
   if (spec.goal.error == 0 || NodeLayout(settings.layers).bias >= 0 || !may_gather(settings, notes)) {
     return;

@@ -14,6 +14,6 @@ namespace lightmill {
 Result<MethodNotes> settle_method(JobSpec& spec, const AssetStore& assets);
 
 /// Adds the layer `bias` to the film of a job with an error goal, if a method that it may get gathers photons.
-void want_bias_layer(JobSpec& spec, const MethodNotes& notes);
+void add_bias_layer(JobSpec& spec, const MethodNotes& notes);
 
 }  // namespace lightmill

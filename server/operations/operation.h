@@ -16,22 +16,22 @@ class OperationCall;
 using WireMessage = google::protobuf::Message;
 
 /// Context of a call on the farm thread.
-struct Asked {
+struct OperationContext {
   Runtime& runtime;
-  FarmLoop::Turn& turn;
+  FarmLoop::TaskContext& context;
   const Call& call;
-  About& about;  ///< what the action log says that the call was about
-  OperationCall& under_way;
+  CallSubject& about;  ///< what the action log says that the call was about
+  OperationCall& pending;
 };
 /// Part of an operation on the farm thread. Replies that it adds to the task are called before the caller is answered.
-using Apply = std::function<Status(Asked&)>;
+using Apply = std::function<Status(OperationContext&)>;
 
 /// Handler of an operation.
 struct Handler {
   const WireMessage* request;  ///< empty messages
   const WireMessage* reply;
-  std::function<About(const WireMessage&)> about;  ///< what a request names: a job, worker or token
-  bool of_job = false;                             ///< it names a job, which the caller must be allowed to use
+  std::function<CallSubject(const WireMessage&)> about;  ///< what a request names: a job, worker or token
+  bool of_job = false;                                   ///< it names a job, which the caller must be allowed to use
   /// First step, on the caller's thread, which it may block. Returns an empty Apply if nothing is left to do.
   std::function<Result<Apply>(Runtime&, WireMessage& request, WireMessage& reply)> begin;
 };

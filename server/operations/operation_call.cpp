@@ -4,7 +4,7 @@
 
 namespace lightmill {
 
-using Turn = FarmLoop::Turn;
+using TaskContext = FarmLoop::TaskContext;
 
 OperationCall::OperationCall(Runtime& runtime, const Operation& operation)
     : runtime_(runtime),
@@ -20,45 +20,45 @@ void OperationCall::start(Call call, Done done) {
     return finish(apply.status());
   }
   apply_ = *std::move(apply);
-  if (!runtime_.loop().post([self = shared_from_this()](Turn& turn) { self->take_turn(turn); })) {
+  if (!runtime_.loop().post([self = shared_from_this()](TaskContext& context) { self->run(context); })) {
     finish(busy());
   }
 }
 
-void OperationCall::take_turn(Turn& turn) {
+void OperationCall::run(TaskContext& context) {
   if (rule_of(operation_.rpc).recorded) {
-    if (const Status storing = check_store(turn); !storing.ok()) {
+    if (const Status storing = check_store(context); !storing.ok()) {
       return finish(storing);
     }
   }
   if (!operation_.traits.with_film) {
-    return apply(turn);
+    return apply(context);
   }
-  turn.with_film(JobId{about().job}, [self = shared_from_this()](Turn& later, const Status& here) {
+  context.with_film(JobId{about().job}, [self = shared_from_this()](TaskContext& later, const Status& here) {
     here.ok() ? self->apply(later) : self->finish(here);
   });
 }
 
-void OperationCall::apply(Turn& turn) {
+void OperationCall::apply(TaskContext& context) {
   const bool recorded = rule_of(operation_.rpc).recorded;
-  About about = this->about();
-  Asked asked{runtime_, turn, call_, about, *this};
+  CallSubject about = this->about();
+  OperationContext arguments{runtime_, context, call_, about, *this};
   Status status =
-      operation_.handler.of_job ? check_job_call(turn, runtime_.gate(), call_, JobId{about.job}) : ok_status();
+      operation_.handler.of_job ? check_job_call(context, runtime_.gate(), call_, JobId{about.job}) : ok_status();
   if (status.ok()) {
-    status = apply_(asked);
+    status = apply_(arguments);
   }
   if (recorded) {
-    record(turn, runtime_.gate(), call_, about, status);
+    record(context, runtime_.gate(), call_, about, status);
   }
   if (!status.ok()) {
     finish(status);
   } else if (recorded) {
-    turn.callers.push_back([self = shared_from_this()](const Status& stored) { self->finish(stored); });
+    context.callers.push_back([self = shared_from_this()](const Status& stored) { self->finish(stored); });
   } else if (!operation_.traits.waits) {
     finish(ok_status());
   }
-  give_up(turn);  // if it was cancelled before
+  give_up(context);  // if it was cancelled before
 }
 
 OperationCall::Done OperationCall::answer_later() {
@@ -67,16 +67,16 @@ OperationCall::Done OperationCall::answer_later() {
 
 void OperationCall::cancel() {
   if (operation_.traits.waits) {
-    runtime_.loop().post_always([self = shared_from_this()](Turn& turn) {
+    runtime_.loop().post_always([self = shared_from_this()](TaskContext& context) {
       self->cancelled_ = true;
-      self->give_up(turn);
+      self->give_up(context);
     });
   }
 }
 
-void OperationCall::give_up(Turn& turn) {
+void OperationCall::give_up(TaskContext& context) {
   if (cancelled_ && forget_ != nullptr) {
-    std::exchange(forget_, nullptr)(turn);
+    std::exchange(forget_, nullptr)(context);
     finish(make_error(StatusCode::kCancelled, "the caller is gone"));
   }
 }

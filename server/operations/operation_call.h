@@ -17,7 +17,7 @@ class OperationCall final : public std::enable_shared_from_this<OperationCall> {
   WireMessage& request() { return *request_; }
   WireMessage& reply() { return *reply_; }
   /// What the request names, for Gate::admit.
-  About about() const { return operation_.handler.about(*request_); }
+  CallSubject about() const { return operation_.handler.about(*request_); }
 
   /// Called once, from any thread.
   using Done = std::function<void(const Status&)>;
@@ -31,9 +31,9 @@ class OperationCall final : public std::enable_shared_from_this<OperationCall> {
   void on_cancel(FarmLoop::Task forget) { forget_ = std::move(forget); }
 
  private:
-  void take_turn(FarmLoop::Turn& turn);
-  void apply(FarmLoop::Turn& turn);
-  void give_up(FarmLoop::Turn& turn);
+  void run(FarmLoop::TaskContext& context);
+  void apply(FarmLoop::TaskContext& context);
+  void give_up(FarmLoop::TaskContext& context);
   void finish(const Status& status);
 
   Runtime& runtime_;

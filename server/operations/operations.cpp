@@ -10,7 +10,8 @@ namespace {
 
 template <class Request, class Reply>
 Handler handler_of(std::function<Result<Apply>(Runtime&, Request&, Reply*)> begin) {
-  return {&Request::default_instance(), &Reply::default_instance(), [](const WireMessage&) { return About(); }, false,
+  return {&Request::default_instance(), &Reply::default_instance(), [](const WireMessage&) { return CallSubject(); },
+          false,
           [begin = std::move(begin)](Runtime& runtime, WireMessage& request, WireMessage& reply) {
             return begin(runtime, static_cast<Request&>(request), static_cast<Reply*>(&reply));
           }};
@@ -33,27 +34,27 @@ Handler in_two_steps(Result<Apply> (*begin)(Runtime&, Request&, Reply*)) {
 
 /// Runs on the farm thread.
 template <class Request, class Reply>
-Handler on_farm(Status (*apply)(Asked&, const Request&, Reply*)) {
+Handler on_farm(Status (*apply)(OperationContext&, const Request&, Reply*)) {
   return handler_of<Request, Reply>([apply](Runtime&, Request& request, Reply* reply) -> Result<Apply> {
-    return Apply([apply, &request, reply](Asked& asked) { return apply(asked, request, reply); });
+    return Apply([apply, &request, reply](OperationContext& operation) { return apply(operation, request, reply); });
   });
 }
 
 /// Runs on the farm thread for the job whose id the request has, if the caller may use it.
 template <class Request, class Reply>
-Handler on_job(Status (*apply)(Asked&, const Request&, Reply*)) {
+Handler on_job(Status (*apply)(OperationContext&, const Request&, Reply*)) {
   Handler handler = on_farm(apply);
-  handler.about = [](const WireMessage& request) { return About{static_cast<const Request&>(request).id()}; };
+  handler.about = [](const WireMessage& request) { return CallSubject{static_cast<const Request&>(request).id()}; };
   handler.of_job = true;
   return handler;
 }
 
 /// Runs on the farm thread for a worker or token that a field of the request names.
 template <class Request, class Reply>
-Handler named(const std::string& (Request::*name)() const, Status (*apply)(Asked&, const Request&, Reply*)) {
+Handler named(const std::string& (Request::*name)() const, Status (*apply)(OperationContext&, const Request&, Reply*)) {
   Handler handler = on_farm(apply);
   handler.about = [name](const WireMessage& request) {
-    return About{0, (static_cast<const Request&>(request).*name)()};
+    return CallSubject{0, (static_cast<const Request&>(request).*name)()};
   };
   return handler;
 }
@@ -100,12 +101,12 @@ std::span<const Operation> operations() {
        named(&v1::ReleaseWorkerRequest::name, release_and_show_worker),
        {.http_only = true}},
 
-      {Rpc::list_workers, "GET history?span=1..86400", on_farm(look_at_history), {.http_only = true}},
+      {Rpc::list_workers, "GET history?span=1..86400", on_farm(get_history), {.http_only = true}},
       {Rpc::list_workers,
        "GET events?page_size=1..1000&page_token&job&worker&kind",
-       on_farm(look_at_events),
+       on_farm(list_events),
        {.http_only = true}},
-      {Rpc::list_workers, "GET workers/{name}/history", on_farm(look_at_worker), {.http_only = true}},
+      {Rpc::list_workers, "GET workers/{name}/history", on_farm(get_worker_history), {.http_only = true}},
 
       {Rpc::create_token, "", on_farm(create_token)},
       {Rpc::list_tokens, "", on_farm(list_tokens)},

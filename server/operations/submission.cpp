@@ -63,16 +63,17 @@ Status find_missing_assets(Runtime& runtime, const v1::FindMissingAssetsRequest&
 Result<Apply> inspect_scene(Runtime& runtime, v1::InspectSceneRequest& request, v1::InspectSceneResponse* reply) {
   LM_ASSIGN_OR_RETURN(InspectionRequest files, from_wire(request));
   LM_RETURN_IF_ERROR(check_files(files, runtime.assets()));
-  return Apply([files = std::move(files), reply](Asked& asked) {
-    const auto found = [reply, answer = asked.under_way.answer_later()](const auto& inspection) {
+  return Apply([files = std::move(files), reply](OperationContext& operation) {
+    const auto found = [reply, answer = operation.pending.answer_later()](const auto& inspection) {
       if (inspection.ok()) {
         to_wire(**inspection, reply);
       }
       answer(inspection.status());
     };
-    const Result<InspectionId> id = asked.turn.inspect(caller_key(asked.call.caller, asked.call.peer), files, found);
+    const Result<InspectionId> id =
+        operation.context.inspect(caller_key(operation.call.caller, operation.call.peer), files, found);
     if (id.ok()) {
-      asked.under_way.on_cancel([id = *id](FarmLoop::Turn& turn) { turn.forget_inspection(id); });
+      operation.pending.on_cancel([id = *id](FarmLoop::TaskContext& context) { context.forget_inspection(id); });
     }
     return id.status();
   });
@@ -84,24 +85,25 @@ Result<Apply> submit_job(Runtime& runtime, v1::SubmitJobRequest& request, v1::Jo
   v1::SubmitJobRequest().Swap(&request);  // frees the request, which may be large
   LM_RETURN_IF_ERROR(check_assets(spec, runtime.assets()));
   LM_ASSIGN_OR_RETURN(MethodNotes notes, settle_method(spec, runtime.assets()));
-  want_bias_layer(spec, notes);
-  return Apply([spec = std::move(spec), notes = std::move(notes), reply](Asked& asked) mutable {
-    const Call& call = asked.call;
-    FarmLoop::Turn& turn = asked.turn;
+  add_bias_layer(spec, notes);
+  return Apply([spec = std::move(spec), notes = std::move(notes), reply](OperationContext& operation) mutable {
+    const Call& call = operation.call;
+    FarmLoop::TaskContext& context = operation.context;
     if (call.caller.is_known()) {
       spec.owner = call.caller.name;
     }
-    spec.ends_with_page = call.tell_page != nullptr;
-    asked.about.was_there = turn.farm.knows_request(spec.request_id);
-    LM_ASSIGN_OR_RETURN(const JobId job, turn.farm.submit(spec, turn.now, turn.unix_ms, turn.effects, notes));
-    if (call.caller.is_known() && turn.farm.owner(job).value_or("") != call.caller.name) {
+    spec.ends_with_page = call.on_submitted != nullptr;
+    operation.about.was_there = context.farm.knows_request(spec.request_id);
+    LM_ASSIGN_OR_RETURN(const JobId job,
+                        context.farm.submit(spec, context.now, context.unix_ms, context.effects, notes));
+    if (call.caller.is_known() && context.farm.owner(job).value_or("") != call.caller.name) {
       return already_exists("request_id '{}' belongs to a job of another user: choose another", spec.request_id);
     }
-    asked.about.job = job.value;
-    if (call.tell_page) {
-      call.tell_page(job);
+    operation.about.job = job.value;
+    if (call.on_submitted) {
+      call.on_submitted(job);
     }
-    LM_ASSIGN_OR_RETURN(const JobStatus status, turn.farm.status(job, turn.now));
+    LM_ASSIGN_OR_RETURN(const JobStatus status, context.farm.status(job, context.now));
     to_wire(status, reply);
     return ok_status();
   });

@@ -10,10 +10,11 @@ namespace {
 constexpr std::string_view kMetric = "wanted-workers";
 
 /// Replies with the worker after the change, if that succeeded; only with its name if it is gone.
-Status changed_worker(const Asked& asked, const Status& change, const std::string& name, v1::Worker* reply) {
+Status changed_worker(const OperationContext& operation, const Status& change, const std::string& name,
+                      v1::Worker* reply) {
   reply->set_name(name);
   if (change.ok()) {
-    for (const WorkerStatus& worker : asked.turn.farm.workers(asked.turn.now)) {
+    for (const WorkerStatus& worker : operation.context.farm.workers(operation.context.now)) {
       if (worker.name == name) {
         to_wire(worker, reply);
       }
@@ -22,25 +23,26 @@ Status changed_worker(const Asked& asked, const Status& change, const std::strin
   return change;
 }
 
-Status release(Asked& asked, const v1::ReleaseWorkerRequest& request) {
-  return asked.turn.farm.release_worker(request.name(), asked.turn.now, asked.turn.effects);
+Status release(OperationContext& operation, const v1::ReleaseWorkerRequest& request) {
+  return operation.context.farm.release_worker(request.name(), operation.context.now, operation.context.effects);
 }
 
-Status list(Asked& asked, const WorkerFilter& filter, v1::ListWorkersResponse* reply) {
-  const std::vector<std::string>& notices = asked.runtime.options().notices;
+Status list(OperationContext& operation, const WorkerFilter& filter, v1::ListWorkersResponse* reply) {
+  const std::vector<std::string>& notices = operation.runtime.options().notices;
   reply->mutable_notices()->Add(notices.begin(), notices.end());
-  for (const WorkerStatus& worker : asked.turn.farm.workers(asked.turn.now, filter)) {
+  for (const WorkerStatus& worker : operation.context.farm.workers(operation.context.now, filter)) {
     to_wire(worker, reply->add_workers());
   }
-  reply->set_wanted_workers(asked.turn.farm.wanted_workers(asked.turn.now));
+  reply->set_wanted_workers(operation.context.farm.wanted_workers(operation.context.now));
   return ok_status();
 }
 
 }  // namespace
 
-Status list_workers(Asked& asked, const v1::ListWorkersRequest& request, v1::ListWorkersResponse* reply) {
+Status list_workers(OperationContext& operation, const v1::ListWorkersRequest& request,
+                    v1::ListWorkersResponse* reply) {
   LM_ASSIGN_OR_RETURN(const int size, page_size_of(request.page_size()));
-  LM_RETURN_IF_ERROR(list(asked, {request.page_token(), static_cast<std::size_t>(size) + 1}, reply));
+  LM_RETURN_IF_ERROR(list(operation, {request.page_token(), static_cast<std::size_t>(size) + 1}, reply));
   if (reply->workers_size() > size) {
     reply->mutable_workers()->RemoveLast();
     reply->set_next_page_token(reply->workers(size - 1).name());
@@ -48,42 +50,48 @@ Status list_workers(Asked& asked, const v1::ListWorkersRequest& request, v1::Lis
   return ok_status();
 }
 
-Status list_all_workers(Asked& asked, const v1::ListWorkersRequest&, v1::ListWorkersResponse* reply) {
-  return list(asked, {}, reply);
+Status list_all_workers(OperationContext& operation, const v1::ListWorkersRequest&, v1::ListWorkersResponse* reply) {
+  return list(operation, {}, reply);
 }
 
-Status drain_worker(Asked& asked, const v1::DrainWorkerRequest& request, v1::Worker* reply) {
-  FarmLoop::Turn& turn = asked.turn;
-  return changed_worker(asked, turn.farm.drain_worker(request.name(), turn.now, turn.effects), request.name(), reply);
+Status drain_worker(OperationContext& operation, const v1::DrainWorkerRequest& request, v1::Worker* reply) {
+  FarmLoop::TaskContext& context = operation.context;
+  return changed_worker(operation, context.farm.drain_worker(request.name(), context.now, context.effects),
+                        request.name(), reply);
 }
 
-Status quarantine_worker(Asked& asked, const v1::QuarantineWorkerRequest& request, v1::Worker* reply) {
+Status quarantine_worker(OperationContext& operation, const v1::QuarantineWorkerRequest& request, v1::Worker* reply) {
   if (!request.reason().empty()) {
     LM_RETURN_IF_ERROR(check_name("the reason", request.reason()));
   }
-  const std::string& caller = asked.call.caller.name;
+  const std::string& caller = operation.call.caller.name;
   const std::string reason = fmt::format("{}{}{}{}", kByHand, caller.empty() ? "hand" : caller,
                                          request.reason().empty() ? "" : ": ", request.reason());
-  FarmLoop::Turn& turn = asked.turn;
+  FarmLoop::TaskContext& context = operation.context;
   return changed_worker(
-      asked, turn.farm.quarantine_worker(request.name(), reason, request.render_again(), turn.now, turn.effects),
+      operation,
+      context.farm.quarantine_worker(request.name(), reason, request.render_again(), context.now, context.effects),
       request.name(), reply);
 }
 
-Status release_worker(Asked& asked, const v1::ReleaseWorkerRequest& request, v1::ReleaseWorkerResponse*) {
-  return release(asked, request);
+Status release_worker(OperationContext& operation, const v1::ReleaseWorkerRequest& request,
+                      v1::ReleaseWorkerResponse*) {
+  return release(operation, request);
 }
 
-Status release_and_show_worker(Asked& asked, const v1::ReleaseWorkerRequest& request, v1::Worker* reply) {
-  return changed_worker(asked, release(asked, request), request.name(), reply);
+Status release_and_show_worker(OperationContext& operation, const v1::ReleaseWorkerRequest& request,
+                               v1::Worker* reply) {
+  return changed_worker(operation, release(operation, request), request.name(), reply);
 }
 
-Status is_active(Asked& asked, const externalscaler::ScaledObjectRef&, externalscaler::IsActiveResponse* reply) {
-  reply->set_result(asked.turn.farm.wanted_workers(asked.turn.now) > 0);
+Status is_active(OperationContext& operation, const externalscaler::ScaledObjectRef&,
+                 externalscaler::IsActiveResponse* reply) {
+  reply->set_result(operation.context.farm.wanted_workers(operation.context.now) > 0);
   return ok_status();
 }
 
-Status get_metric_spec(Asked&, const externalscaler::ScaledObjectRef&, externalscaler::GetMetricSpecResponse* reply) {
+Status get_metric_spec(OperationContext&, const externalscaler::ScaledObjectRef&,
+                       externalscaler::GetMetricSpecResponse* reply) {
   externalscaler::MetricSpec* const spec = reply->add_metricspecs();
   spec->set_metricname(std::string(kMetric));
   spec->set_targetsize(1);
@@ -91,12 +99,12 @@ Status get_metric_spec(Asked&, const externalscaler::ScaledObjectRef&, externals
   return ok_status();
 }
 
-Status get_metrics(Asked& asked, const externalscaler::GetMetricsRequest& request,
+Status get_metrics(OperationContext& operation, const externalscaler::GetMetricsRequest& request,
                    externalscaler::GetMetricsResponse* reply) {
   if (request.metricname() != kMetric) {
     return invalid_argument("unknown metric '{}'. Known metrics: {}", request.metricname(), kMetric);
   }
-  const std::uint32_t wanted = asked.turn.farm.wanted_workers(asked.turn.now);
+  const std::uint32_t wanted = operation.context.farm.wanted_workers(operation.context.now);
   externalscaler::MetricValue* const value = reply->add_metricvalues();
   value->set_metricname(std::string(kMetric));
   value->set_metricvalue(wanted);

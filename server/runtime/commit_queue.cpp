@@ -173,7 +173,7 @@ void CommitQueue::read_piece() {
 }
 
 /// Also the callers of queued effects.
-void CommitQueue::tell_callers(std::vector<CommitReply>& callers, const Status& stall) {
+void CommitQueue::notify_callers(std::vector<CommitReply>& callers, const Status& stall) {
   {
     const MutexLock lock(mutex_);
     append(callers, std::exchange(queued_.callers, {}));
@@ -205,7 +205,7 @@ Status CommitQueue::commit_with_retries(const std::vector<StoreOp>& writes, std:
       }
     }
     if (worth_retrying(status)) {
-      tell_callers(callers, status);
+      notify_callers(callers, status);
     }
     bool fatal = false;
     {

@@ -67,7 +67,7 @@ class CommitQueue {
   /// Film that is being read, or waits for it.
   struct Reading {
     FilmRead read;
-    FilmPlace after = {};
+    FilmPosition after = {};
     StoredFilm nodes = {};
   };
   void run();
@@ -75,7 +75,7 @@ class CommitQueue {
   bool read_is_due() const { return !readings_.empty() && std::chrono::steady_clock::now() >= next_read_; }
   void read_piece();
   Status commit_with_retries(const std::vector<StoreOp>& writes, std::vector<CommitReply>& callers);
-  void tell_callers(std::vector<CommitReply>& callers, const Status& stall);
+  void notify_callers(std::vector<CommitReply>& callers, const Status& stall);
   void finish(Batch& batch, const Status& status);
 
   Store& store_;

@@ -7,10 +7,10 @@ std::optional<Time> DemandHub::publish(const Coordinator& farm, Time now) {
   if (listeners_.empty()) {
     return std::nullopt;
   }
-  if (now < next_look_) {
-    return next_look_;
+  if (now < next_check_) {
+    return next_check_;
   }
-  next_look_ = now + kInterval;
+  next_check_ = now + kInterval;
   const bool active = farm.wants_workers();
   for (Listener& listener : listeners_) {
     // A stream that is still writing calls FarmLoop::poke when it is done.

@@ -36,7 +36,7 @@ class DemandHub {
     std::optional<bool> told;
   };
   std::vector<Listener> listeners_;
-  Time next_look_{};
+  Time next_check_{};
 };
 
 }  // namespace lightmill

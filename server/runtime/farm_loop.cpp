@@ -36,7 +36,7 @@ FarmLoop::~FarmLoop() {
 }
 
 void FarmLoop::set_handlers(Handlers handlers) {
-  post_always([this, handlers = std::move(handlers)](const Turn&) {
+  post_always([this, handlers = std::move(handlers)](const TaskContext&) {
     handlers_ = handlers;
     handlers_.on_storing(no_store_.empty());
   });
@@ -86,7 +86,7 @@ void FarmLoop::run() {
         if (watchers_due && (!due || *watchers_due < *due)) {
           due = watchers_due;
         }
-        const Duration left = std::min(due.value_or(past_.history.next()), past_.history.next()) - clock_.now();
+        const Duration left = std::min(due.value_or(activity_.history.next()), activity_.history.next()) - clock_.now();
         if (left <= Duration::zero() ||
             changed_.wait_until(mutex_, std::chrono::steady_clock::now() + left) == std::cv_status::timeout) {
           break;
@@ -96,46 +96,46 @@ void FarmLoop::run() {
       poked_ = false;
       stopping = stopping_;
     }
-    Turn turn{
-        farm_, watchers_, demand_, actions_, inspections_, films_, past_, clock_.now(), clock_.unix_milliseconds(),
+    TaskContext context{
+        farm_, watchers_, demand_, actions_, inspections_, films_, activity_, clock_.now(), clock_.unix_milliseconds(),
         {},    {},        {},      no_store_};
     for (const Task& task : tasks) {
-      task(turn);
-      tell_films(turn);
+      task(context);
+      notify_films(context);
     }
-    tick(turn);
-    tell_films(turn);
-    for (Outgoing& message : turn.effects.now) {
+    tick(context);
+    notify_films(context);
+    for (Outgoing& message : context.effects.now) {
       handlers_.send(std::move(message));
     }
-    for (const SessionId session : turn.effects.closed) {
-      handlers_.hang_up(session);
+    for (const SessionId session : context.effects.closed) {
+      handlers_.disconnect(session);
     }
-    tell_notes(turn);
-    for (const WorkerCount& worker : turn.effects.departed) {
-      past_.history.depart(worker);
+    log_notes(context);
+    for (const WorkerCount& worker : context.effects.departed) {
+      activity_.history.depart(worker);
     }
-    if (turn.now >= past_.history.next()) {
-      past_.history.add(farm_.counts(), turn.now, turn.unix_ms);
+    if (context.now >= activity_.history.next()) {
+      activity_.history.add(farm_.load(), context.now, context.unix_ms);
     }
-    tell_inspected(turn);
-    note_ends(turn);
-    watchers_due = tell_watchers(turn.now);
+    notify_inspections(context);
+    note_ends(context);
+    watchers_due = notify_watchers(context.now);
     if (std::set<JobId> wanted = watchers_.take_wanted_films(); !wanted.empty()) {
-      post_always([wanted = std::move(wanted)](Turn& later) {
+      post_always([wanted = std::move(wanted)](TaskContext& later) {
         for (const JobId job : wanted) {
           (void)later.farm.use_film(job, later.now, later.effects);
         }
       });
     }
-    if (const std::optional<Time> due = demand_.publish(farm_, turn.now)) {
+    if (const std::optional<Time> due = demand_.publish(farm_, context.now)) {
       watchers_due = std::min(watchers_due.value_or(*due), *due);
     }
-    note_sent(turn);
-    commits_.push({std::move(turn.effects.writes), std::move(turn.effects.after_commit), std::move(turn.replies),
-                   std::move(turn.callers), film_reads(turn)});
+    note_sent(context);
+    commits_.push({std::move(context.effects.writes), std::move(context.effects.after_commit),
+                   std::move(context.replies), std::move(context.callers), film_reads(context)});
     if (stopping && tasks.empty()) {
-      refuse_films(turn);
+      refuse_films(context);
       for (const auto& [id, reply] : inspections_) {
         reply(unavailable("the coordinator stops"));
       }
@@ -145,7 +145,7 @@ void FarmLoop::run() {
   }
 }
 
-std::optional<Time> FarmLoop::tell_watchers(Time now) {
+std::optional<Time> FarmLoop::notify_watchers(Time now) {
   if (now < watchers_after_) {
     return watchers_after_;
   }
@@ -155,16 +155,16 @@ std::optional<Time> FarmLoop::tell_watchers(Time now) {
   return due ? std::optional(std::max(*due, watchers_after_)) : std::nullopt;
 }
 
-void FarmLoop::tick(Turn& turn) {
+void FarmLoop::tick(TaskContext& context) {
   const std::optional<Time> due = farm_.next_deadline();
-  if (!due || *due > turn.now) {
+  if (!due || *due > context.now) {
     return;
   }
-  const std::size_t before = turn.effects.writes.size();
-  farm_.tick(turn.now, turn.unix_ms, turn.effects);
+  const std::size_t before = context.effects.writes.size();
+  farm_.tick(context.now, context.unix_ms, context.effects);
   std::vector<JobId> deleted;
-  for (std::size_t i = before; i < turn.effects.writes.size(); ++i) {
-    if (const auto* job = std::get_if<DeleteJobRows>(&turn.effects.writes[i])) {
+  for (std::size_t i = before; i < context.effects.writes.size(); ++i) {
+    if (const auto* job = std::get_if<DeleteJobRows>(&context.effects.writes[i])) {
       deleted.push_back(job->job);
     }
   }
@@ -172,11 +172,11 @@ void FarmLoop::tick(Turn& turn) {
     Action action;
     action.what = kExpire;
     action.job = job.value;
-    turn.keep(std::move(action));
+    context.keep(std::move(action));
   }
 }
 
-void FarmLoop::Turn::keep(Action action) {
+void FarmLoop::TaskContext::keep(Action action) {
   action.unix_ms = unix_ms;
   ActionLog::Change change = actions.add(std::move(action));
   if (change.added) {
@@ -187,19 +187,19 @@ void FarmLoop::Turn::keep(Action action) {
   }
 }
 
-Result<InspectionId> FarmLoop::Turn::inspect(const std::string& caller, const InspectionRequest& request,
-                                             InspectionReply reply) {
+Result<InspectionId> FarmLoop::TaskContext::inspect(const std::string& caller, const InspectionRequest& request,
+                                                    InspectionReply reply) {
   LM_ASSIGN_OR_RETURN(const InspectionId id, farm.inspect(caller, request, now, effects));
   inspections.emplace(id, std::move(reply));
   return id;
 }
 
-void FarmLoop::Turn::forget_inspection(InspectionId id) {
+void FarmLoop::TaskContext::forget_inspection(InspectionId id) {
   farm.forget_inspection(id);
   inspections.erase(id);
 }
 
-void FarmLoop::Turn::with_film(JobId job, FilmTask task) {
+void FarmLoop::TaskContext::with_film(JobId job, FilmTask task) {
   const Result<bool> here = farm.use_film(job, now, effects);
   if (!here.ok() || *here) {
     task(*this, here.status());
@@ -211,12 +211,12 @@ void FarmLoop::Turn::with_film(JobId job, FilmTask task) {
 }
 
 /// Called before the next event, while the film is still in memory.
-void FarmLoop::tell_films(Turn& turn) {
-  while (!turn.effects.films.empty()) {
-    const FilmOutcome outcome = turn.effects.films.front();
-    turn.effects.films.erase(turn.effects.films.begin());
+void FarmLoop::notify_films(TaskContext& context) {
+  while (!context.effects.films.empty()) {
+    const FilmOutcome outcome = context.effects.films.front();
+    context.effects.films.erase(context.effects.films.begin());
     if (outcome.status.ok()) {
-      watchers_.film_came(farm_, outcome.job, turn.now);
+      watchers_.film_loaded(farm_, outcome.job, context.now);
     } else {
       watchers_.fail_film(outcome.job, outcome.status);
     }
@@ -225,32 +225,32 @@ void FarmLoop::tell_films(Turn& turn) {
     films_.waiting.erase(outcome.job);
     for (const auto& [job, task] : told) {
       if (outcome.status.ok()) {
-        turn.with_film(job, task);
+        context.with_film(job, task);
       } else {
-        task(turn, outcome.status);
+        task(context, outcome.status);
       }
     }
   }
 }
 
-void FarmLoop::refuse_films(Turn& turn) {
+void FarmLoop::refuse_films(TaskContext& context) {
   films_.closed = true;
   for (const auto& [job, task] : std::exchange(films_.waiting, {})) {
-    task(turn, unavailable("the coordinator stops"));
+    task(context, unavailable("the coordinator stops"));
   }
 }
 
 void FarmLoop::stop_waiting() {
   commits_.stop_retrying();
-  post_always([this](Turn& turn) { refuse_films(turn); });
+  post_always([this](TaskContext& context) { refuse_films(context); });
 }
 
-std::vector<FilmRead> FarmLoop::film_reads(const Turn& turn) {
+std::vector<FilmRead> FarmLoop::film_reads(const TaskContext& context) {
   std::vector<FilmRead> reads;
-  for (const JobId job : turn.effects.film_reads) {
+  for (const JobId job : context.effects.film_reads) {
     reads.push_back({job, [this, job](Result<StoredFilm> film) {
                        const auto read = std::make_shared<Result<StoredFilm>>(std::move(film));
-                       post_always([job, read](Turn& later) {
+                       post_always([job, read](TaskContext& later) {
                          later.farm.film_read(job, std::move(*read), later.now, later.effects);
                        });
                      }});
@@ -258,17 +258,17 @@ std::vector<FilmRead> FarmLoop::film_reads(const Turn& turn) {
   return reads;
 }
 
-void FarmLoop::tell_notes(Turn& turn) {
-  for (Note& note : turn.effects.notes) {
+void FarmLoop::log_notes(TaskContext& context) {
+  for (Note& note : context.effects.notes) {
     const Result<const JobSpec*> spec = farm_.spec(note.job);
     const LogTrace trace(spec.ok() ? trace_id((*spec)->request_id) : Hash128{}, note.lease.value);
     spdlog::log(note.level == Note::Level::warning ? spdlog::level::warn : spdlog::level::info, "{}", note.text);
-    past_.events.add(turn.unix_ms, std::move(note), spec.ok() ? (*spec)->owner : "");
+    activity_.events.add(context.unix_ms, std::move(note), spec.ok() ? (*spec)->owner : "");
   }
 }
 
-void FarmLoop::tell_inspected(Turn& turn) {
-  for (const InspectionOutcome& outcome : turn.effects.inspected) {
+void FarmLoop::notify_inspections(TaskContext& context) {
+  for (const InspectionOutcome& outcome : context.effects.inspected) {
     if (const auto reply = inspections_.extract(outcome.id); !reply.empty()) {
       reply.mapped()(outcome.found);
     }
@@ -276,46 +276,46 @@ void FarmLoop::tell_inspected(Turn& turn) {
 }
 
 void FarmLoop::set_space(const std::string& why) {
-  post_always([this, why](Turn& turn) {
+  post_always([this, why](TaskContext& context) {
     no_space_ = why;
-    hold(turn);
+    hold(context);
   });
 }
 
 void FarmLoop::set_stall(const Status& status) {
-  post_always([this, status](Turn& turn) {
+  post_always([this, status](TaskContext& context) {
     no_store_ = message_of(status);
-    hold(turn);
+    hold(context);
     handlers_.on_storing(status.ok());
   });
 }
 
-void FarmLoop::hold(Turn& turn) {
-  farm_.hold(no_store_.empty() ? no_space_ : "waits until its state can be stored again: " + no_store_, turn.now,
-             turn.effects);
+void FarmLoop::hold(TaskContext& context) {
+  farm_.hold(no_store_.empty() ? no_space_ : "waits until its state can be stored again: " + no_store_, context.now,
+             context.effects);
 }
 
 /// Leases start when their grants are sent.
-void FarmLoop::note_sent(Turn& turn) {
-  std::vector<LeaseId> leases = leases_granted(turn.effects.after_commit);
+void FarmLoop::note_sent(TaskContext& context) {
+  std::vector<LeaseId> leases = leases_granted(context.effects.after_commit);
   if (leases.empty()) {
     return;
   }
-  turn.replies.push_back([this, leases = std::move(leases)](const Status& status) {
+  context.replies.push_back([this, leases = std::move(leases)](const Status& status) {
     if (status.ok()) {
-      post_always([leases, now = clock_.now()](Turn& later) { later.farm.grants_sent(leases, now); });
+      post_always([leases, now = clock_.now()](TaskContext& later) { later.farm.grants_sent(leases, now); });
     }
   });
 }
 
 /// Watchers see the end of a job only when it is durable.
-void FarmLoop::note_ends(Turn& turn) {
-  for (const StoreOp& op : turn.effects.writes) {
+void FarmLoop::note_ends(TaskContext& context) {
+  for (const StoreOp& op : context.effects.writes) {
     const auto* put = std::get_if<PutJob>(&op);
     if (put != nullptr && has_ended(put->record.state) && watchers_.hold(put->record.id)) {
-      turn.replies.push_back([this, job = put->record.id](const Status& status) {
+      context.replies.push_back([this, job = put->record.id](const Status& status) {
         if (status.ok()) {
-          post_always([job](Turn& later) { later.watchers.release(job); });
+          post_always([job](TaskContext& later) { later.watchers.release(job); });
         }
       });
     }

@@ -22,7 +22,7 @@
 namespace lightmill {
 
 /// History and events since the coordinator started.
-struct FarmPast {
+struct FarmActivity {
   FarmHistory history;
   FarmEvents events;
 };
@@ -31,24 +31,24 @@ class FarmLoop {
  public:
   /// Called on the farm thread.
   using InspectionReply = std::function<void(const Result<std::shared_ptr<const Inspection>>&)>;
-  struct Turn;
-  using Task = std::function<void(Turn&)>;
+  struct TaskContext;
+  using Task = std::function<void(TaskContext&)>;
   /// Called with OK if the film is in memory during this call, else with the error.
-  using FilmTask = std::function<void(Turn&, const Status&)>;
+  using FilmTask = std::function<void(TaskContext&, const Status&)>;
   struct FilmTasks {
     std::multimap<JobId, FilmTask> waiting;
     bool closed = false;  ///< no task may wait any longer
   };
 
   /// Context of a task; valid during the task.
-  struct Turn {
+  struct TaskContext {
     Coordinator& farm;
     WatchHub& watchers;
     DemandHub& demand;
     ActionLog& actions;
     std::map<InspectionId, InspectionReply>& inspections;
     FilmTasks& films;
-    FarmPast& past;
+    FarmActivity& activity;
     Time now;
     std::int64_t unix_ms;
     Effects effects;                   ///< filled by the coordinator
@@ -70,7 +70,7 @@ class FarmLoop {
   /// Callbacks of the server that workers connect to.
   struct Handlers {
     std::function<void(Outgoing)> send = [](const Outgoing&) {};  ///< from the farm thread and the writer thread
-    std::function<void(SessionId)> hang_up = [](SessionId) {};
+    std::function<void(SessionId)> disconnect = [](SessionId) {};
     /// Whether the state can be stored: once at first, then at each change. From the farm thread.
     std::function<void(bool)> on_storing = [](bool) {};
   };
@@ -102,18 +102,18 @@ class FarmLoop {
 
  private:
   void run();
-  void tell_notes(Turn& turn);
-  void tell_inspected(Turn& turn);
-  void tell_films(Turn& turn);
-  void refuse_films(Turn& turn);
-  std::vector<FilmRead> film_reads(const Turn& turn);
-  void note_ends(Turn& turn);
-  void note_sent(Turn& turn);
+  void log_notes(TaskContext& context);
+  void notify_inspections(TaskContext& context);
+  void notify_films(TaskContext& context);
+  void refuse_films(TaskContext& context);
+  std::vector<FilmRead> film_reads(const TaskContext& context);
+  void note_ends(TaskContext& context);
+  void note_sent(TaskContext& context);
   /// Like WatchHub::publish, unless it is too soon.
-  std::optional<Time> tell_watchers(Time now);
-  void tick(Turn& turn);
+  std::optional<Time> notify_watchers(Time now);
+  void tick(TaskContext& context);
   void set_stall(const Status& status);
-  void hold(Turn& turn);
+  void hold(TaskContext& context);
 
   Coordinator& farm_;
   ActionLog& actions_;
@@ -131,7 +131,7 @@ class FarmLoop {
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::map<InspectionId, InspectionReply> inspections_;  ///< only for the farm thread
   FilmTasks films_;                                      ///< only for the farm thread
-  FarmPast past_;                                        ///< only for the farm thread
+  FarmActivity activity_;                                ///< only for the farm thread
   std::string no_store_;                                 ///< why nothing can be stored; only for the farm thread
   std::string no_space_;                                 ///< why leasing is stopped; only for the farm thread
   std::thread thread_;

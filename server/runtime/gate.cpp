@@ -13,26 +13,26 @@ constexpr std::string_view kBearer = "Bearer ";
 
 }  // namespace
 
-Result<Identity> Gate::identify(const Shown& shown) const {
-  if (shown.authorization) {
-    return identify_bearer(*shown.authorization);
+Result<Identity> Gate::identify(const Credentials& credentials) const {
+  if (credentials.authorization) {
+    return identify_bearer(*credentials.authorization);
   }
-  if (!options_.asks) {
+  if (!options_.authenticates) {
     return anybody();
   }
-  if (!shown.certificate.empty()) {
-    LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> facts, read_certificates(shown.certificate));
+  if (!credentials.certificate.empty()) {
+    LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> facts, read_certificates(credentials.certificate));
     return identity_of(facts.front(), now_unix_s());
   }
   const std::string certificate = fmt::format("a certificate ({}) or ", kCertificateOption);
   return make_error(StatusCode::kUnauthenticated, "this farm asks who calls: give {}a token ({})",
-                    options_.takes_certificates ? certificate : "", kTokenFileOption);
+                    options_.accepts_certificates ? certificate : "", kTokenFileOption);
 }
 
 /// Identity of the token in the header. A token goes before a certificate, which a machine may have for all of its
 /// users.
 Result<Identity> Gate::identify_bearer(std::string_view header) const {
-  if (!options_.takes_tokens) {
+  if (!options_.accepts_tokens) {
     return make_error(
         StatusCode::kUnauthenticated,
         "this farm's connections are not encrypted: it takes no tokens. Others may have read this token: revoke it");
@@ -45,10 +45,10 @@ Result<Identity> Gate::identify_bearer(std::string_view header) const {
     return make_error(StatusCode::kUnauthenticated, "the header {} is not '{}TOKEN'", kHeader, kBearer);
   }
   const MutexLock lock(mutex_);
-  return book_.identify(header.substr(kBearer.size()), now_unix_s());
+  return tokens_.identify(header.substr(kBearer.size()), now_unix_s());
 }
 
-Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const About& about,
+Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const CallSubject& about,
                          std::optional<StreamKind> kind) const {
   Call call{caller.ok() ? *caller : Identity{}, rpc, peer};
   Status status = counts_as_request(rpc) ? take_request(call.caller, peer) : ok_status();
@@ -56,9 +56,9 @@ Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer
     status = caller.ok() ? check_call(*caller, rpc) : caller.status();
   }
   if (status.ok() && kind) {  // only after the check, so that strangers take no places
-    Result<std::shared_ptr<StreamPlace>> place = places_.take(*kind, holder_of(call.caller, peer));
-    status = place.status();
-    call.place = std::move(place).value_or(nullptr);
+    Result<std::shared_ptr<StreamSlot>> slot = slots_.take(*kind, holder_of(call.caller, peer));
+    status = slot.status();
+    call.slot = std::move(slot).value_or(nullptr);
   }
   if (!status.ok()) {
     on_refused_(call, about, status);
@@ -72,12 +72,13 @@ Status Gate::take_request(const Identity& caller, const std::string& peer) const
   return limits_.take_request(caller_key(caller, peer), clock_.now());
 }
 
-std::optional<Unwritten> Gate::may_record_refusal(const Call& call, const About& about, const Status& status) const {
+std::optional<SuppressedRefusals> Gate::may_record_refusal(const Call& call, const CallSubject& about,
+                                                           const Status& status) const {
   const MutexLock lock(mutex_);
   return refusals_.take(call, about, status, clock_.now());
 }
 
-std::optional<Unwritten> Gate::may_record_refusal(const Identity& caller) const {
+std::optional<SuppressedRefusals> Gate::may_record_refusal(const Identity& caller) const {
   const MutexLock lock(mutex_);
   return refusals_.take(caller, clock_.now());
 }
@@ -85,40 +86,40 @@ std::optional<Unwritten> Gate::may_record_refusal(const Identity& caller) const 
 Status Gate::check_still_holds(const Identity& identity) const {
   if (identity.proof == Proof::token) {
     const MutexLock lock(mutex_);
-    return book_.check_still_holds(identity, now_unix_s());
+    return tokens_.check_still_holds(identity, now_unix_s());
   }
   return lightmill::check_still_holds(identity, now_unix_s());
 }
 
 Status Gate::add_token(const TokenRecord& token) {
   const MutexLock lock(mutex_);
-  return book_.add(token, now_unix_s());
+  return tokens_.add(token, now_unix_s());
 }
 
 Result<Enrolment> Gate::enrol(const Identity& by, const EnrolmentRequest& request) {
   const MutexLock lock(mutex_);
-  return book_.enrol(by, request, now_unix_s());
+  return tokens_.enrol(by, request, now_unix_s());
 }
 
 std::vector<std::string> Gate::enrolled_by(std::string_view id) const {
   const MutexLock lock(mutex_);
-  return book_.enrolled_by(id);
+  return tokens_.enrolled_by(id);
 }
 
 Status Gate::remove_token(std::string_view id) {
   const MutexLock lock(mutex_);
-  return book_.remove(id);
+  return tokens_.remove(id);
 }
 
 std::optional<TokenRecord> Gate::find_token(std::string_view id) const {
   const MutexLock lock(mutex_);
-  const TokenRecord* const token = book_.find(id);
+  const TokenRecord* const token = tokens_.find(id);
   return token == nullptr ? std::nullopt : std::optional(*token);
 }
 
 std::vector<TokenRecord> Gate::tokens() const {
   const MutexLock lock(mutex_);
-  return book_.all();
+  return tokens_.all();
 }
 
 }  // namespace lightmill

@@ -9,15 +9,15 @@
 #include "common/base/clock.h"
 #include "common/base/mutex.h"
 #include "server/access/gate_options.h"
-#include "server/access/refusal_book.h"
+#include "server/access/refusal_log.h"
 #include "server/access/rights.h"
-#include "server/access/token_book.h"
-#include "server/runtime/stream_places.h"
+#include "server/access/token_registry.h"
+#include "server/runtime/stream_slots.h"
 
 namespace lightmill {
 
 /// Credentials of a call.
-struct Shown {
+struct Credentials {
   std::optional<std::string> authorization;  ///< the header of that name, with a token
   std::string certificate;                   ///< PEM of a certificate that an authority of the farm signed; empty: none
   std::string peer;                          ///< ADDRESS:PORT
@@ -29,44 +29,46 @@ class Gate {
   Gate(const GateOptions& options, std::vector<TokenRecord> tokens, const Clock& clock)
       : options_(options),
         clock_(clock),
-        places_(options.calls, clock),
-        book_(std::move(tokens)),
+        slots_(options.calls, clock),
+        tokens_(std::move(tokens)),
         limits_(options.calls) {}
 
   /// Called with each refusal of admit. Set it before the server starts.
-  void set_on_refused(std::function<void(const Call&, const About&, const Status&)> on_refused) {
+  void set_on_refused(std::function<void(const Call&, const CallSubject&, const Status&)> on_refused) {
     on_refused_ = std::move(on_refused);
   }
 
   /// Called with the identity of a gRPC connection. Set it before the server starts.
-  void set_on_met(std::function<Status(const std::string& peer, const Identity&)> on_met) {
-    on_met_ = std::move(on_met);
+  void set_on_identified(std::function<Status(const std::string& peer, const Identity&)> on_identified) {
+    on_identified_ = std::move(on_identified);
   }
 
   /// UNAUTHENTICATED.
-  Result<Identity> identify(const Shown& shown) const;
+  Result<Identity> identify(const Credentials& credentials) const;
   /// First step of every handler, with the result of identify. `about` is what the call names, for the action log.
   /// Errors: UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
-  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const About& about = {}) const {
+  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc,
+                     const CallSubject& about = {}) const {
     return admit(caller, peer, rpc, about, stream_kind(rpc));
   }
   /// Like admit, for a page that opens. It needs the right to WatchJob.
   Result<Call> admit_page(const Result<Identity>& caller, const std::string& peer) const {
     return admit(caller, peer, Rpc::watch_job, {}, StreamKind::page);
   }
-  /// Like ConnectionBook::meet, for a gRPC connection. RESOURCE_EXHAUSTED.
-  Status meet(const std::string& peer, const Identity& caller) const { return on_met_(peer, caller); }
+  /// Like ConnectionLimiter::set_caller, for a gRPC connection. RESOURCE_EXHAUSTED.
+  Status set_caller(const std::string& peer, const Identity& caller) const { return on_identified_(peer, caller); }
   /// Counts one request against the caller's limits. RESOURCE_EXHAUSTED.
   Status take_request(const Identity& caller, const std::string& peer) const;
   /// Whether an admitted identity is still valid, while its stream lasts.
   Status check_still_holds(const Identity& identity) const;
-  bool asks() const { return options_.asks; }
+  bool authenticates() const { return options_.authenticates; }
 
-  // Like RefusalBook::take.
-  std::optional<Unwritten> may_record_refusal(const Call& call, const About& about, const Status& status) const;
-  std::optional<Unwritten> may_record_refusal(const Identity& caller) const;
+  // Like RefusalLog::take.
+  std::optional<SuppressedRefusals> may_record_refusal(const Call& call, const CallSubject& about,
+                                                       const Status& status) const;
+  std::optional<SuppressedRefusals> may_record_refusal(const Identity& caller) const;
 
-  // These change the known tokens at once. The caller stores them. Errors as for TokenBook.
+  // These change the known tokens at once. The caller stores them. Errors as for TokenRegistry.
   Status add_token(const TokenRecord& token);
   Result<Enrolment> enrol(const Identity& by, const EnrolmentRequest& request);
   std::vector<std::string> enrolled_by(std::string_view id) const;
@@ -75,20 +77,22 @@ class Gate {
   std::vector<TokenRecord> tokens() const;
 
  private:
-  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const About& about,
+  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const CallSubject& about,
                      std::optional<StreamKind> kind) const;
   Result<Identity> identify_bearer(std::string_view header) const;
   std::int64_t now_unix_s() const { return clock_.unix_milliseconds() / 1000; }
 
   const GateOptions options_;
   const Clock& clock_;
-  mutable StreamPlaces places_;
+  mutable StreamSlots slots_;
   mutable Mutex mutex_;
-  TokenBook book_ LM_GUARDED_BY(mutex_);
+  TokenRegistry tokens_ LM_GUARDED_BY(mutex_);
   mutable CallLimits limits_ LM_GUARDED_BY(mutex_);
-  mutable RefusalBook refusals_ LM_GUARDED_BY(mutex_);
-  std::function<Status(const std::string&, const Identity&)> on_met_ = [](const auto&...) { return ok_status(); };
-  std::function<void(const Call&, const About&, const Status&)> on_refused_ = [](const auto&...) {};
+  mutable RefusalLog refusals_ LM_GUARDED_BY(mutex_);
+  std::function<Status(const std::string&, const Identity&)> on_identified_ = [](const auto&...) {
+    return ok_status();
+  };
+  std::function<void(const Call&, const CallSubject&, const Status&)> on_refused_ = [](const auto&...) {};
 };
 
 }  // namespace lightmill

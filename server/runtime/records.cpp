@@ -14,18 +14,19 @@ bool is_refusal(const Status& status) {
          status.code() == StatusCode::kResourceExhausted;
 }
 
-void keep(FarmLoop::Turn& turn, const Call& call, const About& about, StatusCode outcome, std::string message) {
-  turn.keep({0, 0, call.caller.name, call.caller.proof, call.caller.token, call.peer,
-             std::string(rule_of(call.rpc).method), about.job, about.text, outcome, std::move(message)});
+void keep(FarmLoop::TaskContext& context, const Call& call, const CallSubject& about, StatusCode outcome,
+          std::string message) {
+  context.keep({0, 0, call.caller.name, call.caller.proof, call.caller.token, call.peer,
+                std::string(rule_of(call.rpc).method), about.job, about.text, outcome, std::move(message)});
 }
 
-std::string refusal_text(const Status& status, const Unwritten& unwritten) {
+std::string refusal_text(const Status& status, const SuppressedRefusals& suppressed) {
   std::string text;
-  if (unwritten.repeated > 0) {
-    text += fmt::format("({} more of the same since the last recorded one) ", unwritten.repeated);
+  if (suppressed.repeated > 0) {
+    text += fmt::format("({} more of the same since the last recorded one) ", suppressed.repeated);
   }
-  if (unwritten.left_out > 0) {
-    text += fmt::format("({} refusals before it are not recorded) ", unwritten.left_out);
+  if (suppressed.left_out > 0) {
+    text += fmt::format("({} refusals before it are not recorded) ", suppressed.left_out);
   }
   return text + message_of(status);
 }
@@ -37,52 +38,54 @@ std::string host_name() {
 
 }  // namespace
 
-void record_refusal(FarmLoop::Turn& turn, const Call& call, const About& about, const Status& status,
-                    const Unwritten& unwritten) {
-  std::string text = refusal_text(status, unwritten);
+void record_refusal(FarmLoop::TaskContext& context, const Call& call, const CallSubject& about, const Status& status,
+                    const SuppressedRefusals& suppressed) {
+  std::string text = refusal_text(status, suppressed);
   spdlog::info("{}{} from {} is refused: {}", rule_of(call.rpc).method,
                about.job == 0 ? "" : fmt::format(" of job {}", about.job), call.peer, text);
-  keep(turn, call, about, status.code(), std::move(text));
+  keep(context, call, about, status.code(), std::move(text));
 }
 
-void record(FarmLoop::Turn& turn, const Gate& gate, const Call& call, const About& about, const Status& status) {
+void record(FarmLoop::TaskContext& context, const Gate& gate, const Call& call, const CallSubject& about,
+            const Status& status) {
   if (status.ok() && about.was_there) {
     return;
   }
   if (status.ok()) {
-    keep(turn, call, about, StatusCode::kOk, "");
+    keep(context, call, about, StatusCode::kOk, "");
   } else if (is_refusal(status)) {
-    if (const std::optional<Unwritten> unwritten = gate.may_record_refusal(call, about, status)) {
-      record_refusal(turn, call, about, status, *unwritten);
+    if (const std::optional<SuppressedRefusals> suppressed = gate.may_record_refusal(call, about, status)) {
+      record_refusal(context, call, about, status, *suppressed);
     }
   }
 }
 
-void record_login(FarmLoop::Turn& turn, const Gate& gate, const Identity& caller, const std::string& peer,
+void record_login(FarmLoop::TaskContext& context, const Gate& gate, const Identity& caller, const std::string& peer,
                   const Status& status) {
-  const std::optional<Unwritten> unwritten = status.ok() ? Unwritten() : gate.may_record_refusal(caller);
-  if (unwritten) {
-    turn.keep({0, 0, caller.name, caller.proof, caller.token, peer, std::string(kLogin), 0, "", status.code(),
-               status.ok() ? "" : refusal_text(status, *unwritten)});
+  const std::optional<SuppressedRefusals> suppressed =
+      status.ok() ? SuppressedRefusals() : gate.may_record_refusal(caller);
+  if (suppressed) {
+    context.keep({0, 0, caller.name, caller.proof, caller.token, peer, std::string(kLogin), 0, "", status.code(),
+                  status.ok() ? "" : refusal_text(status, *suppressed)});
   }
 }
 
-void record_own(FarmLoop::Turn& turn, std::string_view what, std::string about) {
-  turn.keep({0, 0, "", Proof::none, "", host_name(), std::string(what), 0, std::move(about), StatusCode::kOk, ""});
+void record_own(FarmLoop::TaskContext& context, std::string_view what, std::string about) {
+  context.keep({0, 0, "", Proof::none, "", host_name(), std::string(what), 0, std::move(about), StatusCode::kOk, ""});
 }
 
-Status check_store(const FarmLoop::Turn& turn) {
-  return turn.no_store.empty()
+Status check_store(const FarmLoop::TaskContext& context) {
+  return context.no_store.empty()
              ? ok_status()
              : resource_exhausted("the farm cannot store anything now, so nothing is changed: {}; try again later",
-                                  turn.no_store);
+                                  context.no_store);
 }
 
-Status check_job_call(FarmLoop::Turn& turn, const Gate& gate, const Call& call, JobId job) {
-  LM_ASSIGN_OR_RETURN(const std::string owner, turn.farm.owner(job));
+Status check_job_call(FarmLoop::TaskContext& context, const Gate& gate, const Call& call, JobId job) {
+  LM_ASSIGN_OR_RETURN(const std::string owner, context.farm.owner(job));
   const Status status = check_job(call.caller, call.rpc, owner);
   if (!status.ok() && !rule_of(call.rpc).recorded) {
-    record(turn, gate, call, {job.value}, status);
+    record(context, gate, call, {job.value}, status);
   }
   return status;
 }

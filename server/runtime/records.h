@@ -10,21 +10,22 @@ namespace lightmill {
 
 /// Records an action that succeeded, unless an earlier call had done it. Records a refusal if the gate's limits allow
 /// the entry. Other errors are mistakes of the caller, and are not recorded.
-void record(FarmLoop::Turn& turn, const Gate& gate, const Call& call, const About& about, const Status& status);
+void record(FarmLoop::TaskContext& context, const Gate& gate, const Call& call, const CallSubject& about,
+            const Status& status);
 
-/// Records a refusal that the gate's limits allow. `unwritten`: from Gate::may_record_refusal.
-void record_refusal(FarmLoop::Turn& turn, const Call& call, const About& about, const Status& status,
-                    const Unwritten& unwritten);
+/// Records a refusal that the gate's limits allow. `suppressed`: from Gate::may_record_refusal.
+void record_refusal(FarmLoop::TaskContext& context, const Call& call, const CallSubject& about, const Status& status,
+                    const SuppressedRefusals& suppressed);
 
 /// Records a login on the page, or a refused one.
-void record_login(FarmLoop::Turn& turn, const Gate& gate, const Identity& caller, const std::string& peer,
+void record_login(FarmLoop::TaskContext& context, const Gate& gate, const Identity& caller, const std::string& peer,
                   const Status& status);
 
 /// Records an action of the coordinator itself.
-void record_own(FarmLoop::Turn& turn, std::string_view what, std::string about);
+void record_own(FarmLoop::TaskContext& context, std::string_view what, std::string about);
 
 /// RESOURCE_EXHAUSTED while the farm can store nothing, because the call would wait.
-Status check_store(const FarmLoop::Turn& turn);
+Status check_store(const FarmLoop::TaskContext& context);
 
 /// Error of a farm that is too busy. RESOURCE_EXHAUSTED.
 inline Status busy() {
@@ -32,6 +33,6 @@ inline Status busy() {
 }
 
 /// Whether the caller may make this call for this job. Records a refusal. NOT_FOUND, PERMISSION_DENIED.
-Status check_job_call(FarmLoop::Turn& turn, const Gate& gate, const Call& call, JobId job);
+Status check_job_call(FarmLoop::TaskContext& context, const Gate& gate, const Call& call, JobId job);
 
 }  // namespace lightmill

@@ -45,10 +45,10 @@ void forget_others(AssetStore& assets, const std::set<Sha256>& wanted) {
 
 /// Refusals of the gate go into the action log.
 void record_refusals(Gate& gate, FarmLoop& loop) {
-  gate.set_on_refused([&gate, &loop](const Call& call, const About& about, const Status& status) {
-    if (const std::optional<Unwritten> unwritten = gate.may_record_refusal(call, about, status)) {
-      (void)loop.post([call, about, status, unwritten = *unwritten](FarmLoop::Turn& turn) {
-        record_refusal(turn, call, about, status, unwritten);
+  gate.set_on_refused([&gate, &loop](const Call& call, const CallSubject& about, const Status& status) {
+    if (const std::optional<SuppressedRefusals> suppressed = gate.may_record_refusal(call, about, status)) {
+      (void)loop.post([call, about, status, suppressed = *suppressed](FarmLoop::TaskContext& context) {
+        record_refusal(context, call, about, status, suppressed);
       });
     }
   });
@@ -60,8 +60,8 @@ Result<std::unique_ptr<Runtime>> Runtime::start(std::unique_ptr<Store> store, st
                                                 const RuntimeOptions& options) {
   LM_ASSIGN_OR_RETURN(StoredState state, store->load());
   std::vector<StoreOp> repairs;
-  LM_RETURN_IF_ERROR(take_out_nonsense(state, repairs));
-  name_lost_nodes(state);
+  LM_RETURN_IF_ERROR(remove_invalid_rows(state, repairs));
+  report_lost_nodes(state);
   if (!repairs.empty()) {
     LM_RETURN_IF_ERROR(store->commit(repairs));
   }
@@ -92,10 +92,10 @@ Runtime::~Runtime() {
 
 void Runtime::begin() {
   begun_ = true;
-  loop_.post_always([this](FarmLoop::Turn& turn) {
-    record_own(turn, turn.actions.somebody_is_at_work() ? kTakeOver : kStart, start_);
+  loop_.post_always([this](FarmLoop::TaskContext& context) {
+    record_own(context, context.actions.coordinator_is_active() ? kTakeOver : kStart, start_);
     for (const JobId job : of_pages_) {
-      turn.farm.discard(job, turn.now, turn.unix_ms, turn.effects).IgnoreError();
+      context.farm.discard(job, context.now, context.unix_ms, context.effects).IgnoreError();
     }
   });
 }
@@ -103,7 +103,7 @@ void Runtime::begin() {
 void Runtime::forget_unused_assets() {
   const auto wanted = std::make_shared<std::promise<std::set<Sha256>>>();
   std::future<std::set<Sha256>> answer = wanted->get_future();
-  if (loop_.post([wanted](FarmLoop::Turn& turn) { wanted->set_value(turn.farm.assets()); }) &&
+  if (loop_.post([wanted](FarmLoop::TaskContext& context) { wanted->set_value(context.farm.assets()); }) &&
       answer.wait_for(kFarmPatience) == std::future_status::ready) {
     forget_others(*assets_, answer.get());
   }
@@ -111,7 +111,8 @@ void Runtime::forget_unused_assets() {
 
 Status Runtime::stop() {
   if (std::exchange(begun_, false)) {
-    loop_.post_always([](FarmLoop::Turn& turn) { record_own(turn, kStop, fmt::format("process {}", ::getpid())); });
+    loop_.post_always(
+        [](FarmLoop::TaskContext& context) { record_own(context, kStop, fmt::format("process {}", ::getpid())); });
   }
   return loop_.stop();
 }

@@ -43,7 +43,7 @@ void WatchHub::release(JobId job) {
   }
 }
 
-void WatchHub::film_came(const Coordinator& farm, JobId job, Time now) {
+void WatchHub::film_loaded(const Coordinator& farm, JobId job, Time now) {
   std::optional<Time> wake;
   std::erase_if(watchers_, [&](Watcher& watcher) {
     return watcher.job == job && std::exchange(watcher.waits_for_film, false) &&

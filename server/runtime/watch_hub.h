@@ -58,7 +58,7 @@ class WatchHub {
   /// Jobs whose watchers started to wait for tiles, because the film is not in memory.
   std::set<JobId> take_wanted_films() { return std::exchange(wanted_films_, {}); }
   /// The film is in memory, perhaps only during this call. Watchers that wait for its tiles get the first ones.
-  void film_came(const Coordinator& farm, JobId job, Time now);
+  void film_loaded(const Coordinator& farm, JobId job, Time now);
   /// The film cannot be read. Ends the streams that wait for its tiles.
   void fail_film(JobId job, const Status& status);
 

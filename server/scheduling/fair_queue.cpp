@@ -5,17 +5,17 @@
 
 namespace lightmill {
 
-void FairQueue::put(JobId job, const QueuePlace& place) {
+void FairQueue::put(JobId job, const QueuePosition& position) {
   remove(job);
-  places_.emplace(job, place);
-  order_.insert({place, job});
+  positions_.emplace(job, position);
+  order_.insert({position, job});
 }
 
 void FairQueue::remove(JobId job) {
-  const auto found = places_.find(job);
-  if (found != places_.end()) {
+  const auto found = positions_.find(job);
+  if (found != positions_.end()) {
     order_.erase({found->second, job});
-    places_.erase(found);
+    positions_.erase(found);
   }
 }
 
@@ -25,8 +25,8 @@ double FairQueue::starting_seconds(std::int32_t priority) const {
   double least = std::numeric_limits<double>::infinity();
   for (const bool first_round : {true, false}) {
     const auto at = order_.lower_bound({{priority, first_round, -std::numeric_limits<double>::infinity()}, JobId{0}});
-    if (at != order_.end() && at->place.priority == priority && at->place.first_round == first_round) {
-      least = std::min(least, at->place.given_seconds);
+    if (at != order_.end() && at->position.priority == priority && at->position.first_round == first_round) {
+      least = std::min(least, at->position.given_seconds);
     }
   }
   return std::isinf(least) ? 0 : least;

@@ -11,7 +11,7 @@
 namespace lightmill {
 
 /// Sort key of a job.
-struct QueuePlace {
+struct QueuePosition {
   std::int32_t priority = 0;  ///< higher first
   bool first_round = false;   ///< first among equals, so that every job has a picture soon
   double given_seconds = 0;   ///< thread seconds since it entered, with those of open leases; fewer first
@@ -21,20 +21,20 @@ struct QueuePlace {
 class FairQueue {
  public:
   /// Inserts a job, or moves it.
-  void put(JobId job, const QueuePlace& place);
+  void put(JobId job, const QueuePosition& position);
   void remove(JobId job);
   bool empty() const { return order_.empty(); }
-  bool contains(JobId job) const { return places_.contains(job); }
+  bool contains(JobId job) const { return positions_.contains(job); }
   /// Start value for a job that enters: the least `given_seconds` of its priority, or 0. So it neither waits for the
   /// past shares of others nor starves them.
   double starting_seconds(std::int32_t priority) const;
 
   struct Entry {
-    QueuePlace place;
+    QueuePosition position;
     JobId job;
     friend bool operator<(const Entry& a, const Entry& b) {
-      return std::tuple(-std::int64_t{a.place.priority}, !a.place.first_round, a.place.given_seconds, a.job) <
-             std::tuple(-std::int64_t{b.place.priority}, !b.place.first_round, b.place.given_seconds, b.job);
+      return std::tuple(-std::int64_t{a.position.priority}, !a.position.first_round, a.position.given_seconds, a.job) <
+             std::tuple(-std::int64_t{b.position.priority}, !b.position.first_round, b.position.given_seconds, b.job);
     }
   };
   auto begin() const { return order_.begin(); }
@@ -42,7 +42,7 @@ class FairQueue {
 
  private:
   std::set<Entry> order_;
-  std::map<JobId, QueuePlace> places_;
+  std::map<JobId, QueuePosition> positions_;
 };
 
 }  // namespace lightmill

@@ -138,7 +138,7 @@ void take_out_nodes(StoredState::StoredJob& job, StoredState& state, std::vector
 
 }  // namespace
 
-Status take_out_nonsense(StoredState& state, std::vector<StoreOp>& repairs) {
+Status remove_invalid_rows(StoredState& state, std::vector<StoreOp>& repairs) {
   if (state.epoch == 0 || state.epoch >= std::uint64_t{1} << 32) {
     return data_loss("the store is damaged: its epoch is {}", state.epoch);
   }
@@ -156,7 +156,7 @@ Status take_out_nonsense(StoredState& state, std::vector<StoreOp>& repairs) {
   return ok_status();
 }
 
-void name_lost_nodes(StoredState& state) {
+void report_lost_nodes(StoredState& state) {
   std::map<std::pair<JobId, TileId>, std::vector<SampleRange>> known;
   for (const StoredState::StoredJob& job : state.jobs) {
     for (const StoredState::StoredNode& stored : job.nodes) {

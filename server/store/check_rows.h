@@ -15,10 +15,10 @@ namespace lightmill {
 /// - `damaged`: nodes of tiles that the film does not have; nodes that share samples; nodes with a sample that has no
 ///   recorded result, or several.
 /// - Results of tiles that the film does not have.
-Status take_out_nonsense(StoredState& state, std::vector<StoreOp>& repairs);
+Status remove_invalid_rows(StoredState& state, std::vector<StoreOp>& repairs);
 
 /// Adds samples to `damaged` that have a recorded result but no node, and logs them: a node is lost. The coordinator
-/// drops these results, and has the samples rendered again. Call it after take_out_nonsense().
-void name_lost_nodes(StoredState& state);
+/// drops these results, and has the samples rendered again. Call it after remove_invalid_rows().
+void report_lost_nodes(StoredState& state);
 
 }  // namespace lightmill

@@ -37,7 +37,7 @@ std::string who_has(std::span<const JobId> jobs) {
 
 /// Reads the films of ended jobs. load() does not read their pixels.
 Status check_films(Store& store, StoredState& state, std::vector<StoreOp>& repairs) {
-  const auto read = [&](JobId job, const FilmPlace& after) -> Result<FilmPiece> {
+  const auto read = [&](JobId job, const FilmPosition& after) -> Result<FilmPiece> {
     LM_ASSIGN_OR_RETURN(FilmPiece piece, store.read_film(job, after));
     for (StoredState::StoredNode& node : piece.nodes) {
       node.node.reset();
@@ -150,9 +150,9 @@ Result<StateCheck> check_state(Store& store, AssetStore& assets) {
   LM_RETURN_IF_ERROR(store.check_structure());
   LM_ASSIGN_OR_RETURN(StoredState state, store.load());
   std::vector<StoreOp> repairs;
-  LM_RETURN_IF_ERROR(take_out_nonsense(state, repairs));
+  LM_RETURN_IF_ERROR(remove_invalid_rows(state, repairs));
   LM_RETURN_IF_ERROR(check_films(store, state, repairs));
-  name_lost_nodes(state);
+  report_lost_nodes(state);
   for (const NodeKey& key : state.damaged) {
     repairs.push_back(DropResults{key});
   }

@@ -188,9 +188,9 @@ void JobCheck::finish(StoredState& state) {
     const std::string& expected = expected_[id];
     const std::array<std::uint8_t, 16> actual = bytes_of(checksum_of(job.record));
     if (expected.empty()) {
-      condemn(id, data_loss("its checksum is missing"));
+      mark_damaged(id, data_loss("its checksum is missing"));
     } else if (expected != std::string_view(reinterpret_cast<const char*>(actual.data()), actual.size())) {
-      condemn(id, data_loss("its checksum is wrong"));
+      mark_damaged(id, data_loss("its checksum is wrong"));
     }
   }
   for (const auto& [job, why] : damaged_) {

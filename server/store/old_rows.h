@@ -39,11 +39,11 @@ class JobCheck {
   template <class T>
   T sound(JobId job, Result<T> value) {
     if (!value.ok()) {
-      condemn(job, value.status());
+      mark_damaged(job, value.status());
     }
     return value.ok() ? *std::move(value) : T{};
   }
-  void condemn(JobId job, const Status& why) { damaged_.try_emplace(job, message_of(why)); }
+  void mark_damaged(JobId job, const Status& why) { damaged_.try_emplace(job, message_of(why)); }
   /// Moves damaged jobs from `jobs` to `damaged_jobs`, and logs them. A job without a checksum is damaged.
   void finish(StoredState& state);
 

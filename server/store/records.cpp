@@ -320,7 +320,7 @@ void StateReader::take_job(JobId job, std::string_view message, bool sound) {
   JobRecord& record = state_.jobs.emplace_back().record;
   record.id = job;
   if (const Status status = sound ? read_state(message, record) : kNoMessage; !status.ok()) {
-    condemn(job, damage_of(sound, status));
+    mark_damaged(job, damage_of(sound, status));
   }
 }
 
@@ -328,7 +328,7 @@ void StateReader::take_spec(JobId job, std::string_view message, bool sound) {
   if (JobRecord* const record = find(job)) {
     has_spec_[job] = true;
     if (const Status status = sound ? read_spec(message, *record) : kNoMessage; !status.ok()) {
-      condemn(job, damage_of(sound, status));
+      mark_damaged(job, damage_of(sound, status));
     }
   }
 }
@@ -380,7 +380,7 @@ void StateReader::finish(StoredSpecs& specs) {
   for (const StoredState::StoredJob& job : state_.jobs) {
     const JobId id = job.record.id;
     if (!has_spec_.contains(id)) {
-      condemn(id, "its specification is missing");
+      mark_damaged(id, "its specification is missing");
     }
     if (!condemned_.contains(id) && !has_progress_.contains(id)) {
       report(fmt::format("job {}: its times and counters are damaged and begin at 0", id.value));

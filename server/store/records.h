@@ -122,7 +122,7 @@ class StateReader {
   void take_action(std::uint64_t number, std::string_view message, bool sound);
   void take_quarantine(const std::string& worker, std::string_view message, bool sound);
   JobRecord* find(JobId job);
-  void condemn(JobId job, const std::string& why) { condemned_.try_emplace(job, why); }
+  void mark_damaged(JobId job, const std::string& why) { condemned_.try_emplace(job, why); }
   void report(std::string what);
 
   StoredState& state_;

@@ -81,10 +81,10 @@ std::shared_ptr<const Node> node_of(const SampleRange& range, std::uint64_t non_
   return sound ? node : nullptr;
 }
 
-std::size_t take_node(JobId job, const FilmPlace& place, std::uint64_t non_finite, std::string_view hash,
+std::size_t take_node(JobId job, const FilmPosition& position, std::uint64_t non_finite, std::string_view hash,
                       std::string_view values, FilmPiece& piece) {
-  const TileId tile{static_cast<std::uint32_t>(place.tile)};
-  const SampleRange range{static_cast<std::uint32_t>(place.level), static_cast<std::uint32_t>(place.index)};
+  const TileId tile{static_cast<std::uint32_t>(position.tile)};
+  const SampleRange range{static_cast<std::uint32_t>(position.level), static_cast<std::uint32_t>(position.index)};
   if (std::shared_ptr<const Node> node = node_of(range, non_finite, hash, values)) {
     piece.nodes.emplace_back(tile, std::move(node));
   } else {

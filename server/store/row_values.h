@@ -35,7 +35,7 @@ inline constexpr std::int64_t kAuditBits = 3;
 
 /// Whether these numbers form a valid NodeKey.
 bool is_key(std::int64_t tile, std::int64_t level, std::int64_t index);
-/// Drops a damaged row of a result with `repairs`. take_out_nonsense() later drops the node that contains it, because
+/// Drops a damaged row of a result with `repairs`. remove_invalid_rows() later drops the node that contains it, because
 /// the origin of its samples is unknown. If a worker is found guilty, nothing could tell whether they were its samples.
 void leave_out_result(const DropResultRow& row, StoredState& state, std::vector<StoreOp>& repairs);
 
@@ -62,7 +62,7 @@ void log_damage(const NodeKey& key);
 /// Bytes of a film that are read at a time. A commit waits for one such read at most.
 inline constexpr std::size_t kFilmPieceBytes = std::size_t{16} << 20;
 /// Adds the node of a row to `piece`, unless it is damaged. Returns the size of its values in bytes.
-std::size_t take_node(JobId job, const FilmPlace& place, std::uint64_t non_finite, std::string_view hash,
+std::size_t take_node(JobId job, const FilmPosition& position, std::uint64_t non_finite, std::string_view hash,
                       std::string_view values, FilmPiece& piece);
 /// Loads the values of all nodes of an unfinished job. `read` works like Store::read_film(). Drops damaged nodes with
 /// `repairs`.
@@ -73,7 +73,7 @@ Status load_values(StoredState::StoredJob& job, StoredState& state, std::vector<
     lost.emplace(node.tile, node.outline.range);
   }
   job.nodes.clear();
-  for (std::optional<FilmPlace> last = FilmPlace{}; last;) {
+  for (std::optional<FilmPosition> last = FilmPosition{}; last;) {
     LM_ASSIGN_OR_RETURN(FilmPiece piece, read(job.record.id, *last));
     for (StoredState::StoredNode& node : piece.nodes) {
       lost.erase({node.tile, node.outline.range});

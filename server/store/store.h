@@ -11,13 +11,13 @@
 namespace lightmill {
 
 /// Key of a node within its film, as in the rows.
-struct FilmPlace {
+struct FilmPosition {
   std::int64_t tile = -1, level = -1, index = -1;
 };
 /// Some nodes of a film. `last` is the place of the last one, if more may follow.
 struct FilmPiece {
   StoredFilm nodes;
-  std::optional<FilmPlace> last = {};
+  std::optional<FilmPosition> last = {};
 };
 
 /// A transactional store, used by one thread.
@@ -29,7 +29,7 @@ class Store {
   virtual Result<StoredState> load() = 0;
   /// Reads the next nodes of a job's film after `after`, some MiB at a time. Commits may come between two calls.
   /// Damaged nodes are logged and left out.
-  virtual Result<FilmPiece> read_film(JobId job, const FilmPlace& after) = 0;
+  virtual Result<FilmPiece> read_film(JobId job, const FilmPosition& after) = 0;
   /// DATA_LOSS with the reason if the database itself is damaged; it does not check what rows contain. Takes as long as
   /// reading the whole database.
   virtual Status check_structure() = 0;

@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "server/runtime/stream_places.h"
+#include "server/runtime/stream_slots.h"
 
 namespace lightmill {
 namespace {
@@ -39,7 +39,7 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
   void start() {
     on_disk(&AssetUpload::open, [](AssetUpload& self) {
       self.began_ = SteadyClock::now();
-      invite_body(self.way_.stream, self.head_, [upload = self.shared_from_this()] { upload->read_piece(); });
+      send_continue(self.way_.stream, self.head_, [upload = self.shared_from_this()] { upload->read_piece(); });
     });
   }
 
@@ -55,8 +55,8 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
     parser_.get().body() = {piece_.data(), piece_.size(), true};
     // The time of the disk does not count. Fast data earlier does not allow a longer pause now.
     way_.stream.tcp().expires_at(
-        std::min(began_ + time_to_send(received_bytes_), SteadyClock::now() + time_to_send(kPieceBytes)));
-    call_.place->stands_still();
+        std::min(began_ + body_timeout(received_bytes_), SteadyClock::now() + body_timeout(kPieceBytes)));
+    call_.slot->set_stalled();
     fill_piece();
   }
   void fill_piece() {
@@ -71,7 +71,7 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
     });
   }
   void take_piece(error_code error) {
-    call_.place->moves();
+    call_.slot->set_active();
     if (error) {
       asio::post(way_.disk, [upload = std::move(upload_)] {});  // deletes the written part from the disk
       return;

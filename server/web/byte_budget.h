@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "server/access/places.h"
+#include "server/access/slot_pool.h"
 #include "server/web/change_log.h"
 
 namespace lightmill {
@@ -18,12 +18,12 @@ namespace lightmill {
 class ByteBudget {
  public:
   /// A reservation. It ends with its last copy.
-  using Place = std::shared_ptr<const void>;
+  using Reservation = std::shared_ptr<const void>;
 
   explicit ByteBudget(std::uint64_t most_bytes) : most_bytes_(most_bytes) {}
 
   /// Null if fewer bytes are left.
-  Place take(std::uint64_t bytes) const {
+  Reservation take(std::uint64_t bytes) const {
     if (taken_->fetch_add(bytes) + bytes > most_bytes_) {
       *taken_ -= bytes;
       return nullptr;
@@ -44,14 +44,15 @@ class CallersBudget {
   explicit CallersBudget(std::uint64_t most_bytes) : most_bytes_(most_bytes), all_(most_bytes) {}
 
   /// Reserves `bytes` in addition to `before`. Null if they are not left; then `before` stays.
-  ByteBudget::Place take(const Holder& holder, std::uint64_t bytes, const ByteBudget::Place& before = nullptr) {
+  ByteBudget::Reservation take(const Holder& holder, std::uint64_t bytes,
+                               const ByteBudget::Reservation& before = nullptr) {
     std::erase_if(halves_, [](const auto& entry) { return entry.second.is_whole(); });
-    const ByteBudget::Place of_name = half_of("name " + holder.name).take(bytes);
-    const ByteBudget::Place of_address = half_of("address " + holder.address).take(bytes);
-    const ByteBudget::Place of_all = all_.take(bytes);
+    const ByteBudget::Reservation of_name = half_of("name " + holder.name).take(bytes);
+    const ByteBudget::Reservation of_address = half_of("address " + holder.address).take(bytes);
+    const ByteBudget::Reservation of_all = all_.take(bytes);
     return of_name == nullptr || of_address == nullptr || of_all == nullptr
                ? nullptr
-               : std::make_shared<const std::array<ByteBudget::Place, 4>>(
+               : std::make_shared<const std::array<ByteBudget::Reservation, 4>>(
                      std::array{before, of_name, of_address, of_all});
   }
 
@@ -64,9 +65,9 @@ class CallersBudget {
 };
 
 /// Bytes that keep their reservation until their last user ends.
-inline SharedBytes placed_bytes(std::string bytes, ByteBudget::Place place) {
+inline SharedBytes bytes_with_reservation(std::string bytes, ByteBudget::Reservation reservation) {
   const auto placed =
-      std::make_shared<const std::pair<std::string, ByteBudget::Place>>(std::move(bytes), std::move(place));
+      std::make_shared<const std::pair<std::string, ByteBudget::Reservation>>(std::move(bytes), std::move(reservation));
   return {placed, &placed->first};
 }
 

@@ -62,7 +62,7 @@ class ChangeLog {
     }
   }
 
-  bool news_for(const ChangeCursor& reader) const { return !reader.begun || reader.seen < stamp_; }
+  bool has_changes_for(const ChangeCursor& reader) const { return !reader.begun || reader.seen < stamp_; }
   /// The next `most` changes for the reader at most, oldest first. Moves the reader behind them. The entries are valid
   /// until the next change.
   Changes since(ChangeCursor& reader, std::size_t most) const {

@@ -42,7 +42,7 @@ bool is_malformed(error_code error) {
          error != http::error::need_more && error != http::error::need_buffer;
 }
 
-void invite_body(WebStream& stream, const RequestHead& request, std::function<void()> then) {
+void send_continue(WebStream& stream, const RequestHead& request, std::function<void()> then) {
   if (!boost::beast::iequals(request[boost::beast::http::field::expect], "100-continue")) {
     return then();
   }

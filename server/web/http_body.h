@@ -21,11 +21,11 @@ using RequestHead = boost::beast::http::request<boost::beast::http::empty_body>;
 using HeadParser = boost::beast::http::request_parser<boost::beast::http::empty_body>;
 
 /// A connection is closed after this time of silence.
-inline constexpr auto kRequestPatience = std::chrono::seconds(30);
+inline constexpr auto kRequestTimeout = std::chrono::seconds(30);
 /// A connection that sends a large body more slowly is closed, too.
 inline constexpr std::uint64_t kLeastBytesPerSecondSent = std::uint64_t{128} << 10;
-inline std::chrono::seconds time_to_send(std::uint64_t bytes) {
-  return kRequestPatience + std::chrono::seconds(bytes / kLeastBytesPerSecondSent);
+inline std::chrono::seconds body_timeout(std::uint64_t bytes) {
+  return kRequestTimeout + std::chrono::seconds(bytes / kLeastBytesPerSecondSent);
 }
 
 /// INVALID_ARGUMENT if a proxy in front of this server could read another host or another end of the body from the head
@@ -36,7 +36,7 @@ Status check_framing(const RequestHead& request);
 bool is_malformed(boost::system::error_code error);
 
 /// Answers "Expect: 100-continue" if the client sent it. Then calls `then`, unless the connection has ended.
-void invite_body(WebStream& stream, const RequestHead& request, std::function<void()> then);
+void send_continue(WebStream& stream, const RequestHead& request, std::function<void()> then);
 
 /// Parses what `buffer` holds, or reads until the parser makes progress. `then` gets the error.
 void parse_more(WebStream& stream, boost::beast::flat_buffer& buffer, boost::beast::http::basic_parser<true>& parser,

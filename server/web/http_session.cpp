@@ -12,7 +12,7 @@
 #include <limits>
 
 #include "common/base/text.h"
-#include "server/runtime/stream_places.h"
+#include "server/runtime/stream_slots.h"
 #include "server/web/asset_upload.h"
 #include "server/web/live_session.h"
 #include "server/web/metrics.h"
@@ -113,10 +113,10 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     head_->body_limit(std::numeric_limits<std::uint64_t>::max());  // the limit of the body is checked later
     body_parser_.reset();
     body_read_ = false;
-    place_ = nullptr;
+    reservation_ = nullptr;
     call_.reset();
-    parts_.listener->part(peer_);  // a connection with half a request holds no caller's place
-    stream_.tcp().expires_after(kRequestPatience);
+    parts_.listener->clear_caller(peer_);  // a connection with half a request holds no caller's place
+    stream_.tcp().expires_after(kRequestTimeout);
     read_head();
   }
   void read_head() {
@@ -167,7 +167,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     if (!digest.ok()) {
       return refuse_rest(error_reply(digest.status()));
     }
-    call->place->on_give_way([mailbox = parts_.mailbox, weak = weak_from_this()] {
+    call->slot->on_evict([mailbox = parts_.mailbox, weak = weak_from_this()] {
       mailbox->post([weak] {
         if (const auto self = weak.lock()) {
           self->stream_.tcp().close();
@@ -184,7 +184,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   }
   Result<Call> admit_now(Rpc rpc, std::string_view content_type) const {
     LM_RETURN_IF_ERROR(check_rules(true, content_type));
-    return parts_.gate.admit(identify(shown_login()), peer_, rpc);
+    return parts_.gate.admit(identify(read_credentials()), peer_, rpc);
   }
   void read_body(std::uint64_t most_bytes) {
     if (head_->content_length().value_or(0) > most_bytes) {
@@ -193,7 +193,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     body_parser_.emplace(std::move(*head_)).body_limit(most_bytes);
     body_began_ = SteadyClock::now();
     held_bytes_ = kMostBodyBytes;
-    invite_body(stream_, request_, [self = shared_from_this(), most_bytes] { self->read_more(most_bytes); });
+    send_continue(stream_, request_, [self = shared_from_this(), most_bytes] { self->read_more(most_bytes); });
   }
   /// Reads in pieces. A silent sender does not keep memory or a connection for long.
   void read_more(std::uint64_t most_bytes) {
@@ -202,16 +202,17 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     }
     const std::uint64_t there = body_parser_->get().body().size();
     if (std::min(there + kMostBodyBytes, most_bytes) > held_bytes_) {
-      ByteBudget::Place more = parts_.large_bodies.take(holder_of(call_->caller, call_->peer), kHeldAtOnce, place_);
+      ByteBudget::Reservation more =
+          parts_.large_bodies.take(holder_of(call_->caller, call_->peer), kHeldAtOnce, reservation_);
       if (more == nullptr) {
         body_parser_.reset();  // its memory is free for others now
-        place_ = nullptr;
+        reservation_ = nullptr;
         return refuse_rest(error_reply(resource_exhausted("the farm receives too much data at once: try again")));
       }
-      place_ = std::move(more);
+      reservation_ = std::move(more);
       held_bytes_ += kHeldAtOnce;
     }
-    stream_.tcp().expires_at(std::min(body_began_ + time_to_send(there), SteadyClock::now() + kRequestPatience));
+    stream_.tcp().expires_at(std::min(body_began_ + body_timeout(there), SteadyClock::now() + kRequestTimeout));
     parse_more(stream_, buffer_, *body_parser_, [self = shared_from_this(), most_bytes](error_code error) {
       if (error == http::error::body_limit) {
         self->refuse_rest(too_long(http::status::payload_too_large, "body", most_bytes));
@@ -250,9 +251,9 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     if (!path().starts_with(kApi) && path() != kMetricsPath) {
       return send_page(path());
     }
-    const ShownLogin shown = shown_login();
+    const HttpCredentials credentials = read_credentials();
     if (live) {
-      return go_live(shown);
+      return go_live(credentials);
     }
     if (!changes && request_.method() != http::verb::get && request_.method() != http::verb::head) {
       return answer(error_reply(make_error(StatusCode::kUnimplemented, "the API accepts GET and POST")));
@@ -262,12 +263,12 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     parts_.api->handle({changes,
                         std::string(path()),
                         std::string(query),
-                        {std::move(body_parser_->get().body()), std::move(place_)},
+                        {std::move(body_parser_->get().body()), std::move(reservation_)},
                         std::move(call_),
-                        identify(shown),
-                        shown.cookie,
+                        identify(credentials),
+                        credentials.cookie,
                         peer_,
-                        cookie_place()},
+                        cookie_scope()},
                        [self = shared_from_this()](const ApiReply& reply) { self->answer(reply); });
   }
 
@@ -282,38 +283,38 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     return content_type.empty() ? ok_status()
                                 : check_content_type(as_std(request_[http::field::content_type]), content_type);
   }
-  ShownLogin shown_login() const {
-    ShownLogin shown;
+  HttpCredentials read_credentials() const {
+    HttpCredentials credentials;
     if (const auto header = request_.find(http::field::authorization); header != request_.end()) {
-      shown.authorization = std::string(as_std(header->value()));
+      credentials.authorization = std::string(as_std(header->value()));
     }
-    shown.cookie = login_cookie(as_std(request_[http::field::cookie]),
-                                {std::string(as_std(request_[http::field::host])), stream_.encrypted()});
-    return shown;
+    credentials.cookie = login_cookie(as_std(request_[http::field::cookie]),
+                                      {std::string(as_std(request_[http::field::host])), stream_.encrypted()});
+    return credentials;
   }
-  CookiePlace cookie_place() const {
+  CookieScope cookie_scope() const {
     return {std::string(as_std(request_[http::field::host])),
             stream_.encrypted() || as_std(request_[http::field::origin]).starts_with("https://")};
   }
 
   /// Identifies the caller. The connection is no stranger's afterwards, unless the caller has its share of connections.
-  Result<Identity> identify(const ShownLogin& shown) const {
-    LM_ASSIGN_OR_RETURN(Identity caller, parts_.logins.identify(shown));
-    parts_.listener->meet(peer_, caller).IgnoreError();
+  Result<Identity> identify(const HttpCredentials& credentials) const {
+    LM_ASSIGN_OR_RETURN(Identity caller, parts_.authenticator.identify(credentials));
+    parts_.listener->set_caller(peer_, caller).IgnoreError();
     return caller;
   }
 
-  void go_live(const ShownLogin& shown) {
+  void go_live(const HttpCredentials& credentials) {
     if (!websocket::is_upgrade(request_)) {
       return answer(error_reply(invalid_argument("{} is a WebSocket", kLive)));
     }
-    Result<Call> call = parts_.gate.admit_page(identify(shown), peer_);
+    Result<Call> call = parts_.gate.admit_page(identify(credentials), peer_);
     if (!call.ok()) {
       return answer(error_reply(call.status()));
     }
     stream_.tcp().expires_never();
-    LiveHub::Holds holds = [&logins = parts_.logins, shown, caller = call->caller] {
-      return logins.check_still_holds(shown, caller);
+    LiveHub::Holds holds = [&authenticator = parts_.authenticator, credentials, caller = call->caller] {
+      return authenticator.check_still_holds(credentials, caller);
     };
     start_live_session(parts_, std::move(stream_), request_, *std::move(call), std::move(holds));
   }
@@ -389,8 +390,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     }
     response_head_ = beast::buffers_to_string(
         Response::fields_type::writer(response_, response_.version(), response_.result_int()).get());
-    stream_.tcp().expires_after(kRequestPatience +
-                                std::chrono::seconds(response_.body().size() / kLeastBytesPerSecond));
+    stream_.tcp().expires_after(kRequestTimeout + std::chrono::seconds(response_.body().size() / kLeastBytesPerSecond));
     const std::array<asio::const_buffer, 2> parts{asio::buffer(response_head_),
                                                   asio::buffer(response_.body().data(), response_.body().size())};
     asio::async_write(stream_, parts, [self = shared_from_this()](error_code error, std::size_t) {
@@ -427,10 +427,10 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   std::optional<http::request_parser<http::string_body>> body_parser_;
   bool body_read_ = false;
   SteadyClock::time_point body_began_;
-  std::uint64_t held_bytes_ = 0;  ///< of its body: bytes that may arrive before the next reservation
-  ByteBudget::Place place_;       ///< of its body, if it is large
-  std::optional<Call> call_;      ///< if it was admitted before its body arrived, as with large bodies
-  SharedBytes body_;              ///< of the response
+  std::uint64_t held_bytes_ = 0;         ///< of its body: bytes that may arrive before the next reservation
+  ByteBudget::Reservation reservation_;  ///< of its body, if it is large
+  std::optional<Call> call_;             ///< if it was admitted before its body arrived, as with large bodies
+  SharedBytes body_;                     ///< of the response
   Response response_;
   std::string response_head_;  ///< as sent
   bool to_https_ = false;      ///< an unencrypted request to an encrypted server

@@ -46,17 +46,17 @@ class JobFeed::Sink final : public WatchSink, public std::enable_shared_from_thi
 };
 
 JobFeed::JobFeed(JobId job, std::string layer, FarmLoop& loop, OnWebThread on_web_thread,
-                 std::shared_ptr<TileRoom> room, std::function<void()> on_news)
+                 std::shared_ptr<TileBudget> tile_budget, std::function<void()> on_change)
     : job_(job),
       layer_(std::move(layer)),
       loop_(loop),
       on_web_thread_(std::move(on_web_thread)),
-      room_(std::move(room)),
-      on_news_(std::move(on_news)) {}
+      tile_budget_(std::move(tile_budget)),
+      on_change_(std::move(on_change)) {}
 
 JobFeed::~JobFeed() {
   if (has_room_) {
-    room_->taken -= picture_tiles_;
+    tile_budget_->taken -= picture_tiles_;
   }
   if (sink_ != nullptr) {
     sink_->close();
@@ -70,8 +70,8 @@ void JobFeed::watch() {
   sink_ = std::make_shared<Sink>(weak_from_this(), loop_, on_web_thread_);
   ended_ = false;
   with_tiles_ = picture_failure_.ok() || fits();
-  if (!loop_.post([job = job_, with_tiles = with_tiles_, sink = sink_](FarmLoop::Turn& turn) {
-        turn.watchers.add(job, with_tiles, sink);
+  if (!loop_.post([job = job_, with_tiles = with_tiles_, sink = sink_](FarmLoop::TaskContext& context) {
+        context.watchers.add(job, with_tiles, sink);
       })) {
     failure_ = resource_exhausted("the farm has too much to do at once: trying again");
   }
@@ -86,14 +86,14 @@ void JobFeed::take(const WatchUpdate& update) {
     state_ = std::move(state);
     ++state_version_;
   }
-  const std::optional<LayerPlace> place = layer_place(update.job);
-  if (place && with_tiles_ && make_room(update.job)) {
+  const std::optional<LayerSlice> slice = slice_of_layer(update.job);
+  if (slice && with_tiles_ && make_room(update.job)) {
     for (const auto& shared : update.tiles) {
       const TileSnapshot& tile = shared->tile;
-      tiles_.put({tile.rect.y, tile.rect.x}, tile_field(job_, layer_, *place, tile));
+      tiles_.put({tile.rect.y, tile.rect.x}, tile_field(job_, layer_, *slice, tile));
     }
   }
-  on_news_();
+  on_change_();
 }
 
 /// Reserves room for the whole picture, so a picture that is shown can be completed. Without room, the job is watched
@@ -102,33 +102,33 @@ bool JobFeed::make_room(const JobStatus& job) {
   picture_tiles_ = TileGrid(job.crop).picture_tiles();
   if (!has_room_ && fits()) {
     has_room_ = true;
-    room_->taken += picture_tiles_;
+    tile_budget_->taken += picture_tiles_;
     picture_failure_ = ok_status();
   }
   if (!has_room_) {
     picture_failure_ = resource_exhausted(
         "it has {} tiles. The pictures on all open pages of this farm may have {} together, and others have {}: "
         "{}lightmill fetch gets it",
-        picture_tiles_, room_->most, room_->taken,
-        picture_tiles_ <= room_->most ? "it appears when those pages are closed; " : "");
+        picture_tiles_, tile_budget_->most, tile_budget_->taken,
+        picture_tiles_ <= tile_budget_->most ? "it appears when those pages are closed; " : "");
     watch();
   }
   return has_room_;
 }
 
 /// Place of the layer in the film. None if the layer does not exist or has no colours.
-std::optional<LayerPlace> JobFeed::layer_place(const JobStatus& job) const {
+std::optional<LayerSlice> JobFeed::slice_of_layer(const JobStatus& job) const {
   if (layer_.empty()) {
-    return LayerPlace{};
+    return LayerSlice{};
   }
   const Result<std::vector<LayerSpec>> layers = film_layers(job.layers);
-  const std::optional<LayerPlace> place = layers.ok() ? place_of(layer_, *layers) : std::nullopt;
-  return place && place->kind != LayerKind::first_samples ? place : std::nullopt;
+  const std::optional<LayerSlice> slice = layers.ok() ? layer_slice(layer_, *layers) : std::nullopt;
+  return slice && slice->kind != LayerKind::first_samples ? slice : std::nullopt;
 }
 
 void JobFeed::fail(const Status& why) {
   failure_ = why;
-  on_news_();
+  on_change_();
 }
 
 }  // namespace lightmill

@@ -19,7 +19,7 @@ namespace lightmill {
 using OnWebThread = std::function<void(std::function<void()>)>;
 
 /// Limit for the tiles of all feeds. A picture that exceeds it waits until others are closed.
-struct TileRoom {
+struct TileBudget {
   static constexpr std::size_t kTileBytes = 32 << 10;
   std::size_t most = 0, taken = 0;  ///< tiles
 };
@@ -27,9 +27,9 @@ struct TileRoom {
 /// Used on the web thread. It is shared, because functions on the farm thread may end later than the feed.
 class JobFeed : public std::enable_shared_from_this<JobFeed> {
  public:
-  /// `layer`: empty for beauty. A layer that the film does not have gives no tiles. `on_news` runs after each change.
-  JobFeed(JobId job, std::string layer, FarmLoop& loop, OnWebThread on_web_thread, std::shared_ptr<TileRoom> room,
-          std::function<void()> on_news);
+  /// `layer`: empty for beauty. A layer that the film does not have gives no tiles. `on_change` runs after each change.
+  JobFeed(JobId job, std::string layer, FarmLoop& loop, OnWebThread on_web_thread,
+          std::shared_ptr<TileBudget> tile_budget, std::function<void()> on_change);
   ~JobFeed();
 
   /// Starts to watch, or starts again. An earlier failure stays until an update arrives.
@@ -53,15 +53,15 @@ class JobFeed : public std::enable_shared_from_this<JobFeed> {
   void take(const WatchUpdate& update);
   void fail(const Status& why);
   bool make_room(const JobStatus& job);
-  bool fits() const { return room_->taken + picture_tiles_ <= room_->most; }
-  std::optional<LayerPlace> layer_place(const JobStatus& job) const;
+  bool fits() const { return tile_budget_->taken + picture_tiles_ <= tile_budget_->most; }
+  std::optional<LayerSlice> slice_of_layer(const JobStatus& job) const;
 
   const JobId job_;
   const std::string layer_;
   FarmLoop& loop_;
   const OnWebThread on_web_thread_;
-  const std::shared_ptr<TileRoom> room_;
-  const std::function<void()> on_news_;
+  const std::shared_ptr<TileBudget> tile_budget_;
+  const std::function<void()> on_change_;
   std::shared_ptr<Sink> sink_;
   std::string owner_, state_;
   Status failure_, picture_failure_;

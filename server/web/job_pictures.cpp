@@ -33,8 +33,8 @@ struct JobPictures::Order {
   FilmSnapshot film;
   PictureFormat format = PictureFormat::exr;
   std::int64_t unix_ms = 0;
-  ByteBudget::Place place;  ///< kept until the file has no user
-  FarmReply back;
+  ByteBudget::Reservation reservation;  ///< kept until the file has no user
+  PendingReply back;
 };
 
 /// Shared with functions on the farm thread.
@@ -50,7 +50,7 @@ struct JobPictures::Queue {
   const std::uint64_t most_bytes_of_one;
 
   /// Reserves memory for the picture of this film. RESOURCE_EXHAUSTED says what to do.
-  Result<ByteBudget::Place> take_place(const Call& call, const v1::FilmHeader& film) {
+  Result<ByteBudget::Reservation> reserve(const Call& call, const v1::FilmHeader& film) {
     const std::uint64_t wanted = bytes_of(film);
     if (wanted > most_bytes_of_one) {
       return resource_exhausted("the picture's film has more than {} MiB: `lightmill fetch {} -o FILE` gets it",
@@ -59,10 +59,10 @@ struct JobPictures::Queue {
     if (film.job().max_tile_samples() == 0 && film.job().state() != v1::JOB_STATE_DONE) {
       return failed_precondition("job {} has no samples yet", film.job().id());
     }
-    ByteBudget::Place place = budget.take(holder_of(call.caller, call.peer), wanted);
-    return place == nullptr
-               ? Result<ByteBudget::Place>(resource_exhausted("too many pictures are fetched at once: try again"))
-               : std::move(place);
+    ByteBudget::Reservation reservation = budget.take(holder_of(call.caller, call.peer), wanted);
+    return reservation == nullptr
+               ? Result<ByteBudget::Reservation>(resource_exhausted("too many pictures are fetched at once: try again"))
+               : std::move(reservation);
   }
   void push(Order order) {
     const MutexLock lock(mutex);
@@ -93,8 +93,11 @@ struct JobPictures::Queue {
   }
 };
 
-JobPictures::JobPictures(FarmDesk& desk, const Gate& gate, std::uint64_t most_bytes)
-    : desk_(desk), gate_(gate), queue_(std::make_shared<Queue>(most_bytes)), thread_([this] { run(); }) {}
+JobPictures::JobPictures(FarmRequests& farm_requests, const Gate& gate, std::uint64_t most_bytes)
+    : farm_requests_(farm_requests),
+      gate_(gate),
+      queue_(std::make_shared<Queue>(most_bytes)),
+      thread_([this] { run(); }) {}
 
 JobPictures::~JobPictures() {
   queue_->stop();
@@ -102,21 +105,22 @@ JobPictures::~JobPictures() {
 }
 
 void JobPictures::send(const Call& call, JobId job, PictureFormat format, Reply reply) {
-  desk_.ask(std::move(reply), [call, job, format, &gate = gate_, queue = queue_](FarmLoop::Turn& turn,
-                                                                                 const FarmReply& back) {
-    const Status status = check_job_call(turn, gate, call, job);
-    const Result<v1::FilmHeader> header = status.ok() ? film_header(turn.farm, job, turn.now) : status;
-    const Result<ByteBudget::Place> place = header.ok() ? queue->take_place(call, *header) : header.status();
-    if (!place.ok()) {
-      return back(error_reply(place.status()));
+  farm_requests_.post(std::move(reply), [call, job, format, &gate = gate_, queue = queue_](
+                                            FarmLoop::TaskContext& context, const PendingReply& back) {
+    const Status status = check_job_call(context, gate, call, job);
+    const Result<v1::FilmHeader> header = status.ok() ? film_header(context.farm, job, context.now) : status;
+    const Result<ByteBudget::Reservation> reservation = header.ok() ? queue->reserve(call, *header) : header.status();
+    if (!reservation.ok()) {
+      return back(error_reply(reservation.status()));
     }
-    turn.with_film(job, [job, format, queue, back, place = *place](FarmLoop::Turn& later, const Status& here) {
-      Result<FilmSnapshot> film = here.ok() ? snapshot(later.farm, job, later.now) : here;
-      if (!film.ok()) {
-        return back(error_reply(film.status()));
-      }
-      queue->push({*std::move(film), format, later.unix_ms, place, back});
-    });
+    context.with_film(
+        job, [job, format, queue, back, reservation = *reservation](FarmLoop::TaskContext& later, const Status& here) {
+          Result<FilmSnapshot> film = here.ok() ? snapshot(later.farm, job, later.now) : here;
+          if (!film.ok()) {
+            return back(error_reply(film.status()));
+          }
+          queue->push({*std::move(film), format, later.unix_ms, reservation, back});
+        });
   });
 }
 
@@ -130,7 +134,7 @@ void JobPictures::run() {
     const bool exr = order->format == PictureFormat::exr;
     ApiReply reply{200, exr ? "image/x-exr" : "image/png", ""};
     reply.file_name = fmt::format("job-{}.{}", order->film.header.job().id(), exr ? "exr" : "png");
-    reply.file = placed_bytes(*std::move(file), std::move(order->place));
+    reply.file = bytes_with_reservation(*std::move(file), std::move(order->reservation));
     order->back(std::move(reply));
   }
 }

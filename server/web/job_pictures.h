@@ -9,7 +9,7 @@
 #include "common/image/picture_file.h"
 #include "server/operations/film_messages.h"
 #include "server/runtime/gate.h"
-#include "server/web/farm_reply.h"
+#include "server/web/farm_requests.h"
 
 namespace lightmill {
 
@@ -20,7 +20,7 @@ class JobPictures {
   static constexpr std::uint64_t kMostBytesOfOne = std::uint64_t{1} << 30;
 
   /// `most_bytes`: limit of all pictures that are made or sent at a time.
-  JobPictures(FarmDesk& desk, const Gate& gate, std::uint64_t most_bytes);
+  JobPictures(FarmRequests& farm_requests, const Gate& gate, std::uint64_t most_bytes);
   /// Waits for the current picture.
   ~JobPictures();
   JobPictures(const JobPictures&) = delete;
@@ -35,7 +35,7 @@ class JobPictures {
   struct Queue;
   void run();
 
-  FarmDesk& desk_;
+  FarmRequests& farm_requests_;
   const Gate& gate_;
   const std::shared_ptr<Queue> queue_;
   std::thread thread_;

@@ -30,18 +30,18 @@ Status read_request(const HttpRoute& route, const std::string& body, std::string
 
 /// Sends a large reply if there is memory for it. Another thread makes its JSON. On the farm thread.
 void send_large(const std::shared_ptr<OperationCall>& done, const Holder& holder, CallersBudget& budget,
-                const OnSideThread& on_side_thread, const FarmReply& back) {
+                const OnSideThread& on_side_thread, const PendingReply& back) {
   const std::uint64_t bytes = done->reply().ByteSizeLong();
-  ByteBudget::Place place =
+  ByteBudget::Reservation reservation =
       budget.take(holder, static_cast<std::uint64_t>(done->operation().traits.json_factor) * bytes);
-  if (place == nullptr) {
+  if (reservation == nullptr) {
     return back(error_reply(resource_exhausted("too many scenes are fetched at once: try again")));
   }
-  on_side_thread([done, place = std::move(place), back] {
+  on_side_thread([done, reservation = std::move(reservation), back] {
     const auto fill = done->operation().traits.fill_json;
     const Status filled = fill == nullptr ? ok_status() : fill(done->reply());
     ApiReply answer = filled.ok() ? json_reply(done->reply()) : error_reply(filled);
-    answer.file = placed_bytes(std::move(answer.body), place);
+    answer.file = bytes_with_reservation(std::move(answer.body), reservation);
     back(std::move(answer));
   });
 }
@@ -59,14 +59,14 @@ const Operation* find_large_operation(std::string_view path) {
 JsonApi::JsonApi(ApiParts parts)
     : runtime_(parts.runtime),
       gate_(parts.runtime.gate()),
-      logins_(parts.logins),
+      authenticator_(parts.authenticator),
       page_jobs_(parts.page_jobs),
       greeting_(std::move(parts.greeting)),
       on_side_thread_(std::move(parts.on_side_thread)),
-      desk_(parts.runtime.loop(), std::move(parts.on_web_thread)),
-      thumbnails_(desk_, gate_, kThumbnailAnswer),
-      meters_(desk_, gate_, kMetersAnswer),
-      pictures_(desk_, gate_, parts.picture_bytes) {}
+      farm_requests_(parts.runtime.loop(), std::move(parts.on_web_thread)),
+      thumbnails_(farm_requests_, gate_, kThumbnailAnswer),
+      meters_(farm_requests_, gate_, kMetersAnswer),
+      pictures_(farm_requests_, gate_, parts.picture_bytes) {}
 
 void JsonApi::handle(ApiRequest request, Reply reply) {
   if (request.path == kMetricsPath) {
@@ -90,37 +90,38 @@ void JsonApi::handle(ApiRequest request, Reply reply) {
 /// Admits the call unless it is admitted, reads its body, and runs the operation.
 void JsonApi::run(const HttpRoute& route, ApiRequest request, Reply reply) {
   const Operation& operation = *route.operation;
-  const auto asked = std::make_shared<OperationCall>(runtime_, operation);
-  Status status = fill_request(route, request.query, asked->request());
+  const auto pending_call = std::make_shared<OperationCall>(runtime_, operation);
+  Status status = fill_request(route, request.query, pending_call->request());
   Result<Call> call = request.call ? *std::move(request.call)
-                                   : gate_.admit(request.caller, request.peer, operation.rpc, asked->about());
+                                   : gate_.admit(request.caller, request.peer, operation.rpc, pending_call->about());
   if (!call.ok()) {
     status = call.status();
   } else if (const std::string page(query_value(request.query, "page"));
              status.ok() && !page.empty() && operation.rpc == Rpc::submit_job) {
     status = page_jobs_.check(page, *call);
-    call->tell_page = page_jobs_.told_by_others(page, *call);
+    call->on_submitted = page_jobs_.submission_callback(page, *call);
   }
   if (!status.ok()) {
     return reply(error_reply(status));
   }
-  auto work = [asked, route, query = std::move(request.query), body = std::move(request.body), call = *std::move(call),
-               budget = budget_, on_side_thread = on_side_thread_, back = desk_.expect(std::move(reply))]() mutable {
-    if (const Status read = read_request(route, body.text, query, asked->request()); !read.ok()) {
+  auto work = [pending_call, route, query = std::move(request.query), body = std::move(request.body),
+               call = *std::move(call), budget = budget_, on_side_thread = on_side_thread_,
+               back = farm_requests_.expect(std::move(reply))]() mutable {
+    if (const Status read = read_request(route, body.text, query, pending_call->request()); !read.ok()) {
       return back(error_reply(read));
     }
     body.text = {};
     const Holder holder = holder_of(call.caller, call.peer);
-    asked->start(std::move(call),
-                 [asked, holder, budget, on_side_thread, back, place = std::move(body.place)](const Status& done) {
-                   if (!done.ok()) {
-                     back(error_reply(done));
-                   } else if (asked->operation().traits.json_factor > 0) {
-                     send_large(asked, holder, *budget, on_side_thread, back);
-                   } else {
-                     back.compute([asked] { return json_reply(asked->reply()); });
-                   }
-                 });
+    pending_call->start(std::move(call), [pending_call, holder, budget, on_side_thread, back,
+                                          reservation = std::move(body.reservation)](const Status& done) {
+      if (!done.ok()) {
+        back(error_reply(done));
+      } else if (pending_call->operation().traits.json_factor > 0) {
+        send_large(pending_call, holder, *budget, on_side_thread, back);
+      } else {
+        back.compute([pending_call] { return json_reply(pending_call->reply()); });
+      }
+    });
   };
   operation.traits.most_body_bytes > 0 ? on_side_thread_(std::move(work)) : work();
 }
@@ -157,7 +158,7 @@ ApiReply JsonApi::log_in(const ApiRequest& request) {
   if (const Status status = read_json(request.body.text, body); !status.ok()) {
     return error_reply(status);
   }
-  const Result<Logins::LoggedIn> logged_in = logins_.log_in(body.token(), request.peer);
+  const Result<HttpAuthenticator::LoggedIn> logged_in = authenticator_.log_in(body.token(), request.peer);
   if (!logged_in.ok()) {
     return error_reply(logged_in.status());
   }
@@ -168,7 +169,7 @@ ApiReply JsonApi::log_in(const ApiRequest& request) {
 
 /// Succeeds without a session, too.
 ApiReply JsonApi::log_out(const ApiRequest& request) {
-  logins_.log_out(request.login);
+  authenticator_.log_out(request.login);
   ApiReply reply{200, "application/json", "{}\n"};
   reply.set_cookie = set_cookie_header(request.cookie, "", 0);
   return reply;
@@ -213,15 +214,15 @@ void JsonApi::show_metrics(const ApiRequest& request, Reply reply) {
   if (!call.ok()) {
     return reply(error_reply(call.status()));
   }
-  desk_.ask(std::move(reply),
-            [&loop = runtime_.loop(), version = greeting_.version](FarmLoop::Turn& turn, const FarmReply& back) {
-              back.compute([farm = FarmMetrics{turn.farm.totals(), turn.farm.snapshot(),
-                                               turn.farm.wanted_workers(turn.now), turn.farm.held().empty()},
-                            &loop, version] {
-                return ApiReply{200, std::string(kMetricsType),
-                                metrics_text(farm, loop.commit_seconds(), loop.traffic(), process_figures(), version)};
-              });
-            });
+  farm_requests_.post(std::move(reply), [&loop = runtime_.loop(), version = greeting_.version](
+                                            FarmLoop::TaskContext& context, const PendingReply& back) {
+    back.compute([farm = FarmMetrics{context.farm.totals(), context.farm.gauges(),
+                                     context.farm.wanted_workers(context.now), context.farm.held().empty()},
+                  &loop, version] {
+      return ApiReply{200, std::string(kMetricsType),
+                      metrics_text(farm, loop.commit_seconds(), loop.traffic(), process_figures(), version)};
+    });
+  });
 }
 
 }  // namespace lightmill

@@ -8,12 +8,12 @@
 
 #include "server/operations/operation.h"
 #include "server/web/byte_budget.h"
-#include "server/web/farm_reply.h"
-#include "server/web/film_answers.h"
+#include "server/web/farm_requests.h"
+#include "server/web/film_reply_cache.h"
+#include "server/web/http_authenticator.h"
 #include "server/web/http_route.h"
 #include "server/web/job_pictures.h"
 #include "server/web/live_messages.h"
-#include "server/web/logins.h"
 #include "server/web/page_jobs.h"
 
 namespace lightmill {
@@ -24,7 +24,7 @@ const Operation* find_large_operation(std::string_view path);
 
 struct LargeBody {
   std::string text;
-  ByteBudget::Place place;  ///< null: the body is small
+  ByteBudget::Reservation reservation;  ///< null: the body is small
 };
 
 struct ApiRequest {
@@ -36,7 +36,7 @@ struct ApiRequest {
   Result<Identity> caller;
   std::string login;  ///< the secret in the cookie; empty: none
   std::string peer;   ///< ADDRESS:PORT
-  CookiePlace cookie;
+  CookieScope cookie;
 };
 
 /// Runs a slow function on another thread. Drops it when the web server ends. Thread-safe.
@@ -45,7 +45,7 @@ using OnSideThread = std::function<void(std::function<void()>)>;
 /// What the API uses.
 struct ApiParts {
   Runtime& runtime;
-  Logins& logins;
+  HttpAuthenticator& authenticator;
   PageJobs& page_jobs;
   FarmGreeting greeting;
   OnWebThread on_web_thread;
@@ -74,12 +74,12 @@ class JsonApi {
 
   Runtime& runtime_;
   const Gate& gate_;
-  Logins& logins_;
+  HttpAuthenticator& authenticator_;
   PageJobs& page_jobs_;
   const FarmGreeting greeting_;
   const OnSideThread on_side_thread_;
-  FarmDesk desk_;
-  FilmAnswers thumbnails_, meters_;
+  FarmRequests farm_requests_;
+  FilmReplyCache thumbnails_, meters_;
   JobPictures pictures_;
   /// For replies. Bodies have their own budget, so a slow reader does not block senders. Used on the farm thread.
   const std::shared_ptr<CallersBudget> budget_ = std::make_shared<CallersBudget>(kMostAnswerBytes);

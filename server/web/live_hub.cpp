@@ -7,7 +7,7 @@
 namespace lightmill {
 namespace {
 
-constexpr Duration kLookInterval = std::chrono::milliseconds(500);
+constexpr Duration kPollInterval = std::chrono::milliseconds(500);
 constexpr Duration kRetryInterval = std::chrono::seconds(2);
 constexpr Duration kCheckInterval = std::chrono::seconds(1);
 /// An idle connection gets a message at this interval, so the page knows that it works.
@@ -30,21 +30,21 @@ LiveHub::LiveHub(FarmLoop& loop, FarmGreeting greeting, OnWebThread on_web_threa
       clock_(clock),
       on_refused_(std::move(on_refused)),
       page_jobs_(on_web_thread_, clock, std::move(discard)),
-      room_(std::make_shared<TileRoom>(TileRoom{picture_bytes / TileRoom::kTileBytes})) {}
+      tile_budget_(std::make_shared<TileBudget>(TileBudget{picture_bytes / TileBudget::kTileBytes})) {}
 
-void LiveHub::add(LiveLink& link, Call call, Holds holds) {
+void LiveHub::add(ViewerLink& link, Call call, Holds holds) {
   Viewer& viewer = viewers_[&link];
   viewer.call = std::move(call);
   viewer.holds = std::move(holds);
 }
 
-void LiveHub::remove(LiveLink& link) {
+void LiveHub::remove(ViewerLink& link) {
   (void)name_page(viewers_.at(&link), "");
   viewers_.erase(&link);
   drop_unwatched_feeds();
 }
 
-Status LiveHub::ask(LiveLink& link, std::string_view message) {
+Status LiveHub::ask(ViewerLink& link, std::string_view message) {
   LM_ASSIGN_OR_RETURN(const ViewRequest request, parse_view_request(message));
   Viewer& viewer = viewers_.at(&link);
   if (request.seen > viewer.sent) {
@@ -61,7 +61,7 @@ Status LiveHub::ask(LiveLink& link, std::string_view message) {
   }
   viewer.request = request;
   viewer.asked = true;
-  look();
+  poll_farm();
   serve(link, viewer);
   return ok_status();
 }
@@ -96,12 +96,12 @@ void LiveHub::watch(Viewer& viewer, const ViewRequest& request) {
   drop_unwatched_feeds();
 }
 
-void LiveHub::written(LiveLink& link) {
+void LiveHub::written(ViewerLink& link) {
   serve(link, viewers_.at(&link));
 }
 
 void LiveHub::tick() {
-  look();
+  poll_farm();
   retry_failed_feeds();
   check_viewers();
   page_jobs_.tick();
@@ -120,21 +120,21 @@ void LiveHub::check_viewers() {
 }
 
 /// Closes the viewer's socket if its credentials have expired.
-bool LiveHub::holds(LiveLink& link, Viewer& viewer) {
+bool LiveHub::holds(ViewerLink& link, Viewer& viewer) {
   const Status status = viewer.holds();
-  if (!status.ok() && !viewer.sent_away) {
-    viewer.sent_away = true;
-    link.send_away(status);
+  if (!status.ok() && !viewer.closed) {
+    viewer.closed = true;
+    link.close(status);
   }
   return status.ok();
 }
 
 /// Asks the farm thread for changes, if a viewer wants them and the last answer is old enough.
-void LiveHub::look() {
+void LiveHub::poll_farm() {
   const Time now = clock_.now();
   const bool wanted =
       std::ranges::any_of(viewers_, [](const auto& each) { return each.second.asked && !each.second.request.hidden; });
-  if (looking_ || !wanted || now < next_look_) {
+  if (polling_ || !wanted || now < next_poll_) {
     return;
   }
   std::vector<JobId> ended;
@@ -143,29 +143,29 @@ void LiveHub::look() {
       ended.push_back(key.first);
     }
   }
-  looking_ = loop_.post([look = farm_look_, ended = std::move(ended), hub = std::weak_ptr<LiveHub*>(self_),
-                         on_web_thread = on_web_thread_](FarmLoop::Turn& turn) {
-    auto news = std::make_shared<const FarmNews>(look->look(turn.farm, turn.now, ended));
-    on_web_thread([news, hub] {
+  polling_ = loop_.post([tracker = farm_changes_, ended = std::move(ended), hub = std::weak_ptr<LiveHub*>(self_),
+                         on_web_thread = on_web_thread_](FarmLoop::TaskContext& context) {
+    auto changes = std::make_shared<const FarmChanges>(tracker->poll(context.farm, context.now, ended));
+    on_web_thread([changes, hub] {
       if (const auto here = hub.lock(); here != nullptr) {
-        (*here)->take(*news);
+        (*here)->take(*changes);
       }
     });
   });
-  next_look_ = now + kLookInterval;
+  next_poll_ = now + kPollInterval;
 }
 
-void LiveHub::take(const FarmNews& news) {
-  looking_ = false;
-  looked_ = true;
-  for (auto job = news.jobs.rbegin(); job != news.jobs.rend(); ++job) {
+void LiveHub::take(const FarmChanges& changes) {
+  polling_ = false;
+  polled_ = true;
+  for (auto job = changes.jobs.rbegin(); job != changes.jobs.rend(); ++job) {
     jobs_.put(job->id, job_bytes(*job, false), job->owner);
   }
-  for (const JobId job : news.removed) {
+  for (const JobId job : changes.removed) {
     jobs_.remove(job);
   }
   std::set<std::string> names;
-  for (const WorkerStatus& worker : news.workers) {
+  for (const WorkerStatus& worker : changes.workers) {
     workers_.put(worker.name, worker_bytes(worker));
     names.insert(worker.name);
   }
@@ -175,7 +175,7 @@ void LiveHub::take(const FarmNews& news) {
     }
   }
   for (const auto& [key, feed] : feeds_) {
-    if (feed->ended() && std::ranges::count(news.revived, key.first) > 0) {
+    if (feed->ended() && std::ranges::count(changes.revived, key.first) > 0) {
       feed->watch();
     }
   }
@@ -185,7 +185,7 @@ void LiveHub::take(const FarmNews& news) {
 std::shared_ptr<JobFeed> LiveHub::feed_of(JobId job, const std::string& layer) {
   std::shared_ptr<JobFeed>& feed = feeds_[{job, layer}];
   if (feed == nullptr) {
-    feed = std::make_shared<JobFeed>(job, layer, loop_, on_web_thread_, room_, [this, job] {
+    feed = std::make_shared<JobFeed>(job, layer, loop_, on_web_thread_, tile_budget_, [this, job] {
       for (auto& [link, viewer] : viewers_) {
         if (viewer.request.job == job) {
           serve(*link, viewer);
@@ -220,7 +220,7 @@ void LiveHub::serve_all() {
   }
 }
 
-void LiveHub::serve(LiveLink& link, Viewer& viewer) {
+void LiveHub::serve(ViewerLink& link, Viewer& viewer) {
   if (!viewer.asked || viewer.request.hidden || link.busy() || viewer.sent - viewer.request.seen >= kWindow) {
     return;
   }
@@ -252,7 +252,7 @@ void LiveHub::serve(LiveLink& link, Viewer& viewer) {
 }
 
 void LiveHub::add_jobs(Viewer& viewer, Message& message) const {
-  if (!looked_ || !viewer.request.jobs || !jobs_.news_for(viewer.jobs) ||
+  if (!polled_ || !viewer.request.jobs || !jobs_.has_changes_for(viewer.jobs) ||
       !check_call(viewer.call.caller, Rpc::list_jobs).ok()) {
     return;
   }
@@ -271,7 +271,7 @@ void LiveHub::add_jobs(Viewer& viewer, Message& message) const {
 }
 
 void LiveHub::add_workers(Viewer& viewer, Message& message) const {
-  if (!looked_ || !viewer.request.workers || !workers_.news_for(viewer.workers) ||
+  if (!polled_ || !viewer.request.workers || !workers_.has_changes_for(viewer.workers) ||
       !check_call(viewer.call.caller, Rpc::list_workers).ok()) {
     return;
   }
@@ -337,7 +337,7 @@ void LiveHub::add_tiles(Viewer& viewer, Time now, Message& message) const {
     const std::size_t at = (begin + i) % viewer.layers.size();
     Watched& watched = viewer.layers[at];
     const auto& tiles = watched.feed->tiles();
-    if (tiles.size() == 0 || !tiles.news_for(watched.tiles)) {
+    if (tiles.size() == 0 || !tiles.has_changes_for(watched.tiles)) {
       continue;
     }
     if (message.tiles.size() >= kTilesPerMessage) {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "server/access/rights.h"
-#include "server/web/farm_look.h"
+#include "server/web/farm_changes.h"
 #include "server/web/job_feed.h"
 #include "server/web/page_jobs.h"
 
@@ -18,14 +18,14 @@ namespace lightmill {
 using MessageParts = std::vector<SharedBytes>;
 
 /// The socket of one viewer.
-class LiveLink {
+class ViewerLink {
  public:
-  virtual ~LiveLink() = default;
+  virtual ~ViewerLink() = default;
   /// Whether the last message is still being written.
   virtual bool busy() const = 0;
   virtual void send(MessageParts parts) = 0;
   /// Closes the socket, because the viewer's credentials have expired.
-  virtual void send_away(const Status& why) = 0;
+  virtual void close(const Status& why) = 0;
 };
 
 /// Used on the web thread. There are no queues: when a viewer can take a message, the change logs give what it has
@@ -46,12 +46,12 @@ class LiveHub {
 
   /// `link` is used until remove().
   void add(
-      LiveLink& link, Call call, Holds holds = [] { return ok_status(); });
-  void remove(LiveLink& link);
+      ViewerLink& link, Call call, Holds holds = [] { return ok_status(); });
+  void remove(ViewerLink& link);
   /// Sets what the viewer wants from now on. INVALID_ARGUMENT.
-  Status ask(LiveLink& link, std::string_view message);
+  Status ask(ViewerLink& link, std::string_view message);
   /// The link can send again.
-  void written(LiveLink& link);
+  void written(ViewerLink& link);
   /// Call it every kTick.
   void tick();
   static constexpr Duration kTick = std::chrono::milliseconds(50);
@@ -67,7 +67,7 @@ class LiveHub {
   struct Viewer {
     Call call;
     Holds holds;
-    bool sent_away = false;
+    bool closed = false;
     ViewRequest request;
     bool asked = false, greeted = false;
     std::uint64_t sent = 0;  ///< number of messages
@@ -83,17 +83,17 @@ class LiveHub {
     MessageParts tiles;
     bool any = false;
   };
-  void look();
-  void take(const FarmNews& news);
+  void poll_farm();
+  void take(const FarmChanges& changes);
   std::shared_ptr<JobFeed> feed_of(JobId job, const std::string& layer);
   void watch(Viewer& viewer, const ViewRequest& request);
   void drop_unwatched_feeds();
   void retry_failed_feeds();
   void serve_all();
   Status name_page(Viewer& viewer, const std::string& page);
-  bool holds(LiveLink& link, Viewer& viewer);
+  bool holds(ViewerLink& link, Viewer& viewer);
   void check_viewers();
-  void serve(LiveLink& link, Viewer& viewer);
+  void serve(ViewerLink& link, Viewer& viewer);
   void add_jobs(Viewer& viewer, Message& message) const;
   void add_workers(Viewer& viewer, Message& message) const;
   void add_job(Viewer& viewer, Message& message) const;
@@ -108,14 +108,14 @@ class LiveHub {
   PageJobs page_jobs_;
   /// Lets functions on other threads notice that the hub is gone.
   const std::shared_ptr<LiveHub*> self_ = std::make_shared<LiveHub*>(this);
-  std::map<LiveLink*, Viewer> viewers_;
+  std::map<ViewerLink*, Viewer> viewers_;
   std::map<std::pair<JobId, std::string>, std::shared_ptr<JobFeed>> feeds_;  ///< by job and layer
-  const std::shared_ptr<TileRoom> room_;
+  const std::shared_ptr<TileBudget> tile_budget_;
   ChangeLog<JobId> jobs_;
   ChangeLog<std::string> workers_;
-  const std::shared_ptr<FarmLook> farm_look_ = std::make_shared<FarmLook>();
-  bool looking_ = false, looked_ = false;
-  Time next_look_{}, next_retry_{}, next_check_{};
+  const std::shared_ptr<FarmChangeTracker> farm_changes_ = std::make_shared<FarmChangeTracker>();
+  bool polling_ = false, polled_ = false;
+  Time next_poll_{}, next_retry_{}, next_check_{};
 };
 
 }  // namespace lightmill

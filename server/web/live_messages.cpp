@@ -68,12 +68,12 @@ std::string worker_bytes(const WorkerStatus& worker) {
   return wire.SerializeAsString();
 }
 
-std::string tile_field(JobId job, const std::string& layer, const LayerPlace& place, const TileSnapshot& tile) {
+std::string tile_field(JobId job, const std::string& layer, const LayerSlice& slice, const TileSnapshot& tile) {
   v1::ViewTile wire;
   wire.set_job(job.value);
   to_wire(tile.rect, wire.mutable_rect());
   wire.set_samples(tile.samples);
-  wire.set_rgbe(view_pixels(tile, place));
+  wire.set_rgbe(view_pixels(tile, slice));
   wire.set_layer(layer);
   std::string bytes;
   append_field(bytes, v1::ViewUpdate::kTilesFieldNumber, wire.SerializeAsString());
@@ -85,7 +85,7 @@ void to_wire(const FarmGreeting& greeting, v1::FarmGreeting* out) {
   out->set_renderer_version(kRendererVersion);
   out->mutable_notices()->Add(greeting.notices.begin(), greeting.notices.end());
   out->set_caller(greeting.caller.name);
-  out->set_asks(greeting.asks);
+  out->set_asks(greeting.authenticates);
   for (const Role role : kRoles) {
     if (greeting.caller.roles.has(role)) {
       out->add_roles(std::string(name_of(role)));

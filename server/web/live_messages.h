@@ -38,7 +38,7 @@ struct FarmGreeting {
   std::string version;
   std::vector<std::string> notices;
   Identity caller;
-  bool asks = false;  ///< callers must authenticate
+  bool authenticates = false;  ///< callers must authenticate
 };
 void to_wire(const FarmGreeting& greeting, v1::FarmGreeting* out);
 
@@ -49,8 +49,8 @@ inline constexpr std::uint16_t kNoLongerAllowed = 4401;
 std::string job_bytes(const JobStatus& job, bool whole);
 std::string worker_bytes(const WorkerStatus& worker);
 /// A tile of one layer (empty: beauty) as a field of ViewUpdate, with tag and length. These bytes may follow those of
-/// any ViewUpdate. `place`: the layer's place in the film.
-std::string tile_field(JobId job, const std::string& layer, const LayerPlace& place, const TileSnapshot& tile);
+/// any ViewUpdate. `slice`: the layer's place in the film.
+std::string tile_field(JobId job, const std::string& layer, const LayerSlice& slice, const TileSnapshot& tile);
 
 /// Builds the ViewUpdate of one viewer, without tiles.
 class ViewUpdateWriter {

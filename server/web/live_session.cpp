@@ -5,7 +5,7 @@
 
 #include "common/base/log.h"
 #include "common/base/text.h"
-#include "server/runtime/stream_places.h"
+#include "server/runtime/stream_slots.h"
 
 namespace lightmill {
 namespace {
@@ -31,7 +31,7 @@ std::string reason_text(const Status& why) {
   return text.substr(0, end);
 }
 
-class LiveSession final : public LiveLink, public std::enable_shared_from_this<LiveSession> {
+class LiveSession final : public ViewerLink, public std::enable_shared_from_this<LiveSession> {
  public:
   LiveSession(WebParts& parts, WebStream&& stream, Call call, LiveHub::Holds holds)
       : parts_(parts), stream_(std::move(stream)), call_(std::move(call)), holds_(std::move(holds)) {}
@@ -69,7 +69,7 @@ class LiveSession final : public LiveLink, public std::enable_shared_from_this<L
       }
     });
   }
-  void send_away(const Status& why) override {
+  void close(const Status& why) override {
     if (!closing_) {
       close(why, static_cast<websocket::close_code>(kNoLongerAllowed));
     }
@@ -79,7 +79,7 @@ class LiveSession final : public LiveLink, public std::enable_shared_from_this<L
   void join() {
     parts_.hub.add(*this, call_, holds_);
     joined_ = true;
-    call_.place->on_give_way([mailbox = parts_.mailbox, weak = weak_from_this()] {
+    call_.slot->on_evict([mailbox = parts_.mailbox, weak = weak_from_this()] {
       mailbox->post([weak] {
         if (const auto self = weak.lock(); self != nullptr && !self->closing_) {
           self->close(resource_exhausted("another caller's page needs the place"),

@@ -83,25 +83,25 @@ void add_work(const FarmTotals& totals, MetricLines& out) {
 }
 
 void add_farm(const FarmMetrics& farm, MetricLines& out) {
-  const FarmSnapshot& snapshot = farm.snapshot;
+  const FarmGauges& gauges = farm.gauges;
   out.begin("lightmill_jobs", "Jobs by state.", "gauge");
-  for (std::size_t i = 0; i < snapshot.jobs.size(); ++i) {
-    out.line(fmt::format("lightmill_jobs{{state=\"{}\"}}", kStateNames[i]), static_cast<double>(snapshot.jobs[i]));
+  for (std::size_t i = 0; i < gauges.jobs.size(); ++i) {
+    out.line(fmt::format("lightmill_jobs{{state=\"{}\"}}", kStateNames[i]), static_cast<double>(gauges.jobs[i]));
   }
-  out.gauge("lightmill_units_out", "Units that workers have now.", static_cast<double>(snapshot.units_out));
+  out.gauge("lightmill_units_out", "Units that workers have now.", static_cast<double>(gauges.units_out));
   out.gauge("lightmill_queue_pixel_samples",
             "Samples of all pixels that unfinished jobs want now and that were not given out. Without jobs that end "
             "only by time.",
-            static_cast<double>(snapshot.free_pixel_samples));
+            static_cast<double>(gauges.free_pixel_samples));
   out.gauges("lightmill_workers", "Connected workers by state.", "state",
-             {{"rendering", static_cast<double>(snapshot.rendering)},
-              {"idle", static_cast<double>(snapshot.idle)},
-              {"draining", static_cast<double>(snapshot.draining)},
-              {"quarantined", static_cast<double>(snapshot.quarantined)}});
-  out.gauge("lightmill_worker_threads", "Threads of all connected workers.", static_cast<double>(snapshot.threads));
+             {{"rendering", static_cast<double>(gauges.rendering)},
+              {"idle", static_cast<double>(gauges.idle)},
+              {"draining", static_cast<double>(gauges.draining)},
+              {"quarantined", static_cast<double>(gauges.quarantined)}});
+  out.gauge("lightmill_worker_threads", "Threads of all connected workers.", static_cast<double>(gauges.threads));
   out.gauge("lightmill_results_rate_bytes",
             "Limit of results from all workers together, per second. Lower while results wait long.",
-            snapshot.results_rate);
+            gauges.results_rate);
   out.gauge("lightmill_wanted_workers", "Workers that the farm could use now.", farm.wanted_workers);
   out.gauge("lightmill_storing", "1 if results can be stored, 0 while no work is given out because they cannot.",
             farm.storing ? 1 : 0);

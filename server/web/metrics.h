@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "common/base/histogram.h"
-#include "server/domain/farm_totals.h"
+#include "server/domain/farm_metrics.h"
 #include "server/runtime/traffic.h"
 
 namespace lightmill {
@@ -17,7 +17,7 @@ inline constexpr std::string_view kMetricsType = "text/plain; version=0.0.4; cha
 /// Values from the farm thread.
 struct FarmMetrics {
   FarmTotals totals;
-  FarmSnapshot snapshot;
+  FarmGauges gauges;
   std::uint32_t wanted_workers = 0;
   bool storing = true;  ///< results can be stored durably, and there is space for them
 };

@@ -51,7 +51,7 @@ Status PageJobs::check(const std::string& page, const Call& call) const {
              : failed_precondition("the page for which this job is submitted has no connection: try again once it has");
 }
 
-std::function<void(JobId)> PageJobs::told_by_others(const std::string& page, const Call& call) {
+std::function<void(JobId)> PageJobs::submission_callback(const std::string& page, const Call& call) {
   return [on_web_thread = on_web_thread_, weak = std::weak_ptr<PageJobs*>(self_), page, call](JobId job) {
     on_web_thread([weak, page, call, job] {
       if (const auto here = weak.lock()) {

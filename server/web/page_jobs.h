@@ -35,7 +35,7 @@ class PageJobs {
   /// Whether a job may be submitted for this page. FAILED_PRECONDITION.
   Status check(const std::string& page, const Call& call) const;
   /// A function that adds a submitted job to the page, from any thread. The job is deleted if the page is gone by then.
-  std::function<void(JobId)> told_by_others(const std::string& page, const Call& call);
+  std::function<void(JobId)> submission_callback(const std::string& page, const Call& call);
   /// Deletes the jobs that are due.
   void tick();
 

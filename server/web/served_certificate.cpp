@@ -4,7 +4,7 @@
 
 namespace lightmill {
 
-Status ServedCertificate::look(std::int64_t now_unix_s) {
+Status ServedCertificate::reload(std::int64_t now_unix_s) {
   if (files_.certificate.empty()) {
     return ok_status();
   }

@@ -19,7 +19,7 @@ class ServedCertificate {
 
   /// Checks the files, and loads them if they are new. Errors are those of read_tls_files(); then the loaded
   /// certificate stays.
-  Status look(std::int64_t now_unix_s);
+  Status reload(std::int64_t now_unix_s);
   /// For the next connection. Null if connections are not encrypted.
   const std::shared_ptr<boost::asio::ssl::context>& context() const { return context_; }
   /// Host names in the certificate.

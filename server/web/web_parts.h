@@ -12,9 +12,9 @@
 
 #include "common/base/mutex.h"
 #include "server/listen/listener.h"
+#include "server/web/http_authenticator.h"
 #include "server/web/json_api.h"
 #include "server/web/live_hub.h"
-#include "server/web/logins.h"
 #include "server/web/page_files.h"
 #include "server/web/request_rules.h"
 #include "server/web/served_certificate.h"
@@ -60,7 +60,7 @@ struct WebParts {
   /// Threads for slow work, and for work that waits for the disk. A slow disk blocks nothing else.
   std::shared_ptr<boost::asio::thread_pool> side = std::make_shared<boost::asio::thread_pool>(2),
                                             disk = std::make_shared<boost::asio::thread_pool>(2);
-  Logins logins;
+  HttpAuthenticator authenticator;
   LiveHub hub;
   std::optional<boost::asio::io_context> io{1};
   std::optional<boost::asio::steady_timer> ticker, renewal;

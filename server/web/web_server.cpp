@@ -31,13 +31,14 @@ OnSideThread running_on(const std::shared_ptr<asio::thread_pool>& threads) {
 }
 
 FarmGreeting greeting_of(const WebOptions& options, Runtime& runtime) {
-  return {options.version, runtime.options().notices, {}, runtime.gate().asks()};
+  return {options.version, runtime.options().notices, {}, runtime.gate().authenticates()};
 }
 
 LiveHub::OnRefused recording_refusals(FarmLoop& loop, const Gate& gate) {
   return [&loop, &gate](const Call& call, JobId job, const Status& status) {
-    (void)loop.post(
-        [&gate, call, job, status](FarmLoop::Turn& turn) { record(turn, gate, call, {job.value}, status); });
+    (void)loop.post([&gate, call, job, status](FarmLoop::TaskContext& context) {
+      record(context, gate, call, {job.value}, status);
+    });
   };
 }
 
@@ -80,7 +81,7 @@ void renew_on(WebParts& parts) {
   parts.renewal->expires_after(kRenewalInterval);
   parts.renewal->async_wait([&parts](error_code error) {
     if (!error) {
-      (void)parts.certificate.look(system_clock().unix_milliseconds() / 1000);
+      (void)parts.certificate.reload(system_clock().unix_milliseconds() / 1000);
       renew_on(parts);
     }
   });
@@ -91,7 +92,7 @@ void renew_on(WebParts& parts) {
 Result<std::unique_ptr<WebServer>> WebServer::start(Runtime& runtime, const WebOptions& options) {
   LM_ASSIGN_OR_RETURN(const HostPort listen, parse_host_port(options.listen));
   ServedCertificate certificate(options.tls);
-  LM_RETURN_IF_ERROR(certificate.look(system_clock().unix_milliseconds() / 1000));
+  LM_RETURN_IF_ERROR(certificate.reload(system_clock().unix_milliseconds() / 1000));
   if (!is_loopback(listen.host) && certificate.context() == nullptr && !options.open_to_all) {
     return invalid_argument("{}: without a certificate, the page is served only to this machine", options.listen);
   }
@@ -120,13 +121,13 @@ WebParts::WebParts(Runtime& runtime, const WebOptions& web, ServedCertificate se
       options(web),
       pages(std::move(files)),
       certificate(std::move(served)),
-      logins(runtime.loop(), gate, system_clock()),
+      authenticator(runtime.loop(), gate, system_clock()),
       hub(runtime.loop(), greeting_of(options, runtime), posting_to(mailbox), system_clock(),
           recording_refusals(runtime.loop(), gate), options.view_bytes, discarding(runtime, posting_to(mailbox))),
       ticker(*io),
       renewal(*io),
-      api(std::in_place, ApiParts{runtime, logins, hub.page_jobs(), greeting_of(options, runtime), posting_to(mailbox),
-                                  running_on(side), options.file_bytes}) {
+      api(std::in_place, ApiParts{runtime, authenticator, hub.page_jobs(), greeting_of(options, runtime),
+                                  posting_to(mailbox), running_on(side), options.file_bytes}) {
   mailbox->set(&*io);
 }
 

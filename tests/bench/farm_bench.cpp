@@ -14,7 +14,7 @@
 
 #include "client/cli/child_process.h"
 #include "client/cli/console.h"
-#include "client/cli/farm_connection.h"
+#include "client/cli/coordinator_client.h"
 #include "client/cli/film_fetch.h"
 #include "client/cli/submission.h"
 #include "common/base/check.h"
@@ -60,7 +60,7 @@ int run_client(const Options& options) {
   render.spec.settings.seed = options.seed;
   cli::Signals signals;
   const cli::PreparedJob prepared = value_of(cli::make_job(render, signals));
-  cli::FarmConnection farm(options.client_of);
+  cli::CoordinatorClient farm(options.client_of);
   const cli::Console console(true);
   const auto start = std::chrono::steady_clock::now();
   const v1::Job job = value_of(cli::submit_job(farm, prepared, console));

@@ -98,14 +98,14 @@ Rendered render(const TestedScene& scene, const std::string& method_name, std::u
 /// cannot separate them.
 constexpr std::size_t kKinds = 7;
 using Row = std::array<double, kKinds>;
-constexpr std::array<const char*, kKinds> kKindNames{"pixel sample", "ray",          "gather", "gathered",
-                                                     "photon",       "photon's ray", "deposit"};
+constexpr std::array<const char*, kKinds> kKindNames{"pixel sample", "ray",          "gather",       "gathered",
+                                                     "photon",       "photon's ray", "stored photon"};
 Row row_of(const RenderCounters& c) {
   const auto number = [](std::uint64_t n) { return static_cast<double>(n); };
-  return {number(c.samples), number(c.closest_hit_rays) + kShadowRayCost * number(c.shadow_rays),
-          number(c.gathers), number(c.gathered),
-          number(c.photons), number(c.photon_rays),
-          number(c.deposits)};
+  return {number(c.samples),       number(c.closest_hit_rays) + kShadowRayCost * number(c.shadow_rays),
+          number(c.gathers),       number(c.gathered),
+          number(c.photons),       number(c.photon_rays),
+          number(c.stored_photons)};
 }
 
 struct Measured {

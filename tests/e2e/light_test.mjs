@@ -97,7 +97,7 @@ test('the meters stay while their job ends, and show its last readings at once',
 });
 
 test('photons are drawn at the pixels of a photon job, and leave nothing behind', async () => {
-  const reference = session.farm.lightmill('submit', measuredBox(), '--size', `${kSide}x${kSide}`, '--spp', '1', '--method', 'photon-dots:photons=10000').trim();
+  const reference = session.farm.lightmill('submit', measuredBox(), '--size', `${kSide}x${kSide}`, '--spp', '1', '--method', 'photon-map:photons=10000').trim();
   await session.waitForState(reference, 'DONE');
   await page.locator('.viewer canvas').focus();
   await page.keyboard.press('1');

@@ -196,7 +196,7 @@ class StoredFuzz : public test::CoordinatorTest {
     while (!film_reads.empty()) {
       StoredFilm film;
       const JobId job = std::exchange(film_reads, {}).front();  // one at a time
-      for (std::optional<FilmPlace> last = FilmPlace{}; last;) {
+      for (std::optional<FilmPosition> last = FilmPosition{}; last;) {
         FilmPiece piece = store.read_film(job, *last).value();
         std::ranges::move(piece.nodes, std::back_inserter(film));
         last = piece.last;
@@ -259,12 +259,12 @@ TEST_F(StoredFuzz, DamagedRowsAreRefusedOrGoneOnFrom) {
     auto store = open_sqlite_store(damaged, {.accept_loss = true});
     Result<StoredState> state = store.ok() ? (*store)->load() : Result<StoredState>(store.status());
     std::vector<StoreOp> repairs;
-    if (const Status status = state.ok() ? take_out_nonsense(*state, repairs) : state.status(); !status.ok()) {
+    if (const Status status = state.ok() ? remove_invalid_rows(*state, repairs) : state.status(); !status.ok()) {
       ++refused;
       EXPECT_FALSE(message_of(status).empty());
       continue;
     }
-    name_lost_nodes(*state);
+    report_lost_nodes(*state);
     EXPECT_TRUE(repairs.empty() || (*store)->commit(repairs).ok());
     const bool noticed = !state->damaged.empty() || !state->damaged_entries.empty() ||
                          !state->damaged_results.empty() || !state->damaged_jobs.empty();

@@ -188,16 +188,16 @@ std::string view_text(const Coordinator& coordinator, Time now) {
   for (const WorkerStatus& worker : coordinator.workers(now)) {
     text += text_of(worker) + "\n";
   }
-  const FarmCounts counts = coordinator.counts();
-  for (const WorkerCount& worker : counts.workers) {
+  const FarmLoad load = coordinator.load();
+  for (const WorkerCount& worker : load.workers) {
     text += text_of(worker) + "\n";
   }
-  const FarmSnapshot snapshot = coordinator.snapshot();
+  const FarmGauges gauges = coordinator.gauges();
   const FarmTotals& totals = coordinator.totals();
   text += fmt::format("{} samples, {} running, {} waiting; jobs {}, {} units, {} free, {} {} {} {} workers, {}, {}\n",
-                      counts.pixel_samples, counts.jobs_running, counts.jobs_waiting, fmt::join(snapshot.jobs, " "),
-                      snapshot.units_out, snapshot.free_pixel_samples, snapshot.rendering, snapshot.idle,
-                      snapshot.draining, snapshot.quarantined, snapshot.threads, snapshot.results_rate);
+                      load.pixel_samples, load.jobs_running, load.jobs_waiting, fmt::join(gauges.jobs, " "),
+                      gauges.units_out, gauges.free_pixel_samples, gauges.rendering, gauges.idle, gauges.draining,
+                      gauges.quarantined, gauges.threads, gauges.results_rate);
   text += fmt::format("{} {} {} {} {} {} {} {}\n", totals.units_leased, totals.units_lost, totals.results_merged,
                       totals.results_repeated, totals.results_verified, totals.results_wrong, totals.pixel_samples,
                       totals.jobs_failed);

@@ -33,7 +33,7 @@ class FailingStore final : public Store {
   Result<StoredState> load() override { return store_->load(); }
   Status check_structure() override { return store_->check_structure(); }
   bool tidy() override { return store_->tidy(); }
-  Result<FilmPiece> read_film(JobId job, const FilmPlace& after) override {
+  Result<FilmPiece> read_film(JobId job, const FilmPosition& after) override {
     return call<Result<FilmPiece>>([&] { return store_->read_film(job, after); });
   }
   Status commit(std::span<const StoreOp> ops) override {

@@ -4,19 +4,19 @@
 
 namespace lightmill::simulation {
 
-std::optional<Refused> WorkerSide::refuses(std::size_t index, const RenderSettings& settings) {
+std::optional<JobRefusal> WorkerSide::refuses(std::size_t index, const RenderSettings& settings) {
   if (clients_.job_of(settings).broken) {
-    return Refused{kBroken};
+    return JobRefusal{kBroken};
   }
   if (is_too_large(index, settings)) {
     ++world_.report.too_large;
-    return Refused{"too large", true};
+    return JobRefusal{"too large", true};
   }
   if (world_.chaos.refusals && workers_[index].lies != Lies::never && world_.random.chance(0.3)) {
     world_.inject("refusals out of spite");
-    return Refused{kSpite, world_.random.chance(0.5)};
+    return JobRefusal{kSpite, world_.random.chance(0.5)};
   }
-  return memory_ends(index, 0.02) ? std::optional(Refused{"out of memory", true}) : std::nullopt;
+  return memory_ends(index, 0.02) ? std::optional(JobRefusal{"out of memory", true}) : std::nullopt;
 }
 
 bool WorkerSide::is_too_large(std::size_t index, const RenderSettings& settings) const {

@@ -29,7 +29,7 @@ void WorkerSide::prepare(std::size_t index, const PrepareJob& job) {
   world_.after(world_.random.seconds_between(0.001, 0.2), [this, index, life, id, description = job.description] {
     const bool unavailable = world_.chaos.breaks && world_.random.chance(0.1);
     on_worker(index, life, [=, this](Session& session, SessionActions& actions) {
-      if (const std::optional<Refused> refused = refuses(index, description->settings)) {
+      if (const std::optional<JobRefusal> refused = refuses(index, description->settings)) {
         session.job_failed(id, *refused, world_.now, actions);
       } else if (unavailable) {
         session.job_unavailable(id, world_.now, actions);
@@ -58,7 +58,7 @@ void WorkerSide::run_pilot(std::size_t index, const RunPilot& pilot) {
     }
     const bool unavailable = world_.chaos.breaks && world_.random.chance(0.1);
     on_worker(index, life, [this, index, grant, unavailable](Session& session, SessionActions& actions) {
-      if (const std::optional<Refused> refused = refuses(index, grant->settings)) {
+      if (const std::optional<JobRefusal> refused = refuses(index, grant->settings)) {
         session.pilot_failed(grant->lease, *refused, world_.now, actions);
         return;
       }

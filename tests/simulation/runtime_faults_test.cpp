@@ -14,7 +14,7 @@
 #include <future>
 #include <sstream>
 
-#include "common/base/memory_end.h"
+#include "common/base/out_of_memory.h"
 #include "server/runtime/farm_loop.h"
 #include "server/store/sqlite/sqlite_store.h"
 #include "tests/simulation/failing_store.h"
@@ -79,14 +79,14 @@ class RunningFarm {
 
   int run(const std::map<JobId, StoredJob>& jobs) {
     for (const std::uint64_t worker : {1, 2}) {
-      loop_->post_always([worker](FarmLoop::Turn& turn) {
+      loop_->post_always([worker](FarmLoop::TaskContext& context) {
         WorkerHello hello{fmt::format("worker-{}", worker), "host", 1, 1, kUsualClass, kRendererVersion, {}, false};
         hello.identity = fmt::format("identity-{}", worker);
-        turn.farm.worker_connected(SessionId{worker}, hello, turn.now, turn.effects);
+        context.farm.worker_connected(SessionId{worker}, hello, context.now, context.effects);
       });
     }
     for (const auto& [id, job] : jobs) {
-      loop_->post_always([this, id = id, job = job](FarmLoop::Turn& turn) { submit(id, job, turn); });
+      loop_->post_always([this, id = id, job = job](FarmLoop::TaskContext& context) { submit(id, job, context); });
     }
     ended_.get_future().wait();
     loop_->stop_waiting();
@@ -107,11 +107,11 @@ class RunningFarm {
   }
   void tell(const std::string& line) const { (void)!::write(told_, line.data(), line.size()); }
 
-  void submit(JobId id, const StoredJob& job, FarmLoop::Turn& turn) {
+  void submit(JobId id, const StoredJob& job, FarmLoop::TaskContext& context) {
     MethodNotes notes;
     notes.candidates = job.methods;
-    if (turn.farm.submit(job.spec, turn.now, turn.unix_ms, turn.effects, notes).ok()) {
-      turn.callers.push_back([this, id](const Status& status) {
+    if (context.farm.submit(job.spec, context.now, context.unix_ms, context.effects, notes).ok()) {
+      context.callers.push_back([this, id](const Status& status) {
         if (status.ok()) {
           tell(fmt::format("J {}\n", id.value));
         }
@@ -125,38 +125,39 @@ class RunningFarm {
       for (const NodeKey& key : ack->keys) {
         tell(fmt::format("A {} {} {} {}\n", key.job.value, key.tile.value, key.range.level, key.range.index));
       }
-      loop_->post_always([this](FarmLoop::Turn& turn) { look(turn); });
+      loop_->post_always([this](FarmLoop::TaskContext& context) { look(context); });
     } else {
-      loop_->post_always([this, message = std::move(message)](FarmLoop::Turn& turn) { answer(message, turn); });
+      loop_->post_always(
+          [this, message = std::move(message)](FarmLoop::TaskContext& context) { answer(message, context); });
     }
   }
 
-  void answer(const Outgoing& message, FarmLoop::Turn& turn) {
+  void answer(const Outgoing& message, FarmLoop::TaskContext& context) {
     const auto say = [&](WorkerMessage answer) {
-      turn.farm.worker_message(message.to, std::move(answer), turn.now, turn.unix_ms, turn.effects);
+      context.farm.worker_message(message.to, std::move(answer), context.now, context.unix_ms, context.effects);
     };
     if (const auto* const grant = std::get_if<LeaseGrant>(&message.message)) {
       for (std::size_t i = 0; i < grant->unit.tiles.size(); ++i) {
-        if (std::optional<WorkerResult> result = render(*grant, i, turn.farm, turn.now)) {
+        if (std::optional<WorkerResult> result = render(*grant, i, context.farm, context.now)) {
           say(*std::move(result));
         }
       }
     } else if (const auto* const pilot = std::get_if<PilotGrant>(&message.message)) {
       say(pilot_report(*pilot));
     }
-    look(turn);
+    look(context);
   }
 
   /// After all jobs have ended, reads their films, and then ends the farm.
-  void look(FarmLoop::Turn& turn) {
-    const std::vector<JobStatus> jobs = turn.farm.jobs(turn.now);
+  void look(FarmLoop::TaskContext& context) {
+    const std::vector<JobStatus> jobs = context.farm.jobs(context.now);
     if (looked_ || jobs.size() < kJobs ||
         !std::ranges::all_of(jobs, [](const JobStatus& job) { return has_ended(job.state); })) {
       return;
     }
     looked_ = true;
     for (const JobStatus& job : jobs) {
-      turn.with_film(job.id, [this](FarmLoop::Turn&, const Status&) {
+      context.with_film(job.id, [this](FarmLoop::TaskContext&, const Status&) {
         if (++films_ == kJobs) {
           end();
         }
@@ -177,7 +178,7 @@ class RunningFarm {
 int run_farm(const std::filesystem::path& folder, std::uint64_t seed, const Trial& trial, int told) {
   spdlog::set_level(spdlog::level::off);
   ::alarm(kPatienceSeconds);
-  end_when_memory_ends("farm", kMemoryEnded);
+  exit_on_out_of_memory("farm", kMemoryEnded);
   FailingStore store(open_sqlite_store(StoredFarm::database_of(folder)).value(), trial.fault, trial.at_call, seed);
   StoredState state = store.load().value();
   RunningFarm farm(store, std::move(state), told);

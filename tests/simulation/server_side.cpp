@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "server/domain/grants.h"
+#include "server/domain/grant_signer.h"
 #include "server/store/check_rows.h"
 #include "tests/simulation/checks.h"
 #include "tests/simulation/client_side.h"
@@ -16,7 +16,7 @@ StoredState ServerSide::load_checked() {
   StoredState state = disk_.load(world_.bugs.hide_damage);
   epoch_ = state.epoch;
   std::vector<StoreOp> repairs;
-  if (const Status status = take_out_nonsense(state, repairs); !status.ok() || !repairs.empty()) {
+  if (const Status status = remove_invalid_rows(state, repairs); !status.ok() || !repairs.empty()) {
     world_.fail(fmt::format("a coordinator stored rows that it cannot load: {}",
                             status.ok() ? fmt::format("{} rows", repairs.size()) : message_of(status)));
   }
@@ -313,7 +313,7 @@ void ServerSide::falsify(const Stream& stream, WorkerResult& result) {
     result.hash = hash_of(result.node);
   }
   const auto grant = [&] {  // as if these samples had been granted
-    result.tag = Grants(disk_.secret()).tag(stream.name, result.lease, result.render_digest, result.key);
+    result.tag = GrantSigner(disk_.secret()).tag(stream.name, result.lease, result.render_digest, result.key);
   };
   if (world_.bugs.ignore_grants) {
     grant();

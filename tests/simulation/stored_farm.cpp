@@ -88,8 +88,8 @@ Result<std::unique_ptr<StoredFarm>> StoredFarm::start(const std::filesystem::pat
   LM_ASSIGN_OR_RETURN(farm->store_, open_sqlite_store(database_of(folder), {.accept_loss = accept_loss}));
   LM_ASSIGN_OR_RETURN(StoredState state, farm->store_->load());
   std::vector<StoreOp> repairs;
-  LM_RETURN_IF_ERROR(take_out_nonsense(state, repairs));
-  name_lost_nodes(state);
+  LM_RETURN_IF_ERROR(remove_invalid_rows(state, repairs));
+  report_lost_nodes(state);
   if (!repairs.empty()) {
     LM_RETURN_IF_ERROR(farm->store_->commit(repairs));
   }
@@ -127,7 +127,7 @@ void StoredFarm::settle(Effects& effects) {
 
 void StoredFarm::read_film(JobId job, Effects& effects) {
   StoredFilm film;
-  for (std::optional<FilmPlace> last = FilmPlace{}; last;) {
+  for (std::optional<FilmPosition> last = FilmPosition{}; last;) {
     Result<FilmPiece> piece = store_->read_film(job, *last);
     if (!piece.ok()) {
       return coordinator_->film_read(job, piece.status(), now_, effects);

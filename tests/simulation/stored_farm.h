@@ -39,7 +39,7 @@ class StoredFarm {
                                                    const std::map<Sha256, std::string>& sendable);
   static std::filesystem::path database_of(const std::filesystem::path& folder) { return folder / "lightmill.sqlite"; }
 
-  /// The loaded state after take_out_nonsense, with its lists of damage.
+  /// The loaded state after remove_invalid_rows, with its lists of damage.
   const StoredState& loaded() const { return loaded_; }
 
   void send_assets();

@@ -150,7 +150,7 @@ void WorkerSide::act(std::size_t index, const SessionActions& actions) {
                    [&](const RunInspection& inspection) { run_inspection(index, inspection); },
                    [&](const DropInspection&) { ++worker.inspection; },
                    [](const ResultStored&) {},
-                   [](const Say&) {},
+                   [](const LogNotice&) {},
                    [](const DropPilot&) {},  // a late answer must do no harm
                    [&](const RenderTile& tile) {
                      worker.last_tile = tile;

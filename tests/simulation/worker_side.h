@@ -114,7 +114,7 @@ class WorkerSide {
 
   // ---- refusing.cpp ----
   /// Why the worker refuses the job, if it does.
-  std::optional<Refused> refuses(std::size_t index, const RenderSettings& settings);
+  std::optional<JobRefusal> refuses(std::size_t index, const RenderSettings& settings);
   /// Whether the job is too large for the worker. One worker of each class takes all jobs.
   bool is_too_large(std::size_t index, const RenderSettings& settings) const;
   /// Draws whether the worker runs out of memory, with this probability. Then it restarts.

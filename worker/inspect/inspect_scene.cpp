@@ -44,9 +44,9 @@ std::vector<std::string> cut_all(std::vector<std::string> texts) {
 
 /// Reads only the headers of images. Workers that render decode them.
 Status check_images(const LoadedScene& loaded, const SceneLimits& limits, DecoderProcess& images,
-                    const InspectionHands& hands) {
+                    const InspectionHooks& hooks) {
   for (const ImageAsset& image : loaded.images) {
-    LM_RETURN_IF_ERROR(hands.go_on());
+    LM_RETURN_IF_ERROR(hooks.go_on());
     const Result<ImageSize> size = images.size(as_byte_view(loaded.assets.at(image.asset)), image.name);
     if (!size.ok()) {
       return with_context(size.status(), image.place);
@@ -67,11 +67,11 @@ void add_facts(const ReportRows& rows, Inspection& out) {
   }
 }
 
-Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& limits, const InspectionHands& hands) {
+Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& limits, const InspectionHooks& hooks) {
   std::uint64_t bytes = 0;
-  HandedFiles files([&](const Sha256& digest) -> Result<std::string> {
-    LM_RETURN_IF_ERROR(hands.go_on());
-    LM_ASSIGN_OR_RETURN(std::string file, hands.fetch(digest));
+  UploadedFiles files([&](const Sha256& digest) -> Result<std::string> {
+    LM_RETURN_IF_ERROR(hooks.go_on());
+    LM_ASSIGN_OR_RETURN(std::string file, hooks.fetch(digest));
     bytes += file.size();
     // A reader needs several times the size of its text, next to scenes that are being rendered.
     if (bytes > limits.bytes / kFilesShare) {
@@ -93,17 +93,17 @@ Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& li
 }
 
 Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& limits, DecoderProcess& images,
-                           const InspectionHands& hands) {
-  Result<LoadedScene> loaded = load(request, limits, hands);
+                           const InspectionHooks& hooks) {
+  Result<LoadedScene> loaded = load(request, limits, hooks);
   if (!loaded.ok()) {
     return as_senders(loaded.status());
   }
-  LM_RETURN_IF_ERROR(check_images(*loaded, limits, images, hands));
+  LM_RETURN_IF_ERROR(check_images(*loaded, limits, images, hooks));
   const Result<SceneReport> report = report_on(*loaded);
   if (!report.ok()) {
     return as_senders(report.status());
   }
-  LM_RETURN_IF_ERROR(hands.go_on());
+  LM_RETURN_IF_ERROR(hooks.go_on());
   const auto assets = [&](const Sha256& digest) -> Result<std::string> { return loaded->assets.at(digest); };
   LM_RETURN_IF_ERROR(check_memory(loaded->scene, assets, images, limits.bytes));
   Inspection out;
@@ -116,7 +116,7 @@ Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& 
   for (const auto& [digest, bytes] : loaded->assets) {
     out.assets.push_back(digest);  // a map: sorted, without duplicates
   }
-  LM_RETURN_IF_ERROR(hands.upload(loaded->assets, hands.go_on));
+  LM_RETURN_IF_ERROR(hooks.upload(loaded->assets, hooks.go_on));
   out.notices = cut_all(loaded->notices);
   add_facts(scene_rows(*loaded, *report), out);
   add_facts(fact_rows(report->facts), out);
@@ -135,8 +135,8 @@ Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& 
 }  // namespace
 
 Result<Inspection> inspect_scene(const InspectionRequest& request, const SceneLimits& limits, DecoderProcess& images,
-                                 const InspectionHands& hands) {
-  Result<Inspection> found = inspect(request, limits, images, hands);
+                                 const InspectionHooks& hooks) {
+  Result<Inspection> found = inspect(request, limits, images, hooks);
   return found.ok() ? std::move(found)
                     : Result<Inspection>(make_error(found.status().code(), "{}", cut(message_of(found.status()))));
 }

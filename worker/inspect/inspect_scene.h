@@ -12,7 +12,7 @@
 
 namespace lightmill {
 
-struct InspectionHands {
+struct InspectionHooks {
   AssetFetch fetch;
   /// Called before each file and each long step. An error ends the inspection.
   using GoOn = std::function<Status()>;
@@ -23,8 +23,8 @@ struct InspectionHands {
 };
 
 /// Reads only the files of the request. INVALID_ARGUMENT if they are wrong, RESOURCE_EXHAUSTED if they exceed `limits`.
-/// Otherwise the errors of `hands`.
+/// Otherwise the errors of `hooks`.
 Result<Inspection> inspect_scene(const InspectionRequest& request, const SceneLimits& limits, DecoderProcess& images,
-                                 const InspectionHands& hands);
+                                 const InspectionHooks& hooks);
 
 }  // namespace lightmill

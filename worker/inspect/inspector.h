@@ -17,7 +17,7 @@ namespace lightmill {
 /// inspection ends with DEADLINE_EXCEEDED at its next file or step.
 class Inspector {
  public:
-  using Upload = InspectionHands::Upload;
+  using Upload = InspectionHooks::Upload;
   using Done = std::function<void(InspectReport)>;
   Inspector(AssetCache& assets, const SceneLimits& limits, const DecoderOptions& decoder, Upload upload, Done done,
             const Clock& clock = system_clock());

@@ -11,8 +11,8 @@
 namespace lightmill {
 
 /// "out of memory while samples were rendered: …", with advice.
-Status memory_ended(std::string_view while_what);
-Status threads_ended(std::string_view while_what, const std::system_error& error);
+Status out_of_memory_error(std::string_view while_what);
+Status out_of_threads_error(std::string_view while_what, const std::system_error& error);
 
 /// Returns the Result of `make`. RESOURCE_EXHAUSTED if memory runs out, or a thread cannot start.
 template <class Make>
@@ -20,9 +20,9 @@ auto within_limits(std::string_view while_what, const Make& make) -> decltype(ma
   try {
     return make();
   } catch (const std::bad_alloc&) {
-    return memory_ended(while_what);
+    return out_of_memory_error(while_what);
   } catch (const std::system_error& error) {
-    return threads_ended(while_what, error);
+    return out_of_threads_error(while_what, error);
   }
 }
 

@@ -4,7 +4,7 @@
 #include <deque>
 
 #include "lightmill/v1/worker_service.grpc.pb.h"
-#include "worker/rpc/farm_link.h"
+#include "worker/rpc/coordinator_link.h"
 
 namespace lightmill {
 

@@ -31,7 +31,7 @@ void Session::message(const CoordinatorMessage& message, Time now, SessionAction
                  [&](const DrainRequest&) { begin_drain(false, now, actions); },
                  [&](const PilotGrant& grant) { grant_pilot(grant, actions); },
                  [&](const InspectGrant& grant) { grant_inspection(grant, actions); },
-                 [&](const Notice& notice) { actions.push_back(Say{notice.text}); },
+                 [&](const Notice& notice) { actions.push_back(LogNotice{notice.text}); },
                  [&](const Dismissal& dismissal) { exit(dismissal.reason, true, actions); },
              },
              message);
@@ -149,7 +149,7 @@ void Session::pilot_done(PilotReport report, Time now, SessionActions& actions) 
   advance(actions);
 }
 
-void Session::pilot_failed(LeaseId lease, const Refused& refused, Time now, SessionActions& actions) {
+void Session::pilot_failed(LeaseId lease, const JobRefusal& refused, Time now, SessionActions& actions) {
   (void)now;
   const auto found = pilots_.find(lease);
   if (exited_ || found == pilots_.end()) {
@@ -215,7 +215,7 @@ void Session::job_unavailable(JobId id, Time now, SessionActions& actions) {
   advance(actions);
 }
 
-void Session::job_failed(JobId id, const Refused& refused, Time now, SessionActions& actions) {
+void Session::job_failed(JobId id, const JobRefusal& refused, Time now, SessionActions& actions) {
   (void)now;
   const auto found = jobs_.find(id);
   if (exited_ || found == jobs_.end() || found->second.state != Job::State::preparing) {
@@ -225,7 +225,7 @@ void Session::job_failed(JobId id, const Refused& refused, Time now, SessionActi
   advance(actions);
 }
 
-void Session::refuse(JobId id, const Refused& refused, SessionActions& actions) {
+void Session::refuse(JobId id, const JobRefusal& refused, SessionActions& actions) {
   if (link_ == Link::up) {
     send(WorkerRefusal{id, refused.reason, refused.own_limits}, actions);
   }

@@ -106,12 +106,12 @@ struct Exit {
 };
 
 /// A message for the log.
-struct Say {
+struct LogNotice {
   std::string text;
 };
 
 using SessionAction = std::variant<OpenStream, CloseStream, SendMessage, PrepareJob, ForgetJob, RenderTile, StopTile,
-                                   RunPilot, DropPilot, RunInspection, DropInspection, ResultStored, Say, Exit>;
+                                   RunPilot, DropPilot, RunInspection, DropInspection, ResultStored, LogNotice, Exit>;
 using SessionActions = std::vector<SessionAction>;
 
 /// A tile from the rendering threads.
@@ -126,7 +126,7 @@ struct RenderedTile {
 };
 
 /// Why a job or a pilot cannot be rendered.
-struct Refused {
+struct JobRefusal {
   std::string reason;
   bool own_limits = false;  ///< of this worker; others may render it
 };
@@ -158,7 +158,7 @@ class Session {
 
   void job_ready(JobId job, Time now, SessionActions& actions);
   /// The job cannot be rendered by any worker (its scene does not compile, an asset is damaged), or not by this one.
-  void job_failed(JobId job, const Refused& refused, Time now, SessionActions& actions);
+  void job_failed(JobId job, const JobRefusal& refused, Time now, SessionActions& actions);
   /// Assets cannot be fetched now. The session asks again after `prepare_retry`.
   void job_unavailable(JobId job, Time now, SessionActions& actions);
   /// If the worker lacks something for a tile, it refuses the job, and others render it.
@@ -168,7 +168,7 @@ class Session {
 
   void pilot_done(PilotReport report, Time now, SessionActions& actions);
   /// See job_failed().
-  void pilot_failed(LeaseId lease, const Refused& refused, Time now, SessionActions& actions);
+  void pilot_failed(LeaseId lease, const JobRefusal& refused, Time now, SessionActions& actions);
   /// See job_unavailable().
   void pilot_unavailable(LeaseId lease, Time now, SessionActions& actions);
 
@@ -248,7 +248,7 @@ class Session {
   void erase_lease_if_finished(LeaseId lease, SessionActions& actions);
   void erase_leases_of(JobId job, SessionActions& actions);
   /// Drops the job, and tells the coordinator why.
-  void refuse(JobId job, const Refused& refused, SessionActions& actions);
+  void refuse(JobId job, const JobRefusal& refused, SessionActions& actions);
   void forget_job(JobId job, SessionActions& actions);
   void forget_job_if_idle(JobId job, SessionActions& actions);
   void exit(const std::string& reason, bool failed, SessionActions& actions);

@@ -83,7 +83,7 @@ void Session::send_results_again(SessionActions& actions) {
 }
 
 void Session::drop_everything(SessionActions& actions) {
-  actions.push_back(Say{"another farm answers at this address now: results for the old farm are dropped"});
+  actions.push_back(LogNotice{"another farm answers at this address now: results for the old farm are dropped"});
   stop_tiles([](const Rendering&) { return true; }, actions);
   while (!leases_.empty()) {
     erase_lease(leases_.begin()->first, actions);

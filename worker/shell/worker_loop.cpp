@@ -40,7 +40,7 @@ std::string text_of(const NodeKey& key) {
 }
 
 /// Another worker may render a job that exceeds this worker's limits (Preparer), or needs something that it lacks.
-Refused refused(const Status& status) {
+JobRefusal refused(const Status& status) {
   return {message_of(status),
           status.code() == StatusCode::kResourceExhausted || status.code() == StatusCode::kFailedPrecondition};
 }
@@ -241,7 +241,7 @@ void WorkerLoop::perform(const ResultStored& action) {
   spdlog::debug("lease {}: {} is stored by the coordinator", result.lease.value, text_of(result.key));
 }
 
-void WorkerLoop::perform(const Say& action) {
+void WorkerLoop::perform(const LogNotice& action) {
   spdlog::warn("the coordinator says: {}", printable(action.text));
 }
 

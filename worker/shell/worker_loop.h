@@ -12,13 +12,13 @@
 #include "worker/inspect/inspector.h"
 #include "worker/render/preparer.h"
 #include "worker/render/render_pool.h"
-#include "worker/rpc/farm_link.h"
+#include "worker/rpc/coordinator_link.h"
 #include "worker/session/session.h"
 
 namespace lightmill {
 
 struct WorkerOptions {
-  FarmAddress farm;
+  CoordinatorAddress farm;
   SessionConfig session;
   SceneCacheLimits scenes;
   SceneLimits scene;
@@ -53,7 +53,7 @@ class WorkerLoop {
   void perform(const RunInspection& action) { inspector_.add(action.grant); }
   void perform(const DropInspection&) { inspector_.drop(); }
   void perform(const ResultStored& action);
-  void perform(const Say& action);
+  void perform(const LogNotice& action);
   void perform(const Exit& action);
   void open_if_due(Time now);
   void job_prepared(const JobDescription& description, const Result<PreparedJob>& prepared, Time now);
@@ -88,7 +88,7 @@ class WorkerLoop {
   std::vector<Event> events_ LM_GUARDED_BY(mutex_);
 
   // These threads post events, so they end first.
-  FarmLink link_;
+  CoordinatorLink link_;
   std::jthread explaining_;  ///< explains why there is no connection; uses link_
   AssetCache assets_;
   Preparer preparer_;

@@ -58,20 +58,20 @@ bool StateFolder::has_token() const {
   return fs::exists(token_file(), error);
 }
 
-Result<NewToken> StateFolder::asked_token() {
-  if (const Result<std::string> kept = read_file(asked_file(), kMaxTokenFileBytes); kept.ok()) {
+Result<NewToken> StateFolder::pending_token() {
+  if (const Result<std::string> kept = read_file(pending_file(), kMaxTokenFileBytes); kept.ok()) {
     if (Result<NewToken> token = token_of(kept->substr(0, kept->find('\n'))); token.ok()) {
       return token;
     }
   }
   LM_ASSIGN_OR_RETURN(NewToken token, make_token());
-  LM_RETURN_IF_ERROR(write_secret_file(asked_file(), as_byte_view(token.text + "\n"), true));
+  LM_RETURN_IF_ERROR(write_secret_file(pending_file(), as_byte_view(token.text + "\n"), true));
   return token;
 }
 
-Status StateFolder::keep_asked_token() {
+Status StateFolder::commit_pending_token() {
   std::error_code error;
-  fs::rename(asked_file(), token_file(), error);
+  fs::rename(pending_file(), token_file(), error);
   if (error) {
     return unavailable("cannot write {}: {}", token_file().string(), error.message());
   }

@@ -23,13 +23,13 @@ class StateFolder {
 
   /// The token that the worker requests from its farm. It is kept until the farm confirms it. If the reply is lost, the
   /// repeated request is the same request.
-  Result<NewToken> asked_token();
+  Result<NewToken> pending_token();
   /// The farm has confirmed the requested token. It replaces the old one.
-  Status keep_asked_token();
+  Status commit_pending_token();
 
  private:
   StateFolder(std::filesystem::path path, FileLock lock) : path_(std::move(path)), lock_(std::move(lock)) {}
-  std::filesystem::path asked_file() const { return path_ / "token.asked"; }
+  std::filesystem::path pending_file() const { return path_ / "token.asked"; }
 
   std::filesystem::path path_;
   FileLock lock_;

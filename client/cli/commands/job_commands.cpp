@@ -85,7 +85,7 @@ struct ListOptions {
   bool all = false;
 };
 
-Status list_jobs(FarmConnection& connection, const Console& console, const ListOptions& options) {
+Status list_jobs(CoordinatorClient& connection, const Console& console, const ListOptions& options) {
   v1::ListJobsRequest request;
   for (const std::string& state : options.states) {
     LM_ASSIGN_OR_RETURN(const JobState parsed, parse_state(state));
@@ -129,10 +129,10 @@ Result<Done> done(const Result<v1::Job>& job) {
   return Done{to_json(*job), fmt::format("job {} is {} ({})", job->id(), state_name(job->state()), samples_text(*job))};
 }
 
-using JobCall = std::function<Result<Done>(FarmConnection&, const JobOptions&, std::uint64_t job)>;
+using JobCall = std::function<Result<Done>(CoordinatorClient&, const JobOptions&, std::uint64_t job)>;
 
 /// Makes the call for each job, and continues after a failure. A farm that does not answer ends the loop.
-ExitCode call_for_each(FarmConnection& connection, const Console& console, const JobOptions& options,
+ExitCode call_for_each(CoordinatorClient& connection, const Console& console, const JobOptions& options,
                        const JobCall& call) {
   json objects = json::array(), failed = json::array();
   Status failure = ok_status();
@@ -178,7 +178,7 @@ CLI::App* add_job_command(CLI::App& app, Context& context, const std::shared_ptr
   command->callback([&context, options, call] {
     context.run = [&context, options, call](const Console& console) {
       ExitCode code = kDone;
-      const ExitCode connected = with_farm(console, context.common, [&](FarmConnection& connection) {
+      const ExitCode connected = with_farm(console, context.common, [&](CoordinatorClient& connection) {
         code = call_for_each(connection, console, *options, call);
         return ok_status();
       });
@@ -213,7 +213,7 @@ void add_job_commands(CLI::App& app, Context& context) {
   jobs->callback([&context, list] {
     context.run = [&context, list](const Console& console) {
       return with_farm(console, context.common,
-                       [&](FarmConnection& connection) { return list_jobs(connection, console, *list); });
+                       [&](CoordinatorClient& connection) { return list_jobs(connection, console, *list); });
     };
   });
 
@@ -221,17 +221,19 @@ void add_job_commands(CLI::App& app, Context& context) {
     return add_job_command(app, context, options, name, about, call);
   };
   add("cancel", "Cancel jobs. Their pictures can still be fetched.",
-      [](FarmConnection& connection, const JobOptions&, std::uint64_t job) {
+      [](CoordinatorClient& connection, const JobOptions&, std::uint64_t job) {
         return done(connection.cancel_job(job));
       });
   add("pause", "Pause jobs. `resume` continues them.",
-      [](FarmConnection& connection, const JobOptions&, std::uint64_t job) { return done(connection.pause_job(job)); });
-  add("resume", "Resume paused jobs.", [](FarmConnection& connection, const JobOptions&, std::uint64_t job) {
+      [](CoordinatorClient& connection, const JobOptions&, std::uint64_t job) {
+        return done(connection.pause_job(job));
+      });
+  add("resume", "Resume paused jobs.", [](CoordinatorClient& connection, const JobOptions&, std::uint64_t job) {
     return done(connection.resume_job(job));
   });
 
   add("priority", "Set the priority of jobs.",
-      [](FarmConnection& connection, const JobOptions& given, std::uint64_t job) {
+      [](CoordinatorClient& connection, const JobOptions& given, std::uint64_t job) {
         return done(connection.set_priority(job, given.priority));
       })
       ->add_option("--to", options->priority, "jobs with a higher priority go first; the default is 0")
@@ -240,7 +242,7 @@ void add_job_commands(CLI::App& app, Context& context) {
       ->check(signed_whole_number(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()));
 
   CLI::App* extend = add("extend", "Raise the goal of jobs, also of finished ones.",
-                         [](FarmConnection& connection, const JobOptions& given, std::uint64_t job) -> Result<Done> {
+                         [](CoordinatorClient& connection, const JobOptions& given, std::uint64_t job) -> Result<Done> {
                            double error = 0;
                            if (!given.error.empty()) {
                              LM_ASSIGN_OR_RETURN(error, parse_error(given.error));
@@ -259,7 +261,7 @@ void add_job_commands(CLI::App& app, Context& context) {
   limits->require_option(1, 2);
 
   add("delete", "Delete ended jobs and their films.",
-      [](FarmConnection& connection, const JobOptions& given, std::uint64_t job) -> Result<Done> {
+      [](CoordinatorClient& connection, const JobOptions& given, std::uint64_t job) -> Result<Done> {
         LM_RETURN_IF_ERROR(connection.delete_job(job, given.cancel));
         return Done{json{{"id", job}, {"deleted", true}}, fmt::format("job {} and its film are deleted", job)};
       })

@@ -61,7 +61,7 @@ json action_json(const v1::Action& action) {
   return object;
 }
 
-Status show_log(FarmConnection& connection, const Console& console, const LogOptions& options) {
+Status show_log(CoordinatorClient& connection, const Console& console, const LogOptions& options) {
   v1::ListActionsRequest request;
   request.set_job(options.job);
   request.set_who(options.who);
@@ -107,7 +107,7 @@ void add_log_command(CLI::App& app, Context& context) {
   command->callback([&context, options] {
     context.run = [&context, options](const Console& console) {
       return with_farm(console, context.common,
-                       [&](FarmConnection& connection) { return show_log(connection, console, *options); });
+                       [&](CoordinatorClient& connection) { return show_log(connection, console, *options); });
     };
   });
 }

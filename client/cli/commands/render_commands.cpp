@@ -35,7 +35,7 @@ struct RenderCommandOptions {
   unsigned threads = 0;
 };
 
-void say_notices(const Console& console, const PreparedJob& job) {
+void print_notices(const Console& console, const PreparedJob& job) {
   for (const std::string& notice : job.scene.notices) {
     console.notice("note: " + notice);
   }
@@ -67,7 +67,7 @@ std::string save_interrupted(Farm& farm, std::uint64_t id, const std::vector<std
 void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::string& server,
                      const std::vector<std::string>& outputs, const ViewSettings& view, const Console& console,
                      nlohmann::json& object) {
-  if (farm.private_farm) {
+  if (farm.local_farm) {
     console.notice(
         fmt::format("interrupted; {}; the local farm is stopped", save_interrupted(farm, id, outputs, view, object)));
     return;
@@ -84,7 +84,7 @@ void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::stri
                      : fmt::format("interrupted; job {} could not be cancelled: {}", id, message_of(job.status())));
 }
 
-void say_if_nobody_renders(const Console& console, FarmConnection& connection) {
+void warn_if_no_worker(const Console& console, CoordinatorClient& connection) {
   const Result<ListedWorkers> workers = connection.list_workers();
   if (workers.ok() && workers->items.empty()) {
     console.notice(
@@ -110,7 +110,7 @@ ExitCode render(Context& context, const Console& console, RenderCommandOptions o
   if (!prepared.ok()) {
     return console.fail(prepared.status());
   }
-  say_notices(console, *prepared);
+  print_notices(console, *prepared);
   const bool exr = std::ranges::any_of(outputs, [](const std::string& path) { return lower_ending(path) == ".exr"; });
   if (!options.render.layers.empty() && !exr) {
     console.notice("note: --layers are written only to EXR files, and none is written: " +
@@ -125,8 +125,8 @@ ExitCode render(Context& context, const Console& console, RenderCommandOptions o
   if (!submitted.ok()) {
     return console.fail(submitted.status());
   }
-  if (!farm->private_farm) {
-    say_if_nobody_renders(console, *farm->connection);
+  if (!farm->local_farm) {
+    warn_if_no_worker(console, *farm->connection);
   }
   ProgressPrinter progress(console, system_clock());
   const Result<v1::Job> job = follow_job(*farm, submitted->id(), false, context.signals, console,
@@ -147,8 +147,8 @@ ExitCode submit(Context& context, const Console& console, const RenderOptions& o
   if (!prepared.ok()) {
     return console.fail(prepared.status());
   }
-  say_notices(console, *prepared);
-  return with_farm(console, context.common, [&](FarmConnection& connection) -> Status {
+  print_notices(console, *prepared);
+  return with_farm(console, context.common, [&](CoordinatorClient& connection) -> Status {
     LM_ASSIGN_OR_RETURN(const v1::Job job, submit_job(connection, *prepared, console));
     console.object(to_json(job, prepared->scene.notices));
     for (const std::string& line : method_lines(job)) {

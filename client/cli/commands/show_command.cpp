@@ -98,7 +98,7 @@ struct ShowOptions {
   std::string chart;
 };
 
-Status show_job(FarmConnection& connection, const Console& console, const ShowOptions& options) {
+Status show_job(CoordinatorClient& connection, const Console& console, const ShowOptions& options) {
   LM_ASSIGN_OR_RETURN(const AssembledFilm film, fetch_film(connection, options.job));
   if (!options.chart.empty()) {
     LM_RETURN_IF_ERROR(
@@ -135,7 +135,7 @@ void add_show_command(CLI::App& app, Context& context) {
   command->callback([&context, options] {
     context.run = [&context, options](const Console& console) {
       return with_farm(console, context.common,
-                       [&](FarmConnection& connection) { return show_job(connection, console, *options); });
+                       [&](CoordinatorClient& connection) { return show_job(connection, console, *options); });
     };
   });
 }

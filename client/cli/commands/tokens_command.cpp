@@ -62,7 +62,7 @@ std::string purpose_of(const v1::Token& token, Roles roles) {
                                 : fmt::format("of '{}' ({})", token.name(), names_of(roles));
 }
 
-Status create(FarmConnection& connection, const Console& console, const TokenOptions& options) {
+Status create(CoordinatorClient& connection, const Console& console, const TokenOptions& options) {
   const bool enrols = options.enrolments > 0;
   LM_ASSIGN_OR_RETURN(const Roles roles, enrols ? Roles{Role::enrol} : parse_roles(options.roles));
   LM_ASSIGN_OR_RETURN(const NewToken made, make_token());
@@ -97,7 +97,7 @@ Status create(FarmConnection& connection, const Console& console, const TokenOpt
   return ok_status();
 }
 
-Status list(FarmConnection& connection, const Console& console) {
+Status list(CoordinatorClient& connection, const Console& console) {
   LM_ASSIGN_OR_RETURN(std::vector<v1::Token> tokens, connection.list_tokens());
   std::ranges::sort(tokens, {},
                     [](const v1::Token& token) { return std::tuple(token.name(), token.made_unix_s(), token.id()); });
@@ -124,7 +124,7 @@ Status list(FarmConnection& connection, const Console& console) {
   return ok_status();
 }
 
-Status revoke(FarmConnection& connection, const Console& console, const TokenOptions& options) {
+Status revoke(CoordinatorClient& connection, const Console& console, const TokenOptions& options) {
   v1::RevokeTokenRequest request;
   request.set_id(options.id);
   request.set_enrolled(options.enrolled);
@@ -151,7 +151,8 @@ Status revoke(FarmConnection& connection, const Console& console, const TokenOpt
   return ok_status();
 }
 
-void run_it(CLI::App* command, Context& context, const std::function<Status(FarmConnection&, const Console&)>& action) {
+void run_it(CLI::App* command, Context& context,
+            const std::function<Status(CoordinatorClient&, const Console&)>& action) {
   add_common_options(*command, context);
   command->callback([&context, command, action] {
     if (!command->get_subcommands().empty()) {
@@ -159,7 +160,7 @@ void run_it(CLI::App* command, Context& context, const std::function<Status(Farm
     }
     context.run = [&context, action](const Console& console) {
       return with_farm(console, context.common,
-                       [&](FarmConnection& connection) { return action(connection, console); });
+                       [&](CoordinatorClient& connection) { return action(connection, console); });
     };
   });
 }
@@ -199,7 +200,7 @@ void add_token_commands(CLI::App& app, Context& context) {
       ->needs("--enrol");
   made->add_option("--out", options->out, "write it to this file, readable only by its owner, instead of printing it")
       ->type_name("FILE");
-  run_it(made, context, [options](FarmConnection& connection, const Console& console) {
+  run_it(made, context, [options](CoordinatorClient& connection, const Console& console) {
     return create(connection, console, *options);
   });
 
@@ -207,7 +208,7 @@ void add_token_commands(CLI::App& app, Context& context) {
   revoked->add_option("ID", options->id, "its id, as `tokens` prints it")->required();
   revoked->add_flag("--enrolled", options->enrolled,
                     "also revoke the tokens of all workers that it enrolled; the token itself may be revoked already");
-  run_it(revoked, context, [options](FarmConnection& connection, const Console& console) {
+  run_it(revoked, context, [options](CoordinatorClient& connection, const Console& console) {
     return revoke(connection, console, *options);
   });
 }

@@ -5,10 +5,10 @@
 
 #include <limits>
 
+#include "client/cli/async_call.h"
 #include "client/cli/context.h"
 #include "client/cli/farm_choice.h"
 #include "client/cli/job_json.h"
-#include "client/cli/looking.h"
 #include "client/cli/progress.h"
 #include "client/cli/screen.h"
 #include "client/cli/top_view.h"
@@ -40,98 +40,98 @@ Result<double> parse_interval(std::string_view text) {
   return seconds;
 }
 
-Result<FarmLook> look_at(FarmConnection& connection) {
+Result<TopSnapshot> fetch_snapshot(CoordinatorClient& connection) {
   v1::ListJobsRequest unfinished;
   unfinished.set_unfinished(true);
   LM_ASSIGN_OR_RETURN(ListedJobs jobs, connection.list_jobs(unfinished, std::numeric_limits<std::size_t>::max()));
   LM_ASSIGN_OR_RETURN(ListedWorkers workers, connection.list_workers());
-  return FarmLook{connection.address(), std::move(jobs.items),      std::move(workers.items),
-                  workers.wanted,       std::move(workers.notices), ""};
+  return TopSnapshot{connection.address(), std::move(jobs.items),      std::move(workers.items),
+                     workers.wanted,       std::move(workers.notices), ""};
 }
 
 /// A snapshot of the farm in progress.
-struct Look : Looking<FarmLook> {
-  explicit Look(FarmConnection& connection)
-      : Looking([&connection] { return look_at(connection); }, [&connection] { connection.cancel_calls(); }) {}
+struct SnapshotCall : AsyncCall<TopSnapshot> {
+  explicit SnapshotCall(CoordinatorClient& connection)
+      : AsyncCall([&connection] { return fetch_snapshot(connection); }, [&connection] { connection.cancel_calls(); }) {}
 };
 
-nlohmann::json look_json(const FarmLook& look) {
+nlohmann::json snapshot_json(const TopSnapshot& snapshot) {
   nlohmann::json jobs = nlohmann::json::array(), workers = nlohmann::json::array();
-  for (const v1::Job& job : look.jobs) {
+  for (const v1::Job& job : snapshot.jobs) {
     if (!has_ended(job.state())) {
       jobs.push_back(to_json(job));
     }
   }
-  for (const v1::Worker& worker : look.workers) {
+  for (const v1::Worker& worker : snapshot.workers) {
     workers.push_back(to_json(worker));
   }
-  return {{"jobs", jobs}, {"workers", workers}, {"wanted_workers", look.wanted}, {"notices", look.notices}};
+  return {{"jobs", jobs}, {"workers", workers}, {"wanted_workers", snapshot.wanted}, {"notices", snapshot.notices}};
 }
 
 /// CANCELLED where the user interrupts.
-Result<FarmLook> first_look(FarmConnection& connection, const Signals& signals) {
-  Look looking(connection);
-  while (!looking.done(kTick)) {
+Result<TopSnapshot> first_snapshot(CoordinatorClient& connection, const Signals& signals) {
+  SnapshotCall call(connection);
+  while (!call.done(kTick)) {
     if (signals.interrupted()) {
       return cancelled("interrupted");
     }
   }
-  return looking.result();
+  return call.result();
 }
 
-/// Shows the farm, beginning with `look`, until the user leaves.
-void follow_farm(FarmConnection& connection, FarmLook look, Duration interval, Signals& signals) {
-  std::optional<Look> looking;
-  Screen screen(signals);  // destroyed before `looking`, which may take long to cancel: the terminal is restored first
+/// Shows the farm, beginning with `snapshot`, until the user leaves.
+void follow_farm(CoordinatorClient& connection, TopSnapshot snapshot, Duration interval, Signals& signals) {
+  std::optional<SnapshotCall> call;
+  Screen screen(signals);  // destroyed before `call`, which may take long to cancel: the terminal is restored first
   SteadyTime since = std::chrono::steady_clock::now();  // when the snapshot in progress began, or the last one ended
   std::optional<Screen::Size> shown;                    // of the screen's content; empty: out of date
   do {
     const SteadyTime now = std::chrono::steady_clock::now();
-    if (looking && looking->done()) {
-      Result<FarmLook> next = looking->result();
+    if (call && call->done()) {
+      Result<TopSnapshot> next = call->result();
       if (next.ok()) {
-        look = *std::move(next);
+        snapshot = *std::move(next);
       } else {
-        look.trouble = message_of(next.status());
+        snapshot.trouble = message_of(next.status());
       }
-      looking.reset();
+      call.reset();
       since = now;
       shown.reset();
-    } else if (!looking && now - since >= interval) {
-      looking.emplace(connection);
+    } else if (!call && now - since >= interval) {
+      call.emplace(connection);
       since = now;
-    } else if (looking && now - since >= kSilence) {
+    } else if (call && now - since >= kSilence) {
       const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(now - since);
-      if (std::string trouble = fmt::format("no answer for {} s", seconds.count()); trouble != look.trouble) {
-        look.trouble = std::move(trouble);
+      if (std::string trouble = fmt::format("no answer for {} s", seconds.count()); trouble != snapshot.trouble) {
+        snapshot.trouble = std::move(trouble);
         shown.reset();
       }
     }
     if (const Screen::Size size = Screen::size(); shown != size) {
-      Screen::show(top_lines(look, size.columns, size.rows));
+      Screen::show(top_lines(snapshot, size.columns, size.rows));
       shown = size;
     }
-  } while (!screen.asked_to_leave(kTick));
+  } while (!screen.quit_requested(kTick));
 }
 
 ExitCode top(Context& context, const Console& console, const TopOptions& options) {
-  const Result<std::unique_ptr<FarmConnection>> connection = connect(context.common);
+  const Result<std::unique_ptr<CoordinatorClient>> connection = connect(context.common);
   if (!connection.ok()) {
     return console.fail(connection.status());
   }
-  Result<FarmLook> look = first_look(**connection, context.signals);
-  if (!look.ok()) {
-    return console.fail(look.status());
+  Result<TopSnapshot> snapshot = first_snapshot(**connection, context.signals);
+  if (!snapshot.ok()) {
+    return console.fail(snapshot.status());
   }
   if (options.once || console.json() || ::isatty(STDOUT_FILENO) != 1) {
-    console.object(look_json(*look));
-    for (const std::string& line : top_lines(*look, 0, 0)) {
+    console.object(snapshot_json(*snapshot));
+    for (const std::string& line : top_lines(*snapshot, 0, 0)) {
       console.result(line);
     }
     return kDone;
   }
   const std::chrono::duration<double> interval(*parse_interval(options.interval));
-  follow_farm(**connection, *std::move(look), std::chrono::duration_cast<Duration>(interval), context.signals);
+  follow_farm(**connection, *std::move(snapshot), std::chrono::duration_cast<Duration>(interval), context.signals);
   return kDone;
 }
 

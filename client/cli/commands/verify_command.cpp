@@ -39,7 +39,7 @@ struct VerifyOptions {
 };
 
 /// A tile to render again.
-struct Again {
+struct TileRerender {
   PixelRect rect;
   std::uint64_t job = 0;
 };
@@ -82,8 +82,8 @@ Result<Task> prepare(const VerifyOptions& options, std::uint64_t seed, Signals& 
   return task;
 }
 
-Result<Again> submit_tile(Farm& farm, const Task& task, const PixelRect& rect, std::uint64_t seed, std::uint64_t nonce,
-                          const Console& console) {
+Result<TileRerender> submit_tile(Farm& farm, const Task& task, const PixelRect& rect, std::uint64_t seed,
+                                 std::uint64_t nonce, const Console& console) {
   PreparedJob job{task.job.spec, {}};
   job.scene.assets = task.job.scene.assets;
   job.spec.settings.crop = rect;
@@ -94,16 +94,16 @@ Result<Again> submit_tile(Farm& farm, const Task& task, const PixelRect& rect, s
   job.spec.name = as_name(fmt::format("verify {}", task.picture.receipt.name));
   job.spec.owner = "verify";
   LM_ASSIGN_OR_RETURN(const v1::Job submitted, submit_job(*farm.connection, job, console));
-  return Again{rect, submitted.id()};
+  return TileRerender{rect, submitted.id()};
 }
 
 /// Returns the difference, or an empty text. An error means that the comparison was not possible.
-Result<std::string> compare(Farm& farm, const Task& task, const Again& again, Signals& signals,
+Result<std::string> compare(Farm& farm, const Task& task, const TileRerender& rerender, Signals& signals,
                             const Console& console) {
   LM_ASSIGN_OR_RETURN(const v1::Job job,
-                      follow_job(farm, again.job, false, signals, console, [](const v1::WatchJobResponse&) {}));
+                      follow_job(farm, rerender.job, false, signals, console, [](const v1::WatchJobResponse&) {}));
   if (job.state() != v1::JOB_STATE_DONE) {
-    return make_error(StatusCode::kAborted, "job {} {}: {}", again.job, state_name(job.state()), job.reason());
+    return make_error(StatusCode::kAborted, "job {} {}: {}", rerender.job, state_name(job.state()), job.reason());
   }
   if (job.fingerprint_class() != task.picture.receipt.fingerprint_class) {
     return failed_precondition(
@@ -111,8 +111,8 @@ Result<std::string> compare(Farm& farm, const Task& task, const Again& again, Si
         "are correct",
         job.fingerprint_class(), task.picture.receipt.fingerprint_class);
   }
-  LM_ASSIGN_OR_RETURN(const AssembledFilm film, fetch_film(*farm.connection, again.job));
-  return compare_tile(task.picture, film.picture, again.rect);
+  LM_ASSIGN_OR_RETURN(const AssembledFilm film, fetch_film(*farm.connection, rerender.job));
+  return compare_tile(task.picture, film.picture, rerender.rect);
 }
 
 ExitCode verify(Context& context, const Console& console, const VerifyOptions& options) {
@@ -133,15 +133,15 @@ ExitCode verify(Context& context, const Console& console, const VerifyOptions& o
   if (!farm.ok()) {
     return console.fail(farm.status());
   }
-  std::vector<Again> tiles;
+  std::vector<TileRerender> tiles;
   Status status;
   nlohmann::json wrong = nlohmann::json::array();
   std::vector<std::string> lines;
   for (std::size_t i = 0; i < task->tiles.size() && status.ok(); ++i) {
-    const Result<Again> again = submit_tile(*farm, *task, task->tiles[i], seed, nonce, console);
-    status = again.status();
-    if (again.ok()) {
-      tiles.push_back(*again);
+    const Result<TileRerender> rerender = submit_tile(*farm, *task, task->tiles[i], seed, nonce, console);
+    status = rerender.status();
+    if (rerender.ok()) {
+      tiles.push_back(*rerender);
     }
   }
   for (std::size_t i = 0; i < tiles.size() && status.ok(); ++i) {
@@ -153,9 +153,9 @@ ExitCode verify(Context& context, const Console& console, const VerifyOptions& o
       lines.push_back(fmt::format("the {}x{} pixels at {}, {}: {}", rect.width, rect.height, rect.x, rect.y, *differs));
     }
   }
-  for (const Again& again : tiles) {  // a private farm's jobs end with it
-    if (!farm->private_farm) {
-      (void)farm->connection->delete_job(again.job, true);
+  for (const TileRerender& rerender : tiles) {  // a private farm's jobs end with it
+    if (!farm->local_farm) {
+      (void)farm->connection->delete_job(rerender.job, true);
     }
   }
   if (!status.ok()) {

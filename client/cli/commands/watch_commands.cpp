@@ -77,7 +77,7 @@ ExitCode watch(Context& context, const Console& console, const WatchOptions& opt
   if (const Status status = check_outputs(options.picture.outputs); !status.ok()) {
     return console.fail(status);
   }
-  Result<std::unique_ptr<FarmConnection>> connection = connect(context.common);
+  Result<std::unique_ptr<CoordinatorClient>> connection = connect(context.common);
   if (!connection.ok()) {
     return console.fail(connection.status());
   }
@@ -102,7 +102,7 @@ ExitCode fetch(Context& context, const Console& console, const WatchOptions& opt
   if (const Status status = check_outputs(options.picture.outputs); !status.ok()) {
     return console.fail(status);
   }
-  const Result<std::unique_ptr<FarmConnection>> connection = connect(context.common);
+  const Result<std::unique_ptr<CoordinatorClient>> connection = connect(context.common);
   if (!connection.ok()) {
     return console.fail(connection.status());
   }

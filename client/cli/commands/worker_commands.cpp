@@ -15,7 +15,8 @@ namespace {
 using nlohmann::json;
 
 /// `server`: the end of commands that reach the same farm.
-Status list_workers(FarmConnection& connection, const Console& console, const std::string& server, bool only_wanted) {
+Status list_workers(CoordinatorClient& connection, const Console& console, const std::string& server,
+                    bool only_wanted) {
   LM_ASSIGN_OR_RETURN(const ListedWorkers listed, connection.list_workers());
   const std::vector<v1::Worker>& workers = listed.items;
   json objects = json::array();
@@ -53,14 +54,14 @@ Status list_workers(FarmConnection& connection, const Console& console, const st
   return ok_status();
 }
 
-Status drain_worker(FarmConnection& connection, const Console& console, const std::string& name) {
+Status drain_worker(CoordinatorClient& connection, const Console& console, const std::string& name) {
   LM_ASSIGN_OR_RETURN(const v1::Worker worker, connection.drain_worker(name));
   console.object(to_json(worker));
   console.result(fmt::format("worker {} finishes its units and leaves", name));
   return ok_status();
 }
 
-Status quarantine_worker(FarmConnection& connection, const Console& console,
+Status quarantine_worker(CoordinatorClient& connection, const Console& console,
                          const v1::QuarantineWorkerRequest& request) {
   LM_ASSIGN_OR_RETURN(const v1::Worker worker, connection.quarantine_worker(request));
   console.object(to_json(worker));
@@ -70,7 +71,7 @@ Status quarantine_worker(FarmConnection& connection, const Console& console,
   return ok_status();
 }
 
-Status release_worker(FarmConnection& connection, const Console& console, const std::string& name) {
+Status release_worker(CoordinatorClient& connection, const Console& console, const std::string& name) {
   LM_RETURN_IF_ERROR(connection.release_worker(name));
   console.object(json{{"released", name}});
   console.result(fmt::format("worker {} is released from quarantine", name));
@@ -90,7 +91,7 @@ void add_worker_commands(CLI::App& app, Context& context) {
       return;  // the subcommand's callback has run
     }
     context.run = [&context, wanted](const Console& console) {
-      return with_farm(console, context.common, [&](FarmConnection& connection) {
+      return with_farm(console, context.common, [&](CoordinatorClient& connection) {
         return list_workers(connection, console, context.common.server_words(), *wanted);
       });
     };
@@ -103,7 +104,7 @@ void add_worker_commands(CLI::App& app, Context& context) {
   drain->callback([&context, name] {
     context.run = [&context, name](const Console& console) {
       return with_farm(console, context.common,
-                       [&](FarmConnection& connection) { return drain_worker(connection, console, *name); });
+                       [&](CoordinatorClient& connection) { return drain_worker(connection, console, *name); });
     };
   });
 
@@ -121,7 +122,7 @@ void add_worker_commands(CLI::App& app, Context& context) {
   quarantine->callback([&context, suspect] {
     context.run = [&context, suspect](const Console& console) {
       return with_farm(console, context.common,
-                       [&](FarmConnection& connection) { return quarantine_worker(connection, console, *suspect); });
+                       [&](CoordinatorClient& connection) { return quarantine_worker(connection, console, *suspect); });
     };
   });
 
@@ -132,7 +133,7 @@ void add_worker_commands(CLI::App& app, Context& context) {
   release->callback([&context, name] {
     context.run = [&context, name](const Console& console) {
       return with_farm(console, context.common,
-                       [&](FarmConnection& connection) { return release_worker(connection, console, *name); });
+                       [&](CoordinatorClient& connection) { return release_worker(connection, console, *name); });
     };
   });
 }

@@ -1,7 +1,7 @@
 import {create, fromBinary, toBinary} from '@bufbuild/protobuf';
 import {expect, test} from 'vitest';
 import {hexOf} from '../src/model/bytes';
-import {assetsOf, dotsSpec, faultOf, filledSpec, formOf, isLook, kMostQuickSide, newSpec, quickSpec, sceneOf} from '../src/model/job_form';
+import {assetsOf, photonMapSpec, faultOf, filledSpec, formOf, isPageJob, kMostQuickSide, newSpec, quickSpec, sceneOf} from '../src/model/job_form';
 import {JobSpecSchema, LayerSpec_Kind, type JobSpec} from '../src/wire/lightmill/v1/farm_pb';
 import {SceneSchema} from '../src/wire/lightmill/v1/scene_pb';
 
@@ -100,15 +100,15 @@ test('a job of photons is the same scene, size and seed by one sample of dots', 
     goal: {samples: 64n, error: 0.01, adaptive: true},
     settings: {width: 64, height: 32, seed: 7n, method: 'path', maxBounces: 5, meters: 2, crop: {x: 1, y: 2, width: 3, height: 4}},
   });
-  const dots = dotsSpec(spec, 'caustic', 'core', 12n);
-  expect(dots.name).toBe('box (photon map)');
-  const long = dotsSpec({...spec, name: '箱'.repeat(66)}, 'few', 'core', 12n).name;
+  const photonMap = photonMapSpec(spec, 'caustic', 'core', 12n);
+  expect(photonMap.name).toBe('box (photon map)');
+  const long = photonMapSpec({...spec, name: '箱'.repeat(66)}, 'few', 'core', 12n).name;
   expect(long).toBe(`${'箱'.repeat(62)} (photon map)`);
   expect(new TextEncoder().encode(long).length).toBe(200);
-  expect(isLook(dots.name)).toBe(true);
-  expect(isLook('box')).toBe(false);
-  expect([dots.parent, dots.priority, dots.verifyShare]).toEqual([12n, 4, 0]);
-  expect(dots.goal).toMatchObject({samples: 1n, error: 0, adaptive: false});
-  expect(dots.settings).toMatchObject({width: 64, height: 32, seed: 7n, method: 'photon-dots:caustic:photons=100000', maxBounces: 0, meters: 0, rendererVersion: 'core'});
-  expect(dots.settings?.crop).toEqual(spec.settings?.crop);
+  expect(isPageJob(photonMap.name)).toBe(true);
+  expect(isPageJob('box')).toBe(false);
+  expect([photonMap.parent, photonMap.priority, photonMap.verifyShare]).toEqual([12n, 4, 0]);
+  expect(photonMap.goal).toMatchObject({samples: 1n, error: 0, adaptive: false});
+  expect(photonMap.settings).toMatchObject({width: 64, height: 32, seed: 7n, method: 'photon-map:caustic:photons=100000', maxBounces: 0, meters: 0, rendererVersion: 'core'});
+  expect(photonMap.settings?.crop).toEqual(spec.settings?.crop);
 });

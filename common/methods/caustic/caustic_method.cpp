@@ -65,10 +65,10 @@ class CausticEstimator : public photons::GatherEstimator {
       photons::add_meter_hits(tracer, *pass_);
       return;
     }
-    photons::add_seen_photons(
+    photons::add_visible_photons(
         tracer, *pass_, ws_.splats, ws_.counters,
-        [&](const photons::SeenSplat8& splat, const auto& /*bsdf*/, const V8& /*wo*/, const Frame8& /*frame*/, M8 lanes,
-            const V8& value) { tracer.add_photons(lanes, splat.pixel, value, splat.photon.group); });
+        [&](const photons::VisibleSplat8& splat, const auto& /*bsdf*/, const V8& /*wo*/, const Frame8& /*frame*/,
+            M8 lanes, const V8& value) { tracer.add_photons(lanes, splat.pixel, value, splat.photon.group); });
   }
 };
 

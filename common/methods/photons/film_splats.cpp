@@ -56,17 +56,17 @@ FilmSplats::FilmSplats(const CompiledScene& scene, std::span<const Photon> photo
   for (std::size_t begin = 0; begin < photons.size(); begin += 8) {
     const M8 lanes = first_lanes(static_cast<int>(photons.size() - begin));
     const U8 index = U8(static_cast<std::uint32_t>(begin)) + U8::lane_index();
-    V8 eye = broadcast(camera.eye);
+    V8 lens_point = broadcast(camera.position);
     F8 focus(1.0f);
     if (camera.has_lens) {
       const Pair8 disk = square_to_disk(hashed_pair(index, decision_seed(U8(seed), kLensDecision)));
-      eye = eye + broadcast(camera.lens_x) * disk.u + broadcast(camera.lens_y) * disk.v;
+      lens_point = lens_point + broadcast(camera.lens_x) * disk.u + broadcast(camera.lens_y) * disk.v;
       focus = F8(camera.focus);
     }
-    const V8 way = load_photons(photons, index, lanes).point - eye;
+    const V8 way = load_photons(photons, index, lanes).point - lens_point;
     const F8 depth = dot(way, forward);
     // Where the ray from the lens meets the plane of focus (of a pinhole: at distance 1), relative to the lens centre.
-    const V8 seen = eye + way * (focus / depth) - broadcast(camera.eye);
+    const V8 seen = lens_point + way * (focus / depth) - broadcast(camera.position);
     const F8 scale = across / focus;
     const F8 x = dot(seen, broadcast(camera.right)) * scale + F8(0.5f * static_cast<float>(width));
     const F8 y = dot(seen, broadcast(camera.down)) * scale + F8(0.5f * static_cast<float>(height));
@@ -74,13 +74,13 @@ FilmSplats::FilmSplats(const CompiledScene& scene, std::span<const Photon> photo
     const M8 on_film = lanes & (depth > F8(0.0f)) & (x > -margin) & (y > -margin) &
                        (x < F8(static_cast<float>(width)) + margin) & (y < F8(static_cast<float>(height)) + margin);
     const Pair8 u = hashed_pair(index, decision_seed(U8(seed), kPixelDecision));
-    const VectorLanes places({x, y, depth}), numbers({u.u, u.v, depth}), eyes(eye);
+    const VectorLanes places({x, y, depth}), numbers({u.u, u.v, depth}), lens_points(lens_point);
     for (auto bits = static_cast<unsigned>(on_film.bits()); bits != 0; bits &= bits - 1) {
       const int i = std::countr_zero(bits);
       const Drawn column = draw_pixel(scene.filter(), places.x[i], numbers.x[i]);
       const Drawn row = draw_pixel(scene.filter(), places.y[i], numbers.y[i]);
       const Splat splat{static_cast<std::uint32_t>(begin + i), column.pixel, row.pixel, column.weight * row.weight,
-                        eyes[i]};
+                        lens_points[i]};
       if (splat.weight > 0 && splat.x >= 0 && splat.x < width && splat.y >= 0 && splat.y < height) {
         unsorted.push_back(splat);
         ++first_[tile_of(splat)];

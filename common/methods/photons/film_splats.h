@@ -14,8 +14,8 @@ namespace lightmill::photons {
 struct Splat {
   std::uint32_t photon = 0;
   std::int32_t x = 0, y = 0;
-  float weight = 1;  ///< filter value over the probability of this pixel
-  Vec3 eye{0};       ///< point of the lens that sees it
+  float weight = 1;    ///< filter value over the probability of this pixel
+  Vec3 lens_point{0};  ///< point of the lens that sees it
 };
 
 /// Splats of a pass by tile of the full film, in photon order. For x and for y, the filter's weights around a photon's

@@ -2,9 +2,9 @@
 
 namespace lightmill::photons {
 
-void for_each_seen(const CompiledScene& scene, const PhotonPass& pass, const PixelRect& tile,
-                   std::vector<const Splat*>& splats, RenderCounters& counters,
-                   const std::function<void(const SeenSplat8&)>& take) {
+void for_each_visible_splat(const CompiledScene& scene, const PhotonPass& pass, const PixelRect& tile,
+                            std::vector<const Splat*>& splats, RenderCounters& counters,
+                            const std::function<void(const VisibleSplat8&)>& take) {
   splats.clear();
   pass.splats.find(tile, splats);
   counters.gathered += splats.size();
@@ -19,24 +19,24 @@ void for_each_seen(const CompiledScene& scene, const PhotonPass& pass, const Pix
       number[k] = splat.photon;
       pixel[k] = static_cast<std::uint32_t>((splat.y - tile.y) * tile.width + splat.x - tile.x);
       weight[k] = splat.weight;
-      x[k] = splat.eye.x;
-      y[k] = splat.eye.y;
-      z[k] = splat.eye.z;
+      x[k] = splat.lens_point.x;
+      y[k] = splat.lens_point.y;
+      z[k] = splat.lens_point.z;
     }
     const M8 lanes = first_lanes(static_cast<int>(count));
-    const V8 eye{F8::load(x), F8::load(y), F8::load(z)};
-    SeenSplat8 seen;
+    const V8 lens_point{F8::load(x), F8::load(y), F8::load(z)};
+    VisibleSplat8 seen;
     seen.number = U8::load(number);
     seen.pixel = U8::load(pixel);
     seen.photon = load_photons(pass.photons, seen.number, lanes);
-    const V8 way = seen.photon.point - eye;
+    const V8 way = seen.photon.point - lens_point;
     seen.distance = sqrt(length_squared(way));
     seen.direction = way * (F8(1.0f) / seen.distance);
-    const Ray8 rays{eye, seen.direction, F8(std::numeric_limits<float>::infinity())};
+    const Ray8 rays{lens_point, seen.direction, F8(std::numeric_limits<float>::infinity())};
     seen.arrival = trace_transmittance(scene, lanes, rays, scene.camera_media(), kNoGeometry, counters);
     seen.surface = scene.surface(seen.arrival.rays, seen.arrival.hits);
     seen.cosine = abs(dot(seen.direction, seen.surface.geometric_normal));
-    seen.lanes = lanes & found_again(seen.arrival, seen.surface, seen.photon, seen.distance, seen.cosine);
+    seen.lanes = lanes & hits_photon(seen.arrival, seen.surface, seen.photon, seen.distance, seen.cosine);
     if (seen.lanes.none()) {
       continue;
     }
@@ -62,8 +62,8 @@ void add_meter_hits(tracer::Wavefront& film, const PhotonPass& pass) {
   }
 }
 
-Discs::Discs(const tracer::Wavefront& film, const PhotonPass& pass, const FoundPhotons& found, F8 radius,
-             const tracer::Vertex8& vertex)
+GatherDiscs::GatherDiscs(const tracer::Wavefront& film, const PhotonPass& pass, const FoundPhotons& found, F8 radius,
+                         const tracer::Vertex8& vertex)
     : pass_(pass),
       found_(found),
       radius_(radius),
@@ -77,7 +77,7 @@ Discs::Discs(const tracer::Wavefront& film, const PhotonPass& pass, const FoundP
   size_ = *std::ranges::max_element(counts);
 }
 
-Discs::Term8 Discs::term(std::uint32_t k) const {
+GatherDiscs::Term8 GatherDiscs::term(std::uint32_t k) const {
   constexpr float kLeastCosine = 0.8f, kMostHeight = 0.25f;  ///< between normals; in radii
   alignas(32) std::uint32_t numbers[8] = {};
   for (std::size_t lane = 0; lane < 8; ++lane) {

@@ -5,7 +5,7 @@
 #include "common/methods/factories.h"
 #include "common/methods/path/path_estimator.h"
 #include "common/methods/photons/photon_passes.h"
-#include "common/methods/photons/seen_splats.h"
+#include "common/methods/photons/visible_splats.h"
 #include "common/methods/tracer/tracer_method.h"
 
 namespace lightmill::photons {
@@ -47,10 +47,10 @@ void find_photons(const Map& map, const V8& point, F8 radius, M8 lanes, FoundPho
 
 /// Photons on discs around vertices, one per lane and term. Normals, and heights above the disc, exclude photons of
 /// other surfaces near by.
-class Discs {
+class GatherDiscs {
  public:
-  Discs(const tracer::Wavefront& film, const PhotonPass& pass, const FoundPhotons& found, F8 radius,
-        const tracer::Vertex8& vertex);
+  GatherDiscs(const tracer::Wavefront& film, const PhotonPass& pass, const FoundPhotons& found, F8 radius,
+              const tracer::Vertex8& vertex);
 
   struct Term8 {
     M8 valid;   ///< the lane has such a photon
@@ -77,12 +77,12 @@ class Discs {
 /// radius²) over the photons on the disc. `weight(term, value)` may weight a term, and `add(term, value)` takes it. The
 /// layer `bias` gets the estimate minus the one with half the radius.
 template <class Bsdf, class Weight, class Add>
-void estimate_density(tracer::Wavefront& film, const Discs& discs, const tracer::Vertex8& vertex, const Bsdf& bsdf,
-                      const V8& wo, M8 lanes, const Weight& weight, const Add& add) {
+void estimate_density(tracer::Wavefront& film, const GatherDiscs& discs, const tracer::Vertex8& vertex,
+                      const Bsdf& bsdf, const V8& wo, M8 lanes, const Weight& weight, const Add& add) {
   const F8 per_area = discs.per_area();
   V8 beyond_half;
   for (std::uint32_t k = 0; k < discs.size(); ++k) {
-    const Discs::Term8 term = discs.term(k);
+    const GatherDiscs::Term8 term = discs.term(k);
     const V8 scattered = scattered_per_power(bsdf, wo, vertex.frame, vertex.facing, term.photon.wi);
     const V8 value = weight(term, masked(term.valid, term.photon.power * scattered * per_area));
     if (film.channels().bias >= 0) {  // the disc of half the radius has a quarter of the area
@@ -98,10 +98,10 @@ void estimate_density(tracer::Wavefront& film, const Discs& discs, const tracer:
 /// Calls `add(splat, bsdf, wo, frame, lanes, value)` for the directly visible photons of a tile. `value` is what they
 /// add to their pixels.
 template <class Add>
-void add_seen_photons(tracer::Wavefront& film, const PhotonPass& pass, std::vector<const Splat*>& splats,
-                      RenderCounters& counters, const Add& add) {
+void add_visible_photons(tracer::Wavefront& film, const PhotonPass& pass, std::vector<const Splat*>& splats,
+                         RenderCounters& counters, const Add& add) {
   const CompiledScene& scene = film.scene();
-  for_each_seen(scene, pass, film.tile(), splats, counters, [&](const SeenSplat8& splat) {
+  for_each_visible_splat(scene, pass, film.tile(), splats, counters, [&](const VisibleSplat8& splat) {
     const Surface8& surface = splat.surface;
     const V8 facing = select(surface.front, surface.geometric_normal, -surface.geometric_normal);
     const Frame8 frame(select(surface.front, surface.shading_normal, -surface.shading_normal));
@@ -153,7 +153,7 @@ class GatherEstimator : public path::PathEstimator {
   /// Paths that must not count emitters from which photons start.
   static M8 found_by_photons(const Path& in) { return in.chain == U8(kOverCasters); }
 
-  static void start_on_meter(const MeterPlace& /*meter*/, Path& path, Path::AtVertex& /*at*/) {
+  static void start_on_meter(const CompiledMeter& /*meter*/, Path& path, Path::AtVertex& /*at*/) {
     path.chain = U8(kFromReceiver);
   }
   Path::AtVertex arrive(const Path& /*in*/, const Surface8& surface, M8 lanes) const {
@@ -200,11 +200,11 @@ class GatherEstimator : public path::PathEstimator {
     }
     find_photons(map, vertex.surface.point, radius, lanes, ws_.found, ws_.counters);
     const Path& in = vertex.path;
-    const Discs discs(film, *pass_, ws_.found, radius, vertex);
+    const GatherDiscs discs(film, *pass_, ws_.found, radius, vertex);
     V8 sum;
     estimate_density(
-        film, discs, vertex, bsdf, wo, lanes, [](const Discs::Term8& /*term*/, const V8& value) { return value; },
-        [&](const Discs::Term8& term, const V8& value) {
+        film, discs, vertex, bsdf, wo, lanes, [](const GatherDiscs::Term8& /*term*/, const V8& value) { return value; },
+        [&](const GatherDiscs::Term8& term, const V8& value) {
           if (film.channels().separates_lights()) {
             film.add_photons(term.valid, in.slot, in.throughput * value, term.photon.group);
           } else {

@@ -13,12 +13,12 @@ namespace lightmill::photons {
 /// Merging radii: the distance within which a light vertex and a camera vertex merge. The radius grows with the
 /// distance from the camera, between limits. Lengths are in the scene's frame.
 struct MergeRadii {
-  Vec3 eye{0};
+  Vec3 camera{0};
   float per_length = 0, least = 0, most = 0;
   F8 at(const V8& p) const {
-    return min(max(sqrt(length_squared(p - broadcast(eye))) * F8(per_length), F8(least)), F8(most));
+    return min(max(sqrt(length_squared(p - broadcast(camera))) * F8(per_length), F8(least)), F8(most));
   }
-  float at(const Vec3& p) const { return std::clamp(glm::length(p - eye) * per_length, least, most); }
+  float at(const Vec3& p) const { return std::clamp(glm::length(p - camera) * per_length, least, most); }
   /// The merging factor η = π r² · light paths.
   F8 factor(const V8& p, std::uint32_t light_paths) const {
     const F8 radius = at(p);

@@ -30,13 +30,13 @@ constexpr float meter_radius(PhotonKind kind) {
 }
 
 /// Sets the photon maps and the limits of gather radii.
-void map_to_gather(const Vec3& eye, PhotonPass& pass) {
+void map_to_gather(const Vec3& camera, PhotonPass& pass) {
   std::vector<std::uint32_t> first, later;
   const bool all = pass.kind == PhotonKind::global;
   double sum = 0;
   for (std::uint32_t i = 0; i < pass.photons.size(); ++i) {
     (all || pass.photons[i].first == 1 ? first : later).push_back(i);
-    const double distance = glm::length(pass.photons[i].point - eye);
+    const double distance = glm::length(pass.photons[i].point - camera);
     sum += all ? 1 / (distance + 1e-30) : distance;
   }
   // Global photons reach far out on infinite planes. The harmonic mean keeps the radii near the camera small.
@@ -50,7 +50,7 @@ void map_to_gather(const Vec3& eye, PhotonPass& pass) {
 }
 
 /// Sorts stored photons by path. The photons of one path are in order, but mixed with those of others.
-void sort_by_path(Traced traced, PhotonPass& pass) {
+void sort_by_path(PhotonTrace traced, PhotonPass& pass) {
   pass.path_first.assign(pass.emitted + 1, 0);
   for (const std::uint32_t path : traced.path) {
     ++pass.path_first[path + 1];
@@ -77,9 +77,9 @@ std::uint64_t PhotonPass::bytes() const {
   return sum;
 }
 
-float PhotonPass::meter_area(const MeterPlace& meter) const {
+float PhotonPass::meter_area(const CompiledMeter& meter) const {
   if (meter.edge1 == Vec3(0)) {
-    const float radius = point_meter_radius_per_distance * glm::length(meter.corner - merging.eye);
+    const float radius = point_meter_radius_per_distance * glm::length(meter.corner - merging.camera);
     return kPi * radius * radius;
   }
   return glm::length(glm::cross(meter.edge1, meter.edge2));
@@ -111,10 +111,10 @@ std::uint32_t PhotonPasses::photons_of_pass(std::uint32_t wanted) const {
   }
   const FixedFloatEnvironment float_environment;
   RenderCounters counters;
-  const MergeRadii merging{scene_.camera().eye, 1, 1, 1};
+  const MergeRadii merging{scene_.camera().position, 1, 1, 1};
   double sum = 0, squares = 0;
   for (std::uint32_t trial = 0; trial < kTrials; ++trial) {
-    const Traced tried = trace_photons(
+    const PhotonTrace tried = trace_photons(
         scene_, source_, {kTried, kTriedSeed + trial, settings_.max_bounces, settings_.kind, 1, merging}, counters);
     const double photons = static_cast<double>(tried.photons.size()) / kTried;
     sum += photons;
@@ -143,19 +143,19 @@ std::shared_ptr<const PhotonPass> PhotonPasses::trace(std::uint64_t sample, Rend
   const auto per_length = static_cast<float>(radius * glm::length(scene_.camera().right));
   const std::uint32_t seed = pixel_seed(settings_.seed, static_cast<std::uint32_t>(sample >> 1), 0x70686f74u,
                                         static_cast<std::uint32_t>(sample & 1));
-  const auto extent = static_cast<float>(scene_.caustic_places().scene.radius) * per_length;
-  const MergeRadii merging{scene_.camera().eye, per_length, kLeastDistance * extent, kMostDistance * extent};
+  const auto extent = static_cast<float>(scene_.caustic_targets().scene.radius) * per_length;
+  const MergeRadii merging{scene_.camera().position, per_length, kLeastDistance * extent, kMostDistance * extent};
   RenderCounters own;
-  Traced traced = trace_photons(scene_, source_,
-                                {settings_.photons, seed, settings_.max_bounces, settings_.kind,
-                                 per_length * meter_radius(settings_.kind), merging},
-                                own, stop);
+  PhotonTrace traced = trace_photons(scene_, source_,
+                                     {settings_.photons, seed, settings_.max_bounces, settings_.kind,
+                                      per_length * meter_radius(settings_.kind), merging},
+                                     own, stop);
   if (stop.stop_requested()) {
     return nullptr;
   }
   counters.photons += settings_.photons;
   counters.photon_rays += own.closest_hit_rays;
-  counters.deposits += traced.photons.size();
+  counters.stored_photons += traced.photons.size();
   auto pass = std::make_shared<PhotonPass>();
   pass->photons = std::move(traced.photons);
   pass->meters = std::move(traced.meters);
@@ -176,7 +176,7 @@ std::shared_ptr<const PhotonPass> PhotonPasses::trace(std::uint64_t sample, Rend
   if (settings_.kind == PhotonKind::light_path) {
     pass->merge_map = MergeMap(pass->photons, merging);
   } else {
-    map_to_gather(scene_.camera().eye, *pass);
+    map_to_gather(scene_.camera().position, *pass);
   }
   if (settings_.splats) {
     pass->splats = FilmSplats(scene_, pass->photons, seed);

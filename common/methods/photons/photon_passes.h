@@ -1,4 +1,4 @@
-// Cached photon passes of `caustic`, `ppm` and `photon-dots`, and light-path passes of `vcm`. One pass per sample
+// Cached photon passes of `caustic`, `ppm` and `photon-map`, and light-path passes of `vcm`. One pass per sample
 // index.
 #pragma once
 
@@ -37,7 +37,7 @@ struct PhotonPass {
   F8 merging_factor(const V8& p) const { return merging.factor(p, emitted); }
 
   float point_meter_radius_per_distance = 0;
-  float meter_area(const MeterPlace& meter) const;
+  float meter_area(const CompiledMeter& meter) const;
   float photon_power = 0;  ///< mean power of emitted photons, over photons and channels
   // Of gathered photons only.
   PhotonMap first, later;       ///< photons that met only casters before, and others; for PhotonKind::global all are in

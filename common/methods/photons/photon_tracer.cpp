@@ -42,14 +42,15 @@ class PhotonTracer {
  public:
   static constexpr bool kLightPaths = std::is_same_v<Path, LightPath8>;
 
-  PhotonTracer(const CompiledScene& scene, const PhotonSource& source, const PassPlan& plan, RenderCounters& counters)
+  PhotonTracer(const CompiledScene& scene, const PhotonSource& source, const PhotonPassPlan& plan,
+               RenderCounters& counters)
       : scene_(scene), source_(source), plan_(plan), counters_(counters) {
     now_.reserve(kBatchPhotons);
     next_.reserve(kBatchPhotons);
     out_.meters.resize(scene.meters().size());
   }
 
-  Traced run(const std::stop_token& stop) {
+  PhotonTrace run(const std::stop_token& stop) {
     for (std::uint32_t first = 0; first < plan_.photons && !stop.stop_requested(); first += kBatchPhotons) {
       emit(first, std::min(first + kBatchPhotons, plan_.photons));
       // Emission takes the decisions of vertex 0.
@@ -251,13 +252,13 @@ class PhotonTracer {
 
   void cross_meters(const Path& photon, M8 lanes, F8 length, std::uint32_t number) {
     for (std::size_t m = 0; lanes.any() && m < out_.meters.size(); ++m) {
-      if (!scene_.meters()[m].looks) {
+      if (!scene_.meters()[m].measures_radiance) {
         cross_meter(scene_.meters()[m], out_.meters[m], photon, lanes, length, number);
       }
     }
   }
 
-  void cross_meter(const MeterPlace& meter, std::vector<MeterHit>& hits, const Path& photon, M8 lanes, F8 length,
+  void cross_meter(const CompiledMeter& meter, std::vector<MeterHit>& hits, const Path& photon, M8 lanes, F8 length,
                    std::uint32_t number) {
     const V8 normal = broadcast(meter.direction);
     const V8 corner = broadcast(meter.corner) + normal * surface_offset(normal, broadcast(meter.magnitude));
@@ -269,7 +270,7 @@ class PhotonTracer {
     F8 area = sqrt(length_squared(across));
     M8 inside;
     if (meter.edge1 == Vec3(0)) {
-      const float radius = plan_.point_meter_radius_per_distance * glm::length(meter.corner - scene_.camera().eye);
+      const float radius = plan_.point_meter_radius_per_distance * glm::length(meter.corner - scene_.camera().position);
       area = F8(kPi * radius * radius);
       inside = length_squared(q) < F8(radius * radius);
     } else {
@@ -305,10 +306,10 @@ class PhotonTracer {
 
   const CompiledScene& scene_;
   const PhotonSource& source_;
-  const PassPlan& plan_;
+  const PhotonPassPlan& plan_;
   RenderCounters& counters_;
   LaneQueue<Path> now_, next_;
-  Traced out_;
+  PhotonTrace out_;
 };
 
 /// Adds the media at the point where each light starts. `off`: distance from its centre along its axis, in sizes of the
@@ -332,15 +333,15 @@ void add_media(const CompiledScene& scene, const Lights& lights, double off, Pho
 }  // namespace
 
 PhotonSource photon_source(const CompiledScene& scene, PhotonKind kind) {
-  const CausticPlaces& places = scene.caustic_places();
+  const CausticTargets& caustic = scene.caustic_targets();
   const LightTable& lights = scene.lights();
   const bool all = kind != PhotonKind::caustic;
-  BoundingSphere everything = places.scene;
-  if (!places.planes.empty()) {
+  BoundingSphere everything = caustic.scene;
+  if (!caustic.planes.empty()) {
     everything.radius = std::numeric_limits<double>::infinity();
   }
-  const std::span<const BoundingSphere> targets = all ? std::span(&everything, 1) : std::span(places.casters);
-  PhotonSource source{PhotonEmission(lights, targets, places.planes, places.scene, all), {}, {}};
+  const std::span<const BoundingSphere> targets = all ? std::span(&everything, 1) : std::span(caustic.casters);
+  PhotonSource source{PhotonEmission(lights, targets, caustic.planes, caustic.scene, all), {}, {}};
   if (scene.features().media && !source.emission.empty()) {
     constexpr double kOnSphere = 0.57736;  // the diagonal of the box of a unit sphere is 2·√3; half of it, inverted
     add_media(scene, lights.facets, 1e-5, source);
@@ -355,8 +356,8 @@ PhotonSource photon_source(const CompiledScene& scene, PhotonKind kind) {
   return source;
 }
 
-Traced trace_photons(const CompiledScene& scene, const PhotonSource& source, const PassPlan& plan,
-                     RenderCounters& counters, const std::stop_token& stop) {
+PhotonTrace trace_photons(const CompiledScene& scene, const PhotonSource& source, const PhotonPassPlan& plan,
+                          RenderCounters& counters, const std::stop_token& stop) {
   return plan.kind == PhotonKind::light_path ? PhotonTracer<LightPath8>(scene, source, plan, counters).run(stop)
                                              : PhotonTracer<PhotonPath8>(scene, source, plan, counters).run(stop);
 }

@@ -18,7 +18,7 @@ struct MeterHit {
 };
 
 /// Result of one pass.
-struct Traced {
+struct PhotonTrace {
   std::vector<Photon> photons;
   // Of light paths only, by photon: vcm::Partial8, and the number of the path.
   std::vector<float> d_vcm, d_vc;
@@ -45,7 +45,7 @@ struct PhotonSource {
 /// The light of lights with a position starts in the media at their centre. Other light starts in none.
 PhotonSource photon_source(const CompiledScene& scene, PhotonKind kind);
 
-struct PassPlan {
+struct PhotonPassPlan {
   std::uint32_t photons = 0;
   std::uint32_t seed = 0;  ///< the pass's
   std::uint32_t max_bounces = 0;
@@ -57,7 +57,7 @@ struct PassPlan {
 
 /// A photon depends only on its number in the pass and on the plan. `stop` is checked between bounces. If it was
 /// requested, the result is incomplete.
-Traced trace_photons(const CompiledScene& scene, const PhotonSource& source, const PassPlan& plan,
-                     RenderCounters& counters, const std::stop_token& stop = {});
+PhotonTrace trace_photons(const CompiledScene& scene, const PhotonSource& source, const PhotonPassPlan& plan,
+                          RenderCounters& counters, const std::stop_token& stop = {});
 
 }  // namespace lightmill::photons

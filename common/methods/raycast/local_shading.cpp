@@ -116,7 +116,7 @@ V8 LocalShading::lit(const LitVertex8& vertex, const Bsdf& bsdf, const V8& wo, M
   for (std::uint32_t i = table.first(LightKind::point); i < table.first(LightKind::environment); ++i) {
     sum = sum + lit_by(table.sample_point(i, origin, lanes), kNoGeometry, vertex, bsdf, wo, lanes, counters, shadows);
   }
-  const HardLights& objects = scene_->hard_lights();
+  const EmitterPoints& objects = scene_->emitter_points();
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const std::uint32_t object = objects.geometry(i);
     const M8 others = and_not(lanes, vertex.geometry == U8(object));

@@ -26,7 +26,7 @@ constexpr std::array kMethods{
           "all light, by paths from both ends (vertex connection and merging)", true, true},
     Entry{"ppm", "photons=N, radius=C, no-absorption, brute-force",
           "all light by photons alone, to check other methods", true, true},
-    Entry{"photon-dots", "photons=N, caustic, no-absorption, brute-force", "the photon map, as points", true, true},
+    Entry{"photon-map", "photons=N, caustic, no-absorption, brute-force", "the photon map, as points", true, true},
     Entry{"preview", "brute-force", "flat colours", false, false},
     Entry{"ao", "distance=D, brute-force", "ambient occlusion", false, false},
     Entry{"raycast", "flat, brute-force", "direct light with hard shadows", true, false},
@@ -34,7 +34,7 @@ constexpr std::array kMethods{
 };
 
 bool follows_photons(std::string_view name) {
-  return name == "caustic" || name == "vcm" || name == "ppm" || name == "photon-dots";
+  return name == "caustic" || name == "vcm" || name == "ppm" || name == "photon-map";
 }
 
 const Entry* find_method(std::string_view name) {

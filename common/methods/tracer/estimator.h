@@ -24,7 +24,7 @@ struct EstimatorBase {
   static void start(Path8& /*path*/) {}
   /// A path starts on an irradiance meter.
   template <class Path>
-  static void start_on_meter(const MeterPlace& /*meter*/, Path& /*path*/, typename Path::AtVertex& /*at*/) {}
+  static void start_on_meter(const CompiledMeter& /*meter*/, Path& /*path*/, typename Path::AtVertex& /*at*/) {}
   /// A path has reached a surface.
   template <class Path>
   static typename Path::AtVertex arrive(const Path& /*in*/, const Surface8& /*surface*/, M8 /*lanes*/) {

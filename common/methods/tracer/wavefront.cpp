@@ -86,12 +86,12 @@ Path8 Wavefront::camera_paths(std::size_t pixel, U8 seed) const {
 Path8 Wavefront::meter_paths(std::size_t pixel, U8 seed) const {
   const U8 pixels = U8(static_cast<std::uint32_t>(pixel)) + U8::lane_index();
   const V8 direction = broadcast(meter_->direction);
-  const bool looks = meter_->looks;
-  return {broadcast(looks ? meter_->corner : Vec3(0)),
-          looks ? direction : -direction,
-          broadcast(Vec3(looks ? 1.0f : kPi)),
+  const bool measures_radiance = meter_->measures_radiance;
+  return {broadcast(measures_radiance ? meter_->corner : Vec3(0)),
+          measures_radiance ? direction : -direction,
+          broadcast(Vec3(measures_radiance ? 1.0f : kPi)),
           F8(0.0f),
-          F8(looks ? 1.0f : kInvPi),
+          F8(measures_radiance ? 1.0f : kInvPi),
           pixels,
           seed,
           U8(plan_.index),

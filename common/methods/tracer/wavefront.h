@@ -35,9 +35,9 @@ class Wavefront {
   const PixelRect& tile() const { return tile_; }
   std::uint32_t max_bounces() const { return max_bounces_; }
   /// Null for tiles of the picture.
-  const MeterPlace* meter() const { return meter_; }
+  const CompiledMeter* meter() const { return meter_; }
   /// The tile is an irradiance meter. Its paths start on a surface that no ray meets.
-  bool on_irradiance_meter() const { return meter_ != nullptr && !meter_->looks; }
+  bool on_irradiance_meter() const { return meter_ != nullptr && !meter_->measures_radiance; }
 
   /// Adds light that reaches the camera. `direct`: it was scattered at most once. `group`: its light group.
   void add_light(M8 lanes, U8 slot, const V8& value, bool direct, U8 group);
@@ -107,7 +107,7 @@ class Wavefront {
   const FilmChannels& channels_;
   const PixelRect& tile_;
   const SamplePlan& plan_;
-  const MeterPlace* const meter_;
+  const CompiledMeter* const meter_;
   const std::uint32_t max_bounces_;
   const std::uint32_t pixels_;
   const std::uint32_t slots_;

@@ -94,7 +94,7 @@ class VcmEstimator : public tracer::EstimatorBase {
     path.partial = camera_start(pdf, light_paths());
   }
 
-  void start_on_meter(const MeterPlace& meter, Path& /*path*/, Path::AtVertex& at) const {
+  void start_on_meter(const CompiledMeter& meter, Path& /*path*/, Path::AtVertex& at) const {
     at.merging = F8(pass_->meter_area(meter) * light_paths() / (kTileSize * kTileSize));
   }
 
@@ -158,16 +158,16 @@ class VcmEstimator : public tracer::EstimatorBase {
       photons::add_meter_hits(tracer, *pass_);
       return;
     }
-    photons::add_seen_photons(tracer, *pass_, ws_.splats, ws_.counters,
-                              [&](const photons::SeenSplat8& splat, const auto& bsdf, const V8& wo, const Frame8& frame,
-                                  M8 lanes, const V8& value) {
-                                const F8 back = bsdf.pdf_solid_angle(wo, frame.to_local(splat.photon.wi));
-                                const F8 light = behind(pass_->partials(splat.number, lanes),
-                                                        pass_->merging_factor(splat.surface.point), back);
-                                const F8 weight = splatted(light, splat.film_pdf_area, light_paths());
-                                add_light(tracer, lanes, splat.pixel, splat.photon,
-                                          masked(max_component(value) > F8(0.0f), value * weight), 0);
-                              });
+    photons::add_visible_photons(tracer, *pass_, ws_.splats, ws_.counters,
+                                 [&](const photons::VisibleSplat8& splat, const auto& bsdf, const V8& wo,
+                                     const Frame8& frame, M8 lanes, const V8& value) {
+                                   const F8 back = bsdf.pdf_solid_angle(wo, frame.to_local(splat.photon.wi));
+                                   const F8 light = behind(pass_->partials(splat.number, lanes),
+                                                           pass_->merging_factor(splat.surface.point), back);
+                                   const F8 weight = splatted(light, splat.film_pdf_area, light_paths());
+                                   add_light(tracer, lanes, splat.pixel, splat.photon,
+                                             masked(max_component(value) > F8(0.0f), value * weight), 0);
+                                 });
   }
 
  private:
@@ -216,14 +216,14 @@ class VcmEstimator : public tracer::EstimatorBase {
     const F8 radius = pass_->merging.at(vertex.surface.point);
     photons::find_photons(pass_->merge_map, vertex.surface.point, radius, lanes, ws_.found, ws_.counters);
     photons::estimate_density(
-        film, photons::Discs(film, *pass_, ws_.found, radius, vertex), vertex, bsdf, wo, lanes,
-        [&](const photons::Discs::Term8& term, const V8& value) {
+        film, photons::GatherDiscs(film, *pass_, ws_.found, radius, vertex), vertex, bsdf, wo, lanes,
+        [&](const photons::GatherDiscs::Term8& term, const V8& value) {
           const V8 wi = vertex.frame.to_local(term.photon.wi);
           const F8 back = reverse_pdf(scene_, vertex.surface, vertex.crossing, bsdf, wo, wi, term.valid);
           return value * merged(vertex.at.partial, pass_->partials(term.number, term.valid), vertex.at.merging,
                                 bsdf.pdf_solid_angle(wo, wi), back);
         },
-        [&](const photons::Discs::Term8& term, const V8& value) {
+        [&](const photons::GatherDiscs::Term8& term, const V8& value) {
           const M8 lit = term.valid & (max_component(value) > F8(0.0f));
           add_light(film, lit, vertex.in.slot, term.photon, vertex.in.throughput * value, vertex.bounce);
         });
@@ -283,7 +283,7 @@ class VcmEstimator : public tracer::EstimatorBase {
       const Arrival8 arrival = trace_transmittance(scene_, lanes, rays, c.media, kNoGeometry, ws_.counters);
       const Surface8 surface = scene_.surface(arrival.rays, arrival.hits);
       const F8 cosine = abs(dot(direction, surface.geometric_normal));
-      const M8 seen = lanes & photons::found_again(arrival, surface, photon, distance, cosine);
+      const M8 seen = lanes & photons::hits_photon(arrival, surface, photon, distance, cosine);
       if (seen.none()) {
         continue;
       }

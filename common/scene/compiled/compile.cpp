@@ -84,17 +84,17 @@ class SceneCompiler {
     if (needs_media(scene_, bounds_)) {
       out_->features_.media = true;
       out_->media_ = MediumTable(scene_, frame_.scale());
-      out_->camera_media_ = out_->media_at(out_->camera_.eye, out_->camera_.forward);
-      for (MeterPlace& meter : out_->meters_) {
+      out_->camera_media_ = out_->media_at(out_->camera_.position, out_->camera_.forward);
+      for (CompiledMeter& meter : out_->meters_) {
         meter.media = out_->media_at(meter.middle(), meter.direction);
       }
     }
-    out_->caustic_places_ = caustic_places();
+    out_->caustic_targets_ = caustic_targets();
     out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
     out_->film_width_ = scene_.film.width;
     out_->film_height_ = scene_.film.height;
     out_->bytes_ = texture_bytes + meshes_.triangles_held * 190 + out_->geometry_.bytes() + out_->lights_.bytes() +
-                   out_->hard_lights_.bytes() + out_->emitters_.bytes() + 65536;
+                   out_->emitter_points_.bytes() + out_->emitters_.bytes() + 65536;
     return std::shared_ptr<const CompiledScene>(std::move(out_));
   }
 
@@ -124,8 +124,8 @@ class SceneCompiler {
     return {frame_.to_frame((bounds.low + bounds.high) * 0.5), glm::length(bounds.size()) * 0.5 * frame_.scale()};
   }
 
-  CausticPlaces caustic_places() const {
-    CausticPlaces places;
+  CausticTargets caustic_targets() const {
+    CausticTargets targets;
     Bounds all;
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
       const Object& object = scene_.objects[i];
@@ -136,20 +136,20 @@ class SceneCompiler {
         around.radius = sphere->radius * maps_[i].similarity_scale() * frame_.scale();
       } else if (const auto* plane = std::get_if<PlaneShape>(&object.shape)) {
         const Vec3d normal = maps_[i].normal_matrix() * near_one(to_vec(plane->normal));
-        places.planes.push_back({around.center, glm::normalize(near_one(normal))});
+        targets.planes.push_back({around.center, glm::normalize(near_one(normal))});
         around.radius = std::numeric_limits<double>::infinity();
       }
       if (const Material& material = scene_.materials[object.material]; is_caster(material)) {
-        places.casters.push_back(around);
-        places.lobes.push_back(caster_lobes(material));
+        targets.casters.push_back(around);
+        targets.lobes.push_back(caster_lobes(material));
       }
     }
     all.add(to_vec(scene_.camera.eye));
     for (const Meter& meter : scene_.meters) {
       add_meter(meter, all);
     }
-    places.scene = sphere_around(all);
-    return places;
+    targets.scene = sphere_around(all);
+    return targets;
   }
 
   static void add_meter(const Meter& meter, Bounds& bounds) {
@@ -292,7 +292,7 @@ class SceneCompiler {
   void finish_lights(TextureSet textures) {
     LightBuilder::Tables tables = light_builder_.finish(textures);
     out_->lights_ = std::move(tables.lights);
-    out_->hard_lights_ = std::move(tables.hard_lights);
+    out_->emitter_points_ = std::move(tables.emitter_points);
     out_->emitters_ = std::move(tables.emitters);
     out_->environment_group_ = tables.environment_group;
     out_->materials_ = MaterialTable(scene_, std::move(textures), tables.radiance);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/geometry/ray.h"
-#include "common/lights/hard_lights.h"
+#include "common/lights/emitter_points.h"
 #include "common/lights/light_table.h"
 #include "common/lights/photon_targets.h"
 #include "common/lights/unoccluded_irradiance.h"
@@ -29,10 +29,10 @@ namespace lightmill {
 /// The camera's basis. The camera ray through film position (x, y) in pixels has the direction forward + right · (x −
 /// width/2) + down · (y − height/2).
 struct CameraBasis {
-  Vec3 eye;      ///< in the recentred frame
-  Vec3 forward;  ///< unit
-  Vec3 right;    ///< one pixel to the right on the plane at distance 1
-  Vec3 down;     ///< one pixel down
+  Vec3 position;  ///< in the recentred frame
+  Vec3 forward;   ///< unit
+  Vec3 right;     ///< one pixel to the right on the plane at distance 1
+  Vec3 down;      ///< one pixel down
   // Thin lens:
   Vec3 lens_x{0}, lens_y{0};  ///< from its centre to its edge; zero for a pinhole
   float focus = 1;            ///< distance in focus, along `forward`
@@ -49,7 +49,7 @@ struct SceneFeatures {
 };
 
 /// The places that photons must reach to find all caustics, in the frame.
-struct CausticPlaces {
+struct CausticTargets {
   std::vector<BoundingSphere> casters;         ///< around each object with a caster material
   std::vector<std::vector<CasterLobe>> lobes;  ///< of each caster
   std::vector<BoundlessPlane> planes;          ///< all planes of the scene
@@ -89,7 +89,7 @@ class CompiledScene {
   const Accel& accel() const { return *accel_; }
   const LightTable& lights() const { return lights_; }
   /// The emissive objects that next-event estimation samples, as points.
-  const HardLights& hard_lights() const { return hard_lights_; }
+  const EmitterPoints& emitter_points() const { return emitter_points_; }
   const MaterialTable& materials() const { return materials_; }
   const MediumTable& media() const { return media_; }
   /// The media around the camera.
@@ -99,7 +99,7 @@ class CompiledScene {
   Media8 media_at(const Vec3& point, const Vec3& direction) const;
   const CameraBasis& camera() const { return camera_; }
   const WorldFrame& frame() const { return frame_; }
-  const CausticPlaces& caustic_places() const { return caustic_places_; }
+  const CausticTargets& caustic_targets() const { return caustic_targets_; }
   const MeterTable& meters() const { return meters_; }
   /// light_groups_of the document. Groups have the numbers from 1 in this order. 0 is none.
   const std::vector<std::string>& light_groups() const { return light_groups_; }
@@ -138,12 +138,12 @@ class CompiledScene {
   MediumTable media_;
   Media8 camera_media_;
   LightTable lights_;
-  HardLights hard_lights_;
+  EmitterPoints emitter_points_;
   EmitterTable emitters_;
   UnoccludedIrradiance unoccluded_;
   CameraBasis camera_;
   WorldFrame frame_;
-  CausticPlaces caustic_places_;
+  CausticTargets caustic_targets_;
   MeterTable meters_;
   std::vector<std::string> light_groups_;
   std::uint32_t environment_group_ = 0;

@@ -218,8 +218,8 @@ std::vector<Vec3> LightBuilder::radiance_of_materials() const {
 }
 
 /// Hard lights of the final shapes, with their radiance.
-HardLights LightBuilder::hard_lights() const {
-  HardLights out;
+EmitterPoints LightBuilder::emitter_points() const {
+  EmitterPoints out;
   for (std::uint32_t i = 0; i < geometries_.size(); ++i) {
     const Geometry& geometry = geometries_[i];
     if (geometry.sphere && geometry.repeated) {
@@ -255,7 +255,7 @@ LightBuilder::Tables LightBuilder::finish(const TextureSet& textures) {
     lights_.spheres.add(sphere.shape);
     groups_[LightKind::sphere].push_back(group_of[sphere.material]);
   }
-  out.hard_lights = hard_lights();
+  out.emitter_points = emitter_points();
   lights_.build(0.5 * frame_.extent() * frame_.scale());
   std::vector<std::uint32_t> groups;
   for (const auto& [kind, numbers] : groups_) {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/image/texels.h"
-#include "common/lights/hard_lights.h"
+#include "common/lights/emitter_points.h"
 #include "common/lights/light_table.h"
 #include "common/scene/compiled/emitter_table.h"
 #include "common/scene/compiled/scene_images.h"
@@ -39,7 +39,7 @@ class LightBuilder {
 
   struct Tables {
     LightTable lights;
-    HardLights hard_lights;
+    EmitterPoints emitter_points;
     EmitterTable emitters;
     std::uint32_t environment_group = 0;
     std::vector<Vec3> radiance;  ///< of each material, along the normal; zero if it does not emit
@@ -64,7 +64,7 @@ class LightBuilder {
                    ImageBudget& budget);
   Status check_areas() const;
   FacetSums sums_of(const Geometry& geometry) const;
-  HardLights hard_lights() const;
+  EmitterPoints emitter_points() const;
   Vec3 to_frame(const Point3d& p) const;
   std::vector<Vec3> radiance_of_materials() const;
 

@@ -11,7 +11,7 @@
 namespace lightmill {
 
 /// A meter's place in the frame: a point, or a parallelogram.
-struct MeterSpot {
+struct MeterFootprint {
   Vec3d corner{0}, edge1{0}, edge2{0};
 
   std::array<Vec3d, 4> corners() const { return {corner, corner + edge1, corner + edge2, corner + edge1 + edge2}; }
@@ -31,13 +31,13 @@ class MeterSurfaces {
 
   /// The magnitudes in the coordinates of hits near a meter on a surface. They are those of the meter, and of surfaces
   /// that pass through it within rounding. Zero for a meter on no surface. Its estimates begin at its place.
-  Vec3d magnitude(const MeterSpot& spot) const;
+  Vec3d magnitude(const MeterFootprint& footprint) const;
 
  private:
   Vec3d to_frame(std::size_t object, const Vec3d& p) const { return frame_.to_frame(maps_[object](p)); }
-  Vec3d on_sphere(std::size_t object, const SphereShape& sphere, const MeterSpot& spot) const;
-  Vec3d on_plane(std::size_t object, const PlaneShape& plane, const MeterSpot& spot) const;
-  Vec3d on_mesh(std::size_t object, const MeterSpot& spot) const;
+  Vec3d on_sphere(std::size_t object, const SphereShape& sphere, const MeterFootprint& footprint) const;
+  Vec3d on_plane(std::size_t object, const PlaneShape& plane, const MeterFootprint& footprint) const;
+  Vec3d on_mesh(std::size_t object, const MeterFootprint& footprint) const;
 
   const Scene& scene_;
   const ObjectMeshes& meshes_;

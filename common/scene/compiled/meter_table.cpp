@@ -20,7 +20,7 @@ Vec3d unit(const Vec3d& v) {
 MeterTable compile_meters(const std::vector<Meter>& meters, const WorldFrame& frame, const MeterSurfaces& surfaces) {
   MeterTable table;
   for (const Meter& meter : meters) {
-    MeterPlace place;
+    CompiledMeter compiled;
     Vec3d corner, edge1(0), edge2(0), direction;
     if (const Patch* patch = patch_of(meter)) {
       corner = frame.to_frame(to_vec(patch->corner));
@@ -32,18 +32,18 @@ MeterTable compile_meters(const std::vector<Meter>& meters, const WorldFrame& fr
       direction = unit(to_vec(point->normal));
     } else {
       const auto& ray = std::get<RadianceMeter>(meter.kind);
-      place.looks = true;
+      compiled.measures_radiance = true;
       corner = frame.to_frame(to_vec(ray.point));
       direction = unit(to_vec(ray.direction));
     }
-    place.corner = Vec3(corner);
-    place.edge1 = Vec3(edge1);
-    place.edge2 = Vec3(edge2);
-    place.direction = Vec3(direction);
-    if (!place.looks) {
-      place.magnitude = Vec3(surfaces.magnitude({corner, edge1, edge2}));
+    compiled.corner = Vec3(corner);
+    compiled.edge1 = Vec3(edge1);
+    compiled.edge2 = Vec3(edge2);
+    compiled.direction = Vec3(direction);
+    if (!compiled.measures_radiance) {
+      compiled.magnitude = Vec3(surfaces.magnitude({corner, edge1, edge2}));
     }
-    table.push_back(place);
+    table.push_back(compiled);
   }
   return table;
 }

@@ -13,9 +13,10 @@ namespace lightmill {
 class MeterSurfaces;
 
 /// The place where a meter's estimates begin.
-struct MeterPlace {
-  bool looks = false;  ///< a ray along `direction`; else a surface that receives light on the side of `direction`
-  Vec3 corner{0};      ///< the point, or a parallelogram's corner
+struct CompiledMeter {
+  /// A ray along `direction`; else a surface that receives light on the side of `direction`.
+  bool measures_radiance = false;
+  Vec3 corner{0};  ///< the point, or a parallelogram's corner
   Vec3 edge1{0}, edge2{0};
   Vec3 direction{0};  ///< unit
   Vec3 magnitude{0};  ///< of a meter on a surface, see surface_offset; else zero
@@ -23,12 +24,12 @@ struct MeterPlace {
 
   /// Its middle, moved along `direction` to where its estimates begin.
   Vec3 middle() const {
-    const float offset = looks ? 0.0f : 0x1p-19f * glm::dot(glm::abs(direction), magnitude);
+    const float offset = measures_radiance ? 0.0f : 0x1p-19f * glm::dot(glm::abs(direction), magnitude);
     return corner + (edge1 + edge2) * 0.5f + direction * offset;
   }
 };
 
-using MeterTable = std::vector<MeterPlace>;
+using MeterTable = std::vector<CompiledMeter>;
 
 MeterTable compile_meters(const std::vector<Meter>& meters, const WorldFrame& frame, const MeterSurfaces& surfaces);
 

@@ -115,7 +115,7 @@ Status load_settings_of_format_6(Session& session, const JobsById& jobs, old::Jo
   }
   for (const auto& [id, job] : jobs) {
     if (!found.contains(id)) {
-      check.condemn(job->record.id, data_loss("it has no settings"));
+      check.mark_damaged(job->record.id, data_loss("it has no settings"));
     }
   }
   return ok_status();
@@ -277,7 +277,7 @@ class InTransaction final : public Store {
  public:
   explicit InTransaction(Session& session) : session_(session) {}
   Result<StoredState> load() override { return internal_error("a store that is being created cannot be read"); }
-  Result<FilmPiece> read_film(JobId, const FilmPlace&) override { return load().status(); }
+  Result<FilmPiece> read_film(JobId, const FilmPosition&) override { return load().status(); }
   Status check_structure() override { return ok_status(); }
   Status commit(std::span<const StoreOp> ops) override {
     LM_RETURN_IF_ERROR(send_writes(session_, ops, specs_));

@@ -17,10 +17,10 @@ constexpr auto kLeaseCallPatience = std::chrono::milliseconds(2'000);
 /// Time limit of a statement that copies all pixels.
 constexpr auto kMigrationPatience = std::chrono::hours(6);
 /// Pause between two looks of a standby coordinator.
-constexpr auto kLookPause = std::chrono::milliseconds(300);
+constexpr auto kCheckPause = std::chrono::milliseconds(300);
 /// A coordinator without a connection in so many looks in a row is gone. Fewer looks may be a short outage of the
 /// database.
-constexpr int kLooksUntilGone = 4;
+constexpr int kChecksUntilGone = 4;
 
 std::string random_instance() {
   std::random_device device;
@@ -41,9 +41,9 @@ std::string own_name() {
   return fmt::format("{}, process {}", host.data(), ::getpid());
 }
 
-/// Creates the tables in an empty database, unless `only_look`. Refuses tables of another format. Sets `is_before` for
+/// Creates the tables in an empty database, unless `read_only`. Refuses tables of another format. Sets `is_before` for
 /// tables of the previous format, which can be migrated.
-Status check_tables(Session& session, bool only_look, bool& is_before) {
+Status check_tables(Session& session, bool read_only, bool& is_before) {
   LM_ASSIGN_OR_RETURN(const Rows there,
                       session.query("SELECT to_regnamespace('lightmill') IS NOT NULL, to_regclass('lightmill.meta') IS "
                                     "NOT NULL, EXISTS (SELECT FROM pg_class WHERE relnamespace = "
@@ -54,7 +54,7 @@ Status check_tables(Session& session, bool only_look, bool& is_before) {
         "{}: the schema 'lightmill' does not belong to a Lightmill store: choose another database with --store",
         session.place());
   }
-  if (!has_meta && only_look) {
+  if (!has_meta && read_only) {
     return not_found("there is no farm in {}", session.place());
   }
   if (!has_schema) {
@@ -71,10 +71,10 @@ Status check_tables(Session& session, bool only_look, bool& is_before) {
 }
 
 /// Coordinators that start together run this one at a time.
-Status prepare_tables(Session& session, const Target& target, bool only_look) {
+Status prepare_tables(Session& session, const Target& target, bool read_only) {
   LM_RETURN_IF_ERROR(session.execute("BEGIN; SELECT pg_advisory_xact_lock(x'4c4d494c'::int);"));
   bool is_before = false;
-  const Status status = check_tables(session, only_look, is_before);
+  const Status status = check_tables(session, read_only, is_before);
   if (!session.connected()) {
     return status;
   }
@@ -99,7 +99,7 @@ Target Leadership::target() const {
 Result<std::unique_ptr<Leadership>> Leadership::take(Options options) {
   std::unique_ptr<Leadership> leadership(new Leadership(std::move(options)));
   LM_RETURN_IF_ERROR(leadership->target().describe().status());
-  LM_RETURN_IF_ERROR(prepare_tables(leadership->session_, leadership->target(), leadership->options_.only_look));
+  LM_RETURN_IF_ERROR(prepare_tables(leadership->session_, leadership->target(), leadership->options_.read_only));
   if (!leadership->options_.chain.empty()) {
     LM_ASSIGN_OR_RETURN(leadership->chain_, CommitChain::open(leadership->options_.chain));
   }
@@ -142,13 +142,13 @@ Status Leadership::stand_by() {
     if (!first && !session_.connected() && session_.connect().ok() && !options_.wait(options_.lease)) {
       return cancelled("stopped while standing by");
     }
-    Status whole = look_at_chain(session_);
+    Status whole = verify_chain(session_);
     whole = whole.ok() ? end_lease_of_gone(session_) : whole;
     const Result<std::string> holder = whole.ok() ? try_to_take(session_) : Result<std::string>(whole);
     if (holder.ok() && holder->empty()) {
       return ok_status();
     }
-    if (holder.ok() && options_.only_look) {
+    if (holder.ok() && options_.read_only) {
       return failed_precondition("{}: a coordinator uses it ({}): stop that one first", session_.place(), *holder);
     }
     if (!holder.ok() && (first || holder.status().code() != StatusCode::kUnavailable)) {
@@ -164,7 +164,7 @@ Status Leadership::stand_by() {
       spdlog::info("{}", news);
       told = news;
     }
-    if (!options_.wait(kLookPause)) {
+    if (!options_.wait(kCheckPause)) {
       return cancelled("stopped while standing by");
     }
   }
@@ -178,16 +178,16 @@ Status Leadership::end_lease_of_gone(Session& session) {
   const std::string at_work = rows.text(0, 0);
   if (rows.flag(0, 1)) {
     seen_ = at_work;
-    looks_without_it_ = 0;
+    checks_without_it_ = 0;
   }
   // If the active instance was never seen with a connection, something hides it. Then only its lease counts.
-  if (at_work.empty() || at_work != seen_ || rows.flag(0, 1) || ++looks_without_it_ < kLooksUntilGone) {
+  if (at_work.empty() || at_work != seen_ || rows.flag(0, 1) || ++checks_without_it_ < kChecksUntilGone) {
     return ok_status();
   }
   return session.query("UPDATE lease SET expires = '-infinity' WHERE instance = $1", Parameters(at_work)).status();
 }
 
-Status Leadership::look_at_chain(Session& session) {
+Status Leadership::verify_chain(Session& session) {
   if (!chain_) {
     return ok_status();
   }

@@ -26,7 +26,7 @@ class Leadership {
     std::chrono::milliseconds lease;  ///< PostgresOptions::lease
     /// Creates no tables and does not wait. NOT_FOUND if there are none, FAILED_PRECONDITION if a coordinator is
     /// active.
-    bool only_look = false;
+    bool read_only = false;
     /// File for the record of the last known commit. A standby coordinator writes it too. Empty: no record.
     std::filesystem::path chain = {};
     bool accept_loss = false;
@@ -61,7 +61,7 @@ class Leadership {
   /// Ends the lease of a killed coordinator: one without connections in several looks in a row.
   Status end_lease_of_gone(Session& session);
   /// Compares the database with the record, and updates the record. FAILED_PRECONDITION if the database is behind.
-  Status look_at_chain(Session& session);
+  Status verify_chain(Session& session);
   /// Takes the lease if it is free or ours, and returns "". Otherwise returns its holder's name.
   Result<std::string> try_to_take(Session& session);
   void keep_renewing();
@@ -73,9 +73,9 @@ class Leadership {
   std::optional<CommitChain> chain_;
   std::array<std::uint8_t, 16> store_{};  ///< the store's id, for the record
   std::uint64_t highest_job_ = 0;
-  std::string seen_;          ///< the active instance, once it was seen with a connection
-  int looks_without_it_ = 0;  ///< in a row since then
-  Session session_;           ///< used by the renewing thread while it runs
+  std::string seen_;           ///< the active instance, once it was seen with a connection
+  int checks_without_it_ = 0;  ///< in a row since then
+  Session session_;            ///< used by the renewing thread while it runs
   Mutex mutex_;
   CondVar changed_;
   bool stopping_ LM_GUARDED_BY(mutex_) = false;

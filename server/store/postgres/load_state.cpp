@@ -93,18 +93,18 @@ Status load_next_job_id(Session& session, StoredState& state) {
 
 /// Reads nodes without their values. octet_length() does not read them.
 Status load_outlines(Session& session, StoredState::StoredJob& job) {
-  FilmPlace place;
+  FilmPosition position;
   for (;;) {
     LM_ASSIGN_OR_RETURN(
         const Rows rows,
         session.query("SELECT tile, level, range_index, non_finite, octet_length(samples)::BIGINT FROM nodes WHERE job "
                       "= $1 AND (tile, level, range_index) > ($2, $3, $4) ORDER BY tile, level, range_index LIMIT $5",
-                      Parameters(job.record.id.value, place.tile, place.level, place.index, kResultsAtOnce)));
+                      Parameters(job.record.id.value, position.tile, position.level, position.index, kResultsAtOnce)));
     for (int row = 0; row < rows.size(); ++row) {
-      place = {rows.integer(row, 0), rows.integer(row, 1), rows.integer(row, 2)};
+      position = {rows.integer(row, 0), rows.integer(row, 1), rows.integer(row, 2)};
       job.nodes.emplace_back(
-          TileId{static_cast<std::uint32_t>(place.tile)},
-          NodeOutline{{static_cast<std::uint32_t>(place.level), static_cast<std::uint32_t>(place.index)},
+          TileId{static_cast<std::uint32_t>(position.tile)},
+          NodeOutline{{static_cast<std::uint32_t>(position.level), static_cast<std::uint32_t>(position.index)},
                       rows.natural(row, 3),
                       rows.natural(row, 4) / sizeof(float)});
     }
@@ -129,7 +129,7 @@ Result<StoredState> load_state(Session& session, stored::StoredSpecs& specs, std
     LM_RETURN_IF_ERROR(load_outlines(session, job));
     if (!has_ended(job.record.state)) {
       LM_RETURN_IF_ERROR(stored::load_values(
-          job, state, repairs, [&](JobId id, const FilmPlace& after) { return read_film(session, id, after); }));
+          job, state, repairs, [&](JobId id, const FilmPosition& after) { return read_film(session, id, after); }));
     }
     LM_RETURN_IF_ERROR(load_results(session, job, state, renderers, repairs));
   }
@@ -138,7 +138,7 @@ Result<StoredState> load_state(Session& session, stored::StoredSpecs& specs, std
   return state;
 }
 
-Result<FilmPiece> read_film(Session& session, JobId job, const FilmPlace& after) {
+Result<FilmPiece> read_film(Session& session, JobId job, const FilmPosition& after) {
   LM_ASSIGN_OR_RETURN(
       const Rows rows,
       session.query("SELECT tile, level, range_index, non_finite, hash, samples FROM nodes WHERE job = $1 AND (tile, "
@@ -146,9 +146,9 @@ Result<FilmPiece> read_film(Session& session, JobId job, const FilmPlace& after)
                     Parameters(job.value, after.tile, after.level, after.index, kNodesAtOnce)));
   FilmPiece piece;
   for (int row = 0; row < rows.size(); ++row) {
-    const FilmPlace place{rows.integer(row, 0), rows.integer(row, 1), rows.integer(row, 2)};
-    stored::take_node(job, place, rows.natural(row, 3), rows.view(row, 4), rows.view(row, 5), piece);
-    piece.last = place;
+    const FilmPosition position{rows.integer(row, 0), rows.integer(row, 1), rows.integer(row, 2)};
+    stored::take_node(job, position, rows.natural(row, 3), rows.view(row, 4), rows.view(row, 5), piece);
+    piece.last = position;
   }
   if (rows.size() < kNodesAtOnce) {
     piece.last.reset();

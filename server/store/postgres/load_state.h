@@ -13,6 +13,6 @@ namespace lightmill::postgres {
 Result<StoredState> load_state(Session& session, stored::StoredSpecs& specs, std::vector<StoreOp>& repairs);
 
 /// Implements Store::read_film().
-Result<FilmPiece> read_film(Session& session, JobId job, const FilmPlace& after);
+Result<FilmPiece> read_film(Session& session, JobId job, const FilmPosition& after);
 
 }  // namespace lightmill::postgres

@@ -34,7 +34,7 @@ class PostgresStore final : public Store {
         session_(leadership_->target(), postgres::commit_statements(), kCommitPatience) {}
 
   Result<StoredState> load() override;
-  Result<FilmPiece> read_film(JobId job, const FilmPlace& after) override;
+  Result<FilmPiece> read_film(JobId job, const FilmPosition& after) override;
   Status commit(std::span<const StoreOp> ops) override;
   /// The database server checks itself (data checksums).
   Status check_structure() override { return ok_status(); }
@@ -73,7 +73,7 @@ Result<StoredState> PostgresStore::load() {
   return state;
 }
 
-Result<FilmPiece> PostgresStore::read_film(JobId job, const FilmPlace& after) {
+Result<FilmPiece> PostgresStore::read_film(JobId job, const FilmPosition& after) {
   const bool was_connected = session_.connected();
   Result<FilmPiece> piece = postgres::read_film(session_, job, after);
   if (!piece.ok() && was_connected && !session_.connected()) {
@@ -127,7 +127,7 @@ Status check_postgres_url(const std::string& url) {
 
 Result<PostgresStores> open_postgres(PostgresOptions options) {
   LM_ASSIGN_OR_RETURN(std::shared_ptr<Leadership> leadership,
-                      Leadership::take({options.url, options.lease, options.only_look, options.chain,
+                      Leadership::take({options.url, options.lease, options.read_only, options.chain,
                                         options.accept_loss, options.wait, options.on_deposed}));
   LM_ASSIGN_OR_RETURN(std::string place, leadership->target().describe());
   LM_ASSIGN_OR_RETURN(std::unique_ptr<AssetStore> assets, postgres::open_postgres_assets(leadership, options.assets));

@@ -19,7 +19,7 @@ struct PostgresOptions {
   std::chrono::milliseconds lease = std::chrono::milliseconds(2'500);
   /// Creates no tables and does not wait. NOT_FOUND if there is no farm, FAILED_PRECONDITION if a coordinator is
   /// active.
-  bool only_look = false;
+  bool read_only = false;
   /// File for the record of the last known commit (commit_chain.h). Empty: no record.
   std::filesystem::path chain = {};
   bool accept_loss = false;  ///< start with a database that is behind the record

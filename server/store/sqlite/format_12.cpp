@@ -66,7 +66,7 @@ Status load_settings_of_format_12(Database& database, StoredState& state, old::J
     settings_row.bind_all(id.value);
     LM_ASSIGN_OR_RETURN(const bool found, settings_row.step());
     if (!found) {
-      check.condemn(id, data_loss("it has no settings"));
+      check.mark_damaged(id, data_loss("it has no settings"));
       settings_row.reset();
       continue;
     }

@@ -109,14 +109,14 @@ Result<StoredState> load_state(Database& database, stored::StoredSpecs& specs, s
   for (StoredState::StoredJob& job : state.jobs) {
     if (!has_ended(job.record.state)) {
       LM_RETURN_IF_ERROR(stored::load_values(
-          job, state, repairs, [&](JobId id, const FilmPlace& after) { return read_film(database, id, after); }));
+          job, state, repairs, [&](JobId id, const FilmPosition& after) { return read_film(database, id, after); }));
     }
   }
   LM_RETURN_IF_ERROR(load_results(database, state, repairs));
   return state;
 }
 
-Result<FilmPiece> read_film(Database& database, JobId job, const FilmPlace& after) {
+Result<FilmPiece> read_film(Database& database, JobId job, const FilmPosition& after) {
   LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT tile, level, range_index, non_finite, hash, samples "
                                                        "FROM nodes WHERE job = ?1 AND (tile, level, range_index) > "
                                                        "(?2, ?3, ?4) ORDER BY tile, level, range_index"));

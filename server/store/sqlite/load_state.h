@@ -14,7 +14,7 @@ namespace lightmill::sqlite {
 Result<StoredState> load_state(Database& database, stored::StoredSpecs& specs, std::vector<StoreOp>& repairs);
 
 /// Implements Store::read_film().
-Result<FilmPiece> read_film(Database& database, JobId job, const FilmPlace& after);
+Result<FilmPiece> read_film(Database& database, JobId job, const FilmPosition& after);
 
 /// Keys of all small rows.
 Result<stored::RowKeys> load_keys(Database& database);

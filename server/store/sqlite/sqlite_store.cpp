@@ -53,7 +53,7 @@ class SqliteStore final : public Store {
         keys_(std::move(keys)) {}
 
   Result<StoredState> load() override;
-  Result<FilmPiece> read_film(JobId job, const FilmPlace& after) override {
+  Result<FilmPiece> read_film(JobId job, const FilmPosition& after) override {
     return sqlite::read_film(database_, job, after);
   }
   Status commit(std::span<const StoreOp> ops) override;

@@ -56,7 +56,7 @@ const std::vector<Kind>& kinds() {
       {"rough gold, adaptive", "tests/bench/choices/sun-on-rough-gold.json --method path --size 160x120 --adaptive",
        128},
       {"meters", "tests/bench/soak/light-meters.json --method caustic", 128},
-      {"photon map", "scenes/cornell-bench-balls.json --method photon-dots --size 128x128", 64},
+      {"photon map", "scenes/cornell-bench-balls.json --method photon-map --size 128x128", 64},
       {"ambient occlusion of the blocks", "scenes/cornell-bench-blocks.json --method ao --size 192x192", 512, true},
   };
   return all;

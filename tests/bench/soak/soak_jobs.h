@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/farm_connection.h"
+#include "client/cli/coordinator_client.h"
 #include "common/base/mutex.h"
 
 namespace lightmill::soak {
@@ -61,7 +61,7 @@ class Jobs {
 
   const std::string address_;
   const Films quiet_;
-  cli::FarmConnection farm_;
+  cli::CoordinatorClient farm_;
   std::mt19937_64 random_;
   std::atomic<bool> ends_ = false, none_left_ = false;
   mutable Mutex mutex_;

@@ -11,7 +11,7 @@
 #include "common/base/clock.h"
 #include "common/farm/job.h"
 #include "common/film/tile_grid.h"
-#include "worker/rpc/farm_link.h"
+#include "worker/rpc/coordinator_link.h"
 #include "worker/session/session.h"
 
 namespace lightmill::bench {
@@ -278,7 +278,7 @@ class SwarmMember {
   std::map<NodeKey, Time> sent_;
   std::uint64_t stream_ = 0;
   bool connected_ = false;
-  FarmLink link_;  ///< last, because it calls back
+  CoordinatorLink link_;  ///< last, because it calls back
 };
 
 namespace {

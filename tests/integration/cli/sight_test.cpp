@@ -10,8 +10,8 @@
 #include <regex>
 #include <set>
 
-#include "client/cli/farm_connection.h"
-#include "client/cli/looking.h"
+#include "client/cli/async_call.h"
+#include "client/cli/coordinator_client.h"
 #include "tests/integration/cli/cli_fixture.h"
 
 namespace lightmill::test {
@@ -267,7 +267,7 @@ TEST_F(SilentFarmTest, CtrlCEndsTheFirstRequest) {
 
 // Without an interrupt a call ends after 30 s, with another error.
 TEST_F(SilentFarmTest, InterruptedCallsEndAsCancelled) {
-  cli::FarmConnection connection(server());
+  cli::CoordinatorClient connection(server());
   ASSERT_TRUE(connection.probe(std::chrono::seconds(60)).ok());
   server_->send(SIGSTOP);
   const std::vector<std::function<Status()>> calls{[&] { return connection.list_jobs({}, 20).status(); },
@@ -275,7 +275,7 @@ TEST_F(SilentFarmTest, InterruptedCallsEndAsCancelled) {
   for (const std::function<Status()>& call : calls) {
     Status ended;
     {
-      const cli::Looking<bool> looking(
+      const cli::AsyncCall<bool> looking(
           [&]() -> Result<bool> {
             ended = call();
             return true;

@@ -218,7 +218,7 @@ TEST_F(PostgresStoreTest, ADatabaseWithoutUtf8IsRefusedWithWhatToDo) {
 
 TEST_F(PostgresStoreTest, ALookCreatesNoFarmAndDoesNotWait) {
   PostgresOptions look = options();
-  look.only_look = true;
+  look.read_only = true;
   const Status none = open_postgres(look).status();
   EXPECT_EQ(none.code(), StatusCode::kNotFound);
   EXPECT_NE(message_of(none).find("there is no farm in "), std::string::npos) << none;

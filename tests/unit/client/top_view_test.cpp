@@ -9,25 +9,25 @@
 namespace lightmill::cli {
 namespace {
 
-FarmLook farm(int jobs, int workers) {
-  FarmLook look;
-  look.server = "farm:7350";
-  look.wanted = 12;
+TopSnapshot farm(int jobs, int workers) {
+  TopSnapshot snapshot;
+  snapshot.server = "farm:7350";
+  snapshot.wanted = 12;
   for (int i = 0; i < jobs; ++i) {
-    v1::Job& job = look.jobs.emplace_back();
+    v1::Job& job = snapshot.jobs.emplace_back();
     job.set_id(static_cast<std::uint64_t>(i + 1));
     job.set_name(fmt::format("job-{}", i + 1));
     job.set_state(i % 2 == 0 ? v1::JOB_STATE_QUEUED : v1::JOB_STATE_RUNNING);
     job.mutable_goal()->set_samples(64);
   }
   for (int i = 0; i < workers; ++i) {
-    v1::Worker& worker = look.workers.emplace_back();
+    v1::Worker& worker = snapshot.workers.emplace_back();
     worker.set_name(fmt::format("w{}", i + 1));
     worker.set_threads(4);
     worker.set_leases(i % 3 == 0 ? 0 : 2);
     worker.set_samples_per_second(1e6 * (i + 1));
   }
-  return look;
+  return snapshot;
 }
 
 std::size_t line_with(const std::vector<std::string>& lines, const std::string& text) {
@@ -48,10 +48,10 @@ TEST(Top, SumsUpTheFarm) {
 }
 
 TEST(Top, RunningJobsAndTheFastestWorkersComeFirst) {
-  FarmLook look = farm(4, 3);
-  look.jobs.emplace_back().set_state(v1::JOB_STATE_DONE);
-  look.jobs.back().set_name("over");
-  const std::vector<std::string> lines = top_lines(look, 0, 0);
+  TopSnapshot snapshot = farm(4, 3);
+  snapshot.jobs.emplace_back().set_state(v1::JOB_STATE_DONE);
+  snapshot.jobs.back().set_name("over");
+  const std::vector<std::string> lines = top_lines(snapshot, 0, 0);
   EXPECT_LT(line_with(lines, "job-2"), line_with(lines, "job-4"));
   EXPECT_LT(line_with(lines, "job-4"), line_with(lines, "job-1"));
   EXPECT_LT(line_with(lines, "w3"), line_with(lines, "w2"));
@@ -61,16 +61,16 @@ TEST(Top, RunningJobsAndTheFastestWorkersComeFirst) {
 }
 
 TEST(Top, JobsWithWorkersComeFirstThenHigherPriorities) {
-  FarmLook look;
+  TopSnapshot snapshot;
   for (int i = 1; i <= 30; ++i) {
-    v1::Job& job = look.jobs.emplace_back();
+    v1::Job& job = snapshot.jobs.emplace_back();
     job.set_id(static_cast<std::uint64_t>(i));
     job.set_name(fmt::format("job-{}.", i));
     job.set_state(v1::JOB_STATE_RUNNING);
     job.set_priority(i / 10);
   }
-  look.jobs[4].set_samples_per_second(1e6);
-  const std::vector<std::string> lines = top_lines(look, 0, 0);
+  snapshot.jobs[4].set_samples_per_second(1e6);
+  const std::vector<std::string> lines = top_lines(snapshot, 0, 0);
   EXPECT_LT(line_with(lines, "job-5."), line_with(lines, "job-30."));
   EXPECT_LT(line_with(lines, "job-30."), line_with(lines, "job-20."));
   EXPECT_LT(line_with(lines, "job-20."), line_with(lines, "job-29."));
@@ -78,16 +78,16 @@ TEST(Top, JobsWithWorkersComeFirstThenHigherPriorities) {
 }
 
 TEST(Top, AWaitingJobShowsItsReasonAndNoTime) {
-  FarmLook look = farm(2, 0);
-  look.jobs[1].set_eta_seconds(12);
-  EXPECT_NE(top_lines(look, 0, 0)[line_with(top_lines(look, 0, 0), "job-2")].find("12 s"), std::string::npos);
-  look.jobs[1].set_reason("waits for a worker");
-  const std::vector<std::string> lines = top_lines(look, 0, 0);
+  TopSnapshot snapshot = farm(2, 0);
+  snapshot.jobs[1].set_eta_seconds(12);
+  EXPECT_NE(top_lines(snapshot, 0, 0)[line_with(top_lines(snapshot, 0, 0), "job-2")].find("12 s"), std::string::npos);
+  snapshot.jobs[1].set_reason("waits for a worker");
+  const std::vector<std::string> lines = top_lines(snapshot, 0, 0);
   EXPECT_EQ(lines[line_with(lines, "job-2 (waits for a worker)")].find("12 s"), std::string::npos);
 }
 
-void expect_fits(const FarmLook& look, int columns, int rows) {
-  const std::vector<std::string> lines = top_lines(look, columns, rows);
+void expect_fits(const TopSnapshot& snapshot, int columns, int rows) {
+  const std::vector<std::string> lines = top_lines(snapshot, columns, rows);
   EXPECT_LE(lines.size(), static_cast<std::size_t>(rows)) << columns << "x" << rows;
   for (const std::string& line : lines) {
     EXPECT_LE(columns_of(line), columns) << columns << "x" << rows << ": " << line;
@@ -106,17 +106,17 @@ TEST(Top, FitsAnyTerminal) {
 
 TEST(Top, FitsTheSmallestTerminals) {
   for (const int many : {0, 1, 20}) {
-    FarmLook look = farm(many, many);
+    TopSnapshot snapshot = farm(many, many);
     for (int i = 0; i < many; ++i) {
-      look.jobs[static_cast<std::size_t>(i)].set_name("冷却塔 🚀 e\u0301té");
-      look.workers[static_cast<std::size_t>(i)].set_name("工作者");
+      snapshot.jobs[static_cast<std::size_t>(i)].set_name("冷却塔 🚀 e\u0301té");
+      snapshot.workers[static_cast<std::size_t>(i)].set_name("工作者");
     }
-    look.notices.push_back("全部");
+    snapshot.notices.push_back("全部");
     for (const char* trouble : {"", "cannot reach the farm 農場"}) {
-      look.trouble = trouble;
+      snapshot.trouble = trouble;
       for (int rows = 1; rows <= 16; ++rows) {
         for (int columns = 1; columns <= 100; ++columns) {
-          expect_fits(look, columns, rows);
+          expect_fits(snapshot, columns, rows);
         }
       }
     }
@@ -124,10 +124,10 @@ TEST(Top, FitsTheSmallestTerminals) {
 }
 
 TEST(Top, AnUnreachableFarmIsReportedFirst) {
-  FarmLook look = farm(3, 3);
-  look.trouble = "no\x1b[2Janswer";
-  EXPECT_EQ(top_lines(look, 80, 1), std::vector<std::string>{"out of date: no\\x1b[2Janswer"});
-  EXPECT_EQ(top_lines(look, 80, 24)[1], "farm     farm:7350");
+  TopSnapshot snapshot = farm(3, 3);
+  snapshot.trouble = "no\x1b[2Janswer";
+  EXPECT_EQ(top_lines(snapshot, 80, 1), std::vector<std::string>{"out of date: no\\x1b[2Janswer"});
+  EXPECT_EQ(top_lines(snapshot, 80, 24)[1], "farm     farm:7350");
 }
 
 TEST(Top, CountsOmittedRowsAndFillsTheScreen) {
@@ -140,10 +140,10 @@ TEST(Top, CountsOmittedRowsAndFillsTheScreen) {
 }
 
 TEST(Top, ShowsNoControlCharacters) {
-  FarmLook look = farm(1, 1);
-  look.jobs[0].set_name("a\x1b[2Jb");
-  look.notices.push_back("c\x1b[2Jd");
-  for (const std::string& line : top_lines(look, 0, 0)) {
+  TopSnapshot snapshot = farm(1, 1);
+  snapshot.jobs[0].set_name("a\x1b[2Jb");
+  snapshot.notices.push_back("c\x1b[2Jd");
+  for (const std::string& line : top_lines(snapshot, 0, 0)) {
     EXPECT_EQ(line.find('\x1b'), std::string::npos) << line;
   }
 }

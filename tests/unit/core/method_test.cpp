@@ -135,8 +135,8 @@ INSTANTIATE_TEST_SUITE_P(
                                  {"direct", "indirect", "albedo", "normal", "depth", "id"}},
                       MethodCase{"ppm:photons=3000", {}},
                       MethodCase{"ppm:photons=1000,radius=8", {"albedo", "normal", "depth", "id"}},
-                      MethodCase{"photon-dots:photons=3000", {}},
-                      MethodCase{"photon-dots:caustic,photons=3000", {"albedo", "normal", "depth", "id"}},
+                      MethodCase{"photon-map:photons=3000", {}},
+                      MethodCase{"photon-map:caustic,photons=3000", {"albedo", "normal", "depth", "id"}},
                       MethodCase{"ao:distance=100", {"albedo", "depth"}}, MethodCase{"raycast", {}},
                       MethodCase{"whitted", {}}, MethodCase{"whitted:glass=0.3", {"albedo", "normal", "depth", "id"}},
                       MethodCase{"raycast:flat", {"albedo", "normal", "depth", "id"}},
@@ -154,7 +154,7 @@ TEST(Method, AnUnknownNameIsRefusedWithTheKnownNames) {
   ASSERT_TRUE(compiled.ok());
   const auto method = make_method(*compiled, {"pathh", 0, 0});
   EXPECT_EQ(message_of(method.status()),
-            "unknown method 'pathh'. Known methods: auto, path, caustic, vcm, ppm, photon-dots, preview, ao, raycast, "
+            "unknown method 'pathh'. Known methods: auto, path, caustic, vcm, ppm, photon-map, preview, ao, raycast, "
             "whitted");
 }
 
@@ -184,9 +184,9 @@ TEST(Method, ParametersAreCheckedByName) {
   EXPECT_EQ(parse_method("caustic:photons=5000,radius=0.5")->radius, 0.5);
   EXPECT_EQ(parse_method("caustic")->photons, std::nullopt);
   EXPECT_TRUE(parse_method("ppm:no-absorption,photons=9")->no_absorption);
-  EXPECT_TRUE(parse_method("photon-dots:caustic")->caustic);
-  EXPECT_EQ(message_of(parse_method("photon-dots:radius=1").status()),
-            "photon-dots has no parameter 'radius'. Parameters: photons=N, caustic, no-absorption, brute-force");
+  EXPECT_TRUE(parse_method("photon-map:caustic")->caustic);
+  EXPECT_EQ(message_of(parse_method("photon-map:radius=1").status()),
+            "photon-map has no parameter 'radius'. Parameters: photons=N, caustic, no-absorption, brute-force");
   EXPECT_EQ(message_of(parse_method("caustic:photons=0").status()),
             "photons: a number from 1 to 4194304 is expected, got '0'");
   EXPECT_EQ(message_of(parse_method("caustic:photons=1.5").status()), "photons: a whole number is expected, got '1.5'");

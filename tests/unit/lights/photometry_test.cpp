@@ -21,7 +21,7 @@ double over_solid_angle(const std::function<double(double)>& f, double end) {
 }
 
 TEST(Photometry, ABulbHasKnownPowerIntensityAndExitance) {
-  const double watt = lamp_watt(2.4, 0.7);
+  const double watt = electrical_watt(2.4, 0.7);
   EXPECT_NEAR(watt, 1.68, 1e-12);
   EXPECT_NEAR(watt / kPointSolidAngle, 0.13369, 5e-6);
   EXPECT_NEAR(watt / sphere_area_of_diameter(0.01), 5347.6, 0.05);

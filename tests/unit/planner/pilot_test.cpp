@@ -5,7 +5,7 @@
 #include <set>
 
 #include "common/planner/counted_cost.h"
-#include "common/planner/lamp_radiance.h"
+#include "common/planner/emitter_radiance.h"
 #include "tests/support/places.h"
 #include "tests/support/render_document.h"
 
@@ -63,7 +63,7 @@ TEST_F(PilotRun, PhotonsCountAsWorkOfTheFilm) {
   const CountedCost one = cost_of(workspace->counters);
   EXPECT_EQ(workspace->counters.photons, 4u * 3000);
   EXPECT_GT(workspace->counters.photon_rays, workspace->counters.photons);
-  EXPECT_GT(workspace->counters.deposits, 0u);
+  EXPECT_GT(workspace->counters.stored_photons, 0u);
   method->render({40, 40, 8, 8}, {2, 16}, *workspace);
   const CountedCost two = cost_of(workspace->counters);
   EXPECT_EQ(two.shared, one.shared) << "passes are held for all patches";
@@ -102,12 +102,12 @@ TEST(Pilot, LightThatPathRarelyFindsIsForeseen) {
 
 TEST(Pilot, ShownRadianceIsTheEmittersRadiance) {
   const test::TestScene scene = ball_under_a_lamp(40, 0.1);
-  const Vec3 radiance = shown_lamp_radiance(**CompiledScene::compile(scene.scene(), scene.assets()));
+  const Vec3 radiance = emitter_radiance_in_casters(**CompiledScene::compile(scene.scene(), scene.assets()));
   EXPECT_NEAR(radiance.x, 40, 1e-3);
   EXPECT_NEAR(radiance.y, 40, 1e-3);
   EXPECT_NEAR(radiance.z, 20, 1e-3);
   const test::TestScene dark = ball_under_a_lamp(0, 0.1);
-  EXPECT_EQ(shown_lamp_radiance(**CompiledScene::compile(dark.scene(), dark.assets())), Vec3{0});
+  EXPECT_EQ(emitter_radiance_in_casters(**CompiledScene::compile(dark.scene(), dark.assets())), Vec3{0});
 }
 
 /// A rough metal ball, alone under a light of the document or an emitter of radius 3 and radiance 2 above it.
@@ -134,7 +134,7 @@ std::shared_ptr<const CompiledScene> metal_ball(double roughness, const std::str
 TEST(Pilot, ARoughCasterSpreadsTheSunOverItsLobe) {
   const auto sun = metal_ball(0.3, R"({"directional": {"direction": [1, -2, -1], "irradiance": {"rgb": [3, 2, 1]}}})");
   const double alpha = 0.59 * 0.09, brightness = 1 / (12 * 3.14159265 * alpha * alpha);
-  const Vec3 shown = shown_lamp_radiance(*sun);
+  const Vec3 shown = emitter_radiance_in_casters(*sun);
   EXPECT_NEAR(shown.x, 3 * brightness, 0.01 * brightness);
   EXPECT_NEAR(shown.y, 2 * brightness, 0.01 * brightness);
   EXPECT_NEAR(shown.z, 1 * brightness, 0.01 * brightness);
@@ -143,12 +143,12 @@ TEST(Pilot, ARoughCasterSpreadsTheSunOverItsLobe) {
 // A lobe much narrower than the emitter shows its radiance. A wide lobe shows at most that.
 TEST(Pilot, RoughCastersShowAtMostTheEmittersRadiance) {
   for (const double roughness : {0.02, 0.1, 0.2}) {
-    const float shown = shown_lamp_radiance(*metal_ball(roughness, "", 6)).x;
+    const float shown = emitter_radiance_in_casters(*metal_ball(roughness, "", 6)).x;
     EXPECT_LE(shown, 2.0001f) << roughness;
     EXPECT_GT(shown, 1.5f) << roughness;
   }
   // The emitter fills π · 3²/100² of the directions, a hundredth of what the lobe spreads over: 12πα² = .106.
-  const float far = shown_lamp_radiance(*metal_ball(0.3, "", 100)).x;
+  const float far = emitter_radiance_in_casters(*metal_ball(0.3, "", 100)).x;
   EXPECT_NEAR(far, 2 * 3.1416 * 9 / 10000 / 0.1063, 0.1 * far);
 }
 

@@ -14,7 +14,7 @@ TEST(Facts, ManyThingsAreCountedAndSomeNamed) {
   }
   const SceneFacts facts = read_facts(scene_of(many, {kSky}));
   EXPECT_EQ(facts.casters.count, 40u);
-  EXPECT_EQ(facts.casters.names.size(), NamedThings::kMostNames);
+  EXPECT_EQ(facts.casters.names.size(), NamedItems::kMostNames);
   EXPECT_NE(facts.casters.text().find("and 32 more"), std::string::npos) << facts.casters.text();
 }
 

@@ -8,7 +8,7 @@
 
 #include "common/base/file.h"
 #include "common/security/caller.h"
-#include "server/access/token_book.h"
+#include "server/access/token_registry.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lightmill {
@@ -46,47 +46,47 @@ TEST(Tokens, OtherTextsAreRefused) {
   }
 }
 
-TEST(TokenBook, IdentifiesATokensOwnerUntilItExpires) {
-  TokenBook book;
+TEST(TokenRegistry, IdentifiesATokensOwnerUntilItExpires) {
+  TokenRegistry registry;
   const NewToken token = make_token().value();
-  ASSERT_TRUE(book.add(record_of(token), kTokenNow).ok());
-  const auto identity = book.identify(token.text, kTokenNow);
+  ASSERT_TRUE(registry.add(record_of(token), kTokenNow).ok());
+  const auto identity = registry.identify(token.text, kTokenNow);
   ASSERT_TRUE(identity.ok()) << identity.status();
   EXPECT_EQ(identity->name, "ada");
   EXPECT_EQ(identity->roles, Roles{Role::submit});
   EXPECT_EQ(identity->proof, Proof::token);
   EXPECT_EQ(describe(*identity), "'ada' (roles: submit; by token " + token.id + ")");
-  EXPECT_TRUE(book.check_still_holds(*identity, kTokenNow + kDay - 1).ok());
-  EXPECT_EQ(book.check_still_holds(*identity, kTokenNow + kDay).code(), StatusCode::kUnauthenticated);
-  EXPECT_EQ(book.identify(token.text, kTokenNow + kDay).status().code(), StatusCode::kUnauthenticated);
-  ASSERT_TRUE(book.remove(token.id).ok());
-  EXPECT_EQ(book.check_still_holds(*identity, kTokenNow).code(), StatusCode::kUnauthenticated);
-  EXPECT_EQ(book.identify(token.text, kTokenNow).status().code(), StatusCode::kUnauthenticated);
-  EXPECT_EQ(book.remove(token.id).code(), StatusCode::kNotFound);
+  EXPECT_TRUE(registry.check_still_holds(*identity, kTokenNow + kDay - 1).ok());
+  EXPECT_EQ(registry.check_still_holds(*identity, kTokenNow + kDay).code(), StatusCode::kUnauthenticated);
+  EXPECT_EQ(registry.identify(token.text, kTokenNow + kDay).status().code(), StatusCode::kUnauthenticated);
+  ASSERT_TRUE(registry.remove(token.id).ok());
+  EXPECT_EQ(registry.check_still_holds(*identity, kTokenNow).code(), StatusCode::kUnauthenticated);
+  EXPECT_EQ(registry.identify(token.text, kTokenNow).status().code(), StatusCode::kUnauthenticated);
+  EXPECT_EQ(registry.remove(token.id).code(), StatusCode::kNotFound);
 }
 
-TEST(TokenBook, AWrongSecretAndAWrongIdGiveTheSameError) {
-  TokenBook book;
+TEST(TokenRegistry, AWrongSecretAndAWrongIdGiveTheSameError) {
+  TokenRegistry registry;
   const NewToken token = make_token().value(), other = make_token().value();
-  ASSERT_TRUE(book.add(record_of(token), kTokenNow).ok());
+  ASSERT_TRUE(registry.add(record_of(token), kTokenNow).ok());
   const std::string forged = token.text.substr(0, token.text.rfind('_')) + other.text.substr(other.text.rfind('_'));
-  const Status wrong_secret = book.identify(forged, kTokenNow).status(),
-               wrong_id = book.identify(other.text, kTokenNow).status();
+  const Status wrong_secret = registry.identify(forged, kTokenNow).status(),
+               wrong_id = registry.identify(other.text, kTokenNow).status();
   EXPECT_EQ(wrong_secret.code(), StatusCode::kUnauthenticated);
   std::string expected = message_of(wrong_id);
   expected.replace(expected.find(other.id), other.id.size(), token.id);
   EXPECT_EQ(message_of(wrong_secret), expected);
   // All zeros are not the secret of any token, and identify no caller.
-  EXPECT_FALSE(book.identify("lightmill_000000000000_" + std::string(64, '0'), kTokenNow).ok());
+  EXPECT_FALSE(registry.identify("lightmill_000000000000_" + std::string(64, '0'), kTokenNow).ok());
 }
 
-TEST(TokenBook, RefusesInvalidRecords) {
-  TokenBook book;
+TEST(TokenRegistry, RefusesInvalidRecords) {
+  TokenRegistry registry;
   const NewToken token = make_token().value();
   const auto code = [&](auto change) {
     TokenRecord record = record_of(token);
     change(record);
-    return book.add(record, kTokenNow).code();
+    return registry.add(record, kTokenNow).code();
   };
   using enum StatusCode;
   EXPECT_EQ(code([](TokenRecord& r) { r.id = "short"; }), kInvalidArgument);
@@ -99,7 +99,7 @@ TEST(TokenBook, RefusesInvalidRecords) {
   EXPECT_EQ(code([](TokenRecord&) {}), kOk) << "the same again is one token";
   EXPECT_EQ(code([](TokenRecord& r) { r.hash = sha256("other"); }), kAlreadyExists);
   EXPECT_EQ(code([](TokenRecord& r) { r.roles = {Role::admin}; }), kAlreadyExists);
-  EXPECT_EQ(book.all(), std::vector{record_of(token)});
+  EXPECT_EQ(registry.all(), std::vector{record_of(token)});
 }
 
 class CallerTest : public ::testing::Test {

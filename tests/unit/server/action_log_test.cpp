@@ -74,7 +74,7 @@ TEST(ActionLogTest, IsFoundByJobNameTimeAndPage) {
 TEST(ActionLogTest, OnePageScansABoundedPart) {
   ActionLog log({}, {});
   log.add(action("SubmitJob", 7));
-  for (std::size_t i = 0; i < 2 * ActionLog::kLookedAt; ++i) {
+  for (std::size_t i = 0; i < 2 * ActionLog::kMostScanned; ++i) {
     log.add(action("CancelJob", 1));
   }
   log.add(action("SubmitJob", 7));
@@ -89,8 +89,8 @@ TEST(ActionLogTest, OnePageScansABoundedPart) {
     ++pages;
   } while (filter.before > 0);
   EXPECT_EQ(pages, 3u);
-  EXPECT_EQ(all, (Numbers{2 * ActionLog::kLookedAt + 2, 1}));
-  EXPECT_EQ(log.find({7, "", 0, 0}, 1).next, 2 * ActionLog::kLookedAt + 2) << "there may be more";
+  EXPECT_EQ(all, (Numbers{2 * ActionLog::kMostScanned + 2, 1}));
+  EXPECT_EQ(log.find({7, "", 0, 0}, 1).next, 2 * ActionLog::kMostScanned + 2) << "there may be more";
 }
 
 TEST(ActionLogTest, RefusalsAndWorkersDoNotDisplaceActions) {
@@ -150,12 +150,12 @@ TEST(ActionLogTest, AReconnectingWorkerIsRecordedOnce) {
 
 TEST(ActionLogTest, AStoppedCoordinatorDiffersFromAKilledOne) {
   ActionLog log({}, {});
-  EXPECT_FALSE(log.somebody_is_at_work());
+  EXPECT_FALSE(log.coordinator_is_active());
   log.add(action(std::string(kStart)));
   log.add(action("SubmitJob", 1));
-  EXPECT_TRUE(ActionLog({}, log.find({}, 100).actions).somebody_is_at_work());
+  EXPECT_TRUE(ActionLog({}, log.find({}, 100).actions).coordinator_is_active());
   log.add(action(std::string(kStop)));
-  EXPECT_FALSE(ActionLog({}, log.find({}, 100).actions).somebody_is_at_work());
+  EXPECT_FALSE(ActionLog({}, log.find({}, 100).actions).coordinator_is_active());
 }
 
 TEST(ActionLogTest, ForeignTextsAreCutAndMadePrintable) {

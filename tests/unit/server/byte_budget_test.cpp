@@ -17,8 +17,8 @@ TEST(ByteBudget, IsNeverExceededAndIsFullAfterAllReturns) {
     for (int i = 0; i < 4; ++i) {
       threads.emplace_back([&] {
         for (int turn = 0; turn < 20'000; ++turn) {
-          const ByteBudget::Place place = budget.take(kEach);
-          if (place == nullptr) {
+          const ByteBudget::Reservation reservation = budget.take(kEach);
+          if (reservation == nullptr) {
             ++refused;
             continue;
           }
@@ -39,13 +39,13 @@ TEST(ByteBudget, IsNeverExceededAndIsFullAfterAllReturns) {
 TEST(CallersBudget, OneCallerGetsHalfAndAllCallersGetTheWhole) {
   CallersBudget budget(100);
   const Holder ada{"ada", "10.0.0.1"}, bob{"bob", "10.0.0.2"}, eve{"eve", "10.0.0.3"};
-  ByteBudget::Place of_ada = budget.take(ada, 30);
+  ByteBudget::Reservation of_ada = budget.take(ada, 30);
   ASSERT_NE(of_ada, nullptr);
   EXPECT_EQ(budget.take(ada, 30, of_ada), nullptr);
   of_ada = budget.take(ada, 20, of_ada);
   ASSERT_NE(of_ada, nullptr);
   EXPECT_EQ(budget.take(ada, 1, of_ada), nullptr);
-  ByteBudget::Place of_bob = budget.take(bob, 40);
+  ByteBudget::Reservation of_bob = budget.take(bob, 40);
   ASSERT_NE(of_bob, nullptr);
   EXPECT_EQ(budget.take(eve, 20), nullptr) << "10 are left";
   EXPECT_NE(budget.take(eve, 10), nullptr);
@@ -56,7 +56,7 @@ TEST(CallersBudget, OneCallerGetsHalfAndAllCallersGetTheWhole) {
 
 TEST(CallersBudget, ManyNamesOfAnAddressOrAddressesOfANameGetHalf) {
   CallersBudget budget(100);
-  const ByteBudget::Place first = budget.take({"ada", "10.0.0.1"}, 50);
+  const ByteBudget::Reservation first = budget.take({"ada", "10.0.0.1"}, 50);
   ASSERT_NE(first, nullptr);
   EXPECT_EQ(budget.take({"bob", "10.0.0.1"}, 1), nullptr);
   EXPECT_EQ(budget.take({"ada", "10.0.0.2"}, 1), nullptr);

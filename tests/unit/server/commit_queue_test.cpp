@@ -13,7 +13,7 @@ class RecordingStore final : public Store {
  public:
   Result<StoredState> load() override { return StoredState{}; }
   /// Returns the prepared pieces, and waits before each of them.
-  Result<FilmPiece> read_film(JobId, const FilmPlace& after) override {
+  Result<FilmPiece> read_film(JobId, const FilmPosition& after) override {
     const MutexLock lock(mutex_);
     reads_.push_back(after.tile);
     while (pieces_.empty()) {

@@ -5,7 +5,7 @@
 
 #include "common/film/film.h"
 #include "server/domain/coordinator.h"
-#include "server/domain/grants.h"
+#include "server/domain/grant_signer.h"
 
 namespace lightmill::test {
 
@@ -95,7 +95,7 @@ class CoordinatorTest : public ::testing::Test {
   static LeaseGrant granted(const std::string& worker, LeaseId lease, const Unit& unit, const Sha256& digest) {
     LeaseGrant grant{lease, unit, {}, {}};
     for (const TileId tile : unit.tiles) {
-      grant.tags.push_back(Grants(Sha256{}).tag(worker, lease, digest, {unit.job, tile, unit.range}));
+      grant.tags.push_back(GrantSigner(Sha256{}).tag(worker, lease, digest, {unit.job, tile, unit.range}));
     }
     return grant;
   }

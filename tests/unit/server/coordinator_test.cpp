@@ -395,7 +395,7 @@ TEST_F(CoordinatorTest, VersionsGrowWithEveryChange) {
 TEST_F(CoordinatorTest, AMethodWithEqualSamplesHasNoError) {
   const SessionId session = connect("w");
   for (const auto& [method, estimated] :
-       {std::pair("path", true), {"photon-dots", false}, {"photon-dots:caustic", false}}) {
+       {std::pair("path", true), {"photon-map", false}, {"photon-map:caustic", false}}) {
     JobSpec job_spec = spec(method, 64);
     job_spec.settings.method = method;
     const JobId job = submit(job_spec);

@@ -13,20 +13,20 @@ class FarmHistoryTest : public ::testing::Test {
   /// The next moment, `seconds` after the one before.
   void look(double seconds = 10) {
     now_ += from_seconds(seconds);
-    history_.add(counts_, now_, to_unix_ms());
+    history_.add(load_, now_, to_unix_ms());
   }
   std::int64_t to_unix_ms() const { return static_cast<std::int64_t>(1000 * to_seconds(now_ - kStart)); }
 
   FarmHistory history_;
-  FarmCounts counts_;
+  FarmLoad load_;
   Time now_ = kStart;
 };
 
 TEST_F(FarmHistoryTest, ASampleHasTheWorkOfItsIntervalAndTheCurrentFarm) {
-  counts_.pixel_samples = 500;
+  load_.pixel_samples = 500;
   look();
   EXPECT_TRUE(history_.fine().empty()) << "a moment, and no interval yet";
-  counts_ = {800, 2, 1, {{"a", 4, 3, 0, 0, 0}, {"b", 2, 0, 0, 0, 0}}};
+  load_ = {800, 2, 1, {{"a", 4, 3, 0, 0, 0}, {"b", 2, 0, 0, 0, 0}}};
   look(12);
   ASSERT_EQ(history_.fine().size(), 1u);
   EXPECT_EQ(history_.fine()[0], (FarmSample{22'000, 12, 300, 2, 6, 4, 3, 2, 1}));
@@ -36,8 +36,8 @@ TEST_F(FarmHistoryTest, ASampleHasTheWorkOfItsIntervalAndTheCurrentFarm) {
 TEST_F(FarmHistoryTest, FiveMinutesSumTheWorkAndWeightMeansByLength) {
   look();
   for (int i = 0; i < 30; ++i) {
-    counts_.pixel_samples += 100;
-    counts_.jobs_waiting = i < 15 ? 4 : 1;
+    load_.pixel_samples += 100;
+    load_.jobs_waiting = i < 15 ? 4 : 1;
     look(i < 15 ? 10 : 20);
   }
   ASSERT_EQ(history_.coarse().size(), 1u);
@@ -59,17 +59,17 @@ TEST_F(FarmHistoryTest, KeepsAnHourAndADay) {
 }
 
 TEST_F(FarmHistoryTest, AWorkersMinutesIncludeWorkBeforeItReconnected) {
-  counts_.workers = {{"a", 1, 1, 10, 1, 1000}};
+  load_.workers = {{"a", 1, 1, 10, 1, 1000}};
   look();
   for (int i = 0; i < 3; ++i) {
-    counts_.workers[0].results += 2;
-    counts_.workers[0].pixel_samples += 50;
+    load_.workers[0].results += 2;
+    load_.workers[0].pixel_samples += 50;
     look();
   }
-  counts_.workers.clear();
+  load_.workers.clear();
   history_.depart({"a", 1, 0, 17, 3, 1200});  // work and losses since the last moment
   look();
-  counts_.workers = {{"a", 1, 1, 20, 4, 1300}};  // its counts started again
+  load_.workers = {{"a", 1, 1, 20, 4, 1300}};  // its counts started again
   look();
   look();
   const std::vector<WorkerSample> minutes = history_.of_worker("a");
@@ -79,10 +79,10 @@ TEST_F(FarmHistoryTest, AWorkersMinutesIncludeWorkBeforeItReconnected) {
 }
 
 TEST_F(FarmHistoryTest, AWorkerThatIsGoneForAnHourIsForgotten) {
-  counts_.workers = {{"a", 1, 0, 0, 0, 0}};
+  load_.workers = {{"a", 1, 0, 0, 0, 0}};
   look();
   look();
-  counts_.workers.clear();
+  load_.workers.clear();
   for (int i = 0; i < 6 * 60; ++i) {
     look();
   }
@@ -93,42 +93,42 @@ TEST_F(FarmHistoryTest, AWorkerThatIsGoneForAnHourIsForgotten) {
   EXPECT_TRUE(history_.of_worker("a").empty());
 }
 
-class FarmCountsTest : public test::CoordinatorTest {};
+class FarmLoadTest : public test::CoordinatorTest {};
 
-TEST_F(FarmCountsTest, CountsIncludeMergedSamplesAndWaitingJobs) {
+TEST_F(FarmLoadTest, CountsIncludeMergedSamplesAndWaitingJobs) {
   const JobId job = submit(spec("r1", 4, {0, 0, 64, 64}));
   const JobId paused = submit(spec("r2", 4, {0, 0, 64, 64}));
   submit(spec("r3", 4, {0, 0, 64, 64}));
   ASSERT_TRUE(coordinator->pause(paused, now, effects).ok());
-  EXPECT_EQ(coordinator->counts().jobs_waiting, 2u);
-  EXPECT_TRUE(coordinator->counts().workers.empty());
+  EXPECT_EQ(coordinator->load().jobs_waiting, 2u);
+  EXPECT_TRUE(coordinator->load().workers.empty());
 
   const SessionId session = connect("a", 3);
   const auto leases = got<LeaseGrant>(session).size();
   ASSERT_GT(leases, 0u);
-  FarmCounts counts = coordinator->counts();
-  ASSERT_EQ(counts.workers.size(), 1u);
-  EXPECT_EQ(counts.workers[0].threads, 3u);
-  EXPECT_EQ(counts.workers[0].leases, leases);
-  EXPECT_GE(counts.jobs_running, 1u);
-  EXPECT_EQ(counts.jobs_running + counts.jobs_waiting, 2u);
+  FarmLoad load = coordinator->load();
+  ASSERT_EQ(load.workers.size(), 1u);
+  EXPECT_EQ(load.workers[0].threads, 3u);
+  EXPECT_EQ(load.workers[0].leases, leases);
+  EXPECT_GE(load.jobs_running, 1u);
+  EXPECT_EQ(load.jobs_running + load.jobs_waiting, 2u);
 
   work(session);
-  counts = coordinator->counts();
-  EXPECT_EQ(counts.pixel_samples, 2u * 4 * 64 * 64);
-  EXPECT_EQ(counts.workers[0].pixel_samples, 2u * 4 * 64 * 64);
-  EXPECT_EQ(counts.jobs_running + counts.jobs_waiting, 0u);
+  load = coordinator->load();
+  EXPECT_EQ(load.pixel_samples, 2u * 4 * 64 * 64);
+  EXPECT_EQ(load.workers[0].pixel_samples, 2u * 4 * 64 * 64);
+  EXPECT_EQ(load.jobs_running + load.jobs_waiting, 0u);
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(FarmCountsTest, AForgottenWorkersWorkAndLossesAreReported) {
+TEST_F(FarmLoadTest, AForgottenWorkersWorkAndLossesAreReported) {
   submit(spec("r1", 4, {0, 0, 64, 64}));
   const SessionId session = connect("a");
   const auto leases = got<LeaseGrant>(session).size();
   ASSERT_GT(leases, 0u);
   coordinator->worker_disconnected(session, now, effects);
   EXPECT_TRUE(effects.departed.empty()) << "it may come again and go on";
-  EXPECT_TRUE(coordinator->counts().workers.empty());
+  EXPECT_TRUE(coordinator->load().workers.empty());
   now += limits.disconnect_grace + std::chrono::milliseconds(1);
   coordinator->tick(now, unix_ms(), effects);
   ASSERT_EQ(effects.departed.size(), 1u);

@@ -64,7 +64,7 @@ TEST_F(LeasingTest, LeasesOfADisplacedWorkerMoveAtOnceAndAreNotLost) {
   ASSERT_GT(leases, 0u);
   EXPECT_TRUE(coordinator->is_full("second"));
   EXPECT_FALSE(coordinator->is_full("first")) << "it may come again";
-  coordinator->worker_gives_way(first, now, effects);
+  coordinator->evict_worker(first, now, effects);
   flush();
   EXPECT_FALSE(coordinator->is_full("second"));
   const SessionId second = connect("second");

@@ -292,13 +292,13 @@ TEST_F(LostWorkersTest, AnOverloadedCoordinatorLosesNoSilentWorker) {
   connect("b");
   const Duration step_time = limits.lease_duration / 4;
   for (Duration at{}; at < 3 * limits.silence; at += step_time) {
-    coordinator->cannot_keep_up(now);
+    coordinator->note_backlog(now);
     pass(step_time);
   }
   EXPECT_TRUE(closed.empty());
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
   coordinator->worker_disconnected(session, now, effects);  // a broken stream still loses its worker
-  coordinator->cannot_keep_up(now);
+  coordinator->note_backlog(now);
   pass(limits.disconnect_grace + std::chrono::seconds(1));
   const std::uint64_t lost = status(job).counters.leases_lost;
   EXPECT_GT(lost, 0u);

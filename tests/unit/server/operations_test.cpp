@@ -48,7 +48,7 @@ class SlowStore final : public Store {
  public:
   explicit SlowStore(std::shared_future<void> let) : let_(std::move(let)) {}
   Result<StoredState> load() override { return StoredState{}; }
-  Result<FilmPiece> read_film(JobId, const FilmPlace&) override { return FilmPiece{}; }
+  Result<FilmPiece> read_film(JobId, const FilmPosition&) override { return FilmPiece{}; }
   Status check_structure() override { return ok_status(); }
   Status commit(std::span<const StoreOp>) override {
     let_.wait();
@@ -84,8 +84,8 @@ class OperationCallTest : public ::testing::Test {
   }
   void on_farm(const FarmLoop::Task& task) {
     std::promise<void> done;
-    runtime->loop().post_always([&](FarmLoop::Turn& turn) {
-      task(turn);
+    runtime->loop().post_always([&](FarmLoop::TaskContext& context) {
+      task(context);
       done.set_value();
     });
     done.get_future().wait();
@@ -100,12 +100,14 @@ class OperationCallTest : public ::testing::Test {
     spec.settings.scene = "scene";
     spec.goal.samples = 4;
     JobId job;
-    on_farm([&](FarmLoop::Turn& turn) { job = turn.farm.submit(spec, turn.now, turn.unix_ms, turn.effects).value(); });
+    on_farm([&](FarmLoop::TaskContext& context) {
+      job = context.farm.submit(spec, context.now, context.unix_ms, context.effects).value();
+    });
     return job;
   }
   std::vector<Action> actions() {
     std::vector<Action> found;
-    on_farm([&](FarmLoop::Turn& turn) { found = turn.actions.find({}, 10).actions; });
+    on_farm([&](FarmLoop::TaskContext& context) { found = context.actions.find({}, 10).actions; });
     return found;
   }
   static Identity user(const std::string& name) { return {name, {Role::submit}, Proof::token, 0, ""}; }
@@ -125,7 +127,9 @@ TEST_F(OperationCallTest, AChangeIsRecordedAndAnsweredAfterItsCommit) {
   static_cast<v1::PauseJobRequest&>(asked->request()).set_id(job.value);
   EXPECT_EQ(asked->about().job, job.value);
   std::future<Status> answer = start(asked, user("ada"));
-  on_farm([&](FarmLoop::Turn& turn) { EXPECT_EQ(turn.farm.status(job, turn.now)->state, JobState::paused); });
+  on_farm([&](FarmLoop::TaskContext& context) {
+    EXPECT_EQ(context.farm.status(job, context.now)->state, JobState::paused);
+  });
   EXPECT_EQ(answer.wait_for(std::chrono::seconds(0)), std::future_status::timeout);
   let_commits();
   EXPECT_TRUE(answer.get().ok());
@@ -142,7 +146,9 @@ TEST_F(OperationCallTest, ACallAboutAnotherUsersJobIsRefusedAndRecorded) {
   const auto asked = call(Rpc::pause_job);
   static_cast<v1::PauseJobRequest&>(asked->request()).set_id(job.value);
   EXPECT_EQ(start(asked, user("eve")).get().code(), StatusCode::kPermissionDenied);
-  on_farm([&](FarmLoop::Turn& turn) { EXPECT_EQ(turn.farm.status(job, turn.now)->state, JobState::queued); });
+  on_farm([&](FarmLoop::TaskContext& context) {
+    EXPECT_EQ(context.farm.status(job, context.now)->state, JobState::queued);
+  });
   const std::vector<Action> log = actions();
   ASSERT_EQ(log.size(), 1u);
   EXPECT_EQ(log[0].who, "eve");
@@ -157,9 +163,9 @@ TEST_F(OperationCallTest, AnInvalidCallLeavesNoRecord) {
 }
 
 TEST_F(OperationCallTest, AnInspectionIsForgottenWithItsCaller) {
-  on_farm([](FarmLoop::Turn& turn) {
-    turn.farm.worker_connected(SessionId{1}, {"w", "h", 1, 1, "class-a", kRendererVersion, {}, false, "m", true},
-                               turn.now, turn.effects);
+  on_farm([](FarmLoop::TaskContext& context) {
+    context.farm.worker_connected(SessionId{1}, {"w", "h", 1, 1, "class-a", kRendererVersion, {}, false, "m", true},
+                                  context.now, context.effects);
   });
   const Sha256 digest = sha256("{}");
   const auto upload = runtime->assets().start_upload(digest).value();
@@ -172,10 +178,10 @@ TEST_F(OperationCallTest, AnInspectionIsForgottenWithItsCaller) {
   file->set_digest(digest_bytes(digest));
   request.add_scene("a.json");
   std::future<Status> answer = start(asked, anybody());
-  on_farm([](FarmLoop::Turn& turn) { EXPECT_EQ(turn.inspections.size(), 1u); });
+  on_farm([](FarmLoop::TaskContext& context) { EXPECT_EQ(context.inspections.size(), 1u); });
   asked->cancel();
   EXPECT_EQ(answer.get().code(), StatusCode::kCancelled);
-  on_farm([](FarmLoop::Turn& turn) { EXPECT_TRUE(turn.inspections.empty()); });
+  on_farm([](FarmLoop::TaskContext& context) { EXPECT_TRUE(context.inspections.empty()); });
 }
 
 }  // namespace

@@ -126,23 +126,23 @@ TEST(PendingAudits, GoToOtherMachinesInUnitsOfOneRange) {
   all.open({{3, 1}, TileId{0}}, claim("a", 9));
   EXPECT_TRUE(all.next_for(on("a"), 8).empty());
   EXPECT_EQ(all.next_for(on("b"), 3).size(), 3u);
-  const std::vector<PendingAudits::Place> next = all.next_for(on("b"), 8);
+  const std::vector<PendingAudits::Key> next = all.next_for(on("b"), 8);
   ASSERT_EQ(next.size(), 4u);
-  for (const PendingAudits::Place& place : next) {
+  for (const PendingAudits::Key& place : next) {
     EXPECT_EQ(place.range, (SampleRange{2, 0}));
     all.lease(place, LeaseId{7});
   }
   EXPECT_EQ(all.out(), 4u);
-  EXPECT_EQ(all.next_for(on("b"), 8), (std::vector<PendingAudits::Place>{{{3, 1}, TileId{0}}}));
+  EXPECT_EQ(all.next_for(on("b"), 8), (std::vector<PendingAudits::Key>{{{3, 1}, TileId{0}}}));
   all.release(next[0], LeaseId{8}, true);
   EXPECT_EQ(all.out(), 4u) << "another lease";
   all.release(next[0], LeaseId{7}, false);
-  EXPECT_EQ(all.next_for(on("c"), 8), (std::vector<PendingAudits::Place>{next[0]}));
+  EXPECT_EQ(all.next_for(on("c"), 8), (std::vector<PendingAudits::Key>{next[0]}));
 }
 
 TEST(PendingAudits, AreTakenOverByMachinesThatHaveMadeNoClaim) {
   PendingAudits all;
-  const PendingAudits::Place place{{0, 0}, TileId{0}};
+  const PendingAudits::Key place{{0, 0}, TileId{0}};
   all.open(place, claim("a", 1));
   all.lease(place, LeaseId{7});
   EXPECT_FALSE(all.take_over(place, LeaseId{7}, LeaseId{9}, on("a")));
@@ -156,7 +156,7 @@ TEST(PendingAudits, AreTakenOverByMachinesThatHaveMadeNoClaim) {
 
 TEST(PendingAudits, ADisputeGoesToAThirdMachine) {
   PendingAudits all;
-  const PendingAudits::Place place{{0, 0}, TileId{0}};
+  const PendingAudits::Key place{{0, 0}, TileId{0}};
   all.open(place, claim("a", 1));
   EXPECT_EQ(all.claim(place, claim("b", 2)).kind, Verdict::Kind::open);
   EXPECT_TRUE(all.next_for(on("a"), 1).empty());
@@ -172,7 +172,7 @@ TEST(PendingAudits, ADisputeGoesToAThirdMachine) {
 
 TEST(PendingAudits, AClassAuditsItsOwnResults) {
   PendingAudits all;
-  const PendingAudits::Place of_x{{0, 0}, TileId{0}}, of_y{{0, 0}, TileId{1}};
+  const PendingAudits::Key of_x{{0, 0}, TileId{0}}, of_y{{0, 0}, TileId{1}};
   all.open(of_x, {{"w", "a", "x"}, {0, 1}});
   all.open(of_y, {{"v", "b", "y"}, {0, 2}});
   EXPECT_TRUE(all.next_for(on("a", "x"), 8).empty());
@@ -191,8 +191,8 @@ TEST(PendingAudits, AClassAuditsItsOwnResults) {
 
 TEST(PendingAudits, AnUnchosenPlaceEndsWithItsDispute) {
   PendingAudits all;
-  const PendingAudits::Place place{{0, 0}, TileId{0}}, leased{{0, 0}, TileId{1}};
-  for (const PendingAudits::Place& each : {place, leased}) {
+  const PendingAudits::Key place{{0, 0}, TileId{0}}, leased{{0, 0}, TileId{1}};
+  for (const PendingAudits::Key& each : {place, leased}) {
     all.open(each, claim("a", 1), false);
     EXPECT_EQ(all.claim(each, claim("b", 2)).kind, Verdict::Kind::open);
   }
@@ -207,7 +207,7 @@ TEST(PendingAudits, AnUnchosenPlaceEndsWithItsDispute) {
 
 TEST(PendingAudits, APlaceThatLosesManyWorkersIsSkipped) {
   PendingAudits all;
-  const PendingAudits::Place place{{0, 0}, TileId{0}};
+  const PendingAudits::Key place{{0, 0}, TileId{0}};
   all.open(place, claim("a", 1));
   for (std::uint32_t i = 0; i < PendingAudits::kMostLost; ++i) {
     ASSERT_EQ(all.next_for(on("b"), 1).size(), 1u);

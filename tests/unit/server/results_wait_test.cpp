@@ -16,7 +16,7 @@ class ResultsWaitTest : public CoordinatorTest {
     limits.result_bytes_per_second = bytes_per_second;
     restart({});
   }
-  double rate() const { return coordinator->snapshot().results_rate; }
+  double rate() const { return coordinator->gauges().results_rate; }
   void say_wait(SessionId session, Duration wait) { say(session, WorkerHeartbeat{{}, wait}); }
   void say_nothing(SessionId session) { say(session, WorkerHeartbeat{}); }
   /// Sends the results of a lease. Returns the bytes that they take of the rate.
@@ -218,7 +218,7 @@ TEST_F(ResultsWaitTest, ANoticeMarksTheBeginningAndTheEnd) {
 TEST_F(ResultsWaitTest, WorkersOfALargeFarmSendHeartbeatsLessOften) {
   Duration last{};
   const auto until = [&](int workers) {
-    for (int i = static_cast<int>(coordinator->counts().workers.size()); i < workers; ++i) {
+    for (int i = static_cast<int>(coordinator->load().workers.size()); i < workers; ++i) {
       last = got<Welcome>(connect(fmt::format("w{}", i))).at(0).heartbeat_interval;
     }
     return last;

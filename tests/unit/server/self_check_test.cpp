@@ -11,50 +11,50 @@
 namespace lightmill {
 namespace {
 
-using Verdict = Hearing::Verdict;
+using Verdict = PortHealth::Verdict;
 
-Time hearing_time(double seconds) {
+Time health_time(double seconds) {
   return Time{from_seconds(1'000 + seconds)};
 }
 
-TEST(Hearing, AnAnswerEndsTheDoubtOfSomeUnansweredDials) {
-  Hearing hearing(hearing_time(0));
-  EXPECT_EQ(hearing.note(true, hearing_time(0)), Verdict::hears);
-  for (int i = 1; i < Hearing::kDoubtful; ++i) {
-    EXPECT_EQ(hearing.note(false, hearing_time(i)), Verdict::hears);
+TEST(PortHealth, AnAnswerEndsTheDoubtOfSomeUnansweredDials) {
+  PortHealth health(health_time(0));
+  EXPECT_EQ(health.note(true, health_time(0)), Verdict::answering);
+  for (int i = 1; i < PortHealth::kDoubtful; ++i) {
+    EXPECT_EQ(health.note(false, health_time(i)), Verdict::answering);
   }
-  EXPECT_EQ(hearing.note(false, hearing_time(10)), Verdict::doubtful);
-  EXPECT_EQ(hearing.note(true, hearing_time(11)), Verdict::hears);
-  EXPECT_EQ(hearing.note(false, hearing_time(12)), Verdict::hears);
+  EXPECT_EQ(health.note(false, health_time(10)), Verdict::doubtful);
+  EXPECT_EQ(health.note(true, health_time(11)), Verdict::answering);
+  EXPECT_EQ(health.note(false, health_time(12)), Verdict::answering);
 }
 
-TEST(Hearing, ManyUnansweredDialsOverALongTimeAreDeaf) {
-  Hearing hearing(hearing_time(0));
-  EXPECT_EQ(hearing.note(true, hearing_time(0)), Verdict::hears);
-  EXPECT_NE(hearing.note(false, hearing_time(10'000)), Verdict::deaf) << "the machine stood still";
-  for (int i = 2; i < Hearing::kDeaf; ++i) {
-    EXPECT_NE(hearing.note(false, hearing_time(10'000 + i)), Verdict::deaf);
+TEST(PortHealth, ManyUnansweredDialsOverALongTimeAreDeaf) {
+  PortHealth health(health_time(0));
+  EXPECT_EQ(health.note(true, health_time(0)), Verdict::answering);
+  EXPECT_NE(health.note(false, health_time(10'000)), Verdict::unresponsive) << "the machine stood still";
+  for (int i = 2; i < PortHealth::kUnresponsive; ++i) {
+    EXPECT_NE(health.note(false, health_time(10'000 + i)), Verdict::unresponsive);
   }
-  EXPECT_EQ(hearing.note(false, hearing_time(10'100)), Verdict::deaf);
+  EXPECT_EQ(health.note(false, health_time(10'100)), Verdict::unresponsive);
 
-  Hearing hasty(hearing_time(0));
-  (void)hasty.note(true, hearing_time(0));
-  for (int i = 0; i < 10 * Hearing::kDeaf; ++i) {
-    EXPECT_NE(hasty.note(false, hearing_time(1)), Verdict::deaf);
+  PortHealth hasty(health_time(0));
+  (void)hasty.note(true, health_time(0));
+  for (int i = 0; i < 10 * PortHealth::kUnresponsive; ++i) {
+    EXPECT_NE(hasty.note(false, health_time(1)), Verdict::unresponsive);
   }
 }
 
-TEST(Hearing, APortThatHasNeverAnsweredIsNotDeaf) {
-  Hearing hearing(hearing_time(0));
-  for (int i = 0; i < 10 * Hearing::kDeaf; ++i) {
-    EXPECT_NE(hearing.note(false, hearing_time(1'000.0 * i)), Verdict::deaf);
+TEST(PortHealth, APortThatHasNeverAnsweredIsNotDeaf) {
+  PortHealth health(health_time(0));
+  for (int i = 0; i < 10 * PortHealth::kUnresponsive; ++i) {
+    EXPECT_NE(health.note(false, health_time(1'000.0 * i)), Verdict::unresponsive);
   }
 }
 
 /// A clock that moves half a minute with each reading.
 class LeapingClock final : public Clock {
  public:
-  Time now() const override { return hearing_time(30.0 * ++looks_); }
+  Time now() const override { return health_time(30.0 * ++looks_); }
   std::int64_t unix_milliseconds() const override { return 0; }
 
  private:
@@ -106,10 +106,10 @@ class MoodyPort {
 };
 
 TEST(SelfCheck, ReportsWhenAPortStopsAnsweringAndResumes) {
-  MoodyPort port([](int dial) { return dial < 1 || dial >= 1 + Hearing::kDoubtful; });
+  MoodyPort port([](int dial) { return dial < 1 || dial >= 1 + PortHealth::kDoubtful; });
   Said said;
   const SelfCheck check(
-      port.listener(), false, system_clock(), [&](bool hears) { said.add(hears ? "hears" : "doubts"); },
+      port.listener(), false, system_clock(), [&](bool answering) { said.add(answering ? "hears" : "doubts"); },
       [&](const Status&) { said.add("deaf"); }, Duration::zero());
   EXPECT_EQ(said.first(2), (std::vector<std::string>{"doubts", "hears"}));
 }
@@ -119,7 +119,7 @@ TEST(SelfCheck, APortThatStaysDeafEndsTheProgram) {
   Said said;
   const LeapingClock clock;
   const SelfCheck check(
-      port.listener(), false, clock, [&](bool hears) { said.add(hears ? "hears" : "doubts"); },
+      port.listener(), false, clock, [&](bool answering) { said.add(answering ? "hears" : "doubts"); },
       [&](const Status& why) {
         EXPECT_EQ(why.code(), StatusCode::kUnavailable);
         said.add("deaf");

@@ -89,7 +89,7 @@ TEST(TileSnapshot, ALayersPixelsAreItsOwn) {
   }
   const TileSnapshot tile = snapshot(film, TileId{0});
   const auto shown = [&](std::string_view layer) {
-    const std::string bytes = view_pixels(tile, place_of(layer, layers).value());
+    const std::string bytes = view_pixels(tile, layer_slice(layer, layers).value());
     std::vector<float> values;
     for (std::size_t i = 0; i + 1 < bytes.size(); i += 2) {
       values.push_back(_cvtsh_ss(static_cast<std::uint16_t>(static_cast<unsigned char>(bytes[i]) |
@@ -113,7 +113,7 @@ TEST(TileSnapshot, ALayersPixelsAreItsOwn) {
   EXPECT_EQ(shown("normal"), (std::vector<float>{0.5f, -1, 0.25f, -1}));
   EXPECT_EQ(shown("depth"), (std::vector<float>{2, 2, 2, -1}));
   EXPECT_TRUE(shown("id").empty()) << "no colours";
-  EXPECT_FALSE(place_of("albedo", layers));
+  EXPECT_FALSE(layer_slice("albedo", layers));
 }
 
 TEST(TileSnapshot, ValuesBeyondHalfPrecisionBecomeTheLargest) {

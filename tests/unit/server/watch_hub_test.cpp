@@ -266,7 +266,7 @@ TEST_F(WatchHubTest, TilesOfAnEndedJobComeOnceItsFilmIsRead) {
   flush();
   EXPECT_TRUE(hub.take_wanted_films().empty()) << "it was said";
   coordinator->film_read(job, std::move(stored), now, effects);
-  hub.film_came(*coordinator, job, now);
+  hub.film_loaded(*coordinator, job, now);
   ASSERT_EQ(inbox->updates.size(), 2u);
   EXPECT_EQ(inbox->updates[1].tiles.size(), 2u);
   EXPECT_TRUE(inbox->updates[1].last);

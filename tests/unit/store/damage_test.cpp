@@ -211,7 +211,7 @@ TEST_F(Damage, IsNeverSilent) {
     const Result<std::unique_ptr<Store>> store = open_sqlite_store(file_);
     Result<StoredState> state = store.ok() ? load_with_films(**store) : Result<StoredState>(store.status());
     std::vector<StoreOp> repairs;
-    if (const Status status = state.ok() ? take_out_nonsense(*state, repairs) : state.status(); !status.ok()) {
+    if (const Status status = state.ok() ? remove_invalid_rows(*state, repairs) : state.status(); !status.ok()) {
       ++outcomes["refused"];
       EXPECT_TRUE(status.code() == StatusCode::kDataLoss || status.code() == StatusCode::kFailedPrecondition ||
                   status.code() == StatusCode::kUnavailable)
@@ -219,7 +219,7 @@ TEST_F(Damage, IsNeverSilent) {
       EXPECT_FALSE(message_of(status).empty());
       continue;
     }
-    name_lost_nodes(*state);
+    report_lost_nodes(*state);
     expect_named(*state, before);
     EXPECT_GE(state->next_job_id, kJobs + 1);
     const bool named = !state->damaged.empty() || !state->damaged_jobs.empty() || !state->damaged_entries.empty() ||

@@ -102,7 +102,7 @@ Result<StoredState> load_with_films(Store& store) {
   std::vector<StoreOp> repairs;
   for (StoredState::StoredJob& job : state.jobs) {
     LM_RETURN_IF_ERROR(stored::load_values(
-        job, state, repairs, [&](JobId id, const FilmPlace& after) { return store.read_film(id, after); }));
+        job, state, repairs, [&](JobId id, const FilmPosition& after) { return store.read_film(id, after); }));
   }
   if (!repairs.empty()) {
     LM_RETURN_IF_ERROR(store.commit(repairs));
@@ -318,7 +318,7 @@ TEST_P(StoreConformance, AnEndedJobsFilmIsReadSeparatelyInPieces) {
 
   std::set<TileId> read;
   int pieces = 0;
-  for (std::optional<FilmPlace> last = FilmPlace{}; last; ++pieces) {
+  for (std::optional<FilmPosition> last = FilmPosition{}; last; ++pieces) {
     const FilmPiece piece = store->read_film(JobId{1}, *last).value();
     for (const StoredState::StoredNode& node : piece.nodes) {
       EXPECT_EQ(node.node->values.back(), static_cast<float>(node.tile.value + 1));

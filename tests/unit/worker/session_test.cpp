@@ -194,7 +194,7 @@ TEST_F(SessionTest, NoResultIsSentToAnotherFarm) {
   EXPECT_TRUE(said<WorkerResult>().empty());
   EXPECT_EQ(asked<StopTile>().size(), 2u);
   EXPECT_EQ(asked<ForgetJob>().size(), 1u);
-  EXPECT_EQ(asked<Say>().size(), 1u);
+  EXPECT_EQ(asked<LogNotice>().size(), 1u);
   EXPECT_EQ(session->status().leases, 0u);
   EXPECT_EQ(session->status().results_unacknowledged, 0u);
   EXPECT_EQ(session->status().unacknowledged_bytes, 0u);

@@ -38,31 +38,31 @@ TEST_F(StateFolderTest, ARequestedTokenStaysTheSameUntilItIsKept) {
   {
     StateFolder state = StateFolder::take(root_).value();
     EXPECT_FALSE(state.has_token());
-    asked = state.asked_token().value();
+    asked = state.pending_token().value();
     EXPECT_EQ(asked.hash, sha256(asked.text));
     EXPECT_EQ(token_id(asked.text).value(), asked.id);
     EXPECT_FALSE(state.has_token()) << "nobody has said yes";
   }
   StateFolder state = StateFolder::take(root_).value();
-  EXPECT_EQ(state.asked_token()->text, asked.text) << "after a restart";
-  ASSERT_TRUE(state.keep_asked_token().ok());
+  EXPECT_EQ(state.pending_token()->text, asked.text) << "after a restart";
+  ASSERT_TRUE(state.commit_pending_token().ok());
   EXPECT_TRUE(state.has_token());
   EXPECT_EQ(read_file(state.token_file()).value(), asked.text + "\n");
   EXPECT_EQ(mode_of(state.token_file()), 0600u);
-  const NewToken next = state.asked_token().value();
+  const NewToken next = state.pending_token().value();
   EXPECT_NE(next.text, asked.text) << "the farm has refused the first one";
   EXPECT_EQ(read_file(state.token_file()).value(), asked.text + "\n") << "it stays until there is another";
-  ASSERT_TRUE(state.keep_asked_token().ok());
+  ASSERT_TRUE(state.commit_pending_token().ok());
   EXPECT_EQ(read_file(state.token_file()).value(), next.text + "\n");
 }
 
 TEST_F(StateFolderTest, ADamagedRequestIsReplaced) {
   StateFolder state = StateFolder::take(root_).value();
-  const NewToken asked = state.asked_token().value();
+  const NewToken asked = state.pending_token().value();
   for (const std::string& damaged : {std::string(), std::string("rubbish\n"), asked.text.substr(1)}) {
     ASSERT_TRUE(write_secret_file(state.path() / "token.asked", as_byte_view(damaged), true).ok());
-    EXPECT_TRUE(token_id(state.asked_token()->text).ok());
-    EXPECT_NE(state.asked_token()->text, asked.text);
+    EXPECT_TRUE(token_id(state.pending_token()->text).ok());
+    EXPECT_NE(state.pending_token()->text, asked.text);
   }
 }
 

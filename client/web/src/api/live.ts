@@ -20,7 +20,7 @@ export interface LiveListener {
   onUpdate(update: ViewUpdate): void;
 }
 
-const kLookMs = 1_000;
+const kCheckMs = 1_000;
 
 /** The id of this page. Jobs that are submitted for it end with its last connection. */
 export const kPage = hexOf(crypto.getRandomValues(new Uint8Array(16)));
@@ -33,7 +33,7 @@ export class Live {
   private lastHeardMs = 0;
   private retry: ReturnType<typeof setTimeout> | undefined;
   private readonly closing = new AbortController();
-  private readonly look = setInterval(() => this.lookForSilence(), kLookMs);
+  private readonly check = setInterval(() => this.checkForSilence(), kCheckMs);
 
   constructor(private readonly listener: LiveListener) {
     const {signal} = this.closing;
@@ -45,7 +45,7 @@ export class Live {
   /** Closes the connection for good. */
   close(): void {
     this.closing.abort();
-    clearInterval(this.look);
+    clearInterval(this.check);
     clearTimeout(this.retry);
     this.retry = undefined;
     const socket = this.socket;
@@ -136,7 +136,7 @@ export class Live {
     }
   }
 
-  private lookForSilence(): void {
+  private checkForSilence(): void {
     const socket = this.socket;
     if (socket && isSilent(this.lastHeardMs, Date.now(), document.hidden)) {
       socket.close();

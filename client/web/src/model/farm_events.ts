@@ -8,7 +8,7 @@ export type EventKind = (typeof kEventKinds)[number];
 const kMost = 5_000;
 
 /** The known events. */
-export interface EventBook {
+export interface EventPages {
   /** Newest first, without gaps. */
   events: readonly FarmEvent[];
   /** The token of the page before them; empty if there is none. */
@@ -22,16 +22,16 @@ function joins(known: readonly FarmEvent[], coming: readonly FarmEvent[]): boole
 }
 
 /** Adds the newest page. It replaces all if it does not join them. */
-export function withNewest(book: EventBook, page: FarmEvents): EventBook {
-  if (!joins(book.events, page.events)) {
+export function withNewest(pages: EventPages, page: FarmEvents): EventPages {
+  if (!joins(pages.events, page.events)) {
     return {events: page.events, older: page.nextPageToken};
   }
-  const fresh = page.events.filter(({number}) => number > book.events[0]!.number);
-  const events = [...fresh, ...book.events];
-  return events.length > kMost ? {events: events.slice(0, kMost), older: ''} : {events, older: book.older};
+  const fresh = page.events.filter(({number}) => number > pages.events[0]!.number);
+  const events = [...fresh, ...pages.events];
+  return events.length > kMost ? {events: events.slice(0, kMost), older: ''} : {events, older: pages.older};
 }
 
-/** Adds the page of `book.older`, if the list still ends there. */
-export function withOlder(book: EventBook, token: string, page: FarmEvents): EventBook {
-  return book.older === token ? {events: [...book.events, ...page.events], older: page.nextPageToken} : book;
+/** Adds the page of `pages.older`, if the list still ends there. */
+export function withOlder(pages: EventPages, token: string, page: FarmEvents): EventPages {
+  return pages.older === token ? {events: [...pages.events, ...page.events], older: page.nextPageToken} : pages;
 }

@@ -15,7 +15,7 @@ import {SceneSchema, type Scene} from '../wire/lightmill/v1/scene_pb';
 import {bytesOfHex} from './bytes';
 import type {Photons} from './route';
 
-export const kMethods = ['auto', 'path', 'caustic', 'vcm', 'ppm', 'photon-dots', 'whitted', 'raycast', 'ao', 'preview'] as const;
+export const kMethods = ['auto', 'path', 'caustic', 'vcm', 'ppm', 'photon-map', 'whitted', 'raycast', 'ao', 'preview'] as const;
 export const kMostSide = 65_536;
 export const kLeastPriority = -(2 ** 31);
 export const kMostPriority = 2 ** 31 - 1;
@@ -154,13 +154,13 @@ export function newSpec(scene: Scene, name: string): JobSpec {
 export const kQuickEnding = ' (being edited)';
 
 /** Suffix of the names of jobs that render photons for the overlay. */
-export const kDotsEnding = ' (photon map)';
+export const kPhotonMapEnding = ' (photon map)';
 
 /** Bytes. */
 const kMostName = 200;
 
 /** The name, cut so that the ending fits. */
-function lookName(name: string, ending: string): string {
+function pageJobName(name: string, ending: string): string {
   const room = kMostName - ending.length;
   let cut = '';
   for (const character of name || 'scene') {
@@ -173,27 +173,27 @@ function lookName(name: string, ending: string): string {
 }
 
 /** Whether the job belongs to a page, which deletes it. */
-export function isLook(name: string): boolean {
-  return name.endsWith(kQuickEnding) || name.endsWith(kDotsEnding);
+export function isPageJob(name: string): boolean {
+  return name.endsWith(kQuickEnding) || name.endsWith(kPhotonMapEnding);
 }
 
-const kDotsMethods: Record<Exclude<Photons, 'none'>, string> = {
-  few: 'photon-dots:photons=10000',
-  many: 'photon-dots:photons=100000',
-  caustic: 'photon-dots:caustic:photons=100000',
+const kPhotonMapMethods: Record<Exclude<Photons, 'none'>, string> = {
+  few: 'photon-map:photons=10000',
+  many: 'photon-map:photons=100000',
+  caustic: 'photon-map:caustic:photons=100000',
 };
 
 /** The photons of a job's scene, aligned with its pixels. One sample is enough, since all show the same. */
-export function dotsSpec(spec: JobSpec, photons: Exclude<Photons, 'none'>, rendererVersion: string, parent: bigint): JobSpec {
+export function photonMapSpec(spec: JobSpec, photons: Exclude<Photons, 'none'>, rendererVersion: string, parent: bigint): JobSpec {
   const {settings} = spec;
   return {
     ...spec,
-    name: lookName(spec.name, kDotsEnding),
+    name: pageJobName(spec.name, kPhotonMapEnding),
     parent,
     priority: Math.min(spec.priority + 1, kMostPriority),
     verifyShare: 0,
     goal: create(GoalSchema, {samples: 1n}),
-    settings: {...(settings ?? create(RenderSettingsSchema)), method: kDotsMethods[photons], layers: [kBeauty], maxBounces: 0, meters: 0, rendererVersion},
+    settings: {...(settings ?? create(RenderSettingsSchema)), method: kPhotonMapMethods[photons], layers: [kBeauty], maxBounces: 0, meters: 0, rendererVersion},
   };
 }
 
@@ -210,7 +210,7 @@ export function quickSpec(spec: JobSpec, scene: Scene, form: JobForm, rendererVe
   const whole = settingsFor(spec.settings ?? create(RenderSettingsSchema), scene, form, rendererVersion);
   return {
     ...spec,
-    name: lookName(form.name, kQuickEnding),
+    name: pageJobName(form.name, kQuickEnding),
     parent,
     priority: Math.min(form.priority + 1, kMostPriority),
     verifyShare: 0,

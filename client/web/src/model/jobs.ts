@@ -2,7 +2,7 @@
 import {JobState, type Job, type Worker} from '../wire/lightmill/v1/farm_pb';
 import type {JobChanges, WorkerChanges} from '../wire/lightmill/v1/web_pb';
 import {methodName, stateName} from './format';
-import {isLook} from './job_form';
+import {isPageJob} from './job_form';
 
 export type JobList = ReadonlyMap<bigint, Job>;
 export type WorkerList = ReadonlyMap<string, Worker>;
@@ -53,7 +53,7 @@ export function fractionDone(job: Job): number {
 
 /** Jobs made from `parent`, oldest first, without quick looks. */
 export function childrenOf(list: JobList, parent: bigint): bigint[] {
-  const children = [...list.values()].filter((job) => job.parent === parent && !isLook(job.name));
+  const children = [...list.values()].filter((job) => job.parent === parent && !isPageJob(job.name));
   return children.map((job) => job.id).sort((a, b) => Number(a - b));
 }
 

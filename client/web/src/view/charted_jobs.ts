@@ -16,7 +16,7 @@ export function useChartedJobs(ids: readonly bigint[]): [Job[], string] {
   useEffect(() => {
     let stopped = false;
     const seen = new Map<bigint, Job>();
-    const look = async () => {
+    const poll = async () => {
       for (const id of ids) {
         const before = seen.get(id);
         if (document.hidden || (before && hasEnded(before.state))) {
@@ -35,8 +35,8 @@ export function useChartedJobs(ids: readonly bigint[]): [Job[], string] {
       }
     };
     setFailure('');
-    void look();
-    const timer = setInterval(() => void look(), kEveryMs);
+    void poll();
+    const timer = setInterval(() => void poll(), kEveryMs);
     return () => {
       stopped = true;
       clearInterval(timer);

@@ -1,7 +1,7 @@
 /** The farm's events, newest first. */
 import {useEffect, useState} from 'preact/hooks';
-import {fetchEvents} from '../api/look_back';
-import {kEventKinds, withNewest, withOlder, type EventBook, type EventKind} from '../model/farm_events';
+import {fetchEvents} from '../api/farm_activity';
+import {kEventKinds, withNewest, withOlder, type EventPages, type EventKind} from '../model/farm_events';
 import {ageText, momentText} from '../model/format';
 import type {FarmEvent} from '../wire/lightmill/v1/web_pb';
 import {usePolled} from './polled';
@@ -34,21 +34,21 @@ export function EventList({events, label}: {events: readonly FarmEvent[]; label:
 }
 
 function Events({kind}: {kind: EventKind}) {
-  const [book, setBook] = useState<EventBook>();
+  const [pages, setPages] = useState<EventPages>();
   const [shown, setShown] = useState(kShown);
   const [failedPage, setFailedPage] = useState('');
   const [page, failure] = usePolled((signal) => fetchEvents({kind, size: kPage}, signal), kind, kEveryMs);
   useEffect(() => {
     if (page) {
-      setBook((before) => withNewest(before ?? {events: [], older: ''}, page));
+      setPages((before) => withNewest(before ?? {events: [], older: ''}, page));
     }
   }, [page]);
-  const more = async ({events, older}: EventBook) => {
+  const more = async ({events, older}: EventPages) => {
     setFailedPage('');
     if (shown + kShown > events.length && older !== '') {
       try {
         const next = await fetchEvents({kind, size: kPage, token: older});
-        setBook((before) => before && withOlder(before, older, next));
+        setPages((before) => before && withOlder(before, older, next));
       } catch (error) {
         return setFailedPage(error instanceof Error ? error.message : String(error));
       }
@@ -62,10 +62,10 @@ function Events({kind}: {kind: EventKind}) {
           {failure || failedPage}
         </p>
       )}
-      <EventList events={book?.events.slice(0, shown) ?? []} label="Events, newest first" />
-      {book?.events.length === 0 && <p class="muted">No events yet{kind !== 'all' && ' of this kind'}. The coordinator keeps the last 5,000 events since its start.</p>}
-      {book && (book.events.length > shown || book.older !== '') && (
-        <button type="button" onClick={() => void more(book)}>
+      <EventList events={pages?.events.slice(0, shown) ?? []} label="Events, newest first" />
+      {pages?.events.length === 0 && <p class="muted">No events yet{kind !== 'all' && ' of this kind'}. The coordinator keeps the last 5,000 events since its start.</p>}
+      {pages && (pages.events.length > shown || pages.older !== '') && (
+        <button type="button" onClick={() => void more(pages)}>
           Older events
         </button>
       )}

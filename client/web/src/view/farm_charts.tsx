@@ -1,6 +1,6 @@
 /** Charts of the farm over time: speed, threads, queue. */
 import {useMemo, useState} from 'preact/hooks';
-import {fetchHistory} from '../api/look_back';
+import {fetchHistory} from '../api/farm_activity';
 import {csvOfHistory, farmWindow, kSpans, seriesOf, utilisation} from '../model/farm_history';
 import {humanRate} from '../model/format';
 import type {FarmHistory} from '../wire/lightmill/v1/web_pb';

@@ -46,7 +46,7 @@ export interface Drawing {
 const kFilmUnit = 0;
 const kOtherUnit = 2;
 const kMapUnit = 4;
-const kDotsUnit = 5;
+const kPhotonUnit = 5;
 
 function tileOriginOf(film: Film | undefined): [number, number] {
   return film ? [film.crop.x % kTileSide, film.crop.y % kTileSide] : [0, 0];
@@ -68,7 +68,7 @@ export class GlPicture {
   private readonly places = new Map<string, WebGLUniformLocation | null>();
   private film: Film | undefined;
   private other: Film | undefined;
-  private dots: Film | undefined;
+  private photonMap: Film | undefined;
 
   /** Throws without WebGL2. */
   constructor(private readonly canvas: HTMLCanvasElement) {
@@ -83,7 +83,7 @@ export class GlPicture {
     gl.attachShader(this.program, compiled(gl, gl.FRAGMENT_SHADER, kFragment));
     gl.linkProgram(this.program);
     gl.bindVertexArray(gl.createVertexArray());
-    [kFilmUnit, kFilmUnit + 1, kOtherUnit, kOtherUnit + 1, kMapUnit, kDotsUnit, kDotsUnit + 1].forEach((unit) => this.makeTexture(unit));
+    [kFilmUnit, kFilmUnit + 1, kOtherUnit, kOtherUnit + 1, kMapUnit, kPhotonUnit, kPhotonUnit + 1].forEach((unit) => this.makeTexture(unit));
   }
 
   /** Sets the whole film, which another instance may have drawn. Throws if it is too large for the GPU. */
@@ -101,11 +101,11 @@ export class GlPicture {
   }
 
   /** Sets the photon overlay, of the same size; undefined: none. */
-  setDots(film: Film | undefined): void {
+  setPhotons(film: Film | undefined): void {
     if (film) {
-      this.upload(film, kDotsUnit);
+      this.upload(film, kPhotonUnit);
     }
-    this.dots = film;
+    this.photonMap = film;
   }
 
   /** Sets the difference of the two at each pixel, in [0, 1]. */
@@ -120,7 +120,7 @@ export class GlPicture {
 
   putTiles(film: Film, tiles: {rect: Rect; pixels: Uint16Array}[]): void {
     const gl = this.gl;
-    const unit = film === this.film ? kFilmUnit : film === this.dots ? kDotsUnit : kOtherUnit;
+    const unit = film === this.film ? kFilmUnit : film === this.photonMap ? kPhotonUnit : kOtherUnit;
     gl.activeTexture(gl.TEXTURE0 + unit);
     for (const {rect, pixels} of tiles) {
       gl.texSubImage2D(gl.TEXTURE_2D, 0, rect.x, rect.y, rect.width, rect.height, gl.RGBA, gl.HALF_FLOAT, pixels);
@@ -143,8 +143,8 @@ export class GlPicture {
     gl.uniform1i(this.place('otherFilm'), kOtherUnit);
     gl.uniform1i(this.place('otherCounts'), kOtherUnit + 1);
     gl.uniform1i(this.place('errorMap'), kMapUnit);
-    gl.uniform1i(this.place('dots'), kDotsUnit);
-    gl.uniform1i(this.place('dotted'), this.dots ? 1 : 0);
+    gl.uniform1i(this.place('photonMap'), kPhotonUnit);
+    gl.uniform1i(this.place('showPhotons'), this.photonMap ? 1 : 0);
     gl.uniform2f(this.place('filmSize'), this.film?.crop.width ?? 0, this.film?.crop.height ?? 0);
     gl.uniform2f(this.place('tileOrigin'), ...tileOriginOf(this.film));
     gl.uniform2f(this.place('otherOrigin'), ...tileOriginOf(this.other));

@@ -17,8 +17,8 @@ uniform sampler2D counts;      // samples per pixel, by tile
 uniform sampler2D otherFilm;   // the film to compare with
 uniform sampler2D otherCounts;
 uniform sampler2D errorMap;    // difference of the two, in [0, 1]
-uniform sampler2D dots;        // photons' colours, 0 without photons
-uniform bool dotted;
+uniform sampler2D photonMap;        // photons' colours, 0 without photons
+uniform bool showPhotons;
 uniform vec2 filmSize;         // pixels
 uniform vec2 tileOrigin;       // of the first pixel within its tile
 uniform vec2 otherOrigin;
@@ -122,7 +122,7 @@ vec3 turbo(float t) {
 }
 
 // The overlay at one pixel of the screen: the photons' hue, and their coverage. The square root makes a few photons visible.
-vec4 dotsAt(vec2 at) {
+vec4 photonsAt(vec2 at) {
   float width = 1.0 / zoom;
   int taps = clamp(int(ceil(width)), 1, kMostTaps);
   vec3 sum = vec3(0.0);
@@ -130,7 +130,7 @@ vec4 dotsAt(vec2 at) {
   for (int y = 0; y < taps; ++y) {
     for (int x = 0; x < taps; ++x) {
       vec2 offset = taps == 1 ? vec2(0.0) : ((vec2(x, y) + 0.5) / float(taps) - 0.5) * width;
-      vec3 dot = texelFetch(dots, ivec2(clamp(at + offset, vec2(0.0), filmSize - 1.0)), 0).rgb;
+      vec3 dot = texelFetch(photonMap, ivec2(clamp(at + offset, vec2(0.0), filmSize - 1.0)), 0).rgb;
       float strongest = max(dot.r, max(dot.g, dot.b));
       if (strongest > 0.0) {
         sum += dot / strongest;
@@ -183,9 +183,9 @@ void main() {
     float value = show == ${kShows.indexOf('relative-error')} ? error / max(light, 1e-3) : error * exp2(exposure);
     result = error < 0.0 ? vec3(0.5) : turbo((log(max(value, 1e-9)) / log(10.0) + 4.0) / 4.0);
   }
-  if (dotted && !apart && !other) {
+  if (showPhotons && !apart && !other) {
     // The picture is darkened, so that photons are visible in bright places.
-    vec4 over = dotsAt(at);
+    vec4 over = photonsAt(at);
     result = mix(0.4 * result, vec3(encoded(over.r), encoded(over.g), encoded(over.b)), over.a);
   }
   shown = vec4(result, 1.0);

@@ -13,7 +13,7 @@ import {ClonePanel} from './clone_panel';
 import {ComparePanel} from './compare_panel';
 import {useMeasurement} from './comparison';
 import {Controls} from './controls';
-import {useDots} from './dots';
+import {usePhotonOverlay} from './photon_overlay';
 import {downloadPng} from './download';
 import {EditPanel} from './edit_panel';
 import {useEditor} from './editor';
@@ -110,7 +110,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
   const look = useMemo(() => (layer === kDirections ? {...view.look, signed: true} : view.look), [layer, view.look]);
   const seen = editor?.film ?? film;
   const meters = useMeters(job);
-  const dots = useDots(id, editing || !job ? 'none' : view.photons);
+  const photonMap = usePhotonOverlay(id, editing || !job ? 'none' : view.photons);
   const change = (by: Partial<JobView>) => setView((before) => ({...before, ...by}));
   const [file, chooseFile, fileFailure] = useReferenceFile();
   const reference = useReference(film, against, file);
@@ -198,9 +198,9 @@ export function JobPage({id, linked, theme}: JobPageProps) {
           onFile={(chosen) => void onFile(chosen)}
           onDrawing={setDrawing}
         />
-        {dots.failure && (
+        {photonMap.failure && (
           <p class="notice failure" role="alert">
-            The photon map cannot be shown: {dots.failure}
+            The photon map cannot be shown: {photonMap.failure}
           </p>
         )}
         {notShown && (
@@ -220,7 +220,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
           theme={theme}
           other={editing ? undefined : reference?.film}
           against={editing ? undefined : against}
-          dots={dots.film}
+          photonMap={photonMap.film}
           meters={editing || !view.meters ? kNoMeters : meters}
           errorMap={editing ? undefined : measurement?.flip?.map}
           region={editing ? undefined : region}

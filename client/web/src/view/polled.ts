@@ -12,7 +12,7 @@ export function usePolled<T>(fetch: (signal: AbortSignal) => Promise<T>, key: st
   useEffect(() => {
     const gone = new AbortController();
     let asking = false;
-    const look = async () => {
+    const poll = async () => {
       if (document.hidden || asking) {
         return;
       }
@@ -30,9 +30,9 @@ export function usePolled<T>(fetch: (signal: AbortSignal) => Promise<T>, key: st
       }
       asking = false;
     };
-    void look();
-    const timer = setInterval(() => void look(), everyMs);
-    document.addEventListener('visibilitychange', look, {signal: gone.signal});
+    void poll();
+    const timer = setInterval(() => void poll(), everyMs);
+    document.addEventListener('visibilitychange', poll, {signal: gone.signal});
     return () => {
       gone.abort();
       clearInterval(timer);

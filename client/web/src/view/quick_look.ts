@@ -10,7 +10,7 @@ import {farm} from './store';
 /** A quick look is not replaced before its picture is complete, or this time has passed. */
 const kPictureMs = 1_500;
 
-class LiveLook {
+class LivePreview {
   private film: Film | undefined;
   private job = 0n;
   private spec: JobSpec | undefined;
@@ -78,13 +78,13 @@ class LiveLook {
 export function useQuickLook(wish: JobSpec | undefined): {film: Film | undefined; failure: string} {
   const [film, setFilm] = useState<Film>();
   const [failure, setFailure] = useState('');
-  const look = useRef<LiveLook>();
+  const look = useRef<LivePreview>();
   const wanted = wish !== undefined;
   useEffect(() => {
     if (!wanted) {
       return;
     }
-    const now = new LiveLook(setFilm, setFailure);
+    const now = new LivePreview(setFilm, setFailure);
     look.current = now;
     return () => {
       now.close();

@@ -24,7 +24,7 @@ export interface ViewerProps {
   /** The difference of the two at each pixel. */
   errorMap: Float32Array | undefined;
   /** The photon overlay, of the same size. */
-  dots: Film | undefined;
+  photonMap: Film | undefined;
   /** Meters drawn over the picture. */
   meters: readonly MeterRow[];
   region: Rect | undefined;
@@ -61,7 +61,7 @@ function backgroundOf(element: HTMLElement): [number, number, number] {
 }
 
 export function Viewer(props: ViewerProps) {
-  const {film, look, camera, theme, other, dots, against, errorMap, region, drawing, steering, onCamera, onPoint} = props;
+  const {film, look, camera, theme, other, photonMap, against, errorMap, region, drawing, steering, onCamera, onPoint} = props;
   const canvas = useRef<HTMLCanvasElement>(null);
   const picture = useRef<GlPicture>();
   const redraw = useRef(() => {});
@@ -102,13 +102,13 @@ export function Viewer(props: ViewerProps) {
       try {
         picture.current.setFilm(film);
         picture.current.setOther(other);
-        picture.current.setDots(dots);
+        picture.current.setPhotons(photonMap);
         setFailure('');
       } catch (error) {
         setFailure(String(error instanceof Error ? error.message : error));
       }
     }
-  }, [film, other, dots]);
+  }, [film, other, photonMap]);
   useEffect(() => {
     if (errorMap) {
       picture.current?.setErrorMap(errorMap);
@@ -117,19 +117,19 @@ export function Viewer(props: ViewerProps) {
   useEffect(
     () =>
       farm.onTiles((changed, tiles) => {
-        if (changed === film || changed === other || changed === dots) {
+        if (changed === film || changed === other || changed === photonMap) {
           picture.current?.putTiles(changed, tiles);
           redraw.current();
         }
       }),
-    [film, other, dots],
+    [film, other, photonMap],
   );
   useEffect(() => {
     // A pending redraw has the old values.
     cancelAnimationFrame(frame.current);
     frame.current = 0;
     redraw.current();
-  }, [film, look, camera, screen, theme, other, dots, against, errorMap]);
+  }, [film, look, camera, screen, theme, other, photonMap, against, errorMap]);
 
   // Several moves may come before the first is drawn. Each starts from the one before.
   const current = useRef(shown);

@@ -1,6 +1,6 @@
 /** A worker's last hour: speed, units, lost leases, and connection times. */
 import {useMemo, useState} from 'preact/hooks';
-import {fetchEvents, fetchWorkerHistory} from '../api/look_back';
+import {fetchEvents, fetchWorkerHistory} from '../api/farm_activity';
 import {workerSeriesOf} from '../model/farm_history';
 import {counted, humanRate, humanSeconds} from '../model/format';
 import {EventList} from './event_log';
@@ -10,13 +10,13 @@ import {TimePanel} from './time_panel';
 const kEveryMs = 20_000;
 const kShownEvents = 8;
 
-export function WorkerPast({name, theme}: {name: string; theme: string}) {
+export function WorkerHistoryPanel({name, theme}: {name: string; theme: string}) {
   const [history, failure] = usePolled((signal) => fetchWorkerHistory(name, signal), name, kEveryMs);
   const [page] = usePolled((signal) => fetchEvents({worker: name, size: kShownEvents}, signal), name, kEveryMs);
   const [at, setAt] = useState<number>();
   const series = useMemo(() => history && workerSeriesOf(history), [history]);
   return (
-    <div class="worker-past">
+    <div class="worker-history">
       {failure && (
         <p class="notice failure" role="alert">
           {failure}

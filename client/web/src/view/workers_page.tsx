@@ -10,7 +10,7 @@ import {ActionButton} from './bits';
 import {EventLog} from './event_log';
 import {FarmCharts} from './farm_charts';
 import {useFarm} from './store';
-import {WorkerPast} from './worker_history';
+import {WorkerHistoryPanel} from './worker_history';
 
 interface RowProps {
   worker: Worker;
@@ -140,7 +140,7 @@ export function WorkersPage({theme}: {theme: string}) {
               {opened === worker.name && (
                 <tr class="past">
                   <td colSpan={kHeads.length + 1}>
-                    <WorkerPast name={worker.name} theme={theme} />
+                    <WorkerHistoryPanel name={worker.name} theme={theme} />
                   </td>
                 </tr>
               )}

@@ -25,7 +25,7 @@ TEST(ChangeLog, AReaderGetsEachChangeOnceWithItsNewestValue) {
   Log::Changes changes = log.since(reader, 10);
   EXPECT_TRUE(changes.whole);
   EXPECT_EQ(texts(changes), (Texts{"1=a", "2=b"}));
-  EXPECT_FALSE(log.news_for(reader));
+  EXPECT_FALSE(log.has_changes_for(reader));
   log.put(1, "c");
   log.put(2, "b");
   log.put(1, "d");
@@ -37,11 +37,11 @@ TEST(ChangeLog, AReaderGetsEachChangeOnceWithItsNewestValue) {
 TEST(ChangeLog, AnEmptyLogIsSentOnce) {
   const Log log;
   ChangeCursor reader;
-  EXPECT_TRUE(log.news_for(reader));
+  EXPECT_TRUE(log.has_changes_for(reader));
   const Log::Changes changes = log.since(reader, 10);
   EXPECT_TRUE(changes.whole);
   EXPECT_TRUE(changes.entries.empty());
-  EXPECT_FALSE(log.news_for(reader));
+  EXPECT_FALSE(log.has_changes_for(reader));
 }
 
 TEST(ChangeLog, ChangesBeyondTheLimitComeNext) {

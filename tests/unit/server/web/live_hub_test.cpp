@@ -12,7 +12,7 @@ namespace {
 class NullStore final : public Store {
  public:
   Result<StoredState> load() override { return StoredState{}; }
-  Result<FilmPiece> read_film(JobId, const FilmPlace&) override { return FilmPiece{}; }
+  Result<FilmPiece> read_film(JobId, const FilmPosition&) override { return FilmPiece{}; }
   Status check_structure() override { return ok_status(); }
   Status commit(std::span<const StoreOp>) override { return ok_status(); }
 };
@@ -33,7 +33,7 @@ Call call_of(Identity caller) {
 }
 
 /// A page that keeps what it is sent.
-class Page final : public LiveLink {
+class Page final : public ViewerLink {
  public:
   bool busy() const override { return writing; }
   void send(MessageParts parts) override {
@@ -44,9 +44,9 @@ class Page final : public LiveLink {
     EXPECT_TRUE(messages.emplace_back().ParseFromString(bytes));
     writing = reads_slowly;
   }
-  void send_away(const Status& why) override { sent_away.push_back(why); }
+  void close(const Status& why) override { closed.push_back(why); }
   std::vector<v1::ViewUpdate> messages;
-  std::vector<Status> sent_away;
+  std::vector<Status> closed;
   bool reads_slowly = false, writing = false;
 };
 
@@ -68,8 +68,8 @@ class LiveHubTest : public ::testing::Test {
   /// Runs `task` on the farm thread, and waits for it.
   void on_farm(const FarmLoop::Task& task) {
     std::atomic<bool> done = false;
-    ASSERT_TRUE(loop.post([&](FarmLoop::Turn& turn) {
-      task(turn);
+    ASSERT_TRUE(loop.post([&](FarmLoop::TaskContext& context) {
+      task(context);
       done = true;
     }));
     while (!done) {
@@ -90,14 +90,16 @@ class LiveHubTest : public ::testing::Test {
     spec.settings.layers = film_layers(layers).value();
     spec.settings.renderer_version = kRendererVersion;
     JobId job;
-    on_farm([&](FarmLoop::Turn& turn) { job = turn.farm.submit(spec, turn.now, turn.unix_ms, turn.effects).value(); });
+    on_farm([&](FarmLoop::TaskContext& context) {
+      job = context.farm.submit(spec, context.now, context.unix_ms, context.effects).value();
+    });
     return job;
   }
   /// A worker renders the job to its end. All its values are one.
   void render(JobId job) {
-    on_farm([](FarmLoop::Turn& turn) {
+    on_farm([](FarmLoop::TaskContext& context) {
       const WorkerHello hello{"worker", "host", 1, 1, "class-a", kRendererVersion, {}, false};
-      turn.farm.worker_connected(SessionId{1}, hello, turn.now, turn.effects);
+      context.farm.worker_connected(SessionId{1}, hello, context.now, context.effects);
     });
     for (bool done = false; !done;) {
       std::vector<LeaseGrant> todo;
@@ -106,13 +108,15 @@ class LiveHubTest : public ::testing::Test {
         todo = std::exchange(grants, {});
       }
       for (const LeaseGrant& grant : todo) {
-        on_farm([&](FarmLoop::Turn& turn) { complete(grant, turn); });
+        on_farm([&](FarmLoop::TaskContext& context) { complete(grant, context); });
       }
-      on_farm([&](FarmLoop::Turn& turn) { done = turn.farm.status(job, turn.now)->state == JobState::done; });
+      on_farm([&](FarmLoop::TaskContext& context) {
+        done = context.farm.status(job, context.now)->state == JobState::done;
+      });
     }
   }
-  static void complete(const LeaseGrant& grant, FarmLoop::Turn& turn) {
-    const Film& film = *turn.farm.film(grant.unit.job);
+  static void complete(const LeaseGrant& grant, FarmLoop::TaskContext& context) {
+    const Film& film = *context.farm.film(grant.unit.job);
     for (std::size_t i = 0; i < grant.unit.tiles.size(); ++i) {
       const TileId tile = grant.unit.tiles[i];
       WorkerResult result;
@@ -121,9 +125,9 @@ class LiveHubTest : public ::testing::Test {
       result.key = {grant.unit.job, tile, grant.unit.range};
       result.node = {grant.unit.range, std::vector<float>(film.expected_values(tile, grant.unit.range), 1.f), 0};
       result.hash = hash_of(result.node);
-      result.render_digest = turn.farm.status(grant.unit.job, turn.now)->render_digest;
+      result.render_digest = context.farm.status(grant.unit.job, context.now)->render_digest;
       result.seconds = 0.01;
-      turn.farm.worker_message(SessionId{1}, std::move(result), turn.now, turn.unix_ms, turn.effects);
+      context.farm.worker_message(SessionId{1}, std::move(result), context.now, context.unix_ms, context.effects);
     }
   }
   /// More than half a second passes, with all that happens in it.
@@ -131,9 +135,9 @@ class LiveHubTest : public ::testing::Test {
     for (int i = 0; i < 4; ++i) {
       clock.pass(std::chrono::milliseconds(300));
       hub->tick();
-      on_farm([](FarmLoop::Turn&) {});
+      on_farm([](FarmLoop::TaskContext&) {});
       // A task's effects leave after it. The next task finds them done.
-      on_farm([](FarmLoop::Turn&) {});
+      on_farm([](FarmLoop::TaskContext&) {});
       run_posted();
     }
   }
@@ -219,9 +223,9 @@ TEST_F(LiveHubTest, OnlyChangesAreSent) {
   EXPECT_FALSE(added.whole());
   ASSERT_EQ(added.jobs_size(), 1);
   EXPECT_EQ(added.jobs(0).name(), "two");
-  on_farm([&](FarmLoop::Turn& turn) {
-    EXPECT_TRUE(turn.farm.cancel(first, turn.now, turn.unix_ms, turn.effects).ok());
-    EXPECT_TRUE(turn.farm.remove(first, turn.now, turn.effects).ok());
+  on_farm([&](FarmLoop::TaskContext& context) {
+    EXPECT_TRUE(context.farm.cancel(first, context.now, context.unix_ms, context.effects).ok());
+    EXPECT_TRUE(context.farm.remove(first, context.now, context.effects).ok());
   });
   ASSERT_TRUE(ask(page).ok());
   settle();
@@ -262,9 +266,9 @@ TEST_F(LiveHubTest, AStalledPageGetsTwoMessagesAndThenOnlyTheNewest) {
   settle();
   ASSERT_EQ(page.messages.size(), 2u);
   const auto set_paused = [&](bool paused) {
-    on_farm([&](FarmLoop::Turn& turn) {
-      const Status status =
-          paused ? turn.farm.pause(job, turn.now, turn.effects) : turn.farm.resume(job, turn.now, turn.effects);
+    on_farm([&](FarmLoop::TaskContext& context) {
+      const Status status = paused ? context.farm.pause(job, context.now, context.effects)
+                                   : context.farm.resume(job, context.now, context.effects);
       EXPECT_TRUE(status.ok()) << status;
     });
     settle();
@@ -340,14 +344,14 @@ TEST_F(LiveHubTest, ARevokedCallerIsSentAwayOnceAndGetsNothingMore) {
              [&] { return known ? ok_status() : make_error(StatusCode::kUnauthenticated, "the token was revoked"); });
     ASSERT_TRUE(ask(page, hidden).ok());
     settle();
-    EXPECT_TRUE(page.sent_away.empty());
+    EXPECT_TRUE(page.closed.empty());
     const std::size_t told = page.messages.size();
     known = false;
     submit("ada", hidden ? "two" : "one");
     settle();
     settle();
-    ASSERT_EQ(page.sent_away.size(), 1u);
-    EXPECT_EQ(message_of(page.sent_away[0]), "the token was revoked");
+    ASSERT_EQ(page.closed.size(), 1u);
+    EXPECT_EQ(message_of(page.closed[0]), "the token was revoked");
     EXPECT_EQ(page.messages.size(), told);
     hub->remove(page);
   }
@@ -455,8 +459,9 @@ TEST_F(LiveHubTest, ALayerWithoutRoomIsSentWhenThereIsRoom) {
   failures = layer_failures(second);
   EXPECT_EQ(failures["light:key"], "");
   EXPECT_EQ(failures["light:rest"], "");
-  on_farm(
-      [&](FarmLoop::Turn& turn) { EXPECT_TRUE(turn.farm.cancel(large, turn.now, turn.unix_ms, turn.effects).ok()); });
+  on_farm([&](FarmLoop::TaskContext& context) {
+    EXPECT_TRUE(context.farm.cancel(large, context.now, context.unix_ms, context.effects).ok());
+  });
   render(job);
   const std::map<std::string, std::size_t> all{{"", 80}, {"light:key", 80}, {"light:rest", 80}};
   ask_until([&] { return tiles_of(second) == all; }, second, job, layers);

@@ -34,9 +34,9 @@ TEST(Metrics, FollowTheTextFormat) {
   farm.totals.first_picture.add(0.2);
   farm.totals.first_picture.add(0.25);
   farm.totals.first_picture.add(7000);
-  farm.snapshot.jobs[static_cast<std::size_t>(JobState::failed)] = 2;
+  farm.gauges.jobs[static_cast<std::size_t>(JobState::failed)] = 2;
   farm.totals.jobs_failed = 4;
-  farm.snapshot.results_rate = 12'582'912;
+  farm.gauges.results_rate = 12'582'912;
   farm.storing = false;
   Traffic traffic;
   traffic.assets_in = 5;

@@ -22,7 +22,7 @@ class PageJobsTest : public ::testing::Test {
     return {{name, {Role::submit}, Proof::token, 0, "1"}, Rpc::submit_job, "10.0.0.1:1"};
   }
   void submit(const std::string& page, std::uint64_t job, const std::string& caller = "ada") {
-    jobs.told_by_others(page, call_by(caller))(JobId{job});
+    jobs.submission_callback(page, call_by(caller))(JobId{job});
   }
   void pass(Duration time) {
     clock.pass(time);

@@ -1,0 +1,111 @@
+import {create} from '@bufbuild/protobuf';
+import {expect, test} from 'vitest';
+import {eventQuery} from '../src/api/farm_activity';
+import {withNewest, withOlder} from '../src/model/farm_events';
+import {csvOfHistory, farmWindow, lonely, seriesOf, utilisation, workerSeriesOf} from '../src/model/farm_history';
+import {FarmEventSchema, FarmEventsSchema, FarmHistorySchema, WorkerHistorySchema} from '../src/wire/lightmill/v1/web_pb';
+
+const kHistory = create(FarmHistorySchema, {
+  intervalSeconds: 10,
+  samples: [
+    {unixMs: 10_000n, seconds: 10, pixelSamples: 50, workers: 1, threads: 4, busyThreads: 4, jobsRunning: 1},
+    {unixMs: 20_000n, seconds: 10, pixelSamples: 0, workers: 1, threads: 4, jobsWaiting: 2},
+    {unixMs: 120_000n, seconds: 100, pixelSamples: 1000, workers: 2, threads: 8, busyThreads: 2},
+  ],
+});
+
+test('a time in which nobody looked is a gap', () => {
+  const series = seriesOf(kHistory);
+  expect(series.times).toEqual([10, 20, 70, 120]);
+  expect(series.rate).toEqual([5, 0, null, 10]);
+  expect(series.threads).toEqual([4, 4, null, 8]);
+  expect(series.busy).toEqual([4, 0, null, 2]);
+  expect(series.running).toEqual([1, 0, null, 0]);
+  expect(series.waiting).toEqual([0, 2, null, 0]);
+});
+
+test('a time in which the machine slept is a gap, though none of it was counted', () => {
+  const samples = [10_000n, 20_000n, 3_600_000n, 3_610_000n].map((unixMs) => ({unixMs, seconds: 10, pixelSamples: 10}));
+  const series = seriesOf(create(FarmHistorySchema, {intervalSeconds: 10, samples}));
+  expect(series.times).toEqual([10, 20, 1810, 3600, 3610]);
+  expect(series.rate).toEqual([1, 1, null, 1, 1]);
+});
+
+test('values between gaps are points', () => {
+  expect(lonely([1, null, 2, 3, null, 0, null])).toEqual([0, 5]);
+  expect(lonely([4])).toEqual([0]);
+  expect(lonely([null, 1, 2])).toEqual([]);
+});
+
+test('an axis ends now, and begins with what is known: not before the span, and not so late that nothing is seen', () => {
+  const at = (unixMs: bigint, seconds = 10) => create(FarmHistorySchema, {unixMs: 100_000_000n, intervalSeconds: 10, samples: [{unixMs, seconds}]});
+  expect(farmWindow(at(99_995_000n), 3600)).toEqual([99_850, 100_000]);
+  expect(farmWindow(at(98_000_000n), 3600)).toEqual([97_990, 100_000]);
+  expect(farmWindow(at(90_000_000n), 3600)).toEqual([96_400, 100_000]);
+});
+
+test('threads are busy by the time that they are', () => {
+  expect(utilisation(kHistory)).toBeCloseTo((100 * (40 + 200)) / (40 + 40 + 800));
+  expect(utilisation(create(FarmHistorySchema, {}))).toBeUndefined();
+});
+
+test('the CSV has a line for each sample', () => {
+  expect(csvOfHistory(kHistory).split('\n')).toEqual([
+    'until,seconds,pixel_samples,workers,threads,busy_threads,units,jobs_running,jobs_waiting',
+    '1970-01-01T00:00:10.000Z,10,50,1,4,4,0,1,0',
+    '1970-01-01T00:00:20.000Z,10,0,1,4,0,0,0,2',
+    '1970-01-01T00:02:00.000Z,100,1000,2,8,2,0,0,0',
+    '',
+  ]);
+});
+
+test("a worker's minutes: its speed while it was there", () => {
+  const series = workerSeriesOf(
+    create(WorkerHistorySchema, {
+      minutes: [
+        {unixMs: 60_000n, seconds: 30, results: 3n, pixelSamples: 600},
+        {unixMs: 120_000n},
+        {unixMs: 180_000n, seconds: 60, results: 2n, unitsLost: 1n, pixelSamples: 60},
+      ],
+    }),
+  );
+  expect(series).toEqual({times: [60, 120, 180], rate: [20, null, 1], results: 5, lost: 1, seconds: 90, window: [-720, 180]});
+});
+
+const event = (number: number, more = {}) => create(FarmEventSchema, {number: BigInt(number), unixMs: BigInt(1000 * number), ...more});
+const page = (numbers: number[], nextPageToken = '', more = {}) => create(FarmEventsSchema, {nextPageToken, events: numbers.map((each) => event(each, more))});
+const kNothing = {events: [], older: ''};
+const read = ({events, older}: {events: readonly {number: bigint}[]; older: string}) => [events.map((each) => Number(each.number)), older];
+
+test('events come once, newest first, older ones behind', () => {
+  const known = withNewest(kNothing, page([4, 3], 'three'));
+  expect(read(withNewest(known, page([6, 4, 3], 'three')))).toEqual([[6, 4, 3], 'three']);
+  expect(read(withNewest(known, page([5, 4], 'four')))).toEqual([[5, 4, 3], 'three']);
+  expect(read(withOlder(known, 'three', page([2, 1])))).toEqual([[4, 3, 2, 1], '']);
+  expect(read(withNewest(kNothing, page([])))).toEqual([[], '']);
+});
+
+test('events between which others may be missing are not listed as if there were none', () => {
+  const known = withNewest(kNothing, page([4, 3], 'three'));
+  const later = withNewest(known, page([9, 8], 'eight'));
+  expect(read(later)).toEqual([[9, 8], 'eight']);
+  expect(read(withOlder(later, 'three', page([2, 1])))).toEqual([[9, 8], 'eight']);
+});
+
+test('a coordinator that has begun anew counts anew', () => {
+  const known = withNewest(kNothing, page([40, 39], 'old'));
+  expect(read(withNewest(known, page([2, 1])))).toEqual([[2, 1], '']);
+  expect(read(withNewest(known, page([41, 40], 'new', {unixMs: 9n})))).toEqual([[41, 40], 'new']);
+  expect(read(withNewest(known, page([])))).toEqual([[], '']);
+});
+
+test('no more events are kept than the coordinator keeps', () => {
+  const known = {events: page(Array.from({length: 5000}, (_, i) => 5000 - i)).events, older: 'x'};
+  const {events, older} = withNewest(known, page([5002, 5001, 5000], 'y'));
+  expect([events.length, events[0]!.number, events.at(-1)!.number, older]).toEqual([5000, 5002n, 3n, '']);
+});
+
+test('names with spaces and signs are asked for as they are', () => {
+  expect(eventQuery({kind: 'workers', worker: 'w 1+2&3', size: 50})).toBe('kind=workers&worker=w%201%2B2%263&page_size=50');
+  expect(eventQuery({})).toBe('');
+});

@@ -1,0 +1,71 @@
+// `photon-map`: the photon map, drawn as points.
+//
+// Shows one photon pass, the same in every sample: all photons of `ppm`, or with `caustic` those of `caustic`. A
+// directly visible photon adds its power to one pixel, relative to the mean power of emitted photons. So a white photon
+// that lost nothing is 1. Lights, and anything in or behind mirrors and glass, are not shown.
+//
+// Parameters
+//   photons=N         photons (default: one for 16 pixels of the film, from 4096 to 65536)
+//   caustic           only photons that met a caster first
+//   no-absorption     media absorb nothing
+//   brute-force       rays test every triangle
+//   --max-bounces N   scatterings of a photon, at most (default 1000)
+//
+// Example
+//   lightmill render scenes/cornell-bench-balls.json --method photon-map:caustic --spp 1 -o photons.exr
+#include "common/methods/factories.h"
+
+#include "common/methods/camera_method.h"
+#include "common/methods/photons/visible_splats.h"
+
+namespace lightmill {
+namespace {
+
+class PhotonMapShader {
+ public:
+  PhotonMapShader(const CompiledScene& scene, const MethodSettings& settings, const MethodSpec& spec) : scene_(&scene) {
+    photons::PhotonPassSettings pass = photons::pass_settings(
+        settings, spec, spec.caustic ? photons::PhotonKind::caustic : photons::PhotonKind::global);
+    pass.splats = true;
+    passes_ = std::make_shared<const photons::PhotonPasses>(scene, pass);
+  }
+
+  V8 shade(const CameraHit8& /*at*/, RenderCounters& /*counters*/) const { return {}; }
+
+  void add(const PixelRect& tile, float* planes, Workspace& workspace) const {
+    const auto pass = passes_->pass(0, 1, workspace);
+    if (pass == nullptr || pass->photons.empty()) {
+      return;
+    }
+    const F8 per_power(1 / pass->photon_power);
+    const std::size_t pixels = static_cast<std::size_t>(tile.pixel_count());
+    std::vector<const photons::Splat*> splats;
+    photons::for_each_visible_splat(
+        *scene_, *pass, tile, splats, workspace.counters, [&](const photons::VisibleSplat8& splat) {
+          const VectorLanes colors(splat.photon.power * splat.arrival.transmittance * per_power);
+          alignas(32) std::uint32_t pixel[8];
+          splat.pixel.store(pixel);
+          for (auto bits = static_cast<unsigned>(splat.lanes.bits()); bits != 0; bits &= bits - 1) {
+            const int lane = std::countr_zero(bits);
+            for (int channel = 0; channel < 3; ++channel) {
+              planes[static_cast<std::size_t>(channel) * pixels + pixel[lane]] +=
+                  static_cast<float>(colors[lane][channel]);
+            }
+          }
+        });
+  }
+
+ private:
+  const CompiledScene* scene_;
+  std::shared_ptr<const photons::PhotonPasses> passes_;
+};
+
+}  // namespace
+
+std::unique_ptr<Method> make_photon_map_method(ScenePointer scene, const MethodSettings& settings,
+                                               const MethodSpec& spec) {
+  PhotonMapShader shader(*scene, settings, spec);
+  return make_camera_method(std::move(scene), settings, std::move(shader));
+}
+
+}  // namespace lightmill

@@ -1,0 +1,68 @@
+#include "server/host_monitor.h"
+
+#include "common/base/log.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::int64_t kDaySeconds = 24 * 60 * 60;
+constexpr std::int64_t kSoonSeconds = 14 * kDaySeconds;
+/// Work resumes at this multiple of the reserve, so it does not stop again at once.
+constexpr double kRoom = 1.1;
+
+double gib(std::uint64_t bytes) {
+  return static_cast<double>(bytes) / (1 << 30);
+}
+
+}  // namespace
+
+void HostMonitor::check(std::int64_t now_unix_s) {
+  if (tls_.given()) {
+    check_certificate(now_unix_s);
+  }
+  if (!disk_.empty() && reserve_bytes_ > 0) {
+    check_disk();
+  }
+}
+
+void HostMonitor::check_certificate(std::int64_t now_unix_s) {
+  const Result<TlsTexts> texts = read_tls_files(tls_, now_unix_s);
+  const std::string wrong = texts.ok() ? "" : message_of(texts.status());
+  if (wrong != wrong_) {
+    wrong_ = wrong;
+    if (wrong.empty()) {
+      spdlog::info("the files of the certificate are in order again");
+    } else {
+      spdlog::warn("new connections may fail, or use the certificate that was read before: {}", wrong);
+    }
+  }
+  if (!texts.ok() || now_unix_s - end_told_at_unix_s_ < kDaySeconds) {
+    return;
+  }
+  const Result<std::vector<CertificateFacts>> facts = read_certificates(texts->certificate);
+  if (facts.ok() && facts->front().until_unix_s - now_unix_s < kSoonSeconds) {
+    end_told_at_unix_s_ = now_unix_s;
+    spdlog::warn("{} {}: the certificate expires {}: renew it", kCertificateOption, tls_.certificate,
+                 date_text(facts->front().until_unix_s));
+  }
+}
+
+void HostMonitor::check_disk() {
+  std::error_code error;
+  const std::uint64_t free_bytes = std::filesystem::space(disk_, error).available;
+  if (error) {
+    return;  // commits report the error
+  }
+  const bool full = static_cast<double>(free_bytes) < static_cast<double>(reserve_bytes_) * (full_ ? kRoom : 1);
+  if (full != full_) {
+    full_ = full;
+    set_space_(
+        !full
+            ? ""
+            : fmt::format("waits for space: the disk of {} has less than --reserve-gib {:.3g} left: delete ended jobs, "
+                          "or free space",
+                          disk_.string(), gib(reserve_bytes_)));
+  }
+}
+
+}  // namespace lightmill

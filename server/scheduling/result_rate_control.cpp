@@ -1,0 +1,82 @@
+#include "server/scheduling/result_rate_control.h"
+
+#include <algorithm>
+
+namespace lightmill {
+namespace {
+
+constexpr Duration kInterval = std::chrono::seconds(2);  ///< least time of a measurement
+/// A longer measurement, in which no worker reported, says nothing about what the coordinator can take.
+constexpr Duration kLongestInterval = std::chrono::seconds(10);
+constexpr Duration kVoice = std::chrono::seconds(30);  ///< how long a worker's report counts
+/// Longer waits mean too many results. Shorter waits allow more.
+constexpr Duration kLongWait = std::chrono::seconds(3), kShortWait = std::chrono::seconds(1);
+constexpr double kMore = 1.2, kMoreWhileIdle = 2;
+constexpr double kPartOfWhatCame = 0.9;  ///< the rest is for waiting results
+constexpr double kMostCut = 0.25;
+constexpr double kLeastPart = 1.0 / 64;  ///< of `most`
+constexpr Duration kLongestAway = std::chrono::seconds(30);
+constexpr Duration kAfterStandstill = std::chrono::seconds(10);
+
+}  // namespace
+
+ResultRateControl::ResultRateControl(double most, Time now) : most_(most), rate_(most), begin_(now), changed_(now) {}
+
+void ResultRateControl::add_result(double bytes, Time now) {
+  if (now >= begin_) {
+    bytes_ += bytes;
+  }
+}
+
+bool ResultRateControl::is_due(Time now) const {
+  return now >= begin_ + kInterval;
+}
+
+Time ResultRateControl::heard_from(Time now) const {
+  return std::max(changed_, now - kVoice);
+}
+
+bool ResultRateControl::update(std::vector<Duration>& waits, Time now) {
+  const Duration elapsed = now - begin_;
+  const double came = bytes_ / to_seconds(elapsed);
+  const Duration unit = longest_unit_;
+  begin_ = now;
+  bytes_ = 0;
+  longest_unit_ = Duration::zero();
+  if (elapsed > kLongestInterval) {
+    return false;
+  }
+  const double before = rate_;
+  Duration wait{};
+  if (!waits.empty()) {
+    const auto middle = waits.begin() + static_cast<std::ptrdiff_t>(waits.size() / 2);
+    std::ranges::nth_element(waits, middle);
+    wait = *middle;
+    if (wait > kLongWait && came > 0) {
+      // If the rate is already lower, the excess was leased before.
+      const double cut = std::max({kPartOfWhatCame * came, kMostCut * rate_, kLeastPart * most_});
+      rate_ = std::min(rate_, cut);
+    } else if (wait < kShortWait) {
+      rate_ = std::min(kMore * rate_, most_);
+    }
+  } else if (came == 0) {
+    rate_ = std::min(kMoreWhileIdle * rate_, most_);
+  }
+  if (rate_ == before) {
+    return false;
+  }
+  // Units that were leased before are rendered, with the one ahead of each, and their results wait as long as others.
+  ignore_until(now + std::min(2 * unit + wait, kLongestAway));
+  return true;
+}
+
+void ResultRateControl::note_stall(Time now) {
+  ignore_until(now + kAfterStandstill);
+}
+
+void ResultRateControl::ignore_until(Time until) {
+  begin_ = changed_ = until;
+  bytes_ = 0;
+}
+
+}  // namespace lightmill
