@@ -1,35 +1,14 @@
 // The page of a farm with authentication, in a real browser: node login_test.mjs FOLDER-OF-PROGRAMS
 import assert from 'node:assert/strict';
-import {readFileSync} from 'node:fs';
-import {createRequire} from 'node:module';
-import {join} from 'node:path';
 import {after, before, test} from 'node:test';
-import {eventually, Farm, kPatienceMs, kSource} from './farm.mjs';
-
-const require = createRequire(join(kSource, 'client/web/package.json'));
-const {chromium} = require('playwright-core');
-const axe = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
+import {eventually} from './farm.mjs';
+import {assertFits, Session} from './session.mjs';
 
 const [programs] = process.argv.slice(2);
-/** @type {Farm} */ let farm;
-let browser;
+const session = new Session(programs);
+const {farm} = session;
 let page;
 const tokens = {};
-const faults = [];
-
-async function open(path, options = {}) {
-  const context = await browser.newContext({viewport: {width: 1280, height: 860}, ...options});
-  const opened = await context.newPage();
-  opened.setDefaultTimeout(kPatienceMs);
-  opened.on('pageerror', (error) => faults.push(error.message));
-  opened.on('console', (message) => {
-    if (message.type() === 'error' && !/WebSocket connection|Failed to load resource/.test(message.text())) {
-      faults.push(message.text());
-    }
-  });
-  await opened.goto(farm.page + path);
-  return opened;
-}
 
 async function logIn(token) {
   await page.getByLabel('Token').fill(token);
@@ -39,7 +18,6 @@ async function logIn(token) {
 const createToken = (name, roles) => farm.lightmill('tokens', 'create', name, '--roles', roles).trim();
 
 before(async () => {
-  farm = new Farm(programs);
   await farm.startServer();
   // The first token is created before the coordinator requires one.
   farm.token = createToken('root', 'admin');
@@ -54,16 +32,13 @@ before(async () => {
     farm.token = tokens[name];
     farm.submit('cornell-bench-blocks', '--spp', '4', '--size', '64x64', '--name', `of ${name}`);
   }
-  browser = await chromium.launch({executablePath: '/usr/bin/chromium', args: ['--no-sandbox']});
+  await session.startBrowser();
 });
 
-after(async () => {
-  await browser?.close();
-  await farm?.close();
-});
+after(() => session.close());
 
 test('an unknown user is asked for a token and shown nothing', async () => {
-  page = await open('#/jobs');
+  page = await session.open('#/jobs');
   await page.getByRole('heading', {name: 'Log in'}).waitFor();
   assert.equal(await page.getByText('of ada').count(), 0);
   await page.getByRole('status').getByText('not logged in').waitFor();
@@ -77,11 +52,9 @@ test('an unknown token and an empty token are refused', async () => {
 });
 
 test('axe finds no serious fault in the form', async () => {
-  const opened = await open('#/jobs', {bypassCSP: true});
+  const opened = await session.open('#/jobs', {bypassCSP: true});
   await opened.getByRole('heading', {name: 'Log in'}).waitFor();
-  await opened.evaluate(axe);
-  const {violations} = await opened.evaluate(() => window.axe.run());
-  assert.deepEqual(violations.filter((each) => ['serious', 'critical'].includes(each.impact)).map((each) => each.id), []);
+  await assertFits(opened);
   await opened.context().close();
 });
 
@@ -131,7 +104,7 @@ test('buttons say when the roles do not allow them', async () => {
 
 test('a user who can only view is offered no submission', async () => {
   const before = page;
-  page = await open('#/jobs/1');
+  page = await session.open('#/jobs/1');
   await logIn(tokens.eve);
   await page.locator('.caller').getByText('eve', {exact: true}).waitFor();
   for (const name of ['Edit & render again', 'Clone']) {
@@ -171,5 +144,5 @@ test('a restarted coordinator asks again', async () => {
 });
 
 test('the page logs no error', () => {
-  assert.deepEqual(faults, []);
+  session.assertQuiet();
 });

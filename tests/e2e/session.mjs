@@ -25,10 +25,6 @@ export async function assertFits(page, what = page.url()) {
   assert.ok(wider <= 0, `${what} is ${wider} pixels wider than the screen`);
 }
 
-export function startBrowser() {
-  return chromium.launch({executablePath: '/usr/bin/chromium-headless-shell', args: ['--no-sandbox', '--enable-unsafe-swiftshader']});
-}
-
 export class Session {
   requests = [];
   faults = [];
@@ -41,7 +37,12 @@ export class Session {
   async start() {
     await this.farm.startServer();
     this.farm.startWorker('box-1');
-    this.browser = await startBrowser();
+    await this.startBrowser();
+  }
+
+  async startBrowser() {
+    const args = ['--no-sandbox', '--enable-unsafe-swiftshader'];
+    this.browser = await chromium.launch({executablePath: '/usr/bin/chromium-headless-shell', args});
   }
 
   async close() {
