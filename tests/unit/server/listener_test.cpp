@@ -169,7 +169,7 @@ TEST(Listener, AKnownCallerMakesItsPlaceFreeForAStranger) {
     client.connect(server.listener().port());
   }
   ASSERT_TRUE(server.has(2));
-  EXPECT_TRUE(server.listener().meet(clients[0].name(), anybody()).ok());
+  EXPECT_TRUE(server.listener().set_caller(clients[0].name(), anybody()).ok());
   EXPECT_TRUE(server.has(3));
 }
 
@@ -188,7 +188,7 @@ TEST(Listener, ADialFromInsideIsServedWhenAllPlacesAreTaken) {
   const ClientSocket known, refused;
   known.connect(server.listener().port());
   ASSERT_TRUE(server.has(1));
-  EXPECT_TRUE(server.listener().meet(known.name(), anybody()).ok());
+  EXPECT_TRUE(server.listener().set_caller(known.name(), anybody()).ok());
   refused.connect(server.listener().port());
   EXPECT_TRUE(refused.is_ended());
   const Result<int> dialled = server.listener().dial();
