@@ -291,7 +291,7 @@ TEST(Storage, ADatabaseThatHasLostCommitsIsRefusedUntilThatIsAccepted) {
   for (const auto& command : {server, with("check")}) {
     const CommandResult refused = run_command(command);
     EXPECT_EQ(refused.exit_code, 1);
-    EXPECT_TRUE(says(refused.err, "were acknowledged: jobs up to 2 and their results may be lost")) << refused.err;
+    EXPECT_TRUE(says(refused.err, "were acknowledged. Jobs up to 2 and their results may be lost")) << refused.err;
     EXPECT_TRUE(says(refused.err, "--accept-loss")) << refused.err;
   }
   const CommandResult accepted = run_command([&] {

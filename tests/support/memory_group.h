@@ -3,11 +3,12 @@
 
 #include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
+
+#include "tests/support/temporary_folder.h"
 
 namespace lightmill::test {
 
@@ -26,12 +27,10 @@ class MemoryGroup {
                     first_version ? "memory.limit_in_bytes" : "memory.max", mebibytes);
       }
     }
-    ::setenv("TMPDIR", "/var/tmp", 1);
   }
   MemoryGroup(const MemoryGroup&) = delete;
   MemoryGroup& operator=(const MemoryGroup&) = delete;
   ~MemoryGroup() {
-    ::unsetenv("TMPDIR");
     if (made()) {
       ::rmdir(folder_.c_str());
     }
@@ -59,6 +58,7 @@ class MemoryGroup {
   }
 
   std::filesystem::path folder_;
+  ScopedTmpdir tmpdir_{"/var/tmp"};
 };
 
 }  // namespace lightmill::test

@@ -5,9 +5,9 @@
 #include <sched.h>
 #include <sys/mount.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 
 #include "tests/support/temporary_folder.h"
@@ -23,10 +23,10 @@ class SmallDisk {
       return;
     }
     mounted_ = true;
-    ::setenv("TMPDIR", folder_.path().c_str(), 1);
+    tmpdir_.emplace(folder_.path());
   }
   ~SmallDisk() {
-    ::unsetenv("TMPDIR");
+    tmpdir_.reset();
     if (mounted_) {
       ::umount2(folder_.path().c_str(), MNT_DETACH);
     }
@@ -48,6 +48,7 @@ class SmallDisk {
   std::filesystem::path ballast() const { return folder_.path() / "ballast"; }
   TemporaryFolder folder_;
   bool mounted_ = false;
+  std::optional<ScopedTmpdir> tmpdir_;
 };
 
 }  // namespace lightmill::test

@@ -1,4 +1,4 @@
-// A temporary folder that is removed with its owner.
+// Temporary folders that are removed with their owners.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -6,6 +6,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace lightmill::test {
@@ -28,6 +29,23 @@ class TemporaryFolder {
 
  private:
   std::filesystem::path path_;
+};
+
+/// New temporary folders of this process and its children are in `parent` while this object exists.
+class ScopedTmpdir {
+ public:
+  explicit ScopedTmpdir(const std::filesystem::path& parent) {
+    if (const char* before = std::getenv("TMPDIR")) {
+      before_ = before;
+    }
+    ::setenv("TMPDIR", parent.c_str(), 1);
+  }
+  ~ScopedTmpdir() { before_ ? ::setenv("TMPDIR", before_->c_str(), 1) : ::unsetenv("TMPDIR"); }
+  ScopedTmpdir(const ScopedTmpdir&) = delete;
+  ScopedTmpdir& operator=(const ScopedTmpdir&) = delete;
+
+ private:
+  std::optional<std::string> before_;
 };
 
 }  // namespace lightmill::test

@@ -96,7 +96,7 @@ planted(
   'a port differs',
   base,
   (get) => replaceArg(container(get('StatefulSet')).args, '--listen=0.0.0.0:7350', '--listen=0.0.0.0:7450'),
-  /--listen says 7450/,
+  /--listen is 7450/,
 );
 planted(
   'a probe asks another port',

@@ -35,7 +35,7 @@ TEST_F(FarmCliTest, AUnitIsFollowedFromItsLeaseToItsCommit) {
       lightmill({"submit", scene("cornell-bench-blocks.json"), "--size", "96x80", "--spp", "8", "--server", server()});
   ASSERT_EQ(submitted.exit_code, 0) << submitted.err;
   std::smatch said;
-  ASSERT_TRUE(std::regex_search(submitted.err, said, std::regex("trace ([0-9a-f]{32})"))) << submitted.err;
+  ASSERT_TRUE(std::regex_search(submitted.err, said, std::regex("trace id ([0-9a-f]{32})"))) << submitted.err;
   const std::string trace = said[1];
   EXPECT_EQ(on_farm({"show", "1"})["trace_id"], trace);
   start_worker("w1", {"--log-level", "debug", "--log-format", "json"});

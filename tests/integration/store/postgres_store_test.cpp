@@ -171,7 +171,7 @@ TEST_F(PostgresStoreTest, ADatabaseBehindTheRecordOfTheLastCommitIsRefusedUntilT
   sql("DELETE FROM lightmill.jobs WHERE id = 2; UPDATE lightmill.turn SET epoch = 1, commits = 1, highest_job = 1");
   const Status refused = open_postgres(recorded).status();
   EXPECT_EQ(refused.code(), StatusCode::kFailedPrecondition);
-  EXPECT_NE(message_of(refused).find("jobs up to 2 and their results may be lost"), std::string::npos) << refused;
+  EXPECT_NE(message_of(refused).find("Jobs up to 2 and their results may be lost"), std::string::npos) << refused;
   EXPECT_NE(message_of(refused).find("--accept-loss"), std::string::npos) << refused;
   EXPECT_TRUE(open_postgres(options()).ok()) << "without a record it cannot know";
   recorded.accept_loss = true;

@@ -95,7 +95,7 @@ TEST_F(LostCommits, AcceptedLossReusesNoJobId) {
   std::filesystem::resize_file(journal_, std::filesystem::file_size(journal_) / 2);
   const Status refused = open_sqlite_store(file_).status();
   EXPECT_EQ(refused.code(), StatusCode::kFailedPrecondition);
-  EXPECT_NE(message_of(refused).find("jobs up to 3 and their results may be lost"), std::string::npos) << refused;
+  EXPECT_NE(message_of(refused).find("Jobs up to 3 and their results may be lost"), std::string::npos) << refused;
   EXPECT_NE(message_of(refused).find("--accept-loss"), std::string::npos) << refused;
   {
     const auto store = open_sqlite_store(file_, {.accept_loss = true}).value();
