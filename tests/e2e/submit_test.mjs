@@ -114,7 +114,7 @@ test('a cancelled upload resumes where it stopped', async () => {
   await eventually('it is being sent', () => held);
   await panel().getByText(/^Sending/).waitFor();
   await panel().getByRole('button', {name: 'Cancel'}).click();
-  await panel().getByRole('alert').getByText('Stopped').waitFor();
+  await panel().getByRole('alert').getByText('Cancelled').waitFor();
   held();
   await page.unroute(/assets\/[0-9a-f]{64}$/);
   await panel().getByRole('button', {name: 'Try again'}).click();
