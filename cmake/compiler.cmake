@@ -22,6 +22,10 @@ else()
   add_compile_options(-Wthread-safety)
 endif()
 
+if(CMAKE_CXX_FLAGS MATCHES "--coverage")
+  add_compile_options(-Wno-error)  # counters make GCC warn
+endif()
+
 set(LIGHTMILL_SANITIZE "" CACHE STRING "sanitizers to build with, e.g. address,undefined")
 if(LIGHTMILL_SANITIZE)
   add_compile_options(-fsanitize=${LIGHTMILL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)

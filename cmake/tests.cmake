@@ -26,22 +26,22 @@ function(lightmill_run run)
                                          ENVIRONMENT "${ARG_ENVIRONMENT}" SKIP_RETURN_CODE 77)
 endfunction()
 
-# Test sources have GoogleTest in their precompiled header. Sanitized test code is not optimised, because it is long and not the
-# code under test.
-set(LIGHTMILL_TEST_OPTIONS -O1)
-if(LIGHTMILL_SANITIZE)
-  set(LIGHTMILL_TEST_OPTIONS -O0)
-endif()
-
-# A function, because builds without tests have no GoogleTest.
-function(lightmill_test_pch)
-  if(TARGET lightmill_test_pch)
-    return()
+# lightmill_compile_as_test(TARGET LABEL...): with GoogleTest in the precompiled header, and little optimisation: test code
+# is long, and what it tests is optimised.
+function(lightmill_compile_as_test target)
+  set(level 1)
+  if(LIGHTMILL_SANITIZE OR "integration" IN_LIST ARGN OR "unit" IN_LIST ARGN)
+    set(level 0)
   endif()
-  add_library(lightmill_test_pch STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
-  target_precompile_headers(lightmill_test_pch PRIVATE ${LIGHTMILL_PCH_HEADERS} <gtest/gtest.h>)
-  target_compile_options(lightmill_test_pch PRIVATE ${LIGHTMILL_TEST_OPTIONS})
-  target_link_libraries(lightmill_test_pch PUBLIC fmt::fmt GTest::gtest)
+  set(pch lightmill_test_pch_${level})
+  if(NOT TARGET ${pch})
+    add_library(${pch} STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
+    target_precompile_headers(${pch} PRIVATE ${LIGHTMILL_PCH_HEADERS} <gtest/gtest.h>)
+    target_compile_options(${pch} PRIVATE -O${level})
+    target_link_libraries(${pch} PUBLIC fmt::fmt GTest::gtest)
+  endif()
+  target_compile_options(${target} PRIVATE -O${level})
+  target_precompile_headers(${target} REUSE_FROM ${pch})
 endfunction()
 
 # lightmill_read_long_tests(FILE): reads the table of tests that run only with `./test.sh --all`. Sets LONG_<program> to a
@@ -63,12 +63,10 @@ endfunction()
 # lightmill_test(NAME LABELS a b [SHARDS n] [TIMEOUT s] SOURCES ... DEPS ...): a GoogleTest program and its runs.
 function(lightmill_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT;SHARDS" "LABELS;SOURCES;DEPS" ${ARGN})
-  lightmill_test_pch()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} lightmill_test_places GTest::gtest GTest::gtest_main)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
-  target_compile_options(${name} PRIVATE ${LIGHTMILL_TEST_OPTIONS})
-  target_precompile_headers(${name} REUSE_FROM lightmill_test_pch)
+  lightmill_compile_as_test(${name} ${ARG_LABELS})
   lightmill_unity(${name} 8)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   lightmill_test_runs(${name} "${ARG_SHARDS}" "${ARG_TIMEOUT}" ${ARG_LABELS})

@@ -25,6 +25,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
     const Status status = ok ? take() : complete();
     if (!ok || !status.ok()) {
       upload_.reset();
+      call_.slot->call_ended();
       Finish(to_grpc(status));
       return;
     }
@@ -111,6 +112,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
       return;
     }
     if (chunk->empty()) {
+      call_.slot->call_ended();
       Finish(to_grpc(sent_.finish() == digest_ ? ok_status() : forget()));
       return;
     }

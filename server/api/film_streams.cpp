@@ -61,6 +61,7 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
 
   void OnWriteDone(bool ok) override {
     if (!ok || next_ == tiles_.size()) {
+      call_.slot->call_ended();
       Finish(ok ? grpc::Status::OK : grpc::Status(grpc::StatusCode::CANCELLED, "the client left"));
       return;
     }

@@ -28,10 +28,7 @@ std::optional<StreamKind> stream_kind(Rpc rpc) {
 }
 
 StreamSlot::~StreamSlot() {
-  const MutexLock lock(slots_.mutex_);
-  StreamSlots::Kind& kind = slots_.of(kind_);
-  kind.slots.release(id_);
-  kind.held.erase(id_);
+  call_ended();
 }
 
 void StreamSlot::on_evict(std::function<void()> end) {
@@ -44,8 +41,14 @@ void StreamSlot::on_evict(std::function<void()> end) {
 }
 
 void StreamSlot::call_ended() {
-  const MutexLock lock(mutex_);
-  end_ = nullptr;
+  {
+    const MutexLock lock(mutex_);
+    end_ = nullptr;
+  }
+  const MutexLock lock(slots_.mutex_);
+  StreamSlots::Kind& kind = slots_.of(kind_);
+  kind.slots.release(id_);
+  kind.held.erase(id_);
 }
 
 void StreamSlot::evict() {

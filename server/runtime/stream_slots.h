@@ -37,9 +37,10 @@ class StreamSlot {
 
   /// Sets what ends the call when another needs its place. Called at most once, from any thread. It must not block.
   void on_evict(std::function<void()> end);
-  /// The call has ended. `end` is not called from now on.
+  /// The place is free, and `end` is not called from now on. A stream calls it before it sends its last status: its
+  /// caller may begin the next call at once.
   void call_ended();
-  /// The call waits for its caller from now on, until moves().
+  /// The call waits for its caller from now on, until set_active().
   void set_stalled();
   void set_active();
 

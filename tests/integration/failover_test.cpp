@@ -83,8 +83,9 @@ TEST(SharedDatabase, AFarmSurvivesACrashOfItsDatabase) {
   Farm farm({"--store", server().new_database(), "--health", "127.0.0.1:0", "--health-port-file", port_file});
   farm.add_worker(2, "w1");
   FarmClient client = farm.client();
-  const std::uint64_t job = client.submit(Picture()).id();
-  client.wait_for_samples(job, kPixelSamples / 4);
+  Picture picture{.samples = 172};
+  const std::uint64_t job = client.submit(picture).id();
+  client.wait_while_it_works(job, picture, kPixelSamples / 4);
   server().stop();
   EXPECT_TRUE(eventually([&] { return farm.server_log().find("cannot store progress") != std::string::npos; }));
   const std::string probed = health_address(port_file);
@@ -92,7 +93,7 @@ TEST(SharedDatabase, AFarmSurvivesACrashOfItsDatabase) {
   EXPECT_EQ(health(farm.address()), "NOT_SERVING");
   EXPECT_EQ(health(probed, "live"), "SERVING") << "a restart would not help";
   server().start();
-  expect_reference_film(farm.client(), job);
+  expect_reference_film(farm.client(), job, picture);
   EXPECT_TRUE(eventually([&] { return health(probed) == "SERVING"; }));
 }
 

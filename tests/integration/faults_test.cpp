@@ -58,13 +58,14 @@ TEST_F(FaultyLines, DelayedAndReorderedMessagesKeepTheBits) {
     line->delay(Way::there, milliseconds(0), milliseconds(120));
     line->delay(Way::back, milliseconds(0), milliseconds(120));
   }
+  farm_.client().wait_while_it_works(job_, picture_, kPixels * 20);
 }
 
 TEST_F(FaultyLines, RepeatedCutsKeepTheBits) {
   std::mt19937 random(20261122);
   for (int i = 0; i < 12; ++i) {
     keep_busy();
-    std::this_thread::sleep_for(milliseconds(random() % 400));
+    farm_.client().wait_while_it_works(job_, picture_, random() % (kPixels * 20));
     lines_[random() % 2]->cut();
   }
   EXPECT_TRUE(eventually([&] { return farm_.missed("w1") && farm_.missed("w2"); }));
@@ -92,7 +93,7 @@ TEST_F(FaultyLines, StallsInOneDirectionOrBothKeepTheBits) {
   for (const std::vector<Way>& ways : stalls) {
     keep_busy();
     stall(ways, true);
-    std::this_thread::sleep_for(seconds(1));
+    farm_.client().wait_while_it_works(job_, picture_, kPixels * 20);  // by the other worker
     const int before = stored();
     stall(ways, false);
     EXPECT_TRUE(eventually([&] { return stored() > before; })) << "held messages arrive";

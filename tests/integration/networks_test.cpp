@@ -62,6 +62,7 @@ TEST_F(FaultyNetworks, LosingEveryTenthPacketKeepsTheBits) {
     networks_->lose_said(host, 10);
     networks_->lose_heard(host, 10);
   }
+  client().wait_while_it_works(job_, picture_, kPicturePixels * 20);
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ def parse():
 
 def show_status():
     holder = lock_holder()
-    print(f"process {holder} is at work" if holder else "nothing is at work")
+    print(f"process {holder} is running" if holder else "no run is active")
     pieces.show_states(State(pieces.STATE))
     repeat.show_runs(State(repeat.STATE))
 
@@ -60,6 +60,9 @@ def run(options):
 def main():
     options = parse()
     interrupt_on_signals()
+    for name in list(os.environ):  # settings of single tests
+        if name.startswith("GTEST_") or name.startswith("LIGHTMILL_SIMULATION_") and not options.names:
+            del os.environ[name]
     os.environ["GTEST_BRIEF"] = "1"
     try:
         if options.status:

@@ -15,6 +15,7 @@ class Run:
     labels: tuple
     files: tuple  # targets of ninja that it needs
     environment: dict
+    timeout: float  # seconds
 
     @property
     def report(self):
@@ -61,7 +62,8 @@ def runs_of(preset):
         properties = {each["name"]: each["value"] for each in test.get("properties", [])}
         runs.append(Run(test["name"], tuple(properties.get("LABELS", [])),
                         tuple(os.path.relpath(file, BUILD / preset) for file in properties.get("REQUIRED_FILES", [])),
-                        dict(each.split("=", 1) for each in properties.get("ENVIRONMENT", []))))
+                        dict(each.split("=", 1) for each in properties.get("ENVIRONMENT", [])),
+                        properties.get("TIMEOUT", 600)))
     return runs
 
 

@@ -63,13 +63,17 @@ def write_filtered(folder, preset, runs, filters):
         filtered.append(dataclasses.replace(run, name=program, environment=environment))
         settings = ";".join(f"{name}={value}" for name, value in environment.items())
         lines += [f'add_test({program} "{BUILD / preset / "tests" / program}")',
-                  f'set_tests_properties({program} PROPERTIES TIMEOUT 600 ENVIRONMENT "{settings}")']
+                  f'set_tests_properties({program} PROPERTIES TIMEOUT {run.timeout:.0f} ENVIRONMENT "{settings}")']
     (folder / "CTestTestfile.cmake").write_text("\n".join(lines))
     return filtered
 
 
 def run_named(words):
-    preset = next((word for word in words if word in SANITIZERS), "release")
+    presets = [word for word in words if word in SANITIZERS] or ["release"]
+    if len(presets) > 1:
+        print(f"{' and '.join(presets)} are different builds: run one after the other")
+        return False
+    [preset] = presets
     watch, folder = Stopwatch(), BUILD / "results" / "named"
     shutil.rmtree(folder, ignore_errors=True)
     runs, programs = runs_of(preset), programs_of(preset)

@@ -143,6 +143,9 @@ def beside(work, log):
             return receiver.recv()
         except EOFError:
             raise Failed from None  # it has printed the reason
+        except BaseException:
+            process.terminate()
+            raise
         finally:
             process.join()
             print(log.read_text(errors="replace"), end="", flush=True)

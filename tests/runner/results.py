@@ -7,7 +7,7 @@ import xml.etree.ElementTree
 
 from process import ROOT, SHOWN_LINES, Row, Stopwatch, run_logged, show_end_of
 
-CORES = os.cpu_count() or 1
+CORES = len(os.sched_getaffinity(0))
 SLOTS = 4 * CORES  # runs at once; at most CORES of them compute (cmake/tests.cmake)
 KINDS_OF_RUN = ("asan", "long", "threads", "tsan")  # labels that say when a run runs; the others say what it is
 ENDED = re.compile(r" *\d+/\d+ Test +#\d+: (\S+) \.* *(Passed|\*\*\*.*?) +([\d.]+) sec")
@@ -69,14 +69,22 @@ def read_log(log):
     return ends
 
 
-def judge(run, end, output):
+def last_line_of(test_folder, name):
+    """The last line that a run printed, from ctest's own log; empty if there is none."""
+    log = (test_folder / "Testing" / "Temporary" / "LastTest.log").read_text(errors="replace")
+    output = re.search(rf"^\d+/\d+ Testing: {re.escape(name)}$.*?^Output:\n-+\n(.*?)^<end of output>$", log, re.M | re.S)
+    lines = output.group(1).strip().splitlines() if output else []
+    return lines[-1] if lines else ""
+
+
+def judge(run, end, output, reason):
     """A row of the table, failed tests with their output, and skipped ones with the reason. A run passes only with proof: ctest
     says so, and a test program has a report of tests that ran."""
     cases = cases_of(run.report) if run.report else []
     failed = [(case.name, "\n".join(case.failures)) for case in cases if case.failures]
     skipped = [(case.name, (case.skipped.strip().splitlines() or ["no reason given"])[-1]) for case in cases if case.skipped is not None]
-    if end == SKIPPED:
-        return Row(run.name, 0, 0, 1), [], [(run.name, "exit code 77")]
+    if end == SKIPPED and not run.report:
+        return Row(run.name, 0, 0, 1), [], [(run.name, reason or "exit code 77")]
     if end != PASSED and not failed:
         failed = [(run.name, "\n".join([end.strip("*"), *output[-SHOWN_LINES:]]))]
     elif run.report and all(case.skipped == DISABLED for case in cases):
@@ -107,7 +115,7 @@ def run_tests(test_folder, runs, folder, part, deadline=None):
         if results.is_late and run.name not in ends:
             continue
         end, seconds, output = ends.get(run.name, ("ctest did not run it", 0, []))
-        row, failed, skipped = judge(run, end, output)
+        row, failed, skipped = judge(run, end, output, last_line_of(test_folder, run.name) if end == SKIPPED else "")
         for name, text in failed:
             print(f"\nfailed: {name}\n" + "\n".join(f"    {line}" for line in text.splitlines()[:SHOWN_LINES]))
         results.failed += [name for name, _ in failed]

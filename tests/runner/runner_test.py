@@ -140,6 +140,7 @@ class Runner(unittest.TestCase):
             set_tests_properties(too.late PROPERTIES TIMEOUT 0.1)
             program(skips_tests Toy.Passes:Toy.IsSkipped unit)
             script(skips.script "exit 77" unit)
+            script(lacks.shell "echo zsh is not installed; exit 77" unit)
         """)
         passed, said = self.run_it()
         self.assertFalse(passed)
@@ -149,6 +150,7 @@ class Runner(unittest.TestCase):
             self.assertRegex(listed, rf"\n? *{re.escape(name)}\n")
         self.assertRegex(said, r"\nskipped:\n(.*\n)*  Toy.IsSkipped: no such tool\n")
         self.assertRegex(said, r"  skips.script: exit code 77\n")
+        self.assertRegex(said, r"  lacks.shell: zsh is not installed\n")
         self.assertRegex(said, r"\n6 passed, 7 failed, \d skipped\n")
 
     def test_a_part_without_tests_fails(self):
@@ -182,6 +184,7 @@ class Runner(unittest.TestCase):
         self.assert_passes(["asan"], r"\n1 passed")
         self.assertTrue((self.root / "build/asan/tests/asan_tests").exists())
         self.assert_fails(["no_such_name"], "no program, label or test has this name")
+        self.assert_fails(["asan", "tsan", "web"], "asan and tsan are different builds")
 
     def test_the_name_of_a_test_selects_it(self):
         self.plant_runs("")
@@ -210,7 +213,7 @@ class Runner(unittest.TestCase):
         ''' + OTHERS)
         for state in ("failed", "failed, then passed"):
             self.run_it("--all", "--minutes", "0.5")
-            self.assert_passes(["--status"], "nothing is at work", f"\n{state} +release\n", "passed +thread sanitizer\n",
+            self.assert_passes(["--status"], "no run is active", f"\n{state} +release\n", "passed +thread sanitizer\n",
                                "skipped +long: lacks.tool\n")
         self.assert_fails(["--all", "--minutes", "0.5"], "failed, then passed +release\n")
 
@@ -237,7 +240,7 @@ class Runner(unittest.TestCase):
         first = self.start("waits")
         self.wait_for("build/release/begun")
         self.assert_fails(["asan_tests"], f"process {first.pid} tests this checkout already")
-        self.assert_passes(["--status"], f"process {first.pid} is at work")
+        self.assert_passes(["--status"], f"process {first.pid} is running")
         self.plant("build/release/go", "")
         self.assertTrue(self.end(first)[0])
 
@@ -256,10 +259,23 @@ class Runner(unittest.TestCase):
                 self.assertFalse(pathlib.Path(folder).exists())
                 file.unlink()
 
+    def test_a_signal_ends_the_parts_beside_an_ended_one(self):
+        self.plant_runs("""
+            script(stays "case ${CMAKE_BINARY_DIR} in */release) exit 0 ;; esac\necho $$ >new; mv new begun; while :; do sleep 0.1; done" asan)
+        """)
+        process = self.start()
+        self.addCleanup(process.kill)
+        pid = self.wait_for("build/asan/begun").strip()
+        while "tests passed" not in self.wait_for("build/results/release/test.log"):
+            time.sleep(0.01)
+        process.send_signal(signal.SIGTERM)
+        self.assertIn("interrupted", self.end(process)[1])
+        self.assertFalse(is_alive(pid))
+
     def test_it_runs_in_the_background(self):
         self.plant_runs("")
         self.assert_passes(["--repeat", "1", "--background"], "its log is build/repeat/log")
-        while "nothing is at work" not in (said := self.run_it("--status")[1]):
+        while "no run is active" not in (said := self.run_it("--status")[1]):
             time.sleep(0.2)
         self.assertRegex(said, r"\n1 +4 +\d+  \n")
 

@@ -56,12 +56,16 @@ def remove_left_over():
 @contextlib.contextmanager
 def temporary_folder():
     """TMPDIR on the memory disk, if it has space. Tests of farms write much, and would wait for a disk."""
+    if MEMORY_DISK.is_dir():
+        remove_left_over()
     if not MEMORY_DISK.is_dir() or shutil.disk_usage(MEMORY_DISK).free < MEMORY_DISK_BYTES:
+        print(f"{MEMORY_DISK} has less than {MEMORY_DISK_BYTES >> 30} GiB free: the tests write to a disk, which takes longer", flush=True)
         yield
         return
-    remove_left_over()
     folder = MEMORY_DISK / f"lightmill-{os.getpid()}"
+    shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
+    folder.chmod(0o755)  # PostgreSQL's user enters it
     os.environ["TMPDIR"] = str(folder)
     try:
         yield

@@ -144,7 +144,7 @@ class LiveHubTest : public ::testing::Test {
   /// Asks again until `done`. The farm publishes at its own pace, which can take long.
   template <typename Done>
   void ask_until(Done done, Page& page, JobId job, const std::vector<std::string>& layers) {
-    for (int tries = 0; tries < 500 && !done(); ++tries) {
+    for (int tries = 0; tries < 20'000 && !done(); ++tries) {
       settle();
       ASSERT_TRUE(ask(page, false, job, layers).ok());
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
