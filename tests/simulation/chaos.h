@@ -62,6 +62,7 @@ struct PlantedBugs {
   bool keep_dropped_results = false;       ///< records of dropped results stay on disk
   bool lose_verifications = false;         ///< pending audits do not reach the disk
   bool ignore_identities = false;          ///< each worker counts as an identity of its own
+  bool trust_claims = false;               ///< claimed machines count as identities, not certificates
   bool wait_for_the_idle = false;          ///< workers may keep leases as long as they are heard
   bool ignore_grants = false;              ///< results that were never granted are taken
   bool lose_what_is_cut = false;           ///< messages during a cut link are lost, and the stream continues
