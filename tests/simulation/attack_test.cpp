@@ -16,5 +16,34 @@ TEST(Attacks, LeaveNoWrongPixelUnnoticed) {
   }
 }
 
+/// Coordinator without the defence against an attack.
+struct Defenceless {
+  const char* name;
+  Attack attack;
+  bool PlantedBugs::*bug;
+
+  friend void PrintTo(const Defenceless& each, std::ostream* out) { *out << each.name; }
+};
+class AttackCheck : public testing::TestWithParam<Defenceless> {};
+
+TEST_P(AttackCheck, FindsACoordinatorWithoutTheDefence) {
+  PlantedBugs bugs;
+  bugs.*GetParam().bug = true;
+  constexpr std::uint64_t kFarms = 15;
+  const AttackTable::Row row = try_attack(GetParam().attack, kFarms, bugs);
+  EXPECT_GT(row.unnoticed, 0u) << "the check has no failure on " << kFarms << " farms";
+}
+INSTANTIATE_TEST_SUITE_P(All, AttackCheck,
+                         testing::Values(Defenceless{"WrongSums", Attack::wrong_sums, &PlantedBugs::repeat_results},
+                                         Defenceless{"SomeWrongSums", Attack::some_wrong_sums,
+                                                     &PlantedBugs::repeat_results},
+                                         Defenceless{"TwoNames", Attack::two_names, &PlantedBugs::trust_claims},
+                                         Defenceless{"Claims", Attack::claims, &PlantedBugs::trust_claims},
+                                         Defenceless{"Ungranted", Attack::ungranted, &PlantedBugs::ignore_grants},
+                                         Defenceless{"Garbage", Attack::garbage, &PlantedBugs::trust_hashes},
+                                         Defenceless{"Idle", Attack::idle, &PlantedBugs::wait_for_the_idle},
+                                         Defenceless{"Spite", Attack::spite, &PlantedBugs::believe_one_refusal}),
+                         [](const auto& info) { return std::string(info.param.name); });
+
 }  // namespace
 }  // namespace lightmill::simulation

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "tests/simulation/farm_simulation.h"
 
 namespace lightmill::simulation {
@@ -26,24 +28,29 @@ constexpr Kind kKinds[] = {
 
 }  // namespace
 
+AttackTable::Row try_attack(Attack attack, std::uint64_t farms, const PlantedBugs& bugs) {
+  const Kind& kind = *std::ranges::find(kKinds, attack, &Kind::attack);
+  AttackTable::Row row;
+  row.attack = kind.name;
+  for (std::uint64_t seed = 1; seed <= farms; ++seed) {
+    Chaos chaos;
+    chaos.attack = attack;
+    const Report report = FarmSimulation(seed, chaos, bugs).run();
+    ++row.farms;
+    row.attacked += kind.fault == nullptr ? report.lied : report.faults.contains(kind.fault);
+    row.convicted += report.convicted > 0;
+    row.unverified += report.unverified > 0;
+    if (!report.failure.empty() && row.unnoticed++ == 0) {
+      row.failure = fmt::format("seed {}: {}", seed, report.failure);
+    }
+  }
+  return row;
+}
+
 AttackTable try_attacks(std::uint64_t farms) {
   AttackTable table;
   for (const Kind& kind : kKinds) {
-    AttackTable::Row row;
-    row.attack = kind.name;
-    for (std::uint64_t seed = 1; seed <= farms; ++seed) {
-      Chaos chaos;
-      chaos.attack = kind.attack;
-      const Report report = FarmSimulation(seed, chaos, PlantedBugs{}).run();
-      ++row.farms;
-      row.attacked += kind.fault == nullptr ? report.lied : report.faults.contains(kind.fault);
-      row.convicted += report.convicted > 0;
-      row.unverified += report.unverified > 0;
-      if (!report.failure.empty() && row.unnoticed++ == 0) {
-        row.failure = fmt::format("seed {}: {}", seed, report.failure);
-      }
-    }
-    table.rows.push_back(std::move(row));
+    table.rows.push_back(try_attack(kind.attack, farms));
   }
   return table;
 }

@@ -350,7 +350,7 @@ void ServerSide::receive(const std::shared_ptr<Stream>& stream, WorkerMessage me
   if (!stream->said_hello) {
     if (auto* hello = std::get_if<WorkerHello>(&message)) {
       stream->said_hello = true;
-      if (workers_.have_certificates()) {
+      if (workers_.have_certificates() && !world_.bugs.trust_claims) {
         hello->identity = workers_[stream->worker].identity;
       }
       if (world_.bugs.ignore_identities) {
