@@ -61,6 +61,7 @@ void ActionLog::drop_oldest(Kind kind, Change& change) {
 ActionLog::Change ActionLog::add(Action action) {
   action.about = as_name(action.about);
   action.message = cut_text(printable(action.message), kMaxMessageBytes);
+  action.change = cut_text(printable(action.change), kMaxMessageBytes);
   Change change;
   const Kind kind = kind_of(action);
   if (kind == kWorker) {

@@ -35,9 +35,10 @@ struct Action {
   std::string peer;       ///< ADDRESS:PORT of the caller, or the coordinator's own host
   std::string what;       ///< name of the RPC, or one of the names above
   std::uint64_t job = 0;  ///< 0: none
-  std::string about;      ///< name of the worker or token
+  std::string about;      ///< name of the job, worker or token
   StatusCode outcome = StatusCode::kOk;
-  std::string message;  ///< reason of a refusal
+  std::string message;      ///< reason of a refusal
+  std::string change = {};  ///< what it changed, in words: "priority 0 -> 10"
   friend bool operator==(const Action&, const Action&) = default;
 };
 

@@ -13,9 +13,10 @@ namespace lightmill {
 
 /// Subject of a call.
 struct CallSubject {
-  std::uint64_t job = 0;   ///< 0: none
-  std::string text = {};   ///< name of a worker or token
-  bool was_there = false;  ///< nothing was changed: the requested state existed already
+  std::uint64_t job = 0;    ///< 0: none
+  std::string text = {};    ///< name of a job, worker or token
+  bool was_there = false;   ///< nothing was changed: the requested state existed already
+  std::string change = {};  ///< Action::change
 };
 
 /// Refusals that an entry covers, besides its own.

@@ -248,7 +248,10 @@ void WorkStream::trace(const WorkerResult& result) {
 void WorkStream::deliver(WorkerMessage message, FarmLoop::TaskContext& context) {
   if (const auto* hello = std::get_if<WorkerHello>(&message)) {
     spdlog::debug("session {}: worker {} from {}", session_.value, hello->name, call_.peer);
-    record(context, owner_.gate_, call_, {0, hello->name}, ok_status());
+    record(context, owner_.gate_, call_,
+           {.text = hello->name,
+            .change = fmt::format("connected: {} on {}", counted(hello->threads, "thread"), hello->host)},
+           ok_status());
     owner_.welcome(*this, hello->name, context);
     context.farm.worker_connected(session_, *hello, context.now, context.effects);
   } else {

@@ -48,6 +48,7 @@ struct PutProgress {
 /// Deletes the job, its nodes and its results.
 struct DeleteJobRows {
   JobId job;
+  std::string name = {};  ///< of the job, for the action log
 };
 /// Inserts a node of the film's forest.
 struct PutNode {

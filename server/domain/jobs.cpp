@@ -321,9 +321,10 @@ Job& JobTable::restore(StoredState::StoredJob stored, Time now) {
 }
 
 void JobTable::remove(JobId id, const Event& event) {
-  by_request_.erase(at(id).record.spec.request_id);
+  const JobSpec& spec = at(id).record.spec;
+  by_request_.erase(spec.request_id);
+  event.store(DeleteJobRows{id, spec.name});
   jobs_.erase(id);
-  event.store(DeleteJobRows{id});
 }
 
 Status JobTable::check_room(const std::string& owner) const {

@@ -1,4 +1,7 @@
 // Operations on tokens and the action log.
+#include <fmt/chrono.h>
+
+#include "common/base/quantities.h"
 #include "common/wire/bytes.h"
 #include "common/wire/role_proto.h"
 #include "server/operations/handlers.h"
@@ -62,12 +65,23 @@ void to_wire(const Action& action, v1::Action* out) {
   out->set_about(action.about);
   out->set_code(static_cast<std::int32_t>(action.outcome));
   out->set_message(action.message);
+  out->set_change(action.change);
 }
 
 /// Id of the enrolment token with which the bearer of this token can enrol again; empty: none.
 std::string way_back(const Gate& gate, const TokenRecord& token, std::int64_t now_unix_s) {
   const std::optional<TokenRecord> by = gate.find_token(token.enrolled_by);
   return by && by->enrolment.enrolled < by->enrolment.workers && now_unix_s < by->until_unix_s ? by->id : "";
+}
+
+/// "created: roles view, submit, valid until 2026-11-26 03:40:00 +0000".
+std::string describe_new(const TokenRecord& token) {
+  std::string text = fmt::format("created: roles {}, valid until {:%Y-%m-%d %H:%M:%S} +0000", names_of(token.roles),
+                                 fmt::gmtime(token.until_unix_s));
+  if (token.enrolment.workers > 0) {
+    text += ", for " + counted(token.enrolment.workers, "worker");
+  }
+  return text;
 }
 
 /// Stores the token with the effects of this task. If that fails, removes it.
@@ -92,6 +106,7 @@ Status create_token(OperationContext& operation, const v1::CreateTokenRequest& r
   LM_RETURN_IF_ERROR(gate.add_token(token));
   to_wire(*gate.find_token(token.id), reply);
   if (is_new) {
+    operation.about.change = describe_new(token);
     keep_token(operation, token);
   }
   return ok_status();
@@ -122,8 +137,9 @@ Status revoke_token(OperationContext& operation, const v1::RevokeTokenRequest& r
   }
   const std::vector<std::string> enrolled = gate.enrolled_by(id);
   std::vector<std::string> revoked = request.enrolled() ? enrolled : std::vector<std::string>();
+  operation.about.change = token ? "revoked: roles " + names_of(token->roles) : "revoked";
   if (!revoked.empty()) {
-    operation.about.text += fmt::format(" and {} that it enrolled", revoked.size());
+    operation.about.change += fmt::format(", with {} that it enrolled", counted(revoked.size(), "token"));
   }
   if (token || revoked.empty()) {
     revoked.push_back(id);
@@ -146,6 +162,8 @@ Status enrol(OperationContext& operation, const v1::EnrolRequest& request, v1::T
   operation.about.was_there = !enrolment.is_new;
   to_wire(enrolment.token, reply);
   if (enrolment.is_new) {
+    operation.about.change = fmt::format("{}, use {} of {}", describe_new(enrolment.token),
+                                         enrolment.by.enrolment.enrolled, enrolment.by.enrolment.workers);
     for (const std::string& id : enrolment.ended) {
       operation.context.effects.writes.push_back(DropToken{id});
     }

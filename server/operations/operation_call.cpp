@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "server/operations/changes.h"
+
 namespace lightmill {
 
 using TaskContext = FarmLoop::TaskContext;
@@ -46,7 +48,7 @@ void OperationCall::apply(TaskContext& context) {
   Status status =
       operation_.handler.of_job ? check_job_call(context, runtime_.gate(), call_, JobId{about.job}) : ok_status();
   if (status.ok()) {
-    status = apply_(arguments);
+    status = recorded && operation_.handler.of_job ? change_job(arguments) : apply_(arguments);
   }
   if (recorded) {
     record(context, runtime_.gate(), call_, about, status);
@@ -59,6 +61,18 @@ void OperationCall::apply(TaskContext& context) {
     finish(ok_status());
   }
   give_up(context);  // if it was cancelled before
+}
+
+/// Notes for the action log what the operation changes.
+Status OperationCall::change_job(OperationContext& operation) const {
+  const TaskContext& context = operation.context;
+  const JobId job{operation.about.job};
+  LM_ASSIGN_OR_RETURN(const JobStatus before, context.farm.status(job, context.now));
+  LM_RETURN_IF_ERROR(apply_(operation));
+  const Result<JobStatus> after = context.farm.status(job, context.now);
+  operation.about.text = before.name;
+  operation.about.change = describe_change(before, after.ok() ? &*after : nullptr);
+  return ok_status();
 }
 
 OperationCall::Done OperationCall::answer_later() {

@@ -33,6 +33,7 @@ class OperationCall final : public std::enable_shared_from_this<OperationCall> {
  private:
   void run(FarmLoop::TaskContext& context);
   void apply(FarmLoop::TaskContext& context);
+  Status change_job(OperationContext& operation) const;
   void give_up(FarmLoop::TaskContext& context);
   void finish(const Status& status);
 

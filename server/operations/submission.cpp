@@ -4,6 +4,7 @@
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "server/access/call_limits.h"
+#include "server/domain/job_rules.h"
 #include "server/operations/handlers.h"
 #include "server/operations/method_choice.h"
 #include "server/operations/operation_call.h"
@@ -100,6 +101,8 @@ Result<Apply> submit_job(Runtime& runtime, v1::SubmitJobRequest& request, v1::Jo
       return already_exists("request_id '{}' belongs to a job of another user: choose another", spec.request_id);
     }
     operation.about.job = job.value;
+    operation.about.text = spec.name;
+    operation.about.change = fmt::format("submitted: {}, priority {}", describe(spec.goal), spec.priority);
     if (call.on_submitted) {
       call.on_submitted(job);
     }

@@ -1,5 +1,6 @@
 // Operations on workers, and for autoscalers.
 #include "common/base/text.h"
+#include "server/operations/changes.h"
 #include "server/operations/handlers.h"
 #include "server/operations/pages.h"
 #include "server/operations/worker_message.h"
@@ -9,22 +10,28 @@ namespace {
 
 constexpr std::string_view kMetric = "wanted-workers";
 
-/// Replies with the worker after the change, if that succeeded; only with its name if it is gone.
-Status changed_worker(const OperationContext& operation, const Status& change, const std::string& name,
-                      v1::Worker* reply) {
-  reply->set_name(name);
-  if (change.ok()) {
-    for (const WorkerStatus& worker : operation.context.farm.workers(operation.context.now)) {
-      if (worker.name == name) {
-        to_wire(worker, reply);
-      }
+/// The worker; only its name if the farm does not know it.
+WorkerStatus find_worker(const OperationContext& operation, const std::string& name) {
+  WorkerStatus found;
+  found.name = name;
+  found.threads = 0;
+  for (WorkerStatus& worker : operation.context.farm.workers(operation.context.now)) {
+    if (worker.name == name) {
+      found = std::move(worker);
     }
   }
-  return change;
+  return found;
 }
 
-Status release(OperationContext& operation, const v1::ReleaseWorkerRequest& request) {
-  return operation.context.farm.release_worker(request.name(), operation.context.now, operation.context.effects);
+/// Applies `change`, and notes for the action log what it changes. Replies with the worker.
+Status change_worker(OperationContext& operation, const std::string& name, v1::Worker* reply,
+                     const std::function<Status(FarmLoop::TaskContext&)>& change) {
+  const WorkerStatus before = find_worker(operation, name);
+  LM_RETURN_IF_ERROR(change(operation.context));
+  const WorkerStatus after = find_worker(operation, name);
+  operation.about.change = describe_change(before, after);
+  to_wire(after, reply);
+  return ok_status();
 }
 
 Status list(OperationContext& operation, const WorkerFilter& filter, v1::ListWorkersResponse* reply) {
@@ -55,9 +62,9 @@ Status list_all_workers(OperationContext& operation, const v1::ListWorkersReques
 }
 
 Status drain_worker(OperationContext& operation, const v1::DrainWorkerRequest& request, v1::Worker* reply) {
-  FarmLoop::TaskContext& context = operation.context;
-  return changed_worker(operation, context.farm.drain_worker(request.name(), context.now, context.effects),
-                        request.name(), reply);
+  return change_worker(operation, request.name(), reply, [&](FarmLoop::TaskContext& context) {
+    return context.farm.drain_worker(request.name(), context.now, context.effects);
+  });
 }
 
 Status quarantine_worker(OperationContext& operation, const v1::QuarantineWorkerRequest& request, v1::Worker* reply) {
@@ -67,21 +74,27 @@ Status quarantine_worker(OperationContext& operation, const v1::QuarantineWorker
   const std::string& caller = operation.call.caller.name;
   const std::string reason = fmt::format("{}{}{}{}", kByHand, caller.empty() ? "hand" : caller,
                                          request.reason().empty() ? "" : ": ", request.reason());
-  FarmLoop::TaskContext& context = operation.context;
-  return changed_worker(
-      operation,
-      context.farm.quarantine_worker(request.name(), reason, request.render_again(), context.now, context.effects),
-      request.name(), reply);
+  LM_RETURN_IF_ERROR(change_worker(operation, request.name(), reply, [&](FarmLoop::TaskContext& context) {
+    return context.farm.quarantine_worker(request.name(), reason, request.render_again(), context.now, context.effects);
+  }));
+  if (request.render_again()) {
+    operation.about.change += operation.about.change.empty() ? "" : ", ";
+    operation.about.change += "its results are rendered again";
+  }
+  return ok_status();
 }
 
 Status release_worker(OperationContext& operation, const v1::ReleaseWorkerRequest& request,
                       v1::ReleaseWorkerResponse*) {
-  return release(operation, request);
+  v1::Worker worker;
+  return release_and_show_worker(operation, request, &worker);
 }
 
 Status release_and_show_worker(OperationContext& operation, const v1::ReleaseWorkerRequest& request,
                                v1::Worker* reply) {
-  return changed_worker(operation, release(operation, request), request.name(), reply);
+  return change_worker(operation, request.name(), reply, [&](FarmLoop::TaskContext& context) {
+    return context.farm.release_worker(request.name(), context.now, context.effects);
+  });
 }
 
 Status is_active(OperationContext& operation, const externalscaler::ScaledObjectRef&,

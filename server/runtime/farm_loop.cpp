@@ -162,16 +162,18 @@ void FarmLoop::tick(TaskContext& context) {
   }
   const std::size_t before = context.effects.writes.size();
   farm_.tick(context.now, context.unix_ms, context.effects);
-  std::vector<JobId> deleted;
+  std::vector<DeleteJobRows> deleted;
   for (std::size_t i = before; i < context.effects.writes.size(); ++i) {
     if (const auto* job = std::get_if<DeleteJobRows>(&context.effects.writes[i])) {
-      deleted.push_back(job->job);
+      deleted.push_back(*job);
     }
   }
-  for (const JobId job : deleted) {
+  for (const DeleteJobRows& job : deleted) {
     Action action;
     action.what = kExpire;
-    action.job = job.value;
+    action.job = job.job.value;
+    action.about = job.name;
+    action.change = "deleted: --keep-days after its end";
     context.keep(std::move(action));
   }
 }

@@ -17,7 +17,8 @@ bool is_refusal(const Status& status) {
 void keep(FarmLoop::TaskContext& context, const Call& call, const CallSubject& about, StatusCode outcome,
           std::string message) {
   context.keep({0, 0, call.caller.name, call.caller.proof, call.caller.token, call.peer,
-                std::string(rule_of(call.rpc).method), about.job, about.text, outcome, std::move(message)});
+                std::string(rule_of(call.rpc).method), about.job, about.text, outcome, std::move(message),
+                outcome == StatusCode::kOk ? about.change : ""});
 }
 
 std::string refusal_text(const Status& status, const SuppressedRefusals& suppressed) {

@@ -83,6 +83,7 @@ std::string message_of(const Action& action) {
   out.set_about(action.about);
   out.set_outcome(static_cast<int>(action.outcome));
   out.set_message(action.message);
+  out.set_change(action.change);
   return deterministic_bytes(out);
 }
 
@@ -165,9 +166,9 @@ Result<Action> read_action(std::uint64_t number, std::string_view bytes) {
   if (proof == kProofs.end()) {
     return data_loss("it has the unknown proof {}", static_cast<int>(in.proof()));
   }
-  return Action{number,      in.unix_ms(), in.who(), proof->first, in.token(),
-                in.peer(),   in.what(),    in.job(), in.about(),   static_cast<StatusCode>(in.outcome()),
-                in.message()};
+  return Action{number,       in.unix_ms(), in.who(), proof->first, in.token(),
+                in.peer(),    in.what(),    in.job(), in.about(),   static_cast<StatusCode>(in.outcome()),
+                in.message(), in.change()};
 }
 
 std::string damage_of(bool sound, const Status& status) {

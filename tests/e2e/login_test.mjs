@@ -126,6 +126,22 @@ test('a user who can only view is offered no submission', async () => {
   page = before;
 });
 
+test('only an admin reads the log of actions, which says what changed', async () => {
+  const before = page;
+  const kinds = () => page.getByRole('group', {name: 'Kind of events'});
+  page = await session.open('#/workers');
+  await logIn(tokens.eve);
+  await kinds().getByRole('button', {name: 'workers'}).waitFor();
+  assert.equal(await kinds().getByRole('button', {name: 'actions'}).count(), 0);
+  await page.context().close();
+  page = await session.open('#/workers');
+  await logIn(tokens.root);
+  await kinds().getByRole('button', {name: 'actions'}).click();
+  await page.getByRole('listitem').getByText('ada: PauseJob of ada: state queued -> paused').waitFor();
+  await page.context().close();
+  page = before;
+});
+
 test('a user whose login ends is told at once, and a valid token logs in again', async () => {
   farm.token = tokens.root;
   farm.lightmill('tokens', 'revoke', /^lightmill_([0-9a-f]{12})_/.exec(tokens.bob)[1]);

@@ -188,6 +188,7 @@ class StoredFuzz : public test::CoordinatorTest {
     writes.push_back(PutToken{token});
     Action action;
     action.number = 1;
+    action.change = "priority 0 -> 1";
     writes.push_back(PutAction{action});
   }
 

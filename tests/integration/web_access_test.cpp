@@ -200,6 +200,7 @@ const std::map<std::string, Expectation>& expectations() {
       {"get /workers/{name}/history", {"view submit operate admin", "", 200}},
       {"get /history", {"view submit operate admin", "", 200}},
       {"get /events", {"view submit operate admin", "", 200}},
+      {"get /actions", {"admin", "", 200}},
       {"get /metrics", {"view submit operate admin", "", 200}},
       {"post /workers/{name}/drain", {"operate admin", "", 404}},
       {"post /workers/{name}/quarantine", {"operate admin", "", 404}},
@@ -449,6 +450,11 @@ TEST(WebAccess, AJobBelongsToItsCallerAndIsRecorded) {
   grpc::ClientContext context;
   const auto stub = v1::AccessService::NewStub(web.channel("root", {Role::admin}));
   ASSERT_TRUE(stub->ListActions(&context, {}, &actions).ok());
+  const Response listed = web.get("/api/v1/actions?who=ada&page_size=1", bearer(web.token("root", {Role::admin})));
+  const json deletion = json::parse(listed.body())["actions"][0];
+  EXPECT_EQ(deletion["what"], "DeleteJob");
+  EXPECT_EQ(deletion["about"], spec.name);
+  EXPECT_EQ(deletion["change"], "state cancelled -> deleted");
   const auto times = [&](const std::string& what, const std::string& who, int outcome) {
     return std::ranges::count_if(actions.actions(), [&](const v1::Action& action) {
       return action.what() == what && action.who() == who && std::to_string(action.job()) == job["id"] &&

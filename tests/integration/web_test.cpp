@@ -212,7 +212,7 @@ TEST(Web, EveryPathOfOpenApiJsonIsServed) {
       ++calls;
     }
   }
-  EXPECT_EQ(calls, 28);
+  EXPECT_EQ(calls, 29);
 }
 
 TEST(Web, ReportsEventsOfTheFarm) {

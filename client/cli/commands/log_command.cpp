@@ -31,7 +31,10 @@ std::string proof_of(const v1::Action& action) {
 }
 
 std::string outcome_of(const v1::Action& action) {
-  return action.code() == 0 ? "done" : "refused: " + action.message();
+  if (action.code() != 0) {
+    return "refused: " + action.message();
+  }
+  return action.change().empty() ? "done" : action.change();
 }
 
 json action_json(const v1::Action& action) {
@@ -51,6 +54,7 @@ json action_json(const v1::Action& action) {
   }
   add("token", action.token());
   add("about", action.about());
+  add("change", action.change());
   add("message", action.message());
   if (action.job() != 0) {
     object["job"] = action.job();

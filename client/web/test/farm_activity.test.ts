@@ -1,8 +1,9 @@
-import {create} from '@bufbuild/protobuf';
+import {create, type MessageInitShape} from '@bufbuild/protobuf';
 import {expect, test} from 'vitest';
 import {eventQuery} from '../src/api/farm_activity';
-import {withNewest, withOlder} from '../src/model/farm_events';
+import {actionText, eventsOfActions, withNewest, withOlder} from '../src/model/farm_events';
 import {csvOfHistory, farmWindow, lonely, seriesOf, utilisation, workerSeriesOf} from '../src/model/farm_history';
+import {ActionSchema, ListActionsResponseSchema} from '../src/wire/lightmill/v1/access_service_pb';
 import {FarmEventSchema, FarmEventsSchema, FarmHistorySchema, WorkerHistorySchema} from '../src/wire/lightmill/v1/web_pb';
 
 const kHistory = create(FarmHistorySchema, {
@@ -108,4 +109,25 @@ test('no more events are kept than the coordinator keeps', () => {
 test('names with spaces and signs are asked for as they are', () => {
   expect(eventQuery({kind: 'workers', worker: 'w 1+2&3', size: 50})).toBe('kind=workers&worker=w%201%2B2%263&page_size=50');
   expect(eventQuery({})).toBe('');
+});
+
+test('an action says who changed what, from which value to which', () => {
+  const text = (action: MessageInitShape<typeof ActionSchema>) => actionText(create(ActionSchema, action));
+  expect(text({who: 'ada', what: 'SetPriority', about: 'cornell', change: 'priority 0 -> 10'})).toBe('ada: SetPriority cornell: priority 0 -> 10');
+  expect(text({who: 'ada', what: 'PauseJob'})).toBe('ada: PauseJob');
+  expect(text({what: 'Start', about: 'epoch 1, process 7'})).toBe('Start epoch 1, process 7');
+  expect(text({who: 'eve', what: 'CancelJob', code: 7, message: "the job is somebody else's"})).toBe("eve: CancelJob: refused: the job is somebody else's");
+});
+
+test('actions are listed like events, and refusals like warnings', () => {
+  const actions = [
+    {number: 8n, unixMs: 2000n, what: 'CancelJob', job: 3n, code: 7},
+    {number: 5n, unixMs: 1000n, what: 'Start'},
+  ];
+  const {events, nextPageToken} = eventsOfActions(create(ListActionsResponseSchema, {actions, nextPageToken: '5'}));
+  expect(events.map(({number, unixMs, job, warning}) => [number, unixMs, job, warning])).toEqual([
+    [8n, 2000n, 3n, true],
+    [5n, 1000n, 0n, false],
+  ]);
+  expect(nextPageToken).toBe('5');
 });

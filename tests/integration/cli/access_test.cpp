@@ -247,13 +247,15 @@ TEST_F(SecureCliTest, TheLogSaysWhoDidWhat) {
   EXPECT_EQ(log[2]["proof"], "certificate");
   EXPECT_EQ(log[2]["job"], 1);
   EXPECT_EQ(log[2]["done"], true);
+  EXPECT_EQ(log[2]["change"], "state queued -> cancelled");
   EXPECT_EQ(log[3]["done"], false);
   EXPECT_TRUE(says(log[3]["message"], "for the roles admin"));
   EXPECT_EQ(json(as("root", {"log", "--last", "1"}))["actions"], nlohmann::json::array({log[3]}));
   EXPECT_EQ(json(as("root", {"log", "--job", "1"}))["actions"].size(), 2u);
   EXPECT_EQ(json(as("root", {"log", "--who", "ada", "--since", "2h"}))["actions"].size(), 3u);
   const CommandResult shown = lightmill(as("root", {"log"}));
-  EXPECT_TRUE(says(shown.out, "CancelJob") && says(shown.out, "refused: ListActions is for")) << shown.out;
+  EXPECT_TRUE(says(shown.out, "state queued -> cancelled") && says(shown.out, "refused: ListActions is for"))
+      << shown.out;
 }
 
 TEST_F(SecureCliTest, OnOneMachineTokensWorkWithoutCertificates) {

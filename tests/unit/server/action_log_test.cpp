@@ -163,7 +163,9 @@ TEST(ActionLogTest, ForeignTextsAreCutAndMadePrintable) {
   Action rude = refusal(1);
   rude.about = "w\x1b[31m" + std::string(10'000, 'x');
   rude.message = fmt::format("{}ääää\n", std::string(399, 'y'));
+  rude.change = rude.message;
   const Action kept = *log.add(rude).added;
+  EXPECT_EQ(kept.change, kept.message);
   EXPECT_TRUE(check_name("about", kept.about).ok());
   EXPECT_EQ(kept.message, std::string(399, 'y') + "…");
 }

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "common/wire/bytes.h"
+#include "server/operations/changes.h"
 #include "server/operations/handlers.h"
 #include "server/operations/operation_call.h"
 #include "server/store/asset_folder.h"
@@ -41,6 +42,31 @@ TEST(Operations, CallsAboutJobsCheckTheOwner) {
     const Right right = rule_of(operation.rpc).right;
     EXPECT_EQ(operation.handler.of_job, right == Right::see_job || right == Right::steer_job) << operation.http;
   }
+}
+
+TEST(Operations, ChangesAreTheValuesThatDiffer) {
+  JobStatus before;
+  before.state = JobState::done;
+  before.priority = -2;
+  before.goal = {64, 0.5, 0, false};
+  EXPECT_EQ(describe_change(before, &before), "");
+  JobStatus after = before;
+  after.state = JobState::running;
+  after.priority = 10;
+  after.goal = {128, 0, 0.001, false};
+  EXPECT_EQ(describe_change(before, &after),
+            "state done -> running, priority -2 -> 10, samples 64 -> 128, seconds 0.5 -> none, error none -> 0.001");
+  after = before;
+  after.goal.samples = 0;
+  EXPECT_EQ(describe_change(before, &after), "samples 64 -> none");
+  EXPECT_EQ(describe_change(before, nullptr), "state done -> deleted");
+  const WorkerStatus free;
+  WorkerStatus stopped;
+  stopped.draining = true;
+  stopped.quarantine = "put there by ada: noise";
+  EXPECT_EQ(describe_change(free, free), "");
+  EXPECT_EQ(describe_change(free, stopped), "draining no -> yes, quarantine none -> 'put there by ada: noise'");
+  EXPECT_EQ(describe_change(stopped, free), "draining yes -> no, quarantine 'put there by ada: noise' -> none");
 }
 
 /// A store that keeps nothing, and holds each commit until it is released.
@@ -90,18 +116,22 @@ class OperationCallTest : public ::testing::Test {
     });
     done.get_future().wait();
   }
-  JobId submit(const std::string& owner) {
+  static JobSpec job_of(const std::string& owner) {
     JobSpec spec;
     spec.request_id = "one";
+    spec.name = "cornell";
     spec.owner = owner;
     spec.settings.width = spec.settings.height = 64;
     spec.settings.crop = {0, 0, 64, 64};
     spec.settings.renderer_version = kRendererVersion;
     spec.settings.scene = "scene";
     spec.goal.samples = 4;
+    return spec;
+  }
+  JobId submit(const std::string& owner) {
     JobId job;
     on_farm([&](FarmLoop::TaskContext& context) {
-      job = context.farm.submit(spec, context.now, context.unix_ms, context.effects).value();
+      job = context.farm.submit(job_of(owner), context.now, context.unix_ms, context.effects).value();
     });
     return job;
   }
@@ -110,6 +140,11 @@ class OperationCallTest : public ::testing::Test {
     on_farm([&](FarmLoop::TaskContext& context) { found = context.actions.find({}, 10).actions; });
     return found;
   }
+  static RuntimeOptions keeping_jobs_for(Duration time) {
+    RuntimeOptions options;
+    options.limits.keep_ended = time;
+    return options;
+  }
   static Identity user(const std::string& name) { return {name, {Role::submit}, Proof::token, 0, ""}; }
 
   TemporaryFolder folder;
@@ -117,7 +152,8 @@ class OperationCallTest : public ::testing::Test {
   bool let_ = false;
   std::unique_ptr<Runtime> runtime =
       Runtime::start(std::make_unique<SlowStore>(let.get_future().share()),
-                     open_asset_folder(folder.path(), {std::uint64_t{1} << 20, std::uint64_t{1} << 20}).value(), {})
+                     open_asset_folder(folder.path(), {std::uint64_t{1} << 20, std::uint64_t{1} << 20}).value(),
+                     keeping_jobs_for(std::chrono::hours(24)))
           .value();
 };
 
@@ -139,6 +175,8 @@ TEST_F(OperationCallTest, AChangeIsRecordedAndAnsweredAfterItsCommit) {
   EXPECT_EQ(log[0].what, "PauseJob");
   EXPECT_EQ(log[0].who, "ada");
   EXPECT_EQ(log[0].job, job.value);
+  EXPECT_EQ(log[0].about, "cornell");
+  EXPECT_EQ(log[0].change, "state queued -> paused");
 }
 
 TEST_F(OperationCallTest, ACallAboutAnotherUsersJobIsRefusedAndRecorded) {
@@ -153,6 +191,20 @@ TEST_F(OperationCallTest, ACallAboutAnotherUsersJobIsRefusedAndRecorded) {
   ASSERT_EQ(log.size(), 1u);
   EXPECT_EQ(log[0].who, "eve");
   EXPECT_EQ(log[0].outcome, StatusCode::kPermissionDenied);
+  EXPECT_EQ(log[0].change, "");
+}
+
+TEST_F(OperationCallTest, AJobThatIsDeletedAfterADayIsRecorded) {
+  constexpr std::int64_t kDayMs = 86'400'000;
+  on_farm([&](FarmLoop::TaskContext& context) {
+    const JobId job = context.farm.submit(job_of("ada"), context.now, context.unix_ms, context.effects).value();
+    EXPECT_TRUE(context.farm.cancel(job, context.now, context.unix_ms - kDayMs, context.effects).ok());
+  });
+  const std::vector<Action> log = actions();
+  ASSERT_EQ(log.size(), 1u);
+  EXPECT_EQ(log[0].what, "ExpireJob");
+  EXPECT_EQ(log[0].about, "cornell");
+  EXPECT_EQ(log[0].change, "deleted: --keep-days after its end");
 }
 
 TEST_F(OperationCallTest, AnInvalidCallLeavesNoRecord) {

@@ -165,9 +165,9 @@ std::string describe(const StoredState& state) {
   std::map<std::uint64_t, std::string> actions;
   for (const Action& action : state.actions) {
     actions[action.number] =
-        fmt::format("action {} {} {} {} {} {} {} {} {} {} {}\n", action.number, action.unix_ms, action.who,
+        fmt::format("action {} {} {} {} {} {} {} {} {} {} {} {}\n", action.number, action.unix_ms, action.who,
                     static_cast<int>(action.proof), action.token, action.peer, action.what, action.job, action.about,
-                    static_cast<int>(action.outcome), action.message);
+                    static_cast<int>(action.outcome), action.message, action.change);
   }
   for (const auto& [number, text] : actions) {
     all += text;
@@ -425,7 +425,8 @@ TEST_P(StoreConformance, ActionsAreKeptUntilTheyAreDroppedAndNeverChange) {
                    0xfedcba9876543210u,
                    "",
                    StatusCode::kOk,
-                   ""};
+                   "",
+                   "state running -> cancelled, nöte"};
   const Action two{8, -5, "", Proof::none, "", "", "Work", 0, "w1", StatusCode::kPermissionDenied, "not\nyou"};
   const Action three{9, 1, "ci", Proof::token, "00112233aabb", "h", "Start", 0, "", StatusCode::kOk, ""};
   StoredState expected;

@@ -1,6 +1,7 @@
 /** The farm's history and events. They are polled while a page shows them. */
 import {fromJson, type JsonValue} from '@bufbuild/protobuf';
-import type {EventKind} from '../model/farm_events';
+import {eventsOfActions, type EventKind} from '../model/farm_events';
+import {ListActionsResponseSchema} from '../wire/lightmill/v1/access_service_pb';
 import {FarmEventsSchema, FarmHistorySchema, WorkerHistorySchema, type FarmEvents, type FarmHistory, type WorkerHistory} from '../wire/lightmill/v1/web_pb';
 import {ask} from './actions';
 
@@ -29,5 +30,8 @@ export function eventQuery({kind, worker, token, size}: EventQuery): string {
 }
 
 export async function fetchEvents({kind, worker, token, size}: EventQuery, signal?: AbortSignal): Promise<FarmEvents> {
+  if (kind === 'actions') {
+    return eventsOfActions(fromJson(ListActionsResponseSchema, (await ask(`actions?${eventQuery({token, size})}`, {signal})) as JsonValue, kLenient));
+  }
   return fromJson(FarmEventsSchema, (await ask(`events?${eventQuery({kind, worker, token, size})}`, {signal})) as JsonValue, kLenient);
 }

@@ -1,10 +1,24 @@
-/** The list of the farm's events, of one kind. */
-import type {FarmEvent, FarmEvents} from '../wire/lightmill/v1/web_pb';
+/** The list of the farm's events, of one kind, or of the actions in its log. */
+import {create} from '@bufbuild/protobuf';
+import type {Action, ListActionsResponse} from '../wire/lightmill/v1/access_service_pb';
+import {FarmEventsSchema, type FarmEvent, type FarmEvents} from '../wire/lightmill/v1/web_pb';
 
-export const kEventKinds = ['all', 'warnings', 'jobs', 'workers'] as const;
+export const kEventKinds = ['all', 'warnings', 'jobs', 'workers', 'actions'] as const;
 export type EventKind = (typeof kEventKinds)[number];
 
-/** The coordinator keeps no more. */
+/** "ada: SetPriority cornell: priority 0 -> 10". Actions of the coordinator and of unknown callers have no name. */
+export function actionText({who, what, about, code, message, change}: Action): string {
+  const outcome = code === 0 ? change : `refused: ${message}`;
+  return [who, about === '' ? what : `${what} ${about}`, outcome].filter((part) => part !== '').join(': ');
+}
+
+/** Actions in the form of events. Refusals are warnings. */
+export function eventsOfActions({actions, nextPageToken}: ListActionsResponse): FarmEvents {
+  const events = actions.map((action) => ({number: action.number, unixMs: action.unixMs, job: action.job, warning: action.code !== 0, text: actionText(action)}));
+  return create(FarmEventsSchema, {events, nextPageToken});
+}
+
+/** The list has no more. The coordinator keeps as many events, and more actions. */
 const kMost = 5_000;
 
 /** The known events. */

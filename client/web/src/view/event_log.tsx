@@ -1,10 +1,11 @@
-/** The farm's events, newest first. */
+/** The farm's events and the log of actions, newest first. */
 import {useEffect, useState} from 'preact/hooks';
 import {fetchEvents} from '../api/farm_activity';
 import {kEventKinds, withNewest, withOlder, type EventPages, type EventKind} from '../model/farm_events';
 import {ageText, momentText} from '../model/format';
 import type {FarmEvent} from '../wire/lightmill/v1/web_pb';
 import {usePolled} from './polled';
+import {useFarm} from './store';
 
 const kEveryMs = 5_000;
 const kPage = 100;
@@ -75,12 +76,14 @@ function Events({kind}: {kind: EventKind}) {
 
 export function EventLog() {
   const [kind, setKind] = useState<EventKind>('all');
+  const {greeting} = useFarm();
+  const kinds = kEventKinds.filter((each) => each !== 'actions' || greeting?.may.includes('ListActions'));
   return (
     <section aria-labelledby="events-title">
       <div class="toolbar">
         <h2 id="events-title">Events</h2>
         <div class="chips" role="group" aria-label="Kind of events">
-          {kEventKinds.map((each) => (
+          {kinds.map((each) => (
             <button key={each} type="button" aria-pressed={kind === each} onClick={() => setKind(each)}>
               {each}
             </button>
