@@ -39,6 +39,10 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
                   "default it is emission if some materials lack it and none has Ke")
       ->type_name("course|standard");
   command.add_flag(
+      "--strict", options.strict,
+      "refuse OBJ, MTL and glTF files with faults, such as odd lines and missing files; without it, a notice "
+      "names each kind of fault");
+  command.add_flag(
       kUnsandboxedImages, options.unsandboxed_images,
       "decode images even if the kernel refuses the sandbox (seccomp); only for scenes from people you trust");
 }
@@ -46,6 +50,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
 Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
   LoadOptions load_options;
   load_options.camera = options.camera;
+  load_options.strict = options.strict;
   if (options.mtl == "course") {
     load_options.ka = KaMeaning::emission;
   } else if (options.mtl == "standard") {

@@ -106,6 +106,11 @@ Result<LoadedScene> load_scene(std::span<const fs::path> paths, const LoadOption
     LM_RETURN_IF_ERROR(choose_camera(options.camera, *options.files, loaded));
   }
   LM_RETURN_IF_ERROR(validate(loaded.scene));
+  if (options.strict) {
+    LM_RETURN_IF_ERROR(with_context(loaded.faults.as_error(), "--strict"));
+  }
+  const std::vector<std::string> faults = loaded.faults.notices();
+  loaded.notices.insert(loaded.notices.begin(), faults.begin(), faults.end());
   return loaded;
 }
 

@@ -10,6 +10,7 @@
 
 #include "common/base/status.h"
 #include "common/scene/document.h"
+#include "common/scene_io/faults.h"
 #include "common/scene_io/mtl.h"
 #include "common/scene_io/scene_files.h"
 
@@ -35,7 +36,8 @@ struct LoadedScene {
   Scene scene;                           ///< valid; every mesh has its asset
   std::map<Sha256, std::string> assets;  ///< encoded meshes, and files as they are
   std::vector<ImageAsset> images;        ///< one per mention, so a file may occur often; not decoded
-  std::vector<std::string> notices;      ///< what was assumed or left out, for people
+  std::vector<std::string> notices;      ///< what was assumed or left out, and the faults, for people
+  Faults faults;                         ///< of the files
   std::vector<NamedCamera> cameras;      ///< of the file; the first is the scene's unless another was chosen
 };
 
@@ -50,6 +52,7 @@ struct LoadOptions {
   std::string camera;
   KaMeaning ka = KaMeaning::automatic;
   bool light_the_dark = true;                  ///< a glTF file without light gets an even white sky
+  bool strict = false;                         ///< refuses files with faults
   const SceneFiles* files = &files_on_disk();  ///< the files that can be read; must outlive the call
 };
 
@@ -58,7 +61,8 @@ struct LoadOptions {
 /// - one or several OBJ files with their MTL files, seen by the course's Cornell camera: eye (277, 275, −570), to (277,
 ///   275, 0), camera constant 1, 512×512.
 /// - one glTF file (.gltf, .glb; gltf/gltf.h).
-/// Errors name the file and the line or field. There is no partial result. Files may name other files anywhere. These
+/// Errors name the file and the line or field. There is no partial result. Faults of Wavefront and glTF files are no
+/// errors, unless `strict` is set. Files may name other files anywhere. These
 /// are read from `files` (on disk: with the user's own rights). Sizes are limited.
 Result<LoadedScene> load_scene(std::span<const std::filesystem::path> paths, const LoadOptions& options = {});
 

@@ -77,6 +77,7 @@ class GltfScene {
     if (const Status valid = validate(loaded_.scene); !valid.ok()) {
       return with_context(valid, file_name_);
     }
+    loaded_.faults = data_.faults();
     return std::move(loaded_);
   }
 
