@@ -16,6 +16,9 @@
 
 namespace lightmill {
 
+/// Whether a scene gets an even white sky. `automatic`: OBJ and glTF files do if nothing lights them (scene_light.h).
+enum class SkyChoice { automatic, on, off };
+
 /// A camera of a file.
 struct NamedCamera {
   std::string name;
@@ -48,19 +51,19 @@ void use_camera(const NamedCamera& camera, Scene& scene);
 std::string lower_ending(const std::filesystem::path& path);
 
 struct LoadOptions {
-  /// Replaces the scene's camera: the name of one of the file's cameras, else a JSON file with a camera.
+  /// Replaces the scene's camera: the name of one of the file's cameras, its number from 1, `auto` for a view of all,
+  /// else a JSON file with a camera.
   std::string camera;
   KaMeaning ka = KaMeaning::automatic;
-  bool light_the_dark = true;                  ///< a glTF file without light gets an even white sky
+  SkyChoice sky = SkyChoice::automatic;
   bool strict = false;                         ///< refuses files with faults
   const SceneFiles* files = &files_on_disk();  ///< the files that can be read; must outlive the call
 };
 
 /// Loads a scene from:
 /// - one scene document (.json, or its name without that ending). Its meshes are OBJ files relative to it.
-/// - one or several OBJ files with their MTL files, seen by the course's Cornell camera: eye (277, 275, −570), to (277,
-///   275, 0), camera constant 1, 512×512.
-/// - one glTF file (.gltf, .glb; gltf/gltf.h).
+/// - one or several OBJ files with their MTL files, with a camera and perhaps a sky (missing_parts.h), 512×512
+/// - one glTF file (.gltf, .glb; gltf/gltf.h)
 /// Errors name the file and the line or field. There is no partial result. Faults of Wavefront and glTF files are no
 /// errors, unless `strict` is set. Files may name other files anywhere. These
 /// are read from `files` (on disk: with the user's own rights). Sizes are limited.

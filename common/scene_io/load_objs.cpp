@@ -1,11 +1,10 @@
-#include <cmath>
 #include <map>
-#include <numbers>
 
 #include "common/scene/validate/validate.h"
 #include "common/scene_io/assets.h"
 #include "common/scene_io/file_finder.h"
 #include "common/scene_io/loaders.h"
+#include "common/scene_io/missing_parts.h"
 #include "common/scene_io/obj.h"
 #include "common/scene_io/text_lines.h"
 
@@ -14,10 +13,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::uint64_t kMaxMtlBytes = std::uint64_t{64} << 20;
-
-Camera course_cornell_camera() {
-  return {{277, 275, -570}, {277, 275, 0}, {0, 1, 0}, 2 * std::atan(0.5) * 180 / std::numbers::pi};
-}
 
 /// An OBJ file and the materials that it names.
 struct ObjWithMaterials {
@@ -152,7 +147,7 @@ std::uint32_t part_material(const ObjWithMaterials& file, const ObjPart& part, M
       }
       what = fmt::format("{}:{}: {}", file.path.string(), part.line, describe_unknown_material(part.material, known));
     }
-    loaded.faults.add(kKind, std::move(what), "it is rendered as grey diffuse");
+    loaded.faults.add(kKind, what, "it is rendered as grey diffuse");
   }
   return list.add(grey);
 }
@@ -214,7 +209,8 @@ Status load_textures(const std::vector<MtlMaterial>& materials, const SceneFiles
 
 }  // namespace
 
-Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka, const SceneFiles& files) {
+Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka, bool light_the_dark,
+                              const SceneFiles& files) {
   LoadedScene loaded;
   MaterialList materials;
   FileFinder finder(files);
@@ -237,7 +233,10 @@ Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka, con
   find_maps(all, finder, loaded.faults);
   map_materials(all, ka, loaded.scene, loaded.notices);
   LM_RETURN_IF_ERROR(load_textures(all, files, loaded));
-  loaded.scene.camera = course_cornell_camera();
+  add_missing_camera(loaded);
+  if (light_the_dark) {
+    add_missing_light(loaded);
+  }
   return loaded;
 }
 

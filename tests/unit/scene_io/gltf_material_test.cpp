@@ -36,7 +36,8 @@ TEST(GltfScene, MetallicRoughnessIsPrincipled) {
   EXPECT_EQ(gold.emission.rgb, (RgbColor{4, 0, 0}));
   EXPECT_TRUE(gold.two_sided_emission);
   EXPECT_EQ(notices, std::vector<std::string>{
-                         "the file has no camera: one was added that sees all of it from the front, above and right"});
+                         "there is no camera: one was added that sees all from the front, above and right (--camera "
+                         "chooses another)"});
   const Material matt =
       material(R"("extensions":{"KHR_materials_specular":{"specularColorFactor":[0,0,0]}})", &notices);
   EXPECT_EQ(std::get<PrincipledMaterial>(matt.kind).specular, 0);

