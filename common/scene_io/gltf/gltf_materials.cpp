@@ -165,7 +165,7 @@ void GltfMaterials::say_left_out(const JsonNode& from) {
 
 std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSpace color_space) {
   constexpr std::uint64_t kNearest = 9728, kClamp = 33071, kMirror = 33648, kRepeat = 10497;
-  const JsonNode from = data_.element("textures", info["index"]);
+  const JsonNode from = data_.element("textures", info["index"]).tolerant();
   if (!from.present()) {
     return kNoTexture;
   }
@@ -208,7 +208,7 @@ std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSp
   const JsonNode source = data_.element("images", from["source"]);
   const std::optional<Sha256> asset = image(source, out.file);
   if (!asset) {
-    if (!source.present()) {
+    if (!from["source"].present()) {
       from["source"].fail("an image is expected");
     }
     return kNoTexture;

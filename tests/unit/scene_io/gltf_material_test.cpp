@@ -219,10 +219,17 @@ TEST(GltfScene, ImageMistakesAreNamed) {
 "materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])",
                   R"(,"material":0)"),
             "a.gltf: images[0]: PNG or JPEG is expected");
-  EXPECT_EQ(
-      error(kOneNode + R"(,"textures":[{}],"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])",
-            R"(,"material":0)"),
-      "a.gltf: textures[0].source: an image is expected");
+  const std::string textured = R"("materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])";
+  for (const auto& [texture, fault] :
+       {std::pair{"{}", "a.gltf: textures[0].source: an image is expected"},
+        {R"({"source":0})", "a.gltf: textures[0].source: an index into the 0 images is expected, got 0"},
+        {R"({"source":0,"sampler":"x"})",
+         "a.gltf: textures[0].sampler: an index into the 0 samplers is expected, got \"x\""}}) {
+    const LoadedScene loaded = good(
+        OneTriangle().text(fmt::format("{},\"textures\":[{}],{}", kOneNode, texture, textured), R"(,"material":0)"));
+    EXPECT_EQ(loaded.faults.notices().at(0), std::string(fault) + "; it does not count");
+    EXPECT_TRUE(loaded.scene.textures.empty());
+  }
 }
 
 }  // namespace

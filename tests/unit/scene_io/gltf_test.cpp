@@ -96,10 +96,26 @@ TEST(GltfScene, LightsHaveRadiometricUnits) {
   EXPECT_EQ(wide.notices.at(0),
             "left out: inner cones of spot lights that are wider than the outer ones: their edges are sharp");
   EXPECT_EQ(std::get<SpotLight>(wide.scene.lights.at(0).kind).blend, 0);
-  EXPECT_EQ(error(R"("extensions":{"KHR_lights_punctual":{"lights":[{"type":"laser"}]}},"nodes":[{"mesh":0,
-"extensions":{"KHR_lights_punctual":{"light":0}}}])"),
-            "a.gltf: extensions.KHR_lights_punctual.lights[0].type: point, directional or spot is expected, got "
-            "\"laser\"");
+}
+
+TEST(GltfScene, WrongValuesOfLightsDoNotCount) {
+  const auto of = [](const std::string& light, const std::string& index, const std::string& fault) {
+    const LoadedScene loaded = good(
+        OneTriangle().text(fmt::format(R"("extensions":{{"KHR_lights_punctual":{{"lights":[{}]}}}},"nodes":[{{"mesh":0,
+"extensions":{{"KHR_lights_punctual":{{"light":{}}}}}}}])",
+                                       light, index)));
+    EXPECT_EQ(loaded.faults.notices(), std::vector<std::string>{fault + "; it does not count"});
+    return loaded.scene.lights.at(0);
+  };
+  const std::string at = "a.gltf: extensions.KHR_lights_punctual.lights[0].";
+  const Light dim = of(R"({"type":"point","intensity":-1,"color":[0.5,0,0]})", "0",
+                       at + "intensity: a number from 0 to 1000000000000000 is expected, got -1");
+  EXPECT_EQ(std::get<PointLight>(dim.kind).intensity, (RgbColor{static_cast<float>(0.5 / 683), 0, 0}));
+  // Without its light the scene gets a sky.
+  const Light sky = of(R"({"type":"laser"})", "0", at + "type: point, directional or spot is expected, got \"laser\"");
+  EXPECT_TRUE(std::holds_alternative<EnvironmentLight>(sky.kind));
+  of(R"({"type":"point"})", "7",
+     "a.gltf: nodes[0].extensions.KHR_lights_punctual.light: an index into the 1 lights is expected, got 7");
 }
 
 TEST(GltfScene, CamerasLookAlongTheirNodes) {
