@@ -9,6 +9,7 @@
 #include "client/cli/child_process.h"
 #include "common/base/file.h"
 #include "common/scene/validate/validate.h"
+#include "common/scene_io/missing_parts.h"
 #include "common/scene_io/text_lines.h"
 
 namespace lightmill::cli {
@@ -129,7 +130,9 @@ void apply(const Report& report, const LoadOptions& options, LoadedScene& loaded
       scene.camera = camera.camera;
     }
   }
-  if (report.sky != RgbColor{}) {
+  if (options.sky == SkyChoice::on) {
+    add_sky(loaded);
+  } else if (options.sky == SkyChoice::automatic && report.sky != RgbColor{}) {
     EnvironmentLight sky;
     sky.radiance = report.sky;
     scene.lights.push_back({"world", sky});
@@ -150,7 +153,7 @@ Result<LoadedScene> load_blend(const fs::path& path, const LoadOptions& options,
   LM_RETURN_IF_ERROR(run_blender(path, folder, signals));
   LM_ASSIGN_OR_RETURN(const Report report, read_report(folder / "report.json"));
   LoadOptions gltf_options = options;
-  gltf_options.light_the_dark = false;  // a Blender scene states its own world
+  gltf_options.sky = SkyChoice::off;  // a Blender scene states its own world
   const std::array<fs::path, 1> glb{folder / "scene.glb"};
   LM_ASSIGN_OR_RETURN(LoadedScene loaded, lightmill::load_scene(glb, gltf_options));
   loaded.scene.name = utf8_name(path.stem().string());

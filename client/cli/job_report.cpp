@@ -1,6 +1,7 @@
 #include "client/cli/job_report.h"
 
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "client/cli/film_fetch.h"
 #include "client/cli/job_json.h"
@@ -9,6 +10,23 @@
 #include "client/cli/units.h"
 
 namespace lightmill::cli {
+namespace {
+
+/// What a nearly black picture probably lacks. Empty if it shows something.
+std::string black_notice(const FilmPicture& picture, const ViewSettings& view) {
+  constexpr double kBlack = 3;
+  const std::vector<std::uint8_t> bytes = to_srgb8(cropped_frame(picture), view);
+  const double mean = std::accumulate(bytes.begin(), bytes.end(), 0.0) / static_cast<double>(bytes.size());
+  if (!(mean < kBlack)) {
+    return "";
+  }
+  return fmt::format(
+      "the picture is almost black (its mean is {:.1f} of 255): light the scene (--sky on), view it from elsewhere "
+      "(--camera auto), or raise --exposure",
+      mean);
+}
+
+}  // namespace
 
 ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection, std::uint64_t id,
                           const std::vector<std::string>& outputs, const ViewSettings& view,
@@ -24,7 +42,12 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
   if (const Status status = write_outputs(film->picture, outputs, view); !status.ok()) {
     return console.fail(status);
   }
-  nlohmann::json object = to_json(film->job, scene_notices);
+  std::vector<std::string> notices = scene_notices;
+  const std::string black = black_notice(film->picture, view);
+  if (!black.empty()) {
+    notices.push_back(black);
+  }
+  nlohmann::json object = to_json(film->job, notices);
   object["film_hash"] = film->picture.receipt.film_hash;
   object["outputs"] = outputs;
   if (!film->meters.empty()) {
@@ -39,6 +62,9 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
                              samples_per_pixel(film->picture.receipt.min_samples, film->picture.receipt.max_samples),
                              error.empty() ? "" : ", error " + error, human_seconds(film->job.active_seconds()),
                              outputs.empty() ? "" : fmt::format(" -> {}", fmt::join(outputs, ", "))));
+  if (!black.empty()) {
+    console.result("note: " + black);
+  }
   for (const std::string& notice : film->job.method_notes().notices()) {
     console.result("note: " + notice);
   }

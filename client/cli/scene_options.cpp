@@ -30,14 +30,25 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
       ->type_name("FILE")
       ->required();
   command
-      .add_option("--camera", options.camera,
-                  "a JSON file with a camera, or the name of a camera of the scene (default: its first)")
-      ->type_name("FILE|NAME");
+      .add_option(
+          "--camera", options.camera,
+          "a camera of the scene, by its name or number (default: 1), a JSON file with a camera, or auto: a view "
+          "of all from the front, above and right, which scenes without a camera get")
+      ->type_name("NAME|N|FILE|auto");
   command
       .add_option("--mtl", options.mtl,
                   "meaning of Ka in MTL files: emission (course), or ambient light, which is ignored (standard); by "
                   "default it is emission if some materials lack it and none has Ke")
       ->type_name("course|standard");
+  command
+      .add_option("--sky", options.sky,
+                  "an even white sky: on, off, or auto, which adds it to OBJ and glTF files that nothing lights")
+      ->type_name("auto|on|off")
+      ->capture_default_str();
+  command.add_flag(
+      "--strict", options.strict,
+      "refuse OBJ, MTL and glTF files with faults, such as odd lines and missing files; without it, a notice "
+      "names each kind of fault");
   command.add_flag(
       kUnsandboxedImages, options.unsandboxed_images,
       "decode images even if the kernel refuses the sandbox (seccomp); only for scenes from people you trust");
@@ -46,6 +57,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
 Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
   LoadOptions load_options;
   load_options.camera = options.camera;
+  load_options.strict = options.strict;
   if (options.mtl == "course") {
     load_options.ka = KaMeaning::emission;
   } else if (options.mtl == "standard") {
@@ -53,6 +65,10 @@ Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
   } else if (!options.mtl.empty()) {
     return invalid_argument("--mtl must be course or standard, got '{}'", options.mtl);
   }
+  if (options.sky != "auto" && options.sky != "on" && options.sky != "off") {
+    return invalid_argument("--sky must be auto, on or off, got '{}'", options.sky);
+  }
+  load_options.sky = options.sky == "on" ? SkyChoice::on : options.sky == "off" ? SkyChoice::off : SkyChoice::automatic;
   const std::vector<std::filesystem::path> paths(options.scenes.begin(), options.scenes.end());
   for (const std::filesystem::path& path : paths) {
     if (lower_ending(path) == ".exr" || lower_ending(path) == ".png") {

@@ -16,6 +16,8 @@ struct SceneOptions {
   std::vector<std::string> scenes;
   std::string camera;
   std::string mtl;
+  std::string sky = "auto";
+  bool strict = false;
   bool unsandboxed_images = false;
 };
 

@@ -33,9 +33,9 @@ Result<Sha256> add_image_file(const SceneFiles& files, const std::filesystem::pa
   return add_image(*std::move(bytes), std::move(image), loaded);
 }
 
-Result<ObjFile> read_obj_file(const SceneFiles& files, const std::filesystem::path& path) {
+Result<ObjFile> read_obj_file(const SceneFiles& files, const std::filesystem::path& path, Faults& faults) {
   LM_ASSIGN_OR_RETURN(const std::string text, files.read(path, kMaxObjBytes));
-  return read_obj(text, path.string());
+  return read_obj(text, path.string(), faults);
 }
 
 void append_notices(const std::vector<std::string>& from, std::vector<std::string>& to) {

@@ -23,7 +23,7 @@ Result<Sha256> add_image_file(const SceneFiles& files, const std::filesystem::pa
                               LoadedScene& loaded);
 
 /// Reads an OBJ file of at most 4 GiB.
-Result<ObjFile> read_obj_file(const SceneFiles& files, const std::filesystem::path& path);
+Result<ObjFile> read_obj_file(const SceneFiles& files, const std::filesystem::path& path, Faults& faults);
 
 inline constexpr std::size_t kMostNotices = 1000;
 /// Adds the notices that are not there yet. Beyond kMostNotices one notice says that there are more.

@@ -2,9 +2,12 @@
 
 #include <cctype>
 
+#include "common/base/quantities.h"
 #include "common/film/tile_grid.h"
 #include "common/scene/validate/validate.h"
 #include "common/scene_io/loaders.h"
+#include "common/scene_io/missing_parts.h"
+#include "common/scene_io/text_lines.h"
 #include "common/wire/scene_json.h"
 
 namespace lightmill {
@@ -36,8 +39,9 @@ Result<LoadedScene> load_files(const std::vector<fs::path>& files, const LoadOpt
   if (lower_ending(files[0]) == ".json") {
     return load_document(files[0], *options.files);
   }
-  return is_gltf(files[0]) ? load_gltf(files[0], options.light_the_dark, *options.files)
-                           : load_objs(files, options.ka, *options.files);
+  const bool light_the_dark = options.sky == SkyChoice::automatic;
+  return is_gltf(files[0]) ? load_gltf(files[0], light_the_dark, *options.files)
+                           : load_objs(files, options.ka, light_the_dark, *options.files);
 }
 
 std::string names_of(const std::vector<NamedCamera>& cameras) {
@@ -55,6 +59,17 @@ Status choose_camera(const std::string& wanted, const SceneFiles& files, LoadedS
       return ok_status();
     }
   }
+  if (const std::optional<std::int64_t> number = parse_integer(wanted)) {
+    const auto count = static_cast<std::int64_t>(loaded.cameras.size());
+    if (*number < 1 || *number > count) {
+      return invalid_argument("--camera {}: the scene has {}", wanted, counted(loaded.cameras.size(), "camera"));
+    }
+    use_camera(loaded.cameras[static_cast<std::size_t>(*number - 1)], loaded.scene);
+    return ok_status();
+  }
+  if (wanted == "auto") {
+    return use_automatic_camera(loaded);
+  }
   const Result<std::string> text = files.read(wanted, kMaxDocumentBytes);
   if (!text.ok()) {
     return make_error(text.status().code(), "{}, and {}", message_of(text.status()),
@@ -63,6 +78,17 @@ Status choose_camera(const std::string& wanted, const SceneFiles& files, LoadedS
                           : "none of the scene's cameras has this name: " + names_of(loaded.cameras));
   }
   LM_ASSIGN_OR_RETURN(loaded.scene.camera, read_camera_json(*text, wanted));
+  return ok_status();
+}
+
+Status add_wanted_sky(LoadedScene& loaded) {
+  for (const Light& light : loaded.scene.lights) {
+    if (std::holds_alternative<EnvironmentLight>(light.kind)) {
+      return invalid_argument("--sky on: the scene has the environment \"{}\", and a scene can have only one",
+                              light.name);
+    }
+  }
+  add_sky(loaded);
   return ok_status();
 }
 
@@ -105,7 +131,15 @@ Result<LoadedScene> load_scene(std::span<const fs::path> paths, const LoadOption
   if (!options.camera.empty()) {
     LM_RETURN_IF_ERROR(choose_camera(options.camera, *options.files, loaded));
   }
+  if (options.sky == SkyChoice::on) {
+    LM_RETURN_IF_ERROR(add_wanted_sky(loaded));
+  }
   LM_RETURN_IF_ERROR(validate(loaded.scene));
+  if (options.strict) {
+    LM_RETURN_IF_ERROR(with_context(loaded.faults.as_error(), "--strict"));
+  }
+  const std::vector<std::string> faults = loaded.faults.notices();
+  loaded.notices.insert(loaded.notices.begin(), faults.begin(), faults.end());
   return loaded;
 }
 

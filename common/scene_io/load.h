@@ -10,10 +10,14 @@
 
 #include "common/base/status.h"
 #include "common/scene/document.h"
+#include "common/scene_io/faults.h"
 #include "common/scene_io/mtl.h"
 #include "common/scene_io/scene_files.h"
 
 namespace lightmill {
+
+/// Whether a scene gets an even white sky. `automatic`: OBJ and glTF files do if nothing lights them (scene_light.h).
+enum class SkyChoice { automatic, on, off };
 
 /// A camera of a file.
 struct NamedCamera {
@@ -35,7 +39,8 @@ struct LoadedScene {
   Scene scene;                           ///< valid; every mesh has its asset
   std::map<Sha256, std::string> assets;  ///< encoded meshes, and files as they are
   std::vector<ImageAsset> images;        ///< one per mention, so a file may occur often; not decoded
-  std::vector<std::string> notices;      ///< what was assumed or left out, for people
+  std::vector<std::string> notices;      ///< what was assumed or left out, and the faults, for people
+  Faults faults;                         ///< of the files
   std::vector<NamedCamera> cameras;      ///< of the file; the first is the scene's unless another was chosen
 };
 
@@ -46,19 +51,21 @@ void use_camera(const NamedCamera& camera, Scene& scene);
 std::string lower_ending(const std::filesystem::path& path);
 
 struct LoadOptions {
-  /// Replaces the scene's camera: the name of one of the file's cameras, else a JSON file with a camera.
+  /// Replaces the scene's camera: the name of one of the file's cameras, its number from 1, `auto` for a view of all,
+  /// else a JSON file with a camera.
   std::string camera;
   KaMeaning ka = KaMeaning::automatic;
-  bool light_the_dark = true;                  ///< a glTF file without light gets an even white sky
+  SkyChoice sky = SkyChoice::automatic;
+  bool strict = false;                         ///< refuses files with faults
   const SceneFiles* files = &files_on_disk();  ///< the files that can be read; must outlive the call
 };
 
 /// Loads a scene from:
 /// - one scene document (.json, or its name without that ending). Its meshes are OBJ files relative to it.
-/// - one or several OBJ files with their MTL files, seen by the course's Cornell camera: eye (277, 275, −570), to (277,
-///   275, 0), camera constant 1, 512×512.
-/// - one glTF file (.gltf, .glb; gltf/gltf.h).
-/// Errors name the file and the line or field. There is no partial result. Files may name other files anywhere. These
+/// - one or several OBJ files with their MTL files, with a camera and perhaps a sky (missing_parts.h), 512×512
+/// - one glTF file (.gltf, .glb; gltf/gltf.h)
+/// Errors name the file and the line or field. There is no partial result. Faults of Wavefront and glTF files are no
+/// errors, unless `strict` is set. Files may name other files anywhere. These
 /// are read from `files` (on disk: with the user's own rights). Sizes are limited.
 Result<LoadedScene> load_scene(std::span<const std::filesystem::path> paths, const LoadOptions& options = {});
 

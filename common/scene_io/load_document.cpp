@@ -60,7 +60,7 @@ class DocumentLoader {
     const fs::path path = folder_ / shape->file;
     const auto [found, added] = files_.try_emplace(path.string());
     if (added) {
-      Result<ObjFile> file = read_obj_file(sources_, path);
+      Result<ObjFile> file = read_obj_file(sources_, path, loaded_.faults);
       if (!file.ok()) {
         return with_context(file.status(), place_of(field));
       }

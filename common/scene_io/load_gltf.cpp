@@ -1,3 +1,4 @@
+#include "common/scene_io/file_finder.h"
 #include "common/scene_io/gltf/gltf.h"
 #include "common/scene_io/loaders.h"
 #include "common/scene_io/text_lines.h"
@@ -8,9 +9,13 @@ Result<LoadedScene> load_gltf(const std::filesystem::path& path, bool light_the_
   constexpr std::uint64_t kMaxBytes = std::uint64_t{4} << 30;
   LM_ASSIGN_OR_RETURN(std::string bytes, files.read(path, kMaxBytes));
   const std::filesystem::path folder = path.parent_path();
-  LM_ASSIGN_OR_RETURN(LoadedScene loaded,
-                      read_gltf(std::move(bytes), path.string(), light_the_dark,
-                                [&](const std::string& name) { return files.read(folder / name, kMaxBytes); }));
+  FileFinder finder(files);
+  const FileSource source = [&](const std::string& written) -> Result<SourceFile> {
+    const std::string name = finder.find(folder, written).value_or(written);
+    LM_ASSIGN_OR_RETURN(std::string found, files.read(folder / name, kMaxBytes));
+    return SourceFile{name, std::move(found)};
+  };
+  LM_ASSIGN_OR_RETURN(LoadedScene loaded, read_gltf(std::move(bytes), path.string(), light_the_dark, source));
   loaded.scene.name = utf8_name(path.stem().string());
   return loaded;
 }

@@ -1,10 +1,10 @@
-#include <cmath>
 #include <map>
-#include <numbers>
 
 #include "common/scene/validate/validate.h"
 #include "common/scene_io/assets.h"
+#include "common/scene_io/file_finder.h"
 #include "common/scene_io/loaders.h"
+#include "common/scene_io/missing_parts.h"
 #include "common/scene_io/obj.h"
 #include "common/scene_io/text_lines.h"
 
@@ -14,26 +14,54 @@ namespace {
 
 constexpr std::uint64_t kMaxMtlBytes = std::uint64_t{64} << 20;
 
-Camera course_cornell_camera() {
-  return {{277, 275, -570}, {277, 275, 0}, {0, 1, 0}, 2 * std::atan(0.5) * 180 / std::numbers::pi};
-}
-
 /// An OBJ file and the materials that it names.
 struct ObjWithMaterials {
   fs::path path;
   ObjFile obj;
   std::vector<MtlMaterial> materials;
   std::map<std::string, std::size_t> by_name;  ///< index in `materials`
+  bool libraries_are_missing = false;          ///< some of them
 };
 
+/// The file that a name means. What differs from the name is a fault. `place` ends with a colon and a blank.
+std::optional<std::string> find_file(FileFinder& finder, const fs::path& folder, const std::string& written,
+                                     const std::string& place, Faults& faults) {
+  std::optional<std::string> found = finder.find(folder, written);
+  if (found && *found != written) {
+    faults.add("file " + written, fmt::format("{}there is no file {}", place, utf8_name(written)),
+               utf8_name(*found) + " is read instead");
+  }
+  return found;
+}
+
 /// The files of a mtllib: one, or, if that does not exist, several with blanks between them.
-std::vector<fs::path> library_files(const fs::path& folder, std::string_view written, const SceneFiles& files) {
-  if (files.exists(folder / written)) {
-    return {folder / written};
+std::vector<fs::path> library_files(ObjWithMaterials& file, const ObjLibrary& library, FileFinder& finder,
+                                    Faults& faults) {
+  const fs::path folder = file.path.parent_path();
+  const std::string place = fmt::format("{}:{}: mtllib: ", file.path.string(), library.line);
+  if (finder.find(folder, library.file) == library.file) {
+    return {folder / library.file};
   }
   std::vector<fs::path> out;
-  for (std::string_view word = take_word(written); !word.empty(); word = take_word(written)) {
-    out.push_back(folder / word);
+  std::vector<std::string> missing;
+  std::string_view rest = library.file;
+  for (std::string word(take_word(rest)); !word.empty(); word = take_word(rest)) {
+    if (const std::optional<std::string> found = find_file(finder, folder, word, place, faults)) {
+      out.push_back(folder / *found);
+    } else {
+      missing.push_back(word);
+    }
+  }
+  if (out.empty()) {
+    if (const std::optional<std::string> whole = find_file(finder, folder, library.file, place, faults)) {
+      return {folder / *whole};
+    }
+    missing = {library.file};
+  }
+  for (const std::string& name : missing) {
+    file.libraries_are_missing = true;
+    faults.add("file " + name, fmt::format("{}there is no file {}", place, utf8_name(name)),
+               "its materials are rendered as grey diffuse");
   }
   return out;
 }
@@ -48,21 +76,20 @@ bool same_definition(const MtlMaterial& a, const MtlMaterial& b) {
 }
 
 /// Loads the libraries of a file. The first of several materials with one name counts.
-Status load_libraries(ObjWithMaterials& file, const SceneFiles& files, std::vector<std::string>& notices) {
+Status load_libraries(ObjWithMaterials& file, const SceneFiles& files, FileFinder& finder, LoadedScene& loaded) {
   for (const ObjLibrary& library : file.obj.libraries) {
-    for (const fs::path& path : library_files(file.path.parent_path(), library.file, files)) {
+    for (const fs::path& path : library_files(file, library, finder, loaded.faults)) {
       const Result<std::string> text = files.read(path, kMaxMtlBytes);
       if (!text.ok()) {
         return with_context(text.status(), fmt::format("{}:{}: mtllib", file.path.string(), library.line));
       }
-      LM_ASSIGN_OR_RETURN(const std::vector<MtlMaterial> materials, read_mtl(*text, path.string()));
-      for (const MtlMaterial& material : materials) {
+      for (const MtlMaterial& material : read_mtl(*text, path.string(), loaded.faults)) {
         const auto [known, added] = file.by_name.try_emplace(material.name, file.materials.size());
         if (!added) {
           if (const MtlMaterial& first = file.materials[known->second]; !same_definition(first, material)) {
             append_notices({fmt::format("left out: {}:{}: material \"{}\", which {}:{} defines differently",
                                         material.file, material.line, material.name, first.file, first.line)},
-                           notices);
+                           loaded.notices);
           }
           continue;
         }
@@ -99,49 +126,54 @@ class MaterialList {
 };
 
 /// The material of a part. It is added to the list.
-Result<std::uint32_t> part_material(const ObjWithMaterials& file, const ObjPart& part, MaterialList& list,
-                                    std::vector<std::string>& notices) {
-  if (part.line == 0) {
-    notices.push_back(
-        fmt::format("{}: faces before the first usemtl are rendered as grey diffuse", file.path.string()));
-    MtlMaterial grey;
-    grey.name = "default";
-    grey.file = file.path.string();
-    return list.add(grey);
-  }
-  if (const auto found = file.by_name.find(part.material); found != file.by_name.end()) {
+std::uint32_t part_material(const ObjWithMaterials& file, const ObjPart& part, MaterialList& list,
+                            LoadedScene& loaded) {
+  if (const auto found = file.by_name.find(part.material); part.line != 0 && found != file.by_name.end()) {
     return list.add(file.materials[found->second]);
   }
-  std::vector<Material> known;
-  for (const MtlMaterial& material : file.materials) {
-    known.emplace_back().name = material.name;
+  MtlMaterial grey;
+  grey.name = part.material.empty() ? "default" : part.material;
+  grey.file = file.path.string();
+  if (part.line == 0) {
+    loaded.notices.push_back(
+        fmt::format("{}: faces before the first usemtl are rendered as grey diffuse", file.path.string()));
+  } else if (!part.material.empty() && !file.libraries_are_missing) {
+    constexpr std::string_view kKind = "unknown material";
+    std::string what;
+    if (!loaded.faults.has(kKind)) {
+      std::vector<Material> known;
+      for (const MtlMaterial& material : file.materials) {
+        known.emplace_back().name = material.name;
+      }
+      what = fmt::format("{}:{}: {}", file.path.string(), part.line, describe_unknown_material(part.material, known));
+    }
+    loaded.faults.add(kKind, what, "it is rendered as grey diffuse");
   }
-  return invalid_argument("{}:{}: {}", file.path.string(), part.line, describe_unknown_material(part.material, known));
-}
-
-/// Paths in a file may have backslashes between folders.
-std::string existing_path(std::string path, const SceneFiles& files) {
-  if (!files.exists(path)) {
-    std::replace(path.begin(), path.end(), '\\', '/');
-  }
-  return path;
+  return list.add(grey);
 }
 
 std::string place_of(const MtlMaterial& material, const MtlMap& map) {
   return fmt::format("{}:{}: {} of material \"{}\"", material.file, map.line, map.keyword, material.name);
 }
 
-/// Leaves out maps whose file does not exist, with a notice. Downloaded models often come without their images.
-void leave_out_missing_maps(std::vector<MtlMaterial>& materials, const SceneFiles& files,
-                            std::vector<std::string>& notices) {
+/// Gives each map the name of the file that it means. Leaves out maps without one: downloaded models often come without
+/// their images. A map of emission takes the emission with it, because most of such maps are black.
+void find_maps(std::vector<MtlMaterial>& materials, FileFinder& finder, Faults& faults) {
   for (MtlMaterial& material : materials) {
-    std::erase_if(material.maps, [&](const MtlMap& map) {
-      const std::string path = existing_path(map_path(material, map), files);
-      const bool missing = !files.exists(path);
-      if (missing) {
-        notices.push_back(fmt::format("left out: {}: there is no file {}", place_of(material, map), path));
+    const fs::path folder = fs::path(material.file).parent_path();
+    std::erase_if(material.maps, [&](MtlMap& map) {
+      const std::string place = place_of(material, map) + ": ";
+      const std::optional<std::string> found = find_file(finder, folder, map.file, place, faults);
+      if (found) {
+        map.file = *found;
+        return false;
       }
-      return missing;
+      if (map.keyword == "map_Ke") {
+        material.ke = RgbColor{};
+      }
+      faults.add("file " + map.file, fmt::format("{}there is no file {}", place, utf8_name(map.file)),
+                 "the map is left out");
+      return true;
     });
   }
 }
@@ -166,8 +198,8 @@ Status load_textures(const std::vector<MtlMaterial>& materials, const SceneFiles
     if (added) {
       LM_ASSIGN_OR_RETURN(
           known->second,
-          add_image_file(files, existing_path(texture.file, files),
-                         {.name = utf8_name(texture.file), .place = place_of(texture, materials)}, loaded));
+          add_image_file(files, texture.file, {.name = utf8_name(texture.file), .place = place_of(texture, materials)},
+                         loaded));
     }
     texture.asset = known->second;
     texture.file = utf8_name(texture.file);
@@ -177,16 +209,18 @@ Status load_textures(const std::vector<MtlMaterial>& materials, const SceneFiles
 
 }  // namespace
 
-Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka, const SceneFiles& files) {
+Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka, bool light_the_dark,
+                              const SceneFiles& files) {
   LoadedScene loaded;
   MaterialList materials;
+  FileFinder finder(files);
   for (const fs::path& path : paths) {
-    ObjWithMaterials file{path, {}, {}, {}};
-    LM_ASSIGN_OR_RETURN(file.obj, read_obj_file(files, path));
-    LM_RETURN_IF_ERROR(load_libraries(file, files, loaded.notices));
+    ObjWithMaterials file{path, {}, {}, {}, false};
+    LM_ASSIGN_OR_RETURN(file.obj, read_obj_file(files, path, loaded.faults));
+    LM_RETURN_IF_ERROR(load_libraries(file, files, finder, loaded));
     append_notices(file.obj.notices, loaded.notices);
     for (const ObjPart& part : file.obj.parts) {
-      LM_ASSIGN_OR_RETURN(const std::uint32_t material, part_material(file, part, materials, loaded.notices));
+      const std::uint32_t material = part_material(file, part, materials, loaded);
       const std::array<const ObjPart*, 1> parts{&part};
       LM_ASSIGN_OR_RETURN(const Sha256 asset, add_mesh(make_mesh(file.obj, parts), loaded));
       const std::string stem = utf8_name(path.stem().string());
@@ -196,10 +230,13 @@ Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka, con
     loaded.scene.name += (loaded.scene.name.empty() ? "" : "+") + utf8_name(path.stem().string());
   }
   std::vector<MtlMaterial> all = materials.take();
-  leave_out_missing_maps(all, files, loaded.notices);
+  find_maps(all, finder, loaded.faults);
   map_materials(all, ka, loaded.scene, loaded.notices);
   LM_RETURN_IF_ERROR(load_textures(all, files, loaded));
-  loaded.scene.camera = course_cornell_camera();
+  add_missing_camera(loaded);
+  if (light_the_dark) {
+    add_missing_light(loaded);
+  }
   return loaded;
 }
 

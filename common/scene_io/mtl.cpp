@@ -45,27 +45,18 @@ constexpr std::array<NumberStatement, 6> kNumbers{{{"Ns", &MtlMaterial::exponent
                                                    {"Pc", &MtlMaterial::coat, 0, 1},
                                                    {"Pcr", &MtlMaterial::coat_roughness, 0, 1}}};
 
-/// Numbers out of range are left out, because programs write meaningless ones, as `Ni 0`.
-Status read_number(const StatementReader& lines, const Statement& statement, const NumberStatement& kind,
-                   MtlMaterial& material) {
+Result<double> read_number(const StatementReader& lines, const Statement& statement, const NumberStatement& kind) {
   std::string_view rest = statement.rest;
   std::string_view word = take_word(rest);
   if (word == "-halo") {  // d -halo 0.5: more transparent when seen at a right angle
     word = take_word(rest);
   }
   const std::optional<double> value = parse_number(word);
-  if (!value) {
+  if (!value || *value < kind.low || *value > kind.high) {
     return lines.error("{}: a number from {} to {} is expected, got \"{}\"", kind.keyword, kind.low, kind.high,
                        statement.rest);
   }
-  if (*value < kind.low || *value > kind.high) {
-    material.unused.push_back(
-        {fmt::format("{} {}, which is not from {} to {},", kind.keyword, *value, kind.low, kind.high), statement.line});
-  } else {
-    material.*kind.member = value;
-    material.lines.insert_or_assign(std::string(kind.keyword), statement.line);
-  }
-  return ok_status();
+  return *value;
 }
 
 Status read_property(const StatementReader& lines, const Statement& statement, MtlMaterial& material) {
@@ -86,27 +77,21 @@ Status read_property(const StatementReader& lines, const Statement& statement, M
   }
   for (const NumberStatement& kind : kNumbers) {
     if (keyword == kind.keyword) {
-      return read_number(lines, statement, kind, material);
+      LM_ASSIGN_OR_RETURN(material.*kind.member, read_number(lines, statement, kind));
+      material.lines.insert_or_assign(std::string(keyword), statement.line);
+      return ok_status();
     }
   }
   if (keyword == "Tr") {  // 1 − d
-    MtlMaterial reading;
-    LM_RETURN_IF_ERROR(read_number(lines, statement, {"Tr", &MtlMaterial::opacity, 0, 1}, reading));
-    if (reading.opacity) {
-      material.opacity = 1 - *reading.opacity;
-      material.lines.insert_or_assign("d", statement.line);
-    }
-    material.unused.insert(material.unused.end(), reading.unused.begin(), reading.unused.end());
+    LM_ASSIGN_OR_RETURN(const double transparency, read_number(lines, statement, {"Tr", nullptr, 0, 1}));
+    material.opacity = 1 - transparency;
+    material.lines.insert_or_assign("d", statement.line);
   } else if (keyword == "Ni") {
     const std::optional<double> ior = parse_number(statement.rest);
-    if (!ior) {
+    if (!ior || *ior <= 0 || *ior > kMaxIor) {
       return lines.error("Ni: a number in (0, {}] is expected, got \"{}\"", kMaxIor, statement.rest);
     }
-    if (*ior <= 0 || *ior > kMaxIor) {
-      material.unused.push_back({fmt::format("Ni {}, which is not in (0, {}],", *ior, kMaxIor), statement.line});
-    } else {
-      material.ior = ior;
-    }
+    material.ior = ior;
   } else if (keyword == "illum") {
     const std::optional<std::int64_t> illum = parse_integer(statement.rest);
     if (!illum || *illum < 0 || *illum > 1000) {
@@ -148,26 +133,28 @@ int MtlMaterial::line_of(std::string_view keyword) const {
   return found == lines.end() ? line : found->second;
 }
 
-Result<std::vector<MtlMaterial>> read_mtl(std::string_view text, const std::string& file_name) {
+std::vector<MtlMaterial> read_mtl(std::string_view text, const std::string& file_name, Faults& faults) {
   StatementReader lines(text, file_name);
   std::vector<MtlMaterial> materials;
   std::set<std::string, std::less<>> said;  ///< unsupported parts of the last material
   while (const std::optional<Statement> statement = lines.next()) {
+    Status odd;
     if (statement->keyword == "newmtl") {
-      if (statement->rest.empty()) {
-        return lines.error("newmtl: the name of a material is expected");
-      }
       materials.emplace_back();
-      materials.back().name = utf8_name(statement->rest);
+      materials.back().name = statement->rest.empty() ? "default" : utf8_name(statement->rest);
       materials.back().file = file_name;
       materials.back().line = statement->line;
       said.clear();
+      odd = statement->rest.empty() ? lines.error("newmtl: the name of a material is expected") : ok_status();
     } else if (materials.empty()) {
-      return lines.error("newmtl is expected before \"{}\"", statement->keyword.substr(0, 40));
+      odd = lines.error("newmtl is expected before \"{}\"", statement->keyword.substr(0, 40));
     } else {
       const std::size_t before = materials.back().unused.size();
-      LM_RETURN_IF_ERROR(read_property(lines, *statement, materials.back()));
+      odd = read_property(lines, *statement, materials.back());
       keep_new_unused(materials.back(), before, said);
+    }
+    if (!odd.ok()) {
+      faults.add(fmt::format("mtl {}", statement->keyword.substr(0, 40)), message_of(odd), "the line is skipped");
     }
   }
   return materials;

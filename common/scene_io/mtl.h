@@ -11,6 +11,7 @@
 
 #include "common/base/status.h"
 #include "common/scene/document.h"
+#include "common/scene_io/faults.h"
 
 namespace lightmill {
 
@@ -32,9 +33,9 @@ struct MtlMap {
   }
 };
 
-/// A part of a material that is not supported, or has no meaning.
+/// A part of a material that is not supported.
 struct MtlUnused {
-  std::string what;  ///< a keyword, an option of a map, a number out of range
+  std::string what;  ///< a keyword or an option of a map
   int line = 0;      ///< of the statement, for messages
 
   /// Whether both are the same. The line is ignored.
@@ -61,8 +62,9 @@ struct MtlMaterial {
   const MtlMap* map(std::string_view keyword) const;
 };
 
-/// Reads an MTL file. A name may be defined several times. Errors read "box.mtl:12: what is wrong, what is expected".
-Result<std::vector<MtlMaterial>> read_mtl(std::string_view text, const std::string& file_name);
+/// Reads an MTL file. A name may be defined several times. A wrong statement is skipped and added to the faults:
+/// "box.mtl:12: what is wrong, what is expected".
+std::vector<MtlMaterial> read_mtl(std::string_view text, const std::string& file_name, Faults& faults);
 
 /// The path of a map's file, relative to its MTL file.
 std::string map_path(const MtlMaterial& material, const MtlMap& map);

@@ -63,8 +63,7 @@ class MapReader {
       rest_.remove_prefix(1);
     }
     if (rest_.empty()) {
-      leave_out(" without the name of a file");
-      return ok_status();
+      return lines_.error("{}: the name of a file is expected", map_.keyword);
     }
     map_.file = std::string(rest_);
     if (!is_rendered(map_.keyword)) {

@@ -10,6 +10,7 @@
 
 #include "common/base/status.h"
 #include "common/scene/mesh.h"
+#include "common/scene_io/faults.h"
 
 namespace lightmill {
 
@@ -50,11 +51,13 @@ struct ObjFile {
 
 /// Reads an OBJ file:
 /// - v, vt (u and v), vn
-/// - f (v, v/t, v//n, v/t/n; negative numbers count from the end). Polygons are triangulated, also concave ones.
+/// - f (v, v/t, v//n, v/t/n; negative numbers count from the end). Polygons are triangulated, also concave ones. What a
+///   face names may follow it.
 /// - s: corners without a normal get the mean of the normals of the group's faces there, weighted by their angles
 /// - usemtl, mtllib. o and g are skipped, because they only name things.
-/// Errors read "box.obj:12: what is wrong, what is expected". A file without faces is an error.
-Result<ObjFile> read_obj(std::string_view text, const std::string& file_name);
+/// A wrong statement is skipped and added to the faults: "box.obj:12: what is wrong, what is expected". A vertex that
+/// cannot be read counts, and faces that use it are skipped. A file without faces that have an area is an error.
+Result<ObjFile> read_obj(std::string_view text, const std::string& file_name, Faults& faults);
 
 /// One mesh of some parts of a file. It has one vertex for each combination of position, texture coordinate and normal,
 /// in the order of first use. It is flat if no corner has a normal. Else it is smooth, and corners without a normal

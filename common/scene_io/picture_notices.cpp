@@ -5,75 +5,16 @@
 #include <limits>
 #include <numbers>
 
-#include "common/base/check.h"
-#include "common/base/overloaded.h"
 #include "common/math/vec.h"
 #include "common/scene/compiled/convert.h"
 #include "common/scene/compiled/transform.h"
-#include "common/scene/compiled/world_frame.h"
-#include "common/scene/mesh.h"
+#include "common/scene_io/scene_bounds.h"
+#include "common/scene_io/scene_light.h"
 
 namespace lightmill {
 namespace {
 
 constexpr double kDot = 1.0 / 20;  ///< share of the film's width and height that counts as a dot
-
-bool emits(const Light& light) {
-  return std::visit(Overloaded{[](const PointLight& l) { return !is_black(l.intensity); },
-                               [](const DirectionalLight& l) { return !is_black(l.irradiance); },
-                               [](const SpotLight& l) { return !is_black(l.intensity); },
-                               [](const CosinePowerLight& l) { return !is_black(l.intensity); },
-                               [](const IesLight& l) { return l.scale > 0; },
-                               [](const EnvironmentLight& l) { return !is_black(l.radiance); }},
-                    light.kind);
-}
-
-Vec3d corner_of(const Bounds& box, int i) {
-  return {(i & 1) != 0 ? box.high.x : box.low.x, (i & 2) != 0 ? box.high.y : box.low.y,
-          (i & 4) != 0 ? box.high.z : box.low.z};
-}
-
-/// The bounds in the shape's own coordinates. Empty for a plane.
-Bounds box_of(const Object& object, const LoadedScene& loaded) {
-  Bounds box;
-  if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
-    box.add(to_vec(sphere->center) - sphere->radius);
-    box.add(to_vec(sphere->center) + sphere->radius);
-  } else if (const auto* triangle = std::get_if<TriangleShape>(&object.shape)) {
-    for (const Point3d& p : {triangle->a, triangle->b, triangle->c}) {
-      box.add(to_vec(p));
-    }
-  } else if (const auto* shape = std::get_if<MeshShape>(&object.shape)) {
-    const Result<Mesh> mesh = decode_mesh(as_byte_view(loaded.assets.at(shape->asset)));
-    LM_CHECK(mesh.ok(), "{}", message_of(mesh.status()));
-    for (const Point3d& p : mesh->positions) {
-      box.add(to_vec(p));
-    }
-  }
-  return box;
-}
-
-/// Bounds of objects, in their own coordinates. Those of meshes are computed once.
-class Boxes {
- public:
-  explicit Boxes(const LoadedScene& loaded) : loaded_(loaded) {}
-  const Bounds& of(const Object& object) {
-    const auto* const mesh = std::get_if<MeshShape>(&object.shape);
-    if (mesh == nullptr) {
-      return other_ = box_of(object, loaded_);
-    }
-    const auto [found, added] = meshes_.try_emplace(mesh->asset);
-    if (added) {
-      found->second = box_of(object, loaded_);
-    }
-    return found->second;
-  }
-
- private:
-  const LoadedScene& loaded_;
-  std::map<Sha256, Bounds> meshes_;
-  Bounds other_;
-};
 
 /// The part of the film, whose edges are at ±1, in which a camera may see boxes.
 class View {
@@ -241,12 +182,6 @@ void say_huge_spheres(const LoadedScene& loaded, std::vector<std::string>& notic
 }
 
 }  // namespace
-
-bool emits_light(const Scene& scene) {
-  return std::ranges::any_of(scene.lights, [](const Light& light) { return emits(light); }) ||
-         std::ranges::any_of(
-             scene.objects, [&](const Object& object) { return !is_black(scene.materials[object.material].emission); });
-}
 
 std::vector<std::string> picture_notices(const LoadedScene& loaded, bool needs_light, std::uint32_t max_bounces) {
   std::vector<std::string> notices;

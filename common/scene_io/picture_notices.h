@@ -5,9 +5,6 @@
 
 namespace lightmill {
 
-/// Whether any light, or material of an object, emits light.
-bool emits_light(const Scene& scene);
-
 /// Notices, if:
 /// - nothing emits light. Only with `needs_light`: the method needs lights.
 /// - the camera sees no object, or all objects together are a mere dot. Not with a plane or an environment, because the

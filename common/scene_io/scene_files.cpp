@@ -25,6 +25,15 @@ class FilesOnDisk final : public SceneFiles {
     std::error_code error;
     return fs::is_regular_file(path, error);
   }
+  std::set<std::string> names(const fs::path& folder) const override {
+    std::set<std::string> out;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder.empty() ? "." : folder, error), end; !error && entry != end;
+         entry.increment(error)) {
+      out.insert(entry->path().filename().string());
+    }
+    return out;
+  }
 };
 
 /// "a/../b//c" and "b/c" are one name. Does not look at the disk.
@@ -55,6 +64,16 @@ Status UploadedFiles::add(const std::string& path, const Sha256& digest) {
 
 bool UploadedFiles::is_file(const fs::path& path) const {
   return files_.contains(normal_form(path));
+}
+
+std::set<std::string> UploadedFiles::names(const fs::path& folder) const {
+  const std::string within = folder.empty() ? "." : normal_form(folder / "");
+  const std::string prefix = within == "." || within == "./" ? "" : within;
+  std::set<std::string> out;
+  for (auto file = files_.lower_bound(prefix); file != files_.end() && file->first.starts_with(prefix); ++file) {
+    out.insert(file->first.substr(prefix.size(), file->first.find('/', prefix.size()) - prefix.size()));
+  }
+  return out;
 }
 
 Result<std::string> UploadedFiles::read(const fs::path& path, std::uint64_t limit_bytes) const {

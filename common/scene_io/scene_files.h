@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 
 #include "common/base/digest.h"
@@ -21,6 +22,8 @@ class SceneFiles {
   virtual bool exists(const std::filesystem::path& path) const = 0;
   /// Whether it is a regular file, not a folder or device.
   virtual bool is_file(const std::filesystem::path& path) const = 0;
+  /// The names of the files and folders in a folder, sorted. None if it cannot be read.
+  virtual std::set<std::string> names(const std::filesystem::path& folder) const = 0;
 };
 
 /// All files that this process may read.
@@ -42,6 +45,7 @@ class UploadedFiles final : public SceneFiles {
   Result<std::string> read(const std::filesystem::path& path, std::uint64_t limit_bytes) const override;
   bool exists(const std::filesystem::path& path) const override { return is_file(path); }
   bool is_file(const std::filesystem::path& path) const override;
+  std::set<std::string> names(const std::filesystem::path& folder) const override;
 
  private:
   Fetch fetch_;

@@ -16,6 +16,12 @@ double length_of(const Vec3d& v) {
   return std::hypot(v.x, v.y, v.z);
 }
 
+/// Twice the area, along the normal.
+Vec3d area_vector(const ObjFile& file, const ObjTriangle& triangle) {
+  const Vec3d a = position(file, triangle[0]);
+  return glm::cross(position(file, triangle[1]) - a, position(file, triangle[2]) - a);
+}
+
 bool has_normal(const ObjFile& file, const ObjCorner& corner) {
   return corner.normal != kNoIndex && file.normals[corner.normal] != std::array<float, 3>{0, 0, 0};
 }
@@ -91,9 +97,12 @@ class GroupNormals {
 
 }  // namespace
 
+bool has_area(const ObjFile& file, const ObjTriangle& triangle) {
+  return length_of(area_vector(file, triangle)) > kNoLength;
+}
+
 std::array<float, 3> face_normal(const ObjFile& file, const ObjTriangle& triangle) {
-  const Vec3d a = position(file, triangle[0]);
-  const Vec3d n = glm::cross(position(file, triangle[1]) - a, position(file, triangle[2]) - a);
+  const Vec3d n = area_vector(file, triangle);
   const double length = length_of(n);
   if (!(length > kNoLength)) {
     return {0, 0, 1};

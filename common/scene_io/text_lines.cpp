@@ -54,22 +54,29 @@ std::string_view without_comment(std::string_view line) {
 }  // namespace
 
 std::string_view StatementReader::take_line() {
-  const std::size_t end = text_.find('\n');
-  const std::string_view line = text_.substr(0, end);
-  text_.remove_prefix(end == std::string_view::npos ? text_.size() : end + 1);
+  const auto take_to = [](char end, std::string_view& from) {
+    const std::size_t at = from.find(end);
+    const std::string_view taken = from.substr(0, at);
+    from.remove_prefix(at == std::string_view::npos ? from.size() : at + 1);
+    return taken;
+  };
+  if (piece_.empty()) {
+    piece_ = take_to('\n', text_);
+  }
+  const std::string_view line = take_to('\r', piece_);
   ++line_;
   return trim(without_comment(line));
 }
 
 std::optional<Statement> StatementReader::next() {
-  while (!text_.empty()) {
+  while (!at_end()) {
     statement_line_ = line_ + 1;
     std::string_view line = take_line();
     if (line.ends_with('\\')) {
       joined_.clear();
       while (line.ends_with('\\')) {
         joined_.append(line.substr(0, line.size() - 1)).push_back(' ');
-        line = text_.empty() ? std::string_view() : take_line();
+        line = at_end() ? std::string_view() : take_line();
       }
       joined_.append(line);
       line = trim(joined_);

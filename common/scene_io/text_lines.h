@@ -17,7 +17,7 @@ struct Statement {
   int line = 0;           ///< from 1; of the statement's first line
 };
 
-/// Cuts a text into statements. A leading UTF-8 byte order mark is skipped. Lines end with LF or CRLF. A backslash at
+/// Cuts a text into statements. A leading UTF-8 byte order mark is skipped. Lines end with LF, CRLF or CR. A backslash at
 /// the end of a line continues it. A comment goes from a # at the begin of a word to the end of the line. The views are
 /// valid until the next call of next(), and no longer than the text.
 class StatementReader {
@@ -41,8 +41,10 @@ class StatementReader {
  private:
   static constexpr std::size_t kMostErrorBytes = 300;
   std::string_view take_line();
+  bool at_end() const { return text_.empty() && piece_.empty(); }
 
   std::string_view text_;
+  std::string_view piece_;  ///< what is left up to the LF before text_; CRs cut it
   std::string file_name_;
   std::string joined_;  ///< a statement with several lines
   int line_ = 0;        ///< lines taken so far

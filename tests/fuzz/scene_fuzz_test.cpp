@@ -79,7 +79,8 @@ TEST(SceneFuzz, DamagedMeshFilesAreReadOrRefused) {
   Outcomes outcomes;
   for (int round = 0; round < kSceneRounds; ++round) {
     const std::string text = mutate(original, kWords, random);
-    const Result<ObjFile> file = read_obj(text, "fuzz.obj");
+    Faults faults;
+    const Result<ObjFile> file = read_obj(text, "fuzz.obj", faults);
     if (!file.ok()) {
       ++outcomes.refused;
       EXPECT_TRUE(message_of(file.status()).starts_with("fuzz.obj:")) << round << ": " << file.status();
@@ -102,18 +103,15 @@ TEST(SceneFuzz, DamagedMaterialFilesAreReadOrRefused) {
   FuzzRandom random(3);
   Outcomes outcomes;
   for (int round = 0; round < kSceneRounds; ++round) {
-    Result<std::vector<MtlMaterial>> read = read_mtl(mutate(original, kWords, random), "fuzz.mtl");
-    if (!read.ok()) {
-      ++outcomes.refused;
-      EXPECT_TRUE(message_of(read.status()).starts_with("fuzz.mtl:")) << round << ": " << read.status();
-      continue;
-    }
-    ++outcomes.accepted;
+    Faults faults;
+    std::vector<MtlMaterial> read = read_mtl(mutate(original, kWords, random), "fuzz.mtl", faults);
+    ++(faults.empty() ? outcomes.accepted : outcomes.refused);
+    EXPECT_TRUE(faults.empty() || message_of(faults.as_error()).starts_with("fuzz.mtl:")) << faults.as_error();
     std::set<std::string> names;
-    std::erase_if(*read, [&](const MtlMaterial& material) { return !names.insert(material.name).second; });
+    std::erase_if(read, [&](const MtlMaterial& material) { return !names.insert(material.name).second; });
     std::vector<std::string> notices;
     Scene scene;
-    map_materials(*read, KaMeaning::automatic, scene, notices);
+    map_materials(read, KaMeaning::automatic, scene, notices);
     scene.objects = {{"ball", 0, SphereShape{}}};
     EXPECT_TRUE(scene.materials.empty() || validate(scene).ok()) << round << ": " << validate(scene);
   }

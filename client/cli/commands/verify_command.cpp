@@ -18,7 +18,7 @@ namespace lightmill::cli {
 namespace {
 
 constexpr const char* kVerifyFooter =
-    "IMAGE is an EXR of Lightmill. SCENE is the scene of the render, with the same --camera and --mtl. First the\n"
+    "IMAGE is an EXR of Lightmill. SCENE is the scene of the render, with the same --camera, --mtl and --sky. First the\n"
     "file is checked: it must be complete, with unchanged pixels and attributes, and the receipt (scene, assets,\n"
     "method, seed, layers, class) must give its render digest. Then random tiles are rendered again and compared\n"
     "bit for bit. The farm is chosen as for `render`. Its workers must have the picture's renderer and fingerprint\n"

@@ -1,11 +1,10 @@
 #include "common/scene_io/gltf/gltf.h"
 
-#include <cmath>
-
 #include "common/scene/validate/validate.h"
 #include "common/scene_io/assets.h"
 #include "common/scene_io/gltf/gltf_lights.h"
 #include "common/scene_io/gltf/gltf_materials.h"
+#include "common/scene_io/missing_parts.h"
 #include "common/scene_io/text_lines.h"
 
 namespace lightmill {
@@ -21,34 +20,6 @@ constexpr std::size_t kMaxNamed = 100;  ///< unlisted extensions of a file that 
 
 bool is_known(std::string_view extension) {
   return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), extension) != kKnownExtensions.end();
-}
-
-struct PointBox {
-  Point3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-
-  void add(const Point3d& p) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      low[i] = std::min(low[i], p[i]);
-      high[i] = std::max(high[i], p[i]);
-    }
-  }
-  Point3d corner(unsigned which) const {
-    return {(which & 1) != 0 ? high[0] : low[0], (which & 2) != 0 ? high[1] : low[1],
-            (which & 4) != 0 ? high[2] : low[2]};
-  }
-};
-
-/// A camera that sees a box from the front, the right and above. The box's bounding sphere fills the view.
-Camera camera_for(const PointBox& box) {
-  constexpr double kFovDegrees = 40, kSineOfHalf = 0.3420201433256687;
-  const Point3d center{(box.low[0] + box.high[0]) / 2, (box.low[1] + box.high[1]) / 2, (box.low[2] + box.high[2]) / 2};
-  const double radius = std::hypot(box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]) / 2;
-  const double distance = (radius > 0 ? radius : 1) / kSineOfHalf;
-  Camera camera;
-  camera.look_at = center;
-  camera.eye = {center[0] + distance * 0.48, center[1] + distance * 0.36, center[2] + distance * 0.8};  // a unit vector
-  camera.vertical_fov_degrees = kFovDegrees;
-  return camera;
 }
 
 class GltfScene {
@@ -70,13 +41,18 @@ class GltfScene {
     if (loaded_.scene.objects.empty()) {
       return invalid_argument("{}: the scene has no triangles", file_name_);
     }
-    choose_camera();
+    if (loaded_.cameras.empty()) {
+      add_missing_camera(loaded_);
+    } else {
+      use_camera(loaded_.cameras.front(), loaded_.scene);
+    }
     if (light_the_dark) {
-      add_sky_to_the_dark();
+      add_missing_light(loaded_);
     }
     if (const Status valid = validate(loaded_.scene); !valid.ok()) {
       return with_context(valid, file_name_);
     }
+    loaded_.faults = data_.faults();
     return std::move(loaded_);
   }
 
@@ -84,7 +60,6 @@ class GltfScene {
   struct Part {
     MeshShape shape;
     std::uint32_t material = 0;
-    PointBox box;
   };
 
   void check_extensions() {
@@ -137,9 +112,6 @@ class GltfScene {
       const std::string& material = loaded_.scene.materials[part.material].name;
       loaded_.scene.objects.push_back({parts.size() == 1 ? name : fmt::format("{}/{}", name, material), part.material,
                                        part.shape, placed.to_scene});
-      for (unsigned corner = 0; corner < 8; ++corner) {
-        box_.add(transformed(placed.to_scene, part.box.corner(corner)));
-      }
     }
   }
 
@@ -157,13 +129,9 @@ class GltfScene {
       if (!triangles) {
         continue;
       }
-      Part part{{fmt::format("{} {}", file_name_, primitive.path()), add_bytes(encode_mesh(*triangles), loaded_)},
-                used.material,
-                {}};
-      for (const auto& position : triangles->positions) {
-        part.box.add(position);
-      }
-      found->second.push_back(std::move(part));
+      found->second.push_back(
+          {{fmt::format("{} {}", file_name_, primitive.path()), add_bytes(encode_mesh(*triangles), loaded_)},
+           used.material});
     }
     return found->second;
   }
@@ -187,24 +155,6 @@ class GltfScene {
     }
   }
 
-  void choose_camera() {
-    if (loaded_.cameras.empty()) {
-      notices_.once("the file has no camera: one was added that sees all of it from the front, above and right");
-      loaded_.scene.camera = camera_for(box_);
-      return;
-    }
-    use_camera(loaded_.cameras.front(), loaded_.scene);
-  }
-
-  void add_sky_to_the_dark() {
-    const auto& materials = loaded_.scene.materials;
-    if (loaded_.scene.lights.empty() && std::none_of(materials.begin(), materials.end(),
-                                                     [](const Material& m) { return m.emission.rgb != RgbColor{}; })) {
-      notices_.once("nothing in the file emits light: an even white sky was added");
-      loaded_.scene.lights.push_back({"sky", EnvironmentLight{}});
-    }
-  }
-
   const GltfData& data_;
   const std::string& file_name_;
   LoadedScene loaded_;
@@ -212,7 +162,6 @@ class GltfScene {
   GltfMaterials materials_;
   std::map<std::string, std::vector<Part>> meshes_;
   std::vector<std::string> flat_;  ///< nodes with scale 0; this hides everything in them
-  PointBox box_;
 };
 
 }  // namespace

@@ -84,6 +84,11 @@ struct GltfData::Accessor {
   std::string_view replacements;  ///< tightly packed
 };
 
+bool GltfData::has_bytes(const JsonNode& index) const {
+  const auto buffer = element("bufferViews", index)["buffer"].index("buffers", buffers_.size());
+  return buffer && !buffers_[*buffer].empty();
+}
+
 std::string_view GltfData::view(const JsonNode& index) const {
   const JsonNode view = element("bufferViews", index);
   const std::optional<std::size_t> buffer = view["buffer"].index("buffers", buffers_.size());

@@ -117,7 +117,8 @@ GltfData::GltfData(std::string bytes, std::string file_name, FileSource files)
     : bytes_(std::move(bytes)),
       file_name_(std::move(file_name)),
       files_(std::move(files)),
-      json_(std::make_unique<nlohmann::json>()) {}
+      json_(std::make_unique<nlohmann::json>()),
+      errors_(file_name_) {}
 
 GltfData::~GltfData() = default;
 
@@ -216,8 +217,17 @@ void GltfData::load_buffers() {
     const JsonNode buffer = list.at(i);
     const std::uint64_t length = buffer["byteLength"].whole(0, 1, std::uint64_t{1} << 40);
     std::string_view bytes;
+    if (!buffer["uri"].present() && (buffer["extensions"]["EXT_meshopt_compression"]["fallback"].boolean(false) ||
+                                     buffer["extensions"]["KHR_meshopt_compression"]["fallback"].boolean(false))) {
+      buffers_.emplace_back();
+      continue;
+    }
     if (buffer["uri"].present()) {
-      owned_.push_back(uri_bytes(buffer["uri"]));
+      Result<std::string> read = uri_bytes(buffer["uri"]);
+      if (!read.ok()) {
+        buffer["uri"].fail(message_of(read.status()));
+      }
+      owned_.push_back(std::move(read).value_or(""));
       bytes = owned_.back();
     } else if (i == 0 && has_binary_chunk_) {
       bytes = binary_chunk_;
@@ -231,7 +241,7 @@ void GltfData::load_buffers() {
   }
 }
 
-std::string GltfData::uri_bytes(const JsonNode& node) const {
+Result<std::string> GltfData::uri_bytes(const JsonNode& node) const {
   const std::string uri = node.text();
   if (uri.starts_with("data:")) {
     const std::size_t comma = uri.find(',');
@@ -239,21 +249,29 @@ std::string GltfData::uri_bytes(const JsonNode& node) const {
     std::optional<std::string> bytes =
         base64 ? decode_base64(std::string_view(uri).substr(comma + 1)) : std::optional<std::string>();
     if (!bytes) {
-      node.fail("a data URI with base64 is expected");
-      return "";
+      const Status wrong = invalid_argument("a data URI with base64 is expected");
+      node.fail(message_of(wrong));
+      return wrong;
     }
     return *std::move(bytes);
   }
   if (uri.empty() || uri.find("://") != std::string::npos) {
-    node.fail(fmt::format("a file or a data URI is expected, got \"{}\"", uri.substr(0, 100)));
-    return "";
+    const Status wrong = invalid_argument("a file or a data URI is expected, got \"{}\"", uri.substr(0, 100));
+    node.fail(message_of(wrong));
+    return wrong;
   }
-  Result<std::string> bytes = files_(decode_percent(uri));
-  if (!bytes.ok()) {
-    node.fail(message_of(bytes.status()));
-    return "";
+  const std::string name = decode_percent(uri);
+  Result<SourceFile> file = files_(name);
+  if (!file.ok()) {
+    if (file.status().code() != StatusCode::kNotFound) {
+      node.fail(message_of(file.status()));
+    }
+    return file.status();
   }
-  return *std::move(bytes);
+  if (file->name != name) {
+    node.fault(fmt::format("there is no file {}", utf8_name(name)), utf8_name(file->name) + " is read instead");
+  }
+  return std::move(file->bytes);
 }
 
 }  // namespace lightmill

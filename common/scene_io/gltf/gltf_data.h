@@ -11,8 +11,13 @@
 
 namespace lightmill {
 
-/// Reads a file that a glTF file names by a relative path. An error says why it failed.
-using FileSource = std::function<Result<std::string>(const std::string& relative_path)>;
+/// A file that a glTF file names.
+struct SourceFile {
+  std::string name;  ///< below the glTF file's folder. It may differ from the one that was asked for.
+  std::string bytes;
+};
+/// Reads a file that a glTF file names by a relative path. An error says why it failed, NOT_FOUND that there is none.
+using FileSource = std::function<Result<SourceFile>(const std::string& relative_path)>;
 
 /// An opened glTF 2.0 file: JSON, or GLB with its binary chunk. Buffers and images are in the file, in base64 data
 /// URIs, or in other files.
@@ -28,6 +33,7 @@ class GltfData {
   std::vector<std::string> extensions() const;
   /// The first error so far, with the file's name.
   Status status() const;
+  const Faults& faults() const { return errors_.faults(); }
   /// The element of the root's list `what` with this index. Not present if the index is missing or wrong.
   JsonNode element(std::string_view what, const JsonNode& index) const;
 
@@ -42,10 +48,12 @@ class GltfData {
   std::size_t count(const JsonNode& index) const;
   /// The elements of a SCALAR accessor of unsigned integers. Empty after an error.
   std::vector<std::uint32_t> indices(const JsonNode& index) const;
+  /// Whether the buffer of a buffer view is there. It is not if it stands for compressed data.
+  bool has_bytes(const JsonNode& index) const;
   /// The bytes of a buffer view. Empty after an error.
   std::string_view view(const JsonNode& index) const;
-  /// The bytes that a uri names. Empty after an error.
-  std::string uri_bytes(const JsonNode& uri) const;
+  /// The bytes that a uri names. NOT_FOUND without a place if there is no such file. Else an error is also noted.
+  Result<std::string> uri_bytes(const JsonNode& uri) const;
 
  private:
   struct Accessor;

@@ -26,7 +26,7 @@ Point3d forward(const PlacedNode& placed) {
 
 std::optional<Light> read_light(const GltfData& data, const PlacedNode& placed, Notices& notices) {
   constexpr std::string_view kExtension = "KHR_lights_punctual";
-  const JsonNode index = placed.node["extensions"][kExtension]["light"];
+  const JsonNode index = placed.node["extensions"][kExtension]["light"].tolerant();
   if (!index.present()) {
     return std::nullopt;
   }
@@ -35,7 +35,7 @@ std::optional<Light> read_light(const GltfData& data, const PlacedNode& placed, 
   if (!found) {
     return std::nullopt;
   }
-  const JsonNode light = lights.at(*found);
+  const JsonNode light = lights.at(*found).tolerant();
   const auto color = light["color"].numbers<3>({1, 1, 1}, 0, 1);
   const double strength = light["intensity"].number(1, 0, 1e15) / kLumensPerWatt;
   const RgbColor power{static_cast<float>(color[0] * strength), static_cast<float>(color[1] * strength),

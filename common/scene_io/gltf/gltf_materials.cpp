@@ -39,7 +39,7 @@ GltfMaterials::Used GltfMaterials::use(const JsonNode& index) {
   const auto [found, added] = used_.try_emplace(from.present() ? from.path() : "", Used{});
   if (added) {
     texture_set_ = std::nullopt;
-    Material material = map(from);
+    Material material = map(from.tolerant());
     found->second = {static_cast<std::uint32_t>(loaded_.scene.materials.size()), texture_set_};
     loaded_.scene.materials.push_back(std::move(material));
   }
@@ -64,7 +64,11 @@ Material GltfMaterials::map(const JsonNode& from) {
   const double strength = extensions["KHR_materials_emissive_strength"]["emissiveStrength"].number(1, 0, 1e15);
   out.emission.rgb = to_rgb(from["emissiveFactor"].numbers<3>({0, 0, 0}, 0, 1e6), strength);
   if (out.emission.rgb != RgbColor{}) {
-    out.emission.texture = texture(from["emissiveTexture"], TextureImage::ColorSpace::srgb);
+    const JsonNode map = from["emissiveTexture"];
+    out.emission.texture = texture(map, TextureImage::ColorSpace::srgb);
+    if (map.present() && out.emission.texture == kNoTexture) {
+      out.emission.rgb = {};  // most of such a map is black
+    }
   }
   const PrincipledMaterial kind = principled(from, out.interior);
   // Green is roughness and blue metallic.
@@ -161,7 +165,7 @@ void GltfMaterials::say_left_out(const JsonNode& from) {
 
 std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSpace color_space) {
   constexpr std::uint64_t kNearest = 9728, kClamp = 33071, kMirror = 33648, kRepeat = 10497;
-  const JsonNode from = data_.element("textures", info["index"]);
+  const JsonNode from = data_.element("textures", info["index"]).tolerant();
   if (!from.present()) {
     return kNoTexture;
   }
@@ -201,9 +205,12 @@ std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSp
     notices_.left_out("textures with other texture coordinates than the first texture of their material");
     return kNoTexture;
   }
-  const std::optional<Sha256> asset = image(data_.element("images", from["source"]), out.file);
+  const JsonNode source = data_.element("images", from["source"]);
+  const std::optional<Sha256> asset = image(source, out.file);
   if (!asset) {
-    from["source"].fail("an image is expected");
+    if (!from["source"].present()) {
+      from["source"].fail("an image is expected");
+    }
     return kNoTexture;
   }
   texture_set_ = set;
@@ -228,7 +235,12 @@ std::optional<Sha256> GltfMaterials::image(const JsonNode& image, std::string& f
     return known->second.first;
   }
   const std::string uri = image["uri"].text();
-  std::string bytes = uri.empty() ? std::string(data_.view(image["bufferView"])) : data_.uri_bytes(image["uri"]);
+  Result<std::string> read = uri.empty() ? std::string(data_.view(image["bufferView"])) : data_.uri_bytes(image["uri"]);
+  if (read.status().code() == StatusCode::kNotFound) {
+    image["uri"].fault(message_of(read.status()), "the textures with it are left out");
+    return std::nullopt;
+  }
+  std::string bytes = std::move(read).value_or("");
   const std::optional<std::string_view> ending = ending_of(bytes);
   if (!ending || !data_.status().ok()) {
     image.fail("PNG or JPEG is expected");

@@ -2,12 +2,16 @@
 
 #include <cmath>
 
+#include "common/base/quantities.h"
+#include "common/math/vec.h"
+#include "common/scene/compiled/convert.h"
 #include "common/scene/document.h"
 
 namespace lightmill {
 namespace {
 
 enum Mode : std::uint64_t { kTriangles = 4, kStrip = 5, kFan = 6 };
+constexpr std::array<float, 3> kNoNormal{0, 0, 0};
 
 /// The corners of each triangle, by vertex (glTF 2.0, 3.7.2.1).
 std::vector<std::array<std::uint32_t, 3>> triangles_of(std::uint64_t mode, const std::vector<std::uint32_t>& v) {
@@ -29,21 +33,29 @@ std::vector<std::array<std::uint32_t, 3>> triangles_of(std::uint64_t mode, const
   return out;
 }
 
-/// The unit normal of a vertex whose own normal has no length: that of its first triangle with an area.
-std::array<float, 3> normal_at(const Mesh& mesh, std::uint32_t vertex) {
+/// Twice the area of a triangle, along its normal.
+Vec3d area_vector(const Mesh& mesh, const std::array<std::uint32_t, 3>& t) {
+  const Vec3d a = to_vec(mesh.positions[t[0]]);
+  return glm::cross(to_vec(mesh.positions[t[1]]) - a, to_vec(mesh.positions[t[2]]) - a);
+}
+
+bool has_area(const Mesh& mesh, const std::array<std::uint32_t, 3>& t) {
+  return glm::length(area_vector(mesh, t)) > 0;
+}
+
+/// Gives vertices whose normal is (0, 0, 0) that of their first triangle with an area, else (0, 0, 1).
+void replace_missing_normals(Mesh& mesh) {
   for (const auto& t : mesh.triangles) {
-    if (t[0] != vertex && t[1] != vertex && t[2] != vertex) {
-      continue;
-    }
-    const auto &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
-    const std::array<double, 3> u{b[0] - a[0], b[1] - a[1], b[2] - a[2]}, w{c[0] - a[0], c[1] - a[1], c[2] - a[2]};
-    const std::array<double, 3> n{u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]};
-    const double length = std::hypot(n[0], n[1], n[2]);
-    if (length > 1e-290) {
-      return {static_cast<float>(n[0] / length), static_cast<float>(n[1] / length), static_cast<float>(n[2] / length)};
+    const Vec3d n = area_vector(mesh, t);
+    const double length = std::hypot(n.x, n.y, n.z);
+    for (const std::uint32_t corner : t) {
+      if (length > 1e-290 && mesh.normals[corner] == kNoNormal) {
+        mesh.normals[corner] = {static_cast<float>(n.x / length), static_cast<float>(n.y / length),
+                                static_cast<float>(n.z / length)};
+      }
     }
   }
-  return {0, 0, 1};
+  std::ranges::replace(mesh.normals, kNoNormal, std::array<float, 3>{0, 0, 1});
 }
 
 /// The vertices of a primitive: the accessors' elements that its triangles use. Primitives often share accessors and
@@ -53,25 +65,35 @@ struct Vertices {
   std::vector<std::uint32_t> used;  ///< which of them, ascending
 };
 
-/// The vertices that the corners use, ascending. Replaces the corners by indices into this list.
-std::vector<std::uint32_t> compact(std::vector<std::uint32_t>& corners) {
+/// The vertices that the triangles use, ascending. Replaces their corners by indices into this list.
+std::vector<std::uint32_t> compact(std::vector<std::array<std::uint32_t, 3>>& triangles) {
   std::vector<std::uint32_t> used;
-  if (corners.empty()) {
+  if (triangles.empty()) {
     return used;
   }
-  const auto [low, high] = std::ranges::minmax(corners);
-  if ((high - low) / 16 > corners.size()) {  // a table would be large
-    used = corners;
+  std::uint32_t low = triangles[0][0], high = low;
+  for (const auto& t : triangles) {
+    low = std::min({low, t[0], t[1], t[2]});
+    high = std::max({high, t[0], t[1], t[2]});
+  }
+  if ((high - low) / 48 > triangles.size()) {  // a table would be large
+    for (const auto& t : triangles) {
+      used.insert(used.end(), t.begin(), t.end());
+    }
     std::ranges::sort(used);
     used.erase(std::unique(used.begin(), used.end()), used.end());
-    for (std::uint32_t& corner : corners) {
-      corner = static_cast<std::uint32_t>(std::ranges::lower_bound(used, corner) - used.begin());
+    for (auto& t : triangles) {
+      for (std::uint32_t& corner : t) {
+        corner = static_cast<std::uint32_t>(std::ranges::lower_bound(used, corner) - used.begin());
+      }
     }
     return used;
   }
   std::vector<std::uint32_t> place(std::size_t{high} - low + 1);
-  for (const std::uint32_t corner : corners) {
-    place[corner - low] = 1;
+  for (const auto& t : triangles) {
+    for (const std::uint32_t corner : t) {
+      place[corner - low] = 1;
+    }
   }
   for (std::size_t i = 0; i < place.size(); ++i) {
     if (place[i] != 0) {
@@ -79,8 +101,10 @@ std::vector<std::uint32_t> compact(std::vector<std::uint32_t>& corners) {
       used.push_back(low + static_cast<std::uint32_t>(i));
     }
   }
-  for (std::uint32_t& corner : corners) {
-    corner = place[corner - low];
+  for (auto& t : triangles) {
+    for (std::uint32_t& corner : t) {
+      corner = place[corner - low];
+    }
   }
   return used;
 }
@@ -94,28 +118,23 @@ bool fits(const GltfData& data, const JsonNode& attribute, std::string_view what
   return data.status().ok();
 }
 
-void read_normals(const GltfData& data, const JsonNode& attribute, const Vertices& vertices, Mesh& mesh,
-                  Notices& notices) {
-  constexpr int kMaxReplaced = 1000;  // each takes a search
+void read_normals(const GltfData& data, const JsonNode& attribute, const Vertices& vertices, Mesh& mesh) {
   const auto normals = fits(data, attribute, "normals", vertices) ? data.vectors<3>(attribute, vertices.used)
                                                                   : std::vector<std::array<double, 3>>();
-  if (!data.status().ok()) {
-    return;
-  }
-  int replaced = 0;
-  for (std::size_t i = 0; i < normals.size(); ++i) {
-    const auto& [x, y, z] = normals[i];
+  std::size_t missing = 0;
+  for (const auto& [x, y, z] : normals) {
     const double length = std::hypot(x, y, z);
     if (std::isfinite(length) && length > 1e-30) {
       mesh.normals.push_back(
           {static_cast<float>(x / length), static_cast<float>(y / length), static_cast<float>(z / length)});
-    } else if (++replaced <= kMaxReplaced) {
-      notices.once("normals without a direction were replaced by those of the faces");
-      mesh.normals.push_back(normal_at(mesh, static_cast<std::uint32_t>(i)));
     } else {
-      attribute.fail(fmt::format("more than {} normals have no direction", kMaxReplaced));
-      return;
+      mesh.normals.push_back(kNoNormal);
+      ++missing;
     }
+  }
+  if (missing > 0) {
+    attribute.fault(fmt::format("{} without a direction", counted(missing, "normal")), "those of the faces are used");
+    replace_missing_normals(mesh);
   }
 }
 
@@ -146,6 +165,45 @@ void say_attributes_left_out(const JsonNode& primitive, std::optional<std::uint6
   }
 }
 
+/// Whether the positions are not in the file, or only in a compressed form. Then it reports an error.
+bool is_lost(const GltfData& data, const JsonNode& primitive) {
+  const JsonNode position = primitive["attributes"]["POSITION"];
+  const JsonNode accessor = data.element("accessors", position);
+  const JsonNode view = data.element("bufferViews", accessor["bufferView"]);
+  for (const auto& [where, name] :
+       {std::pair{primitive, "KHR_draco_mesh_compression"}, std::pair{view, "EXT_meshopt_compression"},
+        std::pair{view, "KHR_meshopt_compression"}}) {
+    if (where["extensions"][name].present() && !data.has_bytes(accessor["bufferView"])) {
+      primitive.fail(fmt::format(
+          "its geometry is compressed ({}), and there is none beside it: export it without compression", name));
+      return true;
+    }
+  }
+  if (accessor.present() && !accessor["bufferView"].present() && !accessor["sparse"].present()) {
+    primitive.fail(fmt::format("its positions are not in the file: {} has no bufferView", accessor.path()));
+  }
+  return !data.status().ok();
+}
+
+/// Leaves out triangles with a vertex that does not exist.
+void leave_out_wrong_triangles(const JsonNode& indices, std::size_t vertices, Mesh& mesh) {
+  const auto is_wrong = [&](std::uint32_t corner) { return corner >= vertices; };
+  const auto wrong = [&](const auto& t) { return std::ranges::any_of(t, is_wrong); };
+  const auto first = std::ranges::find_if(mesh.triangles, wrong);
+  if (first == mesh.triangles.end()) {
+    return;
+  }
+  const std::string what =
+      fmt::format("vertex {} is out of range, there are {}", *std::ranges::find_if(*first, is_wrong), vertices);
+  const std::size_t left_out = std::erase_if(mesh.triangles, wrong);
+  if (mesh.triangles.empty()) {
+    indices.fail(what);
+  } else {
+    indices.fault(
+        what, fmt::format("{} skipped", left_out == 1 ? "the triangle is" : fmt::format("{} triangles are", left_out)));
+  }
+}
+
 }  // namespace
 
 void Notices::once(std::string notice) {
@@ -162,38 +220,45 @@ std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primiti
     return std::nullopt;
   }
   const JsonNode attributes = primitive["attributes"];
+  if (is_lost(data, primitive)) {
+    return std::nullopt;
+  }
   Mesh mesh;
   Vertices vertices;
   vertices.count = data.count(attributes["POSITION"]);
   std::vector<std::uint32_t> corners;
   if (primitive["indices"].present()) {
     corners = data.indices(primitive["indices"]);
-    for (const std::uint32_t corner : corners) {
-      if (corner >= vertices.count && data.status().ok()) {
-        primitive["indices"].fail(fmt::format("vertex {} is out of range, there are {}", corner, vertices.count));
-      }
-    }
-    if (!data.status().ok()) {
-      return std::nullopt;
-    }
-    vertices.used = compact(corners);
-    mesh.positions = data.vectors<3>(attributes["POSITION"], vertices.used);
   } else {
     mesh.positions = data.vectors<3>(attributes["POSITION"]);
     corners.resize(mesh.positions.size());
     std::iota(corners.begin(), corners.end(), 0u);
-    vertices.used = corners;
   }
   if (!data.status().ok()) {
     return std::nullopt;
   }
   mesh.triangles = triangles_of(mode, corners);
-  if (mesh.triangles.empty() || (mode == kTriangles && corners.size() % 3 != 0)) {
+  if (mesh.triangles.empty()) {
     primitive.fail(fmt::format("{} corners make no triangles", corners.size()));
     return std::nullopt;
   }
+  if (mode == kTriangles && corners.size() % 3 != 0) {
+    primitive.fault(fmt::format("{} corners make no whole number of triangles", corners.size()),
+                    "the last ones are skipped");
+  }
+  leave_out_wrong_triangles(primitive["indices"], vertices.count, mesh);
+  vertices.used = compact(mesh.triangles);
+  if (vertices.used.size() != mesh.positions.size()) {
+    mesh.positions = data.vectors<3>(attributes["POSITION"], vertices.used);
+  }
+  if (data.status().ok() && std::ranges::none_of(mesh.triangles, [&](const auto& t) { return has_area(mesh, t); })) {
+    primitive.fail("none of its triangles has an area");
+  }
+  if (!data.status().ok()) {
+    return std::nullopt;
+  }
   if (attributes["NORMAL"].present()) {
-    read_normals(data, attributes["NORMAL"], vertices, mesh, notices);
+    read_normals(data, attributes["NORMAL"], vertices, mesh);
   }
   say_attributes_left_out(primitive, texture_set, notices);
   if (texture_set) {

@@ -93,14 +93,6 @@ Transform compose(const Transform& a, const Transform& b) {
   return out;
 }
 
-Point3d transformed(const Transform& t, const Point3d& p) {
-  Point3d out;
-  for (std::size_t row = 0; row < 3; ++row) {
-    out[row] = t[row][0] * p[0] + t[row][1] * p[1] + t[row][2] * p[2] + t[row][3];
-  }
-  return out;
-}
-
 std::vector<PlacedNode> placed_nodes(const GltfData& data) {
   std::vector<PlacedNode> out;
   std::set<std::string> seen;

@@ -27,6 +27,4 @@ std::vector<PlacedNode> placed_nodes(const GltfData& data);
 /// a after b.
 Transform compose(const Transform& a, const Transform& b);
 
-Point3d transformed(const Transform& t, const Point3d& p);
-
 }  // namespace lightmill

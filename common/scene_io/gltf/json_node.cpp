@@ -5,6 +5,21 @@
 
 namespace lightmill {
 
+void FirstError::add_fault(const std::string& path, std::string_view what, std::string_view answer) {
+  // Faults of one kind are at places that differ only in their indices.
+  std::string kind = fmt::format("gltf {}", path);
+  std::erase_if(kind, [](char c) { return c >= '0' && c <= '9'; });
+  faults_.add(kind, fmt::format("{}: {}: {}", file_name_, path, what), answer);
+}
+
+void JsonNode::fail(std::string_view what) const {
+  if (tolerant_) {
+    fault(what, "it does not count");
+  } else {
+    errors_->add(invalid_argument("{}: {}", path_, what));
+  }
+}
+
 JsonNode JsonNode::operator[](std::string_view key) const {
   const nlohmann::json* member = nullptr;
   if (present()) {
@@ -14,11 +29,11 @@ JsonNode JsonNode::operator[](std::string_view key) const {
       member = &*found;
     }
   }
-  return {member, path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key), *errors_};
+  return {member, path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key), *errors_, tolerant_};
 }
 
 JsonNode JsonNode::at(std::size_t index) const {
-  return {&(*value_)[index], fmt::format("{}[{}]", path_, index), *errors_};
+  return {&(*value_)[index], fmt::format("{}[{}]", path_, index), *errors_, tolerant_};
 }
 
 std::size_t JsonNode::size() const {

@@ -10,21 +10,28 @@
 #include <string_view>
 
 #include "common/base/status.h"
+#include "common/scene_io/faults.h"
 
 namespace lightmill {
 
-/// The first error of a file. After an error, readers continue with a default and check now and then.
+/// The first error of a file, and its faults, which are no errors. After an error, readers continue with a default and
+/// check now and then.
 class FirstError {
  public:
+  explicit FirstError(std::string file_name) : file_name_(std::move(file_name)) {}
   void add(Status status) {
     if (first_.ok()) {
       first_ = std::move(status);
     }
   }
+  void add_fault(const std::string& path, std::string_view what, std::string_view answer);
   const Status& status() const { return first_; }
+  const Faults& faults() const { return faults_; }
 
  private:
+  std::string file_name_;
   Status first_;
+  Faults faults_;
 };
 
 /// A cheap view. The document and the FirstError must outlive it. Getters always return a value within their bounds:
@@ -34,12 +41,17 @@ class JsonNode {
  public:
   static constexpr double kAnything = std::numeric_limits<double>::max();
 
-  JsonNode(const nlohmann::json* value, std::string path, FirstError& errors)
-      : value_(value), path_(std::move(path)), errors_(&errors) {}
+  JsonNode(const nlohmann::json* value, std::string path, FirstError& errors, bool tolerant = false)
+      : value_(value), path_(std::move(path)), errors_(&errors), tolerant_(tolerant) {}
+
+  /// The same node, at which wrong values are faults. So they are below it.
+  JsonNode tolerant() const { return {value_, path_, *errors_, true}; }
 
   bool present() const { return value_ != nullptr; }
   const std::string& path() const { return path_; }
-  void fail(std::string_view what) const { errors_->add(invalid_argument("{}: {}", path_, what)); }
+  void fail(std::string_view what) const;
+  /// Adds a fault that is no error.
+  void fault(std::string_view what, std::string_view answer) const { errors_->add_fault(path_, what, answer); }
 
   /// A member of an object. Not present if there is none.
   JsonNode operator[](std::string_view key) const;
@@ -77,6 +89,7 @@ class JsonNode {
   const nlohmann::json* value_;
   std::string path_;
   FirstError* errors_;
+  bool tolerant_;
 };
 
 }  // namespace lightmill

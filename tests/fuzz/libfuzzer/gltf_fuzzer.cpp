@@ -11,7 +11,9 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace lightmill;
   static const google::protobuf::LogSilencer quiet;
-  const auto files = [](const std::string&) -> Result<std::string> { return std::string(64, '\0'); };
+  const auto files = [](const std::string& name) -> Result<SourceFile> {
+    return SourceFile{name, std::string(64, '\0')};
+  };
   const Result<LoadedScene> loaded = read_gltf(std::string(as_text(data, size)), "fuzz.gltf", true, files);
   if (!loaded.ok()) {
     expect_placed(loaded.status(), "fuzz.gltf: ");

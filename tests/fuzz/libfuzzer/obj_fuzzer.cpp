@@ -5,7 +5,8 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace lightmill;
-  const Result<ObjFile> file = read_obj(as_text(data, size), "fuzz.obj");
+  Faults faults;
+  const Result<ObjFile> file = read_obj(as_text(data, size), "fuzz.obj", faults);
   if (!file.ok()) {
     expect_placed(file.status(), "fuzz.obj:");
     return 0;

@@ -53,6 +53,8 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
       {"top", "--interval", "0.09s"},
       {"render", box, "--camera", file("none.json")},
       {"render", box, "--mtl", "magic"},
+      {"render", box, "--sky", "blue"},
+      {"render", box, "--camera", "1"},
       {"render", box, "-o", file("a.exr"), "--gamma", "2"},
       {"fetch", "1", "-o", file("a.exr"), "--exposure", "1"},
       {"watch", "1", "--view", "filmic"},

@@ -9,7 +9,7 @@
 
 namespace lightmill::test {
 
-inline Result<std::string> no_files(const std::string& name) {
+inline Result<SourceFile> no_files(const std::string& name) {
   return not_found("cannot open {}", name);
 }
 

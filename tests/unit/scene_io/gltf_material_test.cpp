@@ -36,7 +36,8 @@ TEST(GltfScene, MetallicRoughnessIsPrincipled) {
   EXPECT_EQ(gold.emission.rgb, (RgbColor{4, 0, 0}));
   EXPECT_TRUE(gold.two_sided_emission);
   EXPECT_EQ(notices, std::vector<std::string>{
-                         "the file has no camera: one was added that sees all of it from the front, above and right"});
+                         "there is no camera: one was added that sees all from the front, above and right (--camera "
+                         "chooses another)"});
   const Material matt =
       material(R"("extensions":{"KHR_materials_specular":{"specularColorFactor":[0,0,0]}})", &notices);
   EXPECT_EQ(std::get<PrincipledMaterial>(matt.kind).specular, 0);
@@ -174,26 +175,61 @@ TEST(GltfScene, TexturesAreKeptAsTheyAre) {
   EXPECT_EQ(mesh->texture_coordinates, (std::vector<std::array<float, 2>>{{0, 1}, {1, 1}, {0, 0}}));
 }
 
-TEST(GltfScene, MaterialMistakesAreNamed) {
-  const auto of = [](const std::string& members) {
-    return error(kOneNode + fmt::format(R"(,"materials":[{{{}}}])", members), R"(,"material":0)");
+TEST(GltfScene, WrongValuesOfMaterialsDoNotCount) {
+  const auto of = [](const std::string& members, LoadedScene& loaded) {
+    loaded = good(OneTriangle().text(kOneNode + fmt::format(R"(,"materials":[{{{}}}])", members), R"(,"material":0)"));
+    const std::vector<std::string> faults = loaded.faults.notices();
+    EXPECT_EQ(faults.size(), 1u) << members;
+    return faults.empty() ? "" : faults[0];
   };
-  EXPECT_EQ(of(R"("pbrMetallicRoughness":{"metallicFactor":2})"),
-            "a.gltf: materials[0].pbrMetallicRoughness.metallicFactor: a number from 0 to 1 is expected, got 2");
-  EXPECT_EQ(of(R"("emissiveFactor":[1,1])"),
-            "a.gltf: materials[0].emissiveFactor: a list of 3 is expected, got a list of 2");
+  LoadedScene loaded;
+  const std::string base = R"("pbrMetallicRoughness":{"roughnessFactor":0.25,)";
   EXPECT_EQ(
-      of(R"("pbrMetallicRoughness":{"baseColorTexture":{"index":0}})"),
+      of(base + R"("metallicFactor":2})", loaded),
+      "a.gltf: materials[0].pbrMetallicRoughness.metallicFactor: a number from 0 to 1 is expected, got 2; it does "
+      "not count");
+  const auto& kind = std::get<PrincipledMaterial>(loaded.scene.materials[0].kind);
+  EXPECT_EQ(kind.metallic, 1);  // the default of glTF
+  EXPECT_EQ(kind.roughness, 0.25);
+  EXPECT_EQ(of(R"("emissiveFactor":[1,1])", loaded),
+            "a.gltf: materials[0].emissiveFactor: a list of 3 is expected, got a list of 2; it does not count");
+  EXPECT_EQ(loaded.scene.materials[0].emission, TexturedColor{});
+  EXPECT_EQ(
+      of(base + R"("baseColorTexture":{"index":0}})", loaded),
       "a.gltf: materials[0].pbrMetallicRoughness.baseColorTexture.index: an index into the 0 textures is expected, "
-      "got 0");
+      "got 0; it does not count");
+}
+
+// Downloaded models often come without their images.
+TEST(GltfScene, TexturesWithoutTheirImageAreLeftOut) {
+  const LoadedScene loaded = good(OneTriangle().text(
+      kOneNode + R"(,"images":[{"uri":"a%20b.png"}],"textures":[{"source":0}],"materials":[{"emissiveFactor":[1,1,1],
+"emissiveTexture":{"index":0},"pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25,0,1],"baseColorTexture":{"index":0}}}])",
+      R"(,"material":0)"));
+  EXPECT_EQ(loaded.faults.notices(),
+            std::vector<std::string>{"a.gltf: images[0].uri: cannot open a b.png; the textures "
+                                     "with it are left out (and 1 more like it)"});
+  EXPECT_TRUE(loaded.scene.textures.empty());
+  EXPECT_EQ(loaded.scene.materials[0].emission, TexturedColor{});  // most of an emissive map is black
+  EXPECT_EQ(std::get<PrincipledMaterial>(loaded.scene.materials[0].kind).base_color.rgb, (RgbColor{0.5f, 0.25f, 0}));
+}
+
+TEST(GltfScene, ImageMistakesAreNamed) {
   EXPECT_EQ(error(kOneNode + R"(,"images":[{"bufferView":0}],"textures":[{"source":0}],
 "materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])",
                   R"(,"material":0)"),
             "a.gltf: images[0]: PNG or JPEG is expected");
-  EXPECT_EQ(
-      error(kOneNode + R"(,"textures":[{}],"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])",
-            R"(,"material":0)"),
-      "a.gltf: textures[0].source: an image is expected");
+  const std::string textured = R"("materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])";
+  for (const auto& [texture, fault] :
+       {std::pair{"{}", "a.gltf: textures[0].source: an image is expected"},
+        {R"({"source":0})", "a.gltf: textures[0].source: an index into the 0 images is expected, got 0"},
+        {R"({"source":0,"sampler":"x"})",
+         "a.gltf: textures[0].sampler: an index into the 0 samplers is expected, got \"x\""}}) {
+    const LoadedScene loaded = good(
+        OneTriangle().text(fmt::format("{},\"textures\":[{}],{}", kOneNode, texture, textured), R"(,"material":0)"));
+    EXPECT_EQ(loaded.faults.notices().at(0), std::string(fault) + "; it does not count");
+    EXPECT_TRUE(loaded.scene.textures.empty());
+  }
 }
 
 }  // namespace

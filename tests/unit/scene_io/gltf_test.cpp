@@ -21,6 +21,10 @@ using test::OneTriangle;
 using test::packed;
 using test::read;
 
+constexpr const char* kNoCamera =
+    "there is no camera: one was added that sees all from the front, above and right (--camera chooses another)";
+constexpr const char* kNoLight = "nothing emits light: an even white sky was added (--sky off leaves it out)";
+
 TEST(GltfScene, NodesHaveTheTransformsOfTheirParents) {
   const float s = std::sqrt(0.5f);  // half a right angle's quaternion
   const LoadedScene loaded = good(OneTriangle().text(fmt::format(
@@ -92,10 +96,26 @@ TEST(GltfScene, LightsHaveRadiometricUnits) {
   EXPECT_EQ(wide.notices.at(0),
             "left out: inner cones of spot lights that are wider than the outer ones: their edges are sharp");
   EXPECT_EQ(std::get<SpotLight>(wide.scene.lights.at(0).kind).blend, 0);
-  EXPECT_EQ(error(R"("extensions":{"KHR_lights_punctual":{"lights":[{"type":"laser"}]}},"nodes":[{"mesh":0,
-"extensions":{"KHR_lights_punctual":{"light":0}}}])"),
-            "a.gltf: extensions.KHR_lights_punctual.lights[0].type: point, directional or spot is expected, got "
-            "\"laser\"");
+}
+
+TEST(GltfScene, WrongValuesOfLightsDoNotCount) {
+  const auto of = [](const std::string& light, const std::string& index, const std::string& fault) {
+    const LoadedScene loaded = good(
+        OneTriangle().text(fmt::format(R"("extensions":{{"KHR_lights_punctual":{{"lights":[{}]}}}},"nodes":[{{"mesh":0,
+"extensions":{{"KHR_lights_punctual":{{"light":{}}}}}}}])",
+                                       light, index)));
+    EXPECT_EQ(loaded.faults.notices(), std::vector<std::string>{fault + "; it does not count"});
+    return loaded.scene.lights.at(0);
+  };
+  const std::string at = "a.gltf: extensions.KHR_lights_punctual.lights[0].";
+  const Light dim = of(R"({"type":"point","intensity":-1,"color":[0.5,0,0]})", "0",
+                       at + "intensity: a number from 0 to 1000000000000000 is expected, got -1");
+  EXPECT_EQ(std::get<PointLight>(dim.kind).intensity, (RgbColor{static_cast<float>(0.5 / 683), 0, 0}));
+  // Without its light the scene gets a sky.
+  const Light sky = of(R"({"type":"laser"})", "0", at + "type: point, directional or spot is expected, got \"laser\"");
+  EXPECT_TRUE(std::holds_alternative<EnvironmentLight>(sky.kind));
+  of(R"({"type":"point"})", "7",
+     "a.gltf: nodes[0].extensions.KHR_lights_punctual.light: an index into the 1 lights is expected, got 7");
 }
 
 TEST(GltfScene, CamerasLookAlongTheirNodes) {
@@ -141,7 +161,7 @@ TEST(GltfScene, ASceneWithoutLightGetsASkyAndANotice) {
   const LoadedScene lit = good(text);
   ASSERT_EQ(lit.scene.lights.size(), 1u);
   EXPECT_TRUE(std::holds_alternative<EnvironmentLight>(lit.scene.lights[0].kind));
-  EXPECT_EQ(lit.notices.back(), "nothing in the file emits light: an even white sky was added");
+  EXPECT_EQ(lit.notices.back(), kNoLight);
   const Result<LoadedScene> dark = read(text, false);
   ASSERT_TRUE(dark.ok()) << dark.status();
   EXPECT_TRUE(dark->scene.lights.empty());
@@ -153,15 +173,13 @@ TEST(GltfScene, OmissionsAreReportedOnce) {
 "materials":[{"normalTexture":{"index":0},"alphaMode":"BLEND"},{"normalTexture":{"index":0},"occlusionTexture":{"index":0}}],
 "nodes":[{"mesh":0,"scale":[0,1,1]},{"mesh":0,"skin":0},{"mesh":0,"name":"flat","scale":[1,1e-40,1]}])",
       R"(,"material":0},{"attributes":{"POSITION":0},"material":1)"));
-  EXPECT_EQ(
-      loaded.notices,
-      (std::vector<std::string>{
-          "left out: extension KHR_materials_sheen", "left out: normal maps",
-          "left out: alpha: what is transparent by it is rendered opaque",
-          "left out: occlusion maps (light is followed instead)", "left out: skins (meshes keep their modelled pose)",
-          "left out: objects with a scale of 0: nodes[0], nodes[2] \"flat\"", "left out: animations",
-          "the file has no camera: one was added that sees all of it from the front, above and right",
-          "nothing in the file emits light: an even white sky was added"}));
+  EXPECT_EQ(loaded.notices,
+            (std::vector<std::string>{"left out: extension KHR_materials_sheen", "left out: normal maps",
+                                      "left out: alpha: what is transparent by it is rendered opaque",
+                                      "left out: occlusion maps (light is followed instead)",
+                                      "left out: skins (meshes keep their modelled pose)",
+                                      "left out: objects with a scale of 0: nodes[0], nodes[2] \"flat\"",
+                                      "left out: animations", kNoCamera, kNoLight}));
   ASSERT_EQ(loaded.scene.objects.size(), 2u);
   EXPECT_EQ(loaded.scene.objects[0].name, "tri/materials[0]");
 }
@@ -174,10 +192,7 @@ TEST(GltfScene, UnlistedExtensionsAreReported) {
       R"(,"material":0)"));
   EXPECT_EQ(loaded.notices,
             (std::vector<std::string>{"left out: extension EXT_scenery", "left out: extension EXT_inner",
-                                      "left out: extension KHR_materials_sheen",
-                                      "the file has no camera: one was added that sees all of it from the front, "
-                                      "above and right",
-                                      "nothing in the file emits light: an even white sky was added"}));
+                                      "left out: extension KHR_materials_sheen", kNoCamera, kNoLight}));
 }
 
 TEST(GltfScene, ObjectsMayBeThinAndLong) {

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "common/base/file.h"
 #include "common/scene_io/load.h"
 
@@ -40,6 +42,12 @@ class Load : public ::testing::Test {
       text.erase(at, prefix.size());
     }
     return text;
+  }
+  /// The notices of a scene's faults, without the folder.
+  std::vector<std::string> faults_of(const LoadedScene& loaded) const {
+    std::vector<std::string> out = loaded.faults.notices();
+    std::ranges::transform(out, out.begin(), [&](const std::string& text) { return without_folder(text); });
+    return out;
   }
   static std::string document(const std::string& objects) {
     return R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "camera_constant": 1},

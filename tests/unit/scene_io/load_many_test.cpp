@@ -61,6 +61,20 @@ TEST_F(LoadMany, AnObjFileSearchesNoListOfMaterials) {
   EXPECT_EQ(loaded.scene.materials[loaded.scene.objects[0].material].name, nth_name(2 * test::kManyNames - 1));
 }
 
+TEST_F(LoadMany, FaultsAreNoListsThatAreSearched) {
+  const LoadedScene loaded = expect_no_list_is_searched([&](int count) {
+    std::string mtl = "newmtl known\n", obj = "mtllib A.MTL\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    for (int i = 0; i < count; ++i) {
+      mtl += fmt::format("newmtl {0}\nmap_Kd {0}.png\nKd {1}\n", nth_name(i), "1 2");
+      obj += fmt::format("{0} 1\nusemtl {0}\nf 1 2 3\nusemtl no{0}\nf 1 2 4 5\nf 1//9 2 3\n", nth_name(i));
+    }
+    write("a.mtl", mtl);
+    return write("a.obj", obj + "v 1 1 0\n");
+  });
+  EXPECT_EQ(loaded.scene.objects.size(), 4 * many_ + 1);
+  EXPECT_LE(loaded.faults.notices().size(), Faults::kMostKinds + 1);
+}
+
 TEST_F(LoadMany, ADocumentSearchesNoListOfMaterials) {
   const LoadedScene loaded = expect_no_list_is_searched([&](int count) {
     std::string materials, obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";

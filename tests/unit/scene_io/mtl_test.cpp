@@ -7,11 +7,16 @@
 namespace lightmill {
 namespace {
 
+std::vector<MtlMaterial> read_good(const std::string& text, const std::string& file = "box.mtl") {
+  Faults faults;
+  std::vector<MtlMaterial> read = read_mtl(text, file, faults);
+  EXPECT_TRUE(faults.empty()) << faults.as_error();
+  return read;
+}
+
 std::vector<Material> materials_of(const std::string& text, KaMeaning ka, std::vector<std::string>& notices) {
-  const Result<std::vector<MtlMaterial>> materials = read_mtl(text, "box.mtl");
-  EXPECT_TRUE(materials.ok()) << materials.status();
   Scene scene;
-  map_materials(*materials, ka, scene, notices);
+  map_materials(read_good(text), ka, scene, notices);
   return scene.materials;
 }
 
@@ -165,13 +170,12 @@ TEST(Mtl, TheListOfOmissionsIsBounded) {
   for (int i = 0; i < 200'000; ++i) {  // seconds, or minutes where all are compared with all
     text += fmt::format("{}x{} 1\n", i % 1000 == 0 ? fmt::format("newmtl m{}\n", i) : "", i);
   }
-  const Result<std::vector<MtlMaterial>> read = read_mtl(text + std::string(100'000, 'y') + " 1", "box.mtl");
-  ASSERT_TRUE(read.ok()) << read.status();
-  EXPECT_EQ(read->front().unused.size(), kMaxMtlUnused);
-  EXPECT_EQ(read->front().unused.back(), (MtlUnused{"more statements"}));
-  EXPECT_EQ(read->front().unused.back().line, 1 + static_cast<int>(kMaxMtlUnused));
+  const std::vector<MtlMaterial> read = read_good(text + std::string(100'000, 'y') + " 1");
+  EXPECT_EQ(read.front().unused.size(), kMaxMtlUnused);
+  EXPECT_EQ(read.front().unused.back(), (MtlUnused{"more statements"}));
+  EXPECT_EQ(read.front().unused.back().line, 1 + static_cast<int>(kMaxMtlUnused));
   Scene scene;
-  map_materials(*read, KaMeaning::automatic, scene, notices);
+  map_materials(read, KaMeaning::automatic, scene, notices);
   ASSERT_EQ(notices.size(), 101u);
   EXPECT_EQ(notices.front(), "left out: box.mtl:2: x0 of material \"m0\"");
   EXPECT_TRUE(notices.back().starts_with("left out: ")) << notices.back();
@@ -179,34 +183,29 @@ TEST(Mtl, TheListOfOmissionsIsBounded) {
 }
 
 TEST(Mtl, MapOptionsAreRead) {
-  const Result<std::vector<MtlMaterial>> read = read_mtl(
+  const std::vector<MtlMaterial> read = read_good(
       "newmtl a\r\nmap_Kd -s 2 3 1 -o 0.5 -clamp on -blendu off -mm 0 1 my wood.png \\\r\n# a comment\n"
       "map_kd -boost 2 -s 4 second.png\nmap_Pr -imfchan g rough.png\nmap_Ke -weird.png\n"
-      "map_Kd -mm 0.1 2 -t 1 1 third -s.png\nbump -bm 0.5 b.png\nmap_Bump c.png\nrefl -type sphere d.png\n",
-      "box.mtl");
-  ASSERT_TRUE(read.ok()) << read.status();
-  const MtlMaterial& material = read->front();
+      "map_Kd -mm 0.1 2 -t 1 1 third -s.png\nbump -bm 0.5 b.png\nmap_Bump c.png\nrefl -type sphere d.png\n");
+  const MtlMaterial& material = read.front();
   EXPECT_EQ(material.maps, (std::vector<MtlMap>{{"map_Pr", "rough.png", {1, 1}, {0, 0}, false, 'g'},
                                                 {"map_Ke", "-weird.png", {1, 1}, {0, 0}, false, 'l'},
                                                 {"map_Kd", "third -s.png", {1, 1}, {0, 0}, false, 'l'}}));
   EXPECT_EQ(material.unused,
             (std::vector<MtlUnused>{{"map_Kd -mm"}, {"map_Kd -t"}, {"bump"}, {"map_Bump"}, {"refl -type"}, {"refl"}}));
-  const Result<std::vector<MtlMaterial>> first =
-      read_mtl("newmtl a\nmap_Kd -s 2 3 1 -o 0.5 -clamp on my wood.png", "box.mtl");
-  ASSERT_TRUE(first.ok()) << first.status();
-  EXPECT_EQ(*first->front().map("map_Kd"), (MtlMap{"map_Kd", "my wood.png", {2, 3}, {0.5, 0}, true, 'l'}));
-  EXPECT_EQ(first->front().map("map_Ks"), nullptr);
+  const std::vector<MtlMaterial> first = read_good("newmtl a\nmap_Kd -s 2 3 1 -o 0.5 -clamp on my wood.png");
+  EXPECT_EQ(*first.front().map("map_Kd"), (MtlMap{"map_Kd", "my wood.png", {2, 3}, {0.5, 0}, true, 'l'}));
+  EXPECT_EQ(first.front().map("map_Ks"), nullptr);
 }
 
 TEST(Mtl, MapsBecomeTextures) {
-  const Result<std::vector<MtlMaterial>> read = read_mtl(
+  const std::vector<MtlMaterial> read = read_good(
       "newmtl a\nKd 0.5 0.5 0.5\nmap_Kd -s 2 3 -o 0.5 -clamp on wood.png\nnewmtl b\nmap_Kd wood.png\nnewmtl c\n"
       "map_Kd wood.png\nillum 3\nmap_Ks m.png\nnewmtl d\nmap_Ke glow.png\n",
       "folder/box.mtl");
-  ASSERT_TRUE(read.ok()) << read.status();
   Scene scene;
   std::vector<std::string> notices;
-  map_materials(*read, KaMeaning::automatic, scene, notices);
+  map_materials(read, KaMeaning::automatic, scene, notices);
   ASSERT_EQ(scene.textures.size(), 4u);
   const TextureImage& wood = scene.textures[0];
   EXPECT_EQ(wood.file, "folder/wood.png");
@@ -223,12 +222,10 @@ TEST(Mtl, MapsBecomeTextures) {
 }
 
 TEST(Mtl, NumbersAreRead) {
-  const Result<std::vector<MtlMaterial>> read = read_mtl(
+  const std::vector<MtlMaterial> read = read_good(
       "newmtl a\nNs 50\nd -halo 0.25\nPr 0.5\nPm 1\nPc .5\nPcr .1\nTf 1 .5 0\nnewmtl b\nTr 0.25\n"
-      "Kd spectral a.rfl 1\nKs xyz 1 1 1\nsharpness 60\n",
-      "box.mtl");
-  ASSERT_TRUE(read.ok()) << read.status();
-  const MtlMaterial& a = read->front();
+      "Kd spectral a.rfl 1\nKs xyz 1 1 1\nsharpness 60\n");
+  const MtlMaterial& a = read.front();
   EXPECT_EQ(a.exponent, 50);
   EXPECT_EQ(a.opacity, 0.25);
   EXPECT_EQ(a.roughness, 0.5);
@@ -236,28 +233,55 @@ TEST(Mtl, NumbersAreRead) {
   EXPECT_EQ(a.coat, 0.5);
   EXPECT_EQ(a.coat_roughness, 0.1);
   EXPECT_EQ(a.tf, (RgbColor{1, 0.5f, 0}));
-  EXPECT_EQ((*read)[1].opacity, 0.75);
-  EXPECT_EQ((*read)[1].unused, (std::vector<MtlUnused>{{"Kd spectral"}, {"Ks xyz"}, {"sharpness"}}));
+  EXPECT_EQ(read[1].opacity, 0.75);
+  EXPECT_EQ(read[1].unused, (std::vector<MtlUnused>{{"Kd spectral"}, {"Ks xyz"}, {"sharpness"}}));
 }
 
-TEST(Mtl, MistakesAreReportedWithTheirPlace) {
-  const auto error = [](const std::string& text) { return message_of(read_mtl(text, "box.mtl").status()); };
-  EXPECT_EQ(error("Kd 1 1 1"), "box.mtl:1: newmtl is expected before \"Kd\"");
-  EXPECT_EQ(error("newmtl"), "box.mtl:1: newmtl: the name of a material is expected");
-  EXPECT_EQ(error("newmtl a\nKd 1 1"), "box.mtl:2: Kd: three numbers are expected, got 2");
-  EXPECT_EQ(error("newmtl a\nKd 1 1 1 1"), "box.mtl:2: Kd: three numbers are expected, got more");
-  EXPECT_EQ(error("newmtl a\nKd 1 nan 1"), "box.mtl:2: Kd: a finite number is expected, got \"nan\"");
-  EXPECT_EQ(error("newmtl a\nKe 1 -1 1"), "box.mtl:2: Ke: numbers from 0 to 1e20 are expected, got -1");
-  EXPECT_EQ(error("newmtl a\nNi x"), "box.mtl:2: Ni: a number in (0, 10] is expected, got \"x\"");
-  EXPECT_EQ(error("newmtl a\nd x"), "box.mtl:2: d: a number from 0 to 1 is expected, got \"x\"");
-  EXPECT_EQ(error("newmtl a\nmap_Kd -clamp x a.png"), "box.mtl:2: map_Kd: -clamp: on or off is expected, got \"x\"");
-  EXPECT_EQ(error("newmtl a\nmap_Kd -s a.png"), "box.mtl:2: map_Kd: -s: one to three numbers are expected");
-  EXPECT_EQ(error("newmtl a\nmap_Kd -s 1e7 a.png"),
+TEST(Mtl, OddStatementsAreSkippedAndNamedWithTheirPlace) {
+  const auto fault = [](const std::string& text) {
+    Faults faults;
+    read_mtl(text, "box.mtl", faults);
+    const std::vector<std::string> all = faults.notices();
+    EXPECT_EQ(all.size(), 1u) << text;
+    constexpr std::string_view kAnswer = "; the line is skipped";
+    EXPECT_TRUE(!all.empty() && all[0].ends_with(kAnswer)) << text;
+    return all.empty() ? "" : all[0].substr(0, all[0].size() - kAnswer.size());
+  };
+  EXPECT_EQ(fault("Kd 1 1 1"), "box.mtl:1: newmtl is expected before \"Kd\"");
+  EXPECT_EQ(fault("newmtl"), "box.mtl:1: newmtl: the name of a material is expected");
+  EXPECT_EQ(fault("newmtl a\nKd 1 1"), "box.mtl:2: Kd: three numbers are expected, got 2");
+  EXPECT_EQ(fault("newmtl a\nKd 1 1 1 1"), "box.mtl:2: Kd: three numbers are expected, got more");
+  EXPECT_EQ(fault("newmtl a\nKd 1 nan 1"), "box.mtl:2: Kd: a finite number is expected, got \"nan\"");
+  EXPECT_EQ(fault("newmtl a\nKe 1 -1 1"), "box.mtl:2: Ke: numbers from 0 to 1e20 are expected, got -1");
+  EXPECT_EQ(fault("newmtl a\nNi x"), "box.mtl:2: Ni: a number in (0, 10] is expected, got \"x\"");
+  EXPECT_EQ(fault("newmtl a\nNi 0"), "box.mtl:2: Ni: a number in (0, 10] is expected, got \"0\"");
+  EXPECT_EQ(fault("newmtl a\nd x"), "box.mtl:2: d: a number from 0 to 1 is expected, got \"x\"");
+  EXPECT_EQ(fault("newmtl a\nTr -1"), "box.mtl:2: Tr: a number from 0 to 1 is expected, got \"-1\"");
+  EXPECT_EQ(fault("newmtl a\nNs -1"), "box.mtl:2: Ns: a number from 0 to 1000000000 is expected, got \"-1\"");
+  EXPECT_EQ(fault("newmtl a\nmap_Kd"), "box.mtl:2: map_Kd: the name of a file is expected");
+  EXPECT_EQ(fault("newmtl a\nmap_Kd -clamp x a.png"), "box.mtl:2: map_Kd: -clamp: on or off is expected, got \"x\"");
+  EXPECT_EQ(fault("newmtl a\nmap_Kd -s a.png"), "box.mtl:2: map_Kd: -s: one to three numbers are expected");
+  EXPECT_EQ(fault("newmtl a\nmap_Kd -s 1e7 a.png"),
             "box.mtl:2: map_Kd: -s: numbers of at most 1e6 are expected, got 10000000");
-  EXPECT_EQ(error("newmtl a\nmap_Kd -mm 1 a.png"), "box.mtl:2: map_Kd: -mm: 2 numbers are expected, got 1");
-  EXPECT_EQ(error("newmtl a\nmap_Pr -imfchan q a.png"),
+  EXPECT_EQ(fault("newmtl a\nmap_Kd -mm 1 a.png"), "box.mtl:2: map_Kd: -mm: 2 numbers are expected, got 1");
+  EXPECT_EQ(fault("newmtl a\nmap_Pr -imfchan q a.png"),
             "box.mtl:2: map_Pr: -imfchan: one of r, g, b, m, l, z is expected, got \"q\"");
-  EXPECT_EQ(error("newmtl a\nillum x"), "box.mtl:2: illum: the number of an illumination model is expected, got \"x\"");
+  EXPECT_EQ(fault("newmtl a\nillum x"), "box.mtl:2: illum: the number of an illumination model is expected, got \"x\"");
+}
+
+TEST(Mtl, AnOddStatementChangesNothingElse) {
+  Faults faults;
+  const std::vector<MtlMaterial> read =
+      read_mtl("newmtl a\rKd 1 0 0\rKd 1 2\rNs x\rillum 2\rnewmtl b\rKd 0 1 0\r", "box.mtl", faults);
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[0].kd, (RgbColor{1, 0, 0}));
+  EXPECT_EQ(read[0].illum, 2);
+  EXPECT_FALSE(read[0].exponent);
+  EXPECT_EQ(read[1].kd, (RgbColor{0, 1, 0}));
+  EXPECT_EQ(faults.notices(),
+            (std::vector<std::string>{
+                "box.mtl:3: Kd: three numbers are expected, got 2; the line is skipped",
+                "box.mtl:4: Ns: a number from 0 to 1000000000 is expected, got \"x\"; the line is skipped"}));
 }
 
 }  // namespace

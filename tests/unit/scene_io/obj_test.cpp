@@ -7,13 +7,22 @@
 namespace lightmill {
 namespace {
 
+Result<ObjFile> obj_of(const std::string& text, std::vector<std::string>* notices = nullptr) {
+  Faults faults;
+  Result<ObjFile> file = read_obj(text, "box.obj", faults);
+  if (notices != nullptr) {
+    *notices = faults.notices();
+  }
+  return file;
+}
+
 std::string obj_error(const std::string& text) {
-  const Result<ObjFile> file = read_obj(text, "box.obj");
+  const Result<ObjFile> file = obj_of(text);
   return file.ok() ? "no error" : message_of(file.status());
 }
 
-Mesh mesh_of(const std::string& text) {
-  const Result<ObjFile> file = read_obj(text, "box.obj");
+Mesh mesh_of(const std::string& text, std::vector<std::string>* notices = nullptr) {
+  const Result<ObjFile> file = obj_of(text, notices);
   EXPECT_TRUE(file.ok()) << file.status();
   std::vector<const ObjPart*> parts;
   for (const ObjPart& part : file->parts) {
@@ -62,10 +71,9 @@ TEST(Obj, WhitespaceCommentsAndContinuationsAreUnderstood) {
 }
 
 TEST(Obj, FacesOfOneMaterialFormOnePart) {
-  const Result<ObjFile> file = read_obj(kSquare +
-                                            "mtllib a.mtl\no thing\ng one two\ns off\nusemtl red\nf 1 2 3\nusemtl pale "
-                                            "blue\nf 1 3 4\nusemtl red\nf 2 3 4\nusemtl unused\n",
-                                        "x.obj");
+  const Result<ObjFile> file = obj_of(kSquare +
+                                      "mtllib a.mtl\no thing\ng one two\ns off\nusemtl red\nf 1 2 3\nusemtl pale "
+                                      "blue\nf 1 3 4\nusemtl red\nf 2 3 4\nusemtl unused\n");
   ASSERT_TRUE(file.ok()) << file.status();
   ASSERT_EQ(file->parts.size(), 2u);
   EXPECT_EQ(file->parts[0].material, "red");
@@ -93,7 +101,7 @@ TEST(Obj, ConcavePolygonsAreCovered) {
   // The dart's fan from its first corner would leave it.
   const std::string dart = "v 4 0 0\nv 1 1 0\nv 0 4 0\nv 0 0 0\n";
   EXPECT_EQ(mesh_of(dart + "f 1 2 3 4\n").triangles, (Triangles{{0, 1, 2}, {0, 2, 3}}));
-  const Result<ObjFile> crossing = read_obj("v 0 0 0\nv 2 2 0\nv 2 0 0\nv 0 1 0\nf 1 2 3 4\nf 4 3 2 1\n", "box.obj");
+  const Result<ObjFile> crossing = obj_of("v 0 0 0\nv 2 2 0\nv 2 0 0\nv 0 1 0\nf 1 2 3 4\nf 4 3 2 1\n");
   ASSERT_TRUE(crossing.ok()) << crossing.status();
   EXPECT_EQ(crossing->notices,
             std::vector<std::string>{"polygons of box.obj cross themselves, and were cut into fans"});
@@ -183,47 +191,146 @@ TEST(Obj, AMillionTrianglesShareTheirVertices) {
   EXPECT_EQ(mesh.positions.size(), 501'264u);
 }
 
-TEST(Obj, MistakesAreReportedWithTheirPlace) {
+using Texts = std::vector<std::string>;
+
+TEST(Obj, FilesWithoutAFaceAreMistakes) {
   EXPECT_EQ(obj_error(kSquare), "box.obj: the mesh is empty, at least one face (f) is expected");
   EXPECT_EQ(obj_error(""), "box.obj: the mesh is empty, at least one face (f) is expected");
-  EXPECT_EQ(obj_error(kSquare + "f 1 2 5"), "box.obj:5: f: index 5 is out of range, there are 4 vertices so far");
-  EXPECT_EQ(obj_error(kSquare + "f 1 2 -5"), "box.obj:5: f: index -5 is out of range, there are 4 vertices so far");
-  EXPECT_EQ(obj_error(kSquare + "f 0 1 2"), "box.obj:5: f: index 0 is out of range, there are 4 vertices so far");
-  EXPECT_EQ(obj_error(kSquare + "f 1//1 2//1 3//1"),
-            "box.obj:5: f: index 1 is out of range, there are 0 normals so far");
-  EXPECT_EQ(obj_error(kSquare + "f 1 2"), "box.obj:5: f: at least 3 corners are expected, got 2");
-  EXPECT_EQ(obj_error(kSquare + "f 1 2 x"), "box.obj:5: f: an index is expected, got \"x\"");
-  EXPECT_EQ(obj_error(kSquare + "f 1 2 3.5"), "box.obj:5: f: an index is expected, got \"3.5\"");
-  EXPECT_EQ(obj_error(kSquare + "f 1/ 2/ 3/"), "box.obj:5: f: v, v/t, v//n or v/t/n is expected, got \"1/\"");
-  EXPECT_EQ(obj_error(kSquare + "f 1/a/1 2 3"), "box.obj:5: f: an index is expected, got \"a\"");
-  EXPECT_EQ(obj_error(kSquare + "f 1 2 99999999999999999999"),
-            "box.obj:5: f: an index is expected, got \"99999999999999999999\"");
-  EXPECT_EQ(obj_error("v 1 2"), "box.obj:1: v: three numbers are expected, got 2");
-  const std::string digits(std::size_t{2} << 20, '7');
-  for (const char* before : {"v 1 ", "v 1 2 3 4 x", "vt x", "s x"}) {
-    const std::string message = obj_error(before + digits + "x");
-    EXPECT_LT(message.size(), 400u) << before;
-    EXPECT_TRUE(message.starts_with("box.obj:1: ") && message.ends_with("777…")) << message;
+  EXPECT_EQ(obj_error(kSquare + "f 1 2\nf 1 2 9\n"), "box.obj:5: f: at least 3 corners are expected, got 2");
+  EXPECT_EQ(obj_error(kSquare + "f 1 2 2\n\nf 1 1 1 1\n"), "box.obj:5: f: this face and all others have no area");
+  EXPECT_EQ(obj_error(kSquare + "f 1 2 2\nf 1 2 3\n"), "no error");
+}
+
+/// Of a file with a good square after the statements.
+Texts faults_of(const std::string& statements) {
+  Texts notices;
+  const Mesh mesh = mesh_of(statements + "\n" + kSquare + "f -4 -3 -2 -1", &notices);
+  EXPECT_EQ(mesh.triangles.size(), 2u) << statements;
+  return notices;
+}
+
+TEST(Obj, OddStatementsAreSkippedAndNamedWithTheirPlace) {
+  const auto fault = [](const std::string& statements) {
+    const Texts all = faults_of(statements);
+    EXPECT_EQ(all.size(), 1u) << statements;
+    return all.empty() ? "" : all[0];
+  };
+  EXPECT_EQ(fault("vertex 1 2 3"),
+            "box.obj:1: unknown statement \"vertex\"; v, vt, vn, f, o, g, s, usemtl or mtllib is expected; the line is "
+            "skipped");
+  EXPECT_EQ(fault("\n\nf 1 2 x"), "box.obj:3: f: an index is expected, got \"x\"; the face is skipped");
+  EXPECT_EQ(fault("f 1 2 \xe9\x1b"), "box.obj:1: f: an index is expected, got \"\\xe9\\x1b\"; the face is skipped");
+  EXPECT_EQ(fault("f 0 1 2"),
+            "box.obj:1: f: index 0 is out of range, there are 0 vertices so far; the face is skipped");
+  EXPECT_EQ(fault("f 1 2 -5"),
+            "box.obj:1: f: index -5 is out of range, there are 0 vertices so far; the face is skipped");
+  EXPECT_EQ(fault("f 1 2 5"), "box.obj:1: f: index 5 is out of range, there are 4 vertices; the face is skipped");
+  EXPECT_EQ(fault("f 1 2 99999999999999999999"),
+            "box.obj:1: f: an index is expected, got \"99999999999999999999\"; the face is skipped");
+  EXPECT_EQ(fault("f 1 2\nf 3\nf"),
+            "box.obj:1: f: at least 3 corners are expected, got 2; the face is skipped (and 2 more like it)");
+  EXPECT_EQ(fault("v 1 2"), "box.obj:1: v: three numbers are expected, got 2; the faces there are skipped");
+  EXPECT_EQ(fault("v 1 nan 2"), "box.obj:1: v: a finite number is expected, got \"nan\"; the faces there are skipped");
+  EXPECT_EQ(fault("v 1 1e999 2"),
+            "box.obj:1: v: a finite number is expected, got \"1e999\"; the faces there are skipped");
+  EXPECT_EQ(fault("v 1 2 1e13"),
+            "box.obj:1: v: numbers of at most 1000000000000 are expected, got 1e13; the faces there are skipped");
+  EXPECT_EQ(fault("vn 1 2 three"), "box.obj:1: vn: a finite number is expected, got \"three\"; it does not count");
+  EXPECT_EQ(fault("vn 0 0 0"), "box.obj:1: vn: a direction is expected, got (0, 0, 0); it does not count");
+  EXPECT_EQ(fault("vt"), "box.obj:1: vt: a number is expected; it counts as (0, 0)");
+  EXPECT_EQ(fault("vt 0 1e10"),
+            "box.obj:1: vt: numbers of at most 1000000000 are expected, got 1e10; it counts as (0, 0)");
+  EXPECT_EQ(fault("s x"),
+            "box.obj:1: s: the number of a smoothing group or off is expected, got \"x\"; the line is skipped");
+  EXPECT_EQ(fault("mtllib"), "box.obj:1: mtllib: a file name is expected; the line is skipped");
+  EXPECT_EQ(fault("usemtl"),
+            "box.obj:1: usemtl: the name of a material is expected; the faces are rendered as grey diffuse");
+}
+
+TEST(Obj, FaultsOfAKindAreOneNotice) {
+  std::string text;
+  for (int i = 0; i < 1000; ++i) {
+    text += fmt::format("odd{} 1\nf 1 2 x\n", i);
   }
-  EXPECT_EQ(obj_error("v 1 nan 2"), "box.obj:1: v: a finite number is expected, got \"nan\"");
-  EXPECT_EQ(obj_error("v 1 inf 2"), "box.obj:1: v: a finite number is expected, got \"inf\"");
-  EXPECT_EQ(obj_error("v 1 1e999 2"), "box.obj:1: v: a finite number is expected, got \"1e999\"");
-  EXPECT_EQ(obj_error("v 1 2 1e13"), "box.obj:1: v: numbers of at most 1000000000000 are expected, got 1e13");
-  EXPECT_EQ(obj_error("\n\nvn 1 2 three"), "box.obj:3: vn: a finite number is expected, got \"three\"");
-  EXPECT_EQ(obj_error(kSquare + "vt 0 0\nf 1/1 2/2 3/1"),
-            "box.obj:6: f: index 2 is out of range, there are 1 texture coordinates so far");
-  EXPECT_EQ(obj_error("vt"), "box.obj:1: vt: a number is expected");
-  EXPECT_EQ(obj_error("vt 0 nan"), "box.obj:1: vt: a finite number is expected, got \"nan\"");
-  EXPECT_EQ(obj_error("vt 0 1e10"), "box.obj:1: vt: numbers of at most 1000000000 are expected, got 1e10");
-  EXPECT_EQ(obj_error("s x"), "box.obj:1: s: the number of a smoothing group or off is expected, got \"x\"");
-  EXPECT_EQ(obj_error("s -1"), "box.obj:1: s: the number of a smoothing group or off is expected, got \"-1\"");
-  EXPECT_EQ(obj_error("usemtl"), "box.obj:1: usemtl: the name of a material is expected");
-  EXPECT_EQ(obj_error("v 0 0 0\nvertex 1 2 3"),
-            "box.obj:2: unknown statement \"vertex\"; v, vt, vn, f, o, g, s, usemtl or mtllib is expected");
+  const Texts all = faults_of(text);
+  ASSERT_EQ(all.size(), Faults::kMostKinds + 1);
+  EXPECT_EQ(all[1], "box.obj:2: f: an index is expected, got \"x\"; the face is skipped (and 999 more like it)");
+  EXPECT_EQ(all.back(), "901 faults of other kinds are not listed");  // 1000 statements and the faces are 1001 kinds
+  const std::string digits(std::size_t{2} << 20, '7');
+  for (const char* before : {"v 1 ", "vt x", "s x", ""}) {
+    const Texts cut = faults_of(before + digits + "x");
+    ASSERT_EQ(cut.size(), 1u);
+    EXPECT_LT(cut[0].size(), 500u) << before;
+  }
+}
+
+TEST(Obj, FacesOfUnreadableVerticesAreSkipped) {
+  Texts notices;
+  const Mesh mesh = mesh_of("v 0 0 0\nv 1 #IND 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n", &notices);
+  EXPECT_EQ(mesh.positions, (std::vector<std::array<double, 3>>{{0, 0, 0}, {1, 1, 0}, {0, 1, 0}}));
+  EXPECT_EQ(notices, (Texts{"box.obj:2: v: three numbers are expected, got 1; the faces there are skipped",
+                            "box.obj:5: f: vertex 2 cannot be read; the face is skipped"}));
+}
+
+TEST(Obj, EmptyAndWrongIndicesOfACornerDoNotCount) {
+  for (const std::string face : {"f 1/ 2/ 3/", "f 1// 2// 3//", "f 1/0 2/0 3/0", "f 1/a 2/a 3/a", "f 1/7 2/7 3/7",
+                                 "f 1/-7 2/-7 3/-7", "f 1//7 2//7 3//7", "f 1/7/7 2/7/7 3/7/7"}) {
+    Texts notices;
+    const Mesh mesh = mesh_of(kSquare + "vt 1 1\nvn 0 0 1\n" + face, &notices);
+    EXPECT_EQ(mesh.triangles, (Triangles{{0, 1, 2}})) << face;
+    EXPECT_TRUE(mesh.normals.empty() && mesh.texture_coordinates.empty()) << face;
+    ASSERT_EQ(notices.size(), 1u) << face;
+    EXPECT_TRUE(notices[0].starts_with("box.obj:7: f: ")) << notices[0];
+    EXPECT_NE(notices[0].find("; the index does not count (and "), std::string::npos) << notices[0];
+  }
+  Texts notices;
+  const Mesh mesh = mesh_of(kSquare + "vt 0.5 1\nf 1/1/ 2/1/ 3/1/\n", &notices);
+  EXPECT_EQ(mesh.texture_coordinates, std::vector<Uv>(3, Uv{0.5f, 1}));
+  EXPECT_EQ(notices, Texts{"box.obj:6: f: v, v/t, v//n or v/t/n is expected, got \"1/1/\"; the index does not count "
+                           "(and 2 more like it)"});
+}
+
+// Each kind of index may name what the file defines later, beside indices that count from the end.
+TEST(Obj, FacesMayNameWhatFollowsThem) {
+  Texts notices;
+  Mesh mesh = mesh_of(kSquare + "vt 0.25 1\nf 1/1/1 2/-1/1 -2/1/1 4/2/1\nvn 0 0 3\nvt 0.5 1\n", &notices);
+  EXPECT_EQ(mesh.triangles.size(), 2u);
+  EXPECT_EQ(mesh.normals, (std::vector<std::array<float, 3>>(4, {0, 0, 1})));
+  EXPECT_EQ(mesh.texture_coordinates, (std::vector<Uv>{{0.25f, 1}, {0.25f, 1}, {0.25f, 1}, {0.5f, 1}}));
+  EXPECT_TRUE(notices.empty());
+  // The faces have the material and the smoothing group of their place.
+  const std::string faces = "usemtl a\ns 1\nf 1 2 4 3\nusemtl b\ns 1\nf 3 4 6 5\ns off\nusemtl a\nf 1 2 3\n";
+  const Result<ObjFile> late = obj_of(faces + kRoof), early = obj_of(kRoof + faces);
+  ASSERT_TRUE(late.ok() && early.ok()) << late.status();
+  ASSERT_EQ(late->parts.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const ObjPart *const a = &late->parts[i], *const b = &early->parts[i];
+    EXPECT_EQ(a->material, b->material);
+    EXPECT_EQ(encode_mesh(make_mesh(*late, std::span(&a, 1))), encode_mesh(make_mesh(*early, std::span(&b, 1))));
+  }
+}
+
+TEST(Obj, LinesEndWithAnyMixtureOfCrAndLf) {
+  const std::string lines = kSquare + "# a comment\nf 1 2 3 \\\n 4\nodd\n";
+  Texts expected;
+  const Mesh mesh = mesh_of(lines, &expected);
+  ASSERT_EQ(expected.size(), 1u);
+  EXPECT_TRUE(expected[0].starts_with("box.obj:8: ")) << expected[0];
+  for (const std::string_view end : {"\r", "\r\n"}) {
+    for (const std::size_t from : {std::size_t{0}, std::size_t{10}}) {  // all lines, or those after the first
+      std::string text = lines.substr(0, from);
+      for (const char c : lines.substr(from)) {
+        text += c == '\n' ? end : std::string_view(&c, 1);
+      }
+      Texts notices;
+      EXPECT_EQ(encode_mesh(mesh_of(text, &notices)), encode_mesh(mesh));
+      EXPECT_EQ(notices, expected);
+    }
+  }
 }
 
 TEST(Obj, OmissionsAreReportedOnce) {
-  const Result<ObjFile> file = read_obj(kSquare + "l 1 2\nl 2 3\np 1\nf 1 2 3\n", "box.obj");
+  const Result<ObjFile> file = obj_of(kSquare + "l 1 2\nl 2 3\np 1\nf 1 2 3\n");
   ASSERT_TRUE(file.ok()) << file.status();
   EXPECT_EQ(file->notices, (std::vector<std::string>{"left out: \"l\" statements of box.obj",
                                                      "left out: \"p\" statements of box.obj"}));

@@ -80,9 +80,8 @@ TEST_F(HandedScene, NamesMissingFilesOfEveryKind) {
   hand("lamp.json",
        with(R"("lights": [{"ies": {"file": ")" + there + R"(", "position": [0, 0, 0], "direction": [0, 0, 1]}}])"));
   hand("plain.json", document(R"([{"material": "red", "sphere": {"center": [0, 0, 0], "radius": 1}}])"));
-  hand("lib.obj", "mtllib " + there + "\n" + kTriangles);
   hand("buffer.gltf", R"({"asset": {"version": "2.0"}, "buffers": [{"uri": "../there.bin", "byteLength": 4}]})");
-  for (const std::string& name : std::vector<std::string>{"texture.json", "sky.json", "lamp.json", "lib.obj"}) {
+  for (const std::string& name : std::vector<std::string>{"texture.json", "sky.json", "lamp.json"}) {
     const std::string message = error_of(name);
     EXPECT_NE(message.find(there + ": " + kNotThere), std::string::npos) << name << ": " << message;
     EXPECT_NE(message.find(name + ":"), std::string::npos) << message;
@@ -91,6 +90,37 @@ TEST_F(HandedScene, NamesMissingFilesOfEveryKind) {
     EXPECT_NE(error_of("plain.json", camera).find(kNotThere), std::string::npos) << error_of("plain.json", camera);
   }
   EXPECT_NE(error_of(obj).find("no such file"), std::string::npos) << error_of(obj);
+}
+
+// Neither the path as written nor another spelling of it leads to a file of this machine.
+TEST_F(HandedScene, LeavesOutMissingLibraries) {
+  const std::string there = write("There.mtl", "newmtl red\nKd 1 0 0\n").string();
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(folder_);
+  for (const std::string& name : {there, std::string("There.mtl"), std::string("there.MTL"), "assets/../" + there,
+                                  std::string(".\\There.mtl"), "C:" + there}) {
+    hand("lib.obj", "mtllib " + name + "\n" + kTriangles);
+    const auto loaded = load_handed({"lib.obj"});
+    ASSERT_TRUE(loaded.ok()) << message_of(loaded.status());
+    EXPECT_EQ(loaded->faults.notices(),
+              std::vector<std::string>{fmt::format("lib.obj:1: mtllib: there is no file {}; its materials are rendered "
+                                                   "as grey diffuse",
+                                                   name)});
+    files_ = UploadedFiles([this](const Sha256& digest) -> Result<std::string> { return bytes_.at(digest); });
+  }
+  std::filesystem::current_path(before);
+}
+
+TEST_F(HandedScene, FindsFilesInOtherSpellings) {
+  hand("Models/PARTS/Colours.MTL", "newmtl red\nKd 1 0 0\nnewmtl green\n");
+  hand("Models/a.obj", "mtllib .\\parts\\colours.mtl\n" + kTriangles);
+  hand("Models/PARTS.txt", "");
+  const auto loaded = load_handed({"Models/a.obj"});
+  ASSERT_TRUE(loaded.ok()) << message_of(loaded.status());
+  EXPECT_EQ(
+      loaded->faults.notices(),
+      std::vector<std::string>{"Models/a.obj:1: mtllib: there is no file .\\parts\\colours.mtl; PARTS/Colours.MTL "
+                               "is read instead"});
 }
 
 TEST_F(HandedScene, LeavesOutMissingMaps) {

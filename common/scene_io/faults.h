@@ -1,0 +1,41 @@
+// Faults of a scene's files that do not stop its loading.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/status.h"
+
+namespace lightmill {
+
+/// A list of faults with their places, and of what was done instead. Faults of one kind share one notice, so the list
+/// stays short.
+class Faults {
+ public:
+  static constexpr std::size_t kMostKinds = 100;  ///< that are named
+
+  /// `fault` begins with its place: "box.obj:12: …". `answer` says what is done instead: "the face is skipped". Both may
+  /// contain any bytes.
+  void add(std::string_view kind, std::string_view fault, std::string_view answer);
+
+  bool empty() const { return kinds_.empty(); }
+  /// Whether there is a fault of this kind. Then the texts of further ones are not used.
+  bool has(std::string_view kind) const { return index_.contains(kind); }
+  /// One for each kind, in the order of the first: "box.obj:12: f: …; the face is skipped (and 3 more like it)".
+  std::vector<std::string> notices() const;
+  /// The first fault as an error.
+  Status as_error() const;
+
+ private:
+  struct Kind {
+    std::string fault, answer;
+    std::size_t others = 0;
+  };
+  std::vector<Kind> kinds_;
+  std::map<std::string, std::size_t, std::less<>> index_;  ///< in kinds_
+  std::size_t beyond_ = 0;                                 ///< faults of further kinds
+};
+
+}  // namespace lightmill

@@ -1,0 +1,136 @@
+// Files with odd lines, as programs write them and people rename them.
+#include "tests/unit/scene_io/gltf_text.h"
+#include "tests/unit/scene_io/load_fixture.h"
+
+namespace lightmill {
+namespace fs = std::filesystem;
+namespace {
+
+using test::kTriangles;
+
+/// A folder with a library of materials.
+class OddFile : public test::Load {
+ protected:
+  void SetUp() override {
+    Load::SetUp();
+    fs::create_directories(folder_ / "parts");
+    write("parts/colours.mtl", "newmtl red\nKd 1 0 0\n");
+  }
+  LoadedScene good(const fs::path& path) {
+    Result<LoadedScene> loaded = load({path});
+    EXPECT_TRUE(loaded.ok()) << loaded.status();
+    return std::move(loaded).value_or(LoadedScene());
+  }
+  /// One red triangle, with this library.
+  LoadedScene with_library(const std::string& name) {
+    return good(write("a.obj", "mtllib " + name + "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n"));
+  }
+  static RgbColor colour_of(const LoadedScene& loaded) {
+    EXPECT_EQ(loaded.scene.materials.size(), 1u);
+    return std::get<DiffuseMaterial>(loaded.scene.materials.at(0).kind).reflectance.rgb;
+  }
+};
+using Texts = std::vector<std::string>;
+
+constexpr RgbColor kRed{1, 0, 0}, kGrey{0.5f, 0.5f, 0.5f};
+
+TEST_F(OddFile, AMissingLibraryMakesItsMaterialsGrey) {
+  for (const std::string name : {"not-here.mtl", "not here.mtl"}) {
+    const LoadedScene loaded = with_library(name);
+    EXPECT_EQ(colour_of(loaded), kGrey);
+    EXPECT_EQ(loaded.scene.materials[0].name, "red");
+    EXPECT_EQ(faults_of(loaded),
+              Texts{fmt::format("a.obj:1: mtllib: there is no file {}; its materials are rendered as "
+                                "grey diffuse",
+                                name)});
+    EXPECT_EQ(without_folder(loaded.notices[0]), faults_of(loaded)[0]);
+  }
+}
+
+TEST_F(OddFile, OtherLibrariesOfTheLineAreRead) {
+  const LoadedScene loaded = with_library("not-here.mtl parts/colours.mtl");
+  EXPECT_EQ(colour_of(loaded), kRed);
+  EXPECT_EQ(faults_of(loaded),
+            Texts{"a.obj:1: mtllib: there is no file not-here.mtl; its materials are rendered as grey diffuse"});
+}
+
+// A path of Windows, another case, a folder of the machine where the file was made.
+TEST_F(OddFile, FilesAreFoundInOtherSpellings) {
+  for (const std::string name : {".\\parts\\colours.mtl", "PARTS/Colours.MTL", "parts/../PARTS\\COLOURS.mtl"}) {
+    const LoadedScene loaded = with_library(name);
+    EXPECT_EQ(colour_of(loaded), kRed) << name;
+    EXPECT_EQ(faults_of(loaded),
+              Texts{fmt::format("a.obj:1: mtllib: there is no file {}; parts/colours.mtl is read instead", name)});
+  }
+  write("Beside.mtl", "newmtl red\nKd 1 0 0\n");
+  for (const std::string name : {"C:\\Users\\x\\beside.mtl", "/data/x/Beside.mtl", "elsewhere/Beside.mtl"}) {
+    EXPECT_EQ(colour_of(with_library(name)), kRed) << name;
+  }
+  write("Two words.mtl", "newmtl red\nKd 1 0 0\n");
+  EXPECT_EQ(colour_of(with_library("two WORDS.mtl")), kRed);
+  EXPECT_TRUE(faults_of(with_library("./parts//colours.mtl")).empty());
+  EXPECT_TRUE(faults_of(with_library("assets/../parts/colours.mtl")).empty());
+}
+
+TEST_F(OddFile, MapsAreFoundInOtherSpellings) {
+  write("parts/Wood.PNG", "an image's bytes");
+  write("parts/colours.mtl", "newmtl red\nmap_Kd wood.png\n");
+  const LoadedScene loaded = with_library("parts/colours.mtl");
+  ASSERT_EQ(loaded.images.size(), 1u);
+  EXPECT_EQ(faults_of(loaded), Texts{"parts/colours.mtl:2: map_Kd of material \"red\": there is no file wood.png; "
+                                     "Wood.PNG is read instead"});
+}
+
+TEST_F(OddFile, GltfFilesAreFoundInOtherSpellings) {
+  test::GltfBuffer buffer;
+  buffer.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
+  write("parts/My Data.BIN", buffer.bytes());
+  const LoadedScene loaded = good(write(
+      "a.gltf", test::gltf(buffer.members("Parts%5Cmy%20data.bin") +
+                           R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}])")));
+  EXPECT_EQ(faults_of(loaded),
+            Texts{"a.gltf: buffers[0].uri: there is no file Parts\\my data.bin; parts/My Data.BIN is "
+                  "read instead"});
+}
+
+TEST_F(OddFile, UnknownMaterialsAreGrey) {
+  const std::string text =
+      "mtllib parts/colours.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl (null)\nf 1 2 3\nusemtl red\n"
+      "f 1 2 3\nusemtl None\nf 1 2 3\n";
+  const LoadedScene loaded = good(write("a.obj", text));
+  ASSERT_EQ(loaded.scene.materials.size(), 3u);
+  EXPECT_EQ(loaded.scene.materials[0].name, "(null)");
+  EXPECT_EQ(std::get<DiffuseMaterial>(loaded.scene.materials[0].kind).reflectance.rgb, kGrey);
+  EXPECT_EQ(std::get<DiffuseMaterial>(loaded.scene.materials[1].kind).reflectance.rgb, kRed);
+  EXPECT_EQ(faults_of(loaded),
+            Texts{"a.obj:5: unknown material \"(null)\". Known materials: red; it is rendered as grey "
+                  "diffuse (and 1 more like it)"});
+}
+
+TEST_F(OddFile, AStrictReaderRefuses) {
+  LoadOptions strict;
+  strict.strict = true;
+  const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  EXPECT_EQ(error({write("a.obj", triangle)}, strict), "no error");
+  EXPECT_EQ(error({write("a.obj", triangle + "odd\nf 1 2 9\n")}, strict),
+            "--strict: a.obj:5: unknown statement \"odd\"; v, vt, vn, f, o, g, s, usemtl or mtllib is expected");
+  EXPECT_EQ(error({write("a.obj", "mtllib none.mtl\n" + triangle)}, strict),
+            "--strict: a.obj:1: mtllib: there is no file none.mtl");
+  write("a.mtl", "newmtl a\nKd 1\nKd 1 2\n");
+  EXPECT_EQ(error({write("a.obj", "mtllib a.mtl\n" + triangle)}, strict),
+            "--strict: a.mtl:3: Kd: three numbers are expected, got 2");
+  write("assets/m.obj", triangle + "f 1 2\n");
+  const auto json = write("a.json", document(R"([{"material": "red", "mesh": {"file": "assets/m.obj"}}])"));
+  EXPECT_EQ(error({json}, strict), "--strict: assets/m.obj:5: f: at least 3 corners are expected, got 2");
+  EXPECT_EQ(error({json}), "no error");
+  test::GltfBuffer buffer;
+  buffer.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
+  const std::string gltf = test::gltf(buffer.embedded() + R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0},
+"material":0}]}],"materials":[{"pbrMetallicRoughness":{"roughnessFactor":2}}],"nodes":[{"mesh":0}])");
+  EXPECT_EQ(
+      error({write("a.gltf", gltf)}, strict),
+      "--strict: a.gltf: materials[0].pbrMetallicRoughness.roughnessFactor: a number from 0 to 1 is expected, got 2");
+}
+
+}  // namespace
+}  // namespace lightmill
