@@ -17,7 +17,8 @@ constexpr std::uint64_t kMostBytes = std::uint64_t{16} << 20;
 struct Type {
   std::string_view extension, content_type;
 };
-constexpr std::array<Type, 7> kTypes{{{".html", "text/html; charset=utf-8"},
+constexpr std::string_view kHtml = ".html";
+constexpr std::array<Type, 7> kTypes{{{kHtml, "text/html; charset=utf-8"},
                                       {".js", "text/javascript; charset=utf-8"},
                                       {".css", "text/css; charset=utf-8"},
                                       {".json", "application/json"},
@@ -62,6 +63,8 @@ Result<PageFiles> PageFiles::load(const fs::path& folder) {
     file.immutable = path.starts_with("/assets/");
     if (path == "/index.html") {
       pages.files_.emplace("/", file);
+    } else if (path.ends_with(kHtml)) {
+      pages.files_.emplace(path.substr(0, path.size() - kHtml.size()), file);
     }
     pages.files_.emplace(path, std::move(file));
   }

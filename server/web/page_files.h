@@ -21,7 +21,8 @@ struct PageFile {
 
 class PageFiles {
  public:
-  /// Loads all files of known types in the folder. "index.html" is also "/". NOT_FOUND says how to build the page.
+  /// Loads all files of known types in the folder. "index.html" is also "/", and "docs.html" is also
+  /// "/docs". NOT_FOUND says how to build the page.
   static Result<PageFiles> load(const std::filesystem::path& folder);
   /// `path` begins with '/'. Null if there is no such file.
   const PageFile* find(std::string_view path) const;

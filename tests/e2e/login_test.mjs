@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import {after, before, test} from 'node:test';
 import {eventually} from './farm.mjs';
-import {assertFits, Session} from './session.mjs';
+import {assertFits, kDesktop, kPhone, Session} from './session.mjs';
 
 const [programs] = process.argv.slice(2);
 const session = new Session(programs);
@@ -76,6 +76,13 @@ test('no script can read the login, and a reload keeps it', async () => {
   await page.goto(`${farm.page}#/jobs`);
   await page.reload();
   await page.getByRole('link', {name: 'of ada'}).waitFor();
+});
+
+test('the header of a user who is logged in fits a phone', async () => {
+  await page.setViewportSize(kPhone);
+  await page.getByRole('button', {name: 'Log out'}).waitFor();
+  await assertFits(page);
+  await page.setViewportSize(kDesktop);
 });
 
 test('a user who logs out is asked again', async () => {

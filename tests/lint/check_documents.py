@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the links of documents. --sentences prints the lengths of the documents' sentences.
+"""Checks the links and blocks of documents. --sentences prints the lengths of the documents' sentences.
 
   check_documents.py ROOT [--sentences]
 """
@@ -45,6 +45,15 @@ def broken_links(root, files):
                 yield f"{file.relative_to(root)}: there is no heading for {target}"
 
 
+def unmarked_blocks(root, files):
+    """Blocks without a language. The test of the documents' commands runs those of the language `sh`."""
+    for file in files:
+        fences = [(number, line) for number, line in enumerate(file.read_text().split("\n"), 1) if line.startswith("```")]
+        for number, line in fences[::2]:
+            if line == "```":
+                yield f"{file.relative_to(root)}:{number}: a block without a language: sh for commands, text for what they print"
+
+
 def sentences(text):
     """Word counts of sentences, without code, headings and tables. A bullet of a few words is none."""
     text = CODE.sub("\n\n", text)
@@ -79,9 +88,9 @@ def main():
     if options.sentences:
         show_sentences(root, files)
         return 0
-    broken = list(broken_links(root, files))
-    print("\n".join(broken) if broken else f"{len(files)} documents: all links lead somewhere")
-    return 1 if broken else 0
+    faults = [*broken_links(root, files), *unmarked_blocks(root, files)]
+    print("\n".join(faults) if faults else f"{len(files)} documents: all links lead somewhere, and all blocks have a language")
+    return 1 if faults else 0
 
 
 if __name__ == "__main__":

@@ -17,10 +17,13 @@ class Documents(unittest.TestCase):
         self.root = pathlib.Path(folder.name).resolve()
         subprocess.run(["git", "init", "-q", self.root], check=True)
 
-    def broken(self, **texts):
+    def write(self, **texts):
         for name, text in texts.items():
             (self.root / f"{name}.md").write_text(text)
-        return list(check_documents.broken_links(self.root, check_documents.documents(self.root)))
+        return self.root, check_documents.documents(self.root)
+
+    def broken(self, **texts):
+        return list(check_documents.broken_links(*self.write(**texts)))
 
     def test_links_with_a_target_pass(self):
         self.assertEqual(self.broken(a="# A title, `code` & more\n[b](b.md#two-words) [c](#a-title-code--more) [d](https://x.example/)\n",
@@ -31,6 +34,10 @@ class Documents(unittest.TestCase):
 
     def test_a_missing_heading_is_found(self):
         self.assertEqual(self.broken(a="[b](b.md#one)", b="# Two\n```\n# One\n```\n"), ["a.md: there is no heading for b.md#one"])
+
+    def test_a_block_without_a_language_is_found(self):
+        blocks = self.write(a="```sh\nls\n```\n\n```\nls\n```\n\n```text\na\n```\n")
+        self.assertEqual([fault.split(": ")[0] for fault in check_documents.unmarked_blocks(*blocks)], ["a.md:5"])
 
     def test_words_of_sentences_are_counted(self):
         text = "# A heading counts as no sentence\n\nOne two three. Four five\nsix [seven eight](a.md) `nine ten`.\n\n- a bullet\n" \

@@ -65,6 +65,7 @@ function Header({route, theme, onTheme}: {route: Route; theme: Theme; onTheme: (
         <a href="#/lab" aria-current={here('lab')}>
           Lab
         </a>
+        <a href="docs">Docs</a>
       </nav>
       <span class="spacer" />
       <span class={`link link-${link}`} role="status">

@@ -39,6 +39,23 @@ TEST(PageFiles, OnlyFilesOfTheFolderAreFound) {
   }
 }
 
+TEST(PageFiles, PagesAreFoundWithoutTheirExtension) {
+  const TemporaryFolder folder;
+  write(folder.path() / "index.html", "<p>");
+  write(folder.path() / "docs.html", "<h1>");
+  write(folder.path() / "docs" / "guide" / "render.html", "<h2>");
+  const Result<PageFiles> files = PageFiles::load(folder.path());
+  ASSERT_TRUE(files.ok()) << files.status();
+  for (const auto& [path, text] :
+       {std::pair{"/docs", "<h1>"}, {"/docs/guide/render", "<h2>"}, {"/docs/guide/render.html", "<h2>"}}) {
+    ASSERT_NE(files->find(path), nullptr) << path;
+    EXPECT_EQ(*files->find(path)->bytes, text);
+  }
+  for (const char* path : {"/index", "/docs/", "/docs/guide"}) {
+    EXPECT_EQ(files->find(path), nullptr) << path;
+  }
+}
+
 TEST(PageFiles, AMissingPageIsReportedWithItsBuildTarget) {
   const TemporaryFolder folder;
   const Result<PageFiles> files = PageFiles::load(folder.path());
