@@ -7,14 +7,13 @@
 #include <cstring>
 
 #include "common/image/read/opened_image.h"
-#include "common/image/texel_checks.h"
 
 namespace lightmill {
 namespace {
 
 /// For the header, and in addition to pixels.
 constexpr std::uint64_t kBaseMemory = std::uint64_t{512} << 20;
-/// Per pixel while it is decoded: its bytes in Texels, and as much again for readers.
+/// Per pixel while it is decoded: its bytes in Texels, and as much again for readers, or for pixels to be moved.
 constexpr std::uint64_t kMemoryOfPixel = 32;
 constexpr std::uint64_t kMostBytesOfPixel = 16;
 
@@ -44,9 +43,9 @@ Result<DecodeReply> try_decode(const DecodeRequest& request, int file, int room)
   if (request.max_pixels == 0) {
     return reply;
   }
-  LM_RETURN_IF_ERROR(check_pixels(reply.width, reply.height, request.max_pixels));
-  grow_memory(memory_for(request, image->size().pixels));
-  const std::uint64_t size = image->size().pixels * reply.bytes_per_pixel;
+  LM_RETURN_IF_ERROR(image->check_limit(request.max_pixels));
+  grow_memory(memory_for(request, image->most_pixels()));
+  const std::uint64_t size = image->size().pixels() * reply.bytes_per_pixel;
   if (::ftruncate(room, static_cast<off_t>(size)) != 0) {
     return resource_exhausted("no room for {} bytes of pixels: {}", size, std::strerror(errno));
   }

@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "common/scene/validate/validate.h"
+#include "common/scene_io/picture_notices.h"
 
 namespace lightmill::cli {
 namespace {
@@ -21,10 +21,7 @@ Status check_image(DecoderProcess& decoder, const ImageAsset& image, LoadedScene
   if (!texels.ok()) {
     return with_context(texels.status(), image.place);
   }
-  const Status size = image.environment ? check_environment_size(texels->width, texels->height) : ok_status();
-  if (!size.ok()) {
-    return with_context(size, fmt::format("{}: {}", image.place, image.name));
-  }
+  LM_RETURN_IF_ERROR(check_environment_image(image, texels->width, texels->height, loaded.notices));
   if (const std::uint64_t negative = negative_pixels(*texels); negative > 0) {
     loaded.notices.push_back(fmt::format("{}: {}: {} of {} pixels have negative values, which count as 0", image.place,
                                          image.name, negative, std::int64_t{texels->width} * texels->height));

@@ -166,6 +166,13 @@ IesProfile unfold_sideways(const IesProfile& half) {
   return whole;
 }
 
+/// Whether 360 is left out at the end of a circle. Some makers do so, because it has the values of 0.
+bool is_open_circle(const std::vector<double>& horizontal) {
+  constexpr double kRounding = 0.02;  // share of a step
+  const double last = horizontal.back(), step = last - horizontal[horizontal.size() - 2];
+  return horizontal.front() == 0 && last > 180 && std::abs(360 - last - step) < kRounding * step;
+}
+
 /// Upper bound of the number of horizontal angles after `unfold`.
 std::size_t most_unfolded(const std::vector<double>& horizontal) {
   if (horizontal.size() == 1) {
@@ -176,7 +183,7 @@ std::size_t most_unfolded(const std::vector<double>& horizontal) {
   }
   return horizontal.front() == 90   ? 2 * horizontal.size() + 1
          : horizontal.back() == 180 ? 2 * horizontal.size() - 1
-                                    : horizontal.size();
+                                    : horizontal.size() + 1;
 }
 
 /// Expands the symmetry that the range of horizontal angles implies.
@@ -189,6 +196,11 @@ Status unfold(const IesText& text, IesProfile& profile) {
   }
   if (first == 90 && last == 270) {
     profile = unfold_sideways(profile);
+    return ok_status();
+  }
+  if (is_open_circle(profile.horizontal)) {
+    add_row(profile, 360, row_of(profile, 0));
+    profile.notices.push_back(fmt::format("the horizontal angles end at {}: at 360 are the values of 0", last));
     return ok_status();
   }
   if (first != 0 || (last != 90 && last != 180 && last != 360)) {
@@ -295,7 +307,15 @@ Result<IesProfile> read_ies(std::string_view text, std::string_view file) {
     profile.candela.push_back(candela * factor);
   }
   LM_RETURN_IF_ERROR(unfold(in, profile));
-  profile.tilted = head.tilted;
+  if (head.tilted) {
+    profile.notices.emplace_back(
+        "the factors for tilted mounting (TILT) are left out: the light has its measured intensity");
+  }
+  if (const double low = profile.vertical.front(), high = profile.vertical.back();
+      (low != 0 && low != 90) || (high != 90 && high != 180)) {
+    profile.notices.push_back(fmt::format(
+        "the vertical angles go from {} to {}, not from 0 or 90 to 90 or 180: there is no light beyond", low, high));
+  }
   return profile;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -16,10 +17,10 @@ inline constexpr std::uint64_t kMaxIesBytes = 64ull << 20;          ///< of a fi
 /// Intensity distribution of a luminaire of photometric type C. Symmetries of the file are expanded. Its multiplier and
 /// ballast factors are applied.
 struct IesProfile {
-  std::vector<double> vertical;    ///< degrees from the axis (nadir), ascending in [0, 180]; at least 2
-  std::vector<double> horizontal;  ///< degrees about the axis, ascending from 0 to 360
-  std::vector<double> candela;     ///< [horizontal][vertical]
-  bool tilted = false;             ///< the file has factors for tilted mounting; they are ignored
+  std::vector<double> vertical;           ///< degrees from the axis (nadir), ascending in [0, 180]; at least 2
+  std::vector<double> horizontal;         ///< degrees about the axis, ascending from 0 to 360
+  std::vector<double> candela;            ///< [horizontal][vertical]
+  std::vector<std::string> notices = {};  ///< what is read in another way than the file says
 
   /// Intensity at two angles in degrees: bilinear between the given angles, zero below the first and above the last
   /// vertical angle.
@@ -29,7 +30,8 @@ struct IesProfile {
 };
 
 /// Reads LM-63 of 1986, 1991, 1995, 2002 or 2019. Errors name file and line: "lamp.ies:12: …". Factors for tilted
-/// mounting (TILT=INCLUDE or a file) are skipped, so the luminaire shines as it was measured.
+/// mounting (TILT=INCLUDE or a file) are skipped, so the luminaire shines as it was measured. A circle without its last
+/// angle is closed.
 Result<IesProfile> read_ies(std::string_view text, std::string_view file);
 
 }  // namespace lightmill

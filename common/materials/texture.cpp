@@ -12,6 +12,27 @@ F8 floor(F8 x) {
   return F8(_mm256_floor_ps(x.v));
 }
 
+/// Maps to [0, 1].
+F8 wrapped(F8 coordinate, TextureWrap wrap) {
+  if (wrap == TextureWrap::repeat) {
+    return coordinate - floor(coordinate);
+  }
+  if (wrap == TextureWrap::mirror) {
+    const F8 half = coordinate * F8(0.5f);
+    const F8 turn = (half - floor(half)) * F8(2.0f);  // in [0, 2]
+    return min(turn, F8(2.0f) - turn);
+  }
+  return min(max(coordinate, F8(0.0f)), F8(1.0f));
+}
+
+/// For indices from −1 to `size`. The mirrored neighbour of a border texel is itself.
+U8 wrapped_index(U8 index, std::uint32_t size, TextureWrap wrap) {
+  const M8 below = signed_less(index, U8(0u));
+  const M8 above = ~signed_less(index, U8(size));
+  const bool repeat = wrap == TextureWrap::repeat;
+  return select(below, U8(repeat ? size - 1 : 0), select(above, U8(repeat ? 0 : size - 1), index));
+}
+
 }  // namespace
 
 double srgb_decode_fixed(double encoded) {
@@ -47,22 +68,6 @@ Texture::Texture(std::shared_ptr<const Texels> texels, const TextureSettings& se
   }
 }
 
-/// Maps to [0, 1]: repeats, or takes the nearest point of the image.
-F8 Texture::wrapped(F8 coordinate) const {
-  if (settings_.wrap == TextureWrap::repeat) {
-    return coordinate - floor(coordinate);
-  }
-  return min(max(coordinate, F8(0.0f)), F8(1.0f));
-}
-
-/// For indices from −1 to `size`.
-U8 Texture::wrapped_index(U8 index, std::uint32_t size) const {
-  const M8 below = signed_less(index, U8(0u));
-  const M8 above = ~signed_less(index, U8(size));
-  const bool repeat = settings_.wrap == TextureWrap::repeat;
-  return select(below, U8(repeat ? size - 1 : 0), select(above, U8(repeat ? 0 : size - 1), index));
-}
-
 Texture::Rgba8 Texture::texel(U8 x, U8 y, M8 lanes) const {
   const U8 index = y * U8(static_cast<std::uint32_t>(texels_->width)) + x;
   if (!texels_->bytes.empty()) {
@@ -81,8 +86,9 @@ Texture::Rgba8 Texture::texel(U8 x, U8 y, M8 lanes) const {
 Texture::Rgba8 Texture::lookup(F8 u, F8 v, M8 lanes) const {
   const auto width = static_cast<std::uint32_t>(texels_->width);
   const auto height = static_cast<std::uint32_t>(texels_->height);
-  u = wrapped(u * F8(settings_.scale[0]) + F8(settings_.offset[0]));
-  const F8 up = wrapped(v * F8(settings_.scale[1]) + F8(settings_.offset[1]));
+  const auto [wrap_u, wrap_v] = settings_.wrap;
+  u = wrapped(u * F8(settings_.scale[0]) + F8(settings_.offset[0]), wrap_u);
+  const F8 up = wrapped(v * F8(settings_.scale[1]) + F8(settings_.offset[1]), wrap_v);
   const F8 x = u * F8(static_cast<float>(width));
   const F8 y = (F8(1.0f) - up) * F8(static_cast<float>(height));
   if (settings_.filter == TextureFilter::nearest) {
@@ -93,9 +99,9 @@ Texture::Rgba8 Texture::lookup(F8 u, F8 v, M8 lanes) const {
   }
   const F8 left = floor(x - F8(0.5f)), top = floor(y - F8(0.5f));
   const F8 fx = x - F8(0.5f) - left, fy = y - F8(0.5f) - top;
-  const U8 x0 = wrapped_index(truncate(left), width), y0 = wrapped_index(truncate(top), height);
-  const U8 x1 = wrapped_index(truncate(left) + U8(1u), width);
-  const U8 y1 = wrapped_index(truncate(top) + U8(1u), height);
+  const U8 x0 = wrapped_index(truncate(left), width, wrap_u), y0 = wrapped_index(truncate(top), height, wrap_v);
+  const U8 x1 = wrapped_index(truncate(left) + U8(1u), width, wrap_u);
+  const U8 y1 = wrapped_index(truncate(top) + U8(1u), height, wrap_v);
   const auto mix = [&](const Rgba8& a, const Rgba8& b, F8 t) {
     return Rgba8{a.rgb * (F8(1.0f) - t) + b.rgb * t, a.alpha * (F8(1.0f) - t) + b.alpha * t};
   };

@@ -14,12 +14,13 @@
 namespace lightmill {
 
 enum class TextureFilter { nearest, bilinear };
-enum class TextureWrap { repeat, clamp };  ///< outside [0, 1]: the image repeats, or its border continues
+/// Outside [0, 1]: the image repeats, its border continues, or it repeats with every second copy mirrored.
+enum class TextureWrap { repeat, clamp, mirror };
 
 struct TextureSettings {
   TextureFilter filter = TextureFilter::bilinear;
-  TextureWrap wrap = TextureWrap::repeat;
-  bool decode = false;  ///< byte colours are sRGB-encoded; floats are always linear
+  std::array<TextureWrap, 2> wrap{};  ///< along u and v
+  bool decode = false;                ///< byte colours are sRGB-encoded; floats are always linear
   std::array<float, 2> scale{1, 1};
   std::array<float, 2> offset{0, 0};
 };
@@ -41,8 +42,6 @@ class Texture {
 
  private:
   Rgba8 texel(U8 x, U8 y, M8 lanes) const;
-  F8 wrapped(F8 coordinate) const;
-  U8 wrapped_index(U8 index, std::uint32_t size) const;
 
   std::shared_ptr<const Texels> texels_;
   TextureSettings settings_;

@@ -145,9 +145,13 @@ TestScene make_test_scene(const Rendered& rendered) {
   scene.materials[7].roughness_map = {0, ScalarMap::Channel::g};
   scene.materials[10].metallic_map = {1, ScalarMap::Channel::luminance};
   using Image = TextureImage;
-  scene.textures = {
-      {"tiles", "", kTexture, Image::Filter::bilinear, Image::Wrap::repeat, Image::ColorSpace::srgb, {1.3, 0.7}},
-      {"print", "", kTexture, Image::Filter::nearest, Image::Wrap::clamp, Image::ColorSpace::linear}};
+  scene.textures = {{"tiles", "", kTexture, Image::Filter::bilinear, {}, Image::ColorSpace::srgb, {1.3, 0.7}},
+                    {"print",
+                     "",
+                     kTexture,
+                     Image::Filter::nearest,
+                     {Image::Wrap::clamp, Image::Wrap::clamp},
+                     Image::ColorSpace::linear}};
   if (filter == FilterKind::tent) {
     scene.camera.lens_radius = 0.1;
   }

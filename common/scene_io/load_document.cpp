@@ -97,10 +97,8 @@ class DocumentLoader {
       if (!profile.ok()) {
         return with_context(profile.status(), place_of(field));
       }
-      if (profile->tilted) {
-        loaded_.notices.push_back(fmt::format(
-            "{}: the factors for tilted mounting (TILT) of {} are left out: the light has its measured intensity",
-            place_of(field), path.string()));
+      for (const std::string& notice : profile->notices) {
+        loaded_.notices.push_back(fmt::format("{}: {}: {}", place_of(field), path.string(), notice));
       }
       ies->asset = add_bytes(*std::move(text), loaded_);
     } else if (auto* environment = std::get_if<EnvironmentLight>(&light.kind);

@@ -244,7 +244,7 @@ class Mapper {
     used_.emplace_back(keyword);
     TextureImage image;
     image.file = map_path(*from_, *map);
-    image.wrap = map->clamp ? TextureImage::Wrap::clamp : TextureImage::Wrap::repeat;
+    image.wrap.fill(map->clamp ? TextureImage::Wrap::clamp : TextureImage::Wrap::repeat);
     image.scale = map->scale;
     image.offset = map->offset;
     image.color_space = color_space;
@@ -301,7 +301,7 @@ class Mapper {
   const MtlMaterial* from_ = nullptr;
   std::vector<std::string> used_;  ///< maps of this material that are rendered
   /// Textures by their distinguishing properties.
-  std::map<std::tuple<std::string, TextureImage::Wrap, std::array<double, 2>, std::array<double, 2>,
+  std::map<std::tuple<std::string, std::array<TextureImage::Wrap, 2>, std::array<double, 2>, std::array<double, 2>,
                       TextureImage::ColorSpace>,
            std::size_t>
       textures_;

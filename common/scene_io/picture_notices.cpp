@@ -8,6 +8,7 @@
 #include "common/math/vec.h"
 #include "common/scene/compiled/convert.h"
 #include "common/scene/compiled/transform.h"
+#include "common/scene/validate/validate.h"
 #include "common/scene_io/scene_bounds.h"
 #include "common/scene_io/scene_light.h"
 
@@ -197,6 +198,23 @@ std::vector<std::string> picture_notices(const LoadedScene& loaded, bool needs_l
     say_dense_media(loaded, max_bounces, boxes, notices);
   }
   return notices;
+}
+
+Status check_environment_image(const ImageAsset& image, int width, int height, std::vector<std::string>& notices) {
+  if (!image.environment) {
+    return ok_status();
+  }
+  const std::string where = fmt::format("{}: {}", image.place, image.name);
+  if (const Status size = check_environment_size(width, height); !size.ok()) {
+    return with_context(size, where);
+  }
+  if (std::abs(width - 2 * height) > 1) {  // an odd width cannot be exact
+    notices.push_back(
+        fmt::format("{}: its {}x{} pixels are stretched over all longitudes and latitudes; such an image is twice as "
+                    "wide as high",
+                    where, width, height));
+  }
+  return ok_status();
 }
 
 }  // namespace lightmill

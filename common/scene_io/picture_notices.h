@@ -13,4 +13,7 @@ namespace lightmill {
 /// - a medium scatters so densely that paths of `max_bounces` end inside (0: the method follows no paths)
 std::vector<std::string> picture_notices(const LoadedScene& loaded, bool needs_light, std::uint32_t max_bounces = 0);
 
+/// Checks the size of an image that is an environment. An image that is not twice as wide as high has a notice.
+Status check_environment_image(const ImageAsset& image, int width, int height, std::vector<std::string>& notices);
+
 }  // namespace lightmill

@@ -13,12 +13,28 @@ TextureNames texture_names(const std::vector<TextureImage>& textures) {
   return names;
 }
 
+namespace {
+
+v1::Texture::Wrap to_wire_wrap(TextureImage::Wrap wrap) {
+  return static_cast<v1::Texture::Wrap>(static_cast<int>(wrap) + 1);
+}
+
+TextureImage::Wrap wrap_from_wire(v1::Texture::Wrap wrap, TextureImage::Wrap otherwise) {
+  return wrap == v1::Texture::WRAP_UNSPECIFIED ? otherwise
+                                               : static_cast<TextureImage::Wrap>(static_cast<int>(wrap) - 1);
+}
+
+}  // namespace
+
 void to_wire_texture(const TextureImage& texture, v1::Texture* out) {
   out->set_name(texture.name);
   out->set_file(texture.file);
   out->set_asset(texture.asset.hex());
   out->set_filter(texture.filter == TextureImage::Filter::nearest ? v1::Texture::NEAREST : v1::Texture::BILINEAR);
-  out->set_wrap(texture.wrap == TextureImage::Wrap::repeat ? v1::Texture::REPEAT : v1::Texture::CLAMP);
+  out->set_wrap(to_wire_wrap(texture.wrap[0]));
+  if (texture.wrap[1] != texture.wrap[0]) {
+    out->set_wrap_v(to_wire_wrap(texture.wrap[1]));
+  }
   switch (texture.color_space) {
     case TextureImage::ColorSpace::automatic:
       break;
@@ -45,6 +61,7 @@ Result<TextureImage> texture_from_wire(const std::string& path, const v1::Textur
   for (const auto& [field, value, largest] :
        {std::tuple{"filter", static_cast<int>(texture.filter()), static_cast<int>(v1::Texture::Filter_MAX)},
         {"wrap", static_cast<int>(texture.wrap()), static_cast<int>(v1::Texture::Wrap_MAX)},
+        {"wrap_v", static_cast<int>(texture.wrap_v()), static_cast<int>(v1::Texture::Wrap_MAX)},
         {"color_space", static_cast<int>(texture.color_space()), static_cast<int>(v1::Texture::ColorSpace_MAX)}}) {
     if (value < 0 || value > largest) {
       return invalid_argument("{}.{}: unknown value {}", path, field, value);
@@ -52,7 +69,8 @@ Result<TextureImage> texture_from_wire(const std::string& path, const v1::Textur
   }
   out.filter =
       texture.filter() == v1::Texture::NEAREST ? TextureImage::Filter::nearest : TextureImage::Filter::bilinear;
-  out.wrap = texture.wrap() == v1::Texture::CLAMP ? TextureImage::Wrap::clamp : TextureImage::Wrap::repeat;
+  out.wrap[0] = wrap_from_wire(texture.wrap(), TextureImage::Wrap::repeat);
+  out.wrap[1] = wrap_from_wire(texture.wrap_v(), out.wrap[0]);
   if (texture.color_space() != v1::Texture::COLOR_SPACE_UNSPECIFIED) {
     out.color_space =
         texture.color_space() == v1::Texture::SRGB ? TextureImage::ColorSpace::srgb : TextureImage::ColorSpace::linear;

@@ -109,7 +109,7 @@ bool try_image(std::string_view bytes) {
   const auto [file, choice] = chosen(bytes, kNames.size());
   const std::string name(kNames[choice]);
   const Result<ImageSize> size = read_size(as_byte_view(file), name);
-  if (!size.ok() || size->pixels > static_cast<std::uint64_t>(kPixels)) {
+  if (!size.ok() || size->pixels() > static_cast<std::uint64_t>(kPixels)) {
     const Result<Texels> texels = size.ok() ? read_image_within(as_byte_view(file), name, kPixels) : size.status();
     LM_CHECK(!texels.ok() && message_of(texels.status()).starts_with(name + ":"), "the refusal does not name the file");
     return false;
@@ -120,7 +120,7 @@ bool try_image(std::string_view bytes) {
     return false;
   }
   const auto pixels = static_cast<std::size_t>(texels->width) * static_cast<std::size_t>(texels->height);
-  LM_CHECK(pixels == size->pixels, "the image has {} pixels instead of {}", pixels, size->pixels);
+  LM_CHECK(pixels == size->pixels(), "the image has {} pixels instead of {}", pixels, size->pixels());
   LM_CHECK(size_bytes(*texels) == pixels * size->bytes_per_pixel);
   return true;
 }

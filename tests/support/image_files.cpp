@@ -4,6 +4,7 @@
 
 #include "common/base/check.h"
 #include "common/base/file.h"
+#include "common/image/exr.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lightmill::test {
@@ -28,6 +29,26 @@ std::string dds_file() {
   file += std::string(4 * 14, '\0') + number(32) + number(0x40) + number(0) + number(24) + number(0xff0000);
   file += number(0xff00) + number(0xff) + number(0) + number(0x1000) + std::string(16, '\0');
   return file + std::string(3 * kSide * kSide, '\x80');
+}
+
+/// The middle quarter of a frame.
+std::string cropped_exr_file() {
+  Image image;
+  image.display = {0, 0, kSide, kSide};
+  image.data = {kSide / 4, kSide / 4, kSide / 2, kSide / 2};
+  for (const char* const name : {"R", "G", "B"}) {
+    image.channels.push_back({name, std::vector<float>(kSide * kSide / 4, 0.5f)});
+  }
+  return encode_exr(image).value();
+}
+
+/// The first column of the file is the right one of the picture.
+std::string turned_radiance_file() {
+  std::string file = "#?RADIANCE\nEXPOSURE=2\nFORMAT=32-bit_rle_xyze\n\n-X 16 +Y 16\n";
+  for (int i = 0; i < kSide * kSide; ++i) {
+    file += std::string({static_cast<char>(i), '\x80', '\x70', '\x80'});
+  }
+  return file;
 }
 
 std::string pfm_file() {
@@ -58,9 +79,11 @@ std::string image_file(const std::string& format, float value, const std::string
 
 std::vector<ImageFile> readable_image_files() {
   std::vector<ImageFile> files{{"psd", psd_file()}, {"dds", dds_file()}, {"pfm", pfm_file()}};
-  for (const char* format : {"png", "jpg", "exr", "hdr", "tif", "tga", "bmp", "gif", "webp", "ppm"}) {
+  for (const char* format : {"png", "jpg", "exr", "tif", "tga", "bmp", "gif", "webp", "ppm", "hdr"}) {
     files.push_back({format, image_file(format, 0.5f)});
   }
+  files.push_back({"hdr", turned_radiance_file()});
+  files.push_back({"exr", cropped_exr_file()});
   for (const char* compression : {"none", "rle", "zips", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"}) {
     files.push_back({"exr", image_file("exr", 0.5f, compression)});
   }

@@ -7,6 +7,7 @@
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/method_plan.h"
 #include "common/scene_io/load.h"
+#include "common/scene_io/picture_notices.h"
 #include "common/scene_io/scene_report.h"
 #include "common/wire/limits.h"
 #include "common/wire/scene_proto.h"
@@ -43,7 +44,7 @@ std::vector<std::string> cut_all(std::vector<std::string> texts) {
 }
 
 /// Reads only the headers of images. Workers that render decode them.
-Status check_images(const LoadedScene& loaded, const SceneLimits& limits, DecoderProcess& images,
+Status check_images(LoadedScene& loaded, const SceneLimits& limits, DecoderProcess& images,
                     const InspectionHooks& hooks) {
   for (const ImageAsset& image : loaded.images) {
     LM_RETURN_IF_ERROR(hooks.go_on());
@@ -51,10 +52,11 @@ Status check_images(const LoadedScene& loaded, const SceneLimits& limits, Decode
     if (!size.ok()) {
       return with_context(size.status(), image.place);
     }
-    if (size->pixels > static_cast<std::uint64_t>(limits.image_pixels)) {
+    if (size->pixels() > static_cast<std::uint64_t>(limits.image_pixels)) {
       return resource_exhausted("{}: {}: {} pixels are more than the {} that --image-megapixels of its worker allows",
-                                image.place, image.name, size->pixels, limits.image_pixels);
+                                image.place, image.name, size->pixels(), limits.image_pixels);
     }
+    LM_RETURN_IF_ERROR(check_environment_image(image, size->width, size->height, loaded.notices));
   }
   return ok_status();
 }

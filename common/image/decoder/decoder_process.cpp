@@ -243,7 +243,7 @@ Result<Texels> DecoderProcess::take_pixels(const DecodeReply& reply, std::int64_
 Result<ImageSize> DecoderProcess::size(ByteView bytes, const std::string& name) {
   const Descriptor room(::memfd_create("no pixels", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   const Result<DecodeReply> reply = ask(bytes, 0, room.number());
-  return reply.ok() ? Result<ImageSize>(ImageSize{pixels_of(*reply), reply->bytes_per_pixel})
+  return reply.ok() ? Result<ImageSize>(ImageSize{reply->width, reply->height, reply->bytes_per_pixel})
                     : with_context(reply.status(), name);
 }
 

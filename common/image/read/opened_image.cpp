@@ -1,11 +1,41 @@
 #include "common/image/read/opened_image.h"
 
+#include <algorithm>
+
 #include "common/base/library_text.h"
 #include "common/image/exr_header.h"
 #include "common/image/read/image_format.h"
+#include "common/image/texel_checks.h"
 
 namespace lightmill {
 namespace {
+
+/// A file in memory whose beginning is replaced.
+class ReplacedBeginning : public OIIO::Filesystem::IOProxy {
+ public:
+  ReplacedBeginning(std::string beginning, ByteView rest)
+      : IOProxy("", Read), beginning_(std::move(beginning)), rest_(rest) {}
+  const char* proxytype() const override { return "replaced beginning"; }
+  std::size_t size() const override { return beginning_.size() + rest_.size(); }
+  std::size_t read(void* out, std::size_t count) override {
+    const std::size_t got = pread(out, count, m_pos);
+    m_pos += static_cast<std::int64_t>(got);
+    return got;
+  }
+  std::size_t pread(void* out, std::size_t count, std::int64_t offset) override {
+    const auto at = static_cast<std::size_t>(std::clamp<std::int64_t>(offset, 0, static_cast<std::int64_t>(size())));
+    const std::size_t skipped = std::min(at, beginning_.size());
+    const std::size_t first = beginning_.copy(static_cast<char*>(out), count, skipped);
+    const ByteView left = rest_.subspan(at - skipped);
+    const std::size_t second = std::min(count - first, left.size());
+    std::copy_n(left.begin(), second, static_cast<std::byte*>(out) + first);
+    return first + second;
+  }
+
+ private:
+  const std::string beginning_;
+  const ByteView rest_;
+};
 
 /// Fills the other channels of pixels that have only `channels` values. Grey is copied. A missing alpha is `opaque`.
 template <class T>
@@ -25,56 +55,173 @@ std::string reason(const std::string& text) {
   return line.empty() ? "" : ": " + line;
 }
 
-}  // namespace
+std::uint64_t pixels_of(const ImageWindow& window) {
+  return static_cast<std::uint64_t>(window.pixel_count());
+}
 
-OpenedImage::OpenedImage(ByteView bytes) : source_(const_cast<std::byte*>(bytes.data()), bytes.size()) {}
+std::size_t index(int x, int y, int width) {
+  return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+}
+
+}  // namespace
 
 Result<std::unique_ptr<OpenedImage>> OpenedImage::open(ByteView bytes) {
   const std::string format = image_format(bytes);
   if (format.empty()) {
     return invalid_argument("not a readable image: its first bytes match none of the formats {}", kImageFormats);
   }
-  if (is_exr(bytes)) {
-    LM_RETURN_IF_ERROR(exr_header_end(bytes).status());
-  }
   std::unique_ptr<OpenedImage> image(new OpenedImage(bytes));
-  OIIO::Filesystem::IOProxy* proxy = &image->source_;
+  LM_RETURN_IF_ERROR(image->open_as(format));
+  LM_RETURN_IF_ERROR(image->place());
+  LM_RETURN_IF_ERROR(image->set_colors());
+  return image;
+}
+
+Status OpenedImage::open_as(const std::string& format) {
+  if (is_exr(bytes_)) {
+    LM_RETURN_IF_ERROR(exr_header_end(bytes_).status());
+  }
+  if (format == "hdr") {
+    LM_ASSIGN_OR_RETURN(radiance_, read_radiance_header(bytes_));
+    source_ = std::make_unique<ReplacedBeginning>(radiance_->plain(), bytes_.subspan(radiance_->end));
+  } else {
+    source_ = std::make_unique<OIIO::Filesystem::IOMemReader>(bytes_.data(), bytes_.size());
+  }
+  OIIO::Filesystem::IOProxy* proxy = source_.get();
   OIIO::ImageSpec config, spec;
   config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
   config.attribute("oiio:UnassociatedAlpha", 1);  // otherwise colours are multiplied by alpha
-  image->input_ = OIIO::ImageInput::create(format);
-  if (image->input_ == nullptr) {
+  input_ = OIIO::ImageInput::create(format);
+  if (input_ == nullptr) {
     return internal_error("OpenImageIO has no reader of {}{}", format, reason(OIIO::geterror()));
   }
-  image->input_->set_ioproxy(proxy);
-  if (!image->input_->open("image", spec, config)) {
-    return invalid_argument("not a readable image (is it whole?){}", reason(image->input_->geterror()));
+  input_->set_ioproxy(proxy);
+  if (!input_->open("image", spec, config)) {
+    return invalid_argument("not a readable image (is it whole?){}", reason(input_->geterror()));
   }
   if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1 || spec.deep) {
     return invalid_argument("a flat image of at least one pixel and channel is expected");
   }
-  return image;
+  if (spec.get_string_attribute("textureformat").find("CubeFace") != std::string::npos) {
+    return invalid_argument(
+        "a cube map cannot be read; save it as one image, for an environment with equal longitudes "
+        "and latitudes");
+  }
+  return ok_status();
+}
+
+/// Finds the frame, and the file's part of it. Only EXR files can have another part than the whole.
+Status OpenedImage::place() {
+  constexpr std::int64_t kMostPixels = std::int64_t{1} << 40;  // sizes in bytes fit 64 bits
+  constexpr std::int64_t kFarthest = 1 << 30;                  // and differences of coordinates 32 bits
+  const OIIO::ImageSpec& spec = input_->spec();
+  frame_ = stored_ = {0, 0, spec.width, spec.height};
+  std::int64_t x = 0, y = 0;
+  if (radiance_) {
+    frame_ = {0, 0, radiance_->width(), radiance_->height()};
+  } else if (is_exr(bytes_)) {
+    frame_ = {0, 0, spec.full_width, spec.full_height};
+    x = std::int64_t{spec.x} - spec.full_x;
+    y = std::int64_t{spec.y} - spec.full_y;
+  }
+  if (frame_.width < 1 || frame_.height < 1 || frame_.pixel_count() > kMostPixels ||
+      std::max(std::abs(x), std::abs(y)) > kFarthest) {
+    return invalid_argument("a frame of {}x{} pixels with the data at ({}, {}) cannot be read", frame_.width,
+                            frame_.height, x, y);
+  }
+  stored_.x = static_cast<int>(x);
+  stored_.y = static_cast<int>(y);
+  return ok_status();
+}
+
+/// Finds the conversion of colours to linear Rec. 709.
+Status OpenedImage::set_colors() {
+  std::optional<Primaries> primaries;
+  if (radiance_) {
+    primaries = radiance_->xyz ? kXyzPrimaries : radiance_->primaries;
+  } else if (const OIIO::ParamValue* xy =
+                 input_->spec().find_attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8));
+             is_exr(bytes_) && xy != nullptr && input_->spec().nchannels >= 3) {
+    const auto* const v = static_cast<const float*>(xy->data());
+    primaries = {{v[0], v[1]}, {v[2], v[3]}, {v[4], v[5]}, {v[6], v[7]}};
+  }
+  if (primaries) {
+    LM_ASSIGN_OR_RETURN(to_linear_, matrix_to_rec709(*primaries));
+  }
+  if (radiance_ && radiance_->exposure != std::array<double, 3>{1, 1, 1}) {
+    const auto& [r, g, b] = radiance_->exposure;
+    to_linear_ = to_linear_.value_or(glm::dmat3(1)) * glm::dmat3(1 / r, 0, 0, 0, 1 / g, 0, 0, 0, 1 / b);
+  }
+  return ok_status();
 }
 
 ImageSize OpenedImage::size() const {
-  return {static_cast<std::uint64_t>(width()) * static_cast<std::uint64_t>(height()),
-          input_->spec().format.basesize() == 1 ? 4u : 16u};
+  return {frame_.width, frame_.height, input_->spec().format.basesize() == 1 ? 4u : 16u};
+}
+
+Status OpenedImage::check_limit(std::int64_t max_pixels) const {
+  LM_RETURN_IF_ERROR(check_pixels(frame_.width, frame_.height, max_pixels));
+  return check_pixels(stored_.width, stored_.height, max_pixels);
+}
+
+std::uint64_t OpenedImage::most_pixels() const {
+  return std::max(pixels_of(frame_), pixels_of(stored_));
+}
+
+template <class T>
+void OpenedImage::move(const T* stored, T* pixels) const {
+  for (int y = 0; y < frame_.height; ++y) {
+    for (int x = 0; x < frame_.width; ++x) {
+      const int column = x - stored_.x, row = y - stored_.y;
+      if (radiance_ || (column >= 0 && column < stored_.width && row >= 0 && row < stored_.height)) {
+        const std::size_t from = radiance_ ? radiance_->pixel_at(x, y) : index(column, row, stored_.width);
+        std::copy_n(stored + 4 * from, 4, pixels + 4 * index(x, y, frame_.width));
+      }
+    }
+  }
 }
 
 template <class T>
 Status OpenedImage::read_as(T* pixels, T opaque) {
   const int channels = std::min(input_->spec().nchannels, 4);
-  if (!input_->read_image(0, 0, 0, channels, OIIO::BaseTypeFromC<T>::value, pixels, 4 * sizeof(T))) {
+  const bool within = stored_.x >= 0 && stored_.y >= 0 && stored_.width <= frame_.width - stored_.x &&
+                      stored_.height <= frame_.height - stored_.y;
+  const bool in_order = !radiance_ || !(radiance_->columns || radiance_->upwards || radiance_->leftwards);
+  const bool in_place = within && in_order;
+  std::vector<T> apart(in_place ? 0 : 4 * pixels_of(stored_));
+  T* const first = in_place ? pixels + 4 * index(stored_.x, stored_.y, frame_.width) : apart.data();
+  const std::size_t row = 4 * static_cast<std::size_t>(in_place ? frame_.width : stored_.width);
+  if (!input_->read_image(0, 0, 0, channels, OIIO::BaseTypeFromC<T>::value, first, 4 * sizeof(T),
+                          static_cast<OIIO::stride_t>(row * sizeof(T)))) {
     return invalid_argument("the image is damaged, not all of its pixels can be read; save it again{}",
                             reason(input_->geterror()));
   }
-  complete(pixels, size().pixels, channels, opaque);
+  for (int y = 0; y < stored_.height; ++y) {
+    complete(first + static_cast<std::size_t>(y) * row, static_cast<std::size_t>(stored_.width), channels, opaque);
+  }
+  if (!in_place) {
+    move(apart.data(), pixels);
+  }
   return ok_status();
 }
 
+void OpenedImage::convert(float* pixels) const {
+  for (float* pixel = pixels; to_linear_ && pixel != pixels + 4 * pixels_of(frame_); pixel += 4) {
+    const glm::dvec3 linear = *to_linear_ * glm::dvec3(pixel[0], pixel[1], pixel[2]);
+    for (int channel = 0; channel < 3; ++channel) {
+      pixel[channel] = static_cast<float>(linear[channel]);
+    }
+  }
+}
+
 Status OpenedImage::read(std::byte* pixels) {
-  return size().bytes_per_pixel == 4 ? read_as<std::uint8_t>(reinterpret_cast<std::uint8_t*>(pixels), 255)
-                                     : read_as<float>(reinterpret_cast<float*>(pixels), 1.0f);
+  if (size().bytes_per_pixel == 4) {
+    return read_as<std::uint8_t>(reinterpret_cast<std::uint8_t*>(pixels), 255);
+  }
+  auto* const floats = reinterpret_cast<float*>(pixels);
+  LM_RETURN_IF_ERROR(read_as<float>(floats, 1.0f));
+  convert(floats);
+  return ok_status();
 }
 
 }  // namespace lightmill

@@ -6,35 +6,55 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 
 #include "common/base/digest.h"
 #include "common/base/status.h"
+#include "common/image/image.h"
 #include "common/image/image_size.h"
+#include "common/image/read/radiance_header.h"
 
 namespace lightmill {
 
 /// Only the reader of the detected format sees the bytes. No reader gets a file name, because some would open it.
-/// Messages do not name the image.
+/// Messages do not name the image. What a header says about its pixels is applied: the windows and primaries of EXR
+/// files, and the orientation, exposure, and kind of colours of Radiance pictures.
 class OpenedImage {
  public:
   /// `bytes` must outlive the result. INVALID_ARGUMENT unless it is a flat image in one of kImageFormats.
   static Result<std::unique_ptr<OpenedImage>> open(ByteView bytes);
 
-  int width() const { return input_->spec().width; }
-  int height() const { return input_->spec().height; }
+  int width() const { return frame_.width; }
+  int height() const { return frame_.height; }
   ImageSize size() const;
+  /// RESOURCE_EXHAUSTED if the image, or what its file has of it, has more pixels.
+  Status check_limit(std::int64_t max_pixels) const;
+  /// The larger of the image and of what its file has of it.
+  std::uint64_t most_pixels() const;
   /// Integer values, which are sRGB-encoded unless the scene says otherwise.
   bool encoded() const { return !input_->spec().format.is_floating_point(); }
-  /// Fills `pixels` in the layout of Texels: words if size() says 4 bytes per pixel, else four floats per pixel.
+  /// Fills `pixels` in the layout of Texels: words if size() says 4 bytes per pixel, else four floats per pixel. They
+  /// must be zero before, and stay so where the file has no pixels.
   Status read(std::byte* pixels);
 
  private:
-  explicit OpenedImage(ByteView bytes);
+  explicit OpenedImage(ByteView bytes) : bytes_(bytes) {}
+  Status open_as(const std::string& format);
+  Status place();
+  Status set_colors();
   template <class T>
   Status read_as(T* pixels, T opaque);
+  template <class T>
+  void move(const T* stored, T* pixels) const;
+  void convert(float* pixels) const;
 
-  OIIO::Filesystem::IOMemReader source_;
+  ByteView bytes_;
+  std::unique_ptr<OIIO::Filesystem::IOProxy> source_;
   std::unique_ptr<OIIO::ImageInput> input_;
+  ImageWindow frame_;                       ///< the image; at (0, 0)
+  ImageWindow stored_;                      ///< the pixels of the file. They may lie partly outside of the frame
+  std::optional<RadianceHeader> radiance_;  ///< its pixels are in the order of the file
+  std::optional<glm::dmat3> to_linear_;     ///< of colours as they are in the file, to Rec. 709
 };
 
 }  // namespace lightmill

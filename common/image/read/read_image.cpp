@@ -8,10 +8,10 @@ namespace {
 
 Result<Texels> read(ByteView bytes, std::int64_t max_pixels) {
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<OpenedImage> image, OpenedImage::open(bytes));
-  LM_RETURN_IF_ERROR(check_pixels(image->width(), image->height(), max_pixels));
+  LM_RETURN_IF_ERROR(image->check_limit(max_pixels));
   const bool words = image->size().bytes_per_pixel == 4;
-  std::vector<std::uint32_t> packed(words ? image->size().pixels : 0);
-  std::vector<float> floats(words ? 0 : 4 * image->size().pixels);
+  std::vector<std::uint32_t> packed(words ? image->size().pixels() : 0);
+  std::vector<float> floats(words ? 0 : 4 * image->size().pixels());
   LM_RETURN_IF_ERROR(
       image->read(words ? reinterpret_cast<std::byte*>(packed.data()) : reinterpret_cast<std::byte*>(floats.data())));
   Texels out{image->width(), image->height(), std::move(packed), std::move(floats), image->encoded()};

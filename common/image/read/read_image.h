@@ -14,9 +14,10 @@
 namespace lightmill {
 
 /// Decodes the bytes of an image file. `name` is only for messages. Files with 8 bits per channel give bytes, others
-/// floats. 8- and 16-bit integers count as encoded, floats as linear. Colours are not multiplied by alpha. Of several
-/// images or mip levels, the first is read. Fails for files that are no image, for more than `max_pixels` and for
-/// values that are not finite. The message begins with the name.
+/// floats. 8- and 16-bit integers count as encoded, floats as linear. Colours are not multiplied by alpha. What
+/// headers say about pixels is applied (OpenedImage). Of several images or mip levels, the first is read. Fails for
+/// files that are no image, for more than `max_pixels` and for values that are not finite. The message begins with the
+/// name.
 Result<Texels> read_image_within(ByteView bytes, const std::string& name, std::int64_t max_pixels);
 inline Result<Texels> read_image(ByteView bytes, const std::string& name) {
   return read_image_within(bytes, name, kMaxTexturePixels);

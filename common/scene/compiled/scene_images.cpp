@@ -18,14 +18,26 @@ std::set<std::uint32_t> textures_of_colors(const Scene& scene) {
   return used;
 }
 
+TextureWrap wrap_of(TextureImage::Wrap wrap) {
+  switch (wrap) {
+    case TextureImage::Wrap::repeat:
+      return TextureWrap::repeat;
+    case TextureImage::Wrap::clamp:
+      return TextureWrap::clamp;
+    case TextureImage::Wrap::mirror:
+      return TextureWrap::mirror;
+  }
+  LM_CHECK(false, "wrap {}", static_cast<int>(wrap));
+}
+
 TextureSettings settings_of(const TextureImage& image, const Texels& texels, bool color) {
   TextureSettings settings;
   settings.filter = image.filter == TextureImage::Filter::nearest ? TextureFilter::nearest : TextureFilter::bilinear;
-  settings.wrap = image.wrap == TextureImage::Wrap::repeat ? TextureWrap::repeat : TextureWrap::clamp;
   settings.decode = image.color_space == TextureImage::ColorSpace::automatic
                         ? texels.encoded && color
                         : image.color_space == TextureImage::ColorSpace::srgb;
   for (std::size_t axis = 0; axis < 2; ++axis) {
+    settings.wrap[axis] = wrap_of(image.wrap[axis]);
     settings.scale[axis] = static_cast<float>(image.scale[axis]);
     settings.offset[axis] = static_cast<float>(image.offset[axis]);
   }

@@ -131,7 +131,7 @@ class Estimator {
     LM_ASSIGN_OR_RETURN(const std::string bytes, assets_(asset));
     if (const Result<ImageSize> size = sizes_(as_byte_view(bytes), file); size.ok()) {
       // The decoder's values together with the pixels, or encoded pixels together with their linear form.
-      sum_.add(size->pixels * std::max<std::uint64_t>(2 * size->bytes_per_pixel, later),
+      sum_.add(size->pixels() * std::max<std::uint64_t>(2 * size->bytes_per_pixel, later),
                fmt::format("the {} \"{}\"", what, file));
     }
     return ok_status();

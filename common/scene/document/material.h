@@ -23,7 +23,8 @@ struct TextureImage {
   std::string file;  ///< as the document named it; for messages
   Sha256 asset;      ///< of the file
   enum class Filter { nearest, bilinear } filter = Filter::bilinear;
-  enum class Wrap { repeat, clamp } wrap = Wrap::repeat;
+  enum class Wrap { repeat, clamp, mirror };
+  std::array<Wrap, 2> wrap{};  ///< along u and v
   /// Whether colours are sRGB-encoded. `automatic` follows the file's format: integers are, floats are not.
   enum class ColorSpace { automatic, srgb, linear } color_space = ColorSpace::automatic;
   std::array<double, 2> scale{1, 1};   ///< of the texture coordinates, applied before

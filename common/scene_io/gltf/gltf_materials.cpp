@@ -163,8 +163,23 @@ void GltfMaterials::say_left_out(const JsonNode& from) {
   }
 }
 
+TextureImage::Wrap GltfMaterials::wrap_of(const JsonNode& mode) {
+  constexpr std::uint64_t kRepeat = 10497, kClamp = 33071, kMirror = 33648;
+  switch (mode.whole(kRepeat, 0, 100'000)) {
+    case kClamp:
+      return TextureImage::Wrap::clamp;
+    case kMirror:
+      return TextureImage::Wrap::mirror;
+    default:
+      notices_.once("textures with an unknown wrap mode are repeated");
+      [[fallthrough]];
+    case kRepeat:
+      return TextureImage::Wrap::repeat;
+  }
+}
+
 std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSpace color_space) {
-  constexpr std::uint64_t kNearest = 9728, kClamp = 33071, kMirror = 33648, kRepeat = 10497;
+  constexpr std::uint64_t kNearest = 9728;
   const JsonNode from = data_.element("textures", info["index"]).tolerant();
   if (!from.present()) {
     return kNoTexture;
@@ -182,14 +197,7 @@ std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSp
   if (sampler["magFilter"].whole(0, 0, 100'000) == kNearest) {
     out.filter = TextureImage::Filter::nearest;
   }
-  const std::uint64_t wrap_u = sampler["wrapS"].whole(kRepeat, 0, 100'000);
-  const std::uint64_t wrap_v = sampler["wrapT"].whole(kRepeat, 0, 100'000);
-  out.wrap = wrap_u == kClamp ? TextureImage::Wrap::clamp : TextureImage::Wrap::repeat;
-  if (wrap_u == kMirror || wrap_v == kMirror) {
-    notices_.once("textures that are mirrored beyond their edges are repeated");
-  } else if (wrap_u != wrap_v) {
-    notices_.once("textures that wrap differently along u and v are rendered as along u");
-  }
+  out.wrap = {wrap_of(sampler["wrapS"]), wrap_of(sampler["wrapT"])};
   out.color_space = color_space;
   const JsonNode transform = info["extensions"]["KHR_texture_transform"];
   const auto scale = transform["scale"].numbers<2>({1, 1}, -1e6, 1e6);
@@ -215,9 +223,10 @@ std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSp
   }
   texture_set_ = set;
   out.asset = *asset;
-  const std::string key = fmt::format(
-      "{} {} {} {} {} {} {} {} {}", asset->hex(), out.file, static_cast<int>(out.filter), static_cast<int>(out.wrap),
-      static_cast<int>(out.color_space), out.scale[0], out.scale[1], out.offset[0], out.offset[1]);
+  const std::string key =
+      fmt::format("{} {} {} {} {} {} {} {} {} {}", asset->hex(), out.file, static_cast<int>(out.filter),
+                  static_cast<int>(out.wrap[0]), static_cast<int>(out.wrap[1]), static_cast<int>(out.color_space),
+                  out.scale[0], out.scale[1], out.offset[0], out.offset[1]);
   const auto [found, added] = textures_.try_emplace(key, static_cast<std::uint32_t>(loaded_.scene.textures.size()));
   if (added) {
     out.name = fmt::format("{} ({})", out.file, loaded_.scene.textures.size());

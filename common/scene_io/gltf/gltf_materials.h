@@ -32,6 +32,7 @@ class GltfMaterials {
   PrincipledMaterial principled(const JsonNode& from, Medium& interior);
   void set_gloss(const JsonNode& extensions, PrincipledMaterial& out);
   void say_left_out(const JsonNode& from);
+  TextureImage::Wrap wrap_of(const JsonNode& mode);
   /// The texture of a textureInfo, decoded in this colour space. kNoTexture if there is none.
   std::uint32_t texture(const JsonNode& info, TextureImage::ColorSpace color_space);
   std::optional<Sha256> image(const JsonNode& image, std::string& file);

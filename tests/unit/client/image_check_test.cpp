@@ -42,8 +42,8 @@ std::string problem(const std::string& name, const std::string& bytes, bool envi
 }
 
 TEST(ImageCheck, UsableImagesAreAccepted) {
-  const std::vector<std::uint8_t> grey(12, 128);
-  for (const auto& [name, bytes] : {std::pair{"a.png", *encode_png(2, 2, grey)}, std::pair{"a.exr", exr({0, 1e4f})}}) {
+  const std::vector<std::uint8_t> grey(6, 128);
+  for (const auto& [name, bytes] : {std::pair{"a.png", *encode_png(2, 1, grey)}, std::pair{"a.exr", exr({0, 1e4f})}}) {
     LoadedScene loaded = scene_with(name, bytes, true);
     EXPECT_TRUE(check(loaded).ok()) << check(loaded);
     EXPECT_TRUE(loaded.notices.empty());
@@ -80,6 +80,20 @@ TEST(ImageCheck, NegativeValuesAreReportedOnce) {
   ASSERT_TRUE(check(loaded).ok());
   EXPECT_EQ(loaded.notices,
             std::vector<std::string>{"place: a.exr: 2 of 4 pixels have negative values, which count as 0"});
+}
+
+TEST(ImageCheck, AnEnvironmentThatIsNotTwiceAsWideAsHighHasANotice) {
+  for (const auto& [width, environment, notice] : std::vector<std::tuple<std::size_t, bool, std::string>>{
+           {6, true,
+            "place: a.exr: its 6x1 pixels are stretched over all longitudes and latitudes; such an image is twice as "
+            "wide as high"},
+           {3, true, ""},
+           {2, true, ""},
+           {6, false, ""}}) {
+    LoadedScene loaded = scene_with("a.exr", exr(std::vector<float>(width, 1)), environment);
+    ASSERT_TRUE(check(loaded).ok());
+    EXPECT_EQ(loaded.notices, notice.empty() ? std::vector<std::string>() : std::vector<std::string>{notice});
+  }
 }
 
 TEST(ImageCheck, AMissingDecoderIsReported) {

@@ -24,10 +24,10 @@ float red_at(const Texture& texture, float u, float v) {
 }
 
 Texture nearest(int width, int height, TextureWrap wrap = TextureWrap::repeat) {
-  return Texture(numbered(width, height), {TextureFilter::nearest, wrap, false, {1, 1}, {0, 0}});
+  return Texture(numbered(width, height), {TextureFilter::nearest, {wrap, wrap}, false, {1, 1}, {0, 0}});
 }
 Texture bilinear(int width, int height, TextureWrap wrap = TextureWrap::repeat) {
-  return Texture(numbered(width, height), {TextureFilter::bilinear, wrap, false, {1, 1}, {0, 0}});
+  return Texture(numbered(width, height), {TextureFilter::bilinear, {wrap, wrap}, false, {1, 1}, {0, 0}});
 }
 
 TEST(Texture, NearestCountsColumnsToTheRightAndRowsUpwards) {
@@ -62,8 +62,8 @@ TEST(Texture, NegativeCoordinatesRepeat) {
 TEST(Texture, AnImageOfOneTexelIsConstant) {
   const auto texels = std::make_shared<Texels>(Texels{1, 1, {}, std::vector<float>{7, 8, 9, 1}, false});
   for (const TextureFilter filter : {TextureFilter::nearest, TextureFilter::bilinear}) {
-    for (const TextureWrap wrap : {TextureWrap::repeat, TextureWrap::clamp}) {
-      const Texture texture(texels, {filter, wrap, false, {1, 1}, {0, 0}});
+    for (const TextureWrap wrap : {TextureWrap::repeat, TextureWrap::clamp, TextureWrap::mirror}) {
+      const Texture texture(texels, {filter, {wrap, wrap}, false, {1, 1}, {0, 0}});
       for (const float u : {-1e9f, -1.5f, 0.0f, 0.3f, 1.0f, 1e9f}) {
         EXPECT_EQ(red_at(texture, u, -u), 7);
       }
@@ -88,8 +88,48 @@ TEST(Texture, BilinearIsSeamlessWhereItRepeatsAndFlatWhereItIsClamped) {
   EXPECT_FLOAT_EQ(red_at(bilinear(4, 1, TextureWrap::clamp), 1, 0.5f), 3);
 }
 
+// 0 1 2 above 3 4 5. Copies 0, 1, 2 to the right: 0 1 2 2 1 0 0 1 2, and so on to both sides.
+TEST(Texture, EverySecondMirroredCopyIsReversed) {
+  const Texture texture = nearest(3, 2, TextureWrap::mirror);
+  constexpr std::array<float, 6> kTopRow{0, 1, 2, 2, 1, 0};
+  for (int i = -12; i < 12; ++i) {
+    const float u = (static_cast<float>(i) + 0.5f) / 3;
+    const float top = kTopRow[static_cast<std::size_t>((i + 12) % 6)];
+    EXPECT_EQ(red_at(texture, u, 0.75f), top) << i;
+    EXPECT_EQ(red_at(texture, u, 0.25f), top + 3) << i;
+    EXPECT_EQ(red_at(texture, u, 1.25f), top) << i;
+    EXPECT_EQ(red_at(texture, u, 1.75f), top + 3) << i;
+    EXPECT_EQ(red_at(texture, u, -0.25f), top + 3) << i;
+    EXPECT_EQ(red_at(texture, u, -0.75f), top) << i;
+  }
+}
+
+TEST(Texture, BilinearIsFlatWhereItIsMirrored) {
+  const Texture texture = bilinear(4, 1, TextureWrap::mirror);
+  for (const float edge : {-4.0f, -2.0f, 0.0f, 2.0f}) {
+    EXPECT_FLOAT_EQ(red_at(texture, edge, 0.5f), 0) << edge;
+    EXPECT_FLOAT_EQ(red_at(texture, edge + 1, 0.5f), 3) << edge;
+    for (const float step : {0.0625f, 0.25f, 0.4375f}) {
+      EXPECT_FLOAT_EQ(red_at(texture, edge + step, 0.5f), red_at(texture, edge - step, 0.5f)) << edge << " " << step;
+    }
+  }
+}
+
+TEST(Texture, EachAxisWrapsInItsOwnWay) {
+  using enum TextureWrap;
+  constexpr std::array kWays{repeat, clamp, mirror};
+  // The column at u = 1.1 and the row from below at v = −0.7: of three columns, and of two rows.
+  constexpr std::array<float, 3> kColumn{0, 2, 2}, kBelow{0, 0, 1};
+  for (std::size_t u = 0; u < 3; ++u) {
+    for (std::size_t v = 0; v < 3; ++v) {
+      const Texture texture(numbered(3, 2), {TextureFilter::nearest, {kWays[u], kWays[v]}, false, {1, 1}, {0, 0}});
+      EXPECT_EQ(red_at(texture, 1.1f, -0.7f), kColumn[u] + 3 * (1 - kBelow[v])) << u << " " << v;
+    }
+  }
+}
+
 TEST(Texture, ScaleMultipliesAndOffsetIsAdded) {
-  const Texture texture(numbered(4, 1), {TextureFilter::nearest, TextureWrap::repeat, false, {0.5f, 1}, {0.25f, 0}});
+  const Texture texture(numbered(4, 1), {TextureFilter::nearest, {}, false, {0.5f, 1}, {0.25f, 0}});
   EXPECT_EQ(red_at(texture, 0, 0), 1);
   EXPECT_EQ(red_at(texture, 0.6f, 0), 2);
 }
@@ -105,7 +145,7 @@ TEST(Texture, DecodingFollowsTheStandard) {
 TEST(Texture, BytesAreDecodedAndAlphaIsNot) {
   const std::vector<std::uint32_t> bytes{188u | 0u << 8 | 255u << 16 | 51u << 24};
   const auto texels = std::make_shared<Texels>(Texels{1, 1, bytes, {}, true});
-  const Texture texture(texels, {TextureFilter::nearest, TextureWrap::repeat, true, {1, 1}, {0, 0}});
+  const Texture texture(texels, {TextureFilter::nearest, {}, true, {1, 1}, {0, 0}});
   const Texture::Rgba8 found = texture.lookup(F8(0.5f), F8(0.5f), M8(true));
   alignas(32) float red[8], blue[8], alpha[8];
   found.rgb.x.store(red);

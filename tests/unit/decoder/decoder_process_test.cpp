@@ -51,7 +51,7 @@ TEST(DecoderProcess, EachFormatHasThePixelsThatItsReaderGives) {
     EXPECT_TRUE(there->floats == here->floats) << file.format;
     const Result<ImageSize> size = decoder.size(bytes, file.format);
     ASSERT_TRUE(size.ok()) << size.status();
-    EXPECT_EQ(size->pixels * size->bytes_per_pixel, size_bytes(*there)) << file.format;
+    EXPECT_EQ(size->pixels() * size->bytes_per_pixel, size_bytes(*there)) << file.format;
   }
 }
 

@@ -69,6 +69,42 @@ TEST(IesProfile, SymmetriesAreMadeExplicit) {
   EXPECT_DOUBLE_EQ(side.at(10, 315), 5.5);
 }
 
+// The same luminaire with and without the row of 360°.
+TEST(IesProfile, ACircleWithoutItsLastAngleIsClosed) {
+  for (const int count : {3, 5, 24, 64}) {
+    std::string angles, candela;
+    for (int i = 0; i < count; ++i) {
+      angles += fmt::format("{:.4g} ", i * 360.0 / count);
+      candela += fmt::format("{} {} ", i + 1, 2 * i + 1);
+    }
+    const IesProfile open = profile_of(file("0 180", 2, angles, count, candela));
+    const IesProfile closed = profile_of(file("0 180", 2, angles + "360", count + 1, candela + "1 1"));
+    EXPECT_EQ(open.horizontal, closed.horizontal);
+    EXPECT_EQ(open.candela, closed.candela);
+    EXPECT_TRUE(closed.notices.empty());
+    ASSERT_EQ(open.notices.size(), 1u);
+    EXPECT_EQ(open.notices[0], fmt::format("the horizontal angles end at {:.4g}: at 360 are the values of 0",
+                                           (count - 1) * 360.0 / count));
+    // Halfway between the last angle and 0.
+    EXPECT_NEAR(open.at(0, 360 - 180.0 / count), (count + 1) / 2.0, 0.01 * count);
+  }
+  EXPECT_EQ(error_of(file("0 90", 2, "0 15 330", 3, "1 2 3 4 5 6")),
+            "lamp.ies:9: horizontal angles must go from 0 to 0, 90, 180 or 360, or from 90 to 270; got 0 to 330");
+}
+
+TEST(IesProfile, VerticalAnglesThatEndEarlyHaveANotice) {
+  for (const char* whole : {"0 90", "0 180", "90 180"}) {
+    EXPECT_TRUE(profile_of(file(whole, 2, "0", 1, "8 2")).notices.empty()) << whole;
+  }
+  for (const auto& [angles, span] : {std::pair("0 85", "0 to 85"), {"5 90", "5 to 90"}, {"90 175", "90 to 175"}}) {
+    const IesProfile p = profile_of(file(angles, 2, "0", 1, "8 2"));
+    EXPECT_EQ(p.notices,
+              (std::vector<std::string>{fmt::format(
+                  "the vertical angles go from {}, not from 0 or 90 to 90 or 180: there is no light beyond", span)}));
+    EXPECT_EQ(p.at(177, 0), 0);
+  }
+}
+
 TEST(IesProfile, FactorsMultiplyTheFilesIntensities) {
   std::string text = file("0 90", 2, "0", 1, "8 2", "IESNA:LM-63-1995", 2.5);
   text.replace(text.find("\r\n1 1 100"), 10, "\r\n0.5 0.8 9");
@@ -90,10 +126,12 @@ TEST(IesProfile, TiltFactorsAreSkipped) {
   std::string text = file("0 90", 2, "0", 1, "8 2");
   text.replace(text.find("TILT=NONE\r\n"), 11, "TILT=INCLUDE\r\n1\r\n3\r\n0 45 90\r\n1 0.9 0.8\r\n");
   EXPECT_DOUBLE_EQ(profile_of(text).at(0, 0), 8);
-  EXPECT_TRUE(profile_of(text).tilted);
-  EXPECT_FALSE(profile_of(file("0 90", 2, "90 270", 2, "8 2 8 2")).tilted);
+  const std::vector<std::string> notices{
+      "the factors for tilted mounting (TILT) are left out: the light has its measured intensity"};
+  EXPECT_EQ(profile_of(text).notices, notices);
+  EXPECT_TRUE(profile_of(file("0 90", 2, "90 270", 2, "8 2 8 2")).notices.empty());
   text.replace(text.find("TILT=INCLUDE\r\n1\r\n3\r\n0 45 90\r\n1 0.9 0.8"), 38, "TILT=lamp.tlt");
-  EXPECT_TRUE(profile_of(text).tilted);
+  EXPECT_EQ(profile_of(text).notices, notices);
   EXPECT_DOUBLE_EQ(profile_of(text).at(0, 0), 8);
 }
 
@@ -133,6 +171,9 @@ TEST(IesProfile, MistakesAreNamedWithTheirLine) {
   std::string type_b = file("0 90", 2, "0", 1, "1 2");
   type_b.replace(type_b.find(" 1 2 0.1"), 4, " 2 2");
   EXPECT_EQ(error_of(type_b), "lamp.ies:5: only photometric type C (1) can be read, this file is of type B (2)");
+  std::string type_a = type_b;
+  type_a.replace(type_a.find(" 2 2 0.1"), 4, " 3 2");
+  EXPECT_EQ(error_of(type_a), "lamp.ies:5: only photometric type C (1) can be read, this file is of type A (3)");
 }
 
 // 1025 vertical and 1025 horizontal angles up to 90°: 4097 with the other quarters, 4.2 million values.

@@ -154,7 +154,7 @@ TEST(GltfScene, TexturesAreKeptAsTheyAre) {
   EXPECT_EQ(loaded.images[0].asset, base.asset);
   EXPECT_EQ(loaded.images[0].place, "a.gltf: images[0]");
   EXPECT_EQ(base.filter, TextureImage::Filter::nearest);
-  EXPECT_EQ(base.wrap, TextureImage::Wrap::clamp);
+  EXPECT_EQ(base.wrap, (std::array{TextureImage::Wrap::clamp, TextureImage::Wrap::clamp}));
   EXPECT_EQ(base.color_space, TextureImage::ColorSpace::srgb);
   // glTF: v' = 3v + 0.5, counted downwards. Ours is 1 − v: at glTF's v = 0.25 it is 0.75 before and −0.25 after.
   EXPECT_EQ(base.scale, (std::array<double, 2>{2, 3}));
@@ -173,6 +173,37 @@ TEST(GltfScene, TexturesAreKeptAsTheyAre) {
   const Result<Mesh> mesh = decode_mesh(as_byte_view(loaded.assets.at(shape.asset)));
   ASSERT_TRUE(mesh.ok()) << mesh.status();
   EXPECT_EQ(mesh->texture_coordinates, (std::vector<std::array<float, 2>>{{0, 1}, {1, 1}, {0, 0}}));
+}
+
+TEST(GltfScene, TexturesWrapByTheModeOfEachAxis) {
+  using enum TextureImage::Wrap;
+  struct Case {
+    std::string sampler;
+    std::array<TextureImage::Wrap, 2> wrap;
+    std::vector<std::string> notices = {};
+  };
+  for (const Case& c : std::vector<Case>{
+           {"{}", {repeat, repeat}},
+           {R"({"wrapS":10497,"wrapT":33071})", {repeat, clamp}},
+           {R"({"wrapS":33648,"wrapT":33071})", {mirror, clamp}},
+           {R"({"wrapS":33071,"wrapT":33648})", {clamp, mirror}},
+           {R"({"wrapT":33648})", {repeat, mirror}},
+           {R"({"wrapS":10496})", {repeat, repeat}, {"textures with an unknown wrap mode are repeated"}}}) {
+    const LoadedScene loaded = good(OneTriangle().text(
+        kOneNode + R"(,"images":[{"bufferView":2}],"textures":[{"source":0,"sampler":0}],"materials":[{
+"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],"samplers":[)" +
+            c.sampler + "]",
+        R"(,"material":0)"));
+    ASSERT_EQ(loaded.scene.textures.size(), 1u);
+    EXPECT_EQ(loaded.scene.textures[0].wrap, c.wrap) << c.sampler;
+    for (const std::string& notice : c.notices) {
+      EXPECT_NE(std::ranges::find_if(loaded.notices, [&](const std::string& n) { return n.ends_with(notice); }),
+                loaded.notices.end())
+          << notice;
+    }
+    EXPECT_EQ(std::ranges::count_if(loaded.notices, [](const auto& n) { return n.find("textures") != n.npos; }),
+              static_cast<std::ptrdiff_t>(c.notices.size()));
+  }
 }
 
 TEST(GltfScene, WrongValuesOfMaterialsDoNotCount) {

@@ -186,7 +186,7 @@ TEST_F(Load, IesTiltFactorsAreReportedAsLeftOut) {
   ASSERT_TRUE(loaded.ok()) << loaded.status();
   ASSERT_EQ(loaded->notices.size(), 1u);
   EXPECT_EQ(without_folder(loaded->notices[0]),
-            "scene.json:5:9: lights[0].ies.file: the factors for tilted mounting (TILT) of lamp.ies are left out: the "
+            "scene.json:5:9: lights[0].ies.file: lamp.ies: the factors for tilted mounting (TILT) are left out: the "
             "light has its measured intensity");
 }
 

@@ -211,8 +211,8 @@ TEST(Mtl, MapsBecomeTextures) {
   EXPECT_EQ(wood.file, "folder/wood.png");
   EXPECT_EQ(wood.scale, (std::array<double, 2>{2, 3}));
   EXPECT_EQ(wood.offset, (std::array<double, 2>{0.5, 0}));
-  EXPECT_EQ(wood.wrap, TextureImage::Wrap::clamp);
-  EXPECT_EQ(scene.textures[1].wrap, TextureImage::Wrap::repeat);
+  EXPECT_EQ(wood.wrap, (std::array{TextureImage::Wrap::clamp, TextureImage::Wrap::clamp}));
+  EXPECT_EQ(scene.textures[1].wrap, (std::array{TextureImage::Wrap::repeat, TextureImage::Wrap::repeat}));
   EXPECT_EQ(std::get<DiffuseMaterial>(scene.materials[0].kind).reflectance, (TexturedColor{{0.5f, 0.5f, 0.5f}, 0}));
   EXPECT_EQ(std::get<DiffuseMaterial>(scene.materials[1].kind).reflectance, (TexturedColor{{1, 1, 1}, 1}));
   EXPECT_EQ(std::get<MirrorMaterial>(scene.materials[2].kind).reflectance, (TexturedColor{{1, 1, 1}, 2}));

@@ -118,6 +118,25 @@ TEST(MaterialJson, GlassHasRoughnessAnInteriorAndAPriority) {
             "inside");
 }
 
+TEST(MaterialJson, TexturesWrapAlongEachAxis) {
+  using enum TextureImage::Wrap;
+  for (const auto& [fields, wrap] : std::vector<std::pair<std::string, std::array<TextureImage::Wrap, 2>>>{
+           {"", {repeat, repeat}},
+           {R"(, "wrap": "CLAMP")", {clamp, clamp}},
+           {R"(, "wrap": "MIRROR")", {mirror, mirror}},
+           {R"(, "wrap": "MIRROR", "wrap_v": "CLAMP")", {mirror, clamp}},
+           {R"(, "wrap": "CLAMP", "wrap_v": "REPEAT")", {clamp, repeat}},
+           {R"(, "wrap_v": "MIRROR")", {repeat, mirror}}}) {
+    std::string text = material_document(R"("diffuse": {})");
+    text.insert(1, R"("textures": [{"name": "t", "file": "t.png")" + fields + "}], ");
+    const Result<SceneFile> file = read_scene_json(text, "m.json");
+    ASSERT_TRUE(file.ok()) << file.status();
+    const Result<Scene> back = unpack_scene(pack_scene(file->draft.scene));
+    ASSERT_TRUE(back.ok()) << back.status();
+    EXPECT_EQ(back->textures.at(0).wrap, wrap) << fields;
+  }
+}
+
 TEST(MaterialJson, MapsNameTexturesAndChannels) {
   const auto with_texture = [](const std::string& material) {
     std::string text = material_document(material);
