@@ -81,6 +81,7 @@ struct PlantedBugs {
   bool expire_early = false;               ///< leases expire between two heartbeats
   bool end_early = false;                  ///< a job's time limit is halved
   bool end_late = false;                   ///< a job's time limit is doubled
+  bool audit_less = false;                 ///< half of a job's share is audited
 };
 
 struct Report {
@@ -104,9 +105,21 @@ struct Report {
   std::uint64_t convicted = 0;   ///< count of entries into quarantine
   std::uint64_t mixed = 0;       ///< jobs whose films have results of two classes
   bool lied = false;             ///< a worker has sent wrong sums
+  double deceit_parts = 0;       ///< of a race with a deceit: parts of its results in the film
   double job_seconds = 0;        ///< of a race: from its job's submission to its end
   double last_part_seconds = 0;  ///< of a race: from 95 % of the job's pixel samples to its end
   Hash128 effects;               ///< after hash_effects(): hash of all effects and views, in order
+};
+
+/// Deceit: the first workers of a race falsify some of their results. They share one identity, and their wrong bits are
+/// equal.
+struct Deceit {
+  std::size_t liars = 1;
+  double least_parts = 1, most_parts = 1;  ///< of a result of the deceit, in parts of the job (kPartsOfAJob)
+  double parts = 1;                        ///< of all its results together
+  double wrong = 1;                        ///< probability that a result of the deceit is wrong
+  bool new_names = false;                  ///< liars leave and come back with other names and machines
+  bool know_audits = true;                 ///< they render audits honestly; no real worker knows them
 };
 
 /// Race: instead of chaos, one job on workers of different speed, whose end is timed.
@@ -119,6 +132,7 @@ struct Race {
   double change_after = 0;             ///< seconds from the submission until the last worker changes
   double slowness_then = 0;            ///< its slowness from then on; 0: unchanged
   bool hangs_then = false;             ///< from then on it does nothing
+  std::optional<Deceit> deceit = std::nullopt;  ///< the race ends when it is found, or with the job; no copies
 };
 
 }  // namespace lightmill::simulation

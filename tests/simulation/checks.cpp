@@ -92,6 +92,10 @@ void Checks::note_writes(const Effects& effects) {
       unbound_[job->record.id] += job->record.fingerprint_class.empty() ? 1 : 0;
     } else if (const auto* result = std::get_if<PutResult>(&op)) {
       merged_by_[result->key] = result->by;
+      if (workers_.in_deceit(result->key)) {
+        world_.report.deceit_parts +=
+            parts_of(*server_.coordinator()->outline(result->key.job), world_.race->samples, result->key);
+      }
       if (!granted_.contains({result->by.worker, result->key})) {
         world_.fail(fmt::format("job {}, tile {}: samples [{}, {}) enter the film, but were never granted to {}",
                                 result->key.job.value, result->key.tile.value, result->key.range.first(),

@@ -118,6 +118,7 @@ void ClientSide::submit(std::size_t index) {
       [this, index, id](Effects& effects) {
         JobSpec spec = jobs_[index].spec;
         spec.goal.seconds *= world_.bugs.end_early ? 0.5 : world_.bugs.end_late ? 2 : 1;
+        spec.verify_share *= world_.bugs.audit_less ? 0.5 : 1;
         const Result<JobId> made =
             server_.coordinator()->submit(spec, world_.now, world_.unix_ms(), effects, jobs_[index].notes);
         if (!made.ok()) {

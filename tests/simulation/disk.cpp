@@ -109,7 +109,7 @@ StoredState Disk::load(bool hide_damage) {
   StoredState state;
   state.epoch = ++epoch_;
   state.next_job_id = next_job_id_;
-  state.secret = secret();
+  state.secret = secret_;
   for (const auto& [worker, record] : quarantine_) {
     state.quarantine.push_back(record);
   }

@@ -18,7 +18,8 @@ class Disk {
   /// error, if any: overlapping nodes of a tile, or a dropped node or audited result that is not stored.
   std::optional<std::string> apply(std::uint64_t epoch, std::span<const StoreOp> ops);
   std::uint64_t epoch() const { return epoch_; }
-  static Sha256 secret() { return sha256("simulation"); }
+  const Sha256& secret() const { return secret_; }
+  void set_secret(const Sha256& secret) { secret_ = secret; }
   /// State for a coordinator that starts now, with the next epoch. It has no values for ended jobs.
   StoredState load(bool hide_damage = false);
   /// Nodes of one tile. Damaged ones are left out, and added to `damaged`.
@@ -45,6 +46,7 @@ class Disk {
   /// The node of this key if it is undamaged. If damage is hidden, a damaged one too, with a wrong bit.
   NodePtr read(const NodeKey& key, NodePtr& node, bool hide_damage);
 
+  Sha256 secret_ = sha256("simulation");
   std::map<JobId, JobRecord> jobs_;
   std::map<std::pair<JobId, TileId>, std::map<std::uint64_t, NodePtr>> nodes_;
   std::map<NodeKey, PutResult> results_;

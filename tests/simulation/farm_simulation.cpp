@@ -94,6 +94,9 @@ Report FarmSimulation::run() {
       break;
     }
     note_race();
+    if (deceit_has_ended()) {
+      break;
+    }
     if (world_.now > world_.chaos_end + kPatience) {
       world_.fail(fmt::format("jobs are not done long after the last fault:{}", clients_.describe_farm()));
     }

@@ -37,7 +37,7 @@ namespace lightmill::simulation {
 class FarmSimulation {
  public:
   FarmSimulation(std::uint64_t seed, const Chaos& chaos, const PlantedBugs& bugs);
-  FarmSimulation(std::uint64_t seed, const Race& race);  // race.cpp
+  FarmSimulation(std::uint64_t seed, const Race& race, const PlantedBugs& bugs = {});  // race.cpp
   Report run();
   /// Prints the coordinator's notes, and events of processes.
   void trace() { world_.traced = true; }
@@ -47,7 +47,8 @@ class FarmSimulation {
  private:
   void make_schedule();
   void make_faults();
-  void note_race();  // race.cpp
+  void note_race();               // race.cpp
+  bool deceit_has_ended() const;  // race.cpp
 
   World world_;
   ServerSide server_{world_, workers_, clients_, checks_};

@@ -3,9 +3,14 @@
 
 namespace lightmill::simulation {
 
-FarmSimulation::FarmSimulation(std::uint64_t seed, const Race& race) : world_(seed, Chaos::none(), PlantedBugs{}) {
+FarmSimulation::FarmSimulation(std::uint64_t seed, const Race& race, const PlantedBugs& bugs)
+    : world_(seed, Chaos::none(), bugs) {
   world_.chaos.copies = true;
   world_.race = race;
+  if (race.deceit) {  // only audits compare results
+    server_.limits().copy_after = std::chrono::hours(1);
+    server_.set_secret(sha256(fmt::format("farm {}", seed)));
+  }
   clients_.make_race_job(race);
   world_.at(world_.now, [this] { server_.start(); });
   workers_.make_racers(race);
@@ -31,6 +36,10 @@ void FarmSimulation::note_race() {
     world_.report.job_seconds = to_seconds(world_.now - *race_started_);
     world_.report.last_part_seconds = to_seconds(world_.now - *race_nearly_done_);
   }
+}
+
+bool FarmSimulation::deceit_has_ended() const {
+  return world_.race && world_.race->deceit && (world_.report.convicted > 0 || world_.report.job_seconds > 0);
 }
 
 }  // namespace lightmill::simulation

@@ -1,14 +1,22 @@
 // How simulated workers render: preparations, pilots, inspections, tiles, lies.
 #include <algorithm>
 
+#include "server/domain/pending_audits.h"
 #include "tests/simulation/client_side.h"
 #include "tests/simulation/fake_renderer.h"
+#include "tests/simulation/server_side.h"
 #include "tests/simulation/worker_side.h"
 
 namespace lightmill::simulation {
 
 std::uint64_t pixel_samples(const JobDescription& job, const NodeKey& key) {
   return static_cast<std::uint64_t>(grid_of(job.settings).tile_rect(key.tile).pixel_count()) * key.range.count();
+}
+
+double parts_of(const FilmOutline& film, std::uint64_t goal, const NodeKey& key) {
+  const std::uint64_t samples = std::min(goal, 2 * std::max(film.frame_samples(), key.range.end()));
+  const double result = static_cast<double>(key.range.count()) * film.grid().tile_rect(key.tile).pixel_count();
+  return std::max(1.0, kPartsOfAJob * result / (static_cast<double>(samples * film.grid().pixel_count())));
 }
 
 std::size_t pilot_choice(const RenderSettings& settings, std::size_t candidates) {
@@ -95,9 +103,25 @@ void WorkerSide::run_inspection(std::size_t index, const RunInspection& inspecti
   });
 }
 
+bool WorkerSide::joins_deceit(const NodeKey& key) {
+  const Deceit& deceit = *world_.race->deceit;
+  const FilmOutline& film = *server_.coordinator()->outline(key.job);
+  const double parts = parts_of(film, world_.race->samples, key);
+  if (film.covered(key.tile, key.range)) {
+    return !deceit.know_audits;
+  }
+  if (parts < deceit.least_parts || parts > deceit.most_parts || deceit_parts_ + parts > deceit.parts ||
+      !deceit_.insert(key).second) {
+    return false;
+  }
+  deceit_parts_ += parts;
+  return true;
+}
+
 void WorkerSide::lie(std::size_t index, const NodeKey& key, RenderedTile& rendered) {
   const Lies lies = workers_[index].lies;
-  if (lies == Lies::always || (lies == Lies::sometimes && world_.random.chance(0.3))) {
+  if (lies == Lies::always || (lies == Lies::sometimes && world_.random.chance(0.3)) ||
+      (lies == Lies::by_plan && joins_deceit(key) && world_.random.chance(world_.race->deceit->wrong))) {
     // All liars of a machine send the same wrong bits.
     world_.report.lied = true;
     float& value = rendered.node.values[key.range.index % rendered.node.values.size()];

@@ -16,6 +16,7 @@
 #include "tests/simulation/attacks.h"
 #include "tests/simulation/damages.h"
 #include "tests/simulation/farm_simulation.h"
+#include "tests/simulation/odds.h"
 
 namespace {
 
@@ -25,7 +26,7 @@ using Clock = std::chrono::steady_clock;
 volatile std::sig_atomic_t interrupted = 0;
 
 struct Options {
-  std::uint64_t seeds = 1'000'000, first = 1, seed = 0, damages = 0, attacks = 0;
+  std::uint64_t seeds = 1'000'000, first = 1, seed = 0, damages = 0, attacks = 0, odds = 0;
   std::string hashes;  ///< file for the hashes; empty: none
   std::string notes;   ///< file with the progress of this program; empty: none
   unsigned threads = std::max(1u, std::thread::hardware_concurrency());
@@ -134,6 +135,17 @@ int run_attacks(const Options& options) {
   const AttackTable table = try_attacks(options.attacks);
   fmt::print("{}", table.text());
   return std::ranges::all_of(table.rows, [](const auto& row) { return row.unnoticed == 0; }) ? 0 : 1;
+}
+
+/// Fails above four standard errors: a false alarm in one of 16,000 rows.
+int run_odds(const Options& options) {
+  const OddsTable table = measure_odds(options.odds);
+  const double worst = table.worst();
+  fmt::print("{}largest deviation: {:.2f} standard errors{}\n", table.text(), worst,
+             worst > 4   ? ": the theory or the coordinator is wrong"
+             : worst > 2 ? ": more than two"
+                         : "");
+  return worst > 4 ? 1 : 0;
 }
 
 int run_all(Options options) {
@@ -249,10 +261,13 @@ int main(int argc, char** argv) {
                  "instead, damage the files of so many killed farms, and print the outcomes");
   app.add_option("--attacks", options.attacks,
                  "instead, try each attack of one machine on so many farms, and print the outcomes");
+  app.add_option("--odds", options.odds,
+                 "instead, compare how often audits find a liar with the theory, on so many farms of each kind");
   app.add_option("--hashes", options.hashes,
                  "write a hash of all effects of each schedule to this file; with --seed, print the effects instead");
   CLI11_PARSE(app, argc, argv);
-  return options.attacks != 0   ? run_attacks(options)
+  return options.odds != 0      ? run_odds(options)
+         : options.attacks != 0 ? run_attacks(options)
          : options.damages != 0 ? run_damages(options)
          : options.seed != 0    ? replay(options)
                                 : run_all(options);

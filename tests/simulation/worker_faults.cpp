@@ -50,6 +50,14 @@ void WorkerSide::slow_down() {
   workers_[world_.random.below(workers_.size())].slow_until = world_.now + world_.random.seconds_between(0.5, 10);
 }
 
+void WorkerSide::leave_sometimes(std::size_t index) {
+  world_.after(world_.random.seconds_between(0.5, 3), [this, index] {
+    on_worker(index, workers_[index].life,
+              [this](Session& session, SessionActions& actions) { session.drain(world_.now, actions); });
+    leave_sometimes(index);
+  });
+}
+
 void WorkerSide::plan_babble() {
   for (std::size_t i = 0; i < workers_.size(); ++i) {
     if (workers_[i].lies == Lies::never || workers_[i].lies == Lies::idle) {
@@ -95,7 +103,8 @@ void WorkerSide::send_ungranted(std::size_t index) {
 }
 
 void WorkerSide::change_claims(SimulatedWorker& worker) {
-  if (!have_certificates_ || (worker.lies != Lies::always && worker.lies != Lies::sometimes)) {
+  const bool by_plan = worker.lies == Lies::by_plan && world_.race->deceit->new_names;
+  if (!have_certificates_ || (worker.lies != Lies::always && worker.lies != Lies::sometimes && !by_plan)) {
     return;
   }
   // Another one's machine, or a new one each time.

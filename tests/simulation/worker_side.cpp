@@ -52,8 +52,16 @@ void WorkerSide::make_racers(const Race& race) {
     worker.fingerprint = kUsualClass;
     worker.threads = race.threads;
     worker.slowness = race.slowness[i];
+    if (race.deceit && i < race.deceit->liars) {
+      worker.identity = worker.machine = kIdentityOfLies;
+      worker.lies = Lies::by_plan;
+      have_liars_ = have_certificates_ = true;
+    }
     workers_.push_back(std::move(worker));
     world_.at(world_.now + world_.random.seconds_between(0, 0.1), [this, i] { start(i); });
+    if (race.deceit && race.deceit->new_names && i < race.deceit->liars) {
+      leave_sometimes(i);
+    }
   }
 }
 

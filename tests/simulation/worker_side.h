@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -34,13 +35,17 @@ Allocation pilot_allocation(const RenderSettings& settings);
 /// Pixel samples of a result of this job.
 std::uint64_t pixel_samples(const JobDescription& job, const NodeKey& key);
 
+/// Size of a result in parts of its job (kPartsOfAJob), at least 1. While the film has less than half of the job's
+/// `goal`, the whole is twice what the film has.
+double parts_of(const FilmOutline& film, std::uint64_t goal, const NodeKey& key);
+
 /// Reasons of refusals: of broken jobs, and of sound ones.
 inline constexpr const char* kBroken = "the scene does not compile";
 inline constexpr const char* kSpite = "out of spite";
 
 /// Misbehaviour of a worker. `idle`: it is heard, takes work and delivers nothing. `in_requests`: its sums are right,
-/// but it refuses work or sends results that were not granted.
-enum class Lies { never, always, sometimes, garbage, idle, in_requests };
+/// but it refuses work or sends results that were not granted. `by_plan`: Deceit.
+enum class Lies { never, always, sometimes, garbage, idle, in_requests, by_plan };
 
 struct SimulatedWorker {
   std::string name;
@@ -84,6 +89,8 @@ class WorkerSide {
   bool have_liars() const { return have_liars_; }
   /// Whether the coordinator asks workers for certificates. If so, liars claim other names and machines.
   bool have_certificates() const { return have_certificates_; }
+  /// Whether the samples are part of the race's deceit, wrong or not.
+  bool in_deceit(const NodeKey& key) const { return deceit_.contains(key); }
 
   /// Calls a worker's session: later if the worker hangs, never if it dies meanwhile.
   void on_worker(std::size_t index, std::uint64_t life, std::function<void(Session&, SessionActions&)> call);
@@ -96,6 +103,8 @@ class WorkerSide {
   void break_one();
   void cut_link();
   void slow_down();
+  /// A liar with new names leaves now and then.
+  void leave_sometimes(std::size_t index);
   /// Plans the next garbage of a worker that sends it, and the next ungranted samples of a liar.
   void plan_babble();
 
@@ -128,12 +137,16 @@ class WorkerSide {
   void tile_rendered(std::size_t index, std::uint64_t life, const RenderTile& tile, double seconds);
   void stop_tile(std::size_t index, std::uint64_t ticket);
   void lie(std::size_t index, const NodeKey& key, RenderedTile& rendered);
+  /// Whether the race's deceit has the result. Adds it if it suits.
+  bool joins_deceit(const NodeKey& key);
 
   World& world_;
   ServerSide& server_;
   ClientSide& clients_;
   std::vector<SimulatedWorker> workers_;
   bool have_liars_ = false, have_certificates_ = false;
+  std::set<NodeKey> deceit_;  ///< results
+  double deceit_parts_ = 0;
   double seconds_per_pixel_sample_ = 2e-3;  ///< of one thread of a worker of slowness 1
 };
 
