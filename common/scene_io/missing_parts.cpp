@@ -47,7 +47,6 @@ void add_sky(LoadedScene& loaded) {
 void add_missing_camera(LoadedScene& loaded) {
   const Bounds bounds = bounds_of(loaded);
   if (is_course_cornell_box(bounds)) {
-    loaded.notices.emplace_back("there is no camera: the view into the Cornell box of the course was added");
     loaded.scene.camera = course_cornell_camera();
   } else {
     loaded.notices.emplace_back(

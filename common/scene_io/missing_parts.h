@@ -16,7 +16,7 @@ Status use_automatic_camera(LoadedScene& loaded);
 void add_sky(LoadedScene& loaded);
 
 /// Gives the scene of files without a camera the automatic one, or the view into the course's Cornell box if its bounds
-/// are that box. Adds a notice.
+/// are that box. Another view than this is a notice.
 void add_missing_camera(LoadedScene& loaded);
 
 /// Adds a sky, with a notice, unless something lights the scene (is_lit). The course's Cornell box only needs to emit.

@@ -170,7 +170,10 @@ TEST(Health, AWatcherLearnsOfTheShutdown) {
   ASSERT_TRUE(done());
   EXPECT_EQ(hear(), "\x08\x01") << "SERVING";
   farm.server().send(SIGTERM);
-  EXPECT_EQ(hear(), "\x08\x02") << "NOT_SERVING";
+  std::string last;
+  while ((last = hear()) == "\x08\x01") {  // a service may repeat a state
+  }
+  EXPECT_EQ(last, "\x08\x02") << "NOT_SERVING";
 }
 
 TEST(Health, ATakenPortIsReported) {

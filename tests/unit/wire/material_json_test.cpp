@@ -127,7 +127,7 @@ TEST(MaterialJson, TexturesWrapAlongEachAxis) {
            {R"(, "wrap": "MIRROR", "wrap_v": "CLAMP")", {mirror, clamp}},
            {R"(, "wrap": "CLAMP", "wrap_v": "REPEAT")", {clamp, repeat}},
            {R"(, "wrap_v": "MIRROR")", {repeat, mirror}}}) {
-    std::string text = material_document(R"("diffuse": {})");
+    std::string text = material_document(R"("diffuse": {"reflectance": {"rgb": [1, 1, 1]}})");
     text.insert(1, R"("textures": [{"name": "t", "file": "t.png")" + fields + "}], ");
     const Result<SceneFile> file = read_scene_json(text, "m.json");
     ASSERT_TRUE(file.ok()) << file.status();

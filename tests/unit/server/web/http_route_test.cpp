@@ -98,7 +98,7 @@ TEST(HttpRoute, EachRouteIsDescribedWithItsParameters) {
     }
     EXPECT_EQ(taken, described) << form;
   }
-  EXPECT_EQ(routes, 19);
+  EXPECT_EQ(routes, 20);
 }
 
 }  // namespace
