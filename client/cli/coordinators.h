@@ -1,4 +1,4 @@
-// Connections to the coordinators of a farm, of which one is active.
+// Connections to the coordinators of a farm. One coordinator is active.
 #pragma once
 
 #include <grpcpp/grpcpp.h>

@@ -47,7 +47,7 @@ Sha256 render_digest(const RenderSettings& settings, const std::string& fingerpr
 inline constexpr double kMaxGoalSeconds = 1e9;
 inline constexpr double kLeastGoalError = 1e-12;  ///< the least relMSE that single precision can tell from 0
 
-/// Limits of a job, of which at least one is set. The job ends at the first that it reaches.
+/// Limits of a job. At least one is set. The job ends at the first that it reaches.
 struct Goal {
   std::uint64_t samples = 0;  ///< per pixel; 0: no limit
   double seconds = 0;         ///< rendering time without pauses; 0: no limit

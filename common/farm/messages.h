@@ -136,7 +136,7 @@ struct Welcome {
   Hash128 farm{};             ///< id of the farm: grants of another farm are not valid here
 };
 
-/// Describes a job. Sent before a lease of a job of which the worker holds no other lease in this session.
+/// Describes a job. Sent before the first lease of this job that the worker holds in this session.
 struct JobDescription {
   JobId job;
   Sha256 render_digest;

@@ -11,8 +11,8 @@ namespace lightmill {
 ///
 /// Nothing is occluded here, so both the front and the back of a two-sided shape would count. Therefore each connected
 /// part counts with one of its sides, the one that gives more irradiance at the surface. For a convex closed part, also
-/// with a hole, this is its visible light, from outside and from inside. A part of which both sides are visible, such
-/// as an open tube, gives as little as half of its light.
+/// with a hole, this is its visible light, from outside and from inside. A part with two visible sides, such as an open
+/// tube, gives as little as half of its light.
 class FacetIrradiance {
  public:
   FacetIrradiance() = default;

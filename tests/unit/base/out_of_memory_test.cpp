@@ -1,6 +1,5 @@
 // The end of a program that cannot get the memory it needs.
 #include "common/base/out_of_memory.h"
-#include "common/base/sanitizers.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -10,6 +9,8 @@
 #include <stdexcept>
 #include <system_error>
 #include <thread>
+
+#include "common/base/sanitizers.h"
 
 namespace lightmill {
 namespace {
