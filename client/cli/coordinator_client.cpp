@@ -87,6 +87,18 @@ Status call(State& state, grpc::Status (Service::*method)(grpc::ClientContext*, 
   });
 }
 
+/// The job after an operation whose request has only its id.
+template <class State, class Service, class Request>
+Result<v1::Job> call_for_job(State& state,
+                             grpc::Status (Service::*method)(grpc::ClientContext*, const Request&, v1::Job*),
+                             std::uint64_t id) {
+  Request request;
+  request.set_id(id);
+  v1::Job job;
+  LM_RETURN_IF_ERROR(call(state, method, request, job));
+  return job;
+}
+
 }  // namespace
 
 struct CoordinatorClient::State {
@@ -168,11 +180,7 @@ Result<v1::Job> CoordinatorClient::submit(const v1::SubmitJobRequest& request) {
 }
 
 Result<v1::Job> CoordinatorClient::get_job(std::uint64_t id) {
-  v1::GetJobRequest request;
-  request.set_id(id);
-  v1::Job job;
-  LM_RETURN_IF_ERROR(call(*state_, &Stub::GetJob, request, job));
-  return job;
+  return call_for_job(*state_, &Stub::GetJob, id);
 }
 
 Result<ListedJobs> CoordinatorClient::list_jobs(v1::ListJobsRequest request, std::size_t limit) {
@@ -197,27 +205,15 @@ Result<ListedJobs> CoordinatorClient::list_jobs(v1::ListJobsRequest request, std
 }
 
 Result<v1::Job> CoordinatorClient::cancel_job(std::uint64_t id) {
-  v1::CancelJobRequest request;
-  request.set_id(id);
-  v1::Job job;
-  LM_RETURN_IF_ERROR(call(*state_, &Stub::CancelJob, request, job));
-  return job;
+  return call_for_job(*state_, &Stub::CancelJob, id);
 }
 
 Result<v1::Job> CoordinatorClient::pause_job(std::uint64_t id) {
-  v1::PauseJobRequest request;
-  request.set_id(id);
-  v1::Job job;
-  LM_RETURN_IF_ERROR(call(*state_, &Stub::PauseJob, request, job));
-  return job;
+  return call_for_job(*state_, &Stub::PauseJob, id);
 }
 
 Result<v1::Job> CoordinatorClient::resume_job(std::uint64_t id) {
-  v1::ResumeJobRequest request;
-  request.set_id(id);
-  v1::Job job;
-  LM_RETURN_IF_ERROR(call(*state_, &Stub::ResumeJob, request, job));
-  return job;
+  return call_for_job(*state_, &Stub::ResumeJob, id);
 }
 
 Result<v1::Job> CoordinatorClient::extend_job(std::uint64_t id, std::uint64_t samples, double error) {
