@@ -4,6 +4,8 @@
 #include <openssl/hmac.h>
 #include <xxhash.h>
 
+#include <new>
+
 #include "common/base/check.h"
 
 namespace lightmill {
@@ -58,8 +60,13 @@ Result<Sha256> Sha256::from_hex(std::string_view text) {
 }
 
 struct Sha256Hasher::State {
-  EVP_MD_CTX* context = EVP_MD_CTX_new();
+  State() {
+    if (context == nullptr) {
+      throw std::bad_alloc();
+    }
+  }
   ~State() { EVP_MD_CTX_free(context); }
+  EVP_MD_CTX* const context = EVP_MD_CTX_new();
 };
 
 Sha256Hasher::Sha256Hasher() : state_(std::make_unique<State>()) {

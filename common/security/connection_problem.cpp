@@ -77,9 +77,12 @@ class Socket {
   int fd_ = -1;
 };
 
-/// A context with the authorities and the certificate of `texts`, as far as they can be read.
+/// A context with the authorities and the certificate of `texts`, as far as they can be read. Null without memory.
 openssl::Context context_of(const TlsTexts& texts) {
   openssl::Context context(SSL_CTX_new(TLS_client_method()));
+  if (context == nullptr) {
+    return context;
+  }
   if (const auto authorities = openssl::certificates_in(texts.authority); authorities.ok()) {
     for (const openssl::Certificate& each : *authorities) {
       X509_STORE_add_cert(SSL_CTX_get_cert_store(context.get()), each.get());
@@ -107,7 +110,7 @@ std::optional<CertificateFacts> shown_by(SSL* connection) {
     return std::nullopt;
   }
   const openssl::Bio text(BIO_new(BIO_s_mem()));
-  if (PEM_write_bio_X509(text.get(), certificate.get()) != 1) {
+  if (text == nullptr || PEM_write_bio_X509(text.get(), certificate.get()) != 1) {
     return std::nullopt;
   }
   char* bytes = nullptr;

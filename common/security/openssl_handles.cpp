@@ -3,11 +3,17 @@
 #include <openssl/err.h>
 #include <openssl/pem.h>
 
+#include <new>
+
 namespace lightmill::openssl {
 namespace {
 
 Bio reader_of(std::string_view text) {
-  return Bio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
+  Bio bio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
+  if (bio == nullptr) {
+    throw std::bad_alloc();
+  }
+  return bio;
 }
 
 /// Instead of asking on the terminal.
