@@ -13,10 +13,10 @@ import struct
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
 import help_text
+from patience import wait_until
 
 BUILD = pathlib.Path(sys.argv.pop()).absolute()
 SOURCE = pathlib.Path(sys.argv.pop()).absolute()
@@ -143,9 +143,8 @@ class Units(unittest.TestCase):
                                                          port_file, "--http", "127.0.0.1:0"], log)
             programs = [server]
             try:
-                end = time.monotonic() + 30
-                while not (port_file.exists() and port_file.read_text()) and time.monotonic() < end and server.poll() is None:
-                    time.sleep(0.05)
+                wait_until("the coordinator writes its port", lambda: server.poll() is not None or
+                           port_file.exists() and port_file.read_text())
                 self.assertTrue(port_file.exists(), log_path.read_text())
                 farm = f"127.0.0.1:{port_file.read_text().strip()}"
                 programs.append(start_confined("lightmill-worker", ["--server", farm, "--threads", "2"], log))

@@ -17,7 +17,7 @@ import unittest
 
 import exceptions
 from commands import commands
-from reader import Failure, Reader
+from reader import Reader
 
 INSIDE = "LIGHTMILL_TEST_MACHINE"  # set in the namespaces of this test
 SIDE = 32
@@ -93,7 +93,7 @@ class Documents(unittest.TestCase):
                     for command in typing:
                         reader.type(command)
                     reader.stop()
-                except Failure as failure:
+                except AssertionError as failure:
                     raise self.failureException(f"{document}: {failure}") from None
                 finally:
                     reader.kill()
@@ -103,7 +103,7 @@ class Documents(unittest.TestCase):
             with self.subTest(command):
                 reader = self.reader()
                 try:
-                    self.assertRaises(Failure, reader.type, command)
+                    self.assertRaises(AssertionError, reader.type, command)
                 finally:
                     reader.kill()
 

@@ -5,9 +5,11 @@ import re
 import signal
 import socket
 import subprocess
-import time
+import sys
 
-PATIENCE_S = 120  # keeps the test from hanging
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from patience import PATIENCE_S, wait_until
+
 # Two commands for exceptions.py, and what the last command has left.
 PRELUDE = r'''
 first() { python3 -c 'import re, sys; print(re.search(r"\"%s\": ?\"?([^\",}]+)" % sys.argv[1], sys.stdin.read())[1])' "$1"; }
@@ -21,17 +23,8 @@ set -a
 '''
 
 
-class Failure(Exception):
+class Failure(AssertionError):
     """A command that does not do what its document says."""
-
-
-def eventually(what, true):
-    end = time.monotonic() + PATIENCE_S
-    while not (found := true()):
-        if time.monotonic() > end:
-            raise Failure(f"{what}: not within {PATIENCE_S} s")
-        time.sleep(0.02)
-    return found
 
 
 def listens(port):
@@ -84,7 +77,7 @@ class Reader:
             run = self.bash(f"exec {command}", stdout=out)
         shown = self.folder / output[1] if output else screen
         try:
-            eventually(command, lambda: run.poll() is not None or shown.exists() and shown.stat().st_size)
+            wait_until(command, lambda: run.poll() is not None or shown.exists() and shown.stat().st_size)
             run.send_signal(signal.SIGINT)
             run.wait(PATIENCE_S)
         finally:
@@ -103,7 +96,7 @@ class Reader:
             up = lambda: all(map(listens, {"listen": 7350, **ports}.values()))
         else:
             up = lambda: "connected to " in log.read_text()
-        eventually(f"{command} is up", lambda: up() or run.poll() is not None)
+        wait_until(f"{command} is up", lambda: up() or run.poll() is not None)
         if run.poll() is not None:
             self.stop()
 

@@ -11,12 +11,14 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 import urllib.request
 
 import yaml
 from prometheus_client.parser import text_string_to_metric_families
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from patience import wait_until
 
 BUILD = pathlib.Path(sys.argv.pop()).absolute()
 SOURCE = pathlib.Path(sys.argv.pop()).absolute()
@@ -25,17 +27,6 @@ ALERTS = SOURCE / "deploy" / "prometheus" / "alerts.yml"
 DASHBOARD = SOURCE / "deploy" / "grafana" / "lightmill.json"
 SIDE, SAMPLES = 64, 96
 TILE_BYTES = SIDE * SIDE * 6 * 4  # a node of one tile: two sums of three floats a pixel
-
-
-def wait_until(what, true, seconds=60):
-    end = time.monotonic() + seconds
-    while True:
-        found = true()
-        if found:
-            return found
-        if time.monotonic() > end:
-            raise AssertionError(f"not within {seconds} s: {what}")
-        time.sleep(0.05)
 
 
 def expressions():

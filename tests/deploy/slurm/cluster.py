@@ -8,7 +8,10 @@ import re
 import shutil
 import signal
 import subprocess
-import time
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from patience import wait_until
 
 CONTROLLER = "ctl"
 NETWORK = "10.77.0"
@@ -43,18 +46,6 @@ MinJobAge=300
 {nodes}
 PartitionName=render Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 """
-
-
-def wait_until(what, true, seconds=60):
-    """The first true value of true(). An error after the time limit."""
-    end = time.monotonic() + seconds
-    while True:
-        found = true()
-        if found:
-            return found
-        if time.monotonic() > end:
-            raise AssertionError(f"not within {seconds} s: {what}")
-        time.sleep(0.1)
 
 
 def run(*command, check=True, **more):

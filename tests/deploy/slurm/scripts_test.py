@@ -13,9 +13,11 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 from unittest import mock
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from patience import wait_until
 
 SOURCE = pathlib.Path(sys.argv.pop()).absolute()
 SLURM = SOURCE / "deploy" / "slurm"
@@ -55,12 +57,6 @@ class Scripts(unittest.TestCase):
         lines = self.calls.read_text().splitlines()
         return [line.split(" ", 1)[1] for line in lines if line.split()[0] == program]
 
-    def eventually(self, what, seconds=60):
-        end = time.monotonic() + seconds
-        while not what():
-            self.assertLess(time.monotonic(), end, "it does not happen")
-            time.sleep(0.02)
-
     def start(self, *options, job="9", node="n1", **more):
         """Starts the coordinator's script and everything it starts in their own process group."""
         process = subprocess.Popen(["bash", SLURM / "coordinator.sbatch", *options], start_new_session=True,
@@ -82,7 +78,7 @@ class Scripts(unittest.TestCase):
         before = len(self.called("lightmill-server"))
         process = self.start(*options, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **more)
         self.addCleanup(process.stdout.close)
-        self.eventually(lambda: len(self.called("lightmill-server")) > before)
+        wait_until("the coordinator starts", lambda: len(self.called("lightmill-server")) > before)
         return process
 
     def cancelled(self, process):
@@ -139,7 +135,7 @@ class Scripts(unittest.TestCase):
         self.stand_in("lightmill-server", f'[ "$(grep -c ^lightmill-server {self.calls})" -ge 3 ] || exit 1; while :; do /bin/sleep 0.05; done',
                       first="trap 'exit 0' TERM")
         process = self.start("--store", "postgres://db/farm")
-        self.eventually(lambda: len(self.called("lightmill-server")) == 3)
+        wait_until("three starts", lambda: len(self.called("lightmill-server")) == 3)
         self.assertEqual(self.called("sleep"), ["2", "4"], "seconds between them")
         self.assertEqual(self.cancelled(process), 0)
         self.assertEqual(len(self.called("lightmill-server")), 3)
@@ -149,7 +145,8 @@ class Scripts(unittest.TestCase):
         self.stand_in("lightmill-server", "exit 1")
         process = self.start("--store=postgres://db/farm")
         stat = pathlib.Path(f"/proc/{process.pid}/stat")
-        self.eventually(lambda: self.called("sleep") == ["2", "4", "8"] and stat.read_text().rpartition(")")[2].startswith(" S"))
+        wait_until("the third sleep", lambda: self.called("sleep") == ["2", "4", "8"] and
+                   stat.read_text().rpartition(")")[2].startswith(" S"))
         process.send_signal(signal.SIGUSR1)
         self.assertEqual(process.wait(60), 1)
         self.assertEqual(self.called("scontrol"), ["requeue 9"])
