@@ -18,14 +18,14 @@ struct Rendered {
 };
 
 // The box filter's scene has every feature of methods. The other scenes cover the filters and the light BVH.
-constexpr Rendered kRendered[] = {{FilterKind::box, 48, {3, 0}},
-                                  {FilterKind::tent, 24, {1, 0}},
-                                  {FilterKind::gaussian, 24, {1, 0}},
-                                  {FilterKind::blackman_harris, 24, {1, 0}}};
+constexpr Rendered kRendered[] = {{FilterKind::box, 32, {3, 0}},
+                                  {FilterKind::tent, 16, {1, 0}},
+                                  {FilterKind::gaussian, 16, {1, 0}},
+                                  {FilterKind::blackman_harris, 16, {1, 0}}};
 
 /// A bumpy sphere around (x, y, z) of rings and segments. No two triangles are alike.
 Mesh bumpy_sphere(double x, double y, double z, double radius) {
-  constexpr std::uint32_t kRings = 48, kSegments = 64;
+  constexpr std::uint32_t kRings = 24, kSegments = 32;
   Mesh mesh;
   for (std::uint32_t ring = 0; ring <= kRings; ++ring) {
     for (std::uint32_t segment = 0; segment <= kSegments; ++segment) {

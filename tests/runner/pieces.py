@@ -95,15 +95,14 @@ def build_piece(piece, deadline):
 
 
 def do_piece(piece, deadline=None, others=()):
-    """Builds the piece and runs its tests. The other pieces' tests run at the same time. Returns an Outcome of each."""
+    """Builds the piece and runs its tests. The other pieces are built and run while these tests run. Returns an Outcome of each."""
     results, runs = build_piece(piece, deadline)
-
-    def do_others():
-        return [outcome for other in others for outcome in do_piece(other, deadline)]
-    with beside(do_others, BUILD / "results" / "beside.log") if others else contextlib.nullcontext(list) as outcomes_of_others:
+    with contextlib.ExitStack() as stack:
+        later = [stack.enter_context(beside(lambda other=other: do_piece(other, deadline), BUILD / "results" / f"{other.folder.name}.log"))
+                 for other in others]
         if runs:
             results.add(run_tests(BUILD / piece.preset, runs, piece.folder, f"{piece.name}: tests", deadline))
-        return [Outcome(piece.name, results), *outcomes_of_others()]
+        return [Outcome(piece.name, results), *(outcome for outcomes in later for outcome in outcomes())]
 
 
 def print_outcomes(outcomes, watch):
