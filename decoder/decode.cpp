@@ -40,6 +40,10 @@ Result<DecodeReply> try_decode(const DecodeRequest& request, int file, int room)
   reply.height = image->height();
   reply.bytes_per_pixel = image->size().bytes_per_pixel;
   reply.encoded = image->encoded() ? 1 : 0;
+  const IgnoredProperties ignored = image->size().ignored;
+  reply.orientation = ignored.orientation ? 1 : 0;
+  reply.gamma = ignored.gamma ? 1 : 0;
+  reply.profile = ignored.profile ? 1 : 0;
   if (request.max_pixels == 0) {
     return reply;
   }

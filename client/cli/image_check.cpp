@@ -17,11 +17,13 @@ std::uint64_t negative_pixels(const Texels& texels) {
 }
 
 Status check_image(DecoderProcess& decoder, const ImageAsset& image, LoadedScene& loaded) {
-  const Result<Texels> texels = decoder.decode(as_byte_view(loaded.assets.at(image.asset)), image.name);
+  const ByteView bytes = as_byte_view(loaded.assets.at(image.asset));
+  const Result<ImageSize> size = decoder.size(bytes, image.name);
+  const Result<Texels> texels = size.ok() ? decoder.decode(bytes, image.name) : size.status();
   if (!texels.ok()) {
     return with_context(texels.status(), image.place);
   }
-  LM_RETURN_IF_ERROR(check_environment_image(image, texels->width, texels->height, loaded.notices));
+  LM_RETURN_IF_ERROR(check_image_header(image, *size, loaded.notices));
   if (const std::uint64_t negative = negative_pixels(*texels); negative > 0) {
     loaded.notices.push_back(fmt::format("{}: {}: {} of {} pixels have negative values, which count as 0", image.place,
                                          image.name, negative, std::int64_t{texels->width} * texels->height));

@@ -1,14 +1,23 @@
-// Size of an image, read from the file's header.
+// Size of an image and what is ignored of it, read from the file's header.
 #pragma once
 
 #include <cstdint>
 
 namespace lightmill {
 
+/// What a header says of the pixels' meaning, and no reader of scenes applies: glTF demands this, and other formats have
+/// no rule. Pixels count as they are stored, and integers as sRGB, unless the scene says otherwise.
+struct IgnoredProperties {
+  bool orientation = false;  ///< of Exif, other than upright
+  bool gamma = false;        ///< other than that of sRGB
+  bool profile = false;      ///< an ICC profile other than sRGB
+};
+
 struct ImageSize {
   int width = 0;
   int height = 0;
   std::uint32_t bytes_per_pixel = 4;  ///< as in Texels: 4, or 16 if a channel has more than eight bits
+  IgnoredProperties ignored;
   std::uint64_t pixels() const { return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height); }
 };
 

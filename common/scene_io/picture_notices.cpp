@@ -200,19 +200,27 @@ std::vector<std::string> picture_notices(const LoadedScene& loaded, bool needs_l
   return notices;
 }
 
-Status check_environment_image(const ImageAsset& image, int width, int height, std::vector<std::string>& notices) {
+Status check_image_header(const ImageAsset& image, const ImageSize& size, std::vector<std::string>& notices) {
+  const std::string where = fmt::format("{}: {}", image.place, image.name);
+  const auto say_ignored = [&](bool is_ignored, std::string_view property, std::string_view instead) {
+    if (is_ignored) {
+      notices.push_back(fmt::format("{}: its {} is ignored: {}", where, property, instead));
+    }
+  };
+  say_ignored(size.ignored.orientation, "Exif orientation", "the pixels count as they are stored");
+  say_ignored(size.ignored.gamma, "gamma", "colours count as sRGB unless the scene says otherwise");
+  say_ignored(size.ignored.profile, "ICC profile", "colours count as Rec. 709");
   if (!image.environment) {
     return ok_status();
   }
-  const std::string where = fmt::format("{}: {}", image.place, image.name);
-  if (const Status size = check_environment_size(width, height); !size.ok()) {
-    return with_context(size, where);
+  if (const Status checked = check_environment_size(size.width, size.height); !checked.ok()) {
+    return with_context(checked, where);
   }
-  if (std::abs(width - 2 * height) > 1) {  // an odd width cannot be exact
+  if (std::abs(size.width - 2 * size.height) > 1) {  // an odd width cannot be exact
     notices.push_back(
         fmt::format("{}: its {}x{} pixels are stretched over all longitudes and latitudes; such an image is twice as "
                     "wide as high",
-                    where, width, height));
+                    where, size.width, size.height));
   }
   return ok_status();
 }

@@ -1,6 +1,7 @@
 // Notices of surprises in a picture that can be predicted from its scene.
 #pragma once
 
+#include "common/image/image_size.h"
 #include "common/scene_io/load.h"
 
 namespace lightmill {
@@ -13,7 +14,8 @@ namespace lightmill {
 /// - a medium scatters so densely that paths of `max_bounces` end inside (0: the method follows no paths)
 std::vector<std::string> picture_notices(const LoadedScene& loaded, bool needs_light, std::uint32_t max_bounces = 0);
 
-/// Checks the size of an image that is an environment. An image that is not twice as wide as high has a notice.
-Status check_environment_image(const ImageAsset& image, int width, int height, std::vector<std::string>& notices);
+/// Checks the size of an image that is an environment. Notices: such an image that is not twice as wide as high, and
+/// properties of any image that are ignored.
+Status check_image_header(const ImageAsset& image, const ImageSize& size, std::vector<std::string>& notices);
 
 }  // namespace lightmill

@@ -69,11 +69,11 @@ def interrupt_on_signals():
 
 def processes_of(session):
     found = []
-    for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
+    for pid in filter(str.isdigit, os.listdir("/proc")):
         with contextlib.suppress(OSError):  # it has just ended
-            state, _, _, its_session = stat.read_text().rpartition(")")[2].split()[:4]
+            state, _, _, its_session = pathlib.Path("/proc", pid, "stat").read_text().rpartition(")")[2].split()[:4]
             if int(its_session) == session and state != "Z":
-                found.append(int(stat.parent.name))
+                found.append(int(pid))
     return found
 
 

@@ -56,7 +56,7 @@ Status check_images(LoadedScene& loaded, const SceneLimits& limits, DecoderProce
       return resource_exhausted("{}: {}: {} pixels are more than the {} that --image-megapixels of its worker allows",
                                 image.place, image.name, size->pixels(), limits.image_pixels);
     }
-    LM_RETURN_IF_ERROR(check_environment_image(image, size->width, size->height, loaded.notices));
+    LM_RETURN_IF_ERROR(check_image_header(image, *size, loaded.notices));
   }
   return ok_status();
 }

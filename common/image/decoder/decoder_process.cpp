@@ -243,8 +243,13 @@ Result<Texels> DecoderProcess::take_pixels(const DecodeReply& reply, std::int64_
 Result<ImageSize> DecoderProcess::size(ByteView bytes, const std::string& name) {
   const Descriptor room(::memfd_create("no pixels", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   const Result<DecodeReply> reply = ask(bytes, 0, room.number());
-  return reply.ok() ? Result<ImageSize>(ImageSize{reply->width, reply->height, reply->bytes_per_pixel})
-                    : with_context(reply.status(), name);
+  if (!reply.ok()) {
+    return with_context(reply.status(), name);
+  }
+  return ImageSize{reply->width,
+                   reply->height,
+                   reply->bytes_per_pixel,
+                   {reply->orientation != 0, reply->gamma != 0, reply->profile != 0}};
 }
 
 Result<Texels> DecoderProcess::decode(ByteView bytes, const std::string& name, std::int64_t max_pixels) {

@@ -24,6 +24,7 @@ struct DecodeReply {
   std::int32_t width = 0, height = 0;
   std::uint32_t bytes_per_pixel = 0;
   std::uint32_t encoded = 0;
+  std::uint32_t orientation = 0, gamma = 0, profile = 0;  ///< IgnoredProperties
   std::array<char, 1000> text{};  ///< error message without the image's name
 };
 

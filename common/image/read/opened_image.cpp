@@ -1,6 +1,9 @@
 #include "common/image/read/opened_image.h"
 
+#include <OpenImageIO/strutil.h>
+
 #include <algorithm>
+#include <cmath>
 
 #include "common/base/library_text.h"
 #include "common/image/exr_header.h"
@@ -156,7 +159,18 @@ Status OpenedImage::set_colors() {
 }
 
 ImageSize OpenedImage::size() const {
-  return {frame_.width, frame_.height, input_->spec().format.basesize() == 1 ? 4u : 16u};
+  return {frame_.width, frame_.height, input_->spec().format.basesize() == 1 ? 4u : 16u, ignored()};
+}
+
+IgnoredProperties OpenedImage::ignored() const {
+  constexpr float kGamma = 2.2f, kMost = 0.05f;  // sRGB's, as files state it
+  const OIIO::ImageSpec& spec = input_->spec();
+  const bool linear = OIIO::Strutil::iequals(spec.get_string_attribute("oiio:ColorSpace"), "linear");
+  const float gamma = linear ? 1 : spec.get_float_attribute("oiio:Gamma", kGamma);
+  const bool has_profile = spec.find_attribute("ICCProfile") != nullptr;
+  const std::string profile = spec.get_string_attribute("ICCProfile:profile_description");
+  return {!radiance_ && spec.get_int_attribute("Orientation", 1) != 1, encoded() && std::abs(gamma - kGamma) > kMost,
+          has_profile && profile.find("sRGB") == std::string::npos};
 }
 
 Status OpenedImage::check_limit(std::int64_t max_pixels) const {

@@ -41,6 +41,7 @@ class OpenedImage {
   explicit OpenedImage(ByteView bytes) : bytes_(bytes) {}
   Status open_as(const std::string& format);
   Status place();
+  IgnoredProperties ignored() const;
   Status set_colors();
   template <class T>
   Status read_as(T* pixels, T opaque);

@@ -6,6 +6,7 @@
 
 #include "common/image/exr.h"
 #include "common/image/png.h"
+#include "tests/support/image_files.h"
 #include "tests/support/places.h"
 
 namespace lightmill::cli {
@@ -94,6 +95,19 @@ TEST(ImageCheck, AnEnvironmentThatIsNotTwiceAsWideAsHighHasANotice) {
     ASSERT_TRUE(check(loaded).ok());
     EXPECT_EQ(loaded.notices, notice.empty() ? std::vector<std::string>() : std::vector<std::string>{notice});
   }
+}
+
+TEST(ImageCheck, IgnoredPropertiesHaveNotices) {
+  // A JPEG whose Exif segment says that the left edge of the pixels is the top of the picture.
+  const std::string segment(
+      "\xff\xe1\0\x22"
+      "Exif\0\0MM\0*\0\0\0\x08\0\1\1\x12\0\3\0\0\0\1\0\x06\0\0\0\0\0\0",
+      36);
+  LoadedScene loaded = scene_with("a.jpg", test::image_file("jpg", 0.5f).insert(2, segment), false);
+  ASSERT_TRUE(check(loaded).ok());
+  EXPECT_EQ(loaded.notices,
+            std::vector<std::string>{"place: a.jpg: its Exif orientation is ignored: the pixels count as "
+                                     "they are stored"});
 }
 
 TEST(ImageCheck, AMissingDecoderIsReported) {

@@ -9,6 +9,7 @@
 #include "common/image/exr.h"
 #include "common/image/exr_header.h"
 #include "common/image/read/read_image.h"
+#include "tests/support/image_files.h"
 
 namespace lightmill::test {
 namespace {
@@ -236,6 +237,84 @@ TEST(ImageProperties, AreAppliedOrRefusedByName) {
       const float most = *std::ranges::max_element(property.expected[pixel / width][pixel % width]);
       EXPECT_NEAR(texels->floats[i], expected, 2e-4f + (radiance ? most / 128 : 0)) << pixel << " " << i % 4;
     }
+  }
+}
+
+std::string big_endian(std::uint64_t value, int bytes) {
+  std::string out;
+  for (int i = bytes - 1; i >= 0; --i) {
+    out += static_cast<char>(value >> (8 * i) & 0xff);
+  }
+  return out;
+}
+
+/// The CRC of PNG's chunks (ISO 15948, annex D).
+std::uint32_t crc(std::string_view bytes) {
+  std::uint32_t sum = ~0u;
+  for (const char byte : bytes) {
+    sum ^= static_cast<unsigned char>(byte);
+    for (int bit = 0; bit < 8; ++bit) {
+      sum = (sum & 1) != 0 ? sum >> 1 ^ 0xedb88320u : sum >> 1;
+    }
+  }
+  return ~sum;
+}
+
+/// A PNG whose gAMA chunk, the only statement of its colours, states the exponent of the encoder.
+std::string png_with_gamma(double exponent) {
+  std::string file = image_file("png", 0.5f);
+  for (const char* const kind : {"gAMA", "sRGB", "iCCP", "cHRM"}) {
+    if (const std::size_t at = file.find(kind); at != std::string::npos) {
+      file.erase(at - 4, 12 + static_cast<unsigned char>(file[at - 1]));
+    }
+  }
+  const std::string chunk = "gAMA" + big_endian(static_cast<std::uint64_t>(std::lround(exponent * 1e5)), 4);
+  constexpr std::size_t kEndOfHeader = 8 + 25;
+  return file.insert(kEndOfHeader, big_endian(4, 4) + chunk + big_endian(crc(chunk), 4));
+}
+
+/// A JPEG with a segment after its first marker.
+std::string jpeg_with(char marker, const std::string& content) {
+  return image_file("jpg", 0.5f).insert(2, std::string("\xff") + marker + big_endian(content.size() + 2, 2) + content);
+}
+
+std::string jpeg_with_orientation(int orientation) {
+  const std::string entry = big_endian(0x112, 2) + big_endian(3, 2) + big_endian(1, 4) +
+                            big_endian(static_cast<std::uint64_t>(orientation), 2) + std::string(2, '\0');
+  return jpeg_with('\xe1', std::string("Exif\0\0MM\0*\0\0\0\x08\0\1", 16) + entry + std::string(4, '\0'));
+}
+
+/// A profile with a name only (ICC.1:2001, 6.1 and 6.5.17).
+std::string jpeg_with_profile(const std::string& name) {
+  const std::string text =
+      std::string("desc\0\0\0\0", 8) + big_endian(name.size() + 1, 4) + name + std::string(79, '\0');
+  std::string profile = std::string(36, '\0') + "acsp" + std::string(88, '\0') + big_endian(1, 4) + "desc" +
+                        big_endian(144, 4) + big_endian(text.size(), 4) + text;
+  profile.replace(0, 4, big_endian(profile.size(), 4));
+  return jpeg_with('\xe2', std::string("ICC_PROFILE\0\1\1", 14) + profile);
+}
+
+TEST(ImageProperties, ThatAreIgnoredAreFound) {
+  const struct {
+    std::string name, file;
+    IgnoredProperties ignored;
+  } rows[] = {{"PNG without", image_file("png", 0.5f), {}},
+              {"PNG gAMA of sRGB", png_with_gamma(1 / 2.2), {}},
+              {"PNG gAMA 1", png_with_gamma(1), {false, true, false}},
+              {"PNG gAMA 1/1.8", png_with_gamma(1 / 1.8), {false, true, false}},
+              {"JPEG without", image_file("jpg", 0.5f), {}},
+              {"JPEG upright", jpeg_with_orientation(1), {}},
+              {"JPEG turned", jpeg_with_orientation(6), {true, false, false}},
+              {"JPEG with sRGB's profile", jpeg_with_profile("sRGB IEC61966-2.1"), {}},
+              {"JPEG with a profile", jpeg_with_profile("Display P3"), {false, false, true}},
+              {"EXR without", image_file("exr", 0.5f), {}},
+              {"Radiance turned", radiance(numbered_rows(3, 2), "", "+X+Y"), {}}};
+  for (const auto& [name, file, ignored] : rows) {
+    const Result<ImageSize> size = read_size(as_byte_view(file), "a");
+    ASSERT_TRUE(size.ok()) << name << size.status();
+    EXPECT_EQ(size->ignored.orientation, ignored.orientation) << name;
+    EXPECT_EQ(size->ignored.gamma, ignored.gamma) << name;
+    EXPECT_EQ(size->ignored.profile, ignored.profile) << name;
   }
 }
 
