@@ -325,9 +325,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       return answer(error_reply(make_error(StatusCode::kUnimplemented, "pages must be requested with GET")));
     }
     if (file == nullptr) {
-      Response response = response_of(http::status::not_found);
-      set_body(response, "text/plain; charset=utf-8", shared(fmt::format("there is no {}\n", printable(path))));
-      return write(std::move(response));
+      return write_missing_page(path);
     }
     const bool same = as_std(request_[http::field::if_none_match]) == file->etag;
     Response response = response_of(same ? http::status::not_modified : http::status::ok);
@@ -340,6 +338,19 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       response.set(http::field::content_encoding, "gzip");
     }
     set_body(response, file->content_type, same ? shared("") : packed ? file->gzip : file->bytes);
+    write(std::move(response));
+  }
+
+  /// "/docs/" leads to "/docs", where the links of that page fit. The location is relative, because a proxy may serve the
+  /// page below a folder.
+  void write_missing_page(std::string_view path) {
+    const std::string_view page = path.substr(0, std::max<std::size_t>(path.size(), 1) - 1);
+    const bool slash = path.ends_with('/') && parts_.pages.find(page) != nullptr;
+    Response response = response_of(slash ? http::status::permanent_redirect : http::status::not_found);
+    if (slash) {
+      response.set(http::field::location, fmt::format("..{}", page.substr(page.rfind('/'))));
+    }
+    set_body(response, "text/plain; charset=utf-8", shared(fmt::format("there is no {}\n", printable(path))));
     write(std::move(response));
   }
 

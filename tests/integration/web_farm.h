@@ -35,12 +35,13 @@ inline std::string submit_body(const JobSpec& spec) {
   return json_of(request);
 }
 
-/// A farm with a page of one file.
+/// A farm with a page and a document.
 class WebFarm {
  public:
   explicit WebFarm(const std::vector<std::string>& more_options = {}, const Launch& launch = {"127.0.0.1", {}, {}}) {
     std::filesystem::create_directories(pages_.path() / "assets");
     std::ofstream(pages_.path() / "index.html") << "<p>the page</p>";
+    std::ofstream(pages_.path() / "docs.html") << "<p>the documents</p>";
     std::ofstream(pages_.path() / "assets" / "a.js") << "let a;";
     std::ofstream(pages_.path() / "assets" / "a.js.gz") << "packed";
     std::vector<std::string> options{"--http",    "127.0.0.1:0", "--http-port-file",

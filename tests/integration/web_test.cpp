@@ -109,6 +109,19 @@ TEST(Web, ServesThePageWithItsSecurityHeadersAndNoOtherFile) {
   EXPECT_EQ(web.send(http::verb::delete_, "/").result_int(), 405u);
 }
 
+TEST(Web, APathWithASlashLeadsToItsDocument) {
+  WebFarm web;
+  EXPECT_EQ(web.get("/docs").body(), "<p>the documents</p>");
+  const Response moved = web.get("/docs/");
+  EXPECT_EQ(moved.result_int(), 308u);
+  EXPECT_EQ(moved[http::field::location], "../docs");
+  for (const char* target : {"/assets/", "/nothing/", "/docs//", "/docs.html/x/"}) {
+    const Response missing = web.get(target);
+    EXPECT_EQ(missing.result_int(), 404u) << target;
+    EXPECT_EQ(missing[http::field::location], "") << target;
+  }
+}
+
 TEST(Web, JobsAndWorkersAreListedAndSteered) {
   WebFarm web;
   FarmClient client = web.farm().client();
