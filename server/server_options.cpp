@@ -146,18 +146,8 @@ Status check_options(const ServerOptions& options) {
              : ok_status();
 }
 
-}  // namespace
-
-std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& options) {
-  CLI::App app{
-      "The coordinator of a Lightmill farm: takes jobs from `lightmill`, gives them to `lightmill-worker`s in units, "
-      "and stores the results.\n\nStart one, then workers with --server HOST:PORT, then render with `lightmill "
-      "render SCENE`.\nStop it with Ctrl-C or SIGTERM. Started again on the same directory, it resumes.\n\nSeveral "
-      "coordinators can share one --store: one is active, the others stand by and take over within seconds.\n",
-      "lightmill-server"};
-  app.footer("Exit codes: 0 it was stopped, 1 it cannot start or continue, 2 bad usage, 130 stopped at once.");
-  app.set_version_flag("--version", fmt::format("lightmill-server {} ({})", LIGHTMILL_VERSION, kRendererVersion));
-  add_describe_option(app, LIGHTMILL_VERSION);
+/// Options of the coordinator and of `check`.
+void add_state_options(CLI::App& app, ServerOptions& options) {
   app.add_option("--data", options.data,
                  "directory of all its state; created if missing. With XDG_DATA_HOME, the default is lightmill in that "
                  "folder. With --store, it holds only the record of the last commit, and has no default")
@@ -170,6 +160,23 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
   app.add_flag("--accept-loss", options.accept_loss,
                "start even if the database has lost acknowledged commits, and continue without them; otherwise such "
                "a database is refused");
+}
+
+}  // namespace
+
+std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& options) {
+  CLI::App app{
+      "The coordinator of a Lightmill farm: takes jobs from `lightmill`, gives them to `lightmill-worker`s in units, "
+      "and stores the results.\n\nStart one, then workers with --server HOST:PORT, then render with `lightmill "
+      "render SCENE`.\nStop it with Ctrl-C or SIGTERM. Started again on the same directory, it resumes.\n\nSeveral "
+      "coordinators can share one --store: one is active, and a standby takes over within seconds.\n",
+      "lightmill-server"};
+  app.footer("Exit codes: 0 it was stopped, 1 it cannot start or continue, 2 bad usage, 130 stopped at once.");
+  app.set_help_flag("-h,--help", "print this help");
+  app.set_version_flag("--version", fmt::format("lightmill-server {} ({})", LIGHTMILL_VERSION, kRendererVersion),
+                       "print the version");
+  add_describe_option(app, LIGHTMILL_VERSION);
+  add_state_options(app, options);
   app.add_option("--listen", options.listen, "address and port to listen on; port 0 takes a free one")
       ->type_name("HOST:PORT")
       ->capture_default_str();
@@ -225,7 +232,7 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
             "memory for messages in transit; by default 4, or an eighth of the memory that the coordinator may use")
       ->default_str("");
   add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000},
-            "connected workers; further ones are refused, and try again");
+            "connected workers; further ones are refused, and retry");
   add_limit(app, "--keep-days", options.keep_days, "DAYS", {0.0, 36'500.0},
             "ended jobs are deleted after this time; 0: never");
   add_limit(app, "--reserve-gib", options.reserve_gib, "GIB", {0.0, 65536.0},
@@ -235,11 +242,12 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
             "workers");
   add_limit(app, "--log-days", options.log_days, "DAYS", {1, 36'500},
             "entries of the farm's log are deleted after this time");
-  CLI::App* const check = app.add_subcommand("check", "check all stored data against its checksums, and exit");
-  check->fallthrough()->footer(
-      "Takes --data or --store. Removes what is damaged. The next coordinator has it rendered again, if possible.\n"
-      "No coordinator may be active.\nExit codes: 0 nothing is lost, 1 something is lost or cannot be checked, 2 bad "
-      "usage.");
+  CLI::App* const check = app.add_subcommand("check", "Check all stored data against its checksums.");
+  add_state_options(*check, options);
+  add_log_options(*check, options.log);
+  check->footer(
+      "No coordinator may be active. Damaged data is removed. The next coordinator has it rendered again, if possible."
+      "\nExit codes: 0 nothing is lost, 1 something is lost or cannot be checked, 2 bad usage.");
   return parse_options(app, argc, argv, [&] {
     options.check = check->parsed();
     if (options.data.empty() && options.store.empty()) {

@@ -113,7 +113,9 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
       "what it has begun, gives back the rest and leaves. A second signal ends it at once.\n",
       "lightmill-worker"};
   app.footer("Exit codes: 0 it has left the farm, 1 it cannot start or continue, 2 bad usage, 130 stopped at once.");
-  app.set_version_flag("--version", fmt::format("lightmill-worker {} ({})", LIGHTMILL_VERSION, kRendererVersion));
+  app.set_help_flag("-h,--help", "print this help");
+  app.set_version_flag("--version", fmt::format("lightmill-worker {} ({})", LIGHTMILL_VERSION, kRendererVersion),
+                       "print the version");
   add_describe_option(app, LIGHTMILL_VERSION);
   app.add_option("--server", options.server, "HOST:PORT of the coordinator; several, with commas, are tried in turn")
       ->type_name("HOST:PORT[,HOST:PORT]")

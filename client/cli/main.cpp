@@ -1,4 +1,6 @@
 // lightmill: the command line of the render farm.
+#include <fmt/ranges.h>
+
 #include <cerrno>
 #include <cstring>
 #include <iostream>
@@ -6,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
+#include "client/cli/help_topics.h"
 #include "common/base/out_of_memory.h"
 #include "common/command_line/describe_option.h"
 #include "common/command_line/help_page.h"
@@ -17,17 +20,13 @@ namespace {
 
 constexpr const char* kAbout =
     "Lightmill renders one picture on many machines.\n\n"
-    "  lightmill render scene.json -o picture.png     render and wait for the picture\n"
-    "  lightmill submit scene.json                    queue a render and print its job number\n"
-    "  lightmill watch 7                              follow a job\n"
-    "  lightmill fetch 7 -o picture.exr               write its current picture\n\n"
+    "  lightmill render scene.json -o picture.png  render and wait for the picture\n"
+    "  lightmill submit scene.json                 queue a render, print its number\n"
+    "  lightmill watch 7                           follow a job\n"
+    "  lightmill fetch 7 -o picture.exr            write its current picture\n\n"
     "A farm is one lightmill-server and any number of lightmill-worker processes. Commands use the farm given by "
     "--server or the environment variable LIGHTMILL_SERVER, else 127.0.0.1:7350. Without a farm `render` starts a local "
     "one.";
-
-constexpr const char* kFooter =
-    "`lightmill help COMMAND` explains a command, `lightmill help methods` the methods, and `lightmill help "
-    "exit-codes` the exit codes.";
 
 ExitCode usage_error(std::string_view message, int argc, char** argv) {
   const Console console(has_flag(argc, argv, "--json"), has_flag(argc, argv, "--openjd"));
@@ -54,8 +53,10 @@ int run(int argc, char** argv) {
   Signals signals;
   Context context{signals, {}, {}};
   CLI::App app(kAbout, "lightmill");
-  app.footer(kFooter);
-  app.set_version_flag("--version", "lightmill " LIGHTMILL_VERSION);
+  app.footer(fmt::format("`lightmill help COMMAND` explains a command, and `lightmill help TOPIC` a topic: {}.",
+                         fmt::join(help_topic_names(), ", ")));
+  app.set_help_flag("-h,--help", "print this help");
+  app.set_version_flag("--version", "lightmill " LIGHTMILL_VERSION, "print the version");
   add_describe_option(app, LIGHTMILL_VERSION);
   app.require_subcommand(1);
   add_render_commands(app, context);

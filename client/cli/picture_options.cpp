@@ -25,6 +25,7 @@ std::vector<std::string> PictureOptions::png_outputs() const {
 }
 
 void add_picture_options(CLI::App& command, PictureOptions& options) {
+  command.option_defaults()->group("Output");
   command
       .add_option("-o,--output", options.outputs,
                   "output picture, .exr (linear, with all layers and the receipt) or .png; may be repeated")
@@ -49,6 +50,7 @@ void add_picture_options(CLI::App& command, PictureOptions& options) {
       ->capture_default_str()
       ->check(real_number(0.01, kMaxGamma))
       ->each(note("--gamma"));
+  command.option_defaults()->group("Options");
 }
 
 }  // namespace lightmill::cli

@@ -105,6 +105,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   JobSpec& spec = options.spec;
   RenderSettings& settings = spec.settings;
   add_scene_options(command, options.scene);
+  command.option_defaults()->group("Limits");
   command.add_option("--spp", spec.goal.samples, "stop at N samples per pixel (default 64 if no other limit is given)")
       ->type_name("N")
       ->check(whole_number(1, kMaxSamples));
@@ -113,12 +114,12 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       ->type_name("T");
   add_parsed(command, "--error", spec.goal.error, parse_error,
              "stop when the picture's error (relMSE) is at most E with 95 % confidence: 0.01 is slightly noisy, "
-             "0.001 smooth; with several limits the first one ends the job")
+             "0.001 smooth")
       ->type_name("E");
-  command.add_flag(
-      "--adaptive", spec.goal.adaptive,
-      "adaptive sampling: noisy tiles get up to 4 times as many samples, smooth tiles as few as a quarter; the "
-      "average stays the same; a pilot measures the noise first");
+  command.add_flag("--adaptive", spec.goal.adaptive,
+                   "adaptive sampling: noisy tiles get up to 4 times as many samples, smooth tiles as few as a quarter "
+                   "(`lightmill help limits`)");
+  command.option_defaults()->group("Picture");
   command.add_option("--size", options.size, "picture size in pixels, instead of the scene's")
       ->type_name("WxH")
       ->check(readable(parse_size));
@@ -135,35 +136,32 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command
       .add_option("--layers", options.layers,
                   "more layers in the EXR: direct, indirect, caustic, bias, albedo, normal, depth, id, and "
-                  "light:NAME for a light group; caustic has all; auto, path and vcm have all but caustic; ppm has "
-                  "bias and those after it; other methods have albedo, normal, depth and id")
+                  "light:NAME for a light group (`lightmill help layers`)")
       ->type_name("A,B,...");
   command
-      .add_option(
-          "--max-bounces", settings.max_bounces,
-          "longest light path of path, caustic, vcm, ppm, photon-map and whitted (default 1000; whitted: 128, its "
-          "maximum); only dense white fog reaches it")
+      .add_option("--max-bounces", settings.max_bounces,
+                  "scatterings of a light path at most (default: 1000; whitted: 128); only dense white fog reaches it")
       ->type_name("N")
       ->check(whole_number(1, kMostBounces));
   command.add_option("--seed", settings.seed, "the same seed gives the same picture, bit for bit")
       ->type_name("S")
       ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
       ->capture_default_str();
+  command.option_defaults()->group("Job");
   command.add_option("--priority", spec.priority, "jobs with a higher priority go first")
       ->type_name("P")
       ->check(signed_whole_number(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()))
       ->capture_default_str();
   add_parsed(command, "--verify", spec.verify_share, parse_share,
-             "audit this share of the results: another identity (certificate or token) renders them again, to find "
-             "workers that compute wrongly: 1%, 0.1%, all, none")
+             "share of the results that another identity renders again, to find workers that compute wrongly: 1%, "
+             "0.1%, all, none (`lightmill help audits`)")
       ->type_name("SHARE")
       ->default_str("1%");
-  command.add_flag(
-      "--allow-mixed", spec.allow_mixed,
-      "let workers of every fingerprint class render it together; if they round differently, its bits cannot be "
-      "reproduced, so the picture cannot be verified, and results are audited only within a class");
+  command.add_flag("--allow-mixed", spec.allow_mixed,
+                   "let workers that round differently render it together; its bits cannot be reproduced then");
   command.add_option("--name", spec.name, "name of the job (default: the scene's name)")->type_name("NAME");
   command.add_option("--owner", spec.owner, "owner of the job (default: you)")->type_name("NAME");
+  command.option_defaults()->group("Options");
 }
 
 Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {

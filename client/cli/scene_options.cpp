@@ -23,35 +23,32 @@ Result<LoadedScene> load_within_memory(const std::vector<std::filesystem::path>&
 }  // namespace
 
 void add_scene_options(CLI::App& command, SceneOptions& options) {
+  command.option_defaults()->group("Scene");
   command
       .add_option("SCENE", options.scenes,
-                  "a scene document (scenes/cornell-bench-blocks.json), one or several Wavefront OBJ files, a glTF "
-                  "file (.gltf, .glb), or a .blend file if Blender is installed")
+                  "a scene document (.json), Wavefront OBJ files, a glTF file, or a .blend file (`lightmill help "
+                  "scenes`)")
       ->type_name("FILE")
       ->required();
   command
-      .add_option(
-          "--camera", options.camera,
-          "a camera of the scene, by its name or number (default: 1), a JSON file with a camera, or auto: a view "
-          "of all from the front, above and right, which scenes without a camera get")
+      .add_option("--camera", options.camera,
+                  "a camera of the scene, by its name or number, a JSON file with a camera, or auto: a view of all")
       ->type_name("NAME|N|FILE|auto");
   command
       .add_option("--mtl", options.mtl,
-                  "meaning of Ka in MTL files: emission (course), or ambient light, which is ignored (standard); by "
-                  "default it is emission if some materials lack it and none has Ke")
+                  "meaning of Ka in MTL files: emission (course), or ambient light, which is ignored (standard)")
       ->type_name("course|standard");
   command
       .add_option("--sky", options.sky,
                   "an even white sky: on, off, or auto, which adds it to OBJ and glTF files that nothing lights")
       ->type_name("auto|on|off")
       ->capture_default_str();
-  command.add_flag(
-      "--strict", options.strict,
-      "refuse OBJ, MTL and glTF files with faults, such as odd lines and missing files; without it, a notice "
-      "names each kind of fault");
+  command.add_flag("--strict", options.strict,
+                   "refuse OBJ, MTL and glTF files with faults, such as odd lines and missing files");
   command.add_flag(
       kUnsandboxedImages, options.unsandboxed_images,
       "decode images even if the kernel refuses the sandbox (seccomp); only for scenes from people you trust");
+  command.option_defaults()->group("Options");
 }
 
 Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {

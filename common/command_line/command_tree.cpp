@@ -8,6 +8,8 @@ namespace lightmill {
 namespace {
 
 const std::function<bool(const CLI::App*)> kAll = nullptr;
+/// An option that this many commands have is shared.
+constexpr std::size_t kShared = 3;
 
 OptionDoc option_doc(const CLI::Option& option) {
   OptionDoc doc;
@@ -112,6 +114,27 @@ std::vector<const CommandDoc*> all_commands(const CommandDoc& root) {
   std::vector<const CommandDoc*> all;
   append_all(root, all);
   return all;
+}
+
+std::vector<OptionDoc> shared_options(const std::vector<const CommandDoc*>& commands) {
+  std::vector<std::pair<OptionDoc, std::size_t>> counts;
+  for (const CommandDoc* command : commands) {
+    for (const OptionDoc& option : command->options) {
+      const auto known = std::ranges::find(counts, option, &std::pair<OptionDoc, std::size_t>::first);
+      if (known == counts.end()) {
+        counts.emplace_back(option, 1);
+      } else {
+        ++known->second;
+      }
+    }
+  }
+  std::vector<OptionDoc> shared;
+  for (const auto& [option, count] : counts) {
+    if (count >= kShared) {
+      shared.push_back(option);
+    }
+  }
+  return shared;
 }
 
 ValueChoice choice_of(const std::string& type_name) {

@@ -1,5 +1,5 @@
-// A program's commands and options as plain values, taken from its parser. Help, completions and manual pages are made
-// from them.
+// A program's commands and options as plain values, taken from its parser. Help, completions, manual pages and
+// the reference are made from them.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -19,8 +19,11 @@ struct OptionDoc {
   bool required = false, repeats = false;
   bool value_optional = false;  ///< the value may be left out; `text` says what is used then
 
-  /// "HOST:PORT", or "[HOST:PORT]" if it may be left out. Empty for a flag.
-  std::string shown_value() const { return value_optional ? "[" + value + "]" : value; }
+  /// "HOST:PORT", "FILE..." if there may be several, "[HOST:PORT]" if it may be left out. Empty for a flag.
+  std::string shown_value() const {
+    const std::string words = repeats && !value.ends_with("...") ? value + "..." : value;
+    return value_optional ? "[" + words + "]" : words;
+  }
 
   friend bool operator==(const OptionDoc&, const OptionDoc&) = default;
 };
@@ -47,6 +50,9 @@ CommandDoc command_of(const CLI::App& app);
 
 /// The command and all below it, parents first.
 std::vector<const CommandDoc*> all_commands(const CommandDoc& root);
+
+/// Options that several commands have with the same text, so that a page can describe them once.
+std::vector<OptionDoc> shared_options(const std::vector<const CommandDoc*>& commands);
 
 /// What a completion offers for a value.
 struct ValueChoice {

@@ -14,7 +14,25 @@ namespace {
 constexpr int kMostColumns = 100;
 constexpr int kLeastColumns = 40;
 
-/// Wraps paragraphs. Indented lines, such as examples, stay as they are.
+void add_example(std::string_view line, int columns, std::string& page) {
+  if (columns_of(line) <= columns) {
+    page += fmt::format("{}\n", line);
+    return;
+  }
+  const std::size_t indent = line.find_first_not_of(' '), end = std::min(line.find("  ", indent), line.size());
+  const std::string_view command = line.substr(indent, end - indent), comment = line.substr(end);
+  const int room = columns - static_cast<int>(indent);
+  const std::vector<std::string> lines =
+      columns_of(command) <= room ? std::vector{std::string(command)} : wrap_to_columns(command, room - 4);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    page += fmt::format("{:{}}{}{}\n", "", indent + (i > 0 ? 2 : 0), lines[i], i + 1 < lines.size() ? " \\" : "");
+  }
+  for (const std::string& part :
+       wrap_to_columns(comment.substr(std::min(comment.find_first_not_of(' '), comment.size())), room - 4)) {
+    page += part.empty() ? "" : fmt::format("{:{}}{}\n", "", indent + 4, part);
+  }
+}
+
 void add_text(std::string_view text, int columns, std::string& page) {
   std::string paragraph;
   const auto end_paragraph = [&] {
@@ -30,7 +48,7 @@ void add_text(std::string_view text, int columns, std::string& page) {
     text.remove_prefix(std::min(line.size() + 1, text.size()));
     if (line.empty() || line.starts_with(' ')) {
       end_paragraph();
-      page += fmt::format("{}\n", line);
+      add_example(line, columns, page);
     } else {
       paragraph += fmt::format("{}{}", paragraph.empty() ? "" : " ", line);
     }
@@ -68,14 +86,10 @@ void add_entries(const std::vector<Entry>& entries, int columns, std::string& pa
   }
 }
 
-std::string with_dots(const OptionDoc& option) {
-  return option.repeats ? option.shown_value() + "..." : option.shown_value();
-}
-
 Entry entry_of(const OptionDoc& option) {
   Entry entry{fmt::format("{}", fmt::join(option.names, ",")), option.text};
   if (!option.value.empty()) {
-    entry.name += " " + with_dots(option);
+    entry.name += " " + option.shown_value();
   }
   if (option.required) {
     entry.text += " (must be given)";
@@ -110,6 +124,30 @@ void add_groups(const std::vector<Doc>& docs, const EntryOf& entry_of_doc, int c
   }
 }
 
+class HelpFormatter final : public CLI::FormatterBase {
+ public:
+  std::string make_help(const CLI::App* app, std::string, CLI::AppFormatMode) const override {
+    return help_page_for_terminal(*app);
+  }
+};
+
+int columns_for_terminal() {
+  const int columns = terminal_columns(STDOUT_FILENO);
+  return columns == 0 ? kMostColumns : columns;
+}
+
+}  // namespace
+
+std::string wrapped_text(std::string_view text, int columns) {
+  std::string page;
+  add_text(text, std::clamp(columns, kLeastColumns, kMostColumns), page);
+  return page;
+}
+
+std::string text_for_terminal(std::string_view text) {
+  return wrapped_text(text, columns_for_terminal());
+}
+
 std::string usage_of(const CommandDoc& command) {
   std::string usage = "Usage: " + command.words();
   for (const OptionDoc& position : command.positions) {
@@ -118,7 +156,7 @@ std::string usage_of(const CommandDoc& command) {
   }
   for (const OptionDoc& option : command.options) {
     if (option.required) {
-      usage += fmt::format(" {} {}", option.names.back(), with_dots(option));
+      usage += fmt::format(" {} {}", option.names.back(), option.shown_value());
     }
   }
   usage += " [OPTIONS]";
@@ -127,15 +165,6 @@ std::string usage_of(const CommandDoc& command) {
   }
   return usage;
 }
-
-class HelpFormatter final : public CLI::FormatterBase {
- public:
-  std::string make_help(const CLI::App* app, std::string, CLI::AppFormatMode) const override {
-    return help_page_for_terminal(*app);
-  }
-};
-
-}  // namespace
 
 std::string help_page(const CommandDoc& command, int columns) {
   columns = std::clamp(columns, kLeastColumns, kMostColumns);
@@ -164,8 +193,7 @@ std::string help_page(const CommandDoc& command, int columns) {
 }
 
 std::string help_page_for_terminal(const CLI::App& app) {
-  const int columns = terminal_columns(STDOUT_FILENO);
-  return help_page(command_of(app), columns == 0 ? kMostColumns : columns);
+  return help_page(command_of(app), columns_for_terminal());
 }
 
 void use_help_pages(CLI::App& app) {

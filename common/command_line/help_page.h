@@ -2,15 +2,26 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "common/command_line/command_tree.h"
 
 namespace lightmill {
 
+/// Paragraphs and indented lines, such as examples. Wrapped to `columns` columns: an example goes on after a backslash, as
+/// a shell reads it, and its comment, which two or more spaces separate, is below it.
+std::string wrapped_text(std::string_view text, int columns);
+
+/// Wrapped to the width of standard output's terminal, else to 100 columns.
+std::string text_for_terminal(std::string_view text);
+
+/// "Usage: lightmill fetch JOB --output FILE... [OPTIONS]".
+std::string usage_of(const CommandDoc& command);
+
 /// Wrapped to `columns` columns.
 std::string help_page(const CommandDoc& command, int columns);
 
-/// Wrapped to the width of standard output's terminal, else to 100 columns.
+/// Wrapped as text_for_terminal.
 std::string help_page_for_terminal(const CLI::App& app);
 
 /// Makes `app` and all its commands print this page for --help.

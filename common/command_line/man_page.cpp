@@ -7,8 +7,6 @@
 namespace lightmill {
 namespace {
 
-/// An option that this many commands have is described once for all of them.
-constexpr std::size_t kShared = 3;
 constexpr const char* kHelpFlag = "--help";
 
 /// Text that troff prints letter by letter. Text between backticks is bold.
@@ -130,28 +128,6 @@ std::string option_groups(const std::vector<OptionDoc>& options) {
     }
   }
   return out;
-}
-
-/// Options that several commands have with the same text.
-std::vector<OptionDoc> shared_options(const std::vector<const CommandDoc*>& commands) {
-  std::vector<std::pair<OptionDoc, std::size_t>> counts;
-  for (const CommandDoc* command : commands) {
-    for (const OptionDoc& option : command->options) {
-      const auto known = std::ranges::find(counts, option, &std::pair<OptionDoc, std::size_t>::first);
-      if (known == counts.end()) {
-        counts.emplace_back(option, 1);
-      } else {
-        ++known->second;
-      }
-    }
-  }
-  std::vector<OptionDoc> shared;
-  for (const auto& [option, count] : counts) {
-    if (count >= kShared) {
-      shared.push_back(option);
-    }
-  }
-  return shared;
 }
 
 std::string command_section(const CommandDoc& command, const CommandDoc& program,

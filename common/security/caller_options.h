@@ -26,8 +26,7 @@ inline void add_caller_options(CLI::App& app, CallerFiles& files) {
         ->envname(variable)
         ->group("Access");
   };
-  add(kAuthorityOption, files.tls.authority,
-      "the authority of the coordinator's certificate; encrypts the connection, and refuses other coordinators",
+  add(kAuthorityOption, files.tls.authority, "the authority of the coordinator's certificate; encrypts the connection",
       kAuthorityVariable);
   add(kCertificateOption, files.tls.certificate, "the certificate that authenticates the caller", kCertificateVariable);
   add(kKeyOption, files.tls.key, "its private key (default: in the certificate's file)", kKeyVariable);

@@ -32,8 +32,6 @@ def options_and_commands(lines):
 def all_commands(folder, words):
     """(words, option names, command names) of a command and of all commands below it."""
     options, commands = options_and_commands(help_of(folder, words))
-    if words == ["lightmill-server", "check"]:  # its text refers to the program's options
-        options |= options_and_commands(help_of(folder, words[:1]))[0]
     yield words, options, commands
     for command in commands:
         yield from all_commands(folder, [*words, command])

@@ -241,6 +241,7 @@ CLI::App* add_issuing(CLI::App& certs, CertsOptions& options, const char* name, 
       ->type_name("DIR")
       ->required();
   command->add_option("--days", options.days, "days of validity")
+      ->type_name("N")
       ->check(whole_number(1, kMaxCertificateDays))
       ->capture_default_str();
   command->add_option("--out", options.out, "output file (default: in DIR, by its name)")->type_name("FILE.pem");
@@ -254,12 +255,13 @@ void add_certs_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<CertsOptions>();
   CLI::App* certs = app.add_subcommand("certs", "Make certificates for a farm's machines and people.");
   certs->require_subcommand(1);
-  certs->footer("docs/operate/security.md explains how to use them.");
+  certs->footer("`lightmill help access` explains how programs use them.");
 
   CLI::App* init = certs->add_subcommand("init", "Make an authority. The farm trusts the certificates that it signs.");
   init->add_option("DIR", options->folder, "its folder; made if needed")->type_name("DIR")->required();
-  init->add_option("--name", options->name, "its name")->capture_default_str();
+  init->add_option("--name", options->name, "its name")->type_name("NAME")->capture_default_str();
   init->add_option("--days", options->authority_days, "days of validity")
+      ->type_name("N")
       ->check(whole_number(1, kMaxCertificateDays))
       ->capture_default_str();
   init->add_flag("--replace", options->replace, "overwrite an existing authority; its certificates become invalid");
@@ -292,7 +294,7 @@ void add_certs_command(CLI::App& app, Context& context) {
   });
 
   CLI::App* shown = certs->add_subcommand("show", "Show the content of a certificate.");
-  shown->add_option("FILE", options->file, "PEM")->type_name("FILE")->required();
+  shown->add_option("FILE", options->file, "a file with a certificate")->type_name("FILE")->required();
   run_it(shown, context, options,
          [](const CertsOptions& given, const Console& console) { return show(given.file, console); });
 }

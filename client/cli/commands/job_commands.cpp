@@ -199,7 +199,7 @@ void add_job_commands(CLI::App& app, Context& context) {
       "Mixed: workers of every fingerprint class may render it (--allow-mixed).");
   const auto list = std::make_shared<ListOptions>();
   jobs->add_option("--state", list->states, "only jobs in this state: queued, running, paused, done, failed, cancelled")
-      ->type_name("S,...")
+      ->type_name("STATE,...")
       ->delimiter(',')
       ->check(readable(parse_state));
   jobs->add_option("--owner", list->owner, "only jobs of this owner")->type_name("NAME");
@@ -254,6 +254,7 @@ void add_job_commands(CLI::App& app, Context& context) {
       "error is\nchecked at 2^k and 3·2^k samples from then on. Other limits stay, except those already reached.");
   CLI::Option_group* const limits = extend->add_option_group("limits");
   limits->add_option("--spp", options->samples, "the new total of samples per pixel")
+      ->type_name("N")
       ->check(whole_number(1, kMaxSamples));
   limits->add_option("--error", options->error, "a smaller error (relMSE)")
       ->type_name("E")

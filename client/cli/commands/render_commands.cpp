@@ -17,11 +17,8 @@ namespace lightmill::cli {
 namespace {
 
 constexpr const char* kRenderMore =
-    "The farm is that of --server or LIGHTMILL_SERVER. Otherwise it is one that answers at 127.0.0.1:7350.\n"
-    "Otherwise, or with --local, it is a local farm, which stops afterwards. Without -o the pictures are SCENE.exr\n"
-    "and SCENE.png in the current folder. Ctrl-C cancels the job. Its picture can still be fetched. A local farm\n"
-    "writes it to the -o files, if every part has a sample. Use `lightmill submit` for jobs that outlive the\n"
-    "command.\n\n"
+    "Without -o the pictures are SCENE.exr and SCENE.png in the current folder. `lightmill help farm` says which farm\n"
+    "renders it, and what Ctrl-C does. Use `lightmill submit` for jobs that outlive the command.\n\n"
     "  lightmill render scenes/cornell-bench-blocks.json -o box.png --spp 256\n"
     "  lightmill render CornellBox.obj CornellBlocks.obj -o box.exr -o box.png --seconds 2m";
 

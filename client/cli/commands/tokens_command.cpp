@@ -172,9 +172,7 @@ void add_token_commands(CLI::App& app, Context& context) {
   CLI::App* tokens =
       app.add_subcommand("tokens", "List, make or revoke tokens, for users and workers without a certificate.");
   tokens->require_subcommand(0, 1);
-  tokens->footer(
-      "Needs the role admin. Programs take a token from a file (--token-file) or from LIGHTMILL_TOKEN; see "
-      "docs/operate/security.md.");
+  tokens->footer("Needs the role admin. `lightmill help access` says how programs show a token.");
   run_it(tokens, context, list);
 
   CLI::App* made = tokens->add_subcommand("create", "Make a token, and print it once.");
@@ -193,8 +191,10 @@ void add_token_commands(CLI::App& app, Context& context) {
       ->excludes("--roles");
   made->add_option("--days", options->days,
                    fmt::format("days of validity (default: {}; with --enrol {})", kDays, kEnrolmentDays))
+      ->type_name("N")
       ->check(whole_number(1, kMaxTokenDays));
   made->add_option("--worker-days", options->worker_days, "with --enrol: days of validity of the workers' tokens")
+      ->type_name("N")
       ->check(whole_number(1, kMaxTokenDays))
       ->capture_default_str()
       ->needs("--enrol");

@@ -18,13 +18,9 @@ namespace lightmill::cli {
 namespace {
 
 constexpr const char* kVerifyFooter =
-    "IMAGE is an EXR of Lightmill. SCENE is the scene of the render, with the same --camera, --mtl and --sky. First the\n"
-    "file is checked: it must be complete, with unchanged pixels and attributes, and the receipt (scene, assets,\n"
-    "method, seed, layers, class) must give its render digest. Then random tiles are rendered again and compared\n"
-    "bit for bit. The farm is chosen as for `render`. Its workers must have the picture's renderer and fingerprint\n"
-    "class. A picture in which a share w of the tiles is wrong passes n tiles with probability (1 - w)^n. Methods\n"
-    "with photons or light paths trace all of them for each tile. If the job allowed mixed classes, only the file\n"
-    "is checked.\n\n"
+    "SCENE is the scene of the render, with the same --camera, --mtl and --sky. First the file and its receipt are\n"
+    "checked. Then random tiles are rendered again and compared bit for bit. `lightmill help receipts` explains what\n"
+    "this finds.\n\n"
     "  lightmill verify picture.exr scenes/cornell-bench-blocks.json --share 5%";
 
 constexpr std::uint64_t kMostSeed = (std::uint64_t{1} << 53) - 1;  ///< every reader of JSON has such numbers exactly

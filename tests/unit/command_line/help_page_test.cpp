@@ -79,8 +79,36 @@ Options:
 )");
 }
 
+TEST(HelpPage, ALongExampleGoesOnAsAShellReadsIt) {
+  const std::string text =
+      "  mill grind wheat                fine flour\n"
+      "  mill grind wheat rye --size fine --stones 3  flour for bread that is baked tomorrow\n";
+  EXPECT_EQ(wrapped_text(text, 80), R"(  mill grind wheat                fine flour
+  mill grind wheat rye --size fine --stones 3
+      flour for bread that is baked tomorrow
+)");
+  EXPECT_EQ(wrapped_text(text, 40), R"(  mill grind wheat
+      fine flour
+  mill grind wheat rye --size fine \
+    --stones 3
+      flour for bread that is baked
+      tomorrow
+)");
+}
+
+TEST(HelpPage, ShowsSeveralValuesWithOneEllipsis) {
+  Mill mill;
+  std::vector<std::string> sorts, states;
+  mill.app.add_option("--sort", sorts, "of grain")->type_name("SORT");
+  mill.app.add_option("--state", states, "of grain")->type_name("STATE,...")->delimiter(',');
+  const std::string page = help_page(command_of(mill.app), 80);
+  EXPECT_NE(page.find("\n  --sort SORT...     of grain\n  --state STATE,...  of grain\n"), std::string::npos) << page;
+}
+
 TEST(HelpPage, FitsItsWidth) {
   Mill mill;
+  mill.app.footer(
+      "  mill grind the-wheat-of-last-year-and-of-this-year --size fine --stones 2 --sort red  with a comment");
   mill.app.add_option("--a-name-that-is-longer-than-the-column-of-names", mill.size, "is above its text")
       ->type_name("X");
   for (const int columns : {60, 80, 100}) {

@@ -1,0 +1,212 @@
+#include "client/cli/help_topics.h"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+
+#include "client/cli/table.h"
+#include "common/command_line/help_page.h"
+#include "common/methods/spec/method_spec.h"
+
+namespace lightmill::cli {
+namespace {
+
+void print_text(const Console& console, std::string_view text) {
+  std::string lines = text_for_terminal(text);
+  lines.pop_back();  // the final line feed
+  console.result(lines);
+}
+
+void explain_access(const Console& console) {
+  print_text(console,
+             "A farm with a certificate asks who calls. The authority of the farm (ca.pem) lets a program check the "
+             "coordinator, and encrypts the connection. A certificate or a token says who you are. If you give both, "
+             "the token counts.\n\n");
+  print_table(console, {{"OPTION", "VARIABLE", "MEANS"},
+                        {"--tls-ca FILE", "LIGHTMILL_TLS_CA", "the authority of the coordinator's certificate"},
+                        {"--tls-cert FILE", "LIGHTMILL_TLS_CERT", "your certificate"},
+                        {"--tls-key FILE", "LIGHTMILL_TLS_KEY", "its private key, if it is in a file of its own"},
+                        {"--token-file FILE", "LIGHTMILL_TOKEN_FILE", "a file with your token"},
+                        {"", "LIGHTMILL_TOKEN", "your token itself"}});
+  console.result("");
+  print_table(console, {{"ROLE", "MAY"},
+                        {"view", "see all jobs, pictures and workers"},
+                        {"submit", "submit jobs; see and change its own; see the workers"},
+                        {"operate", "all that with everybody's jobs; drain, quarantine and release workers"},
+                        {"worker", "get work and send results"},
+                        {"admin", "all but render and enrol; make, list and revoke tokens; read the log"},
+                        {"enrol", "get a token with the role worker (lightmill tokens create NAME --enrol N)"}});
+  print_text(console,
+             "\n`lightmill certs` makes certificates, and `lightmill tokens` makes tokens.\n\n"
+             "  lightmill jobs --server farm.example:7350 --tls-ca ca.pem --tls-cert ada.pem");
+}
+
+void explain_audits(const Console& console) {
+  print_text(console,
+             "The farm renders a share of each job's results again on a worker of another identity, and compares the "
+             "bits. An identity is a certificate or token; without these, a machine. A third identity decides who is "
+             "wrong. A worker whose result is wrong gets into quarantine, and what it did is rendered again.\n\n"
+             "--verify sets the share: 1% (the default), 0.1%, all or none. `lightmill show JOB` says how many results "
+             "were audited, or why none.\n\n"
+             "Workers whose test renders have the same bits are of one fingerprint class. A job uses workers of one "
+             "class. With --allow-mixed it uses all. Then its bits depend on the workers, so the picture cannot be "
+             "verified, and audits compare only within a class.");
+}
+
+void explain_exit_codes(const Console& console) {
+  print_table(console, {{"CODE", "MEANS"},
+                        {"0", "done"},
+                        {"1", "the job failed, or a check found a difference"},
+                        {"2", "bad usage or bad input"},
+                        {"3", "the farm is unreachable or full: try again later"},
+                        {"130", "interrupted"}});
+}
+
+void explain_farm(const Console& console) {
+  print_text(console,
+             "A command uses the farm of --server, else that of LIGHTMILL_SERVER, else the one at 127.0.0.1:7350. "
+             "Several addresses, with commas, are coordinators that stand by for each other: A:7350,B:7350.\n\n"
+             "`render`, `verify` and `lab` need no farm. If no address is given, and none answers at 127.0.0.1:7350, "
+             "they start a local farm and stop it at the end. --local always starts one.\n\n"
+             "Ctrl-C in `render` cancels the job. Its picture can still be fetched. A local farm writes the picture to "
+             "the -o files, if every part has a sample. Ctrl-C in `watch` leaves the job running. If a farm goes away, "
+             "both retry for ten minutes.\n\n"
+             "  lightmill render scene.json --local --threads 4\n"
+             "  LIGHTMILL_SERVER=farm.example:7350 lightmill jobs");
+}
+
+void explain_layers(const Console& console) {
+  print_text(console, "--layers adds layers to the EXR. They do not change the picture.\n\n");
+  print_table(console,
+              {{"LAYER", "CHANNELS", "CONTENTS"},
+               {"direct", "Direct.R/G/B", "light that was scattered at most once"},
+               {"indirect", "Indirect.R/G/B", "all other light"},
+               {"caustic", "Caustic.R/G/B", "the part of indirect that photons brought by way of casters"},
+               {"bias", "Bias.R/G/B", "the difference that half the gather radius would make"},
+               {"light:NAME", "Light.NAME.R/G/B", "light of the light group NAME; Light.rest has all other light"},
+               {"albedo", "Albedo.R/G/B", "the reflectance of the first surface"},
+               {"normal", "N.X/Y/Z", "its shading normal, in scene coordinates"},
+               {"depth", "Z", "its distance from the camera's plane, in scene units"},
+               {"id", "CryptoObject.., CryptoMaterial..", "objects and materials as Cryptomatte"}});
+  console.result("");
+  print_table(console, {{"METHOD", "LAYERS"},
+                        {"caustic", "all"},
+                        {"auto, path, vcm", "all but caustic"},
+                        {"ppm", "bias, albedo, normal, depth, id"},
+                        {"others", "albedo, normal, depth, id"}});
+}
+
+void explain_limits(const Console& console) {
+  print_text(console,
+             "A job stops at the first limit that it reaches. Without a limit it gets 64 samples per pixel.\n\n");
+  print_table(console, {{"OPTION", "THE JOB STOPS"},
+                        {"--spp N", "at N samples per pixel"},
+                        {"--seconds T", "after T of rendering (90, 1.5m, 2h), with a sample for each pixel"},
+                        {"--error E", "when the error (relMSE) is at most E, with 95 % confidence"}});
+  print_text(
+      console,
+      "\nAn error is checked when each pixel has 2^k or 3·2^k samples, from 16. The counts follow from the film "
+      "alone, so a job stops with the same picture on any farm. An error of 0.01 is slightly noisy, 0.001 is smooth.\n\n"
+      "With --adaptive, a pilot measures the noise first. Then noisy tiles get up to 4 times as many samples, "
+      "and smooth tiles down to a quarter. The average stays the same. The pilot's samples do not enter the "
+      "picture.\n\n"
+      "`lightmill extend JOB` raises a limit, also of a finished job.");
+}
+
+void explain_measures(const Console& console) {
+  print_text(console, "`lightmill error` compares a picture x with a reference r.\n\n");
+  print_table(console, {{"NUMBER", "MEANS"},
+                        {"relMSE", "the mean of (x-r)²/(r²+0.01)"},
+                        {"trimmed", "the same without the worst 0.1 % of the pixels"},
+                        {"energy ratio", "the sum of x over the sum of r"},
+                        {"SMAPE", "the mean of |x-r|/(|x|+|r|)"},
+                        {"FLIP", "how different they look, from 0 to 1: the mean over the pixels"},
+                        {"HDR-FLIP", "the same at the worst of several exposures"},
+                        {"largest", "the largest difference"}});
+  print_text(console, "\nA PNG is made linear first. It lacks values above white, and differences below 1/255.");
+}
+
+void explain_methods(const Console& console) {
+  Rows rows{{"METHOD", "SHOWS", "PARAMETERS"}};
+  for (const MethodAbout& about : method_abouts()) {
+    rows.push_back({std::string(about.name), std::string(about.summary), std::string(about.parameters)});
+  }
+  print_table(console, rows);
+  console.result("");
+  print_table(console,
+              {{"PARAMETER", "MEANS"},
+               {"photons=N", "photons of a pass, one pass for each sample (default: one for 16 pixels; vcm: for 4)"},
+               {"radius=C", "gather radius of the first pass, in pixels (default: 1.5; vcm: 0.5; ppm: 3)"},
+               {"caustic", "only photons that have met a mirror or glass first"},
+               {"no-absorption", "media inside shapes absorb no light"},
+               {"distance=D", "maximum distance of occluders, in scene units (default: unlimited)"},
+               {"flat", "shades with geometric normals"},
+               {"glass=R", "constant reflectance of smooth glass, instead of Fresnel's equations"},
+               {"brute-force", "tests every triangle for every ray, to measure what the BVH saves"}});
+  print_text(console, "\n  lightmill render scene.json --method caustic:photons=50000,radius=1 -o picture.exr");
+}
+
+void explain_receipts(const Console& console) {
+  print_text(console,
+             "Each EXR has a receipt: the scene, assets, method, seed, layers and fingerprint class of its render, and "
+             "hashes of its pixels. `lightmill verify` checks three things:\n\n");
+  print_table(console, {{"CHECK", "FINDS"},
+                        {"the file", "damaged, truncated and edited files"},
+                        {"the receipt", "another scene, camera, method or seed than it claims"},
+                        {"random tiles, rendered again", "pixels that were forged or computed wrongly"}});
+  print_text(console,
+             "\nA picture in which a share w of the tiles is wrong passes n tiles with probability (1 - w)^n. --share "
+             "sets how many are rendered. Methods with photons or light paths trace all of them for each tile.\n\n"
+             "The workers must have the renderer version and the fingerprint class of the picture. If its job allowed "
+             "mixed classes, only the file is checked.\n\n"
+             "  lightmill verify picture.exr scene.json --share 5%");
+}
+
+void explain_scenes(const Console& console) {
+  print_table(console,
+              {{"SCENE", "IS"},
+               {"FILE.json", "a scene document; `scenes/NAME` stands for scenes/NAME.json"},
+               {"FILE.obj...", "one or several Wavefront files, with their .mtl files"},
+               {"FILE.gltf, FILE.glb", "glTF 2.0"},
+               {"FILE.blend", "exported by Blender: the `blender` on the PATH, or that of LIGHTMILL_BLENDER"}});
+  console.result("");
+  print_table(
+      console,
+      {{"OPTION", "MEANS"},
+       {"--camera NAME", "the file's camera with this name, or with this number, from 1"},
+       {"--camera FILE", "a JSON file with a camera, as `lightmill check --save-camera` writes it"},
+       {"--camera auto", "a view of all from the front, above and right, which scenes without a camera get"},
+       {"--sky auto", "OBJ and glTF files that nothing lights get an even white sky"},
+       {"--sky on, --sky off", "every scene gets it, or none"},
+       {"--mtl course", "Ka in MTL files is emission. The default if only some materials have it, and none has Ke"},
+       {"--mtl standard", "Ka is ambient light, which is ignored"},
+       {"--strict", "files with faults are refused. Without it, a notice names each kind of fault"}});
+  print_text(console, "\n`lightmill check SCENE` shows what is in a scene, and what is wrong with it.");
+}
+
+constexpr std::array<HelpTopic, 10> kTopics{{
+    {"access", "certificates, tokens and roles", explain_access},
+    {"audits", "how the farm checks its workers", explain_audits},
+    {"exit-codes", "exit codes of all commands", explain_exit_codes},
+    {"farm", "which farm a command uses, and what Ctrl-C does", explain_farm},
+    {"layers", "layers of EXR files", explain_layers},
+    {"limits", "when a job stops", explain_limits},
+    {"measures", "numbers that compare two pictures", explain_measures},
+    {"methods", "rendering methods and their parameters", explain_methods},
+    {"receipts", "what `lightmill verify` finds", explain_receipts},
+    {"scenes", "scene files, cameras and skies", explain_scenes},
+}};
+
+}  // namespace
+
+std::span<const HelpTopic> help_topics() {
+  return kTopics;
+}
+
+std::vector<std::string_view> help_topic_names() {
+  std::vector<std::string_view> names;
+  std::ranges::transform(kTopics, std::back_inserter(names), &HelpTopic::name);
+  return names;
+}
+
+}  // namespace lightmill::cli
