@@ -51,8 +51,8 @@ Status to_status(const grpc::Status& status, const std::string& address) {
 std::string_view cause_of(const grpc::Status& answer) {
   const std::string& words = answer.error_message();
   const auto has = [&words](const char* part) { return words.find(part) != std::string::npos; };
-  return has("Connection refused")                                  ? ": nothing listens there"
-         : has("DNS resolution failed")                             ? ": unknown host name"
+  return has("Connection refused")      ? ": nothing listens there. Start lightmill-server, or give another --server"
+         : has("DNS resolution failed") ? ": unknown host name"
          : has("No route to host") || has("Network is unreachable") ? ": no route to the host"
                                                                     : "";
 }

@@ -15,7 +15,7 @@ namespace {
 constexpr int kGap = 2;
 /// Indentation of a row's further lines.
 constexpr int kIndent = 4;
-/// A column becomes narrower than this only if each row already takes several lines.
+/// A column is not wrapped to less, unless it is alone in its block.
 constexpr int kLeastWrapped = 24;
 
 /// Columns side by side, with their widths.
@@ -30,40 +30,81 @@ void escape(Rows& rows) {
   }
 }
 
-/// The width of each column's widest cell.
-std::vector<int> widths_of(const Rows& rows) {
-  std::vector<int> widths;
+/// Widths of a column.
+struct Widths {
+  int all = 0;    ///< of its widest cell
+  int least = 0;  ///< it is not wrapped to less, unless it is alone in its block
+};
+
+int widest_word(std::string_view text) {
+  int widest = 0;
+  while (!text.empty()) {
+    const std::string_view word = text.substr(0, text.find(' '));
+    widest = std::max(widest, columns_of(word));
+    text.remove_prefix(std::min(word.size() + 1, text.size()));
+  }
+  return widest;
+}
+
+std::vector<Widths> widths_of(const Rows& rows) {
+  std::vector<Widths> widths;
   for (const auto& row : rows) {
     widths.resize(std::max(widths.size(), row.size()));
     for (std::size_t i = 0; i < row.size(); ++i) {
-      widths[i] = std::max(widths[i], columns_of(row[i]));
+      widths[i].all = std::max(widths[i].all, columns_of(row[i]));
+      widths[i].least = std::max(widths[i].least, widest_word(row[i]));
     }
+  }
+  for (Widths& each : widths) {
+    each.least = std::max(each.least, std::min(each.all, kLeastWrapped));
   }
   return widths;
 }
 
-/// The layout of a row: one block, or several below each other.
-std::vector<Block> layout(std::vector<int> widths, int width) {
-  int all = -kGap;
-  for (const int each : widths) {
-    all += each + kGap;
+int width_of(const Block& block) {
+  int width = block.indent - kGap;
+  for (const auto& [column, each] : block.columns) {
+    width += kGap + each;
   }
-  const auto widest = std::ranges::max_element(widths);
-  if (width > 0 && all > width && *widest - (all - width) >= kLeastWrapped) {
-    *widest -= all - width;
-    all = width;
+  return width;
+}
+
+/// Makes the widest columns narrower until the block fits.
+void shrink(Block& block, const std::vector<Widths>& widths, int width) {
+  for (int over = width_of(block) - width; over > 0; --over) {
+    const auto widest = std::ranges::max_element(block.columns, {}, [&](const auto& column) {
+      return std::pair(column.second > widths[column.first].least, column.second);
+    });
+    widest->second = std::max(widest->second - 1, 2);
+  }
+}
+
+/// The layout of a row: one block, or several below each other. `width` 0: no limit.
+std::vector<Block> layout(const std::vector<Widths>& widths, int width) {
+  Block all;
+  for (std::size_t i = 0; i < widths.size(); ++i) {
+    all.columns.emplace_back(i, widths[i].all);
+  }
+  const int over = width > 0 ? width_of(all) - width : 0;
+  if (const auto widest = std::ranges::max_element(all.columns, {}, &std::pair<std::size_t, int>::second);
+      over <= 0 || widest->second - over >= kLeastWrapped) {
+    if (over > 0) {
+      widest->second -= over;
+    }
+    return {all};
   }
   std::vector<Block> blocks(1);
   int used = -kGap;
   for (std::size_t i = 0; i < widths.size(); ++i) {
-    if (width > 0 && all > width && !blocks.back().columns.empty() && used + kGap + widths[i] > width) {
+    if (!blocks.back().columns.empty() && used + kGap + widths[i].least > width) {
+      shrink(blocks.back(), widths, width);
       blocks.push_back({std::min(kIndent, width / 4), {}});
       used = blocks.back().indent - kGap;
     }
-    const int room = std::max(width - used - kGap, 2);
-    blocks.back().columns.emplace_back(i, width > 0 ? std::min(widths[i], room) : widths[i]);
-    used += kGap + blocks.back().columns.back().second;
+    blocks.back().columns.emplace_back(i, widths[i].all);
+    used += kGap + widths[i].least;
   }
+  shrink(blocks.back(), widths, width);
   return blocks;
 }
 

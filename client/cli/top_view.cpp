@@ -1,6 +1,8 @@
 #include "client/cli/top_view.h"
 
 #include <cmath>
+#include <iterator>
+#include <optional>
 
 #include "client/cli/progress.h"
 #include "client/cli/table.h"
@@ -64,13 +66,16 @@ std::string fitted(const std::string& line, int columns) {
   return columns > 0 ? cut_to_columns(line, columns) : line;
 }
 
-/// Adds the table in at most `most` lines with its header. The last line says how many rows are left out.
-void add_table(Rows rows, int columns, std::size_t most, std::vector<std::string>& lines) {
-  const std::size_t left_out = rows.size() > most ? rows.size() - most + 1 : 0;
-  rows.resize(rows.size() - left_out);
-  for (std::string& line : format_table_in_lines(std::move(rows), columns)) {
-    lines.push_back(std::move(line));
+/// Adds the table in at most `most` lines with its header; empty: as many lines as it needs. The last line says how many
+/// rows are left out.
+void add_table(Rows rows, int columns, std::optional<std::size_t> most, std::vector<std::string>& lines) {
+  if (!most) {
+    std::ranges::move(format_table(std::move(rows), columns), std::back_inserter(lines));
+    return;
   }
+  const std::size_t left_out = rows.size() > *most ? rows.size() - *most + 1 : 0;
+  rows.resize(rows.size() - left_out);
+  std::ranges::move(format_table_in_lines(std::move(rows), columns), std::back_inserter(lines));
   if (left_out > 0) {
     lines.push_back(fitted(fmt::format("… and {} more", left_out), columns));
   }
@@ -124,20 +129,24 @@ std::vector<std::string> top_lines(const TopSnapshot& snapshot, int columns, int
   for (const std::string& notice : snapshot.notices) {
     lines.push_back("note     " + printable(notice));
   }
-  for (std::string& line : lines) {
-    line = fitted(line, columns);
+  std::vector<std::string> fitting;
+  for (const std::string& line : lines) {
+    const bool wrapped = rows == 0 && columns > 0 && columns_of(line) > columns;
+    std::ranges::move(wrapped ? wrap_to_columns(line, columns) : std::vector{fitted(line, columns)},
+                      std::back_inserter(fitting));
   }
+  lines = std::move(fitting);
 
   // Each table gets the rows that the other leaves, and at least half.
   constexpr std::size_t kLeast = 2;  // a header, and one row or the number of rows
-  std::size_t most_jobs = jobs.size() + 1, most_workers = workers.size() + 1;
+  std::optional<std::size_t> most_jobs, most_workers;
   if (rows > 0) {
     const std::size_t blank = 2;
     const std::size_t used = lines.size() + blank;
     const std::size_t room = std::max(static_cast<std::size_t>(rows) > used ? rows - used : 0, 2 * kLeast);
     const std::size_t half = room / 2;
-    most_jobs = std::min(most_jobs, std::max(half, room - std::min(room - kLeast, most_workers)));
-    most_workers = std::min(most_workers, room - most_jobs);
+    most_jobs = std::min(jobs.size() + 1, std::max(half, room - std::min(room - kLeast, workers.size() + 1)));
+    most_workers = std::min(workers.size() + 1, room - *most_jobs);
   }
   if (!jobs.empty()) {
     lines.emplace_back();

@@ -22,7 +22,8 @@ struct TopSnapshot {
 std::string activity(const v1::Worker& worker);
 
 /// The lines: trouble, the farm's totals, its jobs that have not ended (active ones first, each state by number), its
-/// workers (the fastest first). They fit `columns` and `rows`; 0: no limit.
+/// workers (the fastest first). They fit `columns` and `rows`; 0: no limit. Without a limit of rows, lines are wrapped
+/// instead of cut.
 std::vector<std::string> top_lines(const TopSnapshot& snapshot, int columns, int rows);
 
 }  // namespace lightmill::cli

@@ -63,8 +63,9 @@ json report_json(const LoadedScene& loaded, const SceneReport& report) {
 }
 
 void print(const Console& console, const LoadedScene& loaded, const SceneReport& report) {
-  print_table(console, scene_rows(loaded, report));
-  print_table(console, plan_rows(report.facts));
+  Rows rows = scene_rows(loaded, report);
+  std::ranges::move(plan_rows(report.facts), std::back_inserter(rows));
+  print_table(console, rows);
   for (const std::string& notice : loaded.notices) {
     console.result("note: " + notice);
   }

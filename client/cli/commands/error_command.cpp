@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
+#include "client/cli/table.h"
 #include "common/image/error_metrics.h"
 #include "common/image/flip.h"
 #include "common/image/picture_file.h"
@@ -10,11 +11,7 @@
 namespace lightmill::cli {
 namespace {
 
-constexpr const char* kErrorFooter =
-    "relMSE = mean((x-r)²/(r²+0.01)), also without the worst 0.1 % of the pixels; energy ratio; SMAPE, the mean of\n"
-    "|x-r|/(|x|+|r|); and the largest difference. FLIP says how different the two look, from 0 to 1: the mean over\n"
-    "pixels without exposure, and the worst of several exposures (HDR). Reads EXR and PNG. PNGs are made linear\n"
-    "first. They lack values above white, and differences below 1/255.";
+constexpr const char* kErrorFooter = "Reads EXR and PNG files. `lightmill help measures` explains the numbers.";
 
 struct ErrorOptions {
   std::string image, reference;
@@ -61,16 +58,17 @@ ExitCode show_error(const Console& console, const ErrorOptions& options) {
                                 {"flip", comparison->flip},
                                 {"flip_hdr", comparison->flip_hdr},
                                 {"max_abs", error->max_abs}});
-  console.result(
-      fmt::format("relMSE        {:.6g}\n"
-                  "  trimmed     {:.6g}  (without the worst 0.1 % of the pixels)\n"
-                  "energy ratio  {:.6g}\n"
-                  "SMAPE         {:.6g}\n"
-                  "FLIP          {:.6g}\n"
-                  "  HDR         {:.6g}  (the worst of several exposures)\n"
-                  "largest       {:.6g}",
-                  error->rel_mse, error->rel_mse_trimmed, error->energy_ratio, error->smape, comparison->flip,
-                  comparison->flip_hdr, error->max_abs));
+  Rows rows;
+  for (const auto& [name, number, note] : {std::tuple{"relMSE", error->rel_mse, ""},
+                                           {"trimmed", error->rel_mse_trimmed, "without the worst 0.1 % of the pixels"},
+                                           {"energy ratio", error->energy_ratio, ""},
+                                           {"SMAPE", error->smape, ""},
+                                           {"FLIP", comparison->flip, ""},
+                                           {"HDR-FLIP", comparison->flip_hdr, "the worst of several exposures"},
+                                           {"largest", error->max_abs, "the largest difference"}}) {
+    rows.push_back({name, fmt::format("{:.6g}", number), note});
+  }
+  print_table(console, rows);
   return kDone;
 }
 

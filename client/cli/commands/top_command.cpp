@@ -14,6 +14,7 @@
 #include "client/cli/top_view.h"
 #include "client/cli/units.h"
 #include "common/base/text.h"
+#include "common/base/text_width.h"
 
 namespace lightmill::cli {
 namespace {
@@ -125,7 +126,7 @@ ExitCode top(Context& context, const Console& console, const TopOptions& options
   }
   if (options.once || console.json() || ::isatty(STDOUT_FILENO) != 1) {
     console.object(snapshot_json(*snapshot));
-    for (const std::string& line : top_lines(*snapshot, 0, 0)) {
+    for (const std::string& line : top_lines(*snapshot, terminal_columns(STDOUT_FILENO), 0)) {
       console.result(line);
     }
     return kDone;

@@ -152,7 +152,8 @@ TEST_F(CliTest, OptionsOverrideVariablesInAllCommands) {
 
 TEST_F(CliTest, AMissingFarmIsReported) {
   for (const auto& [address, cause] :
-       {std::pair("127.0.0.1:1", "nothing listens there"), std::pair("nobody.invalid:7350", "unknown host name")}) {
+       {std::pair("127.0.0.1:1", "nothing listens there. Start lightmill-server, or give another --server"),
+        std::pair("nobody.invalid:7350", "unknown host name")}) {
     const CommandResult result = lightmill({"jobs", "--server", address});
     EXPECT_EQ(result.exit_code, 3);
     EXPECT_EQ(result.err, fmt::format("lightmill: cannot reach the farm at {}: {}\n", address, cause));
@@ -408,7 +409,8 @@ TEST_F(CliTest, CheckNamesMetersAndLightGroups) {
   EXPECT_EQ(facts["light_groups"], nlohmann::json::parse(R"(["key"])"));
   EXPECT_EQ(facts["textures"], 0);
   const CommandResult text = lightmill({"check", lit});
-  for (const char* part : {"0 triangles, 0 spheres, 1 plane\n", "light groups  key\n", "meter desk    irradiance\n"}) {
+  for (const char* part :
+       {"0 triangles, 0 spheres, 1 plane\n", "light groups       key\n", "meter desk         irradiance\n"}) {
     EXPECT_NE(text.out.find(part), std::string::npos) << part << text.out;
   }
 }

@@ -2,7 +2,10 @@
 #include "client/cli/top_view.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 #include "common/base/text_width.h"
 
@@ -128,6 +131,25 @@ TEST(Top, AnUnreachableFarmIsReportedFirst) {
   snapshot.trouble = "no\x1b[2Janswer";
   EXPECT_EQ(top_lines(snapshot, 80, 1), std::vector<std::string>{"out of date: no\\x1b[2Janswer"});
   EXPECT_EQ(top_lines(snapshot, 80, 24)[1], "farm     farm:7350");
+}
+
+TEST(Top, WithoutALimitOfRowsNothingIsCut) {
+  TopSnapshot snapshot = farm(3, 3);
+  snapshot.notices.push_back("this farm lets everyone who reaches it do everything (--insecure)");
+  const auto letters = [](const std::vector<std::string>& lines) {
+    std::string all = fmt::format("{}", fmt::join(lines, ""));
+    std::erase(all, ' ');
+    std::ranges::sort(all);
+    return all;
+  };
+  const std::string all = letters(top_lines(snapshot, 0, 0));
+  for (const int columns : {30, 60, 80}) {
+    const std::vector<std::string> lines = top_lines(snapshot, columns, 0);
+    EXPECT_EQ(letters(lines), all) << columns;
+    for (const std::string& line : lines) {
+      EXPECT_LE(columns_of(line), columns) << line;
+    }
+  }
 }
 
 TEST(Top, CountsOmittedRowsAndFillsTheScreen) {

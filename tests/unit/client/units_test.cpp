@@ -155,6 +155,33 @@ TEST(Table, WrapsItsWidestColumn) {
                    "        missing, as no camera path", "        finds them"}));
 }
 
+TEST(Table, WrapsSeveralWideColumns) {
+  const Rows rows{{"METHOD", "SHOWS", "PARAMETERS"},
+                  {"vcm", "all light, by paths from both ends (vertex connection and merging)",
+                   "photons=N, radius=C, no-absorption, brute-force"}};
+  EXPECT_EQ(format_table(rows, 60),
+            (Lines{"METHOD  SHOWS                      PARAMETERS",  //
+                   "vcm     all light, by paths from   photons=N, radius=C,",
+                   "        both ends (vertex          no-absorption,",  //
+                   "        connection and merging)    brute-force"}));
+}
+
+TEST(Table, KeepsLongWordsWhole) {
+  const std::string digest(30, 'd');
+  EXPECT_EQ(format_table({{"NAME", "SIGNED BY", "DIGEST"}, {"ada", "the authority of the farm", digest}}, 40),
+            (Lines{"NAME  SIGNED BY", "    DIGEST", "ada   the authority of the farm", "    " + digest}));
+}
+
+TEST(Table, ALongNameIsWrappedBesideTheColumnBeforeIt) {
+  const Rows rows{{"JOB", "SAMPLES", "METHOD", "SUBMITTED", "NAME"},
+                  {"5", "936/3000 spp", "caustic, mixed", "2026-11-26 06:52",
+                   "a name that is much longer than what is left of a line"}};
+  EXPECT_EQ(format_table(rows, 48),
+            (Lines{"JOB  SAMPLES       METHOD", "    SUBMITTED         NAME",  //
+                   "5    936/3000 spp  caustic, mixed", "    2026-11-26 06:52  a name that is much longer",
+                   "                      than what is left of a", "                      line"}));
+}
+
 TEST(Table, RowsWithTooManyColumnsTakeSeveralLines) {
   const Rows rows{{"JOB", "STATE", "DONE", "OWNER", "NAME"}, {"12", "running", "50%", "ada", "cornell-bench-blocks"}};
   EXPECT_EQ(format_table(rows, 24), (Lines{"JOB  STATE    DONE", "    OWNER", "    NAME", "12   running  50%",
