@@ -8,6 +8,7 @@
 
 #include "common/command_line/completions.h"
 #include "common/command_line/man_page.h"
+#include "common/command_line/markdown_page.h"
 
 namespace lightmill {
 namespace {
@@ -38,7 +39,10 @@ std::string description_of(const CLI::App& app, const std::string& kind, const s
   if (kind == "man") {
     return man_page(program, version, source_date());
   }
-  throw CLI::ValidationError("--describe", fmt::format("must be bash, zsh, fish or man, got '{}'", kind));
+  if (kind == "markdown") {
+    return markdown_page(program);
+  }
+  throw CLI::ValidationError("--describe", fmt::format("must be bash, zsh, fish, man or markdown, got '{}'", kind));
 }
 
 }  // namespace

@@ -69,15 +69,17 @@ class MetricLines {
 
 void add_work(const FarmTotals& totals, MetricLines& out) {
   const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
-  out.counter("lightmill_units_leased_total", "Units leased to workers, including copies and audits.",
+  out.counter("lightmill_units_leased_total", "Units given to workers, with repeated ones and audits.",
               number(totals.units_leased));
-  out.counter("lightmill_units_lost_total", "Units that a worker did not finish.", number(totals.units_lost));
+  out.counter("lightmill_units_lost_total", "Units that workers did not finish.", number(totals.units_lost));
   out.counters("lightmill_results_total", "Tiles from workers: merged, or dropped because they had been merged before.",
                "outcome", {{"merged", number(totals.results_merged)}, {"repeated", number(totals.results_repeated)}});
-  out.counters("lightmill_audits_total", "Audited results: right, or wrong, which put their worker into quarantine.",
-               "outcome", {{"right", number(totals.results_verified)}, {"wrong", number(totals.results_wrong)}});
-  out.counter("lightmill_pixel_samples_total", "Merged samples of all pixels.", number(totals.pixel_samples));
-  out.counter("lightmill_jobs_failed_total", "Jobs that failed.", number(totals.jobs_failed));
+  out.counters("lightmill_audits_total",
+               "Results that another identity rendered again: right, or wrong, which quarantines a worker.", "outcome",
+               {{"right", number(totals.results_verified)}, {"wrong", number(totals.results_wrong)}});
+  out.counter("lightmill_pixel_samples_total", "Merged samples of all pixels. Its rate is the farm's speed.",
+              number(totals.pixel_samples));
+  out.counter("lightmill_jobs_failed_total", "Failed jobs, with those deleted since.", number(totals.jobs_failed));
   out.histogram("lightmill_first_picture_seconds",
                 "Time from a job's submission until each of its pixels had a sample.", totals.first_picture);
 }
@@ -90,8 +92,7 @@ void add_farm(const FarmMetrics& farm, MetricLines& out) {
   }
   out.gauge("lightmill_units_out", "Units that workers have now.", static_cast<double>(gauges.units_out));
   out.gauge("lightmill_queue_pixel_samples",
-            "Samples of all pixels that unfinished jobs want now and that were not given out. Without jobs that end "
-            "only by time.",
+            "Samples of all pixels that are wanted now and not given to a worker. Without jobs that end only by time.",
             static_cast<double>(gauges.free_pixel_samples));
   out.gauges("lightmill_workers", "Connected workers by state.", "state",
              {{"rendering", static_cast<double>(gauges.rendering)},
@@ -100,10 +101,12 @@ void add_farm(const FarmMetrics& farm, MetricLines& out) {
               {"quarantined", static_cast<double>(gauges.quarantined)}});
   out.gauge("lightmill_worker_threads", "Threads of all connected workers.", static_cast<double>(gauges.threads));
   out.gauge("lightmill_results_rate_bytes",
-            "Limit of results from all workers together, per second. Lower while results wait long.",
+            "Limit of the results of all workers, per second: --results-rate, or less while results wait long.",
             gauges.results_rate);
   out.gauge("lightmill_wanted_workers", "Workers that the farm could use now.", farm.wanted_workers);
-  out.gauge("lightmill_storing", "1 if results can be stored, 0 while no work is given out because they cannot.",
+  out.gauge("lightmill_storing",
+            "0 while no work is given out because nothing can be stored: the database is away, or the disk has less "
+            "than --reserve-gib left. Else 1.",
             farm.storing ? 1 : 0);
 }
 
@@ -166,7 +169,7 @@ std::string metrics_text(const FarmMetrics& farm, const Histogram& commit_second
   out.gauges("lightmill_build_info", "1, with the program's version.", "version", {{version, 1.0}});
   add_work(farm.totals, out);
   add_farm(farm, out);
-  out.histogram("lightmill_commit_seconds", "Time to make a transaction durable.", commit_seconds);
+  out.histogram("lightmill_commit_seconds", "Time until a transaction is durable.", commit_seconds);
   add_traffic(traffic, out);
   out.counter("process_cpu_seconds_total", "Processor time of the coordinator.", process.cpu_seconds);
   out.gauge("process_start_time_seconds", "Start of the coordinator in Unix time.", process.started_unix_seconds);

@@ -1,4 +1,4 @@
-// The farm's metrics for Prometheus. docs/operate/monitoring.md explains them.
+// The farm's metrics for Prometheus. docs/reference/metrics.md lists them.
 #pragma once
 
 #include <cstdint>

@@ -189,7 +189,7 @@ class Completions(unittest.TestCase):
         for program in help_text.PROGRAMS:
             run = subprocess.run([BIN / program, "--describe", "tcsh"], capture_output=True, text=True, check=False)
             self.assertEqual((run.returncode, run.stdout), (2, ""))
-            self.assertIn("must be bash, zsh, fish or man, got 'tcsh'", run.stderr)
+            self.assertIn("must be bash, zsh, fish, man or markdown, got 'tcsh'", run.stderr)
 
     @unittest.skipUnless(shutil.which("shellcheck"), "no shellcheck")
     def test_bash_scripts_are_in_order(self):

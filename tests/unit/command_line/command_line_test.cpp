@@ -2,6 +2,7 @@
 
 #include "common/command_line/completions.h"
 #include "common/command_line/man_page.h"
+#include "common/command_line/markdown_page.h"
 
 namespace lightmill::test {
 namespace {
@@ -83,6 +84,39 @@ TEST_F(CommandDocs, ManPageEscapesTroffSyntax) {
       << page;
   EXPECT_NE(page.find(".SH ENVIRONMENT\n.TP\n\\fBMILL_COLOR\\fR\nas \\fB\\-\\-color\\fR\n"), std::string::npos);
   EXPECT_EQ(page.find("secret"), std::string::npos);
+}
+
+TEST_F(CommandDocs, MarkdownHasATableForEachGroup) {
+  app_.footer("Two lines\nof text.\n\n  mill grind wheat\n");
+  app_.get_option("--color")->description("its colour, such as <red> or *blue*")->required();
+  const std::string page = markdown_page(command_tree(app_));
+  EXPECT_NE(page.find("## mill\n\nGrinds things. Finely.\n\n```text\nUsage: mill --color red|dark-blue [OPTIONS] "
+                      "[COMMAND]\n```\n"),
+            std::string::npos)
+      << page;
+  EXPECT_NE(page.find("| `--color red\\|dark-blue` | its colour, such as \\<red> or \\*blue\\* (must be given); or "
+                      "`$MILL_COLOR` |\n"),
+            std::string::npos);
+  EXPECT_NE(page.find("Two lines of text.\n\n```text\nmill grind wheat\n```\n"), std::string::npos);
+  EXPECT_NE(page.find("### mill grind\n\nMake it fine.\n"), std::string::npos);
+  EXPECT_NE(page.find("| Argument | |\n| --- | --- |\n| `GRAIN` | what's ground |\n"), std::string::npos);
+  EXPECT_NE(page.find("| `-n, --times INT...` | how often: [1:9] |\n"), std::string::npos);
+  EXPECT_EQ(page.find("secret"), std::string::npos);
+}
+
+TEST_F(CommandDocs, MarkdownDescribesSharedOptionsOnce) {
+  for (const char* name : {"sow", "reap", "thresh"}) {
+    app_.add_subcommand(name, "Work.")->add_option("--field", mill_, "the field")->type_name("N");
+  }
+  const std::string page = markdown_page(command_tree(app_));
+  const std::string row = "| `--field N` | the field |\n";
+  ASSERT_NE(page.find(row), std::string::npos) << page;
+  EXPECT_GT(page.find(row), page.find("### Options of several commands\n"));
+  EXPECT_EQ(page.find(row, page.find(row) + 1), std::string::npos);
+  EXPECT_NE(page.find("### mill sow\n\nWork.\n\n```text\nUsage: mill sow [OPTIONS]\n```\n\n"
+                      "[Also](#options-of-several-commands): `--help`, `--field`.\n"),
+            std::string::npos)
+      << page;
 }
 
 TEST_F(CommandDocs, ZshTextIsQuoted) {
