@@ -115,6 +115,9 @@ ReportRows fact_rows(const SceneFacts& facts) {
   ReportRows rows{{"casters", facts.casters.text()},
                   {"albedo", fmt::format("at most {:.3g}", facts.largest_albedo)},
                   {"compiled in", fmt::format("{}", fmt::join(features_of(facts), ", "))}};
+  if (!facts.see_through.empty()) {
+    rows.push_back({"see-through", facts.see_through.text()});
+  }
   if (!facts.smooth_layers.empty()) {
     rows.push_back({"smooth layers", facts.smooth_layers.text()});
   }

@@ -200,11 +200,13 @@ class SceneCompiler {
     }
   }
 
-  /// Whether next-event estimation samples the object. Emissive planes, and spheres with an emission texture, are found
-  /// only by scattered rays.
+  /// Whether next-event estimation samples the object. Emissive planes, spheres with an emission texture, and surfaces
+  /// whose opacity varies, are found only by scattered rays.
   bool is_sampled(const Object& object) const {
-    const TexturedColor& emission = scene_.materials[object.material].emission;
+    const Material& material = scene_.materials[object.material];
+    const TexturedColor& emission = material.emission;
     return !is_black(emission) && !std::holds_alternative<PlaneShape>(object.shape) &&
+           uniform_opacity(material.opacity).value_or(0) > 0 &&
            (emission.texture == kNoTexture || !std::holds_alternative<SphereShape>(object.shape));
   }
 
@@ -303,7 +305,9 @@ class SceneCompiler {
       out_->unoccluded_ = UnoccludedIrradiance(out_->lights_);
     }
     for (const Object& object : scene_.objects) {
-      out_->features_.emissive_surfaces |= !is_black(scene_.materials[object.material].emission);
+      const Material& material = scene_.materials[object.material];
+      out_->features_.emissive_surfaces |= !is_black(material.emission);
+      out_->features_.opacity |= uniform_opacity(material.opacity) != 1;
     }
   }
 

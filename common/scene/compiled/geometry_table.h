@@ -50,6 +50,8 @@ class GeometryTable {
   /// Surfaces at the hits: unit normals, a point on the surface, the material. Ray directions must be unit vectors.
   Surface8 surface(const Ray8& rays, const Hit8& hits) const;
 
+  U8 material(U8 geometry, M8 lanes) const { return material_.at(geometry, lanes); }
+
   std::uint64_t bytes() const;
 
  private:

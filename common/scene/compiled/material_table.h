@@ -95,6 +95,10 @@ class MaterialTable {
                                   : along_normal;
   }
   const TextureSet& textures() const { return textures_; }
+  /// Whether rays may pass surfaces of these materials (Opacity).
+  M8 may_pass(U8 material, M8 lanes) const { return and_not(lanes, opacity_.mode.at(material, lanes) == U8(0u)); }
+  /// In [0, 1].
+  F8 opacity(const Surface8& surface, M8 lanes) const;
   /// 1 + the index in light_groups_of(scene). 0: none.
   U8 light_group(const Surface8& surface, M8 lanes) const { return light_group_.at(surface.material, lanes); }
   /// Which hits see emitted light, given the side that was hit.
@@ -134,6 +138,13 @@ class MaterialTable {
     const F8 factor = map_at(roughness_map_, surface, lanes);
     return alpha * (factor * factor);
   }
+  /// The opacity of all materials.
+  struct OpacityColumn {
+    Column<std::uint32_t> mode;  ///< Opacity::Mode, opaque where the opacity is always 1
+    Column<float> value, cutoff;
+    MapColumn map;
+    void add(const Opacity& opacity);
+  };
   U8 row_of(const Surface8& surface, M8 lanes) const { return row_.at(surface.material, lanes); }
   void add(const Material& material, const Vec3& radiance);
 
@@ -147,6 +158,7 @@ class MaterialTable {
   Column<std::uint32_t> emits_;   ///< 0 never, 1 on the front, 2 on both sides
   ColorColumn reflectance_, specular_, emission_;
   MapColumn roughness_map_, metallic_map_;
+  OpacityColumn opacity_;
   bool has_specular_ = false;
   Column<float> ior_, emission_exponent_;
   Column<std::uint32_t> light_group_;

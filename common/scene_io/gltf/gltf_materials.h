@@ -30,6 +30,7 @@ class GltfMaterials {
  private:
   Material map(const JsonNode& from);
   PrincipledMaterial principled(const JsonNode& from, Medium& interior);
+  static Opacity opacity(const JsonNode& from, double value, std::uint32_t texture);
   void set_gloss(const JsonNode& extensions, PrincipledMaterial& out);
   void say_left_out(const JsonNode& from);
   TextureImage::Wrap wrap_of(const JsonNode& mode);
