@@ -162,7 +162,9 @@ TestScene make_test_scene(const Rendered& rendered) {
   test.add(0, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}));  // floor
   test.add(1, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}));  // a second floor in the same place, for ties
   test.add(0, quad({-2, 0, -2}, {4, 0, 0}, {0, 3, 0}));  // back
-  test.add(1, quad({-2, 0, -2}, {0, 3, 0}, {0, 0, 4}));  // left
+  Mesh left = quad({-2, 0, -2}, {0, 3, 0}, {0, 0, 4});
+  left.colors = {{1, 0.5f, 0.25f, 1}, {0.25f, 1, 0.5f, 1}, {1, 1, 0.75f, 1}, {0.5f, 0.25f, 1, 1}};
+  test.add(1, left);
   test.add(4, quad({-0.5, 2.9, -0.5}, {1, 0, 0}, {0, 0, 1}));
   test.add(0, bumpy_sphere(-1.0, 0.6, -0.8, 0.6));
   test.add(3, bumpy_sphere(1.2, 0.5, -1.0, 0.4));
@@ -181,7 +183,9 @@ TestScene make_test_scene(const Rendered& rendered) {
     scene.materials[13].emission = {{0.9f, 0.8f, 0.7f}, 0};
     scene.materials[13].two_sided_emission = true;
   }
-  scene.objects.push_back({"gauze", 15, TriangleShape{{-1.4, 0.3, 1.3}, {0.9, 0.2, 1.6}, {-0.2, 2.3, 1.1}}});
+  Mesh gauze = quad({-1.4, 0.3, 1.3}, {2.3, -0.1, 0.3}, {0.6, 1.9, -0.2});
+  gauze.colors = {{1, 1, 1, 0.5f}, {1, 0.5f, 1, 1}, {1, 1, 0, 0.25f}, {0, 1, 1, 0.75f}};
+  test.add(15, gauze);
   test.add(16, SphereShape{{0.2, 1.9, -0.6}, 0.4, false});
   scene.objects.push_back({"leaf", 16, TriangleShape{{-1.9, 0.8, 0.1}, {-0.9, 1.1, 0.4}, {-1.3, 1.9, -0.3}}});
   if (filter == FilterKind::box) {

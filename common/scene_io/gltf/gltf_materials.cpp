@@ -40,7 +40,8 @@ GltfMaterials::Used GltfMaterials::use(const JsonNode& index) {
   if (added) {
     texture_set_ = std::nullopt;
     Material material = map(from.tolerant());
-    found->second = {static_cast<std::uint32_t>(loaded_.scene.materials.size()), texture_set_};
+    found->second = {static_cast<std::uint32_t>(loaded_.scene.materials.size()), texture_set_,
+                     from["extensions"]["KHR_materials_unlit"].present()};
     loaded_.scene.materials.push_back(std::move(material));
   }
   return found->second;

@@ -23,6 +23,7 @@ class GltfMaterials {
   struct Used {
     std::uint32_t material = 0;                ///< index into the scene's materials
     std::optional<std::uint64_t> texture_set;  ///< of texture coordinates; nothing without a texture
+    bool unlit = false;
   };
   /// The material `index`. The default material if it is missing.
   Used use(const JsonNode& index);
