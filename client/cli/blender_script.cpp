@@ -74,9 +74,23 @@ def area_as_mesh(light):
     scene.collection.objects.link(stand_in)
 
 
+def shows_colors(material):
+    return material.use_nodes and any(n.type in ("VERTEX_COLOR", "ATTRIBUTE") for n in material.node_tree.nodes)
+
+
+def drop_unused_colors(item):
+    """Blender shows colours of vertices only through nodes. In glTF they always multiply the base colour."""
+    if item.type != "MESH" or item.data.library is not None:
+        return
+    if not any(slot.material and shows_colors(slot.material) for slot in item.material_slots):
+        for name in [attribute.name for attribute in item.data.color_attributes]:
+            item.data.color_attributes.remove(item.data.color_attributes[name])
+
+
 def look_at_object(item):
     if item.hide_render:
         return
+    drop_unused_colors(item)
     if item.type == "LIGHT" and item.data.type == "AREA":
         area_as_mesh(item)
     elif item.type == "LIGHT":

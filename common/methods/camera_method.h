@@ -14,6 +14,14 @@ struct CameraHit8 {
   Surface8 surface;
   U8 pixel_seed;        ///< scramble of the pixel in this half
   std::uint32_t index;  ///< point of its sequences. Decisions are numbered from kFirstPathDecision
+
+  /// The decision of a ray that starts at this vertex, counted from the camera.
+  Passing8 passing(const CompiledScene& scene, std::uint32_t vertex) const {
+    if (!scene.features().opacity) {
+      return {};
+    }
+    return Passing8::decided_by(sobol_pair(U8(index), decision_seed(pixel_seed, opacity_decision(vertex))).u);
+  }
 };
 
 /// `Shader` is immutable. `V8 shade(const CameraHit8&, RenderCounters&) const` returns radiance in the lanes. The
@@ -39,7 +47,7 @@ class CameraMethod final : public SampledMethod {
       hit.pixel_seed = U8::load(&ws.pixel_seeds[sample & 1][pixel]);
       hit.index = static_cast<std::uint32_t>(sample >> 1);
       const U8 pixel_lanes = U8(static_cast<std::uint32_t>(pixel)) + U8::lane_index();
-      hit.arrival = arrive(hit.lanes, primary_rays(*scene_, tile, pixel_lanes, hit.pixel_seed, hit.index), ws.counters);
+      hit.arrival = arrive(hit, primary_rays(*scene_, tile, pixel_lanes, hit.pixel_seed, hit.index), ws.counters);
       hit.surface = scene_->surface(hit.arrival.rays, hit.arrival.hits);
       if (flat_) {
         hit.surface.shading_normal = hit.surface.geometric_normal;
@@ -60,12 +68,13 @@ class CameraMethod final : public SampledMethod {
     }
   }
 
-  Arrival8 arrive(M8 lanes, const Ray8& rays, RenderCounters& counters) const {
+  Arrival8 arrive(const CameraHit8& at, const Ray8& rays, RenderCounters& counters) const {
+    Passing8 passing = at.passing(*scene_, 0);
     if (scene_->features().media) {
-      return trace_transmittance(*scene_, lanes, rays, scene_->camera_media(), kNoGeometry, counters);
+      return trace_transmittance(*scene_, at.lanes, rays, scene_->camera_media(), passing, kNoGeometry, counters);
     }
-    counters.closest_hit_rays += static_cast<std::uint64_t>(lanes.count());
-    return {scene_->accel().intersect(lanes, rays, true), rays, {}, {}, broadcast(Vec3(1)), {}};
+    counters.closest_hit_rays += static_cast<std::uint64_t>(at.lanes.count());
+    return {nearest_stop(*scene_, at.lanes, rays, true, passing, counters), rays, {}, {}, broadcast(Vec3(1)), {}};
   }
 
   static void store(const V8& value, std::size_t pixel, std::size_t pixels, std::vector<float>& planes) {

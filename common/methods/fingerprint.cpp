@@ -141,9 +141,13 @@ TestScene make_test_scene(const Rendered& rendered) {
       {"tiles", DiffuseMaterial{{{0.9f, 0.8f, 0.7f}, 0}}, {}, false},
       {"print", DiffuseMaterial{{{0.7f, 0.8f, 0.9f}, 1}}, {}, false},
       {"holdout", HoldoutMaterial{}, {}, false},
+      {"gauze", DiffuseMaterial{{0.8f, 0.7f, 0.6f}}, {}, false},
+      {"leaf", PhongMaterial{{0.2f, 0.5f, 0.2f}, {0.2f, 0.2f, 0.2f}, 5}, {}, false},
   };
   scene.materials[7].roughness_map = {0, ScalarMap::Channel::g};
   scene.materials[10].metallic_map = {1, ScalarMap::Channel::luminance};
+  scene.materials[15].opacity = {Opacity::Mode::blend, 0.6};
+  scene.materials[16].opacity = {Opacity::Mode::mask, 0.9, {0, ScalarMap::Channel::alpha}, 0.4};
   using Image = TextureImage;
   scene.textures = {{"tiles", "", kTexture, Image::Filter::bilinear, {}, Image::ColorSpace::srgb, {1.3, 0.7}},
                     {"print",
@@ -158,7 +162,9 @@ TestScene make_test_scene(const Rendered& rendered) {
   test.add(0, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}));  // floor
   test.add(1, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}));  // a second floor in the same place, for ties
   test.add(0, quad({-2, 0, -2}, {4, 0, 0}, {0, 3, 0}));  // back
-  test.add(1, quad({-2, 0, -2}, {0, 3, 0}, {0, 0, 4}));  // left
+  Mesh left = quad({-2, 0, -2}, {0, 3, 0}, {0, 0, 4});
+  left.colors = {{1, 0.5f, 0.25f, 1}, {0.25f, 1, 0.5f, 1}, {1, 1, 0.75f, 1}, {0.5f, 0.25f, 1, 1}};
+  test.add(1, left);
   test.add(4, quad({-0.5, 2.9, -0.5}, {1, 0, 0}, {0, 0, 1}));
   test.add(0, bumpy_sphere(-1.0, 0.6, -0.8, 0.6));
   test.add(3, bumpy_sphere(1.2, 0.5, -1.0, 0.4));
@@ -177,6 +183,11 @@ TestScene make_test_scene(const Rendered& rendered) {
     scene.materials[13].emission = {{0.9f, 0.8f, 0.7f}, 0};
     scene.materials[13].two_sided_emission = true;
   }
+  Mesh gauze = quad({-1.4, 0.3, 1.3}, {2.3, -0.1, 0.3}, {0.6, 1.9, -0.2});
+  gauze.colors = {{1, 1, 1, 0.5f}, {1, 0.5f, 1, 1}, {1, 1, 0, 0.25f}, {0, 1, 1, 0.75f}};
+  test.add(15, gauze);
+  test.add(16, SphereShape{{0.2, 1.9, -0.6}, 0.4, false});
+  scene.objects.push_back({"leaf", 16, TriangleShape{{-1.9, 0.8, 0.1}, {-0.9, 1.1, 0.4}, {-1.3, 1.9, -0.3}}});
   if (filter == FilterKind::box) {
     scene.objects.push_back({"catcher", 14, TriangleShape{{0.3, 0.05, 1.8}, {1.1, 0.02, 1.7}, {0.5, 0.1, 1.1}}});
   }

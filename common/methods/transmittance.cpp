@@ -8,7 +8,8 @@ constexpr int kMaxPassed = 1000;  ///< surfaces in a row that do not stop a ray;
 }  // namespace
 
 Arrival8 trace_transmittance(const CompiledScene& scene, M8 lanes, const Ray8& rays, const Media8& media,
-                             std::uint32_t through, RenderCounters& counters) {
+                             Passing8 passing, std::uint32_t through, RenderCounters& counters) {
+  passing.opaque_geometry = through;
   const bool has_media = scene.features().media;
   const MediumTable& table = scene.media();
   Arrival8 out{{}, rays, media, {F8(1.0f), media, M8()}, broadcast(Vec3(1)), {}};
@@ -20,7 +21,7 @@ Arrival8 trace_transmittance(const CompiledScene& scene, M8 lanes, const Ray8& r
       out.transmittance = select(overfull, nothing_known, out.transmittance);
       active = and_not(active, overfull);
     }
-    const Hit8 hits = scene.accel().intersect(active, out.rays, false);
+    const Hit8 hits = nearest_stop(scene, active, out.rays, false, passing, counters);
     counters.closest_hit_rays += static_cast<std::uint64_t>(active.count());
     if (has_media) {
       const F8 length = select(hits.hit, hits.distance, out.rays.max_distance) + skipped;
@@ -58,6 +59,9 @@ Arrival8 trace_transmittance(const CompiledScene& scene, M8 lanes, const Ray8& r
     out.rays.max_distance = select(active, rest, out.rays.max_distance);
     out.hits.hit = and_not(out.hits.hit, active);
     skipped = select(active, dot(onward, rays.direction), skipped);
+  }
+  if (scene.features().opacity && !passing.decides) {
+    out.transmittance = out.transmittance * passing.left;
   }
   return out;
 }

@@ -1,11 +1,9 @@
 // Deterministic straight paths: what rays hit, and the transmittance up to there.
 #pragma once
 
-#include "common/methods/method.h"
+#include "common/methods/see_through.h"
 
 namespace lightmill {
-
-inline constexpr std::uint32_t kNoGeometry = 0xffffffff;
 
 /// Hits of eight rays, and what lies on the way.
 struct Arrival8 {
@@ -17,10 +15,10 @@ struct Arrival8 {
   V8 emission;         ///< radiance from emitting boundaries that did not stop the rays, as it arrives
 };
 
-/// Traces rays of unit direction through boundaries that do not stop light, and through all surfaces of the geometry
-/// `through`. Media remove what they absorb and scatter (Bouguer's law). Scattered light is lost. `media` is ignored in
-/// scenes without media.
+/// Traces rays of unit direction through boundaries that do not stop light, through surfaces as `passing` says, and
+/// through all surfaces of the geometry `through`. Media remove what they absorb and scatter (Bouguer's law). Scattered
+/// light is lost. `media` is ignored in scenes without media.
 Arrival8 trace_transmittance(const CompiledScene& scene, M8 lanes, const Ray8& rays, const Media8& media,
-                             std::uint32_t through, RenderCounters& counters);
+                             Passing8 passing, std::uint32_t through, RenderCounters& counters);
 
 }  // namespace lightmill

@@ -88,8 +88,11 @@ struct Materials {
 void read_material(const Material& material, SceneFacts& facts, Materials& all) {
   const std::array<double, 3> albedo = albedo_of(material);
   const bool textured = is_textured(material);
-  facts.textures = facts.textures || textured;
+  facts.textures = facts.textures || textured || material.opacity.map.texture != kNoTexture;
   facts.holdouts = facts.holdouts || std::holds_alternative<HoldoutMaterial>(material.kind);
+  if (uniform_opacity(material.opacity) != 1) {
+    facts.see_through.add(named("material", material.name));
+  }
   const RgbColor& absorbed = material.interior.absorption;
   for (const auto& [channel, sigma] : {std::pair{0, absorbed.r}, {1, absorbed.g}, {2, absorbed.b}}) {
     const auto at = static_cast<std::size_t>(channel);
@@ -105,7 +108,7 @@ void read_material(const Material& material, SceneFacts& facts, Materials& all) 
 
 /// Emitters that only rays which happen to hit them find.
 bool is_never_sampled(const Object& object, const Material& material) {
-  return std::holds_alternative<PlaneShape>(object.shape) ||
+  return std::holds_alternative<PlaneShape>(object.shape) || !uniform_opacity(material.opacity) ||
          (material.emission.texture != kNoTexture && std::holds_alternative<SphereShape>(object.shape));
 }
 
@@ -116,8 +119,10 @@ void read_object(const Object& object, const Scene& scene, bool index_changes, S
   if (!is_black(material.emission.rgb)) {
     ++facts.emissive_objects;
     if (is_never_sampled(object, material)) {
-      facts.unsampled_emitters.add(
-          named(plane ? "plane" : "sphere", object.name.empty() ? material.name : object.name));
+      facts.unsampled_emitters.add(named(plane                                               ? "plane"
+                                         : std::holds_alternative<SphereShape>(object.shape) ? "sphere"
+                                                                                             : "emitter",
+                                         object.name.empty() ? material.name : object.name));
     }
   }
   facts.boundaries += is_boundary(material) ? 1 : 0;
@@ -297,6 +302,7 @@ std::vector<std::string> features_of(const SceneFacts& facts) {
   add(facts.absorption, "absorption");
   add(facts.scattering, "scattering");
   add(facts.textures, "textures");
+  add(!facts.see_through.empty(), "opacity");
   add(facts.holdouts, "holdouts");
   add(facts.lens, "lens");
   add(facts.meters > 0, "meters");

@@ -43,8 +43,8 @@ struct SceneFacts {
   NamedItems boundless_layers;   ///< planes among them
   bool receivers = false;        ///< surfaces, media or meters that show caustics
 
-  NamedItems unsampled_emitters;  ///< emissive planes, and spheres with an emission texture; only rays that happen to
-                                  ///< hit them find their light
+  NamedItems unsampled_emitters;  ///< emissive planes, spheres with an emission texture, and emitters whose opacity
+                                  ///< varies; only rays that happen to hit them find their light
   /// Those of them that fill less than kSmallShare of all directions, as seen from each object that scatters narrowly,
   /// or from each object that receives light, as far as is known.
   NamedItems hidden_emitters;
@@ -59,6 +59,7 @@ struct SceneFacts {
   std::size_t boundaries = 0;  ///< objects that light enters
   bool ranked_media = false;   ///< a priority, or an index of 1: the renderer must track media
   bool textures = false, holdouts = false, lens = false;
+  NamedItems see_through;  ///< materials with an opacity below 1
   std::size_t meters = 0;
   NamedItems point_meters;    ///< irradiance meters
   double largest_albedo = 0;  ///< largest channel of any surface; a bound with textures

@@ -21,6 +21,9 @@ struct Mesh {
   /// Empty, or one (u, v) per position. u grows to the right of the image and v upwards, as in OBJ files: (0, 0) is the
   /// lower left corner of the image, (1, 1) the upper right one. glTF counts v downwards.
   std::vector<std::array<float, 2>> texture_coordinates;
+  /// Empty, or linear red, green, blue and alpha of each position, each in [0, 1]. They multiply a surface's reflectance
+  /// and opacity.
+  std::vector<std::array<float, 4>> colors;
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
@@ -30,10 +33,11 @@ Status validate(const Mesh& mesh);
 
 /// The asset bytes of a mesh, little-endian, in this order, with nothing after them:
 /// - the characters "LMM1"
-/// - three uint32: flags (1 for normals, plus 2 for texture coordinates), number of positions, number of triangles
+/// - three uint32: flags (1 for normals, plus 2 for texture coordinates, plus 8 for colours), number of positions, number of triangles
 /// - positions (3 float64 each)
 /// - normals (3 float32 each), if any
 /// - texture coordinates (2 float32 each), if any
+/// - colours (4 float32 each), if any
 /// - triangles (3 uint32 each)
 /// Meshes of equal bits give equal bytes. The mesh must be valid.
 std::string encode_mesh(const Mesh& mesh);

@@ -134,9 +134,12 @@ std::uint32_t part_material(const ObjWithMaterials& file, const ObjPart& part, M
   MtlMaterial grey;
   grey.name = part.material.empty() ? "default" : part.material;
   grey.file = file.path.string();
+  if (!file.obj.colors.empty()) {
+    grey.kd = RgbColor{1, 1, 1};  // the vertices have the colours
+  }
   if (part.line == 0) {
-    loaded.notices.push_back(
-        fmt::format("{}: faces before the first usemtl are rendered as grey diffuse", file.path.string()));
+    loaded.notices.push_back(fmt::format("{}: faces before the first usemtl are rendered as {} diffuse",
+                                         file.path.string(), file.obj.colors.empty() ? "grey" : "white"));
   } else if (!part.material.empty() && !file.libraries_are_missing) {
     constexpr std::string_view kKind = "unknown material";
     std::string what;

@@ -82,10 +82,12 @@ Status read_property(const StatementReader& lines, const Statement& statement, M
       return ok_status();
     }
   }
-  if (keyword == "Tr") {  // 1 − d
+  if (keyword == "Tr") {
     LM_ASSIGN_OR_RETURN(const double transparency, read_number(lines, statement, {"Tr", nullptr, 0, 1}));
-    material.opacity = 1 - transparency;
-    material.lines.insert_or_assign("d", statement.line);
+    if (!material.lines.contains("d")) {  // programs that write both mean d
+      material.opacity = 1 - transparency;
+      material.lines.insert_or_assign("Tr", statement.line);
+    }
   } else if (keyword == "Ni") {
     const std::optional<double> ior = parse_number(statement.rest);
     if (!ior || *ior <= 0 || *ior > kMaxIor) {

@@ -21,8 +21,8 @@ struct MtlMap {
   std::string file;     ///< as written, relative to the MTL file
   std::array<double, 2> scale{1, 1}, offset{0, 0};
   bool clamp = false;
-  char channel = 'l';  ///< of a scalar map: r, g, b, m (alpha), l (luminance)
-  int line = 0;        ///< of the statement, for messages
+  char channel = 0;  ///< of a scalar map: r, g, b, m (alpha), l (luminance); 0 if it is not given
+  int line = 0;      ///< of the statement, for messages
 
   /// Whether both mean the same. The line is ignored.
   friend bool operator==(const MtlMap& a, const MtlMap& b) {
@@ -51,7 +51,7 @@ struct MtlMaterial {
   std::optional<RgbColor> ka, kd, ks, ke, tf;
   std::optional<double> ior;                   ///< Ni
   std::optional<double> exponent;              ///< Ns
-  std::optional<double> opacity;               ///< d, or 1 − Tr
+  std::optional<double> opacity;               ///< d, else 1 − Tr
   std::optional<double> roughness, metallic;   ///< Pr, Pm
   std::optional<double> coat, coat_roughness;  ///< Pc, Pcr
   std::optional<int> illum;
@@ -86,6 +86,10 @@ enum class KaMeaning { automatic, emission, ambient };
 /// - 13, 14: glass, or a medium without a surface, that absorbs 1/Kd − 1 and scatters Ks, with a notice
 /// - others: diffuse, with a notice
 /// With Pr or Pm: principled, whatever illum is. It transmits if illum means glass (4).
+///
+/// d, else 1 − Tr, times map_d is the opacity, except of what light enters. map_d is the alpha channel if it is the file of
+/// map_Kd, else the luminance. If no material is visible at all, d is left out with a notice: some programs write it the
+/// other way round.
 ///
 /// Maps multiply their colour, which is white if absent. They become textures whose `file` is a path and whose asset is
 /// not set. Colours above 1 are cut, with a notice. What is assumed of Ka is a notice. A part that is left out of

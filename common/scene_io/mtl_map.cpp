@@ -20,7 +20,7 @@ std::string spelling(std::string_view keyword) {
 
 bool is_rendered(std::string_view keyword) {
   return keyword == "map_Kd" || keyword == "map_Ks" || keyword == "map_Ke" || keyword == "map_Pr" ||
-         keyword == "map_Pm";
+         keyword == "map_Pm" || keyword == "map_d";
 }
 
 /// Takes up to `most` numbers from the begin of the text.

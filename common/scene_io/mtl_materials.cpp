@@ -55,11 +55,21 @@ bool ka_emits(const std::vector<MtlMaterial>& materials, KaMeaning meaning, std:
   return true;
 }
 
+/// Whether d and Tr mean the opacity. Adds a notice if not.
+bool d_counts(const std::vector<MtlMaterial>& materials, std::vector<std::string>& notices) {
+  const auto invisible = [](const MtlMaterial& m) { return m.opacity == 0; };
+  if (materials.empty() || !std::all_of(materials.begin(), materials.end(), invisible)) {
+    return true;
+  }
+  notices.emplace_back("d and Tr were left out, because by them all materials would be invisible");
+  return false;
+}
+
 /// Converts materials one after the other. Textures are added to the scene's.
 class Mapper {
  public:
-  Mapper(Scene& scene, bool ka_is_emission, std::vector<std::string>& notices)
-      : scene_(scene), ka_is_emission_(ka_is_emission), notices_(notices) {}
+  Mapper(Scene& scene, bool ka_is_emission, bool d_counts, std::vector<std::string>& notices)
+      : scene_(scene), ka_is_emission_(ka_is_emission), d_counts_(d_counts), notices_(notices) {}
 
   Material map(const MtlMaterial& from) {
     from_ = &from;
@@ -69,6 +79,7 @@ class Mapper {
     out.emission = emission();
     out.two_sided_emission = out.emission.rgb != RgbColor{};
     set_kind(out);
+    set_opacity(out);
     say_left_out();
     return out;
   }
@@ -128,6 +139,22 @@ class Mapper {
       out.kind = DiffuseMaterial{diffuse_color(out)};
       if (illum > 4) {
         leave_out(fmt::format("illum {}", illum), from_->line_of("illum"), "; it is rendered as diffuse");
+      }
+    }
+  }
+
+  void set_opacity(Material& out) {
+    const MtlMap* map = from_->map("map_d");
+    const double value = d_counts_ ? from_->opacity.value_or(1) : 1;
+    if (is_boundary(out) || (value == 1 && map == nullptr)) {
+      return;
+    }
+    out.opacity = {Opacity::Mode::blend, value};
+    if (map != nullptr) {
+      out.opacity.map = scalar_map("map_d");
+      const MtlMap* color = from_->map("map_Kd");
+      if (map->channel == 0 && color != nullptr && color->file == map->file) {
+        out.opacity.map.channel = ScalarMap::Channel::alpha;
       }
     }
   }
@@ -266,9 +293,6 @@ class Mapper {
     for (const MtlUnused& unused : from_->unused) {
       leave_out(unused.what, unused.line);
     }
-    if (from_->opacity.value_or(1) < 1 && from_->illum.value_or(1) < 4) {
-      leave_out("d (opacity)", from_->line_of("d"));
-    }
   }
 
   /// Adds to the one notice for all materials, at the place of the first.
@@ -295,6 +319,7 @@ class Mapper {
 
   Scene& scene_;
   const bool ka_is_emission_;
+  const bool d_counts_;
   std::vector<std::string>& notices_;
   std::map<std::string, LeftOut> left_out_;  ///< by part
   std::size_t beyond_ = 0;                   ///< left out beyond these
@@ -315,7 +340,7 @@ std::string map_path(const MtlMaterial& material, const MtlMap& map) {
 
 void map_materials(const std::vector<MtlMaterial>& materials, KaMeaning ka, Scene& scene,
                    std::vector<std::string>& notices) {
-  Mapper mapper(scene, ka_emits(materials, ka, notices), notices);
+  Mapper mapper(scene, ka_emits(materials, ka, notices), d_counts(materials, notices), notices);
   for (const MtlMaterial& material : materials) {
     scene.materials.push_back(mapper.map(material));
   }

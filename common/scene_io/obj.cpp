@@ -3,6 +3,7 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "common/materials/texture.h"
 #include "common/scene/document.h"
 #include "common/scene_io/polygon.h"
 #include "common/scene_io/smoothing.h"
@@ -13,12 +14,13 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<double, 3> kUnreadable{kNaN, kNaN, kNaN};  ///< position of a vertex that cannot be read
+constexpr std::array<float, 3> kNoColor{-1, -1, -1};            ///< of a vertex that has none
 
 /// One pass over the file. Faces that name what follows them wait for its end.
 class ObjReader {
  public:
   ObjReader(std::string_view text, const std::string& file_name, Faults& faults)
-      : lines_(text, file_name), faults_(faults) {}
+      : text_(text), lines_(text, file_name), faults_(faults) {}
 
   Result<ObjFile> read() {
     while (const std::optional<Statement> statement = lines_.next()) {
@@ -28,6 +30,10 @@ class ObjReader {
     }
     add_late_faces();
     smooth_normals(file_, smooth_runs_);
+    decode_colors();
+    if (text_.find("#MRGB ") != std::string_view::npos) {
+      say_once(fmt::format("left out: vertex colours in \"#MRGB\" comments of {}", lines_.file_name()));
+    }
     std::erase_if(file_.parts, [](const ObjPart& part) { return part.triangles.empty(); });
     if (file_.parts.empty()) {
       return !first_odd_.ok()
@@ -103,8 +109,55 @@ class ObjReader {
     std::array<double, 3>& position = file_.positions.emplace_back(kUnreadable);
     std::array<double, 3> read;
     LM_RETURN_IF_ERROR(read_numbers("v", rest, kMaxCoordinate, read));
-    position = read;  // a weight, or a colour and a weight, may follow
+    position = read;
+    read_color(rest);
     return ok_status();
+  }
+
+  /// What may follow a position: a weight, or a colour, or a colour and its alpha. Other rests do not count.
+  void read_color(std::string_view rest) {
+    std::array<float, 4> values{};
+    std::size_t count = 0;
+    for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
+      const std::optional<double> value = parse_number(word);
+      if (!value || count == values.size()) {
+        return;
+      }
+      values[count++] = static_cast<float>(*value);
+    }
+    if (count < 3) {
+      return;
+    }
+    file_.colors.resize(file_.positions.size() - 1, kNoColor);
+    file_.colors.push_back({values[0], values[1], values[2]});
+    has_alpha_ = has_alpha_ || (count == 4 && values[3] < 1);
+  }
+
+  /// Makes the file's colours linear.
+  void decode_colors() {
+    bool bytes = false, whole = true;
+    for (const auto& color : file_.colors) {
+      for (const float value : color) {
+        bytes = bytes || value > 1.001f;
+        whole = whole && value == std::floor(value);
+      }
+    }
+    if (bytes && !whole) {
+      say_once(fmt::format("vertex colours of {} that are above 1 were cut", lines_.file_name()));
+    }
+    const double unit = bytes && whole ? 255 : 1;
+    for (auto& color : file_.colors) {
+      if (color == kNoColor) {
+        color = {1, 1, 1};
+        continue;
+      }
+      for (float& value : color) {
+        value = static_cast<float>(srgb_decode_fixed(std::clamp(value / unit, 0.0, 1.0)));
+      }
+    }
+    if (has_alpha_) {
+      say_once(fmt::format("left out: alpha of vertex colours of {}", lines_.file_name()));
+    }
   }
 
   Status read_normal(std::string_view rest) {
@@ -356,10 +409,12 @@ class ObjReader {
     }
   }
 
+  std::string_view text_;
   StatementReader lines_;
   Faults& faults_;
   Status first_odd_;         ///< the first fault of a statement
   int first_face_line_ = 0;  ///< of those that are not skipped
+  bool has_alpha_ = false;   ///< vertices have an alpha below 1
   ObjFile file_;
   std::size_t part_ = 0;  ///< index of the part to which faces are added
   std::unordered_map<std::string, std::size_t> part_of_;

@@ -40,6 +40,8 @@ struct ObjLibrary {
 
 struct ObjFile {
   std::vector<std::array<double, 3>> positions;
+  /// Empty, or the linear colours of the first positions. Positions without one are white.
+  std::vector<std::array<float, 3>> colors;
   std::vector<std::array<float, 2>> texture_coordinates;
   /// Unit vectors. (0, 0, 0) if the file has that, which means none. Normals of smoothing groups follow those of the
   /// file.
@@ -51,6 +53,7 @@ struct ObjFile {
 
 /// Reads an OBJ file:
 /// - v, vt (u and v), vn
+/// - colours after the coordinates of v, sRGB-encoded: from 0 to 1, or as whole numbers from 0 to 255
 /// - f (v, v/t, v//n, v/t/n; negative numbers count from the end). Polygons are triangulated, also concave ones. What a
 ///   face names may follow it.
 /// - s: corners without a normal get the mean of the normals of the group's faces there, weighted by their angles
@@ -61,7 +64,8 @@ Result<ObjFile> read_obj(std::string_view text, const std::string& file_name, Fa
 
 /// One mesh of some parts of a file. It has one vertex for each combination of position, texture coordinate and normal,
 /// in the order of first use. It is flat if no corner has a normal. Else it is smooth, and corners without a normal
-/// have that of their face. If any corner has texture coordinates, corners without have (0, 0).
+/// have that of their face. If any corner has texture coordinates, corners without have (0, 0). It has colours if the
+/// file has any.
 Mesh make_mesh(const ObjFile& file, std::span<const ObjPart* const> parts);
 
 }  // namespace lightmill

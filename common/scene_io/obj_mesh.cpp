@@ -4,6 +4,8 @@
 namespace lightmill {
 namespace {
 
+constexpr std::array<float, 3> kWhite{1, 1, 1};
+
 /// The optional parts of a mesh.
 struct Kinds {
   bool normals = false, texture = false;
@@ -52,6 +54,10 @@ class VertexTable {
     mesh_.positions.push_back(file_.positions[corner.position]);
     if (kinds_.normals) {
       mesh_.normals.push_back(normal);
+    }
+    if (!file_.colors.empty()) {
+      const auto [r, g, b] = corner.position < file_.colors.size() ? file_.colors[corner.position] : kWhite;
+      mesh_.colors.push_back({r, g, b, 1});
     }
     if (kinds_.texture) {
       mesh_.texture_coordinates.push_back(corner.texture == kNoIndex ? std::array<float, 2>{}

@@ -1,5 +1,7 @@
 #include "common/scene_io/scene_report.h"
 
+#include <set>
+
 #include "common/base/quantities.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/method_plan.h"
@@ -23,6 +25,7 @@ bool emits(const Material& material) {
 
 Status count(const LoadedScene& loaded, SceneReport& report) {
   std::map<Sha256, std::size_t> triangles;
+  std::set<Sha256> colored;
   for (const auto& [digest, bytes] : loaded.assets) {
     report.asset_bytes += bytes.size();
   }
@@ -32,7 +35,11 @@ Status count(const LoadedScene& loaded, SceneReport& report) {
       if (added) {
         LM_ASSIGN_OR_RETURN(const Mesh decoded, decode_mesh(as_byte_view(loaded.assets.at(mesh->asset))));
         found->second = decoded.triangles.size();
+        if (!decoded.colors.empty()) {
+          colored.insert(mesh->asset);
+        }
       }
+      report.colored_objects += colored.contains(mesh->asset) ? 1 : 0;
       report.triangles += found->second;
     } else {
       report.spheres += std::holds_alternative<SphereShape>(object.shape) ? 1 : 0;
@@ -101,6 +108,9 @@ ReportRows scene_rows(const LoadedScene& loaded, const SceneReport& report) {
   if (const std::vector<std::string> groups = light_groups_of(scene); !groups.empty()) {
     rows.push_back({"light groups", fmt::format("{}", fmt::join(groups, ", "))});
   }
+  if (report.colored_objects > 0) {
+    rows.push_back({"vertex colours", counted(report.colored_objects, "object")});
+  }
   if (!scene.textures.empty()) {
     rows.push_back({"textures", std::to_string(scene.textures.size())});
   }
@@ -115,6 +125,9 @@ ReportRows fact_rows(const SceneFacts& facts) {
   ReportRows rows{{"casters", facts.casters.text()},
                   {"albedo", fmt::format("at most {:.3g}", facts.largest_albedo)},
                   {"compiled in", fmt::format("{}", fmt::join(features_of(facts), ", "))}};
+  if (!facts.see_through.empty()) {
+    rows.push_back({"see-through", facts.see_through.text()});
+  }
   if (!facts.smooth_layers.empty()) {
     rows.push_back({"smooth layers", facts.smooth_layers.text()});
   }

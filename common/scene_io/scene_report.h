@@ -13,7 +13,8 @@ namespace lightmill {
 struct SceneReport {
   using Counts = std::map<std::string, std::size_t>;
   std::size_t triangles = 0, spheres = 0, planes = 0, emissive_objects = 0;
-  Counts lights, materials;  ///< by kind
+  std::size_t colored_objects = 0;  ///< whose vertices have colours
+  Counts lights, materials;         ///< by kind
   std::uint64_t asset_bytes = 0;
   SceneFacts facts;
 };

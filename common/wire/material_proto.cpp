@@ -174,6 +174,29 @@ Result<Medium> medium_from_wire(const std::string& path, const v1::Material::Med
   return out;
 }
 
+Result<Opacity> opacity_from_wire(const std::string& path, const v1::Opacity& opacity, const TextureNames& textures) {
+  Opacity out;
+  if (!v1::Opacity::Mode_IsValid(opacity.mode())) {
+    return invalid_argument("{}.mode: unknown value {}", path, static_cast<int>(opacity.mode()));
+  }
+  out.mode = opacity.mode() == v1::Opacity::MASK ? Opacity::Mode::mask : Opacity::Mode::blend;
+  out.value = opacity.has_value() ? opacity.value() : out.value;
+  out.cutoff = opacity.has_cutoff() ? opacity.cutoff() : out.cutoff;
+  if (opacity.has_map()) {
+    LM_ASSIGN_OR_RETURN(out.map, map_from_wire(path + ".map", opacity.map(), textures));
+  }
+  return out;
+}
+
+void to_wire_opacity(const Opacity& opacity, const Textures& textures, v1::Opacity* out) {
+  out->set_mode(opacity.mode == Opacity::Mode::mask ? v1::Opacity::MASK : v1::Opacity::BLEND);
+  out->set_value(opacity.value);
+  out->set_cutoff(opacity.cutoff);
+  if (opacity.map.texture != kNoTexture) {
+    to_wire_map(opacity.map, textures, out->mutable_map());
+  }
+}
+
 }  // namespace
 
 void to_wire_material(const Material& material, const Textures& textures, v1::Material* out) {
@@ -192,6 +215,9 @@ void to_wire_material(const Material& material, const Textures& textures, v1::Ma
   }
   if (material.metallic_map.texture != kNoTexture) {
     to_wire_map(material.metallic_map, textures, out->mutable_metallic_map());
+  }
+  if (material.opacity.mode != Opacity::Mode::opaque) {
+    to_wire_opacity(material.opacity, textures, out->mutable_opacity());
   }
 }
 
@@ -212,6 +238,9 @@ Result<Material> material_from_wire(const std::string& path, const v1::Material&
   }
   if (material.has_metallic_map()) {
     LM_ASSIGN_OR_RETURN(out.metallic_map, map_from_wire(path + ".metallic_map", material.metallic_map(), textures));
+  }
+  if (material.has_opacity()) {
+    LM_ASSIGN_OR_RETURN(out.opacity, opacity_from_wire(path + ".opacity", material.opacity(), textures));
   }
   return out;
 }

@@ -50,6 +50,8 @@ json report_json(const LoadedScene& loaded, const SceneReport& report) {
            {"lights", counts_json("emissive_objects", report.emissive_objects, report.lights)},
            {"light_groups", light_groups_of(scene)},
            {"textures", scene.textures.size()},
+           {"see_through_materials", report.facts.see_through.count},
+           {"objects_with_vertex_colors", report.colored_objects},
            {"meters", meters_json(scene.meters)},
            {"assets", {{"count", loaded.assets.size()}, {"bytes", report.asset_bytes}}},
            {"camera",

@@ -31,17 +31,20 @@ struct AoShader {
     // Where the shading normal leans away from the geometric one, directions below the surface see no sky.
     const M8 above = at.arrival.hits.hit & (dot(direction, facing) > F8(0.0f));
     const Ray8 rays{s.point + facing * s.offset, direction, F8(distance)};
-    const M8 open = and_not(above, occluded(above, rays, at.arrival.media, counters));
-    const F8 value = masked(open | and_not(at.lanes, at.arrival.hits.hit), F8(1.0f));
+    const F8 open = visibility(above, rays, at, counters);
+    const F8 value = select(at.arrival.hits.hit, open, masked(at.lanes, F8(1.0f)));
     return {value, value, value};
   }
 
-  M8 occluded(M8 lanes, const Ray8& rays, const Media8& media, RenderCounters& counters) const {
+  F8 visibility(M8 lanes, const Ray8& rays, const CameraHit8& at, RenderCounters& counters) const {
     if (scene->features().media) {
-      return trace_transmittance(*scene, lanes, rays, media, kNoGeometry, counters).hits.hit;
+      const Arrival8 arrival =
+          trace_transmittance(*scene, lanes, rays, at.arrival.media, at.passing(*scene, 1), kNoGeometry, counters);
+      return masked(and_not(lanes, arrival.hits.hit), F8(1.0f));
     }
     counters.shadow_rays += static_cast<std::uint64_t>(lanes.count());
-    return scene->accel().occluded(lanes, rays);
+    const M8 blocked = scene->accel().occluded(lanes, rays);
+    return masked(and_not(lanes, blocked), F8(1.0f)) + share_passed(*scene, blocked, rays, counters);
   }
 };
 

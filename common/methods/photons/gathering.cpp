@@ -32,11 +32,12 @@ void for_each_visible_splat(const CompiledScene& scene, const PhotonPass& pass, 
     const V8 way = seen.photon.point - lens_point;
     seen.distance = sqrt(length_squared(way));
     seen.direction = way * (F8(1.0f) / seen.distance);
-    const Ray8 rays{lens_point, seen.direction, F8(std::numeric_limits<float>::infinity())};
-    seen.arrival = trace_transmittance(scene, lanes, rays, scene.camera_media(), kNoGeometry, counters);
-    seen.surface = scene.surface(seen.arrival.rays, seen.arrival.hits);
-    seen.cosine = abs(dot(seen.direction, seen.surface.geometric_normal));
-    seen.lanes = lanes & hits_photon(seen.arrival, seen.surface, seen.photon, seen.distance, seen.cosine);
+    const Connection8 connection =
+        connect(scene, lanes, seen.photon, lens_point, seen.direction, seen.distance, scene.camera_media(), counters);
+    seen.arrival = connection.arrival;
+    seen.surface = connection.surface;
+    seen.cosine = connection.cosine;
+    seen.lanes = connection.reaches;
     if (seen.lanes.none()) {
       continue;
     }
@@ -74,6 +75,11 @@ GatherDiscs::GatherDiscs(const tracer::Wavefront& film, const PhotonPass& pass, 
     counts[lane] = static_cast<std::uint32_t>(found[lane].size());
   }
   counts_ = U8::load(counts);
+  if (film.scene().features().opacity) {
+    // Photons stop with the probability of the opacity, and so do camera paths. The square would count.
+    const M8 lanes = signed_less(U8(0u), counts_);
+    opacity_ = select(lanes, film.scene().materials().opacity(surface_, lanes), F8(1.0f));
+  }
   size_ = *std::ranges::max_element(counts);
 }
 

@@ -61,12 +61,14 @@ class GatherDiscs {
   /// The largest number of terms of a lane.
   std::uint32_t size() const { return size_; }
   Term8 term(std::uint32_t k) const;
-  F8 per_area() const { return F8(kInvPi) / (radius_ * radius_); }
+  /// 1 / the disc's area that is there.
+  F8 per_area() const { return F8(kInvPi) / (radius_ * radius_ * opacity_); }
 
  private:
   const PhotonPass& pass_;
   const FoundPhotons& found_;
   F8 radius_;
+  F8 opacity_ = F8(1.0f);  ///< at the vertices
   const Surface8& surface_;
   U8 most_scatterings_;
   U8 counts_;

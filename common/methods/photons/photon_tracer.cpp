@@ -119,14 +119,18 @@ class PhotonTracer {
 
   void trace_segment(Path photon, M8 lanes, std::uint32_t number) {
     const Ray8 rays{photon.origin, photon.direction, F8(std::numeric_limits<float>::infinity())};
-    const Arrival8 arrival = trace_transmittance(scene_, lanes, rays, photon.media, kNoGeometry, counters_);
+    const Passing8 passing =
+        scene_.features().opacity
+            ? Passing8::decided_by(decide(photon.index, U8(plan_.seed), number, opacity_decision(number)).u)
+            : Passing8{};
+    const Arrival8 arrival = trace_transmittance(scene_, lanes, rays, photon.media, passing, kNoGeometry, counters_);
     const Surface8 surface = scene_.surface(arrival.rays, arrival.hits);
     // For `caustic`, camera paths find light that has met nothing yet.
     const M8 counted = plan_.kind == PhotonKind::caustic ? and_not(lanes, photon.met == U8(kNothing)) : lanes;
     if (!out_.meters.empty()) {
       const F8 length =
           select(arrival.hits.hit, dot(surface.point - photon.origin, photon.direction), rays.max_distance);
-      cross_meters(photon, counted, length, number);
+      cross_meters(photon, counted, length, passing, number);
     }
     if (number > plan_.max_bounces) {
       return;
@@ -250,16 +254,16 @@ class PhotonTracer {
     }
   }
 
-  void cross_meters(const Path& photon, M8 lanes, F8 length, std::uint32_t number) {
+  void cross_meters(const Path& photon, M8 lanes, F8 length, const Passing8& passing, std::uint32_t number) {
     for (std::size_t m = 0; lanes.any() && m < out_.meters.size(); ++m) {
       if (!scene_.meters()[m].measures_radiance) {
-        cross_meter(scene_.meters()[m], out_.meters[m], photon, lanes, length, number);
+        cross_meter(scene_.meters()[m], out_.meters[m], photon, lanes, length, passing, number);
       }
     }
   }
 
   void cross_meter(const CompiledMeter& meter, std::vector<MeterHit>& hits, const Path& photon, M8 lanes, F8 length,
-                   std::uint32_t number) {
+                   const Passing8& passing, std::uint32_t number) {
     const V8 normal = broadcast(meter.direction);
     const V8 corner = broadcast(meter.corner) + normal * surface_offset(normal, broadcast(meter.magnitude));
     const F8 cosine = -dot(photon.direction, normal);
@@ -283,7 +287,7 @@ class PhotonTracer {
     }
     V8 power = photon.power;
     if (scene_.features().media) {
-      power = power * trace_transmittance(scene_, lanes, {photon.origin, photon.direction, at}, photon.media,
+      power = power * trace_transmittance(scene_, lanes, {photon.origin, photon.direction, at}, photon.media, passing,
                                           kNoGeometry, counters_)
                           .transmittance;
     }

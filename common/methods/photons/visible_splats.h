@@ -25,13 +25,25 @@ struct VisibleSplat8 {
   F8 film_pdf_area;  ///< the same without the filter: density of camera rays, one per pixel
 };
 
-/// Whether a ray has hit the photon's point. A ray can meet a sphere twice, and both points have the same primitive.
-/// The distance tells them apart, beyond rounding.
-inline M8 hits_photon(const Arrival8& arrival, const Surface8& surface, const Photon8& d, F8 distance, F8 cosine) {
-  const V8 off = surface.point - d.point;
-  const F8 tolerance = (surface.offset * F8(256.0f) + distance * F8(0x1p-16f)) / max(cosine, F8(1e-3f));
-  return arrival.hits.hit & (arrival.hits.geometry == d.geometry) & (arrival.hits.primitive == d.primitive) &
-         (length_squared(off) < tolerance * tolerance);
+/// A ray that connects a point with a photon. It goes on beyond, to meet the photon's surface.
+struct Connection8 {
+  Arrival8 arrival;
+  Surface8 surface;
+  F8 cosine;   ///< to the geometric normal, positive
+  M8 reaches;  ///< lanes that arrive at the photon
+};
+inline Connection8 connect(const CompiledScene& scene, M8 lanes, const Photon8& photon, const V8& from,
+                           const V8& direction, F8 distance, const Media8& media, RenderCounters& counters) {
+  const Ray8 rays{from, direction, F8(std::numeric_limits<float>::infinity())};
+  const Target8 target{photon.point, photon.geometry, photon.primitive, distance};
+  Passing8 passing;
+  passing.target = &target;
+  Connection8 out;
+  out.arrival = trace_transmittance(scene, lanes, rays, media, passing, kNoGeometry, counters);
+  out.surface = scene.surface(out.arrival.rays, out.arrival.hits);
+  out.cosine = abs(dot(direction, out.surface.geometric_normal));
+  out.reaches = lanes & lightmill::reaches(target, out.arrival.hits, out.surface, out.cosine);
+  return out;
 }
 
 /// Traces a ray from the lens to each splat of the tile. Calls `take` for visible ones, in splat order. `splats` is

@@ -161,11 +161,13 @@ V8 LocalShading::arriving(M8 lanes, const V8& origin, const V8& way, const Media
   const auto white = [](M8 mask) { return masked(mask, broadcast(Vec3(1))); };
   if (object == kNoGeometry && !scene_->features().media) {
     counters.shadow_rays += static_cast<std::uint64_t>(lanes.count());
-    return white(and_not(lanes, scene_->accel().occluded(lanes, {origin, way, F8(1.0f)})));
+    const Ray8 rays{origin, way, F8(1.0f)};
+    const M8 blocked = scene_->accel().occluded(lanes, rays);
+    return white(and_not(lanes, blocked)) + broadcast(Vec3(1)) * share_passed(*scene_, blocked, rays, counters);
   }
   const F8 length = sqrt(length_squared(way));
   const Arrival8 arrival =
-      trace_transmittance(*scene_, lanes, {origin, way * (F8(1.0f) / length), length}, media, object, counters);
+      trace_transmittance(*scene_, lanes, {origin, way * (F8(1.0f) / length), length}, media, {}, object, counters);
   return white(and_not(lanes, arrival.hits.hit)) * arrival.transmittance;
 }
 

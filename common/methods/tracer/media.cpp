@@ -52,7 +52,7 @@ M8 Wavefront::sample_distance(Path8& paths, M8 lanes, F8 length, std::uint32_t d
 /// Moves the paths through boundaries that do not stop light, to the first surface that does, or to a point where a
 /// medium scatters them. `hits` becomes what they reach. A step off a boundary moves a path off its line, by more than
 /// the offset at the next surface. So surfaces are computed from the last segment alone.
-Passage8 Wavefront::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t bounce,
+Passage8 Wavefront::pass_media(Path8& paths, M8 lanes, Hit8& hits, Passing8& passing, std::uint32_t bounce,
                                const AddEmission& add_emission) {
   const MediumTable& table = scene_.media();
   Passage8 passage;
@@ -84,10 +84,10 @@ Passage8 Wavefront::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t
       break;
     }
     if (scene_.features().emissive_surfaces) {
-      Hit8 passing = hits;
-      passing.hit = active;
-      passing.distance = hits.distance + passage.before;
-      add_emission(passing, surface);
+      Hit8 passed_hits = hits;
+      passed_hits.hit = active;
+      passed_hits.distance = hits.distance + passage.before;
+      add_emission(passed_hits, surface);
     }
     if (passed == kMaxPassed) {
       hits.hit = and_not(hits.hit, active);
@@ -100,7 +100,7 @@ Passage8 Wavefront::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t
     paths.media = select(active, here.beyond, paths.media);
     const Ray8 rays{passage.origin, paths.direction, F8(std::numeric_limits<float>::infinity())};
     add_untraceable(active, rays, paths.slot);
-    hits = select(active, scene_.accel().intersect(active, rays, false), hits);
+    hits = select(active, nearest_stop(scene_, active, rays, false, passing, ws_.counters), hits);
     ws_.counters.closest_hit_rays += static_cast<std::uint64_t>(active.count());
     passage.before = select(active, dot(passage.origin - paths.origin, paths.direction), passage.before);
   }
@@ -118,11 +118,12 @@ V8 Wavefront::shadow_transmittance(const Shadow8& shadows, M8 lanes, M8 blocked)
   V8 passed = broadcast(Vec3(1));
   M8 active = lanes & blocked;
   M8 lost, overfull = lanes & MediumTable::overfull(media);
+  Passing8 passing;
   F8 skipped(0.0f);
   for (std::uint32_t i = 0; active.any(); ++i) {
     const F8 rest = length - dot(origin - shadows.origin, direction);
     const Ray8 rays{origin, direction, rest};
-    const Hit8 hits = scene_.accel().intersect(active, rays, false);
+    const Hit8 hits = nearest_stop(scene_, active, rays, false, passing, ws_.counters);
     ws_.counters.closest_hit_rays += static_cast<std::uint64_t>(active.count());
     const V8 along = table.transmittance(table.current(media), select(hits.hit, hits.distance, rest) + skipped);
     passed = select(active, passed * along, passed);
@@ -142,7 +143,7 @@ V8 Wavefront::shadow_transmittance(const Shadow8& shadows, M8 lanes, M8 blocked)
     media = select(active, here.beyond, media);
     overfull = overfull | (active & MediumTable::overfull(media));
   }
-  const V8 arriving = masked(~lost, select(blocked, passed, left));
+  const V8 arriving = masked(~lost, select(blocked, passed, left)) * passing.left;
   return select(overfull, broadcast(Vec3(std::numeric_limits<float>::quiet_NaN())), arriving);
 }
 

@@ -131,7 +131,8 @@ class Tracer : public Wavefront {
   void trace_segment(const Path& in, M8 lanes, std::uint32_t bounce) {
     const Ray8 rays{in.origin, in.direction, F8(std::numeric_limits<float>::infinity())};
     add_untraceable(lanes, rays, in.slot);
-    Hit8 hits = scene_.accel().intersect(lanes, rays, bounce == 0);
+    Passing8 passing = this->passing(in, bounce);
+    Hit8 hits = nearest_stop(scene_, lanes, rays, bounce == 0, passing, ws_.counters);
     Passage8 passage;
     passage.origin = in.origin;
     if (!scene_.features().media) {
@@ -142,7 +143,7 @@ class Tracer : public Wavefront {
     const auto add = [&](const Hit8& passing, const Surface8& surface) {
       add_emission(there, passing, surface, bounce);
     };
-    passage = pass_media(there, lanes, hits, bounce, std::cref(add));
+    passage = pass_media(there, lanes, hits, passing, bounce, std::cref(add));
     if constexpr (Estimator::kScattersInMedia) {
       if (passage.scattered.any() && bounce < max_bounces_) {
         estimator_.scatter_in_medium(*this, there, passage.point, passage.scattered & continues(in), bounce);

@@ -142,6 +142,10 @@ void Wavefront::trace_shadows(std::uint32_t bounce) {
     M8 lit = lanes;
     if (scene_.features().media) {
       s.contribution = s.contribution * shadow_transmittance(s, lanes, blocked);
+    } else if (scene_.features().opacity) {
+      const F8 share = share_passed(scene_, blocked, rays, ws_.counters);
+      lit = and_not(lanes, blocked & (share == F8(0.0f)));
+      s.contribution = select(blocked, s.contribution * share, s.contribution);
     } else {
       lit = and_not(lanes, blocked);
     }

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "common/methods/sampled_method.h"
+#include "common/methods/see_through.h"
 #include "common/methods/tracer/path_state.h"
 #include "common/methods/tracer/sample_plan.h"
 
@@ -56,6 +57,11 @@ class Wavefront {
   Pair8 decide(const Path8& path, std::uint32_t vertex, std::uint32_t decision) const {
     return tracer::decide(path.index, path.pixel_seed, vertex, decision, plan_.sobol_vertices);
   }
+  /// The decision of the segment that a path starts at a bounce.
+  Passing8 passing(const Path8& path, std::uint32_t bounce) const {
+    return scene_.features().opacity ? Passing8::decided_by(decide(path, bounce, opacity_decision(bounce)).u)
+                                     : Passing8{};
+  }
   /// Samples a light and a point on it, as seen from `point`.
   LightSample8 draw_light(const V8& point, const Path8& path, std::uint32_t bounce) const;
   /// Next-event estimation: queues the light of sampled points, times `weight(light, wi, lanes)`.
@@ -95,7 +101,8 @@ class Wavefront {
  protected:
   /// Adds the emission of boundaries that do not stop the paths.
   using AddEmission = std::function<void(const Hit8& hits, const Surface8& surface)>;
-  Passage8 pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t bounce, const AddEmission& add_emission);
+  Passage8 pass_media(Path8& paths, M8 lanes, Hit8& hits, Passing8& passing, std::uint32_t bounce,
+                      const AddEmission& add_emission);
   Path8 camera_paths(std::size_t pixel, U8 seed) const;
   Path8 meter_paths(std::size_t pixel, U8 seed) const;
   Surface8 meter_surface(const Path8& paths, M8 lanes) const;

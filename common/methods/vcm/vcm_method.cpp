@@ -279,11 +279,12 @@ class VcmEstimator : public tracer::EstimatorBase {
       const V8 way = photon.point - c.origin;
       const F8 distance = sqrt(length_squared(way));
       const V8 direction = way * (F8(1.0f) / distance);
-      const Ray8 rays{c.origin, direction, F8(std::numeric_limits<float>::infinity())};
-      const Arrival8 arrival = trace_transmittance(scene_, lanes, rays, c.media, kNoGeometry, ws_.counters);
-      const Surface8 surface = scene_.surface(arrival.rays, arrival.hits);
-      const F8 cosine = abs(dot(direction, surface.geometric_normal));
-      const M8 seen = lanes & photons::hits_photon(arrival, surface, photon, distance, cosine);
+      const photons::Connection8 end =
+          photons::connect(scene_, lanes, photon, c.origin, direction, distance, c.media, ws_.counters);
+      const Arrival8& arrival = end.arrival;
+      const Surface8& surface = end.surface;
+      const F8 cosine = end.cosine;
+      const M8 seen = end.reaches;
       if (seen.none()) {
         continue;
       }

@@ -60,8 +60,8 @@ class WhittedShader {
     while (!walk.waiting.empty()) {
       const Branch8 branch = walk.waiting.back();
       walk.waiting.pop_back();
-      const Arrival8 arrival =
-          trace_transmittance(*scene_, branch.lanes, branch.rays, branch.media, kNoGeometry, counters);
+      const Arrival8 arrival = trace_transmittance(*scene_, branch.lanes, branch.rays, branch.media,
+                                                   at.passing(*scene_, branch.scatterings), kNoGeometry, counters);
       arrive(branch, arrival, scene_->surface(arrival.rays, arrival.hits), walk);
     }
     return walk.sum;

@@ -113,14 +113,14 @@ struct Accel::State {
     return geometry;
   }
 
-  /// Distance to a plane along each ray. Infinite if the ray is parallel to the plane or leads away from it.
-  static F8 plane_distance(const Plane& plane, const Ray8& rays) {
+  /// Distance to a plane along each ray, beyond `min_distance`. Infinite if the ray does not meet the plane there.
+  static F8 plane_distance(const Plane& plane, const Ray8& rays, F8 min_distance = F8(0.0f)) {
     const V8 normal = broadcast(plane.normal);
     const F8 t = dot(normal, broadcast(plane.point) - rays.origin) / dot(normal, rays.direction);
-    return select(t > F8(0.0f), t, F8(std::numeric_limits<float>::infinity()));
+    return select(t > min_distance, t, F8(std::numeric_limits<float>::infinity()));
   }
 
-  Hit8 intersect(M8 lanes, const Ray8& rays, bool coherent) const {
+  Hit8 intersect(M8 lanes, const Ray8& rays, bool coherent, F8 min_distance) const {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
@@ -130,7 +130,7 @@ struct Accel::State {
     RTCRayHit8 query;
     store(rays.origin, query.ray.org_x, query.ray.org_y, query.ray.org_z);
     store(rays.direction, query.ray.dir_x, query.ray.dir_y, query.ray.dir_z);
-    F8(0.0f).store(query.ray.tnear);
+    min_distance.store(query.ray.tnear);
     F8(0.0f).store(query.ray.time);
     rays.max_distance.store(query.ray.tfar);
     U8(0xffffffffu).store(query.ray.mask);
@@ -240,12 +240,12 @@ Status Accel::commit() {
              : internal_error("Embree error {} while building the ray hierarchy", static_cast<int>(error));
 }
 
-Hit8 Accel::intersect(M8 lanes, const Ray8& rays, bool coherent) const {
+Hit8 Accel::intersect(M8 lanes, const Ray8& rays, bool coherent, F8 min_distance) const {
   lanes = lanes & traceable(rays);
-  Hit8 hit = state_->brute_force != nullptr ? state_->brute_force->intersect(lanes, rays)
-                                            : state_->intersect(lanes, rays, coherent);
+  Hit8 hit = state_->brute_force != nullptr ? state_->brute_force->intersect(lanes, rays, min_distance)
+                                            : state_->intersect(lanes, rays, coherent, min_distance);
   for (const State::Plane& plane : state_->planes) {
-    const F8 t = State::plane_distance(plane, rays);
+    const F8 t = State::plane_distance(plane, rays, min_distance);
     const M8 nearer = lanes & (t < hit.distance);
     hit.hit = hit.hit | nearer;
     hit.distance = select(nearer, t, hit.distance);

@@ -77,7 +77,7 @@ Ray8 BruteForce::to_mesh(const Mesh& mesh, const Ray8& rays) {
 }
 
 /// Möller and Trumbore 1997, with the operations of Embree's intersector of fast rays, so that both agree.
-M8 BruteForce::try_triangle(const Triangle& triangle, const Ray8& rays, M8 lanes, Hit8& hit) {
+M8 BruteForce::try_triangle(const Triangle& triangle, const Ray8& rays, F8 min_distance, M8 lanes, Hit8& hit) {
   const V8 edge1 = broadcast(triangle.edge1), edge2 = broadcast(triangle.edge2);
   const V8 normal = broadcast(triangle.normal);
   const V8 to_corner = broadcast(triangle.corner) - rays.origin;
@@ -93,7 +93,7 @@ M8 BruteForce::try_triangle(const Triangle& triangle, const Ray8& rays, M8 lanes
   }
   const F8 inverse = F8(1.0f) / size;
   const F8 t = signed_as(fused_dot(normal, to_corner)) * inverse;
-  found = found & (t > F8(0.0f)) & (t < hit.distance);
+  found = found & (t > min_distance) & (t < hit.distance);
   hit.distance = select(found, t, hit.distance);
   hit.u = select(found, u * inverse, hit.u);
   hit.v = select(found, v * inverse, hit.v);
@@ -101,35 +101,35 @@ M8 BruteForce::try_triangle(const Triangle& triangle, const Ray8& rays, M8 lanes
   return found;
 }
 
-/// The nearer of the points in front of the origin.
-M8 BruteForce::try_sphere(const Sphere& sphere, const Ray8& rays, M8 lanes, Hit8& hit) {
+/// The nearer of the points beyond `min_distance`.
+M8 BruteForce::try_sphere(const Sphere& sphere, const Ray8& rays, F8 min_distance, M8 lanes, Hit8& hit) {
   const V8 center = broadcast(sphere.center);
   const F8 length2 = length_squared(rays.direction);
   const F8 closest = dot(center - rays.origin, rays.direction) / length2;
   const V8 off = rays.origin + rays.direction * closest - center;
   const F8 half2 = (F8(sphere.radius * sphere.radius) - length_squared(off)) / length2;
   const F8 half = sqrt(max(half2, F8(0.0f)));
-  const F8 t = select(closest - half > F8(0.0f), closest - half, closest + half);
-  const M8 found = lanes & (half2 >= F8(0.0f)) & (t > F8(0.0f)) & (t < hit.distance);
+  const F8 t = select(closest - half > min_distance, closest - half, closest + half);
+  const M8 found = lanes & (half2 >= F8(0.0f)) & (t > min_distance) & (t < hit.distance);
   hit.distance = select(found, t, hit.distance);
   hit.normal = select(found, rays.origin + rays.direction * t - center, hit.normal);
   return found;
 }
 
-Hit8 BruteForce::intersect(M8 lanes, const Ray8& rays) const {
+Hit8 BruteForce::intersect(M8 lanes, const Ray8& rays, F8 min_distance) const {
   Hit8 hit{};
   hit.distance = rays.max_distance;
   for (const Mesh& mesh : meshes_) {
     const Ray8 mapped = mesh.mapped ? to_mesh(mesh, rays) : rays;
     for (std::uint32_t i = 0; i < mesh.triangles->size(); ++i) {
-      const M8 found = try_triangle((*mesh.triangles)[i], mapped, lanes, hit);
+      const M8 found = try_triangle((*mesh.triangles)[i], mapped, min_distance, lanes, hit);
       hit.hit = hit.hit | found;
       hit.geometry = select(found, U8(mesh.geometry), hit.geometry);
       hit.primitive = select(found, U8(i), hit.primitive);
     }
   }
   for (const Sphere& sphere : spheres_) {
-    const M8 found = try_sphere(sphere, rays, lanes, hit);
+    const M8 found = try_sphere(sphere, rays, min_distance, lanes, hit);
     hit.hit = hit.hit | found;
     hit.geometry = select(found, U8(sphere.geometry), hit.geometry);
     hit.primitive = select(found, U8(0u), hit.primitive);
@@ -144,14 +144,14 @@ M8 BruteForce::occluded(M8 lanes, const Ray8& rays) const {
   for (const Mesh& mesh : meshes_) {
     const Ray8 mapped = mesh.mapped ? to_mesh(mesh, rays) : rays;
     for (const Triangle& triangle : *mesh.triangles) {
-      blocked = blocked | try_triangle(triangle, mapped, and_not(lanes, blocked), hit);
+      blocked = blocked | try_triangle(triangle, mapped, F8(0.0f), and_not(lanes, blocked), hit);
       if (and_not(lanes, blocked).none()) {
         return blocked;
       }
     }
   }
   for (const Sphere& sphere : spheres_) {
-    blocked = blocked | try_sphere(sphere, rays, lanes, hit);
+    blocked = blocked | try_sphere(sphere, rays, F8(0.0f), lanes, hit);
   }
   return blocked;
 }

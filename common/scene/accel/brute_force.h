@@ -26,7 +26,7 @@ class BruteForce {
   void add_sphere(std::uint32_t geometry, const Vec3& center, float radius);
 
   /// As in Accel: the nearest hit, the first of several at one distance.
-  Hit8 intersect(M8 lanes, const Ray8& rays) const;
+  Hit8 intersect(M8 lanes, const Ray8& rays, F8 min_distance) const;
   M8 occluded(M8 lanes, const Ray8& rays) const;
 
  private:
@@ -48,8 +48,8 @@ class BruteForce {
   };
   static std::shared_ptr<const TriangleList> list_of(Positions positions, Triangles triangles);
   static Ray8 to_mesh(const Mesh& mesh, const Ray8& rays);
-  static M8 try_triangle(const Triangle& triangle, const Ray8& rays, M8 lanes, Hit8& hit);
-  static M8 try_sphere(const Sphere& sphere, const Ray8& rays, M8 lanes, Hit8& hit);
+  static M8 try_triangle(const Triangle& triangle, const Ray8& rays, F8 min_distance, M8 lanes, Hit8& hit);
+  static M8 try_sphere(const Sphere& sphere, const Ray8& rays, F8 min_distance, M8 lanes, Hit8& hit);
 
   std::vector<Mesh> meshes_;
   std::vector<Sphere> spheres_;

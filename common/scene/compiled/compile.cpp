@@ -189,31 +189,42 @@ class SceneCompiler {
   void compile_object(std::size_t i) {
     const Object& object = scene_.objects[i];
     if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
-      compile_sphere(object, *sphere, maps_[i]);
+      compile_sphere(i, *sphere, maps_[i]);
     } else if (const auto* plane = std::get_if<PlaneShape>(&object.shape)) {
       compile_plane(object, *plane, maps_[i]);
     } else if (meshes_.instanced[i]) {
       compile_instance(i);
     } else {
       const Mesh& mesh = *meshes_.of_object[i];
-      compile_mesh(object, maps_[i].identity ? mesh : transformed(mesh, maps_[i]));
+      compile_mesh(i, maps_[i].identity ? mesh : transformed(mesh, maps_[i]));
     }
   }
 
-  /// Whether next-event estimation samples the object. Emissive planes, and spheres with an emission texture, are found
-  /// only by scattered rays.
-  bool is_sampled(const Object& object) const {
-    const TexturedColor& emission = scene_.materials[object.material].emission;
-    return !is_black(emission) && !std::holds_alternative<PlaneShape>(object.shape) &&
+  /// Whether next-event estimation samples the object. Emissive planes, spheres with an emission texture, and surfaces
+  /// whose opacity varies, are found only by scattered rays.
+  bool is_sampled(std::size_t i) const {
+    const Object& object = scene_.objects[i];
+    const Material& material = scene_.materials[object.material];
+    const TexturedColor& emission = material.emission;
+    return !is_black(emission) && !std::holds_alternative<PlaneShape>(object.shape) && opacity_of(i).value_or(0) > 0 &&
            (emission.texture == kNoTexture || !std::holds_alternative<SphereShape>(object.shape));
   }
 
-  void compile_sphere(const Object& object, const SphereShape& sphere, const Affine& map) {
+  /// The opacity of all of an object. Nothing if it varies.
+  std::optional<double> opacity_of(std::size_t i) const {
+    const Opacity& opacity = scene_.materials[scene_.objects[i].material].opacity;
+    const bool varies = opacity.mode != Opacity::Mode::opaque && meshes_.of_object[i] != nullptr &&
+                        std::ranges::any_of(meshes_.of_object[i]->colors, [](const auto& c) { return c[3] < 1; });
+    return varies ? std::nullopt : uniform_opacity(opacity);
+  }
+
+  void compile_sphere(std::size_t i, const SphereShape& sphere, const Affine& map) {
+    const Object& object = scene_.objects[i];
     const Vec3 center(frame_.to_frame(map(to_vec(sphere.center))));
     const auto radius = static_cast<float>(sphere.radius * map.similarity_scale() * frame_.scale());
     out_->geometry_.add_sphere(object.material, center, radius, sphere.normal_inward);
     out_->accel_->add_sphere(center, radius);
-    light_builder_.add_sphere(object.material, center, radius, sphere.normal_inward, is_sampled(object));
+    light_builder_.add_sphere(object.material, center, radius, sphere.normal_inward, is_sampled(i));
   }
 
   void compile_plane(const Object& object, const PlaneShape& plane, const Affine& map) {
@@ -234,11 +245,12 @@ class SceneCompiler {
     return positions;
   }
 
-  void compile_mesh(const Object& object, const Mesh& mesh) {
+  void compile_mesh(std::size_t i, const Mesh& mesh) {
+    const std::uint32_t material = scene_.objects[i].material;
     const std::vector<std::array<float, 3>> positions = frame_positions(mesh);
     out_->accel_->add_mesh(positions, mesh.triangles);
-    out_->geometry_.add_mesh(object.material, out_->geometry_.add_rows(mesh, positions, !scene_.textures.empty()));
-    light_builder_.add_mesh(object.material, positions, mesh, is_sampled(object));
+    out_->geometry_.add_mesh(material, out_->geometry_.add_rows(mesh, positions, !scene_.textures.empty()));
+    light_builder_.add_mesh(material, positions, mesh, is_sampled(i));
   }
 
   /// A mesh in coordinates of its own, recentred and with an extent near 1, and its rows.
@@ -295,15 +307,17 @@ class SceneCompiler {
     out_->emitter_points_ = std::move(tables.emitter_points);
     out_->emitters_ = std::move(tables.emitters);
     out_->environment_group_ = tables.environment_group;
-    out_->materials_ = MaterialTable(scene_, std::move(textures), tables.radiance);
+    out_->materials_ = MaterialTable(scene_, std::move(textures), tables.radiance, out_->geometry_.has_colors());
     out_->features_.lights = !out_->lights_.empty();
     out_->features_.environment = out_->lights_.environment.exists();
     out_->features_.holdouts = out_->materials_.uses(MaterialKind::holdout);
     if (out_->features_.holdouts) {
       out_->unoccluded_ = UnoccludedIrradiance(out_->lights_);
     }
-    for (const Object& object : scene_.objects) {
-      out_->features_.emissive_surfaces |= !is_black(scene_.materials[object.material].emission);
+    for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
+      const Material& material = scene_.materials[scene_.objects[i].material];
+      out_->features_.emissive_surfaces |= !is_black(material.emission);
+      out_->features_.opacity |= opacity_of(i) != 1;
     }
   }
 

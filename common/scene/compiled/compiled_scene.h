@@ -46,6 +46,7 @@ struct SceneFeatures {
   bool environment = false;  ///< rays that leave the scene find light
   bool media = false;        ///< paths must know which media they are in
   bool holdouts = false;
+  bool opacity = false;  ///< surfaces that rays may pass
 };
 
 /// The places that photons must reach to find all caustics, in the frame.
@@ -115,6 +116,11 @@ class CompiledScene {
 
   /// Surfaces at the hits: unit normals, a point on the surface, the material. Ray directions must be unit vectors.
   Surface8 surface(const Ray8& rays, const Hit8& hits) const { return geometry_.surface(rays, hits); }
+
+  /// The hits that rays may pass, because of the surface's opacity.
+  M8 may_pass(const Hit8& hits, M8 lanes) const {
+    return materials_.may_pass(geometry_.material(hits.geometry, lanes), lanes);
+  }
 
   /// The sampled light of each emissive hit.
   EmitterTable::Lights8 emitter(const Hit8& hits, M8 lanes) const {

@@ -32,6 +32,7 @@ void GeometryTable::push(Shape shape, std::uint32_t material, const MeshRows& me
   first_corner_.push_back(mesh.corners);
   first_normal_.push_back(mesh.normals);
   first_coordinate_.push_back(mesh.coordinates);
+  first_color_.push_back(mesh.colors);
   center_.push_back(center);
   radius_.push_back(radius);
   append(linear_, linear);
@@ -43,14 +44,14 @@ void GeometryTable::add_extent(const Vec3& extent) {
 }
 
 void GeometryTable::add_sphere(std::uint32_t material, const Vec3& center, float radius, bool normal_inward) {
-  push(kSphere, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone}, center, radius,
-       normal_inward);
+  push(kSphere, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone, kNone}, center,
+       radius, normal_inward);
   has_spheres_ = true;
   add_extent(Vec3(0));  // a sphere's only primitive
 }
 
 void GeometryTable::add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale, bool textured) {
-  push(kPlane, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone}, point,
+  push(kPlane, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone, kNone}, point,
        coordinate_scale);
   has_planes_ = true;
   has_coordinates_ |= textured;
@@ -70,14 +71,14 @@ void GeometryTable::add_instance(std::uint32_t material, const MeshRows& mesh, c
 GeometryTable::MeshRows GeometryTable::add_rows(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions,
                                                 bool textured) {
   MeshRows rows{static_cast<std::uint32_t>(triangle_extent_.size() / 4),
-                static_cast<std::uint32_t>(corners_.size() / 3), kNone, kNone};
+                static_cast<std::uint32_t>(corners_.size() / 3), kNone, kNone, kNone};
   for (const auto& t : mesh.triangles) {
     const auto corner = [&](int i) { return Vec3(positions[t[i]][0], positions[t[i]][1], positions[t[i]][2]); };
     add_extent(glm::max(glm::max(corner(0), corner(1)), corner(2)) -
                glm::min(glm::min(corner(0), corner(1)), corner(2)));
   }
   const bool coordinates = textured && !mesh.texture_coordinates.empty();
-  if (mesh.normals.empty() && !coordinates) {
+  if (mesh.normals.empty() && !coordinates && mesh.colors.empty()) {
     return rows;
   }
   for (const auto& t : mesh.triangles) {
@@ -97,12 +98,19 @@ GeometryTable::MeshRows GeometryTable::add_rows(const Mesh& mesh, const std::vec
       texture_coordinates_.insert(texture_coordinates_.end(), c.begin(), c.end());
     }
   }
+  if (!mesh.colors.empty()) {
+    has_colors_ = true;
+    rows.colors = static_cast<std::uint32_t>(vertex_colors_.size() / 4);
+    for (const auto& c : mesh.colors) {
+      vertex_colors_.insert(vertex_colors_.end(), c.begin(), c.end());
+    }
+  }
   return rows;
 }
 
 std::uint64_t GeometryTable::bytes() const {
   return shape_.size() * 128 + (triangle_extent_.size() + corners_.size() + vertex_normals_.size()) * 4 +
-         texture_coordinates_.size() * 4;
+         (texture_coordinates_.size() + vertex_colors_.size()) * 4;
 }
 
 // ---- looking up ----
@@ -145,6 +153,9 @@ Surface8 GeometryTable::surface(const Ray8& rays, const Hit8& hits) const {
   }
   if (has_coordinates_) {
     find_texture_coordinates(hits, s);
+  }
+  if (has_colors_) {
+    interpolate_colors(hits, s);
   }
   return s;
 }
@@ -194,6 +205,27 @@ void GeometryTable::interpolate_normals(const Ray8& rays, const Hit8& hits, M8 i
   const F8 cosine = dot(rays.direction, n);
   const M8 consistent = ~((cosine < F8(0.0f)) & ~s.front) & ~((cosine >= F8(0.0f)) & s.front);
   s.shading_normal = select(usable & consistent, n, s.shading_normal);
+}
+
+/// White and opaque where the mesh has no colours.
+void GeometryTable::interpolate_colors(const Hit8& hits, Surface8& s) const {
+  s.color = broadcast(Vec3(1));
+  s.alpha = F8(1.0f);
+  const U8 first = first_color_.at(hits.geometry, hits.hit);
+  const M8 colored = and_not(hits.hit, first == U8(kNone));
+  if (colored.none()) {
+    return;
+  }
+  const std::array<U8, 3> c = corners(hits, first, colored);
+  const F8 w = F8(1.0f) - hits.u - hits.v;
+  const auto interpolate = [&](int channel) {
+    const float* const base = vertex_colors_.data() + channel;
+    const F8 value = gather(base, c[0] << 2, colored) * w + gather(base, c[1] << 2, colored) * hits.u +
+                     gather(base, c[2] << 2, colored) * hits.v;
+    return select(colored, min(max(value, F8(0.0f)), F8(1.0f)), F8(1.0f));  // rounding
+  };
+  s.color = {interpolate(0), interpolate(1), interpolate(2)};
+  s.alpha = interpolate(3);
 }
 
 void GeometryTable::find_texture_coordinates(const Hit8& hits, Surface8& s) const {

@@ -22,6 +22,8 @@ struct Surface8 {
   F8 offset;            ///< distance to move off the surface before tracing on
   U8 material;          ///< index of the material
   F8 u, v;              ///< texture coordinates if the material has textures, else 0
+  V8 color;             ///< that the mesh's vertices give it, in scenes with such meshes (has_colors)
+  F8 alpha;             ///< the same
 };
 
 /// One row per geometry, in the order of Accel's indices. Built by its adds, then immutable.
@@ -33,6 +35,7 @@ class GeometryTable {
     std::uint32_t corners = 0;      ///< first triangle in corners_
     std::uint32_t normals = 0;      ///< first vertex in vertex_normals_, or kNone
     std::uint32_t coordinates = 0;  ///< first vertex in texture_coordinates_, or kNone
+    std::uint32_t colors = 0;       ///< first vertex in vertex_colors_, or kNone
   };
 
   void add_sphere(std::uint32_t material, const Vec3& center, float radius, bool normal_inward);
@@ -50,6 +53,9 @@ class GeometryTable {
   /// Surfaces at the hits: unit normals, a point on the surface, the material. Ray directions must be unit vectors.
   Surface8 surface(const Ray8& rays, const Hit8& hits) const;
 
+  bool has_colors() const { return has_colors_; }
+  U8 material(U8 geometry, M8 lanes) const { return material_.at(geometry, lanes); }
+
   std::uint64_t bytes() const;
 
  private:
@@ -64,6 +70,7 @@ class GeometryTable {
   void put_back_onto_planes(const Hit8& hits, M8 lanes, Surface8& s) const;
   void interpolate_normals(const Ray8& rays, const Hit8& hits, M8 instances, Surface8& s) const;
   void find_texture_coordinates(const Hit8& hits, Surface8& s) const;
+  void interpolate_colors(const Hit8& hits, Surface8& s) const;
   /// The three indices of the hit triangles' corners in an array that begins at `first`.
   std::array<U8, 3> corners(const Hit8& hits, U8 first, M8 lanes) const;
 
@@ -72,20 +79,22 @@ class GeometryTable {
   bool has_instances_ = false;
   bool has_normals_ = false;
   bool has_coordinates_ = false;
+  bool has_colors_ = false;
 
   // One entry per geometry.
   Column<std::uint32_t> shape_;
   Column<std::uint32_t> material_;
   Column<std::uint32_t> inward_;  ///< spheres with a normal towards the centre
-  Column<std::uint32_t> extents_, first_corner_, first_normal_, first_coordinate_;  ///< MeshRows
-  VectorColumn center_;                                                             ///< of a sphere; a plane's point
+  Column<std::uint32_t> extents_, first_corner_, first_normal_, first_coordinate_, first_color_;  ///< MeshRows
+  VectorColumn center_;                        ///< of a sphere; a plane's point
   Column<float> radius_;                       ///< of a sphere; a plane's coordinate scale
   std::vector<float> linear_, normal_matrix_;  ///< of instances, 9 each, by columns
 
   std::vector<float> triangle_extent_;      ///< 4 per triangle: sizes along x, y and z, and a 0
-  std::vector<std::uint32_t> corners_;      ///< 3 vertices per triangle, of meshes with normals or coordinates
+  std::vector<std::uint32_t> corners_;      ///< 3 vertices per triangle, of meshes with normals, coordinates or colours
   std::vector<float> vertex_normals_;       ///< 3 each
   std::vector<float> texture_coordinates_;  ///< 2 each
+  std::vector<float> vertex_colors_;        ///< 4 each
 };
 
 }  // namespace lightmill

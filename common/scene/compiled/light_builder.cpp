@@ -245,13 +245,17 @@ LightBuilder::Tables LightBuilder::finish(const TextureSet& textures) {
   if (std::ranges::any_of(facets_, textured)) {
     lights_.facets.set_textures(textures);
   }
+  // The radiance of a surface that rays meet, and the mean radiance of one that rays may pass.
+  const auto mean_radiance = [&](std::uint32_t material) {
+    return out.radiance[material] * static_cast<float>(uniform_opacity(scene_.materials[material].opacity).value_or(1));
+  };
   for (Facet& facet : facets_) {
-    facet.shape.radiance = out.radiance[facet.material];
+    facet.shape.radiance = mean_radiance(facet.material);
     lights_.facets.add(facet.shape);
     groups_[LightKind::facet].push_back(group_of[facet.material]);
   }
   for (Sphere& sphere : spheres_) {
-    sphere.shape.radiance = out.radiance[sphere.material];
+    sphere.shape.radiance = mean_radiance(sphere.material);
     lights_.spheres.add(sphere.shape);
     groups_[LightKind::sphere].push_back(group_of[sphere.material]);
   }

@@ -23,8 +23,9 @@ RgbColor normal_reflectance(const ConductorMaterial& metal) {
 
 static_assert(kNoTexture == TextureSet::kNone);
 
-MaterialTable::MaterialTable(const Scene& scene, TextureSet textures, const std::vector<Vec3>& radiance)
-    : textures_(std::move(textures)) {
+MaterialTable::MaterialTable(const Scene& scene, TextureSet textures, const std::vector<Vec3>& radiance,
+                             bool vertex_colors)
+    : textures_(std::move(textures)), vertex_colors_(vertex_colors) {
   const std::vector<std::string> groups = light_groups_of(scene);
   std::array<std::uint32_t, std::variant_size_v<decltype(Material::kind)>> rows{};  // of each kind so far
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
@@ -53,6 +54,14 @@ void MaterialTable::MapColumn::add(const ScalarMap& map) {
   texture.push_back(map.texture);
   channel.push_back(static_cast<std::uint32_t>(map.channel));
   mapped = mapped || map.texture != kNoTexture;
+}
+
+void MaterialTable::OpacityColumn::add(const Opacity& opacity, bool vertex_colors) {
+  const bool always = uniform_opacity(opacity) == 1 && !vertex_colors;
+  mode.push_back(static_cast<std::uint32_t>(always ? Opacity::Mode::opaque : opacity.mode));
+  value.push_back(static_cast<float>(opacity.value));
+  cutoff.push_back(static_cast<float>(opacity.cutoff));
+  map.add(opacity.map);
 }
 
 void MaterialTable::add(const Material& material, const Vec3& radiance) {
@@ -110,6 +119,11 @@ void MaterialTable::add(const Material& material, const Vec3& radiance) {
   has_specular_ = has_specular_ || !is_black(specular);
   roughness_map_.add(material.roughness_map);
   metallic_map_.add(material.metallic_map);
+  opacity_.add(material.opacity, vertex_colors_);
+  const bool colorless = std::holds_alternative<DielectricMaterial>(material.kind) ||
+                         std::holds_alternative<ConductorMaterial>(material.kind) ||
+                         std::holds_alternative<HoldoutMaterial>(material.kind);
+  tinted_.push_back(colorless ? 0 : 1);
   emission_.add({{radiance.x, radiance.y, radiance.z}, material.emission.texture});
   emission_exponent_.push_back(static_cast<float>(material.emission_exponent));
   has_emission_profiles_ |= material.emission_exponent != 0;
@@ -119,6 +133,20 @@ V8 MaterialTable::texture_at(const ColorColumn& column, const Surface8& surface,
   const V8 rgb = textures_.lookup(column.texture.at(surface.material, lanes), surface.u, surface.v, lanes).rgb;
   const auto clamped = [&](F8 value) { return min(max(value, F8(0.0f)), F8(most)); };
   return {clamped(rgb.x), clamped(rgb.y), clamped(rgb.z)};
+}
+
+F8 MaterialTable::opacity(const Surface8& surface, M8 lanes) const {
+  const U8 mode = opacity_.mode.at(surface.material, lanes);
+  F8 value = opacity_.value.at(surface.material, lanes);
+  if (opacity_.map.mapped) {
+    value = value * map_at(opacity_.map, surface, lanes);
+  }
+  if (vertex_colors_) {
+    value = value * surface.alpha;
+  }
+  const M8 masks = mode == U8(static_cast<std::uint32_t>(Opacity::Mode::mask));
+  const M8 there = (value >= opacity_.cutoff.at(surface.material, lanes)) | (mode == U8(0u));
+  return select(masks | (mode == U8(0u)), masked(there, F8(1.0f)), value);
 }
 
 F8 MaterialTable::map_at(const MapColumn& column, const Surface8& surface, M8 lanes) const {

@@ -33,8 +33,9 @@ enum class MaterialKind : std::uint32_t {
 class MaterialTable {
  public:
   MaterialTable() = default;
-  /// `radiance`: one per material, emitted along the normal. It is multiplied by its texture.
-  MaterialTable(const Scene& scene, TextureSet textures, const std::vector<Vec3>& radiance);
+  /// `radiance`: one per material, emitted along the normal. It is multiplied by its texture. `vertex_colors`: surfaces
+  /// have colours of their vertices.
+  MaterialTable(const Scene& scene, TextureSet textures, const std::vector<Vec3>& radiance, bool vertex_colors = false);
 
   /// The kinds of the objects' materials, ascending.
   const std::vector<MaterialKind>& kinds() const { return kinds_; }
@@ -50,7 +51,10 @@ class MaterialTable {
     return lanes & (kind_.at(material, lanes) == U8(static_cast<std::uint32_t>(kind)));
   }
   /// The reflectance of diffuse surfaces and mirrors. For other kinds, their base colour.
-  V8 reflectance(const Surface8& surface, M8 lanes) const { return at(reflectance_, surface, lanes); }
+  V8 reflectance(const Surface8& surface, M8 lanes) const {
+    const V8 color = at(reflectance_, surface, lanes);
+    return vertex_colors_ ? select(tinted_.at(surface.material, lanes) == U8(1u), color * surface.color, color) : color;
+  }
   /// The approximate share of light that each channel scatters. 1 for clear glass.
   V8 albedo(const Surface8& surface, M8 lanes) const {
     const V8 color = reflectance(surface, lanes);
@@ -67,7 +71,7 @@ class MaterialTable {
             mapped_alpha(conductor_.alpha.at(row, lanes), surface, lanes)};
   }
   Phong8 phong(const Surface8& surface, M8 lanes) const {
-    return {at(reflectance_, surface, lanes), at(specular_, surface, lanes),
+    return {reflectance(surface, lanes), at(specular_, surface, lanes),
             phong_.exponent.at(row_of(surface, lanes), lanes)};
   }
   PrincipledParameters8 principled(const Surface8& surface, M8 lanes) const {
@@ -79,7 +83,7 @@ class MaterialTable {
     if (roughness_map_.mapped) {
       roughness = roughness * map_at(roughness_map_, surface, lanes);
     }
-    return {at(reflectance_, surface, lanes),
+    return {reflectance(surface, lanes),
             metallic,
             roughness,
             principled_.specular.at(row, lanes),
@@ -95,6 +99,10 @@ class MaterialTable {
                                   : along_normal;
   }
   const TextureSet& textures() const { return textures_; }
+  /// Whether rays may pass surfaces of these materials (Opacity).
+  M8 may_pass(U8 material, M8 lanes) const { return and_not(lanes, opacity_.mode.at(material, lanes) == U8(0u)); }
+  /// In [0, 1].
+  F8 opacity(const Surface8& surface, M8 lanes) const;
   /// 1 + the index in light_groups_of(scene). 0: none.
   U8 light_group(const Surface8& surface, M8 lanes) const { return light_group_.at(surface.material, lanes); }
   /// Which hits see emitted light, given the side that was hit.
@@ -134,6 +142,13 @@ class MaterialTable {
     const F8 factor = map_at(roughness_map_, surface, lanes);
     return alpha * (factor * factor);
   }
+  /// The opacity of all materials.
+  struct OpacityColumn {
+    Column<std::uint32_t> mode;  ///< Opacity::Mode, opaque where the opacity is always 1
+    Column<float> value, cutoff;
+    MapColumn map;
+    void add(const Opacity& opacity, bool vertex_colors);
+  };
   U8 row_of(const Surface8& surface, M8 lanes) const { return row_.at(surface.material, lanes); }
   void add(const Material& material, const Vec3& radiance);
 
@@ -144,10 +159,13 @@ class MaterialTable {
   Column<std::uint32_t> kind_;
   Column<std::uint32_t> row_;     ///< of the material in its kind's columns
   Column<std::uint32_t> caster_;  ///< 0 or 1
+  Column<std::uint32_t> tinted_;  ///< 1: the kind has a reflectance, which colours of vertices multiply
   Column<std::uint32_t> emits_;   ///< 0 never, 1 on the front, 2 on both sides
   ColorColumn reflectance_, specular_, emission_;
   MapColumn roughness_map_, metallic_map_;
+  OpacityColumn opacity_;
   bool has_specular_ = false;
+  bool vertex_colors_ = false;
   Column<float> ior_, emission_exponent_;
   Column<std::uint32_t> light_group_;
   bool has_emission_profiles_ = false;  ///< an exponent is not 0

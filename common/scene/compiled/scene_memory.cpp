@@ -15,6 +15,7 @@ constexpr std::uint64_t kOfTriangle = 200;         ///< Embree's hierarchy while
 constexpr std::uint64_t kOfPosition = 28;          ///< in single precision, twice
 constexpr std::uint64_t kOfNormal = 24;            ///< as tables grow
 constexpr std::uint64_t kOfCoordinate = 16;        ///< the same
+constexpr std::uint64_t kOfColor = 32;             ///< the same
 constexpr std::uint64_t kOfGlowingTriangle = 650;  ///< of the lights' table
 constexpr std::uint64_t kOfObject = 1100;
 constexpr std::uint64_t kOfSkyPixel = 28;     ///< light_builder.cpp has the peak
@@ -23,7 +24,7 @@ constexpr std::uint64_t kOfScene = 16 << 20;  ///< loaded with a program's first
 /// The header of a mesh's asset (mesh.h).
 struct MeshHeader {
   std::uint64_t file_bytes = 0, positions = 0, triangles = 0;
-  bool normals = false, coordinates = false;
+  bool normals = false, coordinates = false, colors = false;
 };
 
 MeshHeader header_of(ByteView bytes) {
@@ -34,6 +35,7 @@ MeshHeader header_of(ByteView bytes) {
     header.file_bytes = bytes.size();
     header.normals = (numbers[0] & 1) != 0;
     header.coordinates = (numbers[0] & 2) != 0;
+    header.colors = (numbers[0] & 8) != 0;
     // If a header claims more than the file has, it cannot be decoded.
     header.positions = std::min<std::uint64_t>(numbers[1], bytes.size() / 24);
     header.triangles = std::min<std::uint64_t>(numbers[2], bytes.size() / 12);
@@ -46,6 +48,7 @@ std::uint64_t bytes_of(const MeshHeader& mesh, bool moved, bool glows) {
   std::uint64_t bytes = mesh.triangles * kOfTriangle + mesh.positions * kOfPosition;
   bytes += mesh.normals ? mesh.positions * kOfNormal : 0;
   bytes += mesh.coordinates ? mesh.positions * kOfCoordinate : 0;
+  bytes += mesh.colors ? mesh.positions * kOfColor : 0;
   bytes += glows ? mesh.triangles * kOfGlowingTriangle : 0;
   bytes += moved ? mesh.file_bytes : 0;  // a copy in the scene's coordinates
   return bytes;

@@ -18,6 +18,16 @@ std::vector<const TexturedColor*> colors_of(const Material& material) {
   return out;
 }
 
+std::optional<double> uniform_opacity(const Opacity& opacity) {
+  if (opacity.mode == Opacity::Mode::opaque) {
+    return 1;
+  }
+  if (opacity.map.texture != kNoTexture) {
+    return std::nullopt;
+  }
+  return opacity.mode == Opacity::Mode::blend ? opacity.value : opacity.value >= opacity.cutoff ? 1 : 0;
+}
+
 bool is_boundary(const Material& material) {
   if (const auto* principled = std::get_if<PrincipledMaterial>(&material.kind)) {
     return principled->transmission > 0 && (principled->metallic < 1 || material.metallic_map.texture != kNoTexture);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -54,6 +55,21 @@ struct ScalarMap {
   Channel channel = Channel::luminance;
   friend bool operator==(const ScalarMap&, const ScalarMap&) = default;
 };
+
+/// The share of a surface that is there. Rays pass the rest as if there were nothing.
+struct Opacity {
+  enum class Mode {
+    opaque,  ///< 1
+    blend,   ///< value · map
+    mask,    ///< 1 where value · map is at least the cutoff, else 0
+  };
+  Mode mode = Mode::opaque;
+  double value = 1;     ///< in [0, 1]
+  ScalarMap map = {};   ///< multiplies the value
+  double cutoff = 0.5;  ///< in [0, 1]
+};
+/// The opacity of all of a surface. Nothing if it varies.
+std::optional<double> uniform_opacity(const Opacity& opacity);
 
 struct DiffuseMaterial {
   TexturedColor reflectance{0.5f, 0.5f, 0.5f};  ///< albedo, each in [0, 1]
@@ -116,6 +132,7 @@ struct Material {
   ScalarMap roughness_map = {};  ///< multiplies the roughness, of materials with one above 0
   ScalarMap metallic_map = {};   ///< multiplies `metallic` of principled materials
   std::string light_group = {};  ///< of the emission; empty: none
+  Opacity opacity = {};          ///< also of the emission; not of materials that light enters (is_boundary)
 };
 
 /// The material's colours that may have a texture: those of its kind, and its emission.

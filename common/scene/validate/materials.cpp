@@ -75,6 +75,20 @@ Status check_maps(const std::string& path, const Material& material) {
   return ok_status();
 }
 
+Status check_opacity(const std::string& path, const Material& material) {
+  if (material.opacity.mode == Opacity::Mode::opaque) {
+    return ok_status();
+  }
+  if (is_boundary(material)) {
+    return invalid_argument("{}.opacity: light enters this material, so it has no opacity", path);
+  }
+  if (material.emission_unit == EmissionUnit::flux && !uniform_opacity(material.opacity)) {
+    return invalid_argument("{}.emission_flux: a surface whose opacity varies cannot have a power", path);
+  }
+  LM_RETURN_IF_ERROR(check_range(path + ".opacity.value", material.opacity.value, 0, 1));
+  return check_range(path + ".opacity.cutoff", material.opacity.cutoff, 0, 1);
+}
+
 Status check_kind(const std::string& path, const Material& material) {
   LM_RETURN_IF_ERROR(std::visit(
       Overloaded{
@@ -94,6 +108,7 @@ Status check_kind(const std::string& path, const Material& material) {
           }},
       material.kind));
   LM_RETURN_IF_ERROR(check_maps(path, material));
+  LM_RETURN_IF_ERROR(check_opacity(path, material));
   LM_RETURN_IF_ERROR(check_components(path + ".interior.absorption", material.interior.absorption, kMaxAbsorption));
   LM_RETURN_IF_ERROR(check_components(path + ".interior.scattering", material.interior.scattering, kMaxAbsorption));
   LM_RETURN_IF_ERROR(

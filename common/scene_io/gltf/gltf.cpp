@@ -125,9 +125,13 @@ class GltfScene {
     for (std::size_t i = 0; i < primitives.size() && data_.status().ok(); ++i) {
       const JsonNode primitive = primitives.at(i);
       const GltfMaterials::Used used = materials_.use(primitive["material"]);
-      const std::optional<Mesh> triangles = read_primitive(data_, primitive, used.texture_set, notices_);
+      std::optional<Mesh> triangles = read_primitive(data_, primitive, used.texture_set, notices_);
       if (!triangles) {
         continue;
+      }
+      if (used.unlit && !triangles->colors.empty()) {
+        notices_.left_out("vertex colours of unlit materials");
+        triangles->colors.clear();
       }
       found->second.push_back(
           {{fmt::format("{} {}", file_name_, primitive.path()), add_bytes(encode_mesh(*triangles), loaded_)},

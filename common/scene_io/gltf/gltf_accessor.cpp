@@ -234,6 +234,7 @@ std::vector<std::array<double, n>> GltfData::read(const Accessor& from,
 template std::vector<std::array<double, 2>> GltfData::vectors(const JsonNode&) const;
 template std::vector<std::array<double, 3>> GltfData::vectors(const JsonNode&) const;
 template std::vector<std::array<double, 2>> GltfData::vectors(const JsonNode&, std::span<const std::uint32_t>) const;
+template std::vector<std::array<double, 4>> GltfData::vectors(const JsonNode&, std::span<const std::uint32_t>) const;
 template std::vector<std::array<double, 3>> GltfData::vectors(const JsonNode&, std::span<const std::uint32_t>) const;
 
 std::vector<std::uint32_t> GltfData::indices(const JsonNode& index) const {

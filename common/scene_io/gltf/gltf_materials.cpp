@@ -40,7 +40,8 @@ GltfMaterials::Used GltfMaterials::use(const JsonNode& index) {
   if (added) {
     texture_set_ = std::nullopt;
     Material material = map(from.tolerant());
-    found->second = {static_cast<std::uint32_t>(loaded_.scene.materials.size()), texture_set_};
+    found->second = {static_cast<std::uint32_t>(loaded_.scene.materials.size()), texture_set_,
+                     from["extensions"]["KHR_materials_unlit"].present()};
     loaded_.scene.materials.push_back(std::move(material));
   }
   return found->second;
@@ -58,6 +59,7 @@ Material GltfMaterials::map(const JsonNode& from) {
     out.emission = {to_rgb({color[0], color[1], color[2]}),
                     texture(base["baseColorTexture"], TextureImage::ColorSpace::srgb)};
     out.two_sided_emission = true;
+    out.opacity = opacity(from, color[3], out.emission.texture);
     notices_.once("unlit materials are rendered as black ones that emit their colour");
     return out;
   }
@@ -83,7 +85,36 @@ Material GltfMaterials::map(const JsonNode& from) {
     }
   }
   out.kind = kind;
+  out.opacity = opacity(from, from["pbrMetallicRoughness"]["baseColorFactor"].numbers<4>({1, 1, 1, 1}, 0, 1)[3],
+                        kind.base_color.texture);
+  if (out.opacity.mode != Opacity::Mode::opaque && is_boundary(out)) {
+    notices_.left_out("alpha of materials that transmit light");
+    out.opacity = {};
+  }
   say_left_out(from);
+  return out;
+}
+
+/// `value` and `texture`: the base colour's alpha.
+Opacity GltfMaterials::opacity(const JsonNode& from, double value, std::uint32_t texture) {
+  const std::string mode = from["alphaMode"].text("OPAQUE");
+  if (mode == "OPAQUE") {
+    return {};
+  }
+  if (mode != "MASK" && mode != "BLEND") {
+    from["alphaMode"].fault(fmt::format("OPAQUE, MASK or BLEND is expected, got \"{}\"", mode.substr(0, 40)),
+                            "it is rendered opaque");
+    return {};
+  }
+  Opacity out{mode == "MASK" ? Opacity::Mode::mask : Opacity::Mode::blend, value};
+  if (texture != kNoTexture) {
+    out.map = {texture, ScalarMap::Channel::alpha};
+  }
+  const double cutoff = from["alphaCutoff"].number(out.cutoff, 0, JsonNode::kAnything);
+  out.cutoff = std::min(cutoff, 1.0);
+  if (out.mode == Opacity::Mode::mask && cutoff > 1) {
+    return {Opacity::Mode::blend, 0};  // no alpha is above 1
+  }
   return out;
 }
 
@@ -157,9 +188,6 @@ void GltfMaterials::say_left_out(const JsonNode& from) {
     if (part.present()) {
       notices_.left_out(what);
     }
-  }
-  if (from["alphaMode"].text("OPAQUE") != "OPAQUE") {
-    notices_.left_out("alpha: what is transparent by it is rendered opaque");
   }
 }
 

@@ -23,6 +23,7 @@ class GltfMaterials {
   struct Used {
     std::uint32_t material = 0;                ///< index into the scene's materials
     std::optional<std::uint64_t> texture_set;  ///< of texture coordinates; nothing without a texture
+    bool unlit = false;
   };
   /// The material `index`. The default material if it is missing.
   Used use(const JsonNode& index);
@@ -30,6 +31,7 @@ class GltfMaterials {
  private:
   Material map(const JsonNode& from);
   PrincipledMaterial principled(const JsonNode& from, Medium& interior);
+  static Opacity opacity(const JsonNode& from, double value, std::uint32_t texture);
   void set_gloss(const JsonNode& extensions, PrincipledMaterial& out);
   void say_left_out(const JsonNode& from);
   TextureImage::Wrap wrap_of(const JsonNode& mode);

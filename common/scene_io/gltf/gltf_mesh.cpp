@@ -147,10 +147,34 @@ void read_texture_coordinates(const GltfData& data, const JsonNode& attribute, c
   }
 }
 
+/// Linear colours with or without alpha (glTF 2.0, 3.7.2.1).
+void read_colors(const GltfData& data, const JsonNode& attribute, const Vertices& vertices, Mesh& mesh) {
+  if (!fits(data, attribute, "colours", vertices)) {
+    return;
+  }
+  bool cut = false;
+  const auto part = [&](double value) {
+    cut = cut || !(value >= 0 && value <= 1.001);  // some are slightly above 1
+    return value > 0 ? static_cast<float>(std::min(value, 1.0)) : 0.0f;
+  };
+  if (data.element("accessors", attribute)["type"].text() == "VEC3") {
+    for (const auto& [r, g, b] : data.vectors<3>(attribute, vertices.used)) {
+      mesh.colors.push_back({part(r), part(g), part(b), 1});
+    }
+  } else {
+    for (const auto& [r, g, b, a] : data.vectors<4>(attribute, vertices.used)) {
+      mesh.colors.push_back({part(r), part(g), part(b), part(a)});
+    }
+  }
+  if (cut) {
+    attribute.fault("colours from 0 to 1 are expected", "others are cut");
+  }
+}
+
 void say_attributes_left_out(const JsonNode& primitive, std::optional<std::uint64_t> texture_set, Notices& notices) {
   for (const std::string& name : primitive["attributes"].keys()) {
-    if (name.starts_with("COLOR_")) {
-      notices.left_out("vertex colours");
+    if (name.starts_with("COLOR_") && name != "COLOR_0") {
+      notices.left_out("vertex colours beyond the first ones");
     } else if (name.starts_with("JOINTS_") || name.starts_with("WEIGHTS_")) {
       notices.left_out("skins (meshes keep their modelled pose)");
     } else if (name.starts_with("_")) {
@@ -265,6 +289,9 @@ std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primiti
     if (const JsonNode set = attributes[fmt::format("TEXCOORD_{}", *texture_set)]; set.present()) {
       read_texture_coordinates(data, set, vertices, mesh);
     }
+  }
+  if (const JsonNode colors = attributes["COLOR_0"]; colors.present()) {
+    read_colors(data, colors, vertices, mesh);
   }
   if (!data.status().ok()) {
     return std::nullopt;

@@ -134,6 +134,31 @@ TEST(Accel, BruteForceFindsTheSameHitsAsTheHierarchy) {
   }
 }
 
+TEST(Accel, HitsLieBeyondTheMinimumDistance) {
+  const auto robust = soup(Accel::Kind::robust), fast = soup(Accel::Kind::fast), brute = soup(Accel::Kind::brute_force);
+  int hits = 0, other = 0;
+  for (std::uint32_t i = 0; i < 500; ++i) {
+    const Pair8 a = hashed_pair(U8(i), U8::lane_index()), b = hashed_pair(U8(i), U8::lane_index() + U8(100u));
+    const Ray8 rays{square_to_sphere(a) * F8(1.5f), square_to_sphere(b), F8(std::numeric_limits<float>::infinity())};
+    F8 beyond(0.0f);
+    for (M8 lanes(true); lanes.any();) {
+      const Hit8 x = robust->intersect(lanes, rays, false, beyond), y = brute->intersect(lanes, rays, false, beyond),
+                 z = fast->intersect(lanes, rays, true, beyond);
+      const auto agree = [&](const Hit8& p, const Hit8& q) {
+        const M8 near = abs(p.distance - q.distance) <= F8(2e-5f) * (F8(1.0f) + p.distance);
+        return (p.hit & q.hit & (p.geometry == q.geometry) & (p.primitive == q.primitive) & near) | ~(p.hit | q.hit);
+      };
+      EXPECT_EQ((x.hit & (x.distance > beyond)).bits(), x.hit.bits());
+      hits += x.hit.count();
+      other += and_not(lanes, agree(x, y) & agree(x, z)).count();
+      lanes = x.hit;
+      beyond = select(lanes, x.distance * F8(1.0001f), beyond);
+    }
+  }
+  EXPECT_GT(hits, 8 * 500 * 3 / 2) << "rays go on behind the first hits";
+  EXPECT_LE(other, hits / 500) << "edges, where rounding decides";
+}
+
 // In single precision the squared area of such a triangle is zero, so it has no normal. Glass then refracts to nowhere.
 // Samples that meet it count as not finite. The others do not change.
 TEST(Accel, TrianglesWithoutANormalOnlyCostSamples) {

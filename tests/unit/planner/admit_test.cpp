@@ -86,7 +86,7 @@ TEST(Admit, PathRarelyMeetsSmallEmitters) {
   EXPECT_FALSE(admit(read_facts(triangle), "path").admitted);
   Scene mesh = lit_by(1, kMirror);
   mesh.objects[1].shape = MeshShape{"lamp.obj", sha256(as_byte_view("lamp"))};
-  const std::string bytes = encode_mesh({{{3, 0, 0}, {3 + edge, 0, 0}, {3, edge, 0}}, {}, {}, {{0, 1, 2}}});
+  const std::string bytes = encode_mesh({{{3, 0, 0}, {3 + edge, 0, 0}, {3, edge, 0}}, {}, {}, {}, {{0, 1, 2}}});
   const MeshSource meshes{[&](const Sha256& digest) {
     return digest == sha256(as_byte_view("lamp")) ? std::optional(bytes) : std::nullopt;
   }};

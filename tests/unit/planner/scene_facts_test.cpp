@@ -29,6 +29,22 @@ TEST(Facts, FeaturesAreThoseOfTheScene) {
                                       "absorption", "lens"}));
 }
 
+TEST(Facts, MaterialsThatRaysPassAreNamed) {
+  Material gauze = material("gauze", DiffuseMaterial{}), leaf = gauze, whole = gauze;
+  gauze.opacity = {Opacity::Mode::blend, 0.5};
+  leaf.name = "leaf";
+  whole.name = "whole";
+  leaf.opacity = {Opacity::Mode::mask, 1, {0}};
+  leaf.emission = {1, 1, 1};
+  whole.opacity = {Opacity::Mode::mask, 0.5, {}, 0.5};
+  const SceneFacts facts = read_facts(scene_of({gauze, leaf, whole}, {kSky}));
+  EXPECT_EQ(facts.see_through.text(), "the material 'gauze' and the material 'leaf'");
+  EXPECT_EQ(facts.unsampled_emitters.count, 1u);  // the leaf
+  const std::vector<std::string> features = features_of(facts);
+  EXPECT_NE(std::ranges::find(features, "opacity"), features.end());
+  EXPECT_TRUE(read_facts(scene_of({whole}, {kSky})).see_through.empty());
+}
+
 TEST(Facts, ASceneThatLosesNoLightIsFlagged) {
   const Material snow = material("snow", DiffuseMaterial{{1, 0.9f, 0.9f}});
   EXPECT_TRUE(read_facts(scene_of({snow, kMirror, kGlass}, {kSky})).lossless) << "red goes on for ever";

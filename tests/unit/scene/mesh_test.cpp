@@ -33,6 +33,12 @@ Mesh smooth_textured_triangle() {
   return mesh;
 }
 
+Mesh coloured_triangle() {
+  Mesh mesh = smooth_textured_triangle();
+  mesh.colors = {{0, 0.5f, 1, 1}, {1, 1, 1, 0.25f}, {0, 0, 0, 0}};
+  return mesh;
+}
+
 std::string error_of(const Status& status) {
   return status.ok() ? "no error" : message_of(status);
 }
@@ -46,13 +52,15 @@ void set_u32(std::string& bytes, std::size_t offset, std::uint32_t value) {
 }
 
 TEST(Mesh, SurvivesARoundTripThroughItsBytes) {
-  for (const Mesh& mesh : {triangle(), smooth_triangle(), textured_triangle(), smooth_textured_triangle()}) {
+  for (const Mesh& mesh :
+       {triangle(), smooth_triangle(), textured_triangle(), smooth_textured_triangle(), coloured_triangle()}) {
     const std::string bytes = encode_mesh(mesh);
     const Result<Mesh> back = decode_mesh(as_byte_view(bytes));
     ASSERT_TRUE(back.ok()) << back.status();
     EXPECT_EQ(back->positions, mesh.positions);
     EXPECT_EQ(back->normals, mesh.normals);
     EXPECT_EQ(back->texture_coordinates, mesh.texture_coordinates);
+    EXPECT_EQ(back->colors, mesh.colors);
     EXPECT_EQ(back->triangles, mesh.triangles);
     EXPECT_EQ(encode_mesh(*back), bytes);
   }
@@ -72,6 +80,12 @@ TEST(Mesh, TheEncodingIsTheDocumentedOne) {
   std::memcpy(&v, full.data() + 16 + 3 * (24 + 12) + 8 + 4, sizeof v);
   EXPECT_EQ(v, -2.5f);
   EXPECT_EQ(encode_mesh(textured_triangle())[4], 2);
+  const std::string coloured = encode_mesh(coloured_triangle());
+  ASSERT_EQ(coloured.size(), 16u + 3 * (24 + 12 + 8 + 16) + 12);
+  EXPECT_EQ(coloured[4], 1 + 2 + 8);
+  float alpha = 0;
+  std::memcpy(&alpha, coloured.data() + 16 + 3 * (24 + 12 + 8) + 16 + 12, sizeof alpha);
+  EXPECT_EQ(alpha, 0.25f);
 }
 
 TEST(Mesh, MistakesAreNamed) {
@@ -96,6 +110,16 @@ TEST(Mesh, MistakesAreNamed) {
   mesh = textured_triangle();
   mesh.texture_coordinates[1][1] = -std::numeric_limits<float>::infinity();
   EXPECT_EQ(error_of(validate(mesh)), "texture_coordinates[1]: must be finite and at most 1000000000, got (1, -inf)");
+}
+
+TEST(Mesh, ColoursAreInZeroToOne) {
+  Mesh mesh = coloured_triangle();
+  for (const float value : {-0.001f, 1.001f, std::numeric_limits<float>::quiet_NaN()}) {
+    mesh.colors[2][3] = value;
+    EXPECT_EQ(error_of(validate(mesh)), fmt::format("colors[2]: must be in [0, 1], got {}", value));
+  }
+  mesh.colors.pop_back();
+  EXPECT_EQ(error_of(validate(mesh)), "colors: none or one for each of 3 positions are expected, got 2");
 }
 
 TEST(Mesh, HostileBytesAreRefused) {

@@ -220,6 +220,61 @@ TEST(Gltf, NormalsHaveLengthOneAndTextureCoordinatesAreFlipped) {
                                               "direction; those of the faces are used"});
 }
 
+TEST(Gltf, ColoursHaveAllFormsOfTheSpecification) {
+  struct Case {
+    std::string bytes, type;
+    int component;
+    std::string more;
+    std::vector<std::array<float, 4>> expected;
+    std::vector<std::string> notices = {};
+  };
+  const std::string normalized = R"(,"normalized":true)";
+  for (
+      const Case& c : std::vector<Case>{
+          {packed<float>({1, 0, 0, 0.5f, 0.25f, 0, 0, 0, 1}),
+           "VEC3",
+           5126,
+           "",
+           {{1, 0, 0, 1}, {0.5f, 0.25f, 0, 1}, {0, 0, 1, 1}}},
+          {packed<float>({1, 0, 0, 0, 0, 1, 0, 0.5f, 0, 0, 1, 1}),
+           "VEC4",
+           5126,
+           "",
+           {{1, 0, 0, 0}, {0, 1, 0, 0.5f}, {0, 0, 1, 1}}},
+          {packed<std::uint8_t>({255, 0, 51, 0, 255, 0, 102, 0, 255}),
+           "VEC3",
+           5121,
+           normalized,
+           {{1, 0, 0.2f, 1}, {0, 1, 0, 1}, {0.4f, 0, 1, 1}}},
+          {packed<std::uint8_t>({255, 0, 0, 51, 0, 255, 0, 102, 0, 0, 255, 255}),
+           "VEC4",
+           5121,
+           normalized,
+           {{1, 0, 0, 0.2f}, {0, 1, 0, 0.4f}, {0, 0, 1, 1}}},
+          {packed<std::uint16_t>({65535, 0, 0, 13107, 0, 65535, 0, 26214, 0, 0, 65535, 65535}),
+           "VEC4",
+           5123,
+           normalized,
+           {{1, 0, 0, 0.2f}, {0, 1, 0, 0.4f}, {0, 0, 1, 1}}},
+          {packed<float>({2, -1, 0, 0, 1, 0, 0, 0, 1}),
+           "VEC3",
+           5126,
+           "",
+           {{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}},
+           {"a.gltf: meshes[0].primitives[0].attributes.COLOR_0: colours from 0 to 1 are expected; others are cut"}}}) {
+    GltfBuffer b;
+    b.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
+    const int colors = b.add(c.bytes, c.type, c.component, 3, c.more);
+    std::string error;
+    std::vector<std::string> notices;
+    const auto mesh =
+        primitive(b, fmt::format(R"({{"attributes":{{"POSITION":0,"COLOR_0":{}}}}})", colors), error, notices);
+    ASSERT_TRUE(mesh.has_value()) << error;
+    EXPECT_EQ(mesh->colors, c.expected) << c.type << c.component;
+    EXPECT_EQ(notices, c.notices);
+  }
+}
+
 TEST(Gltf, MeshOmissionsAreReportedOnce) {
   GltfBuffer b;
   b.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
@@ -231,9 +286,10 @@ TEST(Gltf, MeshOmissionsAreReportedOnce) {
 "targets":[{"POSITION":0}]})",
                         error, notices)
                   .has_value());
-  EXPECT_EQ(notices, (std::vector<std::string>{"left out: points and lines", "left out: vertex colours",
-                                               "left out: skins (meshes keep their modelled pose)",
-                                               "left out: vertex attribute _ID", "left out: morph targets"}));
+  EXPECT_EQ(notices,
+            (std::vector<std::string>{"left out: points and lines", "left out: vertex colours beyond the first ones",
+                                      "left out: skins (meshes keep their modelled pose)",
+                                      "left out: vertex attribute _ID", "left out: morph targets"}));
 }
 
 TEST(Gltf, OddTrianglesAreSkippedAndNamed) {

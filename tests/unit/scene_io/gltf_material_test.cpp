@@ -138,6 +138,54 @@ TEST(GltfScene, UnlitMaterialsEmit) {
   EXPECT_EQ(std::get<DiffuseMaterial>(unlit.kind).reflectance.rgb, RgbColor{});
 }
 
+TEST(GltfScene, AlphaIsTheOpacityThatTheModeSays) {
+  using enum Opacity::Mode;
+  const std::string base = R"("pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.25],"metallicFactor":0})";
+  struct Case {
+    std::string more;
+    Opacity expected;
+    std::string notice = {};
+  };
+  for (const Case& c : std::vector<Case>{
+           {"", {}},  // alpha is ignored
+           {R"(,"alphaMode":"OPAQUE")", {}},
+           {R"(,"alphaMode":"BLEND")", {blend, 0.25}},
+           {R"(,"alphaMode":"MASK")", {mask, 0.25, {}, 0.5}},
+           {R"(,"alphaMode":"MASK","alphaCutoff":0.125)", {mask, 0.25, {}, 0.125}},
+           {R"(,"alphaMode":"MASK","alphaCutoff":1.5)", {blend, 0}},  // no alpha reaches it
+           {R"(,"alphaMode":"BLEND","extensions":{"KHR_materials_unlit":{}})", {blend, 0.25}},
+           {R"(,"alphaMode":"DITHER")",
+            {},
+            R"(OPAQUE, MASK or BLEND is expected, got "DITHER"; it is rendered opaque)"},
+           {R"(,"alphaMode":"BLEND","extensions":{"KHR_materials_transmission":{"transmissionFactor":1}})",
+            {},
+            "left out: alpha of materials that transmit light"}}) {
+    const LoadedScene loaded = good(
+        OneTriangle().text(kOneNode + fmt::format(R"(,"materials":[{{{}{}}}])", base, c.more), R"(,"material":0)"));
+    const Opacity& opacity = loaded.scene.materials.at(0).opacity;
+    EXPECT_EQ(opacity.mode, c.expected.mode) << c.more;
+    EXPECT_EQ(opacity.value, c.expected.value) << c.more;
+    EXPECT_EQ(opacity.cutoff, c.expected.cutoff) << c.more;
+    std::vector<std::string> said = loaded.notices;
+    const std::vector<std::string> faults = loaded.faults.notices();
+    said.insert(said.end(), faults.begin(), faults.end());
+    EXPECT_EQ(std::ranges::any_of(said, [&](const std::string& n) { return n.ends_with(c.notice); }), true) << c.more;
+    EXPECT_EQ(std::ranges::any_of(said, [](const auto& n) { return n.find("lpha") != n.npos; }), !c.notice.empty())
+        << c.more;
+  }
+}
+
+TEST(GltfScene, AlphaOfTheBaseColourTextureMultipliesTheOpacity) {
+  const LoadedScene loaded = good(OneTriangle().text(
+      kOneNode + R"(,"images":[{"bufferView":2}],"textures":[{"source":0}],"materials":[{"alphaMode":"MASK",
+"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])",
+      R"(,"material":0)"));
+  const Opacity& opacity = loaded.scene.materials.at(0).opacity;
+  EXPECT_EQ(opacity.mode, Opacity::Mode::mask);
+  EXPECT_EQ(opacity.value, 1);
+  EXPECT_EQ(opacity.map, (ScalarMap{0, ScalarMap::Channel::alpha}));
+}
+
 TEST(GltfScene, TexturesAreKeptAsTheyAre) {
   const LoadedScene loaded = good(OneTriangle().text(
       kOneNode +

@@ -175,7 +175,6 @@ TEST(GltfScene, OmissionsAreReportedOnce) {
       R"(,"material":0},{"attributes":{"POSITION":0},"material":1)"));
   EXPECT_EQ(loaded.notices,
             (std::vector<std::string>{"left out: extension KHR_materials_sheen", "left out: normal maps",
-                                      "left out: alpha: what is transparent by it is rendered opaque",
                                       "left out: occlusion maps (light is followed instead)",
                                       "left out: skins (meshes keep their modelled pose)",
                                       "left out: objects with a scale of 0: nodes[0], nodes[2] \"flat\"",

@@ -145,7 +145,7 @@ TEST(Mtl, OmissionsAreReported) {
       notices,
       (std::vector<std::string>{
           "box.mtl:2: Kd of material \"a\" is above 1 and was cut: a surface cannot reflect more than it gets",
-          "left out: box.mtl:5: bump of material \"a\"", "left out: box.mtl:4: d (opacity) of material \"a\"",
+          "left out: box.mtl:5: bump of material \"a\"",
           "box.mtl:7: illum 13 of material \"b\" was read as glass that absorbs 1/Kd - 1 and scatters Ks per unit of "
           "length",
           "left out: box.mtl:13: illum 77 of material \"d\"; it is rendered as diffuse"}));
@@ -160,8 +160,7 @@ TEST(Mtl, UnknownStatementsAreNamedOnceAtTheirFirstLine) {
   EXPECT_EQ(notices, (std::vector<std::string>{"left out: box.mtl:3: Ps of material \"a\" and of 2 others",
                                                "left out: box.mtl:6: foo of material \"a\"",
                                                "left out: box.mtl:9: sharpness of material \"b\"",
-                                               "left out: box.mtl:10: Km of material \"b\"",
-                                               "left out: box.mtl:11: d (opacity) of material \"b\" and of 1 other"}));
+                                               "left out: box.mtl:10: Km of material \"b\""}));
 }
 
 TEST(Mtl, TheListOfOmissionsIsBounded) {
@@ -189,12 +188,12 @@ TEST(Mtl, MapOptionsAreRead) {
       "map_Kd -mm 0.1 2 -t 1 1 third -s.png\nbump -bm 0.5 b.png\nmap_Bump c.png\nrefl -type sphere d.png\n");
   const MtlMaterial& material = read.front();
   EXPECT_EQ(material.maps, (std::vector<MtlMap>{{"map_Pr", "rough.png", {1, 1}, {0, 0}, false, 'g'},
-                                                {"map_Ke", "-weird.png", {1, 1}, {0, 0}, false, 'l'},
-                                                {"map_Kd", "third -s.png", {1, 1}, {0, 0}, false, 'l'}}));
+                                                {"map_Ke", "-weird.png", {1, 1}, {0, 0}, false},
+                                                {"map_Kd", "third -s.png", {1, 1}, {0, 0}, false}}));
   EXPECT_EQ(material.unused,
             (std::vector<MtlUnused>{{"map_Kd -mm"}, {"map_Kd -t"}, {"bump"}, {"map_Bump"}, {"refl -type"}, {"refl"}}));
   const std::vector<MtlMaterial> first = read_good("newmtl a\nmap_Kd -s 2 3 1 -o 0.5 -clamp on my wood.png");
-  EXPECT_EQ(*first.front().map("map_Kd"), (MtlMap{"map_Kd", "my wood.png", {2, 3}, {0.5, 0}, true, 'l'}));
+  EXPECT_EQ(*first.front().map("map_Kd"), (MtlMap{"map_Kd", "my wood.png", {2, 3}, {0.5, 0}, true}));
   EXPECT_EQ(first.front().map("map_Ks"), nullptr);
 }
 
@@ -219,6 +218,59 @@ TEST(Mtl, MapsBecomeTextures) {
   EXPECT_EQ(scene.materials[3].emission, (TexturedColor{{1, 1, 1}, 3}));
   EXPECT_TRUE(scene.materials[3].two_sided_emission);
   EXPECT_EQ(notices, std::vector<std::string>{"left out: folder/box.mtl:7: map_Kd of material \"c\""});
+}
+
+TEST(Mtl, OpacityIsDElseOneMinusTrTimesItsMap) {
+  using enum ScalarMap::Channel;
+  struct Case {
+    std::string text;
+    std::optional<double> value;  // opaque without
+    std::optional<ScalarMap::Channel> channel = {};
+    std::vector<std::string> notices = {};
+  };
+  for (const Case& c :
+       std::vector<Case>{{"Kd 1 0 0", {}},
+                         {"d 1", {}},
+                         {"Tr 0", {}},
+                         {"d 0.25", 0.25},
+                         {"Tr 0.25", 0.75},
+                         {"d 0.5\nTr 0.75", 0.5},  // d counts, in either order
+                         {"Tr 0.75\nd 0.5", 0.5},
+                         {"d 1\nTr 1", {}},
+                         {"illum 2\nKs 0.5 0.5 0.5\nd 0.25", 0.25},
+                         {"illum 3\nd 0.25", 0.25},
+                         {"Pr 0.5\nd 0.25", 0.25},
+                         {"illum 4\nd 0.25", {}},  // glass is transparent as it is
+                         {"illum 4\nPr 0.5\nd 0.25", {}},
+                         {"map_d leaf.png", 1.0, luminance},
+                         {"d 0.5\nmap_d leaf.png", 0.5, luminance},
+                         {"map_d -imfchan r leaf.png", 1.0, r},
+                         {"map_Kd leaf.png\nmap_d leaf.png", 1.0, alpha},  // one image with colour and alpha
+                         {"map_Kd leaf.png\nmap_d -imfchan l leaf.png", 1.0, luminance},
+                         {"map_Kd leaf.png\nmap_d cut.png", 1.0, luminance},
+                         {"illum 4\nmap_d leaf.png", {}, {}, {"left out: box.mtl:3: map_d of material \"a\""}}}) {
+    std::vector<std::string> notices;
+    Scene scene;
+    map_materials(read_good("newmtl a\n" + c.text + "\nnewmtl b\n"), KaMeaning::automatic, scene, notices);
+    const Opacity& opacity = scene.materials.at(0).opacity;
+    EXPECT_EQ(notices, c.notices) << c.text;
+    EXPECT_EQ(opacity.mode, c.value ? Opacity::Mode::blend : Opacity::Mode::opaque) << c.text;
+    EXPECT_EQ(opacity.value, c.value.value_or(1)) << c.text;
+    ASSERT_EQ(opacity.map.texture != kNoTexture, c.channel.has_value()) << c.text;
+    if (c.channel) {
+      EXPECT_EQ(opacity.map.channel, *c.channel) << c.text;
+      EXPECT_EQ(scene.textures.at(opacity.map.texture).color_space, TextureImage::ColorSpace::linear) << c.text;
+    }
+  }
+}
+
+TEST(Mtl, OpacityDoesNotCountIfNothingWouldBeVisible) {
+  std::vector<std::string> notices;
+  for (const Material& material : materials_of("newmtl a\nTr 1\nnewmtl b\nd 0\n", KaMeaning::automatic, notices)) {
+    EXPECT_EQ(material.opacity.mode, Opacity::Mode::opaque);
+  }
+  EXPECT_EQ(notices,
+            std::vector<std::string>{"d and Tr were left out, because by them all materials would be invisible"});
 }
 
 TEST(Mtl, NumbersAreRead) {

@@ -55,6 +55,49 @@ TEST(Obj, CornersHaveFourForms) {
   }
 }
 
+using Colors = std::vector<std::array<float, 4>>;
+
+TEST(Obj, ColoursOfVerticesAreDecoded) {
+  const auto linear = [](double encoded) { return static_cast<float>(std::pow((encoded + 0.055) / 1.055, 2.4)); };
+  struct Case {
+    std::array<std::string, 3> colors;  // after the coordinates
+    Colors expected;
+    std::vector<std::string> notices = {};
+  };
+  for (const Case& c :
+       std::vector<Case>{{{"", "", ""}, {}},
+                         {{"1", "0.5", "2"}, {}},  // weights
+                         {{"0.5 0.5", "x", "1 2 z"}, {}},
+                         {{"1 0 0", "0 1 0", "0 0 1"}, {{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}}},
+                         {{"0.5 1 0", "0 0 0", "1 1 1"}, {{linear(0.5), 1, 0, 1}, {0, 0, 0, 1}, {1, 1, 1, 1}}},
+                         {{"1 0 0 1", "0 1 0 1", "0 0 1 1"}, {{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}}},
+                         {{"255 0 0", "0 51 0", "0 0 1"},
+                          {{1, 0, 0, 1}, {0, linear(0.2), 0, 1}, {0, 0, static_cast<float>(1 / 255.0 / 12.92), 1}}},
+                         {{"", "0 1 0", ""}, {{1, 1, 1, 1}, {0, 1, 0, 1}, {1, 1, 1, 1}}},  // the others are white
+                         {{"1.5 0 0", "0 0.5 0", "0 0 1"},
+                          {{1, 0, 0, 1}, {0, linear(0.5), 0, 1}, {0, 0, 1, 1}},
+                          {"vertex colours of box.obj that are above 1 were cut"}},
+                         {{"1 0 0 0.5", "0 1 0 1", "0 0 1 1"},
+                          {{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}},
+                          {"left out: alpha of vertex colours of box.obj"}}}) {
+    const std::string text =
+        fmt::format("v 0 0 0 {}\nv 1 0 0 {}\nv 0 1 0 {}\nf 1 2 3\n", c.colors[0], c.colors[1], c.colors[2]);
+    const Result<ObjFile> file = obj_of(text);
+    ASSERT_TRUE(file.ok()) << file.status();
+    EXPECT_EQ(file->notices, c.notices) << text;
+    const Mesh mesh = mesh_of(text);
+    ASSERT_EQ(mesh.colors.size(), c.expected.size()) << text;
+    for (std::size_t i = 0; i < mesh.colors.size(); ++i) {
+      for (std::size_t k = 0; k < 4; ++k) {
+        EXPECT_NEAR(mesh.colors[i][k], c.expected[i][k], 1e-6f) << text;
+      }
+    }
+  }
+  const Result<ObjFile> painted = obj_of("v 0 0 0\nv 1 0 0\nv 0 1 0\n#MRGB ff808080ff808080\nf 1 2 3\n");
+  ASSERT_TRUE(painted.ok());
+  EXPECT_EQ(painted->notices, std::vector<std::string>{"left out: vertex colours in \"#MRGB\" comments of box.obj"});
+}
+
 TEST(Obj, NegativeIndicesCountBackwards) {
   const Mesh mesh = mesh_of(kSquare + "f -4 -3 -2\nv 5 5 5\nf -1 -5 -4\n");
   EXPECT_EQ(mesh.positions.back(), (std::array<double, 3>{5, 5, 5}));

@@ -47,6 +47,14 @@ TEST_F(OddFile, AMissingLibraryMakesItsMaterialsGrey) {
   }
 }
 
+// Scanners write colours of vertices and no material.
+TEST_F(OddFile, FacesWithoutAMaterialShowTheColoursOfTheirVertices) {
+  const LoadedScene loaded = good(write("a.obj", "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nf 1 2 3\n"));
+  EXPECT_EQ(colour_of(loaded), (RgbColor{1, 1, 1}));
+  const std::string& said = loaded.notices.at(0);
+  EXPECT_TRUE(said.ends_with("a.obj: faces before the first usemtl are rendered as white diffuse")) << said;
+}
+
 TEST_F(OddFile, OtherLibrariesOfTheLineAreRead) {
   const LoadedScene loaded = with_library("not-here.mtl parts/colours.mtl");
   EXPECT_EQ(colour_of(loaded), kRed);

@@ -60,7 +60,7 @@ TEST(PictureNotices, ASceneOutOfViewIsReported) {
 }
 
 TEST(PictureNotices, TransformsMoveMeshesOutOfView) {
-  const Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {}, {{0, 1, 2}}};
+  const Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {}, {}, {{0, 1, 2}}};
   LoadedScene loaded = seen({});
   const std::string bytes = encode_mesh(mesh);
   const MeshShape shape{"a.obj", sha256(bytes)};

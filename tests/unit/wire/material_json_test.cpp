@@ -137,6 +137,52 @@ TEST(MaterialJson, TexturesWrapAlongEachAxis) {
   }
 }
 
+TEST(MaterialJson, OpacityHasAValueAMapAndACutoff) {
+  const auto read_opacity = [](const std::string& opacity, std::string& error) {
+    std::string text = material_document(R"("mirror": {})" + opacity);
+    text.insert(1, R"("textures": [{"name": "t", "file": "t.png"}], )");
+    const Result<SceneFile> file = read_scene_json(text, "m.json");
+    if (!file.ok()) {
+      error = message_of(file.status());
+      return Opacity{};
+    }
+    const Result<Scene> back = unpack_scene(pack_scene(file->draft.scene));
+    EXPECT_TRUE(back.ok()) << back.status();
+    return back->materials[0].opacity;
+  };
+  struct Case {
+    std::string text;
+    Opacity expected;
+  };
+  using enum Opacity::Mode;
+  for (const Case& c : {Case{"", {}},
+                        {R"(, "opacity": {})", {blend, 1}},
+                        {R"(, "opacity": {"value": 0})", {blend, 0}},
+                        {R"(, "opacity": {"value": 0.25, "map": {"texture": "t", "channel": "A"}})",
+                         {blend, 0.25, {0, ScalarMap::Channel::alpha}}},
+                        {R"(, "opacity": {"mode": "MASK", "map": {"texture": "t"}})", {mask, 1, {0}}},
+                        {R"(, "opacity": {"mode": "MASK", "value": 0.5, "cutoff": 0})", {mask, 0.5, {}, 0}}}) {
+    std::string error;
+    const Opacity opacity = read_opacity(c.text, error);
+    EXPECT_EQ(error, "") << c.text;
+    EXPECT_EQ(opacity.mode, c.expected.mode) << c.text;
+    EXPECT_EQ(opacity.value, c.expected.value) << c.text;
+    EXPECT_EQ(opacity.map, c.expected.map) << c.text;
+    EXPECT_EQ(opacity.cutoff, c.expected.cutoff) << c.text;
+  }
+  for (const auto& [text, message] :
+       {std::pair{R"(, "opacity": {"value": 1.5})", "materials[0].opacity.value: must be in [0, 1], got 1.5"},
+        {R"(, "opacity": {"mode": "MASK", "cutoff": -1})", "materials[0].opacity.cutoff: must be in [0, 1], got -1"},
+        {R"(, "opacity": {"map": {"texture": "u"}})",
+         "materials[0].opacity.map.texture: unknown texture \"u\"; textures must name it"},
+        {R"(, "opacity": {"map": {"texture": "t"}}, "emission_flux": {"rgb": [1, 1, 1]})",
+         "materials[0].emission_flux: a surface whose opacity varies cannot have a power"}}) {
+    std::string error;
+    read_opacity(text, error);
+    EXPECT_TRUE(error.ends_with(message)) << error;
+  }
+}
+
 TEST(MaterialJson, MapsNameTexturesAndChannels) {
   const auto with_texture = [](const std::string& material) {
     std::string text = material_document(material);
