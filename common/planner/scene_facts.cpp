@@ -88,7 +88,8 @@ struct Materials {
 void read_material(const Material& material, SceneFacts& facts, Materials& all) {
   const std::array<double, 3> albedo = albedo_of(material);
   const bool textured = is_textured(material);
-  facts.textures = facts.textures || textured;
+  facts.normal_maps = facts.normal_maps || bends_normals(material);
+  facts.textures = facts.textures || textured || bends_normals(material);
   facts.holdouts = facts.holdouts || std::holds_alternative<HoldoutMaterial>(material.kind);
   const RgbColor& absorbed = material.interior.absorption;
   for (const auto& [channel, sigma] : {std::pair{0, absorbed.r}, {1, absorbed.g}, {2, absorbed.b}}) {
@@ -297,6 +298,7 @@ std::vector<std::string> features_of(const SceneFacts& facts) {
   add(facts.absorption, "absorption");
   add(facts.scattering, "scattering");
   add(facts.textures, "textures");
+  add(facts.normal_maps, "normal maps");
   add(facts.holdouts, "holdouts");
   add(facts.lens, "lens");
   add(facts.meters > 0, "meters");
