@@ -2,12 +2,17 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <functional>
 
 #include <fmt/format.h>
 
+#include "common/image/png.h"
+#include "common/image/read/read_image.h"
 #include "common/scene/compiled/transform.h"
 #include "tests/support/render_document.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/unit/scene_io/gltf_text.h"
 
 namespace lightmill::test {
 namespace {
@@ -307,6 +312,41 @@ TEST(BumpMap, OnPlanesLengthsAreThoseOfTheScene) {
   bent.plane = PlaneShape{{0, 0, 0}, {0, 0, 1}};
   expect_direction(Bent::normal_at(*bent.compiled(), {0.3, 0.6, 1}, {0, 0, -1}),
                    Vec3d(0, 0, 1) - 0.2 * wave_gradient(0.3, 0.6), 3e-4);
+}
+
+/// A white card in the plane z = 0 whose normal map leans up, in the sun from 45 degrees above. `tangents`: of glTF.
+std::string leaning_card(const std::vector<float>& tangents) {
+  GltfBuffer buffer;
+  buffer.positions({-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0});
+  buffer.add(packed<float>({0, 1, 1, 1, 1, 0, 0, 0}), "VEC2", 5126, 4);
+  buffer.indices({0, 1, 2, 0, 2, 3});
+  if (!tangents.empty()) {
+    buffer.add(packed(tangents), "VEC4", 5126, 4);
+  }
+  const std::string png = *encode_png(1, 1, std::vector<std::uint8_t>{128, 218, 218});
+  return gltf(fmt::format(
+      R"({},"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":1{}}},"indices":2,"material":0}}]}}],
+"images":[{{"uri":"data:image/png;base64,{}"}}],"textures":[{{"source":0}}],
+"materials":[{{"pbrMetallicRoughness":{{"metallicFactor":0}},"normalTexture":{{"index":0}},
+"extensions":{{"KHR_materials_specular":{{"specularFactor":0}}}}}}],
+"cameras":[{{"type":"perspective","perspective":{{"yfov":0.5,"znear":1}}}}],
+"extensions":{{"KHR_lights_punctual":{{"lights":[{{"type":"directional","intensity":683}}]}}}},
+"nodes":[{{"mesh":0}},{{"camera":0,"translation":[0,0,3]}},
+{{"rotation":[-0.38268343,0,0,0.92387953],"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}])",
+      buffer.embedded(), tangents.empty() ? "" : R"(,"TANGENT":3)", base64(png)));
+}
+
+TEST(NormalMap, AGltfFileShowsItInThePicture) {
+  const double y = 2 * 218 / 255.0 - 1, x = 1 / 255.0, cosine = std::sqrt(0.5) * 2 * y / std::hypot(x, y, y);
+  const auto shown = [](const std::vector<float>& tangents) {
+    const TemporaryFolder folder;
+    const auto path = folder.path() / "card.gltf";
+    std::ofstream(path) << leaning_card(tangents);
+    return mean_of(TestScene(path, read_image).resized(8, 8).render({"raycast", 1, 0}, 1), 0).value;
+  };
+  EXPECT_NEAR(shown({}), cosine / M_PI, 1e-5);
+  EXPECT_NEAR(shown({1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1}), cosine / M_PI, 1e-5);
+  EXPECT_NEAR(shown({1, 0, 0, -1, 1, 0, 0, -1, 1, 0, 0, -1, 1, 0, 0, -1}), 0, 1e-5);
 }
 
 }  // namespace
