@@ -22,12 +22,13 @@ struct MtlMap {
   std::array<double, 2> scale{1, 1}, offset{0, 0};
   bool clamp = false;
   char channel = 'l';  ///< of a scalar map: r, g, b, m (alpha), l (luminance)
+  double bump = 1;     ///< -bm
   int line = 0;        ///< of the statement, for messages
 
   /// Whether both mean the same. The line is ignored.
   friend bool operator==(const MtlMap& a, const MtlMap& b) {
     const auto meaning = [](const MtlMap& m) {
-      return std::tie(m.keyword, m.file, m.scale, m.offset, m.clamp, m.channel);
+      return std::tie(m.keyword, m.file, m.scale, m.offset, m.clamp, m.channel, m.bump);
     };
     return meaning(a) == meaning(b);
   }
@@ -86,6 +87,9 @@ enum class KaMeaning { automatic, emission, ambient };
 /// - 13, 14: glass, or a medium without a surface, that absorbs 1/Kd − 1 and scatters Ks, with a notice
 /// - others: diffuse, with a notice
 /// With Pr or Pm: principled, whatever illum is. It transmits if illum means glass (4).
+///
+/// norm is a normal map, and map_Bump and bump are heights times -bm. A bump map whose name says so is read as a normal
+/// map, because programs write these there.
 ///
 /// Maps multiply their colour, which is white if absent. They become textures whose `file` is a path and whose asset is
 /// not set. Colours above 1 are cut, with a notice. What is assumed of Ka is a notice. A part that is left out of
