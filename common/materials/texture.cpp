@@ -84,19 +84,28 @@ Texture::Rgba8 Texture::texel(U8 x, U8 y, M8 lanes) const {
 }
 
 Texture::Rgba8 Texture::lookup(F8 u, F8 v, M8 lanes) const {
+  u = u * F8(settings_.scale[0]) + F8(settings_.offset[0]);
+  v = v * F8(settings_.scale[1]) + F8(settings_.offset[1]);
+  return settings_.filter == TextureFilter::nearest ? nearest(u, v, lanes) : bilinear(u, v, lanes);
+}
+
+/// u = 1 belongs to the last column, v = 1 to the top row, v = 0 to the bottom row.
+Texture::Rgba8 Texture::nearest(F8 u, F8 v, M8 lanes) const {
+  const auto width = static_cast<std::uint32_t>(texels_->width);
+  const auto height = static_cast<std::uint32_t>(texels_->height);
+  const F8 x = wrapped(u, settings_.wrap[0]) * F8(static_cast<float>(width));
+  const F8 y = wrapped(v, settings_.wrap[1]) * F8(static_cast<float>(height));
+  const F8 column = min(floor(x), F8(static_cast<float>(width - 1)));
+  const F8 from_below = min(floor(y), F8(static_cast<float>(height - 1)));
+  return texel(truncate(column), U8(height - 1) - truncate(from_below), lanes);
+}
+
+Texture::Rgba8 Texture::bilinear(F8 u, F8 v, M8 lanes) const {
   const auto width = static_cast<std::uint32_t>(texels_->width);
   const auto height = static_cast<std::uint32_t>(texels_->height);
   const auto [wrap_u, wrap_v] = settings_.wrap;
-  u = wrapped(u * F8(settings_.scale[0]) + F8(settings_.offset[0]), wrap_u);
-  const F8 up = wrapped(v * F8(settings_.scale[1]) + F8(settings_.offset[1]), wrap_v);
-  const F8 x = u * F8(static_cast<float>(width));
-  const F8 y = (F8(1.0f) - up) * F8(static_cast<float>(height));
-  if (settings_.filter == TextureFilter::nearest) {
-    // u = 1 belongs to the last column, v = 1 to the top row, v = 0 to the bottom row.
-    const F8 column = min(floor(x), F8(static_cast<float>(width - 1)));
-    const F8 from_below = min(floor(up * F8(static_cast<float>(height))), F8(static_cast<float>(height - 1)));
-    return texel(truncate(column), U8(height - 1) - truncate(from_below), lanes);
-  }
+  const F8 x = wrapped(u, wrap_u) * F8(static_cast<float>(width));
+  const F8 y = (F8(1.0f) - wrapped(v, wrap_v)) * F8(static_cast<float>(height));
   const F8 left = floor(x - F8(0.5f)), top = floor(y - F8(0.5f));
   const F8 fx = x - F8(0.5f) - left, fy = y - F8(0.5f) - top;
   const U8 x0 = wrapped_index(truncate(left), width, wrap_u), y0 = wrapped_index(truncate(top), height, wrap_v);
@@ -107,6 +116,20 @@ Texture::Rgba8 Texture::lookup(F8 u, F8 v, M8 lanes) const {
   };
   return mix(mix(texel(x0, y0, lanes), texel(x1, y0, lanes), fx), mix(texel(x0, y1, lanes), texel(x1, y1, lanes), fx),
              fy);
+}
+
+Texture::Slopes8 Texture::slopes(F8 u, F8 v, M8 lanes) const {
+  u = u * F8(settings_.scale[0]) + F8(settings_.offset[0]);
+  v = v * F8(settings_.scale[1]) + F8(settings_.offset[1]);
+  // The steps are those of the rounded coordinates.
+  const auto slope = [&](F8 at, int texels, float scale, const auto& look) -> Rgba8 {
+    const F8 half(0.5f / static_cast<float>(texels)), low = at - half, high = at + half;
+    const F8 per_unit = select(high > low, F8(scale) / (high - low), F8(0.0f));
+    const Rgba8 a = look(low), b = look(high);
+    return {(b.rgb - a.rgb) * per_unit, (b.alpha - a.alpha) * per_unit};
+  };
+  return {slope(u, texels_->width, settings_.scale[0], [&](F8 at) { return bilinear(at, v, lanes); }),
+          slope(v, texels_->height, settings_.scale[1], [&](F8 at) { return bilinear(u, at, lanes); })};
 }
 
 Vec3 Texture::mean() const {
@@ -134,18 +157,40 @@ std::uint64_t TextureSet::bytes() const {
   return bytes;
 }
 
-Texture::Rgba8 TextureSet::lookup(U8 texture, F8 u, F8 v, M8 lanes) const {
-  Texture::Rgba8 result{{F8(1.0f), F8(1.0f), F8(1.0f)}, F8(1.0f)};
+template <class Visit>
+void TextureSet::for_each(U8 texture, M8 lanes, const Visit& visit) const {
   M8 left = and_not(lanes, texture == U8(kNone));
   alignas(32) std::uint32_t ids[8];
   texture.store(ids);
   while (left.any()) {
     const std::uint32_t id = ids[std::countr_zero(static_cast<unsigned>(left.bits()))];
     const M8 same = left & (texture == U8(id));
-    const Texture::Rgba8 found = textures_[id].lookup(u, v, same);
-    result = {select(same, found.rgb, result.rgb), select(same, found.alpha, result.alpha)};
+    visit(textures_[id], same);
     left = and_not(left, same);
   }
+}
+
+namespace {
+
+Texture::Rgba8 select(M8 mask, const Texture::Rgba8& yes, const Texture::Rgba8& no) {
+  return {select(mask, yes.rgb, no.rgb), select(mask, yes.alpha, no.alpha)};
+}
+
+}  // namespace
+
+Texture::Rgba8 TextureSet::lookup(U8 texture, F8 u, F8 v, M8 lanes) const {
+  Texture::Rgba8 result{{F8(1.0f), F8(1.0f), F8(1.0f)}, F8(1.0f)};
+  for_each(texture, lanes,
+           [&](const Texture& image, M8 same) { result = select(same, image.lookup(u, v, same), result); });
+  return result;
+}
+
+Texture::Slopes8 TextureSet::slopes(U8 texture, F8 u, F8 v, M8 lanes) const {
+  Texture::Slopes8 result;
+  for_each(texture, lanes, [&](const Texture& image, M8 same) {
+    const Texture::Slopes8 found = image.slopes(u, v, same);
+    result = {select(same, found.u, result.u), select(same, found.v, result.v)};
+  });
   return result;
 }
 

@@ -36,12 +36,22 @@ class Texture {
   };
   /// Coordinates must be finite and below 1e9.
   Rgba8 lookup(F8 u, F8 v, M8 lanes) const;
+  struct Slopes8 {
+    Rgba8 u, v;
+  };
+  /// The slopes of the bilinear image per unit of u and of v, averaged over one texel.
+  Slopes8 slopes(F8 u, F8 v, M8 lanes) const;
+  /// The image's axes run against u, or against v.
+  std::array<bool, 2> mirrored() const { return {settings_.scale[0] < 0, settings_.scale[1] < 0}; }
   /// Mean colour of the image.
   Vec3 mean() const;
   const Texels& texels() const { return *texels_; }
 
  private:
   Rgba8 texel(U8 x, U8 y, M8 lanes) const;
+  /// Coordinates are those of the image.
+  Rgba8 nearest(F8 u, F8 v, M8 lanes) const;
+  Rgba8 bilinear(F8 u, F8 v, M8 lanes) const;
 
   std::shared_ptr<const Texels> texels_;
   TextureSettings settings_;
@@ -66,8 +76,14 @@ class TextureSet {
   std::uint64_t bytes() const;
   /// White and opaque where `texture` is kNone.
   Texture::Rgba8 lookup(U8 texture, F8 u, F8 v, M8 lanes) const;
+  /// 0 where `texture` is kNone.
+  Texture::Slopes8 slopes(U8 texture, F8 u, F8 v, M8 lanes) const;
 
  private:
+  /// Calls `visit(texture, lanes)` for each of the textures.
+  template <class Visit>
+  void for_each(U8 texture, M8 lanes, const Visit& visit) const;
+
   std::vector<Texture> textures_;
 };
 

@@ -143,11 +143,17 @@ TestScene make_test_scene(const Rendered& rendered) {
       {"holdout", HoldoutMaterial{}, {}, false},
       {"gauze", DiffuseMaterial{{0.8f, 0.7f, 0.6f}}, {}, false},
       {"leaf", PhongMaterial{{0.2f, 0.5f, 0.2f}, {0.2f, 0.2f, 0.2f}, 5}, {}, false},
+      {"dented", PrincipledMaterial{{0.9f, 0.8f, 0.7f}, 0.2, 0.4, 0.6, 0.5, 1.5, 0.6, 0.1}, {}, false},
+      {"hammered", MirrorMaterial{{0.8f, 0.9f, 0.9f}}, {}, false},
   };
   scene.materials[7].roughness_map = {0, ScalarMap::Channel::g};
   scene.materials[10].metallic_map = {1, ScalarMap::Channel::luminance};
+  scene.materials[12].normal_map = {1, 0.4};
+  scene.materials[13].bump_map = {{0, ScalarMap::Channel::r}, 0.05};
   scene.materials[15].opacity = {Opacity::Mode::blend, 0.6};
   scene.materials[16].opacity = {Opacity::Mode::mask, 0.9, {0, ScalarMap::Channel::alpha}, 0.4};
+  scene.materials[17].normal_map = {1, 0.8};
+  scene.materials[18].bump_map = {{0, ScalarMap::Channel::luminance}, -0.1};
   using Image = TextureImage;
   scene.textures = {{"tiles", "", kTexture, Image::Filter::bilinear, {}, Image::ColorSpace::srgb, {1.3, 0.7}},
                     {"print",
@@ -191,6 +197,12 @@ TestScene make_test_scene(const Rendered& rendered) {
   if (filter == FilterKind::box) {
     scene.objects.push_back({"catcher", 14, TriangleShape{{0.3, 0.05, 1.8}, {1.1, 0.02, 1.7}, {0.5, 0.1, 1.1}}});
   }
+  Mesh bent = quad({-0.2, 0.7, 1.0}, {0.5, 0.1, 0}, {0, 0.5, -0.2});
+  bent.texture_coordinates = {{0, 0}, {1, 0.1f}, {1, 1}, {0.1f, 1}};
+  test.add(16, bent);
+  scene.objects.back().transform = {{{-1, 0, 0, -0.6}, {0, 1, 0, 0.5}, {0, 0, 1, 0}}};
+  bent.tangents.assign(4, {0.8f, 0, 0.6f, -1});
+  test.add(15, bent);
   const Mesh shared = bumpy_sphere(0, 0, 0, 1);  // two instances, one mirrored
   test.add(0, shared);
   scene.objects.back().transform = {{{0.2, 0.05, 0, 0.6}, {0, 0.3, 0, 1.7}, {0, 0, 0.25, -1}}};

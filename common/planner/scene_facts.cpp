@@ -88,7 +88,8 @@ struct Materials {
 void read_material(const Material& material, SceneFacts& facts, Materials& all) {
   const std::array<double, 3> albedo = albedo_of(material);
   const bool textured = is_textured(material);
-  facts.textures = facts.textures || textured || material.opacity.map.texture != kNoTexture;
+  facts.normal_maps = facts.normal_maps || bends_normals(material);
+  facts.textures = facts.textures || textured || bends_normals(material) || material.opacity.map.texture != kNoTexture;
   facts.holdouts = facts.holdouts || std::holds_alternative<HoldoutMaterial>(material.kind);
   if (uniform_opacity(material.opacity) != 1) {
     facts.see_through.add(named("material", material.name));
@@ -303,6 +304,7 @@ std::vector<std::string> features_of(const SceneFacts& facts) {
   add(facts.scattering, "scattering");
   add(facts.textures, "textures");
   add(!facts.see_through.empty(), "opacity");
+  add(facts.normal_maps, "normal maps");
   add(facts.holdouts, "holdouts");
   add(facts.lens, "lens");
   add(facts.meters > 0, "meters");

@@ -19,13 +19,14 @@ struct Header {
   std::uint32_t triangles = 0;
 };
 static_assert(sizeof(Header) == 16);
-constexpr std::uint32_t kHasNormals = 1, kHasTextureCoordinates = 2, kHasColors = 8;
+constexpr std::uint32_t kHasNormals = 1, kHasTextureCoordinates = 2, kHasTangents = 4, kHasColors = 8;
+constexpr std::uint32_t kFlags = kHasNormals | kHasTextureCoordinates | kHasTangents | kHasColors;
 
 /// 64-bit arithmetic on 32-bit counts cannot overflow.
 std::uint64_t encoded_size(const Header& header) {
-  const std::uint64_t per_position = 24 + ((header.flags & kHasNormals) != 0 ? 12 : 0) +
-                                     ((header.flags & kHasTextureCoordinates) != 0 ? 8 : 0) +
-                                     ((header.flags & kHasColors) != 0 ? 16 : 0);
+  const auto size_if = [&](std::uint32_t flag, std::uint64_t size) { return (header.flags & flag) != 0 ? size : 0; };
+  const std::uint64_t per_position = 24 + size_if(kHasNormals, 12) + size_if(kHasTextureCoordinates, 8) +
+                                     size_if(kHasColors, 16) + size_if(kHasTangents, 16);
   return sizeof header + header.positions * per_position + std::uint64_t{header.triangles} * 12;
 }
 
@@ -103,6 +104,21 @@ Status check_colors(const Mesh& mesh) {
   return ok_status();
 }
 
+Status check_tangents(const Mesh& mesh) {
+  if (!mesh.tangents.empty() && mesh.tangents.size() != mesh.positions.size()) {
+    return invalid_argument("tangents: none or one for each of {} positions are expected, got {}",
+                            mesh.positions.size(), mesh.tangents.size());
+  }
+  for (std::size_t i = 0; i < mesh.tangents.size(); ++i) {
+    const auto& [x, y, z, sign] = mesh.tangents[i];
+    if (!(std::abs(x * x + y * y + z * z - 1) <= 1e-4f && std::abs(sign) == 1)) {
+      return invalid_argument("tangents[{}]: a unit vector and a sign are expected, got ({}, {}, {}, {})", i, x, y, z,
+                              sign);
+    }
+  }
+  return ok_status();
+}
+
 }  // namespace
 
 Status validate(const Mesh& mesh) {
@@ -118,6 +134,7 @@ Status validate(const Mesh& mesh) {
   LM_RETURN_IF_ERROR(check_normals(mesh));
   LM_RETURN_IF_ERROR(check_texture_coordinates(mesh));
   LM_RETURN_IF_ERROR(check_colors(mesh));
+  LM_RETURN_IF_ERROR(check_tangents(mesh));
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (const std::uint32_t index : mesh.triangles[i]) {
       if (index >= mesh.positions.size()) {
@@ -133,7 +150,7 @@ std::string encode_mesh(const Mesh& mesh) {
   LM_CHECK(validate(mesh).ok(), "{}", message_of(validate(mesh)));
   const Header header{.flags = (mesh.normals.empty() ? 0u : kHasNormals) |
                                (mesh.texture_coordinates.empty() ? 0u : kHasTextureCoordinates) |
-                               (mesh.colors.empty() ? 0u : kHasColors),
+                               (mesh.colors.empty() ? 0u : kHasColors) | (mesh.tangents.empty() ? 0u : kHasTangents),
                       .positions = static_cast<std::uint32_t>(mesh.positions.size()),
                       .triangles = static_cast<std::uint32_t>(mesh.triangles.size())};
   std::string bytes;
@@ -143,6 +160,7 @@ std::string encode_mesh(const Mesh& mesh) {
   append_array(bytes, mesh.normals);
   append_array(bytes, mesh.texture_coordinates);
   append_array(bytes, mesh.colors);
+  append_array(bytes, mesh.tangents);
   append_array(bytes, mesh.triangles);
   return bytes;
 }
@@ -153,7 +171,7 @@ Result<Mesh> decode_mesh(ByteView bytes) {
     return invalid_argument("mesh: {} bytes are less than a header", bytes.size());
   }
   std::memcpy(&header, bytes.data(), sizeof header);
-  if (header.magic != Header{}.magic || (header.flags & ~(kHasNormals | kHasTextureCoordinates | kHasColors)) != 0) {
+  if (header.magic != Header{}.magic || (header.flags & ~kFlags) != 0) {
     return invalid_argument("mesh: the bytes do not begin as an LMM1 mesh");
   }
   // Checks the sizes before any memory is allocated.
@@ -169,6 +187,7 @@ Result<Mesh> decode_mesh(ByteView bytes) {
   mesh.texture_coordinates =
       take_array<std::array<float, 2>>(bytes, (header.flags & kHasTextureCoordinates) != 0 ? positions : 0);
   mesh.colors = take_array<std::array<float, 4>>(bytes, (header.flags & kHasColors) != 0 ? positions : 0);
+  mesh.tangents = take_array<std::array<float, 4>>(bytes, (header.flags & kHasTangents) != 0 ? positions : 0);
   mesh.triangles = take_array<std::array<std::uint32_t, 3>>(bytes, header.triangles);
   if (Status status = validate(mesh); !status.ok()) {
     return with_context(status, "mesh");

@@ -25,6 +25,9 @@ struct Mesh {
   /// and opacity.
   std::vector<std::array<float, 4>> colors;
   std::vector<std::array<std::uint32_t, 3>> triangles;
+  /// Empty, or one (x, y, z, sign) per position, for normal maps: the direction of u, a unit vector. That of v is the
+  /// sign, 1 or -1, times normal × direction.
+  std::vector<std::array<float, 4>> tangents = {};
 };
 
 /// Checks sizes, index ranges and finiteness, and that there is at least one triangle. Degenerate triangles are
@@ -33,11 +36,13 @@ Status validate(const Mesh& mesh);
 
 /// The asset bytes of a mesh, little-endian, in this order, with nothing after them:
 /// - the characters "LMM1"
-/// - three uint32: flags (1 for normals, plus 2 for texture coordinates, plus 8 for colours), number of positions, number of triangles
+/// - three uint32: flags (1 for normals, plus 2 for texture coordinates, plus 4 for tangents, plus 8 for colours),
+///   number of positions, number of triangles
 /// - positions (3 float64 each)
 /// - normals (3 float32 each), if any
 /// - texture coordinates (2 float32 each), if any
 /// - colours (4 float32 each), if any
+/// - tangents (4 float32 each), if any
 /// - triangles (3 uint32 each)
 /// Meshes of equal bits give equal bytes. The mesh must be valid.
 std::string encode_mesh(const Mesh& mesh);

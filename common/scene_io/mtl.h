@@ -22,12 +22,13 @@ struct MtlMap {
   std::array<double, 2> scale{1, 1}, offset{0, 0};
   bool clamp = false;
   char channel = 0;  ///< of a scalar map: r, g, b, m (alpha), l (luminance); 0 if it is not given
+  double bump = 1;   ///< -bm
   int line = 0;      ///< of the statement, for messages
 
   /// Whether both mean the same. The line is ignored.
   friend bool operator==(const MtlMap& a, const MtlMap& b) {
     const auto meaning = [](const MtlMap& m) {
-      return std::tie(m.keyword, m.file, m.scale, m.offset, m.clamp, m.channel);
+      return std::tie(m.keyword, m.file, m.scale, m.offset, m.clamp, m.channel, m.bump);
     };
     return meaning(a) == meaning(b);
   }
@@ -90,6 +91,8 @@ enum class KaMeaning { automatic, emission, ambient };
 /// d, else 1 − Tr, times map_d is the opacity, except of what light enters. map_d is the alpha channel if it is the file of
 /// map_Kd, else the luminance. If no material is visible at all, d is left out with a notice: some programs write it the
 /// other way round.
+/// norm is a normal map, and map_Bump and bump are heights times -bm. A bump map whose name says so is read as a normal
+/// map, because programs write these there.
 ///
 /// Maps multiply their colour, which is white if absent. They become textures whose `file` is a path and whose asset is
 /// not set. Colours above 1 are cut, with a notice. What is assumed of Ka is a notice. A part that is left out of

@@ -20,7 +20,7 @@ std::string spelling(std::string_view keyword) {
 
 bool is_rendered(std::string_view keyword) {
   return keyword == "map_Kd" || keyword == "map_Ks" || keyword == "map_Ke" || keyword == "map_Pr" ||
-         keyword == "map_Pm" || keyword == "map_d";
+         keyword == "map_Pm" || keyword == "map_d" || keyword == "norm" || keyword == "map_Bump" || keyword == "bump";
 }
 
 /// Takes up to `most` numbers from the begin of the text.
@@ -96,6 +96,12 @@ class MapReader {
       const std::vector<double> values = take_numbers(rest_, wanted);
       if (values.size() != wanted) {
         return lines_.error("{}: {}: {} numbers are expected, got {}", map_.keyword, option_, wanted, values.size());
+      }
+      if (option_ == "-bm") {
+        if (std::abs(values[0]) > 1e6) {
+          return lines_.error("{}: -bm: a number of at most 1e6 is expected, got {}", map_.keyword, values[0]);
+        }
+        map_.bump = values[0];
       }
       if (option_ == "-mm" && (values[0] != 0 || values[1] != 1)) {
         leave_out(" -mm");

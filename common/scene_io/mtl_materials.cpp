@@ -65,6 +65,16 @@ bool d_counts(const std::vector<MtlMaterial>& materials, std::vector<std::string
   return false;
 }
 
+constexpr std::array<std::string_view, 3> kNormalKeywords{"norm", "map_Bump", "bump"};
+
+/// As in "wall_normal.png", "wall_nrm.png" and "wall_n.png".
+bool is_named_normal_map(const std::string& file) {
+  std::string stem = std::filesystem::path(file).stem().string();
+  std::ranges::transform(stem, stem.begin(), [](unsigned char c) { return std::tolower(c); });
+  return stem.find("normal") != std::string::npos || stem.find("nrm") != std::string::npos || stem.ends_with("_n") ||
+         stem.ends_with("_nor");
+}
+
 /// Converts materials one after the other. Textures are added to the scene's.
 class Mapper {
  public:
@@ -80,6 +90,9 @@ class Mapper {
     out.two_sided_emission = out.emission.rgb != RgbColor{};
     set_kind(out);
     set_opacity(out);
+    if (!std::holds_alternative<HoldoutMaterial>(out.kind)) {
+      set_normals(out);
+    }
     say_left_out();
     return out;
   }
@@ -259,6 +272,26 @@ class Mapper {
                             : map->channel == 'm' ? Channel::alpha
                                                   : Channel::luminance;
     return {texture(keyword, TextureImage::ColorSpace::linear), channel};
+  }
+
+  /// Of several maps, the first of these counts.
+  void set_normals(Material& out) {
+    const auto first =
+        std::ranges::find_if(kNormalKeywords, [&](auto keyword) { return from_->map(keyword) != nullptr; });
+    if (first == kNormalKeywords.end()) {
+      return;
+    }
+    const MtlMap& map = *from_->map(*first);
+    const bool named = is_named_normal_map(map.file);
+    if (map.keyword == "norm" || named) {
+      out.normal_map = {texture(*first, TextureImage::ColorSpace::linear), map.bump};
+    } else {
+      out.bump_map = {scalar_map(*first), map.bump};
+    }
+    if (map.keyword != "norm" && named) {
+      notices_.push_back(fmt::format("{}:{}: {} of material \"{}\" was read as a normal map, because of its name",
+                                     from_->file, map.line, map.keyword, from_->name));
+    }
   }
 
   /// The texture of a map. kNoTexture if the material has none.

@@ -219,6 +219,12 @@ void to_wire_material(const Material& material, const Textures& textures, v1::Ma
   if (material.opacity.mode != Opacity::Mode::opaque) {
     to_wire_opacity(material.opacity, textures, out->mutable_opacity());
   }
+  if (material.normal_map.texture != kNoTexture) {
+    to_wire_normal_map(material.normal_map, textures, out->mutable_normal_map());
+  }
+  if (material.bump_map.map.texture != kNoTexture) {
+    to_wire_bump_map(material.bump_map, textures, out->mutable_bump_map());
+  }
 }
 
 Result<Material> material_from_wire(const std::string& path, const v1::Material& material,
@@ -241,6 +247,12 @@ Result<Material> material_from_wire(const std::string& path, const v1::Material&
   }
   if (material.has_opacity()) {
     LM_ASSIGN_OR_RETURN(out.opacity, opacity_from_wire(path + ".opacity", material.opacity(), textures));
+  }
+  if (material.has_normal_map()) {
+    LM_ASSIGN_OR_RETURN(out.normal_map, normal_map_from_wire(path + ".normal_map", material.normal_map(), textures));
+  }
+  if (material.has_bump_map()) {
+    LM_ASSIGN_OR_RETURN(out.bump_map, bump_map_from_wire(path + ".bump_map", material.bump_map(), textures));
   }
   return out;
 }

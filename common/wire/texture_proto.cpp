@@ -119,12 +119,17 @@ Result<TexturedColor> textured_from_wire(const std::string& path, bool given, co
   return out;
 }
 
-void to_wire_map(const ScalarMap& map, const std::vector<TextureImage>& textures, v1::ScalarMap* out) {
+namespace {
+
+/// `Message`: ScalarMap or BumpMap.
+template <class Message>
+void to_wire_channel(const ScalarMap& map, const std::vector<TextureImage>& textures, Message* out) {
   out->set_texture(textures[map.texture].name);
   out->set_channel(static_cast<v1::ScalarMap::Channel>(static_cast<int>(map.channel) + 1));
 }
 
-Result<ScalarMap> map_from_wire(const std::string& path, const v1::ScalarMap& map, const TextureNames& textures) {
+template <class Message>
+Result<ScalarMap> channel_from_wire(const std::string& path, const Message& map, const TextureNames& textures) {
   ScalarMap out;
   LM_ASSIGN_OR_RETURN(out.texture, find_texture(path, map.texture(), textures));
   if (map.channel() != v1::ScalarMap::CHANNEL_UNSPECIFIED) {
@@ -133,6 +138,41 @@ Result<ScalarMap> map_from_wire(const std::string& path, const v1::ScalarMap& ma
     }
     out.channel = static_cast<ScalarMap::Channel>(static_cast<int>(map.channel()) - 1);
   }
+  return out;
+}
+
+}  // namespace
+
+void to_wire_map(const ScalarMap& map, const std::vector<TextureImage>& textures, v1::ScalarMap* out) {
+  to_wire_channel(map, textures, out);
+}
+
+Result<ScalarMap> map_from_wire(const std::string& path, const v1::ScalarMap& map, const TextureNames& textures) {
+  return channel_from_wire(path, map, textures);
+}
+
+void to_wire_normal_map(const NormalMap& map, const std::vector<TextureImage>& textures, v1::NormalMap* out) {
+  out->set_texture(textures[map.texture].name);
+  out->set_scale(map.scale);
+}
+
+Result<NormalMap> normal_map_from_wire(const std::string& path, const v1::NormalMap& map,
+                                       const TextureNames& textures) {
+  NormalMap out;
+  LM_ASSIGN_OR_RETURN(out.texture, find_texture(path, map.texture(), textures));
+  out.scale = map.has_scale() ? map.scale() : out.scale;
+  return out;
+}
+
+void to_wire_bump_map(const BumpMap& map, const std::vector<TextureImage>& textures, v1::BumpMap* out) {
+  to_wire_channel(map.map, textures, out);
+  out->set_height(map.height);
+}
+
+Result<BumpMap> bump_map_from_wire(const std::string& path, const v1::BumpMap& map, const TextureNames& textures) {
+  BumpMap out;
+  LM_ASSIGN_OR_RETURN(out.map, channel_from_wire(path, map, textures));
+  out.height = map.has_height() ? map.height() : out.height;
   return out;
 }
 

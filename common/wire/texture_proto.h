@@ -8,7 +8,9 @@
 #include "common/scene/document.h"
 
 namespace lightmill::v1 {
+class BumpMap;
 class Color;
+class NormalMap;
 class ScalarMap;
 class Texture;
 }  // namespace lightmill::v1
@@ -29,6 +31,10 @@ Result<TexturedColor> textured_from_wire(const std::string& path, bool given, co
                                          const TextureNames& textures);
 
 void to_wire_map(const ScalarMap& map, const std::vector<TextureImage>& textures, v1::ScalarMap* out);
+void to_wire_normal_map(const NormalMap& map, const std::vector<TextureImage>& textures, v1::NormalMap* out);
+Result<NormalMap> normal_map_from_wire(const std::string& path, const v1::NormalMap& map, const TextureNames& textures);
+void to_wire_bump_map(const BumpMap& map, const std::vector<TextureImage>& textures, v1::BumpMap* out);
+Result<BumpMap> bump_map_from_wire(const std::string& path, const v1::BumpMap& map, const TextureNames& textures);
 Result<ScalarMap> map_from_wire(const std::string& path, const v1::ScalarMap& map, const TextureNames& textures);
 
 }  // namespace lightmill

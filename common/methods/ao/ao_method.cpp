@@ -13,6 +13,7 @@
 #include "common/methods/factories.h"
 
 #include "common/methods/camera_method.h"
+#include "common/methods/shading_frame.h"
 #include "common/sampling/warp.h"
 
 namespace lightmill {
@@ -24,13 +25,13 @@ struct AoShader {
 
   V8 shade(const CameraHit8& at, RenderCounters& counters) const {
     const Surface8& s = at.surface;
-    const V8 facing = select(s.front, s.geometric_normal, -s.geometric_normal);
-    const Frame8 frame(select(s.front, s.shading_normal, -s.shading_normal));
+    const ShadingFrame8 shading(s);
     const Pair8 u = sobol_pair(U8(at.index), decision_seed(at.pixel_seed, kFirstPathDecision));
-    const V8 direction = frame.to_world(square_to_cosine_hemisphere(u));
+    V8 direction = shading.frame.to_world(square_to_cosine_hemisphere(u));
+    shading.turn(direction, M8());
     // Where the shading normal leans away from the geometric one, directions below the surface see no sky.
-    const M8 above = at.arrival.hits.hit & (dot(direction, facing) > F8(0.0f));
-    const Ray8 rays{s.point + facing * s.offset, direction, F8(distance)};
+    const M8 above = at.arrival.hits.hit & (dot(direction, shading.facing) > F8(0.0f));
+    const Ray8 rays{s.point + shading.facing * s.offset, direction, F8(distance)};
     const F8 open = visibility(above, rays, at, counters);
     const F8 value = select(at.arrival.hits.hit, open, masked(at.lanes, F8(1.0f)));
     return {value, value, value};

@@ -67,8 +67,8 @@ class CausticEstimator : public photons::GatherEstimator {
     }
     photons::add_visible_photons(
         tracer, *pass_, ws_.splats, ws_.counters,
-        [&](const photons::VisibleSplat8& splat, const auto& /*bsdf*/, const V8& /*wo*/, const Frame8& /*frame*/,
-            M8 lanes, const V8& value) { tracer.add_photons(lanes, splat.pixel, value, splat.photon.group); });
+        [&](const photons::VisibleSplat8& splat, const auto& /*bsdf*/, const V8& /*wo*/, const V8& /*wi*/, M8 lanes,
+            const V8& value) { tracer.add_photons(lanes, splat.pixel, value, splat.photon.group); });
   }
 };
 

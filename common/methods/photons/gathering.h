@@ -20,13 +20,13 @@ struct PhotonWorkspace : tracer::PathWorkspace<Path> {
   std::vector<const Splat*> splats;
 };
 
-/// Radiance scattered to wo per unit power of a photon from `from`: f · |cosine to the shading normal| / |cosine to the
-/// geometric one| (Veach 1997, 5.3.2).
-template <class Bsdf>
-V8 scattered_per_power(const Bsdf& bsdf, const V8& wo, const Frame8& frame, const V8& facing, const V8& from) {
-  const V8 wi = frame.to_local(from);
-  const F8 side = dot(from, facing);
-  return masked(tracer::scatters_to<Bsdf>(wi, side), bsdf.eval(wo, wi) * (F8(1.0f) / abs(side)));
+/// Calls `visit(wi, lanes, value)` for each image wi of a photon's direction `from`. `value` is the radiance scattered
+/// to wo per unit power: f · |cosine to the shading normal| / |cosine to the geometric one| (Veach 1997, 5.3.2).
+template <class Bsdf, class Visit>
+void for_each_scattered(const Bsdf& bsdf, const V8& wo, const ShadingFrame8& frame, const V8& from, M8 lanes,
+                        const Visit& visit) {
+  const F8 per_area = F8(1.0f) / abs(dot(from, frame.facing));
+  frame.for_each_wi<Bsdf>(from, lanes, [&](const V8& wi, M8 there) { visit(wi, there, bsdf.eval(wo, wi) * per_area); });
 }
 
 /// Finds the photons within `radius` of the points.
@@ -76,8 +76,8 @@ class GatherDiscs {
 };
 
 /// Photon density estimate (Jensen 1996, "Global Illumination using Photon Maps", eq. 3): the sum of f · power / (π
-/// radius²) over the photons on the disc. `weight(term, value)` may weight a term, and `add(term, value)` takes it. The
-/// layer `bias` gets the estimate minus the one with half the radius.
+/// radius²) over the photons on the disc. `weight(term, wi, value)` may weight a term, and `add(term, value)` takes it.
+/// The layer `bias` gets the estimate minus the one with half the radius.
 template <class Bsdf, class Weight, class Add>
 void estimate_density(tracer::Wavefront& film, const GatherDiscs& discs, const tracer::Vertex8& vertex,
                       const Bsdf& bsdf, const V8& wo, M8 lanes, const Weight& weight, const Add& add) {
@@ -85,8 +85,10 @@ void estimate_density(tracer::Wavefront& film, const GatherDiscs& discs, const t
   V8 beyond_half;
   for (std::uint32_t k = 0; k < discs.size(); ++k) {
     const GatherDiscs::Term8 term = discs.term(k);
-    const V8 scattered = scattered_per_power(bsdf, wo, vertex.frame, vertex.facing, term.photon.wi);
-    const V8 value = weight(term, masked(term.valid, term.photon.power * scattered * per_area));
+    V8 value;
+    for_each_scattered(bsdf, wo, vertex, term.photon.wi, term.valid, [&](const V8& wi, M8 there, const V8& scattered) {
+      value = value + masked(there, weight(term, wi, term.photon.power * scattered * per_area));
+    });
     if (film.channels().bias >= 0) {  // the disc of half the radius has a quarter of the area
       beyond_half = beyond_half + masked(term.valid, select(term.inside, value * F8(-3.0f), value));
     }
@@ -97,22 +99,23 @@ void estimate_density(tracer::Wavefront& film, const GatherDiscs& discs, const t
   }
 }
 
-/// Calls `add(splat, bsdf, wo, frame, lanes, value)` for the directly visible photons of a tile. `value` is what they
-/// add to their pixels.
+/// Calls `add(splat, bsdf, wo, wi, lanes, value)` for the directly visible photons of a tile. `value` is what they add
+/// to their pixels.
 template <class Add>
 void add_visible_photons(tracer::Wavefront& film, const PhotonPass& pass, std::vector<const Splat*>& splats,
                          RenderCounters& counters, const Add& add) {
   const CompiledScene& scene = film.scene();
   for_each_visible_splat(scene, pass, film.tile(), splats, counters, [&](const VisibleSplat8& splat) {
     const Surface8& surface = splat.surface;
-    const V8 facing = select(surface.front, surface.geometric_normal, -surface.geometric_normal);
-    const Frame8 frame(select(surface.front, surface.shading_normal, -surface.shading_normal));
-    const V8 wo = frame.to_local(-splat.direction);
+    const ShadingFrame8 frame(surface);
+    const V8 wo = frame.wo(-splat.direction);
     const V8 power = splat.photon.power * splat.arrival.transmittance * splat.per_power;
     for_each_kind(scene.materials(), surface, splat.lanes, [&](MaterialKind kind, M8 of_kind) {
       visit_bsdf(scene, kind, surface, splat.arrival.crossing, wo, of_kind, [&](const auto& bsdf, M8 lanes) {
         if constexpr (requires { bsdf.eval(wo, wo); }) {
-          add(splat, bsdf, wo, frame, lanes, power * scattered_per_power(bsdf, wo, frame, facing, splat.photon.wi));
+          for_each_scattered(bsdf, wo, frame, splat.photon.wi, lanes, [&](const V8& wi, M8 there, const V8& scattered) {
+            add(splat, bsdf, wo, wi, there, power * scattered);
+          });
         }
       });
     });
@@ -205,7 +208,8 @@ class GatherEstimator : public path::PathEstimator {
     const GatherDiscs discs(film, *pass_, ws_.found, radius, vertex);
     V8 sum;
     estimate_density(
-        film, discs, vertex, bsdf, wo, lanes, [](const GatherDiscs::Term8& /*term*/, const V8& value) { return value; },
+        film, discs, vertex, bsdf, wo, lanes,
+        [](const GatherDiscs::Term8& /*term*/, const V8& /*wi*/, const V8& value) { return value; },
         [&](const GatherDiscs::Term8& term, const V8& value) {
           if (film.channels().separates_lights()) {
             film.add_photons(term.valid, in.slot, in.throughput * value, term.photon.group);

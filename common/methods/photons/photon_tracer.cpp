@@ -14,7 +14,8 @@ using tracer::choice_decision;
 using tracer::decide;
 using tracer::light_decision;
 
-constexpr std::uint32_t kBatchPhotons = 1024;  ///< photons in flight
+constexpr std::uint32_t kBatchPhotons = 1024;  ///< photons that start together
+constexpr int kSplitBelow = 2048;              ///< photons in flight, up to which each may go on as four
 
 /// Eight photons in the queue.
 struct PhotonPath8 {
@@ -45,8 +46,9 @@ class PhotonTracer {
   PhotonTracer(const CompiledScene& scene, const PhotonSource& source, const PhotonPassPlan& plan,
                RenderCounters& counters)
       : scene_(scene), source_(source), plan_(plan), counters_(counters) {
-    now_.reserve(kBatchPhotons);
-    next_.reserve(kBatchPhotons);
+    const std::size_t rows = scene.features().normal_maps ? 4 * kSplitBelow : kBatchPhotons;
+    now_.reserve(rows);
+    next_.reserve(rows);
     out_.meters.resize(scene.meters().size());
   }
 
@@ -104,14 +106,14 @@ class PhotonTracer {
   }
 
   /// Eight photons at surfaces.
-  struct Vertex8 {
+  struct Vertex8 : ShadingFrame8 {
     const Path& photon;
     const Arrival8& arrival;
     const Surface8& surface;
-    V8 facing;     ///< the geometric normal on the ray's side
-    Frame8 frame;  ///< around the shading normal on the ray's side
     std::uint32_t number;
     M8 casters;
+    F8 weight = F8(1.0f);  ///< of the image of the photon's direction
+    M8 stored = {};        ///< lanes whose photon is stored
     // Of light paths only.
     vcm::Partial8 partial = {};  ///< on arrival
     F8 merging = F8(0.0f);
@@ -143,25 +145,74 @@ class PhotonTracer {
     photon.power = photon.power * arrival.transmittance;
     photon.tag = photon.tag + U8(1u);
     photon.media = arrival.media;
-    Vertex8 vertex{photon,
-                   arrival,
-                   surface,
-                   select(surface.front, surface.geometric_normal, -surface.geometric_normal),
-                   Frame8(select(surface.front, surface.shading_normal, -surface.shading_normal)),
-                   number,
-                   casters};
+    Vertex8 vertex{ShadingFrame8(surface), photon, arrival, surface, number, casters};
     if constexpr (kLightPaths) {
       vertex.partial = arrive(photon, surface.point, surface.geometric_normal, arrival.hits.hit, number);
       vertex.merging = plan_.merging.factor(surface.point, plan_.photons);
     }
-    const V8 wo = vertex.frame.to_local(-photon.direction);
-    for_each_kind(scene_.materials(), surface, scattered, [&](MaterialKind kind, M8 of_kind) {
-      visit_bsdf(scene_, kind, surface, arrival.crossing, wo, of_kind, [&](const auto& bsdf, M8 there) {
+    const V8 wi = vertex.frame.to_local(-photon.direction);
+    if ((scattered & vertex.bent).any()) [[unlikely]] {
+      scatter_images(vertex, wi, scattered);
+    } else {
+      scatter_from(vertex, wi, scattered);
+    }
+  }
+
+  /// Calls scatter for each BSDF of the surfaces. Light comes from wi.
+  void scatter_from(const Vertex8& vertex, const V8& wi, M8 lanes) {
+    for_each_kind(scene_.materials(), vertex.surface, lanes, [&](MaterialKind kind, M8 of_kind) {
+      visit_bsdf(scene_, kind, vertex.surface, vertex.arrival.crossing, wi, of_kind, [&](const auto& bsdf, M8 there) {
         if constexpr (!std::is_same_v<std::remove_cvref_t<decltype(bsdf)>, HoldoutSurface>) {
-          scatter(vertex, bsdf, wo, there);
+          scatter(vertex, bsdf, wi, there);
         }
       });
     });
+  }
+
+  /// Lanes that go the first and the second of two ways, and their weight.
+  struct Ways8 {
+    M8 first, second;
+    F8 weight;
+  };
+  /// `both`: those of the lanes that may also go the second way. They go both ways, or if there are many paths a drawn
+  /// one. Drawing alone would double and end paths in bumpy glass so often that few would carry all the light.
+  Ways8 ways(M8 lanes, M8 both, F8 u) const {
+    if (now_.size() <= kSplitBelow) {
+      return {lanes, both, F8(1.0f)};
+    }
+    const M8 second = both & (u < F8(0.5f));
+    return {and_not(lanes, second), second, select(both, F8(2.0f), F8(1.0f))};
+  }
+  /// Random numbers for the ways at a bent normal. Else only the start of a path takes light_decision.
+  Pair8 draw_ways(const Vertex8& vertex) const {
+    return hashed_pair(vertex.photon.index, decision_seed(U8(plan_.seed), light_decision(vertex.number)));
+  }
+
+  /// Scatters light from both images of a photon's direction (ShadingFrame8::for_each_wi). The second is behind a bent
+  /// normal if the first is.
+  void scatter_images(Vertex8& vertex, const V8& wi, M8 lanes) {
+    const V8 image = vertex.frame.to_local(mirror_image(-vertex.photon.direction, vertex.facing));
+    lanes = and_not(lanes, vertex.bent & (wi.z <= F8(0.0f)));
+    const Ways8 images = ways(lanes, lanes & vertex.bent & (image.z > F8(0.0f)), draw_ways(vertex).u);
+    vertex.weight = images.weight;
+    scatter_from(vertex, wi, images.first);
+    vertex.stored = images.first;
+    scatter_from(vertex, image, images.second);
+  }
+
+  /// Light leaves a bent normal in the sampled direction, and in its mirror image (ShadingFrame8::wo), where these are on
+  /// the right side of the geometric normal. The image is not if the first is not.
+  template <class Bsdf>
+  void leave_bent(const Vertex8& vertex, const Bsdf& bsdf, BsdfSample8 s, const V8& wi, const V8& direction, M8 lanes) {
+    const V8 image = mirror_image(direction, vertex.frame.n);
+    const F8 side = dot(image, vertex.facing);
+    const M8 right = select(s.transmitted, side<F8(0.0f), side> F8(0.0f));
+    const Ways8 sides = ways(lanes, lanes & vertex.bent & right, draw_ways(vertex).v);
+    s.weight = s.weight * (vertex.weight * sides.weight);
+    leave(vertex, bsdf, s, wi, direction, sides.first);
+    if (sides.second.any()) {
+      leave(vertex, bsdf, s, wi, image, sides.second);
+    }
   }
 
   /// Partial sums of light paths that arrive at a point.
@@ -179,11 +230,11 @@ class PhotonTracer {
   template <class Bsdf>
   void scatter(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
     const Path& in = vertex.photon;
-    Path out = in;
     const U8 seed(plan_.seed);
     BsdfSample8 s;
     if constexpr (requires { bsdf.eval(wo, wo); }) {
-      if (const M8 stored = kLightPaths ? lanes : and_not(lanes, vertex.casters); stored.any()) {
+      const M8 stored = and_not(kLightPaths ? lanes : and_not(lanes, vertex.casters), vertex.stored);
+      if (stored.any()) {
         store(vertex, stored);
       }
       s = tracer::draw_direction(bsdf, wo, in.index, seed, vertex.number);
@@ -192,8 +243,22 @@ class PhotonTracer {
     } else {
       s = bsdf.sample(wo, decide(in.index, seed, vertex.number, bsdf_decision(vertex.number)).u);
     }
+    const V8 direction = vertex.frame.to_world(s.wi);
+    if (vertex.bent.any()) [[unlikely]] {
+      leave_bent(vertex, bsdf, s, wo, direction, lanes);
+    } else {
+      leave(vertex, bsdf, s, wo, direction, lanes);
+    }
+  }
+
+  /// Continues paths in a direction, with the weights of light paths.
+  template <class Bsdf>
+  void leave(const Vertex8& vertex, const Bsdf& bsdf, const BsdfSample8& s, const V8& wo, const V8& direction,
+             M8 lanes) {
+    Path out = vertex.photon;
+    out.direction = direction;
     if constexpr (kLightPaths) {
-      const F8 cosine = abs(dot(vertex.frame.to_world(s.wi), vertex.facing));
+      const F8 cosine = abs(dot(out.direction, vertex.facing));
       out.partial = vcm::scatter_delta(vertex.partial, cosine);
       if constexpr (requires { bsdf.eval(wo, wo); }) {
         const F8 back = vcm::reverse_pdf(scene_, vertex.surface, vertex.arrival.crossing, bsdf, wo, s.wi, lanes);
@@ -205,17 +270,19 @@ class PhotonTracer {
     continue_path(vertex, s, wo, out, lanes);
   }
 
-  /// Light is traced as particles. Refraction does not scale them by eta², as it scales radiance. The correction for
-  /// shading normals has the directions exchanged (Veach 1997, 5.2.2 and 5.3.2). Russian roulette follows.
+  /// Queues a path in its new direction. Light is traced as particles. Refraction does not scale them by eta², as it
+  /// scales radiance. The correction for shading normals has the directions exchanged (Veach 1997, 5.2.2 and 5.3.2).
+  /// Russian roulette follows.
   void continue_path(const Vertex8& vertex, const BsdfSample8& s, const V8& wo, Path& out, M8 lanes) {
-    const F8 from = abs(dot(out.direction, vertex.facing)) * abs(s.wi.z);
+    const F8 from = abs(dot(vertex.photon.direction, vertex.facing)) * abs(s.wi.z);
     const F8 offset = vertex.surface.offset;
-    out.direction = vertex.frame.to_world(s.wi);
     out.origin = vertex.surface.point + vertex.facing * select(s.transmitted, -offset, offset);
     const F8 side = dot(out.direction, vertex.facing);
     lanes = and_not(lanes, select(s.transmitted, side > F8(0.0f), side < F8(0.0f)));
     const F8 normals = select(from > F8(0.0f), wo.z * abs(side) / from, F8(0.0f));
     out.power = out.power * s.weight * (s.eta * s.eta * normals);
+    // Roulette that followed the correction would kill paths along a bumpy surface, which it makes bright again later.
+    out.scale = select(vertex.bent & (normals > F8(0.0f)), out.scale / normals, out.scale);
     const F8 survival = max_component(out.power) * out.scale;
     const M8 at_risk = survival < F8(1.0f);
     const F8 u = hashed_number(out.index, decision_seed(U8(plan_.seed), choice_decision(vertex.number)));
@@ -316,49 +383,7 @@ class PhotonTracer {
   PhotonTrace out_;
 };
 
-/// Adds the media at the point where each light starts. `off`: distance from its centre along its axis, in sizes of the
-/// light.
-template <class Lights>
-void add_media(const CompiledScene& scene, const Lights& lights, double off, PhotonSource& source) {
-  for (std::size_t i = 0; i < lights.size(); ++i) {
-    const LightBounds b = lights.bounds(i);
-    const Vec3d middle = (b.low + b.high) * 0.5;
-    const double size = glm::length(b.high - b.low);
-    const double rounding = size > 0 ? 1e-5 * glm::length(middle) : 0.0;
-    alignas(32) std::uint32_t low[8], high[8];
-    const Media8 media = scene.media_at(Vec3(middle + b.axis * (off * size + rounding)), Vec3(b.axis));
-    media.low.store(low);
-    media.high.store(high);
-    source.media_low.push_back(low[0]);
-    source.media_high.push_back(high[0]);
-  }
-}
-
 }  // namespace
-
-PhotonSource photon_source(const CompiledScene& scene, PhotonKind kind) {
-  const CausticTargets& caustic = scene.caustic_targets();
-  const LightTable& lights = scene.lights();
-  const bool all = kind != PhotonKind::caustic;
-  BoundingSphere everything = caustic.scene;
-  if (!caustic.planes.empty()) {
-    everything.radius = std::numeric_limits<double>::infinity();
-  }
-  const std::span<const BoundingSphere> targets = all ? std::span(&everything, 1) : std::span(caustic.casters);
-  PhotonSource source{PhotonEmission(lights, targets, caustic.planes, caustic.scene, all), {}, {}};
-  if (scene.features().media && !source.emission.empty()) {
-    constexpr double kOnSphere = 0.57736;  // the diagonal of the box of a unit sphere is 2·√3; half of it, inverted
-    add_media(scene, lights.facets, 1e-5, source);
-    add_media(scene, lights.spheres, kOnSphere / 2, source);
-    add_media(scene, lights.points, 0, source);
-    add_media(scene, lights.spots, 0, source);
-    add_media(scene, lights.cosine_powers, 0, source);
-    add_media(scene, lights.ies, 0, source);
-    source.media_low.resize(lights.size() + 1, 0);  // an environment that is not sampled follows the lights
-    source.media_high.resize(lights.size() + 1, 0);
-  }
-  return source;
-}
 
 PhotonTrace trace_photons(const CompiledScene& scene, const PhotonSource& source, const PhotonPassPlan& plan,
                           RenderCounters& counters, const std::stop_token& stop) {

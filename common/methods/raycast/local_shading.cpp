@@ -9,16 +9,11 @@ LocalShading::LocalShading(const CompiledScene& scene, bool flat)
     : scene_(&scene), flat_(flat), ambient_(broadcast(Vec3(scene.lights().environment.mean_radiance()))) {}
 
 LitVertex8 LocalShading::vertex(const Arrival8& arrival, const Surface8& surface) const {
-  LitVertex8 out{arrival.rays.direction,
-                 surface,
-                 select(surface.front, surface.geometric_normal, -surface.geometric_normal),
-                 Frame8(select(surface.front, surface.shading_normal, -surface.shading_normal)),
-                 arrival.hits.geometry,
-                 arrival.media,
-                 arrival.crossing};
+  LitVertex8 out{ShadingFrame8(surface), arrival.rays.direction, surface,
+                 arrival.hits.geometry,  arrival.media,          arrival.crossing};
   if (flat_) {
     out.surface.shading_normal = surface.geometric_normal;
-    out.frame = Frame8(out.facing);
+    static_cast<ShadingFrame8&>(out) = ShadingFrame8(out.facing);
   }
   return out;
 }
@@ -51,7 +46,7 @@ V8 LocalShading::scattered(const LitVertex8& vertex, M8 lanes, RenderCounters& c
 V8 LocalShading::scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const {
   const MaterialTable& materials = scene_->materials();
   const Surface8& surface = vertex.surface;
-  const V8 wo = vertex.frame.to_local(-vertex.direction);
+  const V8 wo = vertex.wo(-vertex.direction);
   V8 albedo = materials.albedo(surface, lanes);  // of the rough lobes
   V8 light;
   switch (kind) {
@@ -95,8 +90,8 @@ V8 LocalShading::scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 la
 /// The background times irradiance with shadows over irradiance without shadows.
 V8 LocalShading::holdout(const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const {
   LitVertex8 flat = vertex;
-  flat.frame = Frame8(vertex.facing);
-  const V8 wo = flat.frame.to_local(-vertex.direction);
+  static_cast<ShadingFrame8&>(flat) = ShadingFrame8(vertex.facing);
+  const V8 wo = flat.wo(-vertex.direction);
   const Diffuse8 meter{broadcast(Vec3(kPi))};
   const V8 ambient = ambient_ * F8(kPi);
   const V8 arriving = ambient + lit(flat, meter, wo, lanes, counters);
@@ -129,30 +124,24 @@ V8 LocalShading::lit(const LitVertex8& vertex, const Bsdf& bsdf, const V8& wo, M
 template <class Bsdf>
 V8 LocalShading::lit_by(const LightSample8& light, std::uint32_t object, const LitVertex8& vertex, const Bsdf& bsdf,
                         const V8& wo, M8 lanes, RenderCounters& counters, Shadows shadows) const {
-  const V8 wi = vertex.frame.to_local(light.wi);
-  // Both normals must agree on the light's side. The shadow ray starts on that side.
-  const F8 side = dot(light.wi, vertex.facing);
-  M8 valid = lanes & light.valid;
-  V8 origin = vertex.surface.point;
+  V8 scattered;
+  vertex.for_each_wi<Bsdf>(light.wi, lanes & light.valid, [&](const V8& wi, M8 there) {
+    scattered = scattered + masked(there, bsdf.eval(wo, wi) * light.weight);
+  });
+  const M8 lit = max_component(scattered) > F8(0.0f);
+  scattered = masked(lit, scattered);
+  if (shadows == Shadows::none || lit.none()) {
+    return scattered;
+  }
+  // The shadow ray starts on the light's side.
+  V8 origin = vertex.surface.point + vertex.facing * vertex.surface.offset;
   Media8 media = vertex.media;
   if constexpr (Bsdf::kTransmits) {
-    const M8 through = wi.z < F8(0.0f);
-    valid = valid & (((wi.z > F8(0.0f)) & (side > F8(0.0f))) | (through & (side < F8(0.0f))));
-    origin = origin + vertex.facing * copysign(vertex.surface.offset, side);
-    media = select(through, vertex.crossing.beyond, media);
-  } else {
-    valid = valid & (wi.z > F8(0.0f)) & (side > F8(0.0f));
-    origin = origin + vertex.facing * vertex.surface.offset;
+    const F8 side = dot(light.wi, vertex.facing);
+    origin = vertex.surface.point + vertex.facing * copysign(vertex.surface.offset, side);
+    media = select(side < F8(0.0f), vertex.crossing.beyond, media);
   }
-  if (valid.none()) {
-    return {};
-  }
-  const V8 light_scattered = bsdf.eval(wo, wi) * light.weight;
-  valid = valid & (max_component(light_scattered) > F8(0.0f));
-  if (shadows == Shadows::none) {
-    return masked(valid, light_scattered);
-  }
-  return masked(valid, light_scattered) * arriving(valid, origin, light.point - origin, media, object, counters);
+  return scattered * arriving(lit, origin, light.point - origin, media, object, counters);
 }
 
 /// Transmittance from the point at `origin + way`; 0 in occluded lanes.

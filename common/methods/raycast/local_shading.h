@@ -11,16 +11,15 @@
 //     `smooth` of their BSDF (materials/bsdf.h).
 #pragma once
 
+#include "common/methods/shading_frame.h"
 #include "common/methods/transmittance.h"
 
 namespace lightmill {
 
 /// Eight rays at the surfaces that they hit.
-struct LitVertex8 {
+struct LitVertex8 : ShadingFrame8 {
   V8 direction;  ///< of the rays, unit
   Surface8 surface;
-  V8 facing;     ///< the geometric normal on the ray's side
-  Frame8 frame;  ///< around the shading normal on the ray's side
   U8 geometry;
   Media8 media;        ///< of the rays, in scenes with media
   Crossing8 crossing;  ///< at the surfaces, in scenes with media

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "common/materials/bsdf.h"
+#include "common/methods/shading_frame.h"
 #include "common/methods/tracer/lane_queue.h"
 #include "common/scene/compiled/compiled_scene.h"
 
@@ -37,11 +38,9 @@ struct Shadow8 {
 };
 
 /// Up to eight paths at surfaces, with what shading needs.
-struct Vertex8 {
+struct Vertex8 : ShadingFrame8 {
   const Path8& in;
   const Surface8& surface;
-  V8 facing;     ///< the geometric normal on the ray's side
-  Frame8 frame;  ///< around the shading normal on the ray's side
   std::uint32_t bounce;
   Crossing8 crossing = {};  ///< of medium boundaries, in scenes with media
 };
@@ -51,17 +50,6 @@ struct PathVertex8 : Vertex8 {
   const Path& path;
   [[no_unique_address]] typename Path::AtVertex at = {};
 };
-
-/// Whether a BSDF can scatter to `wi`: both normals must agree on its side. `side`: cosine to the geometric one.
-template <class Bsdf>
-M8 scatters_to(const V8& wi, F8 side) {
-  const M8 above = (wi.z > F8(0.0f)) & (side > F8(0.0f));
-  if constexpr (Bsdf::kTransmits) {
-    return above | ((wi.z < F8(0.0f)) & (side < F8(0.0f)));
-  } else {
-    return above;
-  }
-}
 
 /// Marks paths that left a holdout. They count the light that they hit, and end there.
 inline constexpr float kEndedScale = std::numeric_limits<float>::infinity();

@@ -115,7 +115,7 @@ class Tracer : public Wavefront {
       Path path;
       static_cast<Path8&>(path) = meter_paths(pixel, U8::load(&seeds[pixel]));
       const Surface8 surface = meter_surface(path, lanes);
-      Vertex vertex{{path, surface, normal, Frame8(normal), 0}, path};
+      Vertex vertex{{ShadingFrame8(normal), path, surface, 0}, path};
       estimator_.start_on_meter(*meter_, path, vertex.at);
       scatter(vertex, Diffuse8{broadcast(Vec3(1))}, vertex.frame.to_local(normal), lanes);
     }
@@ -180,10 +180,7 @@ class Tracer : public Wavefront {
       }
     }
     const Vertex vertex{
-        {in, surface, select(surface.front, surface.geometric_normal, -surface.geometric_normal),
-         Frame8(select(surface.front, surface.shading_normal, -surface.shading_normal)), bounce, passage.crossing},
-        in,
-        estimator_.arrive(in, surface, shaded)};
+        {ShadingFrame8(surface), in, surface, bounce, passage.crossing}, in, estimator_.arrive(in, surface, shaded)};
     for_each_kind(scene_.materials(), surface, shaded,
                   [&](MaterialKind kind, M8 of_kind) { shade_kind(kind, vertex, of_kind); });
   }
@@ -225,7 +222,7 @@ class Tracer : public Wavefront {
   }
 
   void shade_kind(MaterialKind kind, const Vertex& vertex, M8 lanes) {
-    const V8 wo = vertex.frame.to_local(-vertex.in.direction);
+    const V8 wo = vertex.wo(-vertex.in.direction);
     visit_bsdf(scene_, kind, vertex.surface, vertex.crossing, wo, lanes, [&](const auto& bsdf, M8 visible) {
       using Bsdf = std::remove_cvref_t<decltype(bsdf)>;
       if constexpr (std::is_same_v<Bsdf, HoldoutSurface>) {
@@ -254,9 +251,9 @@ class Tracer : public Wavefront {
     if ((max_component(shown) > F8(0.0f)).any()) {  // no light can arrive, so there is no shadow
       add_background(vertex.in, lanes, shown, vertex.bounce);
     }
-    const Vertex flat{{vertex.in, vertex.surface, vertex.facing, Frame8(vertex.facing), vertex.bounce, vertex.crossing},
+    const Vertex flat{{ShadingFrame8(vertex.facing), vertex.in, vertex.surface, vertex.bounce, vertex.crossing},
                       vertex.path};
-    scatter(flat, Holdout8::showing(background, unoccluded), flat.frame.to_local(-vertex.in.direction), lanes);
+    scatter(flat, Holdout8::showing(background, unoccluded), flat.wo(-vertex.in.direction), lanes);
   }
 
   void continue_specular(const Vertex& vertex, const BsdfSample8& sample, Path& out, M8 lanes) {
@@ -275,8 +272,7 @@ class Tracer : public Wavefront {
     if (scene_.features().media) {
       out.media = select(sample.transmitted, vertex.crossing.beyond, out.media);
     }
-    const F8 side = dot(out.direction, vertex.facing);
-    const M8 wrong = select(sample.transmitted, side > F8(0.0f), side < F8(0.0f));  // false where `side` is NaN
+    const M8 wrong = vertex.turn(out.direction, sample.transmitted);
     continue_path(out, and_not(lanes, wrong), vertex.bounce);
   }
 

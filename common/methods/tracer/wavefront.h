@@ -64,7 +64,7 @@ class Wavefront {
   }
   /// Samples a light and a point on it, as seen from `point`.
   LightSample8 draw_light(const V8& point, const Path8& path, std::uint32_t bounce) const;
-  /// Next-event estimation: queues the light of sampled points, times `weight(light, wi, lanes)`.
+  /// Next-event estimation: queues the light of sampled points, times `weight(light, wi, lanes)` for each image wi.
   template <class Bsdf, class Weight>
   void sample_lights(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes, const Weight& weight) {
     if (!scene_.features().lights) {
@@ -73,22 +73,26 @@ class Wavefront {
     const Path8& in = vertex.in;
     V8 origin = vertex.surface.point + vertex.facing * vertex.surface.offset;
     const LightSample8 light = draw_light(origin, in, vertex.bounce);
-    const V8 wi = vertex.frame.to_local(light.wi);
-    const F8 side = dot(light.wi, vertex.facing);
-    M8 valid = lanes & light.valid & scatters_to<Bsdf>(wi, side);
-    if constexpr (Bsdf::kTransmits) {
-      origin = vertex.surface.point + vertex.facing * copysign(vertex.surface.offset, side);
-    }
+    V8 contribution;
+    M8 valid;
+    vertex.for_each_wi<Bsdf>(light.wi, lanes & light.valid, [&](const V8& wi, M8 there) {
+      const V8 value = in.throughput * bsdf.eval(wo, wi) * light.weight * weight(light, wi, there);
+      contribution = contribution + masked(there, value);
+      valid = valid | there;
+    });
     if (valid.none()) {
       return;
     }
-    const V8 contribution = in.throughput * bsdf.eval(wo, wi) * light.weight * weight(light, wi, valid);
+    const F8 side = dot(light.wi, vertex.facing);
+    if constexpr (Bsdf::kTransmits) {
+      origin = vertex.surface.point + vertex.facing * copysign(vertex.surface.offset, side);
+    }
     if constexpr (Bsdf::kLosesSamples) {
       valid = and_not(valid, max_component(contribution) <= F8(0.0f));
     }
     Media8 media = in.media;
     if constexpr (Bsdf::kTransmits) {
-      media = select(wi.z < F8(0.0f), vertex.crossing.beyond, media);
+      media = select(side < F8(0.0f), vertex.crossing.beyond, media);
     }
     push_shadows(valid, origin, light, contribution, in.slot, media);
   }

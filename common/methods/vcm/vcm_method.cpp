@@ -159,9 +159,9 @@ class VcmEstimator : public tracer::EstimatorBase {
       return;
     }
     photons::add_visible_photons(tracer, *pass_, ws_.splats, ws_.counters,
-                                 [&](const photons::VisibleSplat8& splat, const auto& bsdf, const V8& wo,
-                                     const Frame8& frame, M8 lanes, const V8& value) {
-                                   const F8 back = bsdf.pdf_solid_angle(wo, frame.to_local(splat.photon.wi));
+                                 [&](const photons::VisibleSplat8& splat, const auto& bsdf, const V8& wo, const V8& wi,
+                                     M8 lanes, const V8& value) {
+                                   const F8 back = bsdf.pdf_solid_angle(wo, wi);
                                    const F8 light = behind(pass_->partials(splat.number, lanes),
                                                            pass_->merging_factor(splat.surface.point), back);
                                    const F8 weight = splatted(light, splat.film_pdf_area, light_paths());
@@ -217,8 +217,7 @@ class VcmEstimator : public tracer::EstimatorBase {
     photons::find_photons(pass_->merge_map, vertex.surface.point, radius, lanes, ws_.found, ws_.counters);
     photons::estimate_density(
         film, photons::GatherDiscs(film, *pass_, ws_.found, radius, vertex), vertex, bsdf, wo, lanes,
-        [&](const photons::GatherDiscs::Term8& term, const V8& value) {
-          const V8 wi = vertex.frame.to_local(term.photon.wi);
+        [&](const photons::GatherDiscs::Term8& term, const V8& wi, const V8& value) {
           const F8 back = reverse_pdf(scene_, vertex.surface, vertex.crossing, bsdf, wo, wi, term.valid);
           return value * merged(vertex.at.partial, pass_->partials(term.number, term.valid), vertex.at.merging,
                                 bsdf.pdf_solid_angle(wo, wi), back);
@@ -247,22 +246,23 @@ class VcmEstimator : public tracer::EstimatorBase {
       const Photon8 photon = photons::load_photons(pass.photons, number, active);
       const V8 way = photon.point - vertex.surface.point;
       const V8 direction = way * (F8(1.0f) / sqrt(length_squared(way)));
-      const V8 wi = vertex.frame.to_local(direction);
       const F8 side = dot(direction, vertex.facing);
-      const V8 value = in.throughput * bsdf.eval(wo, wi);
-      const M8 valid = active & tracer::scatters_to<Bsdf>(wi, side) & (max_component(value) > F8(0.0f)) &
-                       signed_less(photon.scatterings, U8(film.max_bounces() - vertex.bounce));
-      if (valid.none()) {
-        continue;
-      }
-      const F8 back = reverse_pdf(scene_, vertex.surface, vertex.crossing, bsdf, wo, wi, valid);
-      const V8 origin = vertex.surface.point + vertex.facing * copysign(vertex.surface.offset, side);
-      const Media8 media = select(side < F8(0.0f), vertex.crossing.beyond, in.media);
-      ws_.connections.push(valid, {origin, value, in.slot, number, bsdf.pdf_solid_angle(wo, wi),
-                                   behind(vertex.at.partial, vertex.at.merging, back), abs(side), media});
-      if (ws_.connections.size() >= static_cast<int>(connections_at_once_)) {
-        trace_connections(film);
-      }
+      const M8 short_enough = active & signed_less(photon.scatterings, U8(film.max_bounces() - vertex.bounce));
+      vertex.template for_each_wi<Bsdf>(direction, short_enough, [&](const V8& wi, M8 there) {
+        const V8 value = in.throughput * bsdf.eval(wo, wi);
+        const M8 valid = there & (max_component(value) > F8(0.0f));
+        if (valid.none()) {
+          return;
+        }
+        const F8 back = reverse_pdf(scene_, vertex.surface, vertex.crossing, bsdf, wo, wi, valid);
+        const V8 origin = vertex.surface.point + vertex.facing * copysign(vertex.surface.offset, side);
+        const Media8 media = select(side < F8(0.0f), vertex.crossing.beyond, in.media);
+        ws_.connections.push(valid, {origin, value, in.slot, number, bsdf.pdf_solid_angle(wo, wi),
+                                     behind(vertex.at.partial, vertex.at.merging, back), abs(side), media});
+        if (ws_.connections.size() >= static_cast<int>(connections_at_once_)) {
+          trace_connections(film);
+        }
+      });
     }
   }
 
@@ -288,21 +288,21 @@ class VcmEstimator : public tracer::EstimatorBase {
       if (seen.none()) {
         continue;
       }
-      const V8 facing = select(surface.front, surface.geometric_normal, -surface.geometric_normal);
-      const Frame8 frame(select(surface.front, surface.shading_normal, -surface.shading_normal));
-      const V8 wo = frame.to_local(-direction), wi = frame.to_local(photon.wi);
+      const ShadingFrame8 frame(surface);
+      const V8 wo = frame.wo(-direction);
       const F8 per_area = cosine / (distance * distance) * F8(light_paths());  // powers are shares of all paths
       const V8 value = c.value * arrival.transmittance * photon.power * per_area;
       const F8 merging = pass_->merging_factor(surface.point);
       for_each_kind(scene_.materials(), surface, seen, [&](MaterialKind kind, M8 of_kind) {
         visit_bsdf(scene_, kind, surface, arrival.crossing, wo, of_kind, [&](const auto& bsdf, M8 there) {
           if constexpr (requires { bsdf.eval(wo, wo); }) {
-            const F8 light = behind(pass_->partials(c.photon, there), merging, bsdf.pdf_solid_angle(wo, wi));
-            const F8 light_pdf = reverse_pdf(scene_, surface, arrival.crossing, bsdf, wo, wi, there);
-            const F8 weight = connected(c.behind, c.pdf, c.cosine, light, light_pdf, cosine, distance * distance);
-            const V8 sent = photons::scattered_per_power(bsdf, wo, frame, facing, photon.wi);
-            const V8 brought = masked(max_component(sent) > F8(0.0f), value * sent * weight);
-            film.add_light(there, c.slot, brought, false, photon.group);
+            photons::for_each_scattered(bsdf, wo, frame, photon.wi, there, [&](const V8& wi, M8 lit, const V8& sent) {
+              const F8 light = behind(pass_->partials(c.photon, lit), merging, bsdf.pdf_solid_angle(wo, wi));
+              const F8 light_pdf = reverse_pdf(scene_, surface, arrival.crossing, bsdf, wo, wi, lit);
+              const F8 weight = connected(c.behind, c.pdf, c.cosine, light, light_pdf, cosine, distance * distance);
+              const V8 brought = masked(max_component(sent) > F8(0.0f), value * sent * weight);
+              film.add_light(lit, c.slot, brought, false, photon.group);
+            });
           }
         });
       });

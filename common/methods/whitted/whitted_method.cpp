@@ -98,7 +98,7 @@ class WhittedShader {
 
   /// Queues the branches of smooth lobes.
   void follow(const LitVertex8& vertex, M8 lanes, const V8& weight, std::uint32_t scatterings, Walk& walk) const {
-    const V8 wo = vertex.frame.to_local(-vertex.direction);
+    const V8 wo = vertex.wo(-vertex.direction);
     const F8 eta = relative_index(*scene_, vertex.surface, vertex.crossing, lanes);
     dielectric::Fresnel8 fresnel = dielectric::fresnel(wo.z, eta);
     if (fixed_reflectance_) {
@@ -143,10 +143,9 @@ class WhittedShader {
   template <bool kTransmitted>
   void push(const LitVertex8& vertex, M8 lanes, const V8& wi, const V8& weight, std::uint32_t scatterings,
             Walk& walk) const {
-    const V8 direction = vertex.frame.to_world(wi);
+    V8 direction = vertex.frame.to_world(wi);
     // A branch ends if both normals disagree on its side of the surface.
-    const F8 side = dot(direction, vertex.facing);
-    const M8 wrong = kTransmitted ? side > F8(0.0f) : side < F8(0.0f);
+    const M8 wrong = vertex.turn(direction, M8(kTransmitted));
     lanes = and_not(lanes, wrong | (max_component(weight) < F8(kLeastWeight)));
     lanes = lanes & signed_less(walk.branches, U8(kMaxBranches));
     if (lanes.any()) {

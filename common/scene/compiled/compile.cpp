@@ -1,4 +1,5 @@
 #include <cmath>
+#include <set>
 
 #include "common/base/check.h"
 #include "common/math/transcendental.h"
@@ -116,6 +117,9 @@ class SceneCompiler {
       }
       scene.add(bounds.low);
       scene.add(bounds.high);
+      if (bends_normals(scene_.materials[scene_.objects[i].material])) {
+        bent_meshes_.insert(meshes_.of_object[i]);
+      }
     }
     frame_ = WorldFrame(scene);
   }
@@ -230,7 +234,8 @@ class SceneCompiler {
   void compile_plane(const Object& object, const PlaneShape& plane, const Affine& map) {
     const Vec3 point(frame_.to_frame(map(to_vec(plane.point))));
     const Vec3d normal = glm::normalize(near_one(map.normal_matrix() * near_one(to_vec(plane.normal))));
-    out_->geometry_.add_plane(object.material, point, static_cast<float>(1 / frame_.scale()), !scene_.textures.empty());
+    out_->geometry_.add_plane(object.material, point, static_cast<float>(1 / frame_.scale()), !scene_.textures.empty(),
+                              bends_normals(scene_.materials[object.material]));
     out_->accel_->add_plane(point, Vec3(normal));
     light_builder_.add_other();
   }
@@ -249,7 +254,8 @@ class SceneCompiler {
     const std::uint32_t material = scene_.objects[i].material;
     const std::vector<std::array<float, 3>> positions = frame_positions(mesh);
     out_->accel_->add_mesh(positions, mesh.triangles);
-    out_->geometry_.add_mesh(material, out_->geometry_.add_rows(mesh, positions, !scene_.textures.empty()));
+    out_->geometry_.add_mesh(material, out_->geometry_.add_rows(mesh, positions, !scene_.textures.empty(),
+                                                                bends_normals(scene_.materials[material])));
     light_builder_.add_mesh(material, positions, mesh, is_sampled(i));
   }
 
@@ -277,7 +283,8 @@ class SceneCompiler {
         positions.push_back({local.x, local.y, local.z});
       }
       p.number = out_->accel_->add_prototype(positions, mesh.triangles);
-      p.rows = out_->geometry_.add_rows(mesh, positions, !scene_.textures.empty());
+      p.rows = out_->geometry_.add_rows(mesh, positions, !scene_.textures.empty(),
+                                        bent_meshes_.contains(meshes_.of_object[i]));
     }
     return p;
   }
@@ -297,7 +304,10 @@ class SceneCompiler {
       rows[row][3] = static_cast<float>(origin[row]);
     }
     out_->accel_->add_instance(p.number, rows);
-    out_->geometry_.add_instance(scene_.objects[i].material, p.rows, glm::mat3(linear), glm::mat3(normal));
+    const std::uint32_t material = scene_.objects[i].material;
+    out_->geometry_.add_instance(material,
+                                 bends_normals(scene_.materials[material]) ? p.rows : p.rows.without_tangents(),
+                                 glm::mat3(linear), glm::mat3(normal));
     light_builder_.add_other();
   }
 
@@ -308,6 +318,7 @@ class SceneCompiler {
     out_->emitters_ = std::move(tables.emitters);
     out_->environment_group_ = tables.environment_group;
     out_->materials_ = MaterialTable(scene_, std::move(textures), tables.radiance, out_->geometry_.has_colors());
+    out_->normal_maps_ = NormalMaps(scene_, frame_.scale());
     out_->features_.lights = !out_->lights_.empty();
     out_->features_.environment = out_->lights_.environment.exists();
     out_->features_.holdouts = out_->materials_.uses(MaterialKind::holdout);
@@ -316,6 +327,7 @@ class SceneCompiler {
     }
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
       const Material& material = scene_.materials[scene_.objects[i].material];
+      out_->features_.normal_maps |= bends_normals(material);
       out_->features_.emissive_surfaces |= !is_black(material.emission);
       out_->features_.opacity |= opacity_of(i) != 1;
     }
@@ -324,8 +336,9 @@ class SceneCompiler {
   const Scene& scene_;
   std::unique_ptr<CompiledScene> out_;
   ObjectMeshes meshes_;
-  std::vector<Bounds> bounds_;  ///< one an object, in scene units
-  std::vector<Affine> maps_;    ///< one an object
+  std::vector<Bounds> bounds_;                         ///< one an object, in scene units
+  std::vector<Affine> maps_;                           ///< one an object
+  std::set<std::shared_ptr<const Mesh>> bent_meshes_;  ///< of materials with maps of normals
   std::map<const Mesh*, Bounds> boxes_;
   std::map<const Mesh*, Prototype> prototypes_;
   WorldFrame frame_;

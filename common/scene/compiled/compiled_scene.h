@@ -21,6 +21,7 @@
 #include "common/scene/compiled/material_table.h"
 #include "common/scene/compiled/medium_table.h"
 #include "common/scene/compiled/meter_table.h"
+#include "common/scene/compiled/normal_maps.h"
 #include "common/scene/compiled/world_frame.h"
 #include "common/scene/document.h"
 
@@ -46,7 +47,8 @@ struct SceneFeatures {
   bool environment = false;  ///< rays that leave the scene find light
   bool media = false;        ///< paths must know which media they are in
   bool holdouts = false;
-  bool opacity = false;  ///< surfaces that rays may pass
+  bool opacity = false;      ///< surfaces that rays may pass
+  bool normal_maps = false;  ///< some surface's normals are bent
 };
 
 /// The places that photons must reach to find all caustics, in the frame.
@@ -115,7 +117,13 @@ class CompiledScene {
   std::uint64_t bytes() const { return bytes_; }
 
   /// Surfaces at the hits: unit normals, a point on the surface, the material. Ray directions must be unit vectors.
-  Surface8 surface(const Ray8& rays, const Hit8& hits) const { return geometry_.surface(rays, hits); }
+  Surface8 surface(const Ray8& rays, const Hit8& hits) const {
+    Surface8 out = geometry_.surface(rays, hits);
+    if (out.bent.any()) {
+      normal_maps_.bend(geometry_, materials_.textures(), hits, out);
+    }
+    return out;
+  }
 
   /// The hits that rays may pass, because of the surface's opacity.
   M8 may_pass(const Hit8& hits, M8 lanes) const {
@@ -141,6 +149,7 @@ class CompiledScene {
   std::unique_ptr<Accel> accel_;
   GeometryTable geometry_;
   MaterialTable materials_;
+  NormalMaps normal_maps_;
   MediumTable media_;
   Media8 camera_media_;
   LightTable lights_;

@@ -33,6 +33,9 @@ void GeometryTable::push(Shape shape, std::uint32_t material, const MeshRows& me
   first_normal_.push_back(mesh.normals);
   first_coordinate_.push_back(mesh.coordinates);
   first_color_.push_back(mesh.colors);
+  first_derivative_.push_back(mesh.derivatives);
+  first_tangent_.push_back(mesh.tangents);
+  has_bent_normals_ |= mesh.derivatives != kNone;
   center_.push_back(center);
   radius_.push_back(radius);
   append(linear_, linear);
@@ -50,8 +53,10 @@ void GeometryTable::add_sphere(std::uint32_t material, const Vec3& center, float
   add_extent(Vec3(0));  // a sphere's only primitive
 }
 
-void GeometryTable::add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale, bool textured) {
-  push(kPlane, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone, kNone}, point,
+void GeometryTable::add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale, bool textured,
+                              bool bent) {
+  push(kPlane, material,
+       {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone, kNone, bent ? 0 : kNone}, point,
        coordinate_scale);
   has_planes_ = true;
   has_coordinates_ |= textured;
@@ -69,7 +74,7 @@ void GeometryTable::add_instance(std::uint32_t material, const MeshRows& mesh, c
 }
 
 GeometryTable::MeshRows GeometryTable::add_rows(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions,
-                                                bool textured) {
+                                                bool textured, bool bent) {
   MeshRows rows{static_cast<std::uint32_t>(triangle_extent_.size() / 4),
                 static_cast<std::uint32_t>(corners_.size() / 3), kNone, kNone, kNone};
   for (const auto& t : mesh.triangles) {
@@ -105,12 +110,40 @@ GeometryTable::MeshRows GeometryTable::add_rows(const Mesh& mesh, const std::vec
       vertex_colors_.insert(vertex_colors_.end(), c.begin(), c.end());
     }
   }
+  if (coordinates && bent) {
+    rows.derivatives = static_cast<std::uint32_t>(derivatives_.size() / 8);
+    add_derivatives(mesh, positions);
+    if (!mesh.tangents.empty()) {
+      rows.tangents = static_cast<std::uint32_t>(vertex_tangents_.size() / 4);
+      for (const auto& t : mesh.tangents) {
+        vertex_tangents_.insert(vertex_tangents_.end(), t.begin(), t.end());
+      }
+    }
+  }
   return rows;
+}
+
+/// Triangles whose texture coordinates span no area have none.
+void GeometryTable::add_derivatives(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions) {
+  for (const auto& t : mesh.triangles) {
+    const auto point = [&](std::size_t i) { return Vec3d(positions[t[i]][0], positions[t[i]][1], positions[t[i]][2]); };
+    const auto to = [&](std::size_t i, std::size_t axis) {
+      return double{mesh.texture_coordinates[t[i]][axis]} - mesh.texture_coordinates[t[0]][axis];
+    };
+    const Vec3d p1 = point(1) - point(0), p2 = point(2) - point(0);
+    const double area = to(1, 0) * to(2, 1) - to(2, 0) * to(1, 1);
+    const Vec3 by_u((p1 * to(2, 1) - p2 * to(1, 1)) / area), by_v((p2 * to(1, 0) - p1 * to(2, 0)) / area);
+    const float spanned = glm::dot(glm::cross(by_u, by_v), glm::cross(by_u, by_v));
+    for (const Vec3& v : {by_u, by_v}) {
+      lightmill::append(derivatives_, spanned > 0 && std::isfinite(spanned) ? v : Vec3(0));
+      derivatives_.push_back(0);
+    }
+  }
 }
 
 std::uint64_t GeometryTable::bytes() const {
   return shape_.size() * 128 + (triangle_extent_.size() + corners_.size() + vertex_normals_.size()) * 4 +
-         (texture_coordinates_.size() + vertex_colors_.size()) * 4;
+         (texture_coordinates_.size() + vertex_colors_.size() + derivatives_.size() + vertex_tangents_.size()) * 4;
 }
 
 // ---- looking up ----
@@ -148,6 +181,9 @@ Surface8 GeometryTable::surface(const Ray8& rays, const Hit8& hits) const {
   s.front = lanes & (dot(rays.direction, s.geometric_normal) < F8(0.0f));
   s.offset = surface_offset(s.geometric_normal, magnitude);
   s.shading_normal = s.geometric_normal;
+  if (has_bent_normals_) {
+    s.bent = and_not(lanes, first_derivative_.at(hits.geometry, lanes) == U8(kNone));
+  }
   if (has_normals_) {
     interpolate_normals(rays, hits, instances, s);
   }
@@ -201,10 +237,11 @@ void GeometryTable::interpolate_normals(const Ray8& rays, const Hit8& hits, M8 i
   const M8 usable = smooth & (length2 > F8(1e-12f));
   n = n * (F8(1.0f) / sqrt(length2));
   n = select(dot(n, s.geometric_normal) < F8(0.0f), -n, n);
-  // If the ray comes from behind the interpolated normal, there is no frame to shade in. The flat normal is used.
+  // If the ray comes from behind the interpolated normal, there is no frame to shade in. The flat normal is used. For
+  // maps of normals, shading_frame.h has another rule.
   const F8 cosine = dot(rays.direction, n);
   const M8 consistent = ~((cosine < F8(0.0f)) & ~s.front) & ~((cosine >= F8(0.0f)) & s.front);
-  s.shading_normal = select(usable & consistent, n, s.shading_normal);
+  s.shading_normal = select(usable & (consistent | s.bent), n, s.shading_normal);
 }
 
 /// White and opaque where the mesh has no colours.
@@ -249,6 +286,49 @@ void GeometryTable::find_texture_coordinates(const Hit8& hits, Surface8& s) cons
       s.v = select(planes, local.y * scale, s.v);
     }
   }
+}
+
+Tangents8 GeometryTable::derivatives(const Hit8& hits, const Surface8& surface, M8 lanes) const {
+  Tangents8 out;
+  const M8 planes = has_planes_ ? is_shape(kPlane, hits.geometry, lanes) : M8();
+  if (const M8 meshes = and_not(lanes, planes); meshes.any()) {
+    const U8 row = (first_derivative_.at(hits.geometry, meshes) + hits.primitive) << 1;
+    out = {gather_rows_of_four(derivatives_.data(), row, meshes),
+           gather_rows_of_four(derivatives_.data(), row + U8(1u), meshes)};
+  }
+  if (const M8 instances = has_instances_ ? is_shape(kInstance, hits.geometry, lanes) : M8(); instances.any()) {
+    out = {select(instances, multiply(linear_, hits.geometry, out.u, instances), out.u),
+           select(instances, multiply(linear_, hits.geometry, out.v, instances), out.v)};
+  }
+  if (planes.any()) {
+    const Frame8 frame(surface.geometric_normal);
+    const F8 per_unit = F8(1.0f) / radius_.at(hits.geometry, planes);
+    out = {select(planes, frame.s * per_unit, out.u), select(planes, frame.t * per_unit, out.v)};
+  }
+  return out;
+}
+
+/// A mirrored instance turns the frame over.
+void GeometryTable::use_vertex_tangents(const Hit8& hits, const Surface8& surface, M8 lanes,
+                                        Tangents8& tangents) const {
+  const U8 first = first_tangent_.at(hits.geometry, lanes);
+  const M8 given = and_not(lanes, first == U8(kNone));
+  if (given.none()) {
+    return;
+  }
+  const std::array<U8, 3> c = corners(hits, first, given);
+  const auto at = [&](U8 vertex) { return gather_rows_of_four(vertex_tangents_.data(), vertex, given); };
+  V8 u = at(c[0]) * (F8(1.0f) - hits.u - hits.v) + at(c[1]) * hits.u + at(c[2]) * hits.v;
+  F8 sign = gather(vertex_tangents_.data() + 3, c[0] << 2, given);
+  if (const M8 instances = has_instances_ ? is_shape(kInstance, hits.geometry, given) : M8(); instances.any()) {
+    const U8 column = hits.geometry + hits.geometry + hits.geometry;
+    const auto axis = [&](std::uint32_t i) { return gather3(linear_.data(), column + U8(i), instances); };
+    const M8 mirrored = instances & (dot(axis(0), cross(axis(1), axis(2))) < F8(0.0f));
+    sign = select(mirrored, -sign, sign);
+    u = select(instances, multiply(linear_, hits.geometry, u, instances), u);
+  }
+  tangents.u = select(given, u, tangents.u);
+  tangents.v = select(given, cross(surface.shading_normal, u) * sign, tangents.v);
 }
 
 }  // namespace lightmill

@@ -24,10 +24,18 @@ struct Surface8 {
   F8 u, v;              ///< texture coordinates if the material has textures, else 0
   V8 color;             ///< that the mesh's vertices give it, in scenes with such meshes (has_colors)
   F8 alpha;             ///< the same
+  M8 bent;              ///< the shading normal is that of a map (normal_maps.h), whatever the ray's direction
+};
+
+/// The derivatives of the surface's point by its texture coordinates at eight hits. 0 if there are none.
+struct Tangents8 {
+  V8 u, v;
 };
 
 /// One row per geometry, in the order of Accel's indices. Built by its adds, then immutable.
 class GeometryTable {
+  static constexpr std::uint32_t kNone = 0xffffffff;
+
  public:
   /// The first rows of a mesh.
   struct MeshRows {
@@ -36,30 +44,38 @@ class GeometryTable {
     std::uint32_t normals = 0;      ///< first vertex in vertex_normals_, or kNone
     std::uint32_t coordinates = 0;  ///< first vertex in texture_coordinates_, or kNone
     std::uint32_t colors = 0;       ///< first vertex in vertex_colors_, or kNone
+    // For materials with maps of normals:
+    std::uint32_t derivatives = kNone;  ///< first triangle in derivatives_, or kNone
+    std::uint32_t tangents = kNone;     ///< first vertex in vertex_tangents_, or kNone
+
+    MeshRows without_tangents() const { return {extents, corners, normals, coordinates, colors}; }
   };
 
   void add_sphere(std::uint32_t material, const Vec3& center, float radius, bool normal_inward);
   /// Texture coordinates are distances along the tangents times `coordinate_scale`. They are not needed without
-  /// `textured`.
-  void add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale, bool textured);
+  /// `textured`. `bent`: the material has a map of normals.
+  void add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale, bool textured, bool bent);
   void add_mesh(std::uint32_t material, const MeshRows& mesh);
   /// A mesh under an affine map: `linear` maps differences of its coordinates to the frame, `normal` its normals.
   void add_instance(std::uint32_t material, const MeshRows& mesh, const glm::mat3& linear, const glm::mat3& normal);
 
   /// Adds the rows for meshes and their instances. `positions` are the mesh's, in the coordinates in which rays are
-  /// traced.
-  MeshRows add_rows(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions, bool textured);
+  /// traced. `bent`: some material of the mesh has a map of normals.
+  MeshRows add_rows(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions, bool textured, bool bent);
 
   /// Surfaces at the hits: unit normals, a point on the surface, the material. Ray directions must be unit vectors.
   Surface8 surface(const Ray8& rays, const Hit8& hits) const;
 
   bool has_colors() const { return has_colors_; }
   U8 material(U8 geometry, M8 lanes) const { return material_.at(geometry, lanes); }
+  /// By texture coordinates alone.
+  Tangents8 derivatives(const Hit8& hits, const Surface8& surface, M8 lanes) const;
+  /// Replaces the directions by the mesh's own tangents, where it has some.
+  void use_vertex_tangents(const Hit8& hits, const Surface8& surface, M8 lanes, Tangents8& tangents) const;
 
   std::uint64_t bytes() const;
 
  private:
-  static constexpr std::uint32_t kNone = 0xffffffff;
   enum Shape : std::uint32_t { kMesh, kSphere, kPlane, kInstance };
 
   M8 is_shape(Shape shape, U8 geometry, M8 lanes) const { return lanes & (shape_.at(geometry, lanes) == U8(shape)); }
@@ -71,6 +87,7 @@ class GeometryTable {
   void interpolate_normals(const Ray8& rays, const Hit8& hits, M8 instances, Surface8& s) const;
   void find_texture_coordinates(const Hit8& hits, Surface8& s) const;
   void interpolate_colors(const Hit8& hits, Surface8& s) const;
+  void add_derivatives(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions);
   /// The three indices of the hit triangles' corners in an array that begins at `first`.
   std::array<U8, 3> corners(const Hit8& hits, U8 first, M8 lanes) const;
 
@@ -80,21 +97,25 @@ class GeometryTable {
   bool has_normals_ = false;
   bool has_coordinates_ = false;
   bool has_colors_ = false;
+  bool has_bent_normals_ = false;
 
   // One entry per geometry.
   Column<std::uint32_t> shape_;
   Column<std::uint32_t> material_;
   Column<std::uint32_t> inward_;  ///< spheres with a normal towards the centre
   Column<std::uint32_t> extents_, first_corner_, first_normal_, first_coordinate_, first_color_;  ///< MeshRows
-  VectorColumn center_;                        ///< of a sphere; a plane's point
-  Column<float> radius_;                       ///< of a sphere; a plane's coordinate scale
-  std::vector<float> linear_, normal_matrix_;  ///< of instances, 9 each, by columns
+  Column<std::uint32_t> first_derivative_, first_tangent_;  ///< MeshRows; planes: 0 or kNone
+  VectorColumn center_;                                     ///< of a sphere; a plane's point
+  Column<float> radius_;                                    ///< of a sphere; a plane's coordinate scale
+  std::vector<float> linear_, normal_matrix_;               ///< of instances, 9 each, by columns
 
   std::vector<float> triangle_extent_;      ///< 4 per triangle: sizes along x, y and z, and a 0
   std::vector<std::uint32_t> corners_;      ///< 3 vertices per triangle, of meshes with normals, coordinates or colours
   std::vector<float> vertex_normals_;       ///< 3 each
   std::vector<float> texture_coordinates_;  ///< 2 each
   std::vector<float> vertex_colors_;        ///< 4 each
+  std::vector<float> derivatives_;          ///< 8 per triangle: by u and a 0, by v and a 0
+  std::vector<float> vertex_tangents_;      ///< 4 each, as in Mesh
 };
 
 }  // namespace lightmill

@@ -5,6 +5,7 @@
 #include "common/base/overloaded.h"
 #include "common/scene/casters.h"
 #include "common/scene/compiled/convert.h"
+#include "common/scene/compiled/scalar_channel.h"
 
 namespace lightmill {
 namespace {
@@ -150,18 +151,9 @@ F8 MaterialTable::opacity(const Surface8& surface, M8 lanes) const {
 }
 
 F8 MaterialTable::map_at(const MapColumn& column, const Surface8& surface, M8 lanes) const {
-  using Channel = ScalarMap::Channel;
   const Texture::Rgba8 texel =
       textures_.lookup(column.texture.at(surface.material, lanes), surface.u, surface.v, lanes);
-  const U8 channel = column.channel.at(surface.material, lanes);
-  const auto is = [&](Channel c) { return channel == U8(static_cast<std::uint32_t>(c)); };
-  // Rec. 709
-  F8 value = F8(0.2126f) * texel.rgb.x + F8(0.7152f) * texel.rgb.y + F8(0.0722f) * texel.rgb.z;
-  value = select(is(Channel::r), texel.rgb.x, value);
-  value = select(is(Channel::g), texel.rgb.y, value);
-  value = select(is(Channel::b), texel.rgb.z, value);
-  value = select(is(Channel::alpha), texel.alpha, value);
-  return min(max(value, F8(0.0f)), F8(1.0f));
+  return min(max(channel_of(texel, column.channel.at(surface.material, lanes)), F8(0.0f)), F8(1.0f));
 }
 
 }  // namespace lightmill

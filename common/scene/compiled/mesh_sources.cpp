@@ -87,6 +87,11 @@ Mesh transformed(const Mesh& mesh, const Affine& map) {
     const Vec3d q = glm::normalize(near_one(normal_matrix * Vec3d(n[0], n[1], n[2])));
     n = {static_cast<float>(q.x), static_cast<float>(q.y), static_cast<float>(q.z)};
   }
+  for (auto& [x, y, z, sign] : out.tangents) {
+    const Vec3 t(glm::normalize(near_one(map.linear * Vec3d(x, y, z))));
+    std::tie(x, y, z) = std::tuple(t.x, t.y, t.z);
+    sign = map.mirrors() ? -sign : sign;
+  }
   if (map.mirrors()) {
     for (auto& t : out.triangles) {
       std::swap(t[1], t[2]);

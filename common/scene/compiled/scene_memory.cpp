@@ -16,6 +16,8 @@ constexpr std::uint64_t kOfPosition = 28;          ///< in single precision, twi
 constexpr std::uint64_t kOfNormal = 24;            ///< as tables grow
 constexpr std::uint64_t kOfCoordinate = 16;        ///< the same
 constexpr std::uint64_t kOfColor = 32;             ///< the same
+constexpr std::uint64_t kOfTangent = 32;           ///< the same
+constexpr std::uint64_t kOfBentTriangle = 64;      ///< the same, of materials with maps of normals
 constexpr std::uint64_t kOfGlowingTriangle = 650;  ///< of the lights' table
 constexpr std::uint64_t kOfObject = 1100;
 constexpr std::uint64_t kOfSkyPixel = 28;     ///< light_builder.cpp has the peak
@@ -24,7 +26,7 @@ constexpr std::uint64_t kOfScene = 16 << 20;  ///< loaded with a program's first
 /// The header of a mesh's asset (mesh.h).
 struct MeshHeader {
   std::uint64_t file_bytes = 0, positions = 0, triangles = 0;
-  bool normals = false, coordinates = false, colors = false;
+  bool normals = false, coordinates = false, colors = false, tangents = false;
 };
 
 MeshHeader header_of(ByteView bytes) {
@@ -36,6 +38,7 @@ MeshHeader header_of(ByteView bytes) {
     header.normals = (numbers[0] & 1) != 0;
     header.coordinates = (numbers[0] & 2) != 0;
     header.colors = (numbers[0] & 8) != 0;
+    header.tangents = (numbers[0] & 4) != 0;
     // If a header claims more than the file has, it cannot be decoded.
     header.positions = std::min<std::uint64_t>(numbers[1], bytes.size() / 24);
     header.triangles = std::min<std::uint64_t>(numbers[2], bytes.size() / 12);
@@ -44,11 +47,13 @@ MeshHeader header_of(ByteView bytes) {
 }
 
 /// The memory of an object with such a mesh, without the decoded mesh.
-std::uint64_t bytes_of(const MeshHeader& mesh, bool moved, bool glows) {
+std::uint64_t bytes_of(const MeshHeader& mesh, bool moved, bool glows, bool bent) {
   std::uint64_t bytes = mesh.triangles * kOfTriangle + mesh.positions * kOfPosition;
   bytes += mesh.normals ? mesh.positions * kOfNormal : 0;
   bytes += mesh.coordinates ? mesh.positions * kOfCoordinate : 0;
   bytes += mesh.colors ? mesh.positions * kOfColor : 0;
+  bytes += bent && mesh.coordinates ? mesh.triangles * kOfBentTriangle : 0;
+  bytes += bent && mesh.tangents ? mesh.positions * kOfTangent : 0;
   bytes += glows ? mesh.triangles * kOfGlowingTriangle : 0;
   bytes += moved ? mesh.file_bytes : 0;  // a copy in the scene's coordinates
   return bytes;
@@ -119,7 +124,8 @@ class Estimator {
       const bool glows = emission.r > 0 || emission.g > 0 || emission.b > 0;
       const bool instanced = users.at(mesh->asset) > 1 && header.triangles >= kInstancedTriangles && !glows;
       if (!instanced || held.insert(mesh->asset).second) {
-        sum_.add(bytes_of(header, !instanced && object.transform != kIdentityTransform, glows), name);
+        const bool bent = bends_normals(scene_.materials[object.material]);
+        sum_.add(bytes_of(header, !instanced && object.transform != kIdentityTransform, glows, bent), name);
         sum_.add_triangles(header.triangles);
       }
     }

@@ -70,6 +70,20 @@ struct Opacity {
 };
 /// The opacity of all of a surface. Nothing if it varies.
 std::optional<double> uniform_opacity(const Opacity& opacity);
+/// Shading normals in tangent space: 2 · texel − 1 is their part along u, along v (green points up the image) and
+/// along the interpolated normal.
+struct NormalMap {
+  std::uint32_t texture = kNoTexture;  ///< index into Scene::textures
+  double scale = 1;                    ///< of the parts along u and v
+  friend bool operator==(const NormalMap&, const NormalMap&) = default;
+};
+
+/// Heights over the surface, whose slopes change the shading normal.
+struct BumpMap {
+  ScalarMap map;
+  double height = 1;  ///< in scene units, where the map is 1
+  friend bool operator==(const BumpMap&, const BumpMap&) = default;
+};
 
 struct DiffuseMaterial {
   TexturedColor reflectance{0.5f, 0.5f, 0.5f};  ///< albedo, each in [0, 1]
@@ -133,7 +147,14 @@ struct Material {
   ScalarMap metallic_map = {};   ///< multiplies `metallic` of principled materials
   std::string light_group = {};  ///< of the emission; empty: none
   Opacity opacity = {};          ///< also of the emission; not of materials that light enters (is_boundary)
+  NormalMap normal_map = {};     ///< of all kinds but holdouts
+  BumpMap bump_map = {};         ///< instead of a normal map
 };
+
+/// Whether the material has a normal map or a bump map.
+inline bool bends_normals(const Material& material) {
+  return material.normal_map.texture != kNoTexture || material.bump_map.map.texture != kNoTexture;
+}
 
 /// The material's colours that may have a texture: those of its kind, and its emission.
 std::vector<const TexturedColor*> colors_of(const Material& material);

@@ -72,7 +72,16 @@ Status check_maps(const std::string& path, const Material& material) {
   if (material.metallic_map.texture != kNoTexture && !std::holds_alternative<PrincipledMaterial>(material.kind)) {
     return invalid_argument("{}.metallic_map: only a principled material has one", path);
   }
-  return ok_status();
+  const bool normals = material.normal_map.texture != kNoTexture, bumps = material.bump_map.map.texture != kNoTexture;
+  if (normals && bumps) {
+    return invalid_argument("{}.bump_map: give either a normal map or a bump map", path);
+  }
+  if ((normals || bumps) && std::holds_alternative<HoldoutMaterial>(material.kind)) {
+    return invalid_argument("{}.{}: a holdout has no shading normals", path, normals ? "normal_map" : "bump_map");
+  }
+  constexpr double kMostScale = 1e6;
+  LM_RETURN_IF_ERROR(check_range(path + ".normal_map.scale", material.normal_map.scale, -kMostScale, kMostScale));
+  return check_range(path + ".bump_map.height", material.bump_map.height, -kMaxCoordinate, kMaxCoordinate);
 }
 
 Status check_opacity(const std::string& path, const Material& material) {

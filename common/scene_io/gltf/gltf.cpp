@@ -125,7 +125,7 @@ class GltfScene {
     for (std::size_t i = 0; i < primitives.size() && data_.status().ok(); ++i) {
       const JsonNode primitive = primitives.at(i);
       const GltfMaterials::Used used = materials_.use(primitive["material"]);
-      std::optional<Mesh> triangles = read_primitive(data_, primitive, used.texture_set, notices_);
+      std::optional<Mesh> triangles = read_primitive(data_, primitive, used.texture_set, used.tangents, notices_);
       if (!triangles) {
         continue;
       }

@@ -41,7 +41,7 @@ GltfMaterials::Used GltfMaterials::use(const JsonNode& index) {
     texture_set_ = std::nullopt;
     Material material = map(from.tolerant());
     found->second = {static_cast<std::uint32_t>(loaded_.scene.materials.size()), texture_set_,
-                     from["extensions"]["KHR_materials_unlit"].present()};
+                     from["extensions"]["KHR_materials_unlit"].present(), material.normal_map.texture != kNoTexture};
     loaded_.scene.materials.push_back(std::move(material));
   }
   return found->second;
@@ -90,6 +90,13 @@ Material GltfMaterials::map(const JsonNode& from) {
   if (out.opacity.mode != Opacity::Mode::opaque && is_boundary(out)) {
     notices_.left_out("alpha of materials that transmit light");
     out.opacity = {};
+  }
+  const JsonNode normal = from["normalTexture"];
+  if (const std::uint32_t map = texture(normal, TextureImage::ColorSpace::linear); map != kNoTexture) {
+    out.normal_map = {map, normal["scale"].number(1, -1e6, 1e6)};
+    if (kind.coat > 0) {
+      notices_.once("normal maps also change the normals of clearcoats");
+    }
   }
   say_left_out(from);
   return out;
@@ -174,9 +181,8 @@ void GltfMaterials::set_gloss(const JsonNode& extensions, PrincipledMaterial& ou
 
 void GltfMaterials::say_left_out(const JsonNode& from) {
   const JsonNode extensions = from["extensions"];
-  const std::array<std::pair<JsonNode, std::string_view>, 9> parts{
-      {{from["normalTexture"], "normal maps"},
-       {from["occlusionTexture"], "occlusion maps (light is followed instead)"},
+  const std::array<std::pair<JsonNode, std::string_view>, 8> parts{
+      {{from["occlusionTexture"], "occlusion maps (light is followed instead)"},
        {extensions["KHR_materials_transmission"]["transmissionTexture"], "textures of transmission"},
        {extensions["KHR_materials_volume"]["thicknessTexture"], "textures of thickness (the shape itself counts)"},
        {extensions["KHR_materials_clearcoat"]["clearcoatTexture"], "textures of clearcoat"},

@@ -12,8 +12,8 @@
 namespace lightmill {
 
 /// Converts a file's materials, each once, on demand. Metallic-roughness with transmission, volume, ior, clearcoat,
-/// specular and emissive strength becomes a principled material. Unlit materials emit their colour. Emission 1 is a
-/// radiance of 1 W/(m² sr), as programs that write glTF mean it. Unsupported parts give notices.
+/// specular, emissive strength and normal maps becomes a principled material. Unlit materials emit their colour.
+/// Emission 1 is a radiance of 1 W/(m² sr), as programs that write glTF mean it. Unsupported parts give notices.
 class GltfMaterials {
  public:
   /// Materials, textures and images go to `loaded`. `file_name` is for later errors of images.
@@ -24,6 +24,7 @@ class GltfMaterials {
     std::uint32_t material = 0;                ///< index into the scene's materials
     std::optional<std::uint64_t> texture_set;  ///< of texture coordinates; nothing without a texture
     bool unlit = false;
+    bool tangents = false;  ///< it has a normal map
   };
   /// The material `index`. The default material if it is missing.
   Used use(const JsonNode& index);

@@ -171,6 +171,24 @@ void read_colors(const GltfData& data, const JsonNode& attribute, const Vertices
   }
 }
 
+void read_tangents(const GltfData& data, const JsonNode& attribute, const Vertices& vertices, Mesh& mesh) {
+  if (!fits(data, attribute, "tangents", vertices)) {
+    return;
+  }
+  std::size_t missing = 0;
+  for (const auto& [x, y, z, sign] : data.vectors<4>(attribute, vertices.used)) {
+    const double length = std::hypot(x, y, z);
+    missing += std::isfinite(length) && length > 1e-30 ? 0 : 1;
+    mesh.tangents.push_back({static_cast<float>(x / length), static_cast<float>(y / length),
+                             static_cast<float>(z / length), sign < 0 ? -1.0f : 1.0f});
+  }
+  if (missing > 0) {
+    attribute.fault(fmt::format("{} without a direction", counted(missing, "tangent")),
+                    "those of the texture coordinates are used");
+    mesh.tangents.clear();
+  }
+}
+
 void say_attributes_left_out(const JsonNode& primitive, std::optional<std::uint64_t> texture_set, Notices& notices) {
   for (const std::string& name : primitive["attributes"].keys()) {
     if (name.starts_with("COLOR_") && name != "COLOR_0") {
@@ -237,7 +255,7 @@ void Notices::once(std::string notice) {
 }
 
 std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primitive,
-                                   std::optional<std::uint64_t> texture_set, Notices& notices) {
+                                   std::optional<std::uint64_t> texture_set, bool tangents, Notices& notices) {
   const std::uint64_t mode = primitive["mode"].whole(kTriangles, 0, kFan);
   if (mode < kTriangles) {
     notices.left_out("points and lines");
@@ -292,6 +310,9 @@ std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primiti
   }
   if (const JsonNode colors = attributes["COLOR_0"]; colors.present()) {
     read_colors(data, colors, vertices, mesh);
+  }
+  if (tangents && attributes["TANGENT"].present()) {
+    read_tangents(data, attributes["TANGENT"], vertices, mesh);
   }
   if (!data.status().ok()) {
     return std::nullopt;

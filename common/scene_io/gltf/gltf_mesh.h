@@ -21,10 +21,10 @@ class Notices {
   std::vector<std::string>& list_;
 };
 
-/// The triangles of meshes[…].primitives[…], with the texture coordinates of this set if there is one. Nothing after an
-/// error, or without triangles (points, lines), which gives a notice. v is flipped: it grows upwards (mesh.h), but
-/// downwards in glTF.
+/// The triangles of meshes[…].primitives[…], with the texture coordinates of this set if there is one. `tangents`: with
+/// those of the file, if it has some. Nothing after an error, or without triangles (points, lines), which gives a
+/// notice. v is flipped: it grows upwards (mesh.h), but downwards in glTF.
 std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primitive,
-                                   std::optional<std::uint64_t> texture_set, Notices& notices);
+                                   std::optional<std::uint64_t> texture_set, bool tangents, Notices& notices);
 
 }  // namespace lightmill

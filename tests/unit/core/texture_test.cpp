@@ -134,6 +134,34 @@ TEST(Texture, ScaleMultipliesAndOffsetIsAdded) {
   EXPECT_EQ(red_at(texture, 0.6f, 0), 2);
 }
 
+/// Of red, per unit of u and of v.
+std::pair<float, float> slopes_at(const Texture& texture, float u, float v) {
+  alignas(32) float by_u[8], by_v[8];
+  const Texture::Slopes8 slopes = texture.slopes(F8(u), F8(v), M8(true));
+  slopes.u.rgb.x.store(by_u);
+  slopes.v.rgb.x.store(by_v);
+  return {by_u[3], by_v[3]};
+}
+
+// 0 1 2 3 above 4 5 6 7: 4 per unit of u and -8 per unit of v. Across the repeated edges it is back to the first texel.
+TEST(Texture, SlopesAreThoseToTheNeighbours) {
+  using Slopes = std::pair<float, float>;
+  const Texture repeated = bilinear(4, 2);
+  EXPECT_EQ(slopes_at(repeated, 0.5f, 0.5f), Slopes(4, -8));
+  EXPECT_EQ(slopes_at(repeated, 1, 1), Slopes(-12, 8));
+  EXPECT_EQ(slopes_at(nearest(4, 2), 0.5f, 0.5f), Slopes(4, -8));
+  EXPECT_EQ(slopes_at(bilinear(4, 2, TextureWrap::clamp), 9, 9), Slopes(0, 0));
+  const Texture mirror = bilinear(4, 2, TextureWrap::mirror);
+  EXPECT_EQ(slopes_at(mirror, 0, 0), Slopes(0, 0));
+  EXPECT_EQ(slopes_at(mirror, 1.5f, 0.5f), Slopes(-4, -8));
+  // Halfway between the middles of texels, the mean of two slopes counts.
+  EXPECT_EQ(slopes_at(repeated, 0.125f, 0.5f), Slopes((4 - 12) / 2.0f, -8));
+  const Texture scaled(numbered(4, 2), {TextureFilter::bilinear, {}, false, {-0.5f, 2}, {0.75f, -0.5f}});
+  EXPECT_EQ(slopes_at(scaled, 0.5f, 0.5f), Slopes(-2, -16));
+  const Texture far_away(numbered(4, 2), {TextureFilter::bilinear, {}, false, {1, 1}, {1024, 1e9f}});
+  EXPECT_EQ(slopes_at(far_away, 0.5f, 0.5f), Slopes(4, 0));
+}
+
 TEST(Texture, DecodingFollowsTheStandard) {
   for (int i = 0; i < 256; ++i) {
     const double x = i / 255.0;

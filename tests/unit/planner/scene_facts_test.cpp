@@ -27,6 +27,10 @@ TEST(Facts, FeaturesAreThoseOfTheScene) {
   EXPECT_EQ(features_of(read_facts(scene)),
             (std::vector<std::string>{"light sampling", "emissive surfaces", "constant environment", "media",
                                       "absorption", "lens"}));
+  Scene bumpy = scene_of({kWhite}, {kBulb});
+  bumpy.textures = {{"bumps", "bumps.png", {}}};
+  bumpy.materials[0].bump_map.map.texture = 0;
+  EXPECT_EQ(features_of(read_facts(bumpy)), (std::vector<std::string>{"light sampling", "textures", "normal maps"}));
 }
 
 TEST(Facts, MaterialsThatRaysPassAreNamed) {

@@ -88,6 +88,22 @@ TEST(Mesh, TheEncodingIsTheDocumentedOne) {
   EXPECT_EQ(alpha, 0.25f);
 }
 
+TEST(Mesh, TangentsSurviveTheRoundTrip) {
+  Mesh mesh = smooth_textured_triangle();
+  mesh.tangents = {{1, 0, 0, 1}, {0, 0.6f, 0.8f, -1}, {0, 0, -1, 1}};
+  const std::string bytes = encode_mesh(mesh);
+  ASSERT_EQ(bytes.size(), 16u + 3 * (24 + 12 + 8 + 16) + 12);
+  EXPECT_EQ(bytes[4], 7);
+  const Result<Mesh> back = decode_mesh(as_byte_view(bytes));
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->tangents, mesh.tangents);
+  EXPECT_EQ(encode_mesh(*back), bytes);
+  mesh.tangents[1][3] = 0.5f;
+  EXPECT_EQ(error_of(validate(mesh)), "tangents[1]: a unit vector and a sign are expected, got (0, 0.6, 0.8, 0.5)");
+  mesh.tangents.pop_back();
+  EXPECT_EQ(error_of(validate(mesh)), "tangents: none or one for each of 3 positions are expected, got 2");
+}
+
 TEST(Mesh, MistakesAreNamed) {
   EXPECT_EQ(error_of(validate(Mesh{})), "triangles: the mesh is empty, at least one triangle is expected");
   Mesh mesh = triangle();
@@ -128,7 +144,7 @@ TEST(Mesh, HostileBytesAreRefused) {
   EXPECT_EQ(decode_error("OFF1" + bytes.substr(4)), "mesh: the bytes do not begin as an LMM1 mesh");
   EXPECT_EQ(decode_error(bytes + "x"), "mesh: 3 positions and 1 triangles take 84 bytes, got 85");
   std::string flagged = bytes;
-  set_u32(flagged, 4, 4);
+  set_u32(flagged, 4, 8);
   EXPECT_EQ(decode_error(flagged), "mesh: the bytes do not begin as an LMM1 mesh");
   set_u32(flagged, 4, 2);
   EXPECT_EQ(decode_error(flagged), "mesh: 3 positions and 1 triangles take 108 bytes, got 84");

@@ -29,7 +29,7 @@ std::optional<Mesh> primitive(const GltfBuffer& buffer, const std::string& json,
                               std::vector<std::string>& notices, std::optional<std::uint64_t> set = std::nullopt) {
   const auto data = open(gltf(fmt::format(R"({},"meshes":[{{"primitives":[{}]}}])", buffer.embedded(), json)));
   Notices list(notices);
-  const auto mesh = read_primitive(*data, data->root()["meshes"].at(0)["primitives"].at(0), set, list);
+  const auto mesh = read_primitive(*data, data->root()["meshes"].at(0)["primitives"].at(0), set, false, list);
   error = data->status().ok() ? "no error" : message_of(data->status());
   const std::vector<std::string> faults = data->faults().notices();
   notices.insert(notices.end(), faults.begin(), faults.end());

@@ -113,6 +113,66 @@ TEST(GltfScene, TexturesOfExtensionsAloneAreLeftOut) {
   EXPECT_EQ(notices.size(), 1u);  // of the camera
 }
 
+/// The only mesh and material of a file with a normal map, and tangents.
+struct Mapped {
+  Mesh mesh;
+  Material material;
+  TextureImage texture;
+  std::vector<std::string> notices, faults;
+};
+Mapped mapped(const std::string& members, const std::vector<float>& tangents = {1, 0, 0, 1, 0, 2, 0, -1, 0, 0, 1, 1}) {
+  test::GltfBuffer buffer;
+  buffer.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
+  buffer.add(test::packed<float>({0, 0, 1, 0, 0, 1}), "VEC2", 5126, 3);
+  buffer.add(kPng, "SCALAR", 5121, kPng.size());
+  buffer.add(test::packed(tangents), "VEC4", 5126, 3);
+  const Result<LoadedScene> loaded = read(
+      test::gltf(fmt::format(
+          R"({},"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":1,"TANGENT":3}},"material":0}}]}}],
+"nodes":[{{"mesh":0}}],"samplers":[{{"wrapS":33071,"wrapT":33648}}],
+"images":[{{"bufferView":2}}],"textures":[{{"source":0,"sampler":0}}],"materials":[{{{}}}])",
+          buffer.embedded(), members)),
+      false);
+  EXPECT_TRUE(loaded.ok()) << loaded.status();
+  if (!loaded.ok()) {
+    return {};
+  }
+  const Scene& scene = loaded->scene;
+  const auto& shape = std::get<MeshShape>(scene.objects.at(0).shape);
+  return {*decode_mesh(as_byte_view(loaded->assets.at(shape.asset))), scene.materials.at(0),
+          scene.textures.empty() ? TextureImage{} : scene.textures[0], loaded->notices, loaded->faults.notices()};
+}
+
+TEST(GltfScene, NormalTexturesAreNormalMaps) {
+  const Mapped plain = mapped(R"("normalTexture":{"index":0})");
+  EXPECT_EQ(plain.material.normal_map, (NormalMap{0, 1}));
+  EXPECT_EQ(plain.texture.color_space, TextureImage::ColorSpace::linear);
+  EXPECT_EQ(plain.texture.wrap, (std::array{TextureImage::Wrap::clamp, TextureImage::Wrap::mirror}));
+  EXPECT_EQ(plain.notices.size(), 1u);  // of the camera
+  const Mapped placed = mapped(
+      R"("normalTexture":{"index":0,"scale":-0.5,"extensions":{"KHR_texture_transform":{"scale":[2,3],"offset":[0.25,0]}}})");
+  EXPECT_EQ(placed.material.normal_map, (NormalMap{0, -0.5}));
+  EXPECT_EQ(placed.texture.scale, (std::array{2.0, 3.0}));
+  EXPECT_EQ(placed.texture.offset, (std::array{0.25, -2.0}));
+  const Mapped coated =
+      mapped(R"("normalTexture":{"index":0},"extensions":{"KHR_materials_clearcoat":{"clearcoatFactor":1}})");
+  EXPECT_EQ(coated.notices[0], "normal maps also change the normals of clearcoats");
+  // The colour's texture is another one: it is not data.
+  const Mapped both = mapped(R"("pbrMetallicRoughness":{"baseColorTexture":{"index":0}},"normalTexture":{"index":0})");
+  EXPECT_EQ(both.material.normal_map.texture, 1u);
+  EXPECT_EQ(both.texture.color_space, TextureImage::ColorSpace::srgb);
+}
+
+TEST(GltfScene, TangentsAreThoseOfTheFile) {
+  const Mapped given = mapped(R"("normalTexture":{"index":0})");
+  EXPECT_EQ(given.mesh.tangents, (std::vector<std::array<float, 4>>{{1, 0, 0, 1}, {0, 1, 0, -1}, {0, 0, 1, 1}}));
+  EXPECT_TRUE(mapped("").mesh.tangents.empty());
+  const Mapped broken = mapped(R"("normalTexture":{"index":0})", {1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 1});
+  EXPECT_TRUE(broken.mesh.tangents.empty());
+  EXPECT_EQ(broken.faults, std::vector<std::string>{"a.gltf: meshes[0].primitives[0].attributes.TANGENT: 1 tangent "
+                                                    "without a direction; those of the texture coordinates are used"});
+}
+
 TEST(GltfScene, VolumesAbsorb) {
   const Material amber = material(
       R"("pbrMetallicRoughness":{"metallicFactor":0},"extensions":{"KHR_materials_transmission":{"transmissionFactor":1},

@@ -130,10 +130,34 @@ TEST(Mtl, KaEmitsOnlyIfItCanMeanNothingElse) {
             std::vector<std::string>{"Ka was read as ambient light and left out, because materials emit by Ke"});
 }
 
+TEST(Mtl, NormsAreNormalMapsAndBumpsAreHeights) {
+  std::vector<std::string> notices;
+  Scene scene;
+  map_materials(
+      read_good("newmtl norm\nnorm -bm 0.5 n.png\nbump b.png\nnewmtl bump\nmap_bump -bm 0.25 -imfchan g b.png\n"
+                "newmtl blender\nmap_Bump -bm 2 Wall_NORMAL.png\nnewmtl plain\nillum 3\nbump b.png\n"
+                "newmtl hold\nillum 10\nbump b.png\n"),
+      KaMeaning::automatic, scene, notices);
+  const auto& materials = scene.materials;
+  EXPECT_EQ(materials[0].normal_map, (NormalMap{0, 0.5}));
+  EXPECT_EQ(materials[0].bump_map, BumpMap{});
+  EXPECT_EQ(materials[1].bump_map, (BumpMap{{1, ScalarMap::Channel::g}, 0.25}));
+  EXPECT_EQ(materials[1].normal_map, NormalMap{});
+  EXPECT_EQ(materials[2].normal_map, (NormalMap{2, 2}));
+  EXPECT_EQ(materials[3].bump_map, (BumpMap{{1, ScalarMap::Channel::luminance}, 1}));
+  EXPECT_FALSE(bends_normals(materials[4]));
+  for (const TextureImage& texture : scene.textures) {
+    EXPECT_EQ(texture.color_space, TextureImage::ColorSpace::linear) << texture.file;
+  }
+  EXPECT_EQ(notices, (std::vector<std::string>{
+                         "left out: box.mtl:3: bump of material \"norm\" and of 1 other",
+                         "box.mtl:7: map_Bump of material \"blender\" was read as a normal map, because of its name"}));
+}
+
 TEST(Mtl, OmissionsAreReported) {
   std::vector<std::string> notices;
   const auto materials = materials_of(
-      "newmtl a\nKd 2 1 1\nmap_Pr a.png\nd 0.5\nbump b.png\nnewmtl b\nillum 13\nKs 1 1 1\nnewmtl c\nillum 2\n"
+      "newmtl a\nKd 2 1 1\nmap_Pr a.png\nd 0.5\nrefl b.png\nnewmtl b\nillum 13\nKs 1 1 1\nnewmtl c\nillum 2\n"
       "Ks 0 0 0\nnewmtl d\nillum 77\n",
       KaMeaning::automatic, notices);
   const auto& a = std::get<PrincipledMaterial>(materials[0].kind);
@@ -145,7 +169,7 @@ TEST(Mtl, OmissionsAreReported) {
       notices,
       (std::vector<std::string>{
           "box.mtl:2: Kd of material \"a\" is above 1 and was cut: a surface cannot reflect more than it gets",
-          "left out: box.mtl:5: bump of material \"a\"",
+          "left out: box.mtl:5: refl of material \"a\"",
           "box.mtl:7: illum 13 of material \"b\" was read as glass that absorbs 1/Kd - 1 and scatters Ks per unit of "
           "length",
           "left out: box.mtl:13: illum 77 of material \"d\"; it is rendered as diffuse"}));
@@ -189,9 +213,10 @@ TEST(Mtl, MapOptionsAreRead) {
   const MtlMaterial& material = read.front();
   EXPECT_EQ(material.maps, (std::vector<MtlMap>{{"map_Pr", "rough.png", {1, 1}, {0, 0}, false, 'g'},
                                                 {"map_Ke", "-weird.png", {1, 1}, {0, 0}, false},
-                                                {"map_Kd", "third -s.png", {1, 1}, {0, 0}, false}}));
-  EXPECT_EQ(material.unused,
-            (std::vector<MtlUnused>{{"map_Kd -mm"}, {"map_Kd -t"}, {"bump"}, {"map_Bump"}, {"refl -type"}, {"refl"}}));
+                                                {"map_Kd", "third -s.png", {1, 1}, {0, 0}, false},
+                                                {"bump", "b.png", {1, 1}, {0, 0}, false, 0, 0.5},
+                                                {"map_Bump", "c.png", {1, 1}, {0, 0}, false}}));
+  EXPECT_EQ(material.unused, (std::vector<MtlUnused>{{"map_Kd -mm"}, {"map_Kd -t"}, {"refl -type"}, {"refl"}}));
   const std::vector<MtlMaterial> first = read_good("newmtl a\nmap_Kd -s 2 3 1 -o 0.5 -clamp on my wood.png");
   EXPECT_EQ(*first.front().map("map_Kd"), (MtlMap{"map_Kd", "my wood.png", {2, 3}, {0.5, 0}, true}));
   EXPECT_EQ(first.front().map("map_Ks"), nullptr);

@@ -183,6 +183,41 @@ TEST(MaterialJson, OpacityHasAValueAMapAndACutoff) {
   }
 }
 
+TEST(MaterialJson, NormalMapsAndBumpMapsAreRead) {
+  const auto with_texture = [](const std::string& material) {
+    std::string text = material_document(material);
+    text.insert(1, R"("textures": [{"name": "t", "file": "t.png"}], )");
+    return read_scene_json(text, "m.json");
+  };
+  const auto good = [&](const std::string& map) {
+    const Result<SceneFile> file = with_texture(R"("mirror": {}, )" + map);
+    EXPECT_TRUE(file.ok()) << file.status();
+    const Result<Scene> back = unpack_scene(pack_scene(file->draft.scene));
+    EXPECT_TRUE(back.ok()) << back.status();
+    return back->materials[0];
+  };
+  EXPECT_EQ(good(R"("normal_map": {"texture": "t"})").normal_map, (NormalMap{0, 1}));
+  EXPECT_EQ(good(R"("normal_map": {"texture": "t", "scale": -0.5})").normal_map, (NormalMap{0, -0.5}));
+  EXPECT_EQ(good(R"("bump_map": {"texture": "t"})").bump_map, (BumpMap{{0, ScalarMap::Channel::luminance}, 1}));
+  EXPECT_EQ(good(R"("bump_map": {"texture": "t", "channel": "B", "height": 0})").bump_map,
+            (BumpMap{{0, ScalarMap::Channel::b}, 0}));
+  const auto refusal = [&](const std::string& material) {
+    const Result<SceneFile> bad = with_texture(material);
+    const std::string message = bad.ok() ? "materials[0]: no error" : message_of(bad.status());
+    return message.substr(message.find("materials[0]"));
+  };
+  EXPECT_EQ(refusal(R"("mirror": {}, "normal_map": {"texture": "u"})"),
+            "materials[0].normal_map.texture: unknown texture \"u\"; textures must name it");
+  EXPECT_EQ(refusal(R"("mirror": {}, "normal_map": {"texture": "t"}, "bump_map": {"texture": "t"})"),
+            "materials[0].bump_map: give either a normal map or a bump map");
+  EXPECT_EQ(refusal(R"("holdout": {}, "bump_map": {"texture": "t"})"),
+            "materials[0].bump_map: a holdout has no shading normals");
+  EXPECT_EQ(refusal(R"("mirror": {}, "bump_map": {"texture": "t", "height": 1e13})"),
+            "materials[0].bump_map.height: must be in [-1000000000000, 1000000000000], got 10000000000000");
+  EXPECT_EQ(refusal(R"("mirror": {}, "normal_map": {"texture": "t", "scale": 1e7})"),
+            "materials[0].normal_map.scale: must be in [-1000000, 1000000], got 10000000");
+}
+
 TEST(MaterialJson, MapsNameTexturesAndChannels) {
   const auto with_texture = [](const std::string& material) {
     std::string text = material_document(material);

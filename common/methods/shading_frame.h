@@ -1,0 +1,91 @@
+// Local frames of surfaces, in which methods evaluate BSDFs, and the rules where a map bends the shading normal.
+//
+// A bent normal N leaves the geometric one, G, by up to 87 degrees. Then some directions on the right side of G are
+// behind N, and BSDFs scatter into directions behind G. Both would be black. The rules below keep the light:
+//   - Light leaves to `wo`. If wo is behind N, the BSDF gets its mirror image about the plane of N. So radiance is
+//     continuous there, and diffuse surfaces look the same from everywhere.
+//   - Light that the BSDF takes from `wi` behind G comes from the mirror image of wi about the plane of G: a facet stands
+//     on a mirror. So a sampled direction is never lost, and eval is a sum over both images of a direction.
+// The albedo is that of the BSDF: at most 1, and 1 for a white diffuse surface or mirror. N depends on no direction. So
+// light paths and camera paths use the same frame and the same densities, and vcm's weights sum to 1.
+//
+// Two published rules were compared. Microfacet-based normal mapping (Schüssler, Heitz, Hanika and Dachsbacher 2017) is
+// reciprocal, but its second facet fills the shadows: a diffuse surface tilted by θ gets cos α cos θ from a light at α to
+// G, on either side, so maps of diffuse surfaces do not show in the sun. Cycles' ensure_valid_specular_reflection bends N
+// by wo until no mirror direction is behind G. Then light paths have other frames than camera paths, and cannot invert
+// mirrors.
+//
+// The BSDF is not reciprocal. Light paths scatter by its adjoint (Veach 1997, 5.3), see photon_tracer.cpp.
+#pragma once
+
+#include "common/scene/compiled/compiled_scene.h"
+
+namespace lightmill {
+
+/// Whether a BSDF can scatter to `wi`: both normals must agree on its side. `side`: cosine to the geometric one.
+template <class Bsdf>
+M8 scatters_to(const V8& wi, F8 side) {
+  const M8 above = (wi.z > F8(0.0f)) & (side > F8(0.0f));
+  if constexpr (Bsdf::kTransmits) {
+    return above | ((wi.z < F8(0.0f)) & (side < F8(0.0f)));
+  } else {
+    return above;
+  }
+}
+
+/// The mirror image of a direction about the plane of a unit normal.
+inline V8 mirror_image(const V8& direction, const V8& normal) {
+  return direction - normal * (F8(2.0f) * dot(direction, normal));
+}
+
+struct ShadingFrame8 {
+  V8 facing;     ///< the geometric normal on the ray's side
+  Frame8 frame;  ///< around the shading normal on the ray's side
+  M8 bent;       ///< see Surface8
+
+  explicit ShadingFrame8(const Surface8& surface)
+      : facing(select(surface.front, surface.geometric_normal, -surface.geometric_normal)),
+        frame(select(surface.front, surface.shading_normal, -surface.shading_normal)),
+        bent(surface.bent) {}
+  /// The same normal for both.
+  explicit ShadingFrame8(const V8& normal) : facing(normal), frame(normal) {}
+
+  /// The direction in which light leaves, as BSDFs take it: in the local frame, with a positive z.
+  V8 wo(const V8& direction) const {
+    V8 out = frame.to_local(direction);
+    out.z = select(bent, max(abs(out.z), F8(kLeastCosine)), out.z);
+    return out;
+  }
+
+  /// Calls `visit(wi, lanes)` for each image of a direction from which the BSDF takes light, in the local frame.
+  template <class Bsdf, class Visit>
+  void for_each_wi(const V8& direction, M8 lanes, const Visit& visit) const {
+    const F8 side = dot(direction, facing);
+    const V8 wi = frame.to_local(direction);
+    if (const M8 valid = lanes & scatters_to<Bsdf>(wi, side); valid.any()) {
+      visit(wi, valid);
+    }
+    if (const M8 mirrored = lanes & bent; mirrored.any()) [[unlikely]] {
+      const V8 image = frame.to_local(mirror_image(direction, facing));
+      if (const M8 valid = mirrored & scatters_to<Bsdf>(image, side); valid.any()) {
+        visit(image, valid);
+      }
+    }
+  }
+
+  /// Turns sampled directions to the right side of the geometric normal where the shading normal is bent. Returns the
+  /// lanes that stay on the wrong side.
+  M8 turn(V8& direction, M8 transmitted) const {
+    const F8 side = dot(direction, facing);
+    const M8 wrong = select(transmitted, side > F8(0.0f), side < F8(0.0f));  // false where `side` is NaN
+    if (const M8 turned = wrong & bent; turned.any()) [[unlikely]] {
+      direction = select(turned, mirror_image(direction, facing), direction);
+      return and_not(wrong, turned);
+    }
+    return wrong;
+  }
+
+  static constexpr float kLeastCosine = 1e-4f;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,76 @@
+#include "common/scene/compiled/normal_maps.h"
+
+#include "common/scene/compiled/scalar_channel.h"
+
+namespace lightmill {
+
+NormalMaps::NormalMaps(const Scene& scene, double length_scale) {
+  for (const Material& material : scene.materials) {
+    const NormalMap& normal = material.normal_map;
+    const BumpMap& bump = material.bump_map;
+    // A texture that is scaled by a negative factor shows a mirrored image, whose right side is against u.
+    std::array<double, 2> sign{1, 1};
+    if (normal.texture != kNoTexture) {
+      const std::array<double, 2>& scale = scene.textures[normal.texture].scale;
+      sign = {scale[0] < 0 ? -1.0 : 1.0, scale[1] < 0 ? -1.0 : 1.0};
+    }
+    normals_.push_back(normal.texture);
+    scale_u_.push_back(static_cast<float>(normal.scale * sign[0]));
+    scale_v_.push_back(static_cast<float>(normal.scale * sign[1]));
+    heights_.push_back(bump.map.texture);
+    channel_.push_back(static_cast<std::uint32_t>(bump.map.channel));
+    height_.push_back(static_cast<float>(bump.height * length_scale));
+  }
+}
+
+void NormalMaps::bend(const GeometryTable& geometry, const TextureSet& textures, const Hit8& hits,
+                      Surface8& surface) const {
+  const M8 bumpy = and_not(surface.bent, heights_.at(surface.material, surface.bent) == U8(TextureSet::kNone));
+  const M8 mapped = and_not(surface.bent, bumpy);
+  Tangents8 tangents = geometry.derivatives(hits, surface, surface.bent);
+  V8 bent = surface.shading_normal;
+  if (bumpy.any()) {
+    bent = select(bumpy, bumps(textures, tangents, surface, bumpy), bent);
+  }
+  if (mapped.any()) {
+    geometry.use_vertex_tangents(hits, surface, mapped, tangents);
+    bent = select(mapped, normals(textures, tangents, surface, mapped), bent);
+  }
+  const F8 length2 = length_squared(bent);
+  const M8 usable = surface.bent & (length2 > F8(0.0f)) & (length2 < F8(std::numeric_limits<float>::infinity()));
+  bent = bent * (F8(1.0f) / sqrt(length2));
+  // Moves normals off the horizon, along the geometric normal.
+  const V8& up = surface.geometric_normal;
+  const F8 cosine = dot(bent, up), sine2 = max(F8(1.0f) - cosine * cosine, F8(0.0f));
+  const M8 low = cosine < F8(kLeastCosine);
+  const F8 shrink = select(sine2 > F8(0.0f), F8(std::sqrt(1 - kLeastCosine * kLeastCosine)) / sqrt(sine2), F8(0.0f));
+  bent = select(low, normalize((bent - up * cosine) * shrink + up * F8(kLeastCosine)), bent);
+  surface.shading_normal = select(usable, bent, surface.shading_normal);
+}
+
+V8 NormalMaps::normals(const TextureSet& textures, const Tangents8& tangents, const Surface8& surface, M8 lanes) const {
+  const V8& n = surface.shading_normal;
+  const V8 along = tangents.u - n * dot(n, tangents.u);
+  const F8 length2 = length_squared(along);
+  const V8 t = along * (F8(1.0f) / sqrt(length2));
+  const V8 across = cross(n, t);
+  const V8 b = across * copysign(F8(1.0f), dot(across, tangents.v));
+  const V8 texel = textures.lookup(normals_.at(surface.material, lanes), surface.u, surface.v, lanes).rgb;
+  const auto part = [](F8 value) { return value * F8(2.0f) - F8(1.0f); };
+  const V8 bent = t * (part(texel.x) * scale_u_.at(surface.material, lanes)) +
+                  b * (part(texel.y) * scale_v_.at(surface.material, lanes)) + n * part(texel.z);
+  return select(length2 > F8(0.0f), bent, n);
+}
+
+V8 NormalMaps::bumps(const TextureSet& textures, const Tangents8& tangents, const Surface8& surface, M8 lanes) const {
+  const V8& n = surface.shading_normal;
+  const V8 by_u = cross(tangents.v, n), by_v = cross(n, tangents.u);  // gradients of u and v, times `area`
+  const F8 area = dot(tangents.u, by_u);
+  const Texture::Slopes8 slopes = textures.slopes(heights_.at(surface.material, lanes), surface.u, surface.v, lanes);
+  const U8 channel = channel_.at(surface.material, lanes);
+  const F8 scale = height_.at(surface.material, lanes) / area;
+  const V8 bent = n - by_u * (channel_of(slopes.u, channel) * scale) - by_v * (channel_of(slopes.v, channel) * scale);
+  return select(abs(area) > F8(0.0f), bent, n);
+}
+
+}  // namespace lightmill
