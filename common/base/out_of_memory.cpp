@@ -1,9 +1,11 @@
 #include "common/base/out_of_memory.h"
 
 #include <fcntl.h>
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <csignal>
@@ -22,6 +24,9 @@ namespace {
 /// An abort or a null pointer with less memory left than this counts as out of memory. Libraries ask for as much at
 /// once.
 constexpr rlim_t kNearlyAll = rlim_t{128} << 20;
+
+/// Address space for each heap of the C library. A heap reserves 64 MiB.
+constexpr rlim_t kPerHeap = rlim_t{1} << 30;
 
 /// Prepared while there is memory.
 std::string last_words, last_output;
@@ -120,6 +125,11 @@ void exit_on_out_of_memory(std::string_view program, int exit_code, bool openjd)
   last_words = fmt::format("{}: {}\n", program, message);
   last_output = openjd ? openjd_fail(message) + "\n" : "";
   last_code = exit_code;
+  // Else heaps of a few threads would take the addresses that the stacks of other threads need. gRPC hangs if it cannot
+  // start a thread.
+  if (const rlim_t limit = limit_of(RLIMIT_AS); limit != RLIM_INFINITY) {
+    ::mallopt(M_ARENA_MAX, static_cast<int>(std::clamp<rlim_t>(limit / kPerHeap, 1, 1'000)));
+  }
   static const std::terminate_handler before = std::get_terminate();
   std::set_terminate([] {
     if (wants_memory()) {

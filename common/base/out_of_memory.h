@@ -12,7 +12,8 @@ Status out_of_memory(std::string_view what);
 
 /// From now on, a program that runs out of memory or threads ends with a message and this code. This covers exceptions
 /// that nothing catches or that leave a noexcept function, in any thread, and libraries that abort or crash where
-/// memory is nearly used up. Other aborts and crashes stay as they are. Call it first in main.
+/// memory is nearly used up. Other aborts and crashes stay as they are. With little address space (ulimit -v), threads
+/// share heaps. Call it first in main.
 /// `openjd` sends the reason to the farm manager, too.
 void exit_on_out_of_memory(std::string_view program, int exit_code, bool openjd = false);
 
