@@ -1,9 +1,12 @@
 #include "common/base/out_of_memory.h"
 
 #include <fcntl.h>
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
@@ -13,25 +16,43 @@
 #include <system_error>
 
 #include "common/base/openjd.h"
+#include "common/base/sanitizers.h"
 
 namespace lightmill {
 namespace {
 
-/// An abort with less address space left than this counts as out of memory. Libraries ask for as much at once.
+/// An abort or a null pointer with less memory left than this counts as out of memory. Libraries ask for as much at
+/// once.
 constexpr rlim_t kNearlyAll = rlim_t{128} << 20;
+
+/// Address space for each heap of the C library. A heap reserves 64 MiB.
+constexpr rlim_t kPerHeap = rlim_t{1} << 30;
 
 /// Prepared while there is memory.
 std::string last_words, last_output;
 int last_code = 1;
 std::atomic<bool> has_ended = false;
 
-rlim_t address_space_limit() {
+/// What a failed allocation throws. Counts those that exist.
+class FailedAllocation final : public std::bad_alloc {
+ public:
+  FailedAllocation() { ++alive_; }
+  FailedAllocation(const FailedAllocation& other) : std::bad_alloc(other) { ++alive_; }
+  FailedAllocation& operator=(const FailedAllocation&) = default;
+  ~FailedAllocation() override { --alive_; }
+  static int alive() { return alive_; }
+
+ private:
+  static inline std::atomic<int> alive_ = 0;
+};
+
+rlim_t limit_of(__rlimit_resource_t resource) {
   rlimit limit{};
-  return ::getrlimit(RLIMIT_AS, &limit) == 0 ? limit.rlim_cur : RLIM_INFINITY;
+  return ::getrlimit(resource, &limit) == 0 ? limit.rlim_cur : RLIM_INFINITY;
 }
 
 std::string allowed_text() {
-  const rlim_t limit = address_space_limit();
+  const rlim_t limit = limit_of(RLIMIT_AS);
   return limit == RLIM_INFINITY ? "this process may have (its control group, or the machine)"
                                 : fmt::format("the {} MiB that this process may have (ulimit -v)", limit >> 20);
 }
@@ -47,6 +68,10 @@ std::string allowed_text() {
 
 /// Whether the uncaught exception means out of memory. Threads need memory for their stacks.
 bool wants_memory() {
+  // An exception is on its way that a noexcept function does not catch. GCC may not tell which one it is.
+  if (std::uncaught_exceptions() > 0 && FailedAllocation::alive() > 0) {
+    return true;
+  }
   try {
     if (const std::exception_ptr thrown = std::current_exception()) {
       std::rethrow_exception(thrown);
@@ -60,20 +85,29 @@ bool wants_memory() {
   return false;
 }
 
-/// Bytes of address space in use. 0 if they cannot be read. Allocates nothing.
-rlim_t used_address_space() {
-  std::array<char, 64> text{};
+/// Whether little is left of the address space (ulimit -v) or of the data (ulimit -d). Allocates nothing.
+bool is_memory_nearly_used() {
+  std::array<char, 128> text{};
   const int file = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
   const ssize_t size = file < 0 ? -1 : ::read(file, text.data(), text.size() - 1);
   if (file >= 0) {
     ::close(file);
   }
-  return size <= 0 ? 0 : std::strtoull(text.data(), nullptr, 10) * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE));
+  // In pages: address space, resident, shared, code, 0, data and stack.
+  std::array<rlim_t, 6> pages{};
+  char* next = text.data();
+  for (rlim_t& number : pages) {
+    number = size <= 0 ? 0 : std::strtoull(next, &next, 10);
+  }
+  const auto page_bytes = static_cast<rlim_t>(::sysconf(_SC_PAGESIZE));
+  const auto is_used = [&](rlim_t used, rlim_t limit) {
+    return limit != RLIM_INFINITY && used * page_bytes + kNearlyAll > limit;
+  };
+  return is_used(pages[0], limit_of(RLIMIT_AS)) || is_used(pages[5], limit_of(RLIMIT_DATA));
 }
 
-extern "C" void on_abort(int signal) {
-  const rlim_t limit = address_space_limit();
-  if (limit != RLIM_INFINITY && used_address_space() + kNearlyAll > limit) {
+extern "C" void on_crash(int signal) {
+  if (is_memory_nearly_used()) {
     end_now();
   }
   std::signal(signal, SIG_DFL);
@@ -91,6 +125,11 @@ void exit_on_out_of_memory(std::string_view program, int exit_code, bool openjd)
   last_words = fmt::format("{}: {}\n", program, message);
   last_output = openjd ? openjd_fail(message) + "\n" : "";
   last_code = exit_code;
+  // Else heaps of a few threads would take the addresses that the stacks of other threads need. gRPC hangs if it cannot
+  // start a thread.
+  if (const rlim_t limit = limit_of(RLIMIT_AS); limit != RLIM_INFINITY) {
+    ::mallopt(M_ARENA_MAX, static_cast<int>(std::clamp<rlim_t>(limit / kPerHeap, 1, 1'000)));
+  }
   static const std::terminate_handler before = std::get_terminate();
   std::set_terminate([] {
     if (wants_memory()) {
@@ -98,7 +137,11 @@ void exit_on_out_of_memory(std::string_view program, int exit_code, bool openjd)
     }
     before();
   });
-  std::signal(SIGABRT, on_abort);
+  std::set_new_handler([] { throw FailedAllocation(); });
+  std::signal(SIGABRT, on_crash);
+  if (!kSanitized) {                 // a sanitizer reports the place
+    std::signal(SIGSEGV, on_crash);  // libraries that do not check what they allocate
+  }
 }
 
 }  // namespace lightmill

@@ -10,8 +10,10 @@ namespace lightmill {
 /// RESOURCE_EXHAUSTED: what needs too much, how much this process may have, and what to do.
 Status out_of_memory(std::string_view what);
 
-/// From now on, a program that runs out of memory or threads ends with a message and this code. This covers uncaught
-/// exceptions in any thread, and libraries that call abort. Other aborts stay as they are. Call it first in main.
+/// From now on, a program that runs out of memory or threads ends with a message and this code. This covers exceptions
+/// that nothing catches or that leave a noexcept function, in any thread, and libraries that abort or crash where
+/// memory is nearly used up. Other aborts and crashes stay as they are. With little address space (ulimit -v), threads
+/// share heaps. Call it first in main.
 /// `openjd` sends the reason to the farm manager, too.
 void exit_on_out_of_memory(std::string_view program, int exit_code, bool openjd = false);
 

@@ -301,6 +301,24 @@ void Coordinator::grants_sent(std::span<const LeaseId> leases, Time now) {
   parts_->leases.grants_sent(leases, now);
 }
 
+void Coordinator::ends_stored(std::span<const JobId> jobs) {
+  for (const JobId id : jobs) {
+    if (Job* const job = parts_->jobs.find(id)) {
+      job->end_stored();
+    }
+  }
+}
+
+std::vector<JobId> ends_in(std::span<const StoreOp> writes) {
+  std::vector<JobId> ended;
+  for (const StoreOp& op : writes) {
+    if (const auto* put = std::get_if<PutJob>(&op); put != nullptr && has_ended(put->record.state)) {
+      ended.push_back(put->record.id);
+    }
+  }
+  return ended;
+}
+
 std::vector<LeaseId> leases_granted(std::span<const Outgoing> messages) {
   std::vector<LeaseId> leases;
   for (const Outgoing& each : messages) {
@@ -357,6 +375,11 @@ void Coordinator::Parts::take_film(Job& job, StoredFilm film, const Event& event
 Result<JobStatus> Coordinator::status(JobId id, Time now) const {
   LM_ASSIGN_OR_RETURN(const Job* const job, parts_->jobs.get(id));
   return parts_->view.status(*job, now);
+}
+
+Result<JobStatus> Coordinator::decided_status(JobId id, Time now) const {
+  LM_ASSIGN_OR_RETURN(const Job* const job, parts_->jobs.get(id));
+  return parts_->view.decided_status(*job, now);
 }
 
 std::vector<JobStatus> Coordinator::jobs(Time now, const JobFilter& filter) const {

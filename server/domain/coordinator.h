@@ -29,6 +29,7 @@ struct JobFilter {
   JobId before{std::numeric_limits<std::uint64_t>::max()};     ///< only older jobs
   std::size_t most = std::numeric_limits<std::size_t>::max();  ///< at most so many, the newest first
   bool unfinished = false;                                     ///< only jobs that have not ended
+  std::set<JobState> states = {};                              ///< only these, as clients see them; empty: all
   std::function<bool(const JobRecord&)> admits = {};           ///< null admits all
 };
 
@@ -112,6 +113,9 @@ class Coordinator {
   /// The grants of these leases were in `after_commit`, and were sent at `now`. Before this call the leases do not
   /// expire, however slow the store is.
   void grants_sent(std::span<const LeaseId> leases, Time now);
+  /// The rows that these jobs have ended (ends_in) are durable. Before this call clients see no end: a coordinator that
+  /// is killed now would take it back.
+  void ends_stored(std::span<const JobId> jobs);
 
   // ---- films: those of ended jobs may be only in the store ----
   /// Whether the job's film is in memory. If so, it stays until the next event. If not, the effects have it read
@@ -129,7 +133,10 @@ class Coordinator {
   std::optional<Time> next_deadline() const;
 
   // ---- queries ----
+  /// A job as clients see it. Its end is shown when it is stored.
   Result<JobStatus> status(JobId job, Time now) const;
+  /// With an end that is not stored yet: for answers that are sent after the commit.
+  Result<JobStatus> decided_status(JobId job, Time now) const;
   std::vector<JobStatus> jobs(Time now, const JobFilter& filter = {}) const;  ///< newest first
   std::size_t count_jobs(const JobFilter& filter) const;
   FarmLoad load() const;

@@ -133,6 +133,8 @@ struct Outgoing {
 
 /// The leases that these messages grant.
 std::vector<LeaseId> leases_granted(std::span<const Outgoing> messages);
+/// The job of each row that says that it has ended.
+std::vector<JobId> ends_in(std::span<const StoreOp> writes);
 
 /// Line for the log.
 struct Note {

@@ -5,6 +5,17 @@
 namespace lightmill {
 
 JobStatus FarmView::status(const Job& job, Time now) const {
+  JobStatus status = decided_status(job, now);
+  if (job.shown_state() != status.state) {
+    status.state = job.shown_state();
+    status.reason = scheduler_.held();
+    status.reached = GoalLimit::none;
+    status.finished_unix_ms = 0;
+  }
+  return status;
+}
+
+JobStatus FarmView::decided_status(const Job& job, Time now) const {
   const JobRecord& record = job.record;
   const JobSpec& spec = record.spec;
   JobStatus status;
@@ -60,7 +71,9 @@ JobStatus FarmView::status(const Job& job, Time now) const {
 namespace {
 
 bool fits(const Job& job, const JobFilter& filter) {
-  return (!filter.unfinished || job.active()) && (!filter.admits || filter.admits(job.record));
+  const JobState state = job.shown_state();
+  return (!filter.unfinished || !has_ended(state)) && (filter.states.empty() || filter.states.contains(state)) &&
+         (!filter.admits || filter.admits(job.record));
 }
 
 }  // namespace
@@ -151,7 +164,7 @@ FarmGauges FarmView::gauges() const {
   farm.results_rate = scheduler_.result_bytes_per_second();
   farm.units_out = leases_.all().size();
   for (const auto& [id, job] : jobs_.all()) {
-    ++farm.jobs[static_cast<std::size_t>(job->record.state)];
+    ++farm.jobs[static_cast<std::size_t>(job->shown_state())];
     const Goal& goal = job->record.spec.goal;
     const bool counted = goal.samples > 0 || goal.error > 0;  // a job that ends only by time has no limit of samples
     farm.free_pixel_samples += counted && job->in_progress() ? job->plan->free_pixel_samples() : 0;

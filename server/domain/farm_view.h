@@ -23,7 +23,10 @@ class FarmView {
         scheduler_(scheduler),
         totals_(totals) {}
 
+  /// As clients see it.
   JobStatus status(const Job& job, Time now) const;
+  /// With an end that is not stored yet.
+  JobStatus decided_status(const Job& job, Time now) const;
   std::vector<JobStatus> jobs(Time now, const JobFilter& filter) const;
   std::size_t count_jobs(const JobFilter& filter) const;
   std::vector<WorkerStatus> workers(Time now, const WorkerFilter& filter) const;

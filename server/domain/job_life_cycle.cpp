@@ -87,7 +87,7 @@ void JobLifeCycle::finish(Job& job, JobState state, std::string reason, const Ev
     leases_.end(*job.leases().begin(), {.cancel = true}, event);
   }
   job.record_error(true);
-  job.record.state = state;
+  job.end(state);
   totals_.jobs_failed += state == JobState::failed ? 1 : 0;
   job.record.reason = std::move(reason);
   job.record.finished_unix_ms = event.unix_ms;

@@ -25,7 +25,8 @@ Job::Job(JobRecord from, const CoordinatorLimits& limits, Time now)
       losses(limits),
       film_(std::in_place_type<Film>, grid_of(record.spec.settings), NodeLayout(record.spec.settings.layers),
             record.allocation),
-      digest_durable_(!record.fingerprint_class.empty() && !undecided()) {
+      digest_durable_(!record.fingerprint_class.empty() && !undecided()),
+      shown_state_(record.state) {
   if (digest_durable_) {
     digest_ = render_digest(record.spec.settings, record.fingerprint_class);
   }
@@ -268,10 +269,25 @@ std::uint64_t Job::reserved_bytes() const {
   return std::max(outline().bytes(), finished_bytes(record.spec));
 }
 
+// ---- end ----
+
+void Job::end(JobState state) {
+  shown_state_ = record.state;
+  record.state = state;
+}
+
+void Job::end_stored() {
+  if (--ends_unstored_ == 0 && has_ended(record.state)) {
+    shown_state_ = record.state;
+    ++version;
+  }
+}
+
 // ---- rows ----
 
 void Job::store(const Event& event) {
   ++version;
+  ends_unstored_ += has_ended(record.state) ? 1 : 0;
   event.store(PutJob{record});
 }
 

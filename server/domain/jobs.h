@@ -142,6 +142,13 @@ class Job {
   /// same count as before but other samples, replaces the last error. Returns whether the history changed.
   bool record_error(bool at_end);
 
+  // ---- end: clients see it when it is stored ----
+  void end(JobState state);
+  /// Like record.state, but before the row with the end is stored, the state before the end.
+  JobState shown_state() const { return has_ended(record.state) ? shown_state_ : record.state; }
+  /// One more row that says that it has ended is stored.
+  void end_stored();
+
   // ---- rows ----
   void store(const Event& event);
   void store_progress(const Event& event);
@@ -156,6 +163,8 @@ class Job {
   std::set<LeaseId> leases_;
   std::uint32_t leases_sent_ = 0;     ///< of `leases_`
   std::optional<Time> active_since_;  ///< while it has sent leases; pilots do not count
+  JobState shown_state_;              ///< only if it has ended
+  std::uint32_t ends_unstored_ = 0;   ///< rows that say that it has ended, and are not known to be stored
 };
 
 class JobTable {

@@ -8,15 +8,13 @@
 namespace lightmill::handlers {
 namespace {
 
-Status show_job(const FarmLoop::TaskContext& context, JobId job, v1::Job* reply) {
-  LM_ASSIGN_OR_RETURN(const JobStatus status, context.farm.status(job, context.now));
+/// Replies with the job after the change, if that succeeded. The reply is sent when the change is durable.
+Status changed_job(const OperationContext& operation, const Status& change, v1::Job* reply) {
+  LM_RETURN_IF_ERROR(change);
+  const FarmLoop::TaskContext& context = operation.context;
+  LM_ASSIGN_OR_RETURN(const JobStatus status, context.farm.decided_status(JobId{operation.about.job}, context.now));
   to_wire(status, reply);
   return ok_status();
-}
-
-/// Replies with the job after the change, if that succeeded.
-Status changed_job(const OperationContext& operation, const Status& change, v1::Job* reply) {
-  return change.ok() ? show_job(operation.context, JobId{operation.about.job}, reply) : change;
 }
 
 }  // namespace
@@ -30,13 +28,13 @@ Result<JobFilter> filter_of(const OperationContext& operation, const v1::ListJob
     LM_ASSIGN_OR_RETURN(const JobState state, from_wire(static_cast<v1::JobState>(wire)));
     states.insert(state);
   }
-  return JobFilter{
-      .unfinished = request.unfinished(),
-      .admits = [&caller = operation.call.caller, &request, states = std::move(states)](const JobRecord& job) {
-        return may_see_job(caller, job.spec.owner) && (states.empty() || states.contains(job.state)) &&
-               (request.owner().empty() || request.owner() == job.spec.owner) &&
-               job.spec.name.find(request.name()) != std::string::npos;
-      }};
+  return JobFilter{.unfinished = request.unfinished(),
+                   .states = std::move(states),
+                   .admits = [&caller = operation.call.caller, &request](const JobRecord& job) {
+                     return may_see_job(caller, job.spec.owner) &&
+                            (request.owner().empty() || request.owner() == job.spec.owner) &&
+                            job.spec.name.find(request.name()) != std::string::npos;
+                   }};
 }
 
 }  // namespace
@@ -64,7 +62,10 @@ Status list_jobs(OperationContext& operation, const v1::ListJobsRequest& request
 }
 
 Status get_job(OperationContext& operation, const v1::GetJobRequest& request, v1::Job* reply) {
-  return show_job(operation.context, JobId{request.id()}, reply);
+  const FarmLoop::TaskContext& context = operation.context;
+  LM_ASSIGN_OR_RETURN(const JobStatus status, context.farm.status(JobId{request.id()}, context.now));
+  to_wire(status, reply);
+  return ok_status();
 }
 
 Status get_spec(OperationContext& operation, const v1::GetJobRequest& request, v1::JobSpec* reply) {

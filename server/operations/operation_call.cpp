@@ -67,9 +67,9 @@ void OperationCall::apply(TaskContext& context) {
 Status OperationCall::change_job(OperationContext& operation) const {
   const TaskContext& context = operation.context;
   const JobId job{operation.about.job};
-  LM_ASSIGN_OR_RETURN(const JobStatus before, context.farm.status(job, context.now));
+  LM_ASSIGN_OR_RETURN(const JobStatus before, context.farm.decided_status(job, context.now));
   LM_RETURN_IF_ERROR(apply_(operation));
-  const Result<JobStatus> after = context.farm.status(job, context.now);
+  const Result<JobStatus> after = context.farm.decided_status(job, context.now);
   operation.about.text = before.name;
   operation.about.change = describe_change(before, after.ok() ? &*after : nullptr);
   return ok_status();

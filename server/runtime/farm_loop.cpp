@@ -310,18 +310,20 @@ void FarmLoop::note_sent(TaskContext& context) {
   });
 }
 
-/// Watchers see the end of a job only when it is durable.
+/// Clients see the end of a job when it is durable, its watchers at once.
 void FarmLoop::note_ends(TaskContext& context) {
-  for (const StoreOp& op : context.effects.writes) {
-    const auto* put = std::get_if<PutJob>(&op);
-    if (put != nullptr && has_ended(put->record.state) && watchers_.hold(put->record.id)) {
-      context.replies.push_back([this, job = put->record.id](const Status& status) {
-        if (status.ok()) {
-          post_always([job](TaskContext& later) { later.watchers.release(job); });
-        }
+  std::vector<JobId> ended = ends_in(context.effects.writes);
+  if (ended.empty()) {
+    return;
+  }
+  context.replies.push_back([this, ended = std::move(ended)](const Status& status) {
+    if (status.ok()) {
+      post_always([ended](TaskContext& later) {
+        later.farm.ends_stored(ended);
+        std::ranges::for_each(ended, [&](JobId job) { later.watchers.hurry(job); });
       });
     }
-  }
+  });
 }
 
 }  // namespace lightmill

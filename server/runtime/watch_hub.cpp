@@ -22,20 +22,7 @@ void WatchHub::add(JobId job, bool with_tiles, std::shared_ptr<WatchSink> sink) 
   watcher.sink = std::move(sink);
 }
 
-bool WatchHub::hold(JobId job) {
-  for (const Watcher& watcher : watchers_) {
-    if (watcher.job == job) {
-      ++held_[job];
-      return true;
-    }
-  }
-  return false;
-}
-
-void WatchHub::release(JobId job) {
-  if (const auto at = held_.find(job); at != held_.end() && --at->second == 0) {
-    held_.erase(at);
-  }
+void WatchHub::hurry(JobId job) {
   for (Watcher& watcher : watchers_) {
     if (watcher.job == job) {
       watcher.next_time = Time{};
@@ -84,8 +71,7 @@ WatchHub::Outcome WatchHub::publish_to(Watcher& watcher, const Coordinator& farm
     return Outcome::remove;
   }
   // A stream that is still writing calls FarmLoop::poke when it is done.
-  if ((version == watcher.sent_version && !watcher.tiles_left) || held_.contains(watcher.job) ||
-      !watcher.sink->writable()) {
+  if ((version == watcher.sent_version && !watcher.tiles_left) || !watcher.sink->writable()) {
     return Outcome::keep;
   }
   if (now < watcher.next_time) {

@@ -51,9 +51,8 @@ class WatchHub {
   /// Sends what is due. Returns when to call again if no event comes.
   std::optional<Time> publish(const Coordinator& farm, Time now);
 
-  /// Sends nothing of the job until release(), because its end is not durable yet. False if it has no watchers.
-  bool hold(JobId job);
-  void release(JobId job);
+  /// The job's watchers get its next change at once.
+  void hurry(JobId job);
 
   /// Jobs whose watchers started to wait for tiles, because the film is not in memory.
   std::set<JobId> take_wanted_films() { return std::exchange(wanted_films_, {}); }
@@ -86,7 +85,6 @@ class WatchHub {
 
   std::vector<Watcher> watchers_;
   std::map<JobId, Round> rounds_;  ///< for jobs that are watched with tiles
-  std::map<JobId, int> held_;      ///< for jobs whose end is being committed
   std::set<JobId> wanted_films_;
 };
 

@@ -286,6 +286,15 @@ void RowKeys::forget() {
   sums_ = kept_;
 }
 
+Status check_keys(const RowKeys::Sums& found, const RowKeys::Sums& written) {
+  for (std::size_t table = 0; table < kTableCount; ++table) {
+    if (found[table] != written[table]) {
+      return failed_precondition("its table {} has lost rows, or still has deleted rows", kTables[table].name);
+    }
+  }
+  return ok_status();
+}
+
 // ---- reading ----
 
 void StateReader::take(Table table, const Key& key, std::string_view message, std::int64_t checksum) {

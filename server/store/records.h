@@ -98,6 +98,9 @@ class RowKeys {
   Sums sums_{}, kept_{};
 };
 
+/// FAILED_PRECONDITION unless the keys of the small rows are those that were written.
+Status check_keys(const RowKeys::Sums& found, const RowKeys::Sums& written);
+
 /// Fills a StoredState from rows that arrive table by table.
 ///
 /// A damaged row is named in the log and in the state:

@@ -32,6 +32,10 @@ enum class Audit : int { none = 0, wanted = 1, passed = 2 };
 /// bits.
 std::int64_t checksum_of(const NodeKey& key, const Hash128& hash, const Renderer& by, Audit audit);
 inline constexpr std::int64_t kAuditBits = 3;
+/// Whether the number is an Audit. The checksum of a row with another number may be right by chance.
+constexpr bool is_audit(std::int64_t number) {
+  return number >= static_cast<int>(Audit::none) && number <= static_cast<int>(Audit::passed);
+}
 
 /// Whether these numbers form a valid NodeKey.
 bool is_key(std::int64_t tile, std::int64_t level, std::int64_t index);
@@ -53,8 +57,12 @@ class RendererTable {
 /// High word first, big-endian.
 std::array<std::uint8_t, 16> bytes_of(const Hash128& hash);
 
-/// The node of a row. Null if it does not match its stored hash_of(), `hash`.
-std::shared_ptr<const Node> node_of(const SampleRange& range, std::uint64_t non_finite, std::string_view hash,
+/// Hash in the row of a node: hash_of(node), combined with the job and the tile. A row in the place of another one is
+/// damaged.
+Hash128 row_hash_of(JobId job, TileId tile, const Node& node);
+/// The node of a row. Null if it does not match its stored `hash`: row_hash_of(), or hash_of() in rows that the format
+/// before wrote.
+std::shared_ptr<const Node> node_of(const NodeKey& key, std::uint64_t non_finite, std::string_view hash,
                                     std::string_view values);
 /// Logs what is lost.
 void log_damage(const NodeKey& key);

@@ -82,6 +82,7 @@ struct PlantedBugs {
   bool end_early = false;                  ///< a job's time limit is halved
   bool end_late = false;                   ///< a job's time limit is doubled
   bool audit_less = false;                 ///< half of a job's share is audited
+  bool show_unstored_ends = false;         ///< clients see the end of a job before it is stored
 };
 
 struct Report {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "server/domain/job_rules.h"
+
 namespace lightmill::simulation {
 
 void Checks::server_starts(const StoredState& stored) {
@@ -196,7 +198,7 @@ void Checks::note_unwanted(const Effects& effects) {
           unwanted_.insert({message.to, key});
           continue;
         }
-        const auto status = server_.coordinator()->status(key.job, world_.now);
+        const auto status = server_.coordinator()->decided_status(key.job, world_.now);
         if (!status.ok()) {
           continue;
         }
@@ -248,6 +250,16 @@ void Checks::check_ack(const Stream& stream, const ResultAck& ack) {
     if (of_this_job && !dropped && !server_.disk().covers(key)) {
       world_.fail(fmt::format("job {}, tile {}, samples [{}, {}) are acknowledged but not durable", key.job.value,
                               key.tile.value, key.range.first(), key.range.end()));
+    }
+  }
+}
+
+void Checks::check_shown_ends() {
+  for (const JobStatus& job : server_.coordinator()->jobs(world_.now)) {
+    const JobRecord* const stored = server_.disk().job(job.id);
+    if (has_ended(job.state) && (stored == nullptr || stored->state != job.state)) {
+      world_.fail(fmt::format("clients see that job {} is {}, but this is not stored", job.id.value,
+                              lightmill::name_of(job.state)));
     }
   }
 }

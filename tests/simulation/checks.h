@@ -35,6 +35,8 @@ class Checks {
   /// A message is sent.
   void check_sent(const std::shared_ptr<Stream>& stream, const Outgoing& message);
   void check_acknowledged_is_durable();
+  /// Each end that clients can see is stored.
+  void check_shown_ends();
 
  private:
   void check_decisions(const Effects& effects);

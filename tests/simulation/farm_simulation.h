@@ -10,7 +10,7 @@
 // Chaos lasts some seconds. Then the farm must finish its jobs.
 //
 // Checked during the run (checks.h):
-// - acknowledged nodes are durable, and stay so
+// - acknowledged nodes are durable, and stay so; clients see the end of a job when it is durable
 // - no lease is sent before its job's class and method are durable
 // - no lease has merged samples, unless it audits them on another machine
 // - no worker in quarantine gets a lease, and limits hold

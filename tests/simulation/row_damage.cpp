@@ -131,8 +131,12 @@ bool forge_node(const std::filesystem::path& database, Random& random) {
   }
   const std::string& id = ids[random.below(ids.size())];
   Node node;
-  file.run("SELECT level, range_index, non_finite, samples FROM nodes WHERE id = " + id, nullptr,
+  JobId job;
+  TileId tile;
+  file.run("SELECT level, range_index, non_finite, samples, job, tile FROM nodes WHERE id = " + id, nullptr,
            [&](sqlite3_stmt* row) {
+             job.value = static_cast<std::uint64_t>(sqlite3_column_int64(row, 4));
+             tile.value = static_cast<std::uint32_t>(sqlite3_column_int64(row, 5));
              node.range = {static_cast<std::uint32_t>(sqlite3_column_int64(row, 0)),
                            static_cast<std::uint32_t>(sqlite3_column_int64(row, 1))};
              node.non_finite = static_cast<std::uint32_t>(sqlite3_column_int64(row, 2));
@@ -141,7 +145,7 @@ bool forge_node(const std::filesystem::path& database, Random& random) {
              std::memcpy(node.values.data(), bytes.data(), bytes.size());
            });
   node.values.at(random.below(node.values.size())) += 1;
-  const auto hash = stored::bytes_of(hash_of(node));
+  const auto hash = stored::bytes_of(stored::row_hash_of(job, tile, node));
   file.run(
       "UPDATE nodes SET samples = ?1, hash = ?2 WHERE id = " + id,
       [&](sqlite3_stmt* update) {

@@ -32,6 +32,9 @@ std::atomic<std::int64_t> allocations_left = -1;
 
 void* operator new(std::size_t bytes) {
   if (allocations_left.load(std::memory_order_relaxed) >= 0 && allocations_left.fetch_sub(1) == 0) {
+    if (const std::new_handler handler = std::get_new_handler()) {
+      handler();
+    }
     throw std::bad_alloc();
   }
   if (void* const found = std::malloc(std::max<std::size_t>(bytes, 1))) {

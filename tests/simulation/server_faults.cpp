@@ -42,6 +42,7 @@ void ServerSide::depose() {
     return;
   }
   world_.inject("coordinators deposed");
+  checks_.check_shown_ends();
   clients_.lose_inspections();
   deposed_.emplace(Deposed{std::move(coordinator_), life_, epoch_, std::exchange(streams_, {}), {}, {}});
   ++life_;

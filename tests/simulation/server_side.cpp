@@ -58,6 +58,7 @@ void ServerSide::crash(bool commit_lands) {
   }
   ++world_.report.restarts;
   world_.trace("the coordinator is killed");
+  checks_.check_shown_ends();
   ++life_;
   coordinator_.reset();
   clients_.lose_inspections();
@@ -110,6 +111,9 @@ void ServerSide::note_effects(const Effects& effects, const Coordinator& coordin
 }
 
 void ServerSide::execute(Effects effects, std::vector<Action> replies) {
+  if (world_.bugs.show_unstored_ends) {
+    coordinator_->ends_stored(ends_in(effects.writes));
+  }
   note_effects(effects, *coordinator_);
   clients_.note_inspected(effects);
   checks_.check_effects(effects);
@@ -184,7 +188,9 @@ void ServerSide::start_commit() {
 void ServerSide::finish_commit() {
   std::vector<Pending> done = std::exchange(committing_, {});
   std::vector<StoreOp> ops;
+  std::vector<JobId> ended;
   for (Pending& each : done) {
+    std::ranges::move(ends_in(each.writes), std::back_inserter(ended));
     for (StoreOp& op : each.writes) {
       const bool lost =
           (world_.bugs.lose_a_write && std::holds_alternative<PutNode>(op) && world_.random.chance(0.05)) ||
@@ -209,6 +215,9 @@ void ServerSide::finish_commit() {
   if (world_.chaos.restarts && world_.chaos_now() && world_.random.chance(0.002)) {
     crash(false);  // between the commit and its messages
     return;
+  }
+  if (!world_.bugs.show_unstored_ends) {
+    coordinator_->ends_stored(ended);
   }
   for (Pending& each : done) {
     if (!coordinator_) {

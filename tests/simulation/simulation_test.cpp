@@ -189,7 +189,8 @@ INSTANTIATE_TEST_SUITE_P(
         Planted{"BelieveOneRefusal", &PlantedBugs::believe_one_refusal},
         Planted{"BlameHastily", &PlantedBugs::blame_hastily}, Planted{"BlameUnsent", &PlantedBugs::blame_unsent},
         Planted{"BlameEarly", &PlantedBugs::blame_early}, Planted{"ExpireEarly", &PlantedBugs::expire_early},
-        Planted{"EndEarly", &PlantedBugs::end_early}, Planted{"EndLate", &PlantedBugs::end_late}),
+        Planted{"EndEarly", &PlantedBugs::end_early}, Planted{"EndLate", &PlantedBugs::end_late},
+        Planted{"ShowUnstoredEnds", &PlantedBugs::show_unstored_ends}),
     [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace

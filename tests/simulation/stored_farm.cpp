@@ -113,6 +113,7 @@ void StoredFarm::settle(Effects& effects) {
     LM_CHECK(status.ok(), "{}", message_of(status));
   }
   coordinator_->grants_sent(leases_granted(effects.after_commit), now_);
+  coordinator_->ends_stored(ends_in(effects.writes));
   for (const std::vector<Outgoing>* channel : {&effects.now, &effects.after_commit}) {
     for (const Outgoing& message : *channel) {
       given_.push_back({message.to, message.message});

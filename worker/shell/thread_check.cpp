@@ -1,6 +1,5 @@
 #include "worker/shell/thread_check.h"
 
-#include <cstdlib>
 #include <latch>
 #include <system_error>
 #include <thread>
@@ -14,13 +13,7 @@ Status check_threads(std::uint32_t count) {
   Status status;
   try {
     for (std::uint32_t i = 0; i < count; ++i) {
-      threads.emplace_back([&] {
-        // The C library reserves addresses for a thread's heap when it first allocates, and keeps them for later
-        // threads. Thus they come off the limit here, and not when gRPC starts a thread.
-        void* const first = std::malloc(1);
-        all.wait();
-        std::free(first);
-      });
+      threads.emplace_back([&] { all.wait(); });
     }
   } catch (const std::system_error& error) {
     status = resource_exhausted(

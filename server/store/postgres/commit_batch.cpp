@@ -18,6 +18,7 @@ enum Sql : int {
   kCommit,
   kTakeTurn,
   kHighestJob,
+  kPutSummary,
   kPutNode,
   kDropNode,
   kPutResult,
@@ -34,6 +35,7 @@ constexpr std::array<const char*, kSqlCount> kStatements{
     "COMMIT",
     "SELECT take_turn($1, $2)",
     "UPDATE turn SET highest_job = $1 WHERE highest_job < $1",
+    "UPDATE summary SET epoch = $1, commits = $2, highest_job = $3, keys = $4, checksum = $5",
     "INSERT INTO nodes (job, tile, level, range_index, non_finite, hash, samples) VALUES ($1, $2, $3, $4, $5, $6, $7) "
     "ON CONFLICT (job, tile, level, range_index) DO UPDATE SET non_finite = $5, hash = $6, samples = $7",
     "DELETE FROM nodes WHERE job = $1 AND tile = $2 AND level = $3 AND range_index = $4",
@@ -63,14 +65,12 @@ constexpr std::array<const char*, kSqlCount> kStatements{
 template <class Sink>
 class Sender {
  public:
-  Sender(Sink& sink, stored::StoredSpecs& specs) : sink_(sink), specs_(specs) {}
+  Sender(Sink& sink, stored::StoredSpecs& specs, stored::RowKeys& keys) : sink_(sink), specs_(specs), keys_(keys) {}
 
   template <class Op>
   void operator()(const Op& op) {
-    if constexpr (std::is_same_v<Op, PutJob>) {
-      highest_job_ = specs_.contains(op.record.id) ? highest_job_ : std::max(highest_job_, op.record.id.value);
-    }
     for (const stored::RowChange& change : stored::changes_of(op, specs_)) {
+      change.message ? keys_.put(change.table, change.key) : keys_.drop(change.table, change.key);
       if (stored::info_of(change.table).numbered) {
         send(change, change.key.number);
       } else {
@@ -79,7 +79,7 @@ class Sender {
     }
   }
   void operator()(const PutNode& op) {
-    const std::array<std::uint8_t, 16> hash = bytes_of(hash_of(*op.node));
+    const std::array<std::uint8_t, 16> hash = bytes_of(stored::row_hash_of(op.job, op.tile, *op.node));
     sink_.add(kPutNode, Parameters(op.job.value, op.tile.value, op.node->range.level, op.node->range.index,
                                    op.node->non_finite, view_of(hash), view_of(op.node->values)));
   }
@@ -96,12 +96,6 @@ class Sender {
   void operator()(const DropResults& op) { add_key(kDropResults, op.key); }
   void operator()(const DropResultRow& op) {
     sink_.add(kDropResultRow, Parameters(op.job.value, op.tile, op.level, op.index));
-  }
-  /// After the last write: stores the highest job id ever used.
-  void finish() {
-    if (highest_job_ > 0) {
-      sink_.add(kHighestJob, Parameters(highest_job_));
-    }
   }
 
  private:
@@ -120,7 +114,7 @@ class Sender {
 
   Sink& sink_;
   stored::StoredSpecs& specs_;
-  std::uint64_t highest_job_ = 0;
+  stored::RowKeys& keys_;
 };
 
 /// Runs each statement at once, unprepared.
@@ -140,12 +134,11 @@ class OneByOne {
 };
 
 template <class Sink>
-void add_writes(Sink& sink, std::span<const StoreOp> ops, stored::StoredSpecs& specs) {
-  Sender sender(sink, specs);
+void add_writes(Sink& sink, std::span<const StoreOp> ops, stored::StoredSpecs& specs, stored::RowKeys& keys) {
+  Sender sender(sink, specs, keys);
   for (const StoreOp& op : ops) {
     std::visit(sender, op);
   }
-  sender.finish();
 }
 
 Status check_sizes(std::span<const StoreOp> ops) {
@@ -165,20 +158,24 @@ std::span<const char* const> commit_statements() {
   return kStatements;
 }
 
-Status send_commit(Session& session, std::uint64_t epoch, std::uint64_t number, std::span<const StoreOp> ops,
-                   stored::StoredSpecs& specs) {
+Status send_commit(Session& session, Summary after, std::span<const StoreOp> ops, stored::StoredSpecs& specs,
+                   stored::RowKeys& keys) {
   LM_RETURN_IF_ERROR(check_sizes(ops));
   LM_RETURN_IF_ERROR(session.begin_batch());
   session.add(kBegin);
-  session.add(kTakeTurn, Parameters(epoch, number));
-  add_writes(session, ops, specs);
+  session.add(kTakeTurn, Parameters(after.epoch, after.commits));
+  add_writes(session, ops, specs, keys);
+  after.keys = keys.sums();
+  session.add(kHighestJob, Parameters(after.highest_job));
+  session.add(kPutSummary,
+              Parameters(after.epoch, after.commits, after.highest_job, view_of(after.keys), checksum_of(after)));
   session.add(kCommit);
   return session.finish_batch();
 }
 
-Status send_writes(Session& session, std::span<const StoreOp> ops, stored::StoredSpecs& specs) {
+Status send_writes(Session& session, std::span<const StoreOp> ops, stored::StoredSpecs& specs, stored::RowKeys& keys) {
   OneByOne sink(session);
-  add_writes(sink, ops, specs);
+  add_writes(sink, ops, specs, keys);
   return sink.status();
 }
 

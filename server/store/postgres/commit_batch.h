@@ -4,6 +4,7 @@
 #include <span>
 
 #include "server/store/postgres/session.h"
+#include "server/store/postgres/summary.h"
 #include "server/store/records.h"
 
 namespace lightmill::postgres {
@@ -11,11 +12,13 @@ namespace lightmill::postgres {
 /// Statements that a Session prepares for each connection.
 std::span<const char* const> commit_statements();
 
-/// Stores `ops` as transaction `number` of the epoch. ALREADY_EXISTS with kStoredAlready if that transaction is stored.
-Status send_commit(Session& session, std::uint64_t epoch, std::uint64_t number, std::span<const StoreOp> ops,
-                   stored::StoredSpecs& specs);
+/// Stores `ops` as the transaction with the number, epoch and highest job of `after`. ALREADY_EXISTS with kStoredAlready
+/// if that transaction is stored.
+Status send_commit(Session& session, Summary after, std::span<const StoreOp> ops, stored::StoredSpecs& specs,
+                   stored::RowKeys& keys);
 
 /// Stores `ops` in the caller's transaction, one statement at a time. The tables may be new, so nothing is prepared.
-Status send_writes(Session& session, std::span<const StoreOp> ops, stored::StoredSpecs& specs);
+/// Writes neither `turn` nor `summary`.
+Status send_writes(Session& session, std::span<const StoreOp> ops, stored::StoredSpecs& specs, stored::RowKeys& keys);
 
 }  // namespace lightmill::postgres

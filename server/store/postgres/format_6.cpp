@@ -7,7 +7,9 @@
 #include "server/store/migration.h"
 #include "server/store/old_rows.h"
 #include "server/store/postgres/commit_batch.h"
+#include "server/store/postgres/format_7.h"
 #include "server/store/postgres/schema.h"
+#include "server/store/postgres/summary.h"
 
 namespace lightmill::postgres {
 namespace {
@@ -263,15 +265,6 @@ Result<StoredState> load_format_6(Session& session) {
   return state;
 }
 
-/// FAILED_PRECONDITION if a coordinator uses the database.
-Status check_idle(Session& session) {
-  LM_ASSIGN_OR_RETURN(const Rows lease, session.query("SELECT expires > clock_timestamp(), holder FROM lease"));
-  return lease.size() == 1 && lease.flag(0, 0)
-             ? failed_precondition("{}: a coordinator of the previous version uses it ({}): stop that one first",
-                                   session.place(), lease.text(0, 1))
-             : ok_status();
-}
-
 /// A store that writes in the caller's transaction.
 class InTransaction final : public Store {
  public:
@@ -280,14 +273,17 @@ class InTransaction final : public Store {
   Result<FilmPiece> read_film(JobId, const FilmPosition&) override { return load().status(); }
   Status check_structure() override { return ok_status(); }
   Status commit(std::span<const StoreOp> ops) override {
-    LM_RETURN_IF_ERROR(send_writes(session_, ops, specs_));
+    LM_RETURN_IF_ERROR(send_writes(session_, ops, specs_, keys_));
     specs_.keep();
+    keys_.keep();
     return ok_status();
   }
+  const stored::RowKeys& keys() const { return keys_; }
 
  private:
   Session& session_;
   stored::StoredSpecs specs_;
+  stored::RowKeys keys_;
 };
 
 constexpr const char* kBeginMigration = "BEGIN; SELECT pg_advisory_xact_lock(x'4c4d494c'::int)";
@@ -312,9 +308,11 @@ Status migrate(Session& session) {
   LM_ASSIGN_OR_RETURN(const StoredState state, load_format_6(session));
   LM_RETURN_IF_ERROR(session.execute(kMove));
   LM_RETURN_IF_ERROR(session.execute(kSchema));
+  LM_RETURN_IF_ERROR(session.execute(kSummaryTable));
   InTransaction store(session);
   LM_RETURN_IF_ERROR(write_state(state, store));
   LM_RETURN_IF_ERROR(session.execute(kCopy));
+  LM_RETURN_IF_ERROR(create_summary(session, store.keys().sums()));
   return session.execute("COMMIT");
 }
 

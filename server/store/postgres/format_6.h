@@ -1,4 +1,4 @@
-// Migration of a database from format 6, the previous one.
+// Migration of a database from format 6.
 #pragma once
 
 #include "server/store/postgres/session.h"

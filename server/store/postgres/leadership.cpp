@@ -6,7 +6,9 @@
 
 #include "common/base/log.h"
 #include "server/store/postgres/format_6.h"
+#include "server/store/postgres/format_7.h"
 #include "server/store/postgres/schema.h"
+#include "server/store/postgres/summary.h"
 #include "server/store/store_format.h"
 
 namespace lightmill::postgres {
@@ -41,9 +43,9 @@ std::string own_name() {
   return fmt::format("{}, process {}", host.data(), ::getpid());
 }
 
-/// Creates the tables in an empty database, unless `read_only`. Refuses tables of another format. Sets `is_before` for
-/// tables of the previous format, which can be migrated.
-Status check_tables(Session& session, bool read_only, bool& is_before) {
+/// Creates the tables in an empty database, unless `read_only`. Refuses tables of an unknown format. Sets `format` of the
+/// tables.
+Status check_tables(Session& session, bool read_only, std::int64_t& format) {
   LM_ASSIGN_OR_RETURN(const Rows there,
                       session.query("SELECT to_regnamespace('lightmill') IS NOT NULL, to_regclass('lightmill.meta') IS "
                                     "NOT NULL, EXISTS (SELECT FROM pg_class WHERE relnamespace = "
@@ -61,30 +63,32 @@ Status check_tables(Session& session, bool read_only, bool& is_before) {
     LM_RETURN_IF_ERROR(session.execute("CREATE SCHEMA lightmill"));
   }
   if (!has_meta) {
-    return session.execute(kSchema);
+    LM_RETURN_IF_ERROR(session.execute(kSchema));
+    LM_RETURN_IF_ERROR(session.execute(kSummaryTable));
+    return create_summary(session, {});
   }
   LM_ASSIGN_OR_RETURN(const Rows rows, session.query("SELECT format FROM meta"));
-  const std::int64_t format = rows.size() == 1 ? rows.integer(0, 0) : 0;
-  is_before = format == kFormatBefore;
-  return is_before ? ok_status()
-                   : check_store_format(session.place(), format, kFormat, "another database with --store");
+  format = rows.size() == 1 ? rows.integer(0, 0) : 0;
+  return format == kFormatBefore || format == kFormat7
+             ? ok_status()
+             : check_store_format(session.place(), format, kFormat, "another database with --store");
 }
 
 /// Coordinators that start together run this one at a time.
 Status prepare_tables(Session& session, const Target& target, bool read_only) {
   LM_RETURN_IF_ERROR(session.execute("BEGIN; SELECT pg_advisory_xact_lock(x'4c4d494c'::int);"));
-  bool is_before = false;
-  const Status status = check_tables(session, read_only, is_before);
+  std::int64_t format = kFormat;
+  const Status status = check_tables(session, read_only, format);
   if (!session.connected()) {
     return status;
   }
   const Status ended = session.execute(status.ok() ? "COMMIT" : "ROLLBACK");
   LM_RETURN_IF_ERROR(status.ok() ? ended : status);
-  if (is_before) {
-    Session patient(target, {}, kMigrationPatience);
-    return migrate_from_format_6(patient);
+  if (format == kFormat) {
+    return ok_status();
   }
-  return ok_status();
+  Session patient(target, {}, kMigrationPatience);
+  return format == kFormat7 ? upgrade_from_format_7(patient) : migrate_from_format_6(patient);
 }
 
 }  // namespace
@@ -142,7 +146,8 @@ Status Leadership::stand_by() {
     if (!first && !session_.connected() && session_.connect().ok() && !options_.wait(options_.lease)) {
       return cancelled("stopped while standing by");
     }
-    Status whole = verify_chain(session_);
+    Status whole = check_turn(session_);
+    whole = whole.ok() ? verify_chain(session_) : whole;
     whole = whole.ok() ? end_lease_of_gone(session_) : whole;
     const Result<std::string> holder = whole.ok() ? try_to_take(session_) : Result<std::string>(whole);
     if (holder.ok() && holder->empty()) {
@@ -193,24 +198,28 @@ Status Leadership::verify_chain(Session& session) {
   }
   LM_ASSIGN_OR_RETURN(const Rows rows,
                       session.query("SELECT epoch, commits, highest_job, secret FROM turn, audit_secret"));
-  if (rows.size() != 1) {
-    return data_loss("{}: the row that counts its commits is missing; restore a backup", session.place());
-  }
   const Sha256 id = sha256(rows.view(0, 3));
   std::copy_n(id.bytes.begin(), store_.size(), store_.begin());
   CommitMark mark{store_, mark_of(rows.natural(0, 0), rows.natural(0, 1)), {}, rows.natural(0, 2)};
   const Status whole = check_shared_chain(chain_->last(), mark);
-  if (!whole.ok() && !options_.accept_loss) {
-    return failed_precondition(
-        "{}: {}. Restore a backup, or start once with --accept-loss to continue with what is left", session.place(),
-        message_of(whole));
+  if (!whole.ok()) {
+    LM_RETURN_IF_ERROR(check_accepted(whole));
   }
   highest_job_ = mark.highest_job = std::max(mark.highest_job, chain_->last() ? chain_->last()->highest_job : 0);
   if (!whole.ok()) {
-    spdlog::warn("--accept-loss: {}: {}", session.place(), message_of(whole));
     return chain_->restart(mark);
   }
   return chain_->last() == mark ? ok_status() : chain_->append(mark);
+}
+
+Status Leadership::check_accepted(const Status& loss) const {
+  if (!options_.accept_loss) {
+    return failed_precondition(
+        "{}: {}. Restore a backup, or start once with --accept-loss to continue with what is left", session_.place(),
+        message_of(loss));
+  }
+  spdlog::warn("--accept-loss: {}: {}", session_.place(), message_of(loss));
+  return ok_status();
 }
 
 Status Leadership::record_commit(std::uint64_t number, std::uint64_t highest_job) {

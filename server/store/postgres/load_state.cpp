@@ -62,7 +62,7 @@ Status load_results(Session& session, StoredState::StoredJob& job, StoredState& 
       const Result<Hash128> hash = stored::hash_in(rows.view(row, 3));
       Renderer by{rows.text(row, 4), rows.text(row, 5), rows.text(row, 7)};
       const auto audit = static_cast<stored::Audit>(rows.integer(row, 6));
-      if (!stored::is_key(tile, level, index) || !hash.ok() ||
+      if (!stored::is_key(tile, level, index) || !hash.ok() || !stored::is_audit(rows.integer(row, 6)) ||
           rows.integer(row, 8) != stored::checksum_of(key, *hash, by, audit)) {
         stored::leave_out_result({key.job, tile, level, index}, state, repairs);
         continue;
@@ -91,8 +91,8 @@ Status load_next_job_id(Session& session, StoredState& state) {
   return ok_status();
 }
 
-/// Reads nodes without their values. octet_length() does not read them.
-Status load_outlines(Session& session, StoredState::StoredJob& job) {
+/// Reads nodes without their values. octet_length() does not read them. Removes rows that are no nodes.
+Status load_outlines(Session& session, StoredState::StoredJob& job, StoredState& state) {
   FilmPosition position;
   for (;;) {
     LM_ASSIGN_OR_RETURN(
@@ -102,11 +102,19 @@ Status load_outlines(Session& session, StoredState::StoredJob& job) {
                       Parameters(job.record.id.value, position.tile, position.level, position.index, kResultsAtOnce)));
     for (int row = 0; row < rows.size(); ++row) {
       position = {rows.integer(row, 0), rows.integer(row, 1), rows.integer(row, 2)};
-      job.nodes.emplace_back(
-          TileId{static_cast<std::uint32_t>(position.tile)},
-          NodeOutline{{static_cast<std::uint32_t>(position.level), static_cast<std::uint32_t>(position.index)},
-                      rows.natural(row, 3),
-                      rows.natural(row, 4) / sizeof(float)});
+      const TileId tile{static_cast<std::uint32_t>(position.tile)};
+      const SampleRange range{static_cast<std::uint32_t>(position.level), static_cast<std::uint32_t>(position.index)};
+      if (stored::is_key(position.tile, position.level, position.index)) {
+        job.nodes.emplace_back(tile, NodeOutline{range, rows.natural(row, 3), rows.natural(row, 4) / sizeof(float)});
+        continue;
+      }
+      state.damaged.push_back({job.record.id, tile, range});
+      stored::log_damage(state.damaged.back());
+      LM_RETURN_IF_ERROR(
+          session
+              .query("DELETE FROM nodes WHERE job = $1 AND tile = $2 AND level = $3 AND range_index = $4",
+                     Parameters(job.record.id.value, position.tile, position.level, position.index))
+              .status());
     }
     if (rows.size() < kResultsAtOnce) {
       return ok_status();
@@ -126,7 +134,7 @@ Result<StoredState> load_state(Session& session, stored::StoredSpecs& specs, std
   LM_RETURN_IF_ERROR(load_next_job_id(session, state));
   stored::RendererTable renderers;
   for (StoredState::StoredJob& job : state.jobs) {
-    LM_RETURN_IF_ERROR(load_outlines(session, job));
+    LM_RETURN_IF_ERROR(load_outlines(session, job, state));
     if (!has_ended(job.record.state)) {
       LM_RETURN_IF_ERROR(stored::load_values(
           job, state, repairs, [&](JobId id, const FilmPosition& after) { return read_film(session, id, after); }));

@@ -33,6 +33,9 @@ class PostgresStore final : public Store {
       : leadership_(std::move(leadership)),
         session_(leadership_->target(), postgres::commit_statements(), kCommitPatience) {}
 
+  /// Compares the rows with the summary. FAILED_PRECONDITION if some are lost. Call it once, before everything else.
+  Status open();
+
   Result<StoredState> load() override;
   Result<FilmPiece> read_film(JobId job, const FilmPosition& after) override;
   Status commit(std::span<const StoreOp> ops) override;
@@ -45,18 +48,31 @@ class PostgresStore final : public Store {
   const std::shared_ptr<Leadership> leadership_;
   Session session_;
   stored::StoredSpecs specs_;
+  stored::RowKeys keys_;
   bool loaded_ = false;
   std::uint64_t commits_ = 0;             ///< in this epoch
   std::uint64_t highest_job_ = 0;         ///< id in use
   std::optional<std::size_t> undecided_;  ///< number of writes of a commit that may be stored
 };
 
+Status PostgresStore::open() {
+  LM_ASSIGN_OR_RETURN(const postgres::Summary summary, postgres::read_summary(session_));
+  LM_ASSIGN_OR_RETURN(keys_, postgres::load_keys(session_));
+  highest_job_ = std::max(summary.highest_job, leadership_->highest_job());
+  const Status complete = stored::check_keys(keys_.sums(), summary.keys);
+  if (complete.ok()) {
+    return complete;
+  }
+  LM_RETURN_IF_ERROR(leadership_->check_accepted(complete));
+  return commit({});  // with the sums of what is left
+}
+
 Result<StoredState> PostgresStore::load() {
   if (std::exchange(loaded_, true)) {
     LM_RETURN_IF_ERROR(leadership_->take_again());
+    commits_ = 0;
+    undecided_.reset();
   }
-  commits_ = 0;
-  undecided_.reset();
   std::vector<StoreOp> repairs;
   Result<StoredState> state = postgres::load_state(session_, specs_, repairs);
   if (!state.ok() && !session_.connected()) {
@@ -65,7 +81,7 @@ Result<StoredState> PostgresStore::load() {
   }
   LM_RETURN_IF_ERROR(state.status());
   state->epoch = leadership_->epoch();
-  state->next_job_id = std::max(state->next_job_id, leadership_->highest_job() + 1);
+  state->next_job_id = std::max(state->next_job_id, highest_job_ + 1);
   highest_job_ = state->next_job_id - 1;
   if (!repairs.empty()) {
     LM_RETURN_IF_ERROR(commit(repairs));
@@ -93,26 +109,30 @@ Status PostgresStore::commit(std::span<const StoreOp> ops) {
 }
 
 Status PostgresStore::try_to_commit(std::span<const StoreOp> ops) {
-  Status status = postgres::send_commit(session_, leadership_->epoch(), commits_ + 1, ops, specs_);
+  const std::uint64_t highest_job = std::max(highest_job_, highest_job_in(ops));
+  Status status =
+      postgres::send_commit(session_, {leadership_->epoch(), commits_ + 1, highest_job}, ops, specs_, keys_);
   if (session_.connected() && session_.last_state() == postgres::kStoredAlready && !status.ok()) {
     LM_CHECK(undecided_.has_value());
     spdlog::info("the commit during which the connection was lost is stored");
     status = ok_status();
   }
   if (status.ok()) {
-    const std::uint64_t highest_job = std::max(highest_job_, highest_job_in(ops));
     if (Status recorded = leadership_->record_commit(commits_ + 1, highest_job); !recorded.ok()) {
       specs_.forget();
+      keys_.forget();
       undecided_ = ops.size();  // stored, but not acknowledged
       return recorded;
     }
     highest_job_ = highest_job;
     specs_.keep();
+    keys_.keep();
     ++commits_;
     undecided_.reset();
     return status;
   }
   specs_.forget();
+  keys_.forget();
   if (!session_.connected()) {
     undecided_ = ops.size();
   }
@@ -131,7 +151,9 @@ Result<PostgresStores> open_postgres(PostgresOptions options) {
                                         options.accept_loss, options.wait, options.on_deposed}));
   LM_ASSIGN_OR_RETURN(std::string place, leadership->target().describe());
   LM_ASSIGN_OR_RETURN(std::unique_ptr<AssetStore> assets, postgres::open_postgres_assets(leadership, options.assets));
-  return PostgresStores{std::make_unique<PostgresStore>(std::move(leadership)), std::move(assets), std::move(place)};
+  auto store = std::make_unique<PostgresStore>(std::move(leadership));
+  LM_RETURN_IF_ERROR(store->open());
+  return PostgresStores{std::move(store), std::move(assets), std::move(place)};
 }
 
 }  // namespace lightmill

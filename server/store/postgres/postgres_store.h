@@ -41,7 +41,8 @@ struct PostgresStores {
 /// Creates missing tables in the schema `lightmill`, and waits until no other coordinator is active.
 /// - UNAVAILABLE: no connection.
 /// - FAILED_PRECONDITION: the tables have another format, the schema belongs to another program, or acknowledged
-///   commits are lost.
+///   commits or rows are lost.
+/// - DATA_LOSS: a row that all coordinators need is damaged.
 /// - CANCELLED: options.wait ended the wait.
 ///
 /// Every transaction checks the epoch, so a deposed coordinator stores nothing. While the database is away, commits

@@ -1,22 +1,33 @@
-// Tables and functions of the schema `lightmill`, format 7.
+// Tables and functions of the schema `lightmill`, format 8.
 #pragma once
 
 namespace lightmill::postgres {
 
 /// In the table `meta`.
-inline constexpr int kFormat = 7;
+inline constexpr int kFormat = 8;
 
 // `turn` has one row with the epoch and the number of commits. A commit updates the number, which locks the row (not
 // its key) until the commit ends. So commits of one epoch follow each other, and a repeated commit is noticed. A new
 // epoch changes the key, so it begins between two commits. Other writers share the key. `lease` names the active
 // coordinator, and when its lease expires.
 //
+// `summary` has one row with a checksum (summary.h). Each commit replaces it.
+//
 // Small rows have one form (server/store/records.h). A job's specification can be several MB large, and is written once
 // or twice. Its progress is small, and changes with every commit. Unsigned 64-bit numbers keep their bits. Pixels and
 // assets do not compress, so they are stored uncompressed.
+inline constexpr const char* kSummaryTable = R"sql(
+CREATE TABLE summary (
+  epoch BIGINT NOT NULL,
+  commits BIGINT NOT NULL,
+  highest_job BIGINT NOT NULL,
+  keys BYTEA NOT NULL, -- a sum over the keys of each small table: a row that vanishes is missed
+  checksum BIGINT NOT NULL
+) WITH (fillfactor = 50);
+)sql";
 inline constexpr const char* kSchema = R"sql(
 CREATE TABLE meta (format BIGINT NOT NULL);
-INSERT INTO meta VALUES (7);
+INSERT INTO meta VALUES (8);
 
 CREATE TABLE turn (
   epoch BIGINT PRIMARY KEY,
@@ -100,7 +111,7 @@ CREATE TABLE job_progress (
   checksum BIGINT NOT NULL
 ) WITH (fillfactor = 50);
 
--- Films. A row is a node of a tile's forest. `hash` is hash_of(node), 16 bytes, high word first. Nodes are short-lived.
+-- Films. A row is a node of a tile's forest. `hash` is row_hash_of(node), 16 bytes, high word first. Nodes are short-lived.
 CREATE TABLE nodes (
   job BIGINT NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
   tile BIGINT NOT NULL,

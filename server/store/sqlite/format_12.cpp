@@ -142,7 +142,8 @@ Status load_nodes_of_format_12(Database& database, StoredState& state) {
       }
       const TileId tile{static_cast<std::uint32_t>(rows.natural(1))};
       const SampleRange range{static_cast<std::uint32_t>(rows.natural(2)), static_cast<std::uint32_t>(rows.natural(3))};
-      std::shared_ptr<const Node> node = stored::node_of(range, rows.natural(4), rows.view(5), rows.view(6));
+      std::shared_ptr<const Node> node =
+          stored::node_of({job.record.id, tile, range}, rows.natural(4), rows.view(5), rows.view(6));
       if (node == nullptr) {
         state.damaged.push_back({job.record.id, tile, range});
         stored::log_damage(state.damaged.back());

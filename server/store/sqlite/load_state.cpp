@@ -81,7 +81,7 @@ Status load_results(Database& database, StoredState& state, std::vector<StoreOp>
       const Result<Hash128> hash = stored::hash_in(rows.view(3));
       Renderer by{rows.text(4), rows.text(5), rows.text(7)};
       const auto audit = static_cast<stored::Audit>(rows.integer(6));
-      if (!stored::is_key(tile, level, index) || !hash.ok() ||
+      if (!stored::is_key(tile, level, index) || !hash.ok() || !stored::is_audit(rows.integer(6)) ||
           rows.integer(8) != stored::checksum_of(key, *hash, by, audit)) {
         stored::leave_out_result({id, tile, level, index}, state, repairs);
         continue;

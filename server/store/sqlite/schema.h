@@ -1,4 +1,4 @@
-// Tables of the SQLite store, format 13.
+// Tables of the SQLite store, format 14.
 #pragma once
 
 namespace lightmill::sqlite {
@@ -40,7 +40,7 @@ CREATE TABLE job_progress (
   checksum INTEGER NOT NULL
 );
 
--- The films: each row one node of a tile's forest; hash is hash_of(node), 16 bytes, high word first.
+-- The films: each row one node of a tile's forest; hash is row_hash_of(node), 16 bytes, high word first.
 CREATE TABLE nodes (
   id INTEGER PRIMARY KEY,
   job INTEGER NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,

@@ -241,7 +241,7 @@ Status SqliteStore::apply(const Op& op) {
 }
 
 Status SqliteStore::apply(const PutNode& op) {
-  const Hash128 hash = hash_of(*op.node);
+  const Hash128 hash = stored::row_hash_of(op.job, op.tile, *op.node);
   const std::array<std::uint8_t, 16> bytes = bytes_of(hash);
   const SampleRange& range = op.node->range;
   add_to_hash(op.job.value, op.tile.value, range.level, range.index, op.node->non_finite, hash.high, hash.low);
@@ -326,7 +326,9 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
         "{} is not a Lightmill store (application id {:#x}): choose another directory with --data", file.string(),
         application);
   }
-  return check_store_format(file.string(), version, kSqliteFormatVersion, "another directory with --data");
+  return version == kSameTablesVersion
+             ? ok_status()
+             : check_store_format(file.string(), version, kSqliteFormatVersion, "another directory with --data");
 }
 
 Result<Statements> prepare_statements(Database& database) {
@@ -367,16 +369,6 @@ Result<Statements> prepare_statements(Database& database) {
   return all;
 }
 
-/// FAILED_PRECONDITION unless the keys of the small rows are those that were written.
-Status check_keys(const stored::RowKeys::Sums& found, const stored::RowKeys::Sums& written) {
-  for (std::size_t table = 0; table < stored::kTableCount; ++table) {
-    if (found[table] != written[table]) {
-      return failed_precondition("its table {} has lost rows, or still has deleted rows", stored::kTables[table].name);
-    }
-  }
-  return ok_status();
-}
-
 /// Explains a loss by the state of the journal.
 std::string damage_of(const sqlite::JournalScan& journal) {
   return journal.damaged ? fmt::format(" Its journal is damaged at frame {} of {}.", journal.sound_frames + 1,
@@ -407,7 +399,7 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
   CommitMark found{row.id, row.commits, row.hash, static_cast<std::uint64_t>(highest)};
   LM_ASSIGN_OR_RETURN(stored::RowKeys keys, sqlite::load_keys(database));
   Status complete = check_chain(chain.last(), found);
-  complete = complete.ok() ? check_keys(keys.sums(), row.keys) : complete;
+  complete = complete.ok() ? stored::check_keys(keys.sums(), row.keys) : complete;
   if (!complete.ok() && !options.accept_loss) {
     return failed_precondition("{}: {}.{} {}", file.string(), message_of(complete), damage_of(journal), kLossAdvice);
   }
@@ -419,6 +411,11 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
     LM_RETURN_IF_ERROR(chain.restart(found));
   }
   LM_ASSIGN_OR_RETURN(Statements statements, prepare_statements(database));
+  LM_ASSIGN_OR_RETURN(const std::int64_t version, database.number("PRAGMA user_version"));
+  if (version != kSqliteFormatVersion) {
+    LM_RETURN_IF_ERROR(database.execute(fmt::format("PRAGMA user_version = {}", kSqliteFormatVersion)));
+    spdlog::info("{} had store format {}; it has format {} now", file.string(), version, kSqliteFormatVersion);
+  }
   database.checkpoint_at_close(true);
   return std::unique_ptr<Store>(std::make_unique<SqliteStore>(
       std::move(database), std::move(statements), std::move(chain), row, found.highest_job + 1, std::move(keys)));

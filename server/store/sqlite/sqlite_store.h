@@ -9,7 +9,9 @@
 namespace lightmill {
 
 /// Format version, in PRAGMA user_version.
-inline constexpr int kSqliteFormatVersion = 13;
+inline constexpr int kSqliteFormatVersion = 14;
+/// Has the same tables. Rows of nodes have other hashes, which are still known (stored::node_of).
+inline constexpr int kSameTablesVersion = 13;
 
 struct SqliteOptions {
   bool accept_loss = false;  ///< start with a database that has lost acknowledged commits

@@ -456,14 +456,15 @@ TEST_F(CliTest, ProgramsWithoutEnoughMemorySaySoAndEnd) {
   const std::string port_file = file("port");
   const std::vector<std::vector<std::string>> programs{
       {program("lightmill-server"), "--listen", "127.0.0.1:0", "--data", file("data"), "--port-file", port_file},
-      {program("lightmill-worker"), "--server", "127.0.0.1:9", "--threads", "2"}};
+      {program("lightmill-worker"), "--server", "127.0.0.1:9", "--threads", "2"},
+      {program("lightmill-worker"), "--server", "127.0.0.1:9", "--threads", "4"}};
   for (const std::vector<std::string>& arguments : programs) {
     const std::string name = std::filesystem::path(arguments.front()).filename();
     int refused = 0;
-    for (const int kib : {90'000, 120'000, 160'000, 220'000, 300'000, 400'000}) {
+    for (const int kib : {90'000, 120'000, 160'000, 220'000, 300'000, 331'250, 368'750, 400'000}) {
       std::vector<std::string> limited{"/bin/sh", "-c", fmt::format("ulimit -v {}; exec \"$@\"", kib), "sh"};
       limited.insert(limited.end(), arguments.begin(), arguments.end());
-      const std::string log = file(fmt::format("{}-{}.log", name, kib));
+      const std::string log = file(fmt::format("{}-{}-{}.log", name, &arguments - programs.data(), kib));
       std::filesystem::remove(port_file);
       BackgroundProcess process(limited, log, environment());
       const auto said = [&] { return read_file(log).value_or(""); };

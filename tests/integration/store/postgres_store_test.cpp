@@ -9,7 +9,10 @@
 #include "common/base/file.h"
 #include "server/store/commit_chain.h"
 #include "server/store/postgres/commit_batch.h"
+#include "server/store/postgres/format_6.h"
+#include "server/store/postgres/format_7.h"
 #include "server/store/postgres/schema.h"
+#include "server/store/row_values.h"
 #include "tests/support/fault_proxy.h"
 #include "tests/support/places.h"
 #include "tests/support/postgres_server.h"
@@ -120,11 +123,11 @@ TEST_F(PostgresStoreTest, AnotherFormatIsRefusedWithWhatToDo) {
   };
   EXPECT_EQ(refusal_after(fmt::format("UPDATE lightmill.meta SET format = {}", postgres::kFormat + 1)),
             place +
-                " has store format 8, newer than format 7 of this lightmill-server: use the newer lightmill-server "
+                " has store format 9, newer than format 8 of this lightmill-server: use the newer lightmill-server "
                 "that wrote it, or choose another database with --store");
-  EXPECT_EQ(refusal_after(fmt::format("UPDATE lightmill.meta SET format = {}", postgres::kFormat - 2)),
+  EXPECT_EQ(refusal_after(fmt::format("UPDATE lightmill.meta SET format = {}", postgres::kFormatBefore - 1)),
             place +
-                " has store format 5, older than format 7 of this lightmill-server: use the older lightmill-server "
+                " has store format 5, older than format 8 of this lightmill-server: use the older lightmill-server "
                 "that wrote it, or choose another database with --store");
   EXPECT_EQ(refusal_after("DELETE FROM lightmill.meta"),
             place +
@@ -158,17 +161,77 @@ TEST_F(PostgresStoreTest, ADatabaseOfThePreviousFormatIsMigratedAndKept) {
   EXPECT_EQ(describe(stored()), describe(state_of_the_format_before()));
 }
 
+/// "'\\x…'"
+std::string literal_of(const Hash128& hash) {
+  std::string text;
+  for (const std::uint8_t byte : stored::bytes_of(hash)) {
+    text += fmt::format("{:02x}", byte);
+  }
+  return "'\\x" + text + "'";
+}
+
+TEST_F(PostgresStoreTest, ADatabaseOfFormat7IsUpgradedInPlace) {
+  const std::shared_ptr<const Node> node = small_node(0, 0, 1);
+  std::string before;
+  {
+    const auto store = opened(options()).store;
+    ASSERT_TRUE(store->load().ok());
+    ASSERT_TRUE(store
+                    ->commit(std::vector<StoreOp>{PutJob{full_record(1)}, PutNode{JobId{1}, TileId{0}, node},
+                                                  PutToken{{"t", "ada", Roles::all(), {}, "root", 1, 2}}})
+                    .ok());
+    before = describe(load_with_films(*store).value());
+  }
+  // As format 7 has it: no summary, and hashes of nodes without their place.
+  sql(fmt::format(
+      "DROP TABLE lightmill.summary; UPDATE lightmill.meta SET format = {}; UPDATE lightmill.nodes SET hash "
+      "= {}",
+      postgres::kFormat7, literal_of(hash_of(*node))));
+  sql("UPDATE lightmill.lease SET expires = clock_timestamp() + interval '1 hour'");
+  EXPECT_EQ(open_postgres(options()).status().code(), StatusCode::kFailedPrecondition) << "a coordinator uses it";
+  sql("UPDATE lightmill.lease SET expires = '-infinity'");
+  for (int start = 0; start < 2; ++start) {
+    EXPECT_EQ(describe(load_with_films(*opened(options()).store).value()), before);
+    EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), std::to_string(postgres::kFormat));
+  }
+}
+
+TEST_F(PostgresStoreTest, ALostRowIsRefusedUntilThatIsAccepted) {
+  {
+    const auto store = opened(options()).store;
+    ASSERT_TRUE(store->load().ok());
+    ASSERT_TRUE(store
+                    ->commit(std::vector<StoreOp>{PutJob{full_record(1)}, PutJob{full_record(2)},
+                                                  PutToken{{"t", "ada", Roles::all(), {}, "root", 1, 2}}})
+                    .ok());
+    ASSERT_TRUE(store->commit(std::vector<StoreOp>{DeleteJobRows{JobId{2}}}).ok()) << "this is no loss";
+  }
+  EXPECT_EQ(stored().jobs.size(), 1u);
+  sql("DELETE FROM lightmill.tokens");
+  const Status refused = open_postgres(options()).status();
+  EXPECT_EQ(refused.code(), StatusCode::kFailedPrecondition);
+  EXPECT_NE(message_of(refused).find("its table tokens has lost rows"), std::string::npos) << refused;
+  EXPECT_NE(message_of(refused).find("--accept-loss"), std::string::npos) << refused;
+  PostgresOptions accepting = options();
+  accepting.accept_loss = true;
+  EXPECT_EQ(opened(accepting).store->load()->jobs.size(), 1u);
+  EXPECT_TRUE(open_postgres(options()).ok()) << "it was accepted once";
+}
+
 TEST_F(PostgresStoreTest, ADatabaseBehindTheRecordOfTheLastCommitIsRefusedUntilThatIsAccepted) {
   const TemporaryFolder folder;
   PostgresOptions recorded = options();
   recorded.chain = folder.path() / "postgres-chain";
+  std::string backup;  // of the first epoch
   for (const std::uint64_t id : {1u, 2u}) {
-    const auto store = opened(recorded).store;
-    ASSERT_TRUE(store->load().ok());
-    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(id)}}).ok());
+    {
+      const auto store = opened(recorded).store;
+      ASSERT_TRUE(store->load().ok());
+      ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(id)}}).ok());
+    }
+    backup = id == 1 ? server().dumped_and_restored(url_) : backup;
   }
-  // Like a database restored from a backup of the first epoch.
-  sql("DELETE FROM lightmill.jobs WHERE id = 2; UPDATE lightmill.turn SET epoch = 1, commits = 1, highest_job = 1");
+  url_ = recorded.url = backup;
   const Status refused = open_postgres(recorded).status();
   EXPECT_EQ(refused.code(), StatusCode::kFailedPrecondition);
   EXPECT_NE(message_of(refused).find("Jobs up to 2 and their results may be lost"), std::string::npos) << refused;

@@ -129,6 +129,10 @@ class CoordinatorTest : public ::testing::Test {
 
   void flush() {
     coordinator->grants_sent(leases_granted(effects.after_commit), now);
+    std::ranges::move(ends_in(effects.writes), std::back_inserter(ends_unstored));
+    if (stores_ends) {
+      store_ends();
+    }
     for (std::vector<Outgoing>* channel : {&effects.now, &effects.after_commit}) {
       sent.insert(sent.end(), channel->begin(), channel->end());
     }
@@ -138,6 +142,8 @@ class CoordinatorTest : public ::testing::Test {
     films_told.insert(films_told.end(), effects.films.begin(), effects.films.end());
     effects = {};
   }
+
+  void store_ends() { coordinator->ends_stored(std::exchange(ends_unstored, {})); }
 
   /// Added to half A by each pixel's first sample. With n samples the halves' means are then 2 + 2·first_extra/n and 2.
   /// So the frame's relMSE is (first_extra/n)² / 4.01 in all pixels alike. What half A alone has is no part of the
@@ -149,6 +155,8 @@ class CoordinatorTest : public ::testing::Test {
   Effects effects;
   std::vector<Outgoing> sent;
   std::vector<StoreOp> writes;
+  bool stores_ends = true;  ///< else store_ends() does it
+  std::vector<JobId> ends_unstored;
   std::vector<SessionId> closed;
   std::vector<JobId> film_reads;
   std::vector<FilmOutcome> films_told;

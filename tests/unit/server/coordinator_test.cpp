@@ -222,6 +222,58 @@ TEST_F(CoordinatorTest, ADoneJobCanBeExtended) {
   EXPECT_EQ(coordinator->extend(JobId{2}, {300}, now, effects).code(), StatusCode::kFailedPrecondition);
 }
 
+TEST_F(CoordinatorTest, AnEndIsShownOnceItsRowIsStored) {
+  stores_ends = false;
+  const JobId job = submit(spec());
+  const SessionId session = connect("w");
+  const auto count = [&](const JobFilter& filter) { return coordinator->count_jobs(filter); };
+  const auto expect_running = [&] {
+    const JobStatus shown = status(job);
+    EXPECT_EQ(shown.state, JobState::running);
+    EXPECT_EQ(shown.reason, "");
+    EXPECT_EQ(shown.reached, GoalLimit::none);
+    EXPECT_EQ(shown.finished_unix_ms, 0);
+    EXPECT_EQ(count({.unfinished = true}), 1u);
+    EXPECT_EQ(count({.states = {JobState::running}}), 1u);
+    EXPECT_EQ(count({.states = {JobState::done}}), 0u);
+    EXPECT_EQ(coordinator->gauges().jobs[static_cast<std::size_t>(JobState::running)], 1u);
+  };
+  work(session);
+  EXPECT_EQ(coordinator->decided_status(job, now)->state, JobState::done);
+  expect_running();
+  coordinator->hold("the disk is full", now, effects);
+  EXPECT_EQ(status(job).reason, "the disk is full");
+  coordinator->hold("", now, effects);
+
+  // The job is extended and ends again. The commit of the first end says nothing about the second.
+  ASSERT_TRUE(coordinator->extend(job, {8}, now, effects).ok());
+  flush();
+  work(session);
+  ASSERT_EQ(ends_unstored, (std::vector{job, job}));
+  const std::uint64_t version = coordinator->version(job);
+  coordinator->ends_stored(std::vector{job});
+  expect_running();
+  EXPECT_EQ(coordinator->version(job), version);
+  coordinator->ends_stored(std::vector{job});
+  EXPECT_GT(coordinator->version(job), version) << "watchers get it";
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(status(job).reason, "reached 8 samples per pixel");
+  EXPECT_EQ(status(job).finished_unix_ms, unix_ms());
+  EXPECT_EQ(count({.unfinished = true}), 0u);
+  EXPECT_EQ(count({.states = {JobState::done}}), 1u);
+}
+
+TEST_F(CoordinatorTest, APausedJobThatIsCancelledIsShownAsPausedUntilItIsStored) {
+  stores_ends = false;
+  const JobId job = submit(spec());
+  ASSERT_TRUE(coordinator->pause(job, now, effects).ok());
+  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), effects).ok());
+  flush();
+  EXPECT_EQ(status(job).state, JobState::paused);
+  store_ends();
+  EXPECT_EQ(status(job).state, JobState::cancelled);
+}
+
 TEST_F(CoordinatorTest, APriorityIsStoredUntilTheJobHasEnded) {
   const JobId job = submit(spec("r1", 100));
   flush();
@@ -485,6 +537,7 @@ TEST_F(CoordinatorTest, ListsTheNewestJobsOfAFilter) {
   EXPECT_EQ(listed({.before = submitted[0]}), chosen({}));
   Effects effects;
   ASSERT_TRUE(coordinator->cancel(submitted[4], now, 0, effects).ok());
+  coordinator->ends_stored(ends_in(effects.writes));
   ASSERT_TRUE(coordinator->pause(submitted[3], now, effects).ok());
   EXPECT_EQ(listed({.most = 2, .unfinished = true}), chosen({3, 2}));
   EXPECT_EQ(listed({.unfinished = true, .admits = of_a}), chosen({2, 0}));

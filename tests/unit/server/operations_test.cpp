@@ -179,6 +179,35 @@ TEST_F(OperationCallTest, AChangeIsRecordedAndAnsweredAfterItsCommit) {
   EXPECT_EQ(log[0].change, "state queued -> paused");
 }
 
+TEST_F(OperationCallTest, AnEndIsShownOnceItIsStored) {
+  const JobId job = submit("ada");
+  const auto seen = [&] {
+    const auto asked = call(Rpc::get_job);
+    static_cast<v1::GetJobRequest&>(asked->request()).set_id(job.value);
+    EXPECT_TRUE(start(asked, user("ada")).get().ok());
+    return static_cast<const v1::Job&>(asked->reply()).state();
+  };
+  const auto listed = [&](v1::JobState state) {
+    const auto asked = call(Rpc::list_jobs);
+    static_cast<v1::ListJobsRequest&>(asked->request()).add_states(state);
+    EXPECT_TRUE(start(asked, user("ada")).get().ok());
+    return static_cast<const v1::ListJobsResponse&>(asked->reply()).jobs_size();
+  };
+  const auto asked = call(Rpc::cancel_job);
+  static_cast<v1::CancelJobRequest&>(asked->request()).set_id(job.value);
+  std::future<Status> answer = start(asked, user("ada"));
+  EXPECT_EQ(seen(), v1::JOB_STATE_QUEUED);
+  EXPECT_EQ(listed(v1::JOB_STATE_QUEUED), 1);
+  EXPECT_EQ(listed(v1::JOB_STATE_CANCELLED), 0);
+  let_commits();
+  EXPECT_TRUE(answer.get().ok());
+  EXPECT_EQ(static_cast<const v1::Job&>(asked->reply()).state(), v1::JOB_STATE_CANCELLED);
+  EXPECT_EQ(seen(), v1::JOB_STATE_CANCELLED);
+  EXPECT_EQ(listed(v1::JOB_STATE_QUEUED), 0);
+  EXPECT_EQ(listed(v1::JOB_STATE_CANCELLED), 1);
+  EXPECT_EQ(actions().at(0).change, "state queued -> cancelled");
+}
+
 TEST_F(OperationCallTest, ACallAboutAnotherUsersJobIsRefusedAndRecorded) {
   const JobId job = submit("ada");
   const auto asked = call(Rpc::pause_job);

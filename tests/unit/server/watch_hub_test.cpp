@@ -225,19 +225,22 @@ TEST_F(WatchHubTest, AWatcherWithoutTilesGetsOnlyTheState) {
   EXPECT_TRUE(inbox->updates[0].tiles.empty());
 }
 
-TEST_F(WatchHubTest, AnEndIsShownAfterItsCommit) {
+TEST_F(WatchHubTest, AnEndIsShownAtOnceWhenItIsStored) {
+  stores_ends = false;
   const JobId job = submit(spec());
   const auto inbox = watch(job);
-  publish();
-  ASSERT_TRUE(hub.hold(job));
   work(connect("w"));
   publish();
-  EXPECT_EQ(inbox->updates.size(), 1u);
-  hub.release(job);
-  publish();
+  ASSERT_EQ(inbox->updates.size(), 1u);
+  EXPECT_EQ(inbox->updates[0].job.state, JobState::running);
+  EXPECT_EQ(inbox->updates[0].job.min_tile_samples, 4u);
+  EXPECT_FALSE(inbox->updates[0].last);
+  store_ends();
+  hub.hurry(job);
+  EXPECT_EQ(publish(), std::nullopt);
   ASSERT_EQ(inbox->updates.size(), 2u);
+  EXPECT_EQ(inbox->updates[1].job.state, JobState::done);
   EXPECT_TRUE(inbox->updates[1].last);
-  EXPECT_FALSE(hub.hold(job)) << "nobody watches any more";
 }
 
 TEST_F(WatchHubTest, TilesOfAnEndedJobComeOnceItsFilmIsRead) {

@@ -8,6 +8,8 @@
 #include "common/base/file.h"
 #include "server/store/commit_chain.h"
 #include "server/store/data_directory.h"
+#include "server/store/row_values.h"
+#include "server/store/sqlite/format_12.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/store/store_conformance.h"
@@ -56,6 +58,17 @@ class SqliteStoreTest : public ::testing::Test {
     return std::move(store).value();
   }
   void sql(const std::string& text) { execute(file_, text); }
+  int number_in(const std::string& query) {
+    sqlite3* handle = nullptr;
+    sqlite3_stmt* row = nullptr;
+    EXPECT_EQ(sqlite3_open(file_.c_str(), &handle), SQLITE_OK);
+    EXPECT_EQ(sqlite3_prepare_v2(handle, query.c_str(), -1, &row, nullptr), SQLITE_OK);
+    EXPECT_EQ(sqlite3_step(row), SQLITE_ROW);
+    const int number = sqlite3_column_int(row, 0);
+    sqlite3_finalize(row);
+    sqlite3_close(handle);
+    return number;
+  }
 
   TemporaryFolder folder_;
   std::filesystem::path file_ = folder_.path() / "store.sqlite";
@@ -110,11 +123,11 @@ TEST_F(SqliteStoreTest, AnotherFormatIsRefusedWithARemedy) {
   };
   EXPECT_EQ(refusal_of(kSqliteFormatVersion + 1),
             file_.string() +
-                " has store format 14, newer than format 13 of this lightmill-server: use the newer "
+                " has store format 15, newer than format 14 of this lightmill-server: use the newer "
                 "lightmill-server that wrote it, or choose another directory with --data");
-  EXPECT_EQ(refusal_of(kSqliteFormatVersion - 2),
+  EXPECT_EQ(refusal_of(sqlite::kFormatBefore - 1),
             file_.string() +
-                " has store format 11, older than format 13 of this lightmill-server: use the older "
+                " has store format 11, older than format 14 of this lightmill-server: use the older "
                 "lightmill-server that wrote it, or choose another directory with --data");
   for (const int nonsense : {0, -1}) {
     EXPECT_EQ(refusal_of(nonsense),
@@ -140,6 +153,35 @@ TEST_F(SqliteStoreTest, AStoreOfThePreviousFormatIsConvertedAndKept) {
   std::filesystem::rename(file_.string() + ".format-12", file_);
   std::filesystem::remove(chain_);
   EXPECT_EQ(test::describe(open()->load().value()), test::describe(test::state_of_the_format_before()));
+}
+
+TEST_F(SqliteStoreTest, AStoreOfFormat13IsReadAsItIs) {
+  const std::shared_ptr<const Node> node = test::small_node(0, 0, 1);
+  ASSERT_TRUE(
+      open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}, PutNode{JobId{1}, TileId{0}, node}}).ok());
+  const std::string before = test::describe(test::load_with_films(*open()).value());
+  // There, hashes of nodes are without their place.
+  std::string hash;
+  for (const std::uint8_t byte : stored::bytes_of(hash_of(*node))) {
+    hash += fmt::format("{:02x}", byte);
+  }
+  sql(fmt::format("PRAGMA user_version = {}; UPDATE nodes SET hash = x'{}'", kSameTablesVersion, hash));
+  for (int start = 0; start < 2; ++start) {
+    EXPECT_EQ(test::describe(test::load_with_films(*open()).value()), before);
+  }
+  EXPECT_EQ(number_in("PRAGMA user_version"), kSqliteFormatVersion);
+}
+
+TEST_F(SqliteStoreTest, ANodeInThePlaceOfAnotherIsDamaged) {
+  ASSERT_TRUE(open()
+                  ->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}, PutJob{test::full_record(2)},
+                                                PutNode{JobId{1}, TileId{0}, test::small_node(0, 0, 1)},
+                                                PutNode{JobId{2}, TileId{0}, test::small_node(0, 0, 2)}})
+                  .ok());
+  sql("UPDATE nodes SET tile = 9 WHERE job = 1; UPDATE nodes SET job = 1 WHERE job = 2; UPDATE nodes SET job = 2, tile = 0 "
+      "WHERE tile = 9");
+  const StoredState state = test::load_with_films(*open()).value();
+  EXPECT_EQ(state.damaged.size(), 2u);
 }
 
 TEST_F(SqliteStoreTest, ConversionDoesNotHideDamage) {

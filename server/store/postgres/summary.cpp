@@ -1,0 +1,85 @@
+#include "server/store/postgres/summary.h"
+
+#include <cstring>
+
+#include "server/store/row_values.h"
+
+namespace lightmill::postgres {
+namespace {
+
+Status damaged(const Session& session, std::string_view what) {
+  return data_loss("{}: {}; restore a backup", session.place(), what);
+}
+
+}  // namespace
+
+std::int64_t checksum_of(const Summary& summary) {
+  Xxh3Hasher hasher;
+  const std::array<std::uint64_t, 3> numbers{summary.epoch, summary.commits, summary.highest_job};
+  hasher.append(stored::view_of(numbers));
+  hasher.append(stored::view_of(summary.keys));
+  return static_cast<std::int64_t>(hasher.finish().low);
+}
+
+Result<Summary> read_summary(Session& session) {
+  LM_ASSIGN_OR_RETURN(const Rows rows,
+                      session.query("SELECT epoch, commits, highest_job, keys, checksum FROM summary"));
+  Summary summary;
+  if (rows.size() != 1 || rows.view(0, 3).size() != sizeof(summary.keys)) {
+    return damaged(session, "the row that sums up its commits is missing or damaged");
+  }
+  summary.epoch = rows.natural(0, 0);
+  summary.commits = rows.natural(0, 1);
+  summary.highest_job = rows.natural(0, 2);
+  std::memcpy(summary.keys.data(), rows.view(0, 3).data(), sizeof(summary.keys));
+  return rows.integer(0, 4) == checksum_of(summary)
+             ? Result<Summary>(summary)
+             : damaged(session, "the row that sums up its commits has a wrong checksum");
+}
+
+Status check_turn(Session& session) {
+  // One statement, so that no commit comes between the tables.
+  LM_ASSIGN_OR_RETURN(
+      const Rows rows,
+      session.query("SELECT turn.epoch, turn.commits, turn.highest_job, summary.epoch, summary.commits, "
+                    "summary.highest_job FROM turn, summary, lease, audit_secret"));
+  if (rows.size() != 1) {
+    return damaged(session, "a row that all coordinators need is missing, or there are several");
+  }
+  const std::uint64_t epoch = rows.natural(0, 0), commits = rows.natural(0, 1), written = rows.natural(0, 3);
+  const bool agrees = epoch == written ? commits == rows.natural(0, 4) : epoch > written && commits == 0;
+  return agrees && rows.natural(0, 2) == rows.natural(0, 5)
+             ? ok_status()
+             : damaged(session, fmt::format("the row that counts its commits is damaged: epoch {}, commit {}, highest "
+                                            "job {}",
+                                            epoch, commits, rows.natural(0, 2)));
+}
+
+Result<stored::RowKeys> load_keys(Session& session) {
+  stored::RowKeys keys;
+  for (std::size_t i = 0; i < stored::kTableCount; ++i) {
+    const stored::TableInfo& info = stored::kTables[i];
+    LM_ASSIGN_OR_RETURN(const Rows rows, session.query(fmt::format("SELECT {} FROM {}", info.key, info.name).c_str()));
+    for (int row = 0; row < rows.size(); ++row) {
+      keys.put(static_cast<stored::Table>(i),
+               info.numbered ? stored::Key{rows.natural(row, 0)} : stored::Key{0, rows.text(row, 0)});
+    }
+  }
+  keys.keep();
+  return keys;
+}
+
+Status create_summary(Session& session, const stored::RowKeys::Sums& keys) {
+  LM_ASSIGN_OR_RETURN(const Rows turn, session.query("SELECT epoch, commits, highest_job FROM turn"));
+  if (turn.size() != 1) {
+    return damaged(session, "the row that counts its commits is missing, or there are several");
+  }
+  const Summary summary{turn.natural(0, 0), turn.natural(0, 1), turn.natural(0, 2), keys};
+  return session
+      .query("INSERT INTO summary VALUES ($1, $2, $3, $4, $5)",
+             Parameters(summary.epoch, summary.commits, summary.highest_job, stored::view_of(summary.keys),
+                        checksum_of(summary)))
+      .status();
+}
+
+}  // namespace lightmill::postgres
