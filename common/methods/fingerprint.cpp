@@ -142,6 +142,7 @@ TestScene make_test_scene(const Rendered& rendered) {
       {"print", DiffuseMaterial{{{0.7f, 0.8f, 0.9f}, 1}}, {}, false},
       {"holdout", HoldoutMaterial{}, {}, false},
   };
+  scene.materials[9].single_scattering = true;
   scene.materials[7].roughness_map = {0, ScalarMap::Channel::g};
   scene.materials[10].metallic_map = {1, ScalarMap::Channel::luminance};
   using Image = TextureImage;
