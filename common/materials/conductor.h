@@ -1,7 +1,10 @@
 // Metal BSDF: Fresnel reflection by a complex index of refraction per channel, smooth or rough (GGX).
+//
+// Rough metal gives back the light of several bounces (ggx_albedo.h), and is reciprocal.
 #pragma once
 
 #include "common/materials/ggx.h"
+#include "common/materials/ggx_albedo.h"
 
 namespace lightmill::conductor {
 
@@ -26,6 +29,9 @@ inline V8 fresnel(F8 cos_i, const V8& n, const V8& k) {
   return {fresnel(cos_i, n.x, k.x), fresnel(cos_i, n.y, k.y), fresnel(cos_i, n.z, k.z)};
 }
 
+/// Mean reflectance of all directions, weighted by the cosine. Error below 1e-3.
+Vec3 mean_fresnel(const Vec3& n, const Vec3& k);
+
 }  // namespace lightmill::conductor
 
 namespace lightmill {
@@ -33,13 +39,14 @@ namespace lightmill {
 /// Lanes with alpha < ggx::kSmoothAlpha are delta.
 struct Conductor8 {
   static constexpr bool kTransmits = false, kHasLobes = false, kLosesSamples = true;
-  V8 eta, k;  ///< complex index per channel, relative to the medium on wo's side
-  F8 alpha;   ///< GGX, in [0, 1]
+  V8 eta, k;             ///< complex index per channel, relative to the medium on wo's side
+  F8 alpha;              ///< GGX, in [0, 1]
+  V8 mean_fresnel = {};  ///< conductor::mean_fresnel; 0: single scattering only
 
   V8 eval(const V8& wo, const V8& wi) const {
     const V8 m = ggx::half_vector(wo, wi);
     const F8 facets = masked(rough(), ggx::reflection(wo, wi, m, alpha));
-    return conductor::fresnel(max(dot(wo, m), F8(0.0f)), eta, k) * facets;
+    return conductor::fresnel(max(dot(wo, m), F8(0.0f)), eta, k) * all_bounces(wo, wi) * facets;
   }
 
   F8 pdf_solid_angle(const V8& wo, const V8& wi) const {
@@ -51,9 +58,10 @@ struct Conductor8 {
     const V8 up{F8(0.0f), F8(0.0f), F8(1.0f)};
     const V8 m = select(is_rough, ggx::sample_visible_normal(wo, alpha, u), up);
     const V8 wi = ggx::reflect(wo, m);
-    const F8 masking = select(is_rough, ggx::reflection_weight(wo, wi, alpha), F8(1.0f));
+    const V8 one = broadcast(Vec3(1));
+    const V8 facets = select(is_rough, all_bounces(wo, wi) * ggx::reflection_weight(wo, wi, alpha), one);
     const V8 f = conductor::fresnel(min(dot(wo, m), F8(1.0f)), eta, k);
-    return {wi, f * masking, masked(is_rough, ggx::reflection_pdf_solid_angle(wo, wi, m, alpha)), M8(), F8(1.0f)};
+    return {wi, f * facets, masked(is_rough, ggx::reflection_pdf_solid_angle(wo, wi, m, alpha)), M8(), F8(1.0f)};
   }
 
   SmoothLobes8 smooth(const V8& wo) const {
@@ -61,6 +69,17 @@ struct Conductor8 {
   }
 
   M8 rough() const { return alpha >= F8(ggx::kSmoothAlpha); }
+
+ private:
+  /// Light of all bounces over that of the first.
+  V8 all_bounces(const V8& wo, const V8& wi) const {
+    const V8 one = broadcast(Vec3(1));
+    if ((max_component(mean_fresnel) > F8(0.0f)).none()) {
+      return one;
+    }
+    const F8 gained = ggx::balance(wo.z, alpha) * ggx::balance(wi.z, alpha) - F8(1.0f);
+    return one + ggx::kept_by_bounces(mean_fresnel, alpha) * gained;
+  }
 };
 
 }  // namespace lightmill

@@ -1,39 +1,44 @@
-// Tabulated albedo of GGX surfaces, which says how much light is left for layers below.
+// Tabulated albedos of GGX surfaces, and the factors that give back what single scattering loses. A step of the build
+// makes the tables (ggx_tabulate.cpp).
+//
+// Facets scatter light once in ggx.h. Light that meets several facets is lost there, up to 69 %. `balance` tabulates
+// factors g ≥ 0 with
+//   g(wo) ∫ f(wo, wi) g(wi) |cos θi| dωi = 1
+// for a white f. So g(wo) f g(wi) reflects and transmits all light. It is reciprocal where f is, and the density of its
+// samples stays that of f. This is the scaling of a symmetric kernel (Sinkhorn and Knopp 1967). For metal of alpha 1, g
+// is H/√2 with Chandrasekhar's H function. Glass with an index between 1/1.2 and 1.2 gets back a part only, which fades
+// to none at index 1.
 #pragma once
-
-#include <vector>
 
 #include "common/math/vec.h"
 
-namespace lightmill {
+namespace lightmill::ggx {
 
-/// Directional albedos of GGX reflection (single scattering) with Schlick's Fresnel term F = f0 (1 − w) + f90 w, w = (1
-/// − cos)⁵. They are linear in f0 and f90, so two tables over cos θ and roughness serve all materials. Rows are
-/// interpolated linearly in √cos θ and √alpha. Values are raised by the largest interpolation error, so that a layer
-/// with 1 − albedo never creates energy.
-class GgxAlbedo {
- public:
-  /// The only instance, made on first use (about 10 ms). Thread-safe.
-  static const GgxAlbedo& instance();
-
-  struct Terms8 {
-    F8 normal;                                                          ///< albedo per f0
-    F8 grazing;                                                         ///< albedo per f90
-    F8 of(F8 f0, F8 f90) const { return f0 * normal + f90 * grazing; }  ///< at most 1 for f0, f90 <= 1
-  };
-
-  Terms8 directional(F8 cos_theta, F8 alpha) const;
-  /// Mean of `directional` over the hemisphere, weighted by cos θ.
-  Terms8 mean(F8 alpha) const;
-  /// Minimum of `directional` over all angles, for f0 = 0.04 and f90 = 1.
-  F8 least_coat(F8 alpha) const;
-
- private:
-  GgxAlbedo();
-
-  std::vector<float> normal_, grazing_;            ///< rows of √α, columns of √cos θ
-  std::vector<float> mean_normal_, mean_grazing_;  ///< by √α
-  std::vector<float> least_coat_;                  ///< by √α
+/// Albedos of reflection (single scattering) with Schlick's Fresnel term F = f0 (1 − w) + f90 w, w = (1 − cos)⁵. They
+/// are linear in f0 and f90. Values are raised by the largest interpolation error, so that a layer with 1 − albedo
+/// never creates energy.
+struct Albedo8 {
+  F8 normal;                                                          ///< albedo per f0
+  F8 grazing;                                                         ///< albedo per f90
+  F8 of(F8 f0, F8 f90) const { return f0 * normal + f90 * grazing; }  ///< at most 1 for f0, f90 <= 1
 };
+Albedo8 albedo(F8 cos_theta, F8 alpha);
+/// Mean of `albedo` over the hemisphere, weighted by cos θ.
+Albedo8 mean_albedo(F8 alpha);
 
-}  // namespace lightmill
+/// g of facets that reflect all light. Metal multiplies single scattering by 1 + κ (g(wo) g(wi) − 1), with κ from
+/// `kept_by_bounces`.
+F8 balance(F8 cos_theta, F8 alpha);
+/// g of clear glass. `eta`: index of refraction behind the surface over that on the direction's side.
+F8 balance(F8 cos_theta, F8 alpha, F8 eta);
+
+/// Mean albedo E' of a coat (f0 = 0.04, f90 = 1) where white facets below it scatter to. With it, (1 − E(wo))
+/// (1 − E(wi))/√((1 − E'(wo))(1 − E'(wi))) of their light leaves all light that the coat does not reflect.
+F8 coat_below(F8 cos_theta, F8 coat_alpha, F8 alpha);
+
+/// Share κ of the lost light that metal gives back: F L/(1 − F (1 − L)), the sum of the bounces after the first (Kulla
+/// and Conty 2017). F is the mean reflectance of a facet, 0 for no compensation. L is the share of light that leaves
+/// after each bounce: the root of the mean albedo of white facets, a fit to walks over random surfaces of facets.
+V8 kept_by_bounces(const V8& mean_fresnel, F8 alpha);
+
+}  // namespace lightmill::ggx

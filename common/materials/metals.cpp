@@ -1,5 +1,9 @@
 #include "common/materials/metals.h"
 
+#include <numeric>
+
+#include "common/materials/conductor.h"
+
 namespace lightmill {
 namespace {
 
@@ -27,6 +31,22 @@ std::optional<Metal> find_metal(std::string_view name) {
     }
   }
   return std::nullopt;
+}
+
+Vec3 conductor::mean_fresnel(const Vec3& n, const Vec3& k) {
+  constexpr int kSteps = 64;
+  V8 sum;
+  for (int i = 0; i < kSteps; i += 8) {
+    // Equal steps of cos² θ.
+    const F8 cos2 = (to_float(U8(static_cast<std::uint32_t>(i)) + U8::lane_index()) + F8(0.5f)) * F8(1.0f / kSteps);
+    sum = sum + fresnel(sqrt(cos2), broadcast(n), broadcast(k));
+  }
+  const auto mean = [](F8 x) {
+    alignas(32) float lanes[8];
+    x.store(lanes);
+    return std::accumulate(std::begin(lanes), std::end(lanes), 0.0f) / kSteps;
+  };
+  return {mean(sum.x), mean(sum.y), mean(sum.z)};
 }
 
 }  // namespace lightmill

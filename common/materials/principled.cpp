@@ -12,8 +12,18 @@ F8 schlick_weight(F8 cos_o) {
   return c2 * c2 * c;
 }
 
+/// Slightly below 1 at most, because 1 − albedo is a divisor.
+F8 coat_albedo(const ggx::Albedo8& of) {
+  return min(of.of(F8(kCoatF0), F8(1.0f)), F8(0.9999f));
+}
+
 F8 average(const V8& color) {
   return (color.x + color.y + color.z) * F8(1.0f / 3);
+}
+
+/// Schlick's reflectance for this weight.
+V8 schlick(const V8& f0, F8 weight) {
+  return f0 + (broadcast(Vec3(1)) - f0) * weight;
 }
 
 /// alpha of a roughness; 0 below the limit of smoothness.
@@ -29,14 +39,14 @@ M8 is_rough(F8 alpha) {
 }  // namespace
 
 Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M8 front)
-    : albedo_(&GgxAlbedo::instance()),
-      base_(p.base_color),
+    : base_(p.base_color),
       alpha_(alpha_of(p.roughness)),
       coat_alpha_(alpha_of(p.coat_roughness)),
       metal_(p.metallic),
       plastic_((F8(1.0f) - p.metallic) * (F8(1.0f) - p.transmission)),
       glass_((F8(1.0f) - p.metallic) * p.transmission),
-      glass_bsdf_{eta, alpha_, base_},
+      compensated_(p.compensated & is_rough(alpha_) & (plastic_ < F8(1.0f))),
+      glass_bsdf_{eta, alpha_, base_, compensated_},
       has_glass_((glass_ > F8(0.0f)).any()),
       has_coat_((p.coat > F8(0.0f)).any()) {
   const F8 root = (p.ior - F8(1.0f)) / (p.ior + F8(1.0f));
@@ -47,22 +57,28 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
   coat_ = masked(~inside_glass, p.coat);
   coat_beyond_ = masked(inside_glass, p.coat);
 
-  terms_ = albedo_->directional(wo.z, alpha_);
+  terms_ = ggx::albedo(wo.z, alpha_);
+  metal_albedo_ = base_ * terms_.normal + V8{terms_.grazing, terms_.grazing, terms_.grazing};
+  if ((compensated_ & (metal_ > F8(0.0f))).any()) {
+    const V8 mean = schlick(base_, F8(1.0f / 21));  // the mean of (1 − cos)⁵
+    metal_kept_ = masked(compensated_, ggx::kept_by_bounces(mean, alpha_));
+    metal_albedo_ = metal_albedo_ + mean * metal_kept_ * (F8(1.0f) - terms_.of(F8(1.0f), F8(1.0f)));
+  }
   gloss_albedo_ = terms_.of(f0_, f90_);
   // Slightly below 1 at most, because 1 − albedo is a divisor.
-  gloss_albedo_mean_ = min(albedo_->mean(alpha_).of(f0_, f90_), F8(0.9999f));
+  gloss_albedo_mean_ = min(ggx::mean_albedo(alpha_).of(f0_, f90_), F8(0.9999f));
   if (has_coat_) {
-    coat_albedo_ = coat_ * albedo_->directional(wo.z, coat_alpha_).of(F8(kCoatF0), F8(1.0f));
-    coat_least_ = coat_ * albedo_->least_coat(coat_alpha_);
+    coat_albedo_ = coat_ * coat_albedo(ggx::albedo(wo.z, coat_alpha_));
+    coat_mean_ = coat_ * coat_albedo(ggx::mean_albedo(coat_alpha_));
   }
-  set_probabilities();
+  set_probabilities(wo);
 }
 
-void Principled8::set_probabilities() {
+void Principled8::set_probabilities(const V8& wo) {
   const F8 left = F8(1.0f) - coat_albedo_;
   const F8 base = average(base_);
   p_coat_ = coat_albedo_;
-  p_gloss_ = left * (metal_ * (base * terms_.normal + terms_.grazing) + plastic_ * gloss_albedo_);
+  p_gloss_ = left * (metal_ * average(metal_albedo_) + plastic_ * gloss_albedo_) + average(inner_coat(wo.z));
   p_diffuse_ = left * plastic_ * (F8(1.0f) - gloss_albedo_) * base;
   p_glass_ = left * glass_ * (F8(0.5f) + F8(0.5f) * base);
   const F8 sum = p_coat_ + p_gloss_ + p_diffuse_ + p_glass_;
@@ -73,23 +89,40 @@ void Principled8::set_probabilities() {
   p_glass_ *= scale;
 }
 
-F8 Principled8::coat_leaves(const V8& wi) const {
+F8 Principled8::coat_below(F8 cos_theta, F8 albedo) const {
+  return select(is_rough(alpha_), coat_ * ggx::coat_below(cos_theta, coat_alpha_, alpha_), albedo);
+}
+
+F8 Principled8::coat_leaves(const V8& wo, const V8& wi, bool diffuse) const {
   if (!has_coat_) {
     return F8(1.0f);
   }
   const M8 through = wi.z < F8(0.0f);
-  const F8 albedo_i = albedo_->directional(abs(wi.z), coat_alpha_).of(F8(kCoatF0), F8(1.0f));
-  const F8 out = F8(1.0f) - coat_albedo_;
-  const F8 same_side = out * (F8(1.0f) - coat_ * albedo_i) / (F8(1.0f) - coat_least_);
+  const F8 albedo_i = coat_albedo(ggx::albedo(abs(wi.z), coat_alpha_));
+  const F8 in = F8(1.0f) - coat_ * albedo_i, out = F8(1.0f) - coat_albedo_;
+  const F8 divisor =
+      diffuse ? F8(1.0f) - coat_mean_
+              : sqrt((F8(1.0f) - coat_below(wo.z, coat_albedo_)) * (F8(1.0f) - coat_below(wi.z, coat_ * albedo_i)));
+  const F8 same_side = out * in / divisor;
   return select(through, out * (F8(1.0f) - coat_beyond_ * albedo_i), same_side);
 }
 
-V8 Principled8::gloss_fresnel(F8 cos_o) const {
+V8 Principled8::inner_coat(F8 cos_o) const {
+  if (!has_glass_ || (coat_beyond_ > F8(0.0f)).none()) {
+    return {};
+  }
+  const dielectric::Fresnel8 f = dielectric::fresnel(min(max(cos_o, F8(0.0f)), F8(1.0f)), glass_bsdf_.eta);
+  // A facet of glass turns refracted light by about a quarter of what it turns reflected light.
+  const F8 sent_back = select(is_rough(alpha_), ggx::coat_below(f.cos_refracted, coat_alpha_, F8(0.25f) * alpha_),
+                              coat_albedo(ggx::albedo(f.cos_refracted, coat_alpha_)));
+  return base_ * base_ * (glass_ * coat_beyond_ * (F8(1.0f) - f.reflectance) * sent_back);
+}
+
+V8 Principled8::gloss_fresnel(F8 cos_o, F8 balance) const {
   const F8 w = schlick_weight(cos_o);
   const F8 plastic = plastic_ * (f0_ + (f90_ - f0_) * w);
-  const V8 one = broadcast(Vec3(1));
-  const V8 metal = (base_ + (one - base_) * w) * metal_;
-  return metal + one * plastic;
+  const V8 bounces = broadcast(Vec3(1)) + metal_kept_ * (balance - F8(1.0f));
+  return schlick(base_, w) * bounces * metal_ + V8{plastic, plastic, plastic} + inner_coat(cos_o) * balance;
 }
 
 F8 Principled8::coat_fresnel(F8 cos_o) const {
@@ -101,19 +134,23 @@ V8 Principled8::eval(const V8& wo, const V8& wi) const {
   const V8 m = ggx::half_vector(wo, wi);
   const F8 cos_o = dot(wo, m);
   const F8 gloss = masked(above & is_rough(alpha_), ggx::reflection(wo, wi, m, alpha_));
-  V8 f = gloss_fresnel(cos_o) * gloss;
-  const F8 albedo_i = albedo_->directional(wi.z, alpha_).of(f0_, f90_);
+  F8 balance(1.0f);
+  if (compensated_.any()) {
+    balance = select(compensated_, ggx::balance(wo.z, alpha_) * ggx::balance(wi.z, alpha_), balance);
+  }
+  V8 f = gloss_fresnel(cos_o, balance) * gloss;
+  const F8 albedo_i = ggx::albedo(wi.z, alpha_).of(f0_, f90_);
   const F8 diffuse = plastic_ * (F8(1.0f) - gloss_albedo_) * (F8(1.0f) - albedo_i) / (F8(1.0f) - gloss_albedo_mean_);
-  f = f + base_ * (diffuse * masked(above, wi.z * F8(kInvPi)));
+  const V8 below = base_ * (diffuse * masked(above, wi.z * F8(kInvPi)));
   if (has_glass_) {
     f = f + glass_bsdf_.eval(wo, wi) * glass_;
   }
-  if (has_coat_) {
-    const F8 facets = masked(above & is_rough(coat_alpha_), ggx::reflection(wo, wi, m, coat_alpha_));
-    const F8 coat = coat_fresnel(cos_o) * facets;
-    f = f * coat_leaves(wi) + V8{coat, coat, coat};
+  if (!has_coat_) {
+    return f + below;
   }
-  return f;
+  const F8 facets = masked(above & is_rough(coat_alpha_), ggx::reflection(wo, wi, m, coat_alpha_));
+  const F8 coat = coat_fresnel(cos_o) * facets;
+  return f * coat_leaves(wo, wi, false) + below * coat_leaves(wo, wi, true) + V8{coat, coat, coat};
 }
 
 F8 Principled8::pdf_solid_angle(const V8& wo, const V8& wi) const {
@@ -131,7 +168,7 @@ F8 Principled8::pdf_solid_angle(const V8& wo, const V8& wi) const {
 }
 
 SmoothLobes8 Principled8::smooth(const V8& wo, const dielectric::Fresnel8& f) const {
-  SmoothLobes8 lobes{masked(~is_rough(alpha_), gloss_fresnel(wo.z)), V8()};
+  SmoothLobes8 lobes{masked(~is_rough(alpha_), gloss_fresnel(wo.z, F8(1.0f))), V8()};
   if (has_glass_) {
     const SmoothLobes8 glass = glass_bsdf_.smooth(f);
     lobes.reflected = lobes.reflected + glass.reflected * glass_;
@@ -139,15 +176,15 @@ SmoothLobes8 Principled8::smooth(const V8& wo, const dielectric::Fresnel8& f) co
   }
   if (has_coat_) {
     const F8 coat = masked(~is_rough(coat_alpha_), coat_fresnel(wo.z));
-    lobes.reflected = lobes.reflected * coat_leaves({-wo.x, -wo.y, wo.z}) + V8{coat, coat, coat};
-    lobes.refracted = lobes.refracted * coat_leaves({F8(0.0f), F8(0.0f), -f.cos_refracted});
+    lobes.reflected = lobes.reflected * coat_leaves(wo, {-wo.x, -wo.y, wo.z}, false) + V8{coat, coat, coat};
+    lobes.refracted = lobes.refracted * coat_leaves(wo, {F8(0.0f), F8(0.0f), -f.cos_refracted}, false);
   }
   return lobes;
 }
 
 V8 Principled8::rough_albedo() const {
-  const F8 white_gloss = metal_ * terms_.grazing + plastic_ * gloss_albedo_;
-  const V8 gloss = base_ * (metal_ * terms_.normal) + V8{white_gloss, white_gloss, white_gloss};
+  const F8 white_gloss = plastic_ * gloss_albedo_;
+  const V8 gloss = metal_albedo_ * metal_ + V8{white_gloss, white_gloss, white_gloss};
   const V8 diffuse = base_ * (plastic_ * (F8(1.0f) - gloss_albedo_));
   const V8 glass = base_ * masked(glass_bsdf_.rough(), glass_);
   const V8 sum = diffuse + masked(is_rough(alpha_), gloss) + glass;
@@ -155,9 +192,7 @@ V8 Principled8::rough_albedo() const {
     return sum;
   }
   const F8 coat = masked(is_rough(coat_alpha_), coat_albedo_);
-  const F8 mean = albedo_->mean(coat_alpha_).of(F8(kCoatF0), F8(1.0f));
-  const F8 left = (F8(1.0f) - coat_albedo_) * (F8(1.0f) - coat_ * mean) / (F8(1.0f) - coat_least_);
-  return sum * left + V8{coat, coat, coat};
+  return sum * (F8(1.0f) - coat_albedo_) + V8{coat, coat, coat};
 }
 
 Principled8::Drawn8 Principled8::draw(const V8& wo, Pair8 u, F8 choice) const {
@@ -175,7 +210,7 @@ Principled8::Drawn8 Principled8::draw(const V8& wo, Pair8 u, F8 choice) const {
   Drawn8 d;
   d.wi = select(diffuse, square_to_cosine_hemisphere(u), reflected);
   d.smooth = and_not(gloss | coat, is_rough(alpha));
-  const V8 gloss_weight = gloss_fresnel(wo.z) * (coat_leaves(d.wi) / p_gloss_);
+  const V8 gloss_weight = gloss_fresnel(wo.z, F8(1.0f)) * (coat_leaves(wo, d.wi, false) / p_gloss_);
   const F8 coat_weight = coat_fresnel(wo.z) / p_coat_;
   d.smooth_weight = select(coat, V8{coat_weight, coat_weight, coat_weight}, gloss_weight);
   d.valid = (diffuse | gloss | coat) & (d.wi.z > F8(0.0f));
@@ -184,7 +219,7 @@ Principled8::Drawn8 Principled8::draw(const V8& wo, Pair8 u, F8 choice) const {
     const BsdfSample8 s = glass_bsdf_.sample(wo, u, rest);
     d.wi = select(glass, s.wi, d.wi);
     d.smooth = d.smooth | and_not(glass, glass_bsdf_.rough());
-    d.smooth_weight = select(glass, s.weight * (glass_ * coat_leaves(s.wi) / p_glass_), d.smooth_weight);
+    d.smooth_weight = select(glass, s.weight * (glass_ * coat_leaves(wo, s.wi, false) / p_glass_), d.smooth_weight);
     const M8 right_side = (s.transmitted & (s.wi.z < F8(0.0f))) | and_not(s.wi.z > F8(0.0f), s.transmitted);
     d.valid = d.valid | (glass & right_side);
     d.through = glass & s.transmitted;

@@ -5,11 +5,15 @@
 // metal, gloss and coat are GGX with Schlick's Fresnel term. f0 is the base colour for metal, ((ior − 1)/(ior + 1))² ·
 // 2·specular for gloss, and .04 for the coat. glass is a rough dielectric whose refraction has the base colour.
 //
-// T and T' are the light that a layer leaves to those below. They follow from the layer's directional albedo E. So no
-// energy is created, and f is reciprocal.
-//   T' = (1 − E(wo))(1 − E(wi))/(1 − E_mean): white diffuse under gloss reflects all light (Kelemen and Szirmay-Kalos
-//   2001)
-//   T = (1 − cE(wo))(1 − cE(wi))/(1 − cE_least), at most 1 − cE(wo)
+// T and T' are the light that a layer leaves to those below. They follow from the layer's directional albedo E, so that
+// white layers reflect all light. f is reciprocal.
+//   T' = (1 − E(wo))(1 − E(wi))/(1 − E_mean) (Kelemen and Szirmay-Kalos 2001)
+//   T = (1 − cE(wo))(1 − cE(wi))/√((1 − cE'(wo))(1 − cE'(wi)))
+// E' is the mean of E where the layer below scatters to: E_mean for diffuse, E for smooth, and a table for rough layers
+// (ggx_albedo.h). Through glass, T = 1 − cE on the outside, and the facets send cE' of the rest back on the inside.
+//
+// The facets of metal and glass give back the light of several bounces (ggx_albedo.h). Those of gloss leave it to the
+// diffuse part.
 #pragma once
 
 #include "common/materials/ggx_albedo.h"
@@ -23,6 +27,7 @@ struct PrincipledParameters8 {
                                                    ///< for `ior`
   F8 ior;                                          ///< of the inside
   F8 coat, coat_roughness;                         ///< each in [0, 1]
+  M8 compensated;                                  ///< metal and glass, for the light of several bounces
 };
 
 /// Lobes with alpha below ggx::kSmoothAlpha are delta. They are sampled, but omitted by eval and pdf. A lobe is chosen
@@ -45,12 +50,16 @@ class Principled8 {
   V8 rough_albedo() const;
 
  private:
-  /// Share of light that the coat leaves to the layers below, on the way in and out.
-  F8 coat_leaves(const V8& wi) const;
-  /// Of metal and plastic together.
-  V8 gloss_fresnel(F8 cos_o) const;
+  /// Share T of light that the coat leaves to the diffuse layer below, or to facets.
+  F8 coat_leaves(const V8& wo, const V8& wi, bool diffuse) const;
+  /// cE' of the facets. `albedo`: cE.
+  F8 coat_below(F8 cos_theta, F8 albedo) const;
+  /// Of metal, plastic, and the coat as seen from within glass. `balance`: g(wo) g(wi) of ggx_albedo.h, or 1.
+  V8 gloss_fresnel(F8 cos_o, F8 balance) const;
+  /// Share of the light from within glass that the coat sends back.
+  V8 inner_coat(F8 cos_o) const;
   F8 coat_fresnel(F8 cos_o) const;
-  void set_probabilities();
+  void set_probabilities(const V8& wo);
 
   struct Drawn8 {
     V8 wi;
@@ -61,15 +70,17 @@ class Principled8 {
   };
   Drawn8 draw(const V8& wo, Pair8 u, F8 choice) const;
 
-  const GgxAlbedo* albedo_;
   V8 base_;
   F8 alpha_, coat_alpha_;
   F8 metal_, plastic_, glass_;  ///< shares
+  V8 metal_kept_;               ///< κ of ggx_albedo.h
+  V8 metal_albedo_;             ///< from wo
   F8 f0_, f90_;                 ///< of the plastic's gloss
-  F8 coat_, coat_beyond_;       ///< on wo's side, and on the other side of glass
-  GgxAlbedo::Terms8 terms_;     ///< of gloss, from wo
+  M8 compensated_;
+  F8 coat_, coat_beyond_;  ///< on wo's side, and on the other side of glass
+  ggx::Albedo8 terms_;     ///< of gloss, from wo
   F8 gloss_albedo_, gloss_albedo_mean_;
-  F8 coat_albedo_, coat_least_;
+  F8 coat_albedo_, coat_mean_;
   RoughDielectric8 glass_bsdf_;
   bool has_glass_, has_coat_;                  ///< in any lane
   F8 p_diffuse_, p_gloss_, p_glass_, p_coat_;  ///< probabilities, whose sum is 1 where anything is reflected

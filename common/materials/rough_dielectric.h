@@ -1,11 +1,13 @@
 // Rough dielectric BSDF: GGX facets that reflect and refract by Fresnel's equations.
 //
 // Walter et al. 2007, eqs. 16, 17, 20 and 21. Refraction carries radiance (1/eta²), so it is reciprocal up to eta²:
-// f(wo, wi) = f(wi, wo)/eta², where the second is seen from the other side.
+// f(wo, wi) = f(wi, wo)/eta², where the second is seen from the other side. Compensation of multiple scattering keeps
+// this (ggx_albedo.h).
 #pragma once
 
 #include "common/materials/dielectric.h"
 #include "common/materials/ggx.h"
+#include "common/materials/ggx_albedo.h"
 
 namespace lightmill {
 
@@ -15,6 +17,7 @@ struct RoughDielectric8 {
   F8 eta;                                    ///< index of refraction behind the surface over that on wo's side
   F8 alpha;                                  ///< GGX, in [0, 1]
   V8 tint = {F8(1.0f), F8(1.0f), F8(1.0f)};  ///< of refracted light
+  M8 compensated = M8();                     ///< for the light of several bounces; else single scattering only
 
   M8 rough() const { return (alpha >= F8(ggx::kSmoothAlpha)) & (alpha * abs(eta - F8(1.0f)) >= F8(1e-5f)); }
 
@@ -26,7 +29,8 @@ struct RoughDielectric8 {
                          (ggx::masking_over_cos(wi, alpha) * abs(wi.z)) * facet.jacobian * facet.cos_o *
                          (F8(1.0f) - facet.fresnel) / (eta * eta);
     const V8 white = broadcast(Vec3(1));
-    return masked(facet.valid, select(through, tint, white) * select(through, refracted, reflected));
+    const F8 light = select(through, refracted, reflected) * all_bounces(wo, wi, through);
+    return masked(facet.valid, select(through, tint, white) * light);
   }
 
   F8 pdf_solid_angle(const V8& wo, const V8& wi) const {
@@ -52,7 +56,8 @@ struct RoughDielectric8 {
     const M8 valid = (through & (wi.z < F8(0.0f))) | and_not(wi.z > F8(0.0f), through);
     const F8 masking =
         select(through, ggx::masking_over_cos(wi, alpha) * abs(wi.z), ggx::reflection_weight(wo, wi, alpha));
-    const F8 weight = select(is_rough, masking, F8(1.0f)) * select(through, inverse_eta * inverse_eta, F8(1.0f));
+    const F8 weight = select(is_rough, masking * all_bounces(wo, wi, through), F8(1.0f)) *
+                      select(through, inverse_eta * inverse_eta, F8(1.0f));
     const V8 color = select(through, tint, broadcast(Vec3(1)));
     return {wi, masked(valid, color * weight), masked(is_rough, pdf_solid_angle(wo, wi)), through,
             select(through, eta, F8(1.0f))};
@@ -66,6 +71,16 @@ struct RoughDielectric8 {
   }
 
  private:
+  /// Light of all bounces over that of the first.
+  F8 all_bounces(const V8& wo, const V8& wi, M8 through) const {
+    if (compensated.none()) {
+      return F8(1.0f);
+    }
+    const F8 eta_i = select(through, F8(1.0f) / eta, eta);
+    const F8 balance = ggx::balance(wo.z, alpha, eta) * ggx::balance(abs(wi.z), alpha, eta_i);
+    return select(compensated, balance, F8(1.0f));
+  }
+
   struct Facet8 {
     V8 m;
     F8 cos_o;     ///< wo·m

@@ -146,6 +146,7 @@ TestScene make_test_scene(const Rendered& rendered) {
       {"dented", PrincipledMaterial{{0.9f, 0.8f, 0.7f}, 0.2, 0.4, 0.6, 0.5, 1.5, 0.6, 0.1}, {}, false},
       {"hammered", MirrorMaterial{{0.8f, 0.9f, 0.9f}}, {}, false},
   };
+  scene.materials[9].single_scattering = true;
   scene.materials[7].roughness_map = {0, ScalarMap::Channel::g};
   scene.materials[10].metallic_map = {1, ScalarMap::Channel::luminance};
   scene.materials[12].normal_map = {1, 0.4};

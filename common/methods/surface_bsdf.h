@@ -59,9 +59,7 @@ void visit_bsdf(const CompiledScene& scene, MaterialKind kind, const Surface8& s
       visit(materials.conductor(surface, lanes), lanes);
       return;
     case MaterialKind::rough_dielectric:
-      visit(
-          RoughDielectric8{relative_index(scene, surface, crossing, lanes), materials.dielectric_alpha(surface, lanes)},
-          lanes);
+      visit(materials.dielectric(surface, relative_index(scene, surface, crossing, lanes), lanes), lanes);
       return;
     case MaterialKind::principled:
       visit(Principled8(materials.principled(surface, lanes), relative_index(scene, surface, crossing, lanes), wo,

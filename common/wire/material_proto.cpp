@@ -210,6 +210,7 @@ void to_wire_material(const Material& material, const Textures& textures, v1::Ma
   }
   out->set_priority(material.priority);
   out->set_light_group(material.light_group);
+  out->set_single_scattering(material.single_scattering);
   if (material.roughness_map.texture != kNoTexture) {
     to_wire_map(material.roughness_map, textures, out->mutable_roughness_map());
   }
@@ -239,6 +240,7 @@ Result<Material> material_from_wire(const std::string& path, const v1::Material&
   LM_ASSIGN_OR_RETURN(out.interior, medium_from_wire(path + ".interior", material.interior()));
   out.priority = material.priority();
   out.light_group = material.light_group();
+  out.single_scattering = material.single_scattering();
   if (material.has_roughness_map()) {
     LM_ASSIGN_OR_RETURN(out.roughness_map, map_from_wire(path + ".roughness_map", material.roughness_map(), textures));
   }

@@ -69,8 +69,8 @@ V8 LocalShading::scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 la
       break;
     }
     case MaterialKind::rough_dielectric: {
-      const RoughDielectric8 bsdf{relative_index(*scene_, vertex.surface, vertex.crossing, lanes),
-                                  materials.dielectric_alpha(surface, lanes)};
+      const RoughDielectric8 bsdf =
+          materials.dielectric(surface, relative_index(*scene_, vertex.surface, vertex.crossing, lanes), lanes);
       albedo = masked(bsdf.rough(), albedo);
       light = lit(vertex, bsdf, wo, lanes, counters);
       break;

@@ -129,7 +129,7 @@ class WhittedShader {
         return materials.conductor(vertex.surface, lanes).smooth(wo);
       case MaterialKind::dielectric:
       case MaterialKind::rough_dielectric:
-        return RoughDielectric8{eta, materials.dielectric_alpha(vertex.surface, lanes)}.smooth(fresnel);
+        return materials.dielectric(vertex.surface, eta, lanes).smooth(fresnel);
       case MaterialKind::principled:
         return shading_.principled(vertex, wo, lanes).smooth(wo, fresnel);
       case MaterialKind::diffuse:

@@ -94,6 +94,7 @@ void MaterialTable::add(const Material& material, const Vec3& radiance) {
                  [&](const ConductorMaterial& m) -> Entry {
                    conductor_.eta.push_back(to_vec(m.eta));
                    conductor_.k.push_back(to_vec(m.k));
+                   conductor_.mean_fresnel.push_back(conductor::mean_fresnel(to_vec(m.eta), to_vec(m.k)));
                    conductor_.alpha.push_back(alpha_of(m.roughness));
                    return {smooth(m.roughness) ? MaterialKind::conductor : MaterialKind::rough_conductor,
                            normal_reflectance(m)};
@@ -118,6 +119,7 @@ void MaterialTable::add(const Material& material, const Vec3& radiance) {
   reflectance_.add(reflectance);
   specular_.add(specular);
   has_specular_ = has_specular_ || !is_black(specular);
+  single_scattering_.push_back(material.single_scattering ? 1 : 0);
   roughness_map_.add(material.roughness_map);
   metallic_map_.add(material.metallic_map);
   opacity_.add(material.opacity, vertex_colors_);

@@ -62,13 +62,16 @@ class MaterialTable {
   }
   /// Index of refraction inside. 1 for kinds without one.
   F8 ior(const Surface8& surface, M8 lanes) const { return ior_.at(surface.material, lanes); }
-  F8 dielectric_alpha(const Surface8& surface, M8 lanes) const {
-    return mapped_alpha(dielectric_.alpha.at(row_of(surface, lanes), lanes), surface, lanes);
+  /// `eta`: index of refraction behind the surface over that on the ray's side.
+  RoughDielectric8 dielectric(const Surface8& surface, F8 eta, M8 lanes) const {
+    return {eta, mapped_alpha(dielectric_.alpha.at(row_of(surface, lanes), lanes), surface, lanes), broadcast(Vec3(1)),
+            compensated(surface, lanes)};
   }
   Conductor8 conductor(const Surface8& surface, M8 lanes) const {
     const U8 row = row_of(surface, lanes);
     return {conductor_.eta.at(row, lanes), conductor_.k.at(row, lanes),
-            mapped_alpha(conductor_.alpha.at(row, lanes), surface, lanes)};
+            mapped_alpha(conductor_.alpha.at(row, lanes), surface, lanes),
+            masked(compensated(surface, lanes), conductor_.mean_fresnel.at(row, lanes))};
   }
   Phong8 phong(const Surface8& surface, M8 lanes) const {
     return {reflectance(surface, lanes), at(specular_, surface, lanes),
@@ -90,7 +93,8 @@ class MaterialTable {
             principled_.transmission.at(row, lanes),
             ior(surface, lanes),
             principled_.coat.at(row, lanes),
-            principled_.coat_roughness.at(row, lanes)};
+            principled_.coat_roughness.at(row, lanes),
+            compensated(surface, lanes)};
   }
   /// Emitted radiance at this positive cosine to the normal.
   V8 emission(const Surface8& surface, F8 cosine, M8 lanes) const {
@@ -149,6 +153,9 @@ class MaterialTable {
     MapColumn map;
     void add(const Opacity& opacity, bool vertex_colors);
   };
+  M8 compensated(const Surface8& surface, M8 lanes) const {
+    return single_scattering_.at(surface.material, lanes) == U8(0u);
+  }
   U8 row_of(const Surface8& surface, M8 lanes) const { return row_.at(surface.material, lanes); }
   void add(const Material& material, const Vec3& radiance);
 
@@ -168,13 +175,14 @@ class MaterialTable {
   bool vertex_colors_ = false;
   Column<float> ior_, emission_exponent_;
   Column<std::uint32_t> light_group_;
-  bool has_emission_profiles_ = false;  ///< an exponent is not 0
+  Column<std::uint32_t> single_scattering_;  ///< 0 or 1
+  bool has_emission_profiles_ = false;       ///< an exponent is not 0
   // Fields of a kind other than colours and an index. One row per material of the kind (row_).
   struct {
     Column<float> alpha;
   } dielectric_;
   struct {
-    VectorColumn eta, k;
+    VectorColumn eta, k, mean_fresnel;
     Column<float> alpha;
   } conductor_;
   struct {

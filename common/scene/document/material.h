@@ -142,13 +142,14 @@ struct Material {
   Medium interior = {};             ///< of dielectrics and principled materials that transmit
   std::int32_t priority = 0;        ///< where such materials overlap, the medium with the highest priority counts
   EmissionUnit emission_unit = EmissionUnit::radiance;
-  double emission_exponent = 0;  ///< n: radiance falls off with cosⁿ of the angle to the normal; in [0, 10000]
-  ScalarMap roughness_map = {};  ///< multiplies the roughness, of materials with one above 0
-  ScalarMap metallic_map = {};   ///< multiplies `metallic` of principled materials
-  std::string light_group = {};  ///< of the emission; empty: none
-  Opacity opacity = {};          ///< also of the emission; not of materials that light enters (is_boundary)
-  NormalMap normal_map = {};     ///< of all kinds but holdouts
-  BumpMap bump_map = {};         ///< instead of a normal map
+  double emission_exponent = 0;    ///< n: radiance falls off with cosⁿ of the angle to the normal; in [0, 10000]
+  ScalarMap roughness_map = {};    ///< multiplies the roughness, of materials with one above 0
+  ScalarMap metallic_map = {};     ///< multiplies `metallic` of principled materials
+  std::string light_group = {};    ///< of the emission; empty: none
+  Opacity opacity = {};            ///< also of the emission; not of materials that light enters (is_boundary)
+  NormalMap normal_map = {};       ///< of all kinds but holdouts
+  BumpMap bump_map = {};           ///< instead of a normal map
+  bool single_scattering = false;  ///< rough metal and glass lose the light that meets several facets
 };
 
 /// Whether the material has a normal map or a bump map.

@@ -50,14 +50,14 @@ Status check_principled(const std::string& path, const PrincipledMaterial& m) {
   return check_ior(path + ".ior", m.ior);
 }
 
-/// 0 for materials without roughness.
-double roughness_of(const Material& material) {
+/// None for kinds of material without roughness.
+std::optional<double> roughness_of(const Material& material) {
   return std::visit(
-      [](const auto& m) {
+      [](const auto& m) -> std::optional<double> {
         if constexpr (requires { m.roughness; }) {
           return m.roughness;
         }
-        return 0.0;
+        return std::nullopt;
       },
       material.kind);
 }
@@ -71,6 +71,9 @@ Status check_maps(const std::string& path, const Material& material) {
   }
   if (material.metallic_map.texture != kNoTexture && !std::holds_alternative<PrincipledMaterial>(material.kind)) {
     return invalid_argument("{}.metallic_map: only a principled material has one", path);
+  }
+  if (material.single_scattering && !roughness_of(material)) {
+    return invalid_argument("{}.single_scattering: only a dielectric, conductor or principled material has it", path);
   }
   const bool normals = material.normal_map.texture != kNoTexture, bumps = material.bump_map.map.texture != kNoTexture;
   if (normals && bumps) {

@@ -70,8 +70,8 @@ double coat_albedo(double roughness) {
   return sum * M_PI / 2 / kSteps;
 }
 
-// A coat of albedo E transmits (1 − E) at each crossing, and exists only on the outside. Below it are Fresnel's R, the
-// base colour at each refraction, and Bouguer's law. Coats lose up to .002 more, so that they never add energy
+// A coat of albedo E transmits (1 − E) at each crossing, and sends E of the light from within back. Below it are
+// Fresnel's R, the base colour at each refraction, and Bouguer's law. Coats lose up to .002 more, so that they never add energy
 // (ggx_albedo.h).
 TEST(Media, CoatedAbsorbingGlassTransmitsWhatItsLayersLeave) {
   const double r = 0.04, base = 0.8, t = std::exp(-0.7);
@@ -82,7 +82,8 @@ TEST(Media, CoatedAbsorbingGlassTransmitsWhatItsLayersLeave) {
               "coat": {}, "coat_roughness": {}}}, "interior": {{{}}}}})",
           gray(base), coat, roughness, absorbing(0.7));
       const auto transmitted = [&](double albedo) {
-        return std::pow((1 - coat * albedo) * (1 - r) * base, 2) * t / (1 - r * r * t * t);
+        const double inner = r + (1 - r) * base * base * coat * albedo;
+        return std::pow((1 - coat * albedo) * (1 - r) * base, 2) * t / (1 - inner * inner * t * t);
       };
       const double most = transmitted(coat_albedo(roughness)), least = transmitted(coat_albedo(roughness) + 0.002);
       const Estimate seen = seen_through(glass, {{"glass", 0.5, -0.5}});

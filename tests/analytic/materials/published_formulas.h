@@ -41,6 +41,20 @@ inline double refraction_formula(double n, double alpha, const Vec3d& wo, const 
   return std::abs(im * om) / wo.y * transmittance * g * ggx_d(m.y, alpha) / std::pow(om + n * im, 2);
 }
 
+/// ∫ f(wi) dωi over the directions above the surface, or below it.
+template <class Formula>
+double integral_over_hemisphere(Formula f, bool below = false, int steps = 400) {
+  double sum = 0;
+  for (int i = 0; i < steps; ++i) {
+    const double theta = (i + 0.5) / steps * M_PI / 2, z = std::cos(theta), r = std::sin(theta);
+    for (int j = 0; j < steps; ++j) {
+      const double phi = 2 * M_PI * (j + 0.5) / steps;
+      sum += f(Vec3d(r * std::cos(phi), below ? -z : z, r * std::sin(phi))) * r;
+    }
+  }
+  return sum * M_PI / 2 / steps * 2 * M_PI / steps;
+}
+
 /// Radiance of a floor's point below a sphere light of radiance 1. The formula is summed over the light's cone, in this
 /// many rings and sectors.
 template <class Formula>

@@ -6,6 +6,7 @@
 #include "common/materials/metals.h"
 #include "common/materials/phong.h"
 #include "tests/analytic/materials/bsdf_checks.h"
+#include "tests/analytic/materials/microsurface_walk.h"
 #include "tests/analytic/materials/published_formulas.h"
 
 namespace lightmill::test {
@@ -169,14 +170,22 @@ Conductor8 white_metal(double alpha) {
   return {broadcast(Vec3(1)), broadcast(Vec3(1e4f)), F8(static_cast<float>(alpha))};
 }
 
+/// With the light of several bounces.
+Conductor8 compensated(Conductor8 bsdf) {
+  const auto first = [](const V8& v) { return Vec3(Lanes(v.x)[0], Lanes(v.y)[0], Lanes(v.z)[0]); };
+  bsdf.mean_fresnel = broadcast(conductor::mean_fresnel(first(bsdf.eta), first(bsdf.k)));
+  return bsdf;
+}
+
 TEST(Conductor, DrawsWhatItsPdfSays) {
   std::uint32_t seed = 300;
   for (const double alpha : {2e-4, 0.01, 0.1, 0.5, 1.0}) {
     for (const double degrees : kAngles) {
       const Vec3d wo = tilted(degrees);
-      EXPECT_LT(sample_z(metal(alpha), wo, Grid(mirrored(wo), -wo, std::min(2 * alpha, 0.3)), ++seed, 1e-2),
-                kChiSquaredThreshold)
+      const Grid grid(mirrored(wo), -wo, std::min(2 * alpha, 0.3));
+      EXPECT_LT(sample_z(compensated(metal(alpha)), wo, grid, ++seed, 1e-2), kChiSquaredThreshold)
           << alpha << " " << degrees;
+      EXPECT_LT(sample_z(metal(alpha), wo, grid, seed, 1e-2), kChiSquaredThreshold) << alpha << " " << degrees;
     }
   }
 }
@@ -202,9 +211,72 @@ TEST(Conductor, WhiteMetalLosesNothingWhenSmoothAndLnTwoAtAlphaOne) {
   EXPECT_NEAR(directional_albedo(white_metal(1), up, Grid(up, -up, 2), 2).by_quadrature, 1 - std::log(2.0), 1e-3);
 }
 
+TEST(Conductor, SingleScatteringHasTheAlbedoOfThePublishedFormula) {
+  for (const double alpha : {0.15, 0.3, 0.7, 1.0}) {
+    for (const double degrees : {0.01, 40.0, 70.0, 82.0}) {
+      const Vec3d wo = tilted(degrees);
+      const Albedo a = directional_albedo(metal(alpha), wo, Grid(mirrored(wo), -wo, 2 * alpha), 5);
+      const double exact = integral_over_hemisphere([&](const Vec3d& wi) {
+        return conductor_formula(0.42, 2.47, alpha, {wo.x, wo.z, 0}, wi);
+      });
+      EXPECT_NEAR(a.by_sampling, exact, 5 * a.standard_error + 1e-3) << alpha << " " << degrees;
+    }
+  }
+}
+
+TEST(Conductor, CompensatedWhiteMetalReflectsAll) {
+  for (const double roughness : {0.01, 0.03, 0.1, 0.2, 0.3, 0.45, 0.6, 0.75, 0.9, 1.0}) {
+    for (const double degrees : {0.01, 20.0, 45.0, 60.0, 75.0, 85.0, 89.0}) {
+      const Vec3d wo = tilted(degrees);
+      EXPECT_NEAR(even_albedo(compensated(white_metal(roughness * roughness)), wo), 1, 0.01)
+          << roughness << " " << degrees;
+    }
+  }
+}
+
+/// Chandrasekhar 1950, "Radiative Transfer": the H function of isotropic scatterers that absorb nothing.
+double h_function(double mu) {
+  constexpr int kSteps = 100'000;
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double phi = (i + 0.5) / kSteps * M_PI / 2, c = std::cos(phi), s = std::sin(phi);
+    sum += std::log(1 - phi * c / s) / (c * c + mu * mu * s * s);
+  }
+  return std::exp(-mu / M_PI * sum * M_PI / 2 / kSteps);
+}
+
+// Facets of α = 1 that scatter once have the BRDF 1/(2π (μo + μi)). The only factors for both directions with which it
+// reflects all light give H(μo) H(μi)/(4π (μo + μi)), the BRDF of isotropic scatterers that absorb nothing.
+TEST(Conductor, AtAlphaOneBalancedFacetsFollowChandrasekharsLaw) {
+  ASSERT_NEAR(h_function(1), 2.9078, 1e-3);  // Chandrasekhar's table XI
+  for (const double o : {0.05, 0.3, 0.7, 1.0}) {
+    for (const double i : {0.1, 0.5, 0.9}) {
+      const V8 wo = to_lanes({std::sqrt(1 - o * o), 0, o}), wi = to_lanes({0, std::sqrt(1 - i * i), i});
+      const double exact = h_function(o) * h_function(i) / (4 * M_PI * (o + i)) * i;
+      EXPECT_NEAR(Lanes(compensated(white_metal(1)).eval(wo, wi).x)[0], exact, 0.01 * exact) << o << " " << i;
+    }
+  }
+}
+
+TEST(Conductor, CompensationTintsAsWalksOverASurfaceOfFacetsDo) {
+  for (const auto& [n, k] : {std::pair(0.42f, 2.47f), {1.38f, 1.9f}, {2.9f, 3.1f}}) {
+    const auto fresnel = [&](double cosine) { return fresnel_formula(cosine, {n, k}); };
+    for (const double alpha : {0.2, 0.5, 1.0}) {
+      for (const double degrees : {0.01, 50.0, 80.0}) {
+        const Vec3d wo = tilted(degrees);
+        const WalkedAlbedo walked = walked_albedo(wo, alpha, fresnel, 30'000, 7);
+        const Conductor8 bsdf{broadcast(Vec3(n)), broadcast(Vec3(k)), F8(static_cast<float>(alpha))};
+        EXPECT_NEAR(even_albedo(bsdf, wo), walked.once, 0.015) << n << " " << alpha << " " << degrees;
+        EXPECT_NEAR(even_albedo(compensated(bsdf), wo), walked.all, 0.03) << n << " " << alpha << " " << degrees;
+      }
+    }
+  }
+}
+
 TEST(Conductor, IsReciprocal) {
   for (const double alpha : {0.05, 0.3, 1.0}) {
     expect_reciprocity([&](const V8&, M8) { return metal(alpha); }, 1, false, 2e-3);
+    expect_reciprocity([&](const V8&, M8) { return compensated(metal(alpha)); }, 1, false, 2e-3);
   }
 }
 

@@ -26,8 +26,9 @@ AtlasCase lamp_over_a_plate(double roughness, double radius, double aside) {
           .name = fmt::format("roughness {}, a lamp of radius {}, {} of it aside", roughness, radius, aside),
           .document =
               document(R"("eye": [-1, 1, 0], "look_at": [0, 0, 0])", 1e-3, 8,
-                       named("plate", fmt::format(R"("conductor": {{"eta": {}, "k": {}, "roughness": {}}})", gray(0.2),
-                                                  gray(3.9), roughness)) +
+                       named("plate", fmt::format(R"("conductor": {{"eta": {}, "k": {}, "roughness": {}}},
+                                                  "single_scattering": true)",
+                                                  gray(0.2), gray(3.9), roughness)) +
                            also(diffuse("lamp", 0, 1)),
                        mesh("plate", "floor.obj") + also(sphere("lamp", fmt::format("[{}, 1, 0]", lamp.x), radius))),
           .files = {{"floor.obj", plane(20, 0, true)}},

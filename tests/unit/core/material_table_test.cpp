@@ -37,7 +37,7 @@ TEST(MaterialTable, ReturnsTheParametersOfEachMaterial) {
       const Phong8 g = table.phong(surface(3), all);
       const PrincipledParameters8 p = table.principled(surface(4), all);
       const F8 red = table.reflectance(surface(0), all).x, ior = table.ior(surface(1), all);
-      const F8 alpha = table.dielectric_alpha(surface(1), all);
+      const F8 alpha = table.dielectric(surface(1), F8(1.5f), all).alpha;
       const std::array found{
           red,        ior,         alpha,      c.eta.x,        c.eta.y,      c.eta.z,    c.k.x,
           c.k.y,      c.k.z,       c.alpha,    g.diffuse.x,    g.specular.y, g.exponent, p.base_color.x,

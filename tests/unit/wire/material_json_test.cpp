@@ -218,6 +218,15 @@ TEST(MaterialJson, NormalMapsAndBumpMapsAreRead) {
             "materials[0].normal_map.scale: must be in [-1000000, 1000000], got 10000000");
 }
 
+TEST(MaterialJson, RoughMaterialsCanScatterOnce) {
+  for (const char* kind : {R"("conductor": {"metal": "gold"})", R"("dielectric": {})", R"("principled": {})"}) {
+    EXPECT_FALSE(read(kind).single_scattering) << kind;
+    EXPECT_TRUE(read(std::string(kind) + R"(, "single_scattering": true)").single_scattering) << kind;
+  }
+  EXPECT_EQ(material_error(R"("mirror": {}, "single_scattering": true)"),
+            "m.json:2:64: materials[0].single_scattering: only a dielectric, conductor or principled material has it");
+}
+
 TEST(MaterialJson, MapsNameTexturesAndChannels) {
   const auto with_texture = [](const std::string& material) {
     std::string text = material_document(material);

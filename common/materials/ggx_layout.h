@@ -1,0 +1,26 @@
+// Layout of the tables of ggx_albedo.h, which ggx_tabulate.cpp prints.
+#pragma once
+
+#include "common/math/simd.h"
+
+namespace lightmill::ggx {
+
+inline constexpr int kAngles = 33;              ///< nodes of √cos θ or `direction_coordinate`
+inline constexpr int kRoughnesses = 33;         ///< nodes of √alpha in [0, 1]
+inline constexpr int kIndices = 81;             ///< nodes of `index_coordinate`
+inline constexpr int kCoats = 17, kBases = 17;  ///< nodes of √alpha of coats, and of facets below them
+
+/// In [0, 1]: fine near the horizon, where smooth surfaces lose light, and near the normal, for glass from within.
+inline F8 direction_coordinate(F8 cos_theta) {
+  const F8 c = min(max(cos_theta, F8(0.0f)), F8(1.0f));
+  return F8(0.75f) * sqrt(c) + F8(0.25f) * (F8(1.0f) - sqrt(F8(1.0f) - c * c));
+}
+
+inline constexpr float kIndexScale = 0.15f;
+/// In [0, 1]: 0.5 for eta = 1, near which it is fine. 1/eta is opposite to eta.
+inline F8 index_coordinate(F8 eta) {
+  const F8 contrast = (eta - F8(1.0f)) / (eta + F8(1.0f));
+  return F8(0.5f) + F8(0.5f * (1 + kIndexScale)) * contrast / (abs(contrast) + F8(kIndexScale));
+}
+
+}  // namespace lightmill::ggx
