@@ -4,8 +4,8 @@
 
 namespace lightmill {
 
-double DirectionalLights::power(std::size_t i, double scene_radius) const {
-  return luminance(Vec3d(irradiance_[i])) * kPiDouble * scene_radius * scene_radius;
+DistantBounds DirectionalLights::bounds(std::size_t i) const {
+  return {luminance(Vec3d(irradiance_[i])), -Vec3d(direction_[i]), 0};
 }
 
 LightSample8 DirectionalLights::sample(const V8& p, U8 index, M8 lanes) const {

@@ -17,8 +17,7 @@ class DirectionalLights {
     irradiance_.add(light.irradiance);
   }
   std::size_t size() const { return direction_.size(); }
-  /// Luminance of the flux through a disk with the scene's radius.
-  double power(std::size_t i, double scene_radius) const;
+  DistantBounds bounds(std::size_t i) const;
   LightSample8 sample(const V8& p, U8 index, M8 lanes) const;
 
  private:

@@ -5,27 +5,25 @@
 namespace lightmill {
 namespace {
 
-constexpr double kLeastPower = 1e-30;  ///< smallest power in the choice
+constexpr double kLeastPower = 1e-30;  ///< smallest power, intensity and irradiance in the choice
 
 template <class Lights>
 void append_bounds(const Lights& lights, std::vector<LightBounds>& out) {
   for (std::size_t i = 0; i < lights.size(); ++i) {
     out.push_back(lights.bounds(i));
     out.back().power = std::max(out.back().power, kLeastPower);
+    out.back().intensity = std::max(out.back().intensity, kLeastPower);
   }
 }
 
 }  // namespace
 
-void LightTable::build(double scene_radius) {
+void LightTable::build() {
   const std::size_t counts[kKinds] = {
       facets.size(),        spheres.size(), points.size(),      spots.size(),
       cosine_powers.size(), ies.size(),     directional.size(), environment.samplable() ? std::size_t{1} : 0};
   for (int kind = 0; kind < kKinds; ++kind) {
     first_[kind + 1] = first_[kind] + static_cast<std::uint32_t>(counts[kind]);
-    if (counts[kind] > 0) {
-      only_kind_ = static_cast<LightKind>(kind);
-    }
   }
   std::vector<LightBounds> bounded;
   append_bounds(facets, bounded);
@@ -34,12 +32,15 @@ void LightTable::build(double scene_radius) {
   append_bounds(spots, bounded);
   append_bounds(cosine_powers, bounded);
   append_bounds(ies, bounded);
-  std::vector<double> distant;
+  std::vector<DistantBounds> distant;
   for (std::size_t i = 0; i < directional.size(); ++i) {
-    distant.push_back(std::max(directional.power(i, scene_radius), kLeastPower));
+    distant.push_back(directional.bounds(i));
   }
   if (environment.samplable()) {
-    distant.push_back(std::max(environment.power(scene_radius), kLeastPower));
+    distant.push_back({environment.irradiance()});
+  }
+  for (DistantBounds& light : distant) {
+    light.irradiance = std::max(light.irradiance, kLeastPower);
   }
   choice_ = LightChoice(bounded, distant);
 }
@@ -66,11 +67,26 @@ LightSample8 LightTable::sample_of_kind(LightKind kind, const V8& p, U8 index, M
   LM_CHECK(false, "unknown kind of light");
 }
 
-LightSample8 LightTable::sample(const V8& p, Pair8 choice, Pair8 u) const {
-  if (size() == 1) {
-    return sample_of_kind(only_kind_, p, U8(0u), M8(true), u);
+LightKind LightTable::kind_of(std::uint32_t light) const {
+  int kind = 0;
+  while (light >= first_[kind + 1]) {
+    ++kind;
   }
-  const LightChoice::Choice8 chosen = choice_.sample(p, choice);
+  return static_cast<LightKind>(kind);
+}
+
+LightSample8 LightTable::sample(const V8& p, std::uint32_t draw, Pair8 choice, Pair8 u, const V8& normal) const {
+  if (needs_choice()) {
+    return sample_chosen(p, normal, choice, u);
+  }
+  const LightKind kind = kind_of(draw);
+  LightSample8 out = sample_of_kind(kind, p, U8(draw - first(kind)), M8(true), u);
+  out.light = U8(draw);
+  return out;
+}
+
+LightSample8 LightTable::sample_chosen(const V8& p, const V8& normal, Pair8 choice, Pair8 u) const {
+  const LightChoice::Choice8 chosen = choice_.sample(p, normal, choice);
   LightSample8 result;
   M8 rest(true);
   for (int k = 0; k < kKinds && rest.any(); ++k) {
@@ -86,11 +102,9 @@ LightSample8 LightTable::sample(const V8& p, Pair8 choice, Pair8 u) const {
     result = rest.bits() == 255 ? drawn : merge(lanes, drawn, result);
     rest = and_not(rest, lanes);
   }
-  if (needs_choice()) {
-    result.weight = result.weight * (F8(1.0f) / chosen.pmf);
-    result.pdf_solid_angle = result.pdf_solid_angle * chosen.pmf;
-    result.valid = result.valid & (chosen.pmf > F8(0.0f));
-  }
+  result.weight = result.weight * (F8(1.0f) / chosen.pmf);
+  result.pdf_solid_angle = result.pdf_solid_angle * chosen.pmf_at_point;
+  result.valid = result.valid & (chosen.pmf > F8(0.0f));
   result.light = chosen.light;
   return result;
 }

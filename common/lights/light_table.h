@@ -1,7 +1,8 @@
 // Table of all lights of a scene, from which next-event estimation samples.
 //
-// A light is chosen (light_choice.h), then a point on it or a direction to it (one file per kind of light). The same
-// densities serve rays that hit a light (multiple importance sampling). Immutable once built, thread-safe.
+// A few lights all light a shading point. Of more, one is chosen (light_choice.h). Then a point on the light or a
+// direction to it is sampled (one file per kind of light). The same densities serve rays that hit a light (multiple
+// importance sampling). Immutable once built, thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -35,29 +36,34 @@ class LightTable {
   DirectionalLights directional;
   EnvironmentRadiance environment;
 
-  /// Call it after the last add. `scene_radius`: radius of a sphere around the scene, in the lights' frame.
-  void build(double scene_radius);
+  /// Call it after the last add.
+  void build();
 
   /// Lights that can be sampled.
   std::size_t size() const { return first_[kKinds]; }
   bool empty() const { return size() == 0; }
   /// Number of the first light of a kind.
   std::uint32_t first(LightKind kind) const { return first_[static_cast<int>(kind)]; }
+  /// Samples that light a shading point: one of each light, or one of a chosen light.
+  std::uint32_t draws() const { return needs_choice() ? 1 : static_cast<std::uint32_t>(size()); }
   /// Whether `sample` uses choice.u, and choice.v.
-  bool needs_choice() const { return !choice_.trivial(); }
+  bool needs_choice() const { return choice_.chooses(); }
   bool needs_second_choice() const { return choice_.needs_second_number(); }
 
   /// Group number by light.
   void set_groups(std::vector<std::uint32_t> groups) { group_ = std::move(groups); }
   U8 group(U8 light, M8 lanes) const { return gather(group_.data(), light, lanes); }
 
-  /// Samples a light and a point on it for each shading point.
-  LightSample8 sample(const V8& shading_point, Pair8 choice, Pair8 u) const;
+  /// Samples a light and a point on it for each shading point. `draw`: number of the sample, below draws(). The light
+  /// at a shading point is the sum over all draws. `normal`: unit, of surfaces that light reaches only from above; zero
+  /// elsewhere. The densities of the samples, which are for weights of multiple importance sampling, are those for a zero
+  /// normal.
+  LightSample8 sample(const V8& shading_point, std::uint32_t draw, Pair8 choice, Pair8 u, const V8& normal = {}) const;
 
   /// The light with this number. It must be neither a surface nor an environment, so nothing is drawn.
   LightSample8 sample_point(std::uint32_t light, const V8& p, M8 lanes) const;
 
-  /// The probability that `sample` at `from` chooses a light.
+  /// The probability that a sample at `from` is on this light, for a zero normal.
   F8 choice_pmf(const V8& from, U8 light, M8 lanes) const {
     return needs_choice() ? choice_.pmf(from, light, lanes) : masked(lanes, F8(1.0f));
   }
@@ -73,9 +79,11 @@ class LightTable {
   bool has(LightKind kind) const { return first_[static_cast<int>(kind)] < first_[static_cast<int>(kind) + 1]; }
   LightSample8 sample_of_kind(LightKind kind, const V8& p, U8 index, M8 lanes, Pair8 u) const;
 
+  LightKind kind_of(std::uint32_t light) const;
+  LightSample8 sample_chosen(const V8& p, const V8& normal, Pair8 choice, Pair8 u) const;
+
   LightChoice choice_;
   std::vector<std::uint32_t> group_;
-  LightKind only_kind_ = LightKind::facet;  ///< if there is one light
   std::uint32_t first_[kKinds + 1] = {};
 };
 

@@ -138,10 +138,10 @@ PhotonFluxes Estimate::all(bool unsampled) {
   });
   near(LightKind::ies, lights_.ies, anywhere);
   for (std::size_t i = 0; i < lights_.directional.size(); ++i) {
-    add_distant(emission_.first_distant() + static_cast<std::uint32_t>(i), lights_.directional.power(i, 1) / kPiDouble);
+    add_distant(emission_.first_distant() + static_cast<std::uint32_t>(i), lights_.directional.bounds(i).irradiance);
   }
   if (unsampled ? lights_.environment.exists() : lights_.environment.samplable()) {
-    add_distant(lights_.first(LightKind::environment), lights_.environment.power(1) / kPiDouble);
+    add_distant(lights_.first(LightKind::environment), lights_.environment.irradiance());
   }
   return std::move(out_);
 }

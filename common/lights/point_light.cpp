@@ -5,7 +5,8 @@
 namespace lightmill {
 
 LightBounds PointLights::bounds(std::size_t i) const {
-  return bounds_of_point(position_[i], kPointSolidAngle * luminance(Vec3d(intensity_[i])));
+  const double intensity = luminance(Vec3d(intensity_[i]));
+  return bounds_of_point(position_[i], kPointSolidAngle * intensity, intensity);
 }
 
 LightSample8 PointLights::sample(const V8& p, U8 index, M8 lanes) const {

@@ -36,11 +36,12 @@ struct IntensityShare8 {
   M8 lit;  ///< the light shines in this direction
 };
 
-/// Bounds of a point that shines in all directions. `power`: luminance of its flux.
-inline LightBounds bounds_of_point(const Vec3& position, double power) {
+/// Bounds of a point that shines in all directions. `power` and `intensity`: as in LightBounds.
+inline LightBounds bounds_of_point(const Vec3& position, double power, double intensity) {
   LightBounds b;
   b.low = b.high = Vec3d(position);
   b.power = power;
+  b.intensity = intensity;
   return b;
 }
 

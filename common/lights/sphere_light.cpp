@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/lights/photometry.h"
 #include "common/math/transcendental.h"
 
 namespace lightmill {
@@ -49,6 +50,8 @@ LightBounds SphereLights::bounds(std::size_t i) const {
   b.low = center - Vec3d(radius);
   b.high = center + Vec3d(radius);
   b.power = emission_.exitance(i) * 4 * kPiDouble * radius * radius;
+  b.intensity =
+      luminance(Vec3d(emission_.radiance(i))) * exitance_per_radiance(emission_.exponent(i)) * radius * radius;
   return b;
 }
 

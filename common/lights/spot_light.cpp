@@ -11,7 +11,7 @@ void SpotLights::add(const SpotEmitter& spot) {
 }
 
 LightBounds SpotLights::bounds(std::size_t i) const {
-  return points_.bounds(i, std::min(1.0 - outer_[i], 0.0), spot_solid_angle(inner_[i], outer_[i]));
+  return points_.bounds(i, 1.0 - outer_[i], 1, spot_solid_angle(inner_[i], outer_[i]));
 }
 
 IntensityShare8 SpotLights::share(const V8& direction, U8 index, M8 lanes) const {

@@ -83,8 +83,8 @@ class PathEstimator : public tracer::EstimatorBase {
     Path out = Tracer::unsplit(in, bounce);
     const HenyeyGreenstein8 phase{scene_.media().anisotropy(scene_.media().current(in.media))};
     const V8 wo = -in.direction;
-    if (scene_.features().lights) {
-      const LightSample8 light = tracer.draw_light(point, out, bounce);
+    for (std::uint32_t draw = 0; draw < scene_.lights().draws(); ++draw) {
+      const LightSample8 light = tracer.draw_light(point, V8(), out, bounce, draw);
       const F8 value = phase.pdf_solid_angle(wo, light.wi);
       const F8 weight =
           select(light.pdf_solid_angle > F8(0.0f), power_heuristic(light.pdf_solid_angle, value), F8(1.0f));

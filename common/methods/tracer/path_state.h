@@ -63,6 +63,16 @@ M8 scatters_to(const V8& wi, F8 side) {
   }
 }
 
+/// The geometric normal if light reaches the surface only from above, else zero.
+template <class Bsdf>
+V8 opaque_normal(const Bsdf& bsdf, const V8& facing) {
+  if constexpr (requires { bsdf.transmits(); }) {
+    return masked(~bsdf.transmits(), facing);
+  } else {
+    return Bsdf::kTransmits ? V8() : facing;
+  }
+}
+
 /// Marks paths that left a holdout. They count the light that they hit, and end there.
 inline constexpr float kEndedScale = std::numeric_limits<float>::infinity();
 inline M8 continues(const Path8& path) {

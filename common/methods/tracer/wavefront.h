@@ -56,35 +56,18 @@ class Wavefront {
   Pair8 decide(const Path8& path, std::uint32_t vertex, std::uint32_t decision) const {
     return tracer::decide(path.index, path.pixel_seed, vertex, decision, plan_.sobol_vertices);
   }
-  /// Samples a light and a point on it, as seen from `point`.
-  LightSample8 draw_light(const V8& point, const Path8& path, std::uint32_t bounce) const;
+  /// Samples a light and a point on it, as seen from `point`. `normal` and `draw`: as in LightTable::sample.
+  LightSample8 draw_light(const V8& point, const V8& normal, const Path8& path, std::uint32_t bounce,
+                          std::uint32_t draw) const;
   /// Next-event estimation: queues the light of sampled points, times `weight(light, wi, lanes)`.
   template <class Bsdf, class Weight>
   void sample_lights(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes, const Weight& weight) {
     if (!scene_.features().lights) {
       return;
     }
-    const Path8& in = vertex.in;
-    V8 origin = vertex.surface.point + vertex.facing * vertex.surface.offset;
-    const LightSample8 light = draw_light(origin, in, vertex.bounce);
-    const V8 wi = vertex.frame.to_local(light.wi);
-    const F8 side = dot(light.wi, vertex.facing);
-    M8 valid = lanes & light.valid & scatters_to<Bsdf>(wi, side);
-    if constexpr (Bsdf::kTransmits) {
-      origin = vertex.surface.point + vertex.facing * copysign(vertex.surface.offset, side);
+    for (std::uint32_t draw = 0; draw < scene_.lights().draws(); ++draw) {
+      sample_light(vertex, bsdf, wo, lanes, weight, draw);
     }
-    if (valid.none()) {
-      return;
-    }
-    const V8 contribution = in.throughput * bsdf.eval(wo, wi) * light.weight * weight(light, wi, valid);
-    if constexpr (Bsdf::kLosesSamples) {
-      valid = and_not(valid, max_component(contribution) <= F8(0.0f));
-    }
-    Media8 media = in.media;
-    if constexpr (Bsdf::kTransmits) {
-      media = select(wi.z < F8(0.0f), vertex.crossing.beyond, media);
-    }
-    push_shadows(valid, origin, light, contribution, in.slot, media);
   }
 
   /// Queues shadow rays from `origin` to sampled lights.
@@ -113,6 +96,32 @@ class Wavefront {
   const std::uint32_t slots_;
 
  private:
+  template <class Bsdf, class Weight>
+  void sample_light(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes, const Weight& weight,
+                    std::uint32_t draw) {
+    const Path8& in = vertex.in;
+    V8 origin = vertex.surface.point + vertex.facing * vertex.surface.offset;
+    const LightSample8 light = draw_light(origin, opaque_normal(bsdf, vertex.facing), in, vertex.bounce, draw);
+    const V8 wi = vertex.frame.to_local(light.wi);
+    const F8 side = dot(light.wi, vertex.facing);
+    M8 valid = lanes & light.valid & scatters_to<Bsdf>(wi, side);
+    if constexpr (Bsdf::kTransmits) {
+      origin = vertex.surface.point + vertex.facing * copysign(vertex.surface.offset, side);
+    }
+    if (valid.none()) {
+      return;
+    }
+    const V8 contribution = in.throughput * bsdf.eval(wo, wi) * light.weight * weight(light, wi, valid);
+    if constexpr (Bsdf::kLosesSamples) {
+      valid = and_not(valid, max_component(contribution) <= F8(0.0f));
+    }
+    Media8 media = in.media;
+    if constexpr (Bsdf::kTransmits) {
+      media = select(wi.z < F8(0.0f), vertex.crossing.beyond, media);
+    }
+    push_shadows(valid, origin, light, contribution, in.slot, media);
+  }
+
   template <class ChannelOf>
   void add_to_planes(M8 lanes, U8 slot, const V8& value, const ChannelOf& channel_of);
   void add_not_finite(M8 lanes, U8 slot);

@@ -256,7 +256,7 @@ LightBuilder::Tables LightBuilder::finish(const TextureSet& textures) {
     groups_[LightKind::sphere].push_back(group_of[sphere.material]);
   }
   out.emitter_points = emitter_points();
-  lights_.build(0.5 * frame_.extent() * frame_.scale());
+  lights_.build();
   std::vector<std::uint32_t> groups;
   for (const auto& [kind, numbers] : groups_) {
     groups.insert(groups.end(), numbers.begin(), numbers.end());

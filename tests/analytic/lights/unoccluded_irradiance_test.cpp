@@ -8,11 +8,11 @@ namespace {
 
 /// Five standard errors raise a false alarm once in 1.7 million comparisons. 1e-5 is for rounding.
 void expect_mean_of_samples(LightTable table, const Vec3& p, const Vec3& normal) {
-  table.build(10);
+  table.build();
   const Vec3 n = glm::normalize(normal);
   double sum = 0, squares = 0;
   for_each_draw(7, [&](Pair8, Pair8 u) {
-    const LightSample8 s = table.sample(broadcast(p), kNoChoice, u);
+    const LightSample8 s = table.sample(broadcast(p), 0, kNoChoice, u);
     const Lanes value(masked(s.valid, s.weight.y * max(dot(s.wi, broadcast(n)), F8(0.0f))));
     for (int lane = 0; lane < 8; ++lane) {
       sum += value[lane];
@@ -88,7 +88,7 @@ TEST(UnoccludedIrradiance, MatchesTheSumOverAnEnvironmentImage) {
   }
   LightTable table;
   table.environment = EnvironmentRadiance(rgb, kWidth, kHeight, {1, 2, 1}, 33);
-  table.build(10);
+  table.build();
   const UnoccludedIrradiance unoccluded(table);
   for (const Vec3& normal : {Vec3(0, 1, 0), Vec3(0, -1, 0), Vec3(1, 0.2f, 0.3f), Vec3(-1, 0, -1), Vec3(-0.3f, -1, 2)}) {
     const Vec3 n = glm::normalize(normal);
@@ -123,7 +123,7 @@ TEST(UnoccludedIrradiance, MatchesTheSumOverAnEnvironmentImage) {
 TEST(UnoccludedIrradiance, IsPiTimesAConstantEnvironment) {
   LightTable table;
   table.environment = EnvironmentRadiance({1, 2, 3});
-  table.build(1);
+  table.build();
   const VectorLanes got(UnoccludedIrradiance(table).at(table, broadcast(Vec3(0)), broadcast(Vec3(0, 0, 1)), M8(true)));
   EXPECT_NEAR(got[0].z, 3 * M_PI, 1e-5);
 }
