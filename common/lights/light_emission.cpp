@@ -115,7 +115,15 @@ F8 LightEmission::cosine(U8 light, const V8& point, const V8& direction, M8 lane
 
 F8 LightEmission::parallel_pdf(U8 light, M8 lanes, const V8& direction) const {
   const M8 sky = and_not(lanes, signed_less(light, U8(table_->first(LightKind::environment))));
-  return sky.any() ? select(sky, table_->environment.all_pdf_solid_angle(-direction), F8(1.0f)) : F8(1.0f);
+  F8 out(1.0f);
+  if (sky.any()) {
+    out = select(sky, table_->environment.all_pdf_solid_angle(-direction), out);
+  }
+  if (const M8 disks = and_not(table_->are_bodies(light, and_not(lanes, sky)), sky); disks.any()) {
+    const U8 index = light - U8(table_->first(LightKind::directional));
+    out = select(disks, table_->directional.pdf_solid_angle(-direction, index, disks), out);
+  }
+  return out;
 }
 
 LightEmission::Parallel8 LightEmission::parallel(U8 light, M8 lanes, Pair8 u) const {
@@ -123,7 +131,7 @@ LightEmission::Parallel8 LightEmission::parallel(U8 light, M8 lanes, Pair8 u) co
   for_each_kind(light, lanes, [&](LightKind kind, U8 index, M8 of_kind) {
     Parallel8 here;
     if (kind == LightKind::directional) {
-      const LightSample8 sun = table_->directional.sample(broadcast(Vec3(0)), index, of_kind);
+      const LightSample8 sun = table_->directional.sample(broadcast(Vec3(0)), index, of_kind, u);
       here = {-sun.wi, sun.weight};
     } else {
       const EnvironmentRadiance::Beam8 beam = table_->environment.sample_all(u);

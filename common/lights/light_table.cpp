@@ -43,6 +43,21 @@ void LightTable::build() {
     light.irradiance = std::max(light.irradiance, kLeastPower);
   }
   choice_ = LightChoice(bounded, distant);
+  find_bodies();
+}
+
+void LightTable::find_bodies() {
+  for (std::size_t i = 0; i < directional.size(); ++i) {
+    if (directional.has_size(i)) {
+      bodies_.push_back(first(LightKind::directional) + static_cast<std::uint32_t>(i));
+    }
+  }
+  if (!bodies_.empty()) {
+    is_body_.resize(size());
+    for (const std::uint32_t body : bodies_) {
+      is_body_[body] = 1;
+    }
+  }
 }
 
 LightSample8 LightTable::sample_of_kind(LightKind kind, const V8& p, U8 index, M8 lanes, Pair8 u) const {
@@ -60,7 +75,7 @@ LightSample8 LightTable::sample_of_kind(LightKind kind, const V8& p, U8 index, M
     case LightKind::ies:
       return ies.sample(p, index, lanes);
     case LightKind::directional:
-      return directional.sample(p, index, lanes);
+      return directional.sample(p, index, lanes, u);
     case LightKind::environment:
       return environment.sample(p, u);
   }
@@ -141,12 +156,29 @@ F8 LightTable::pdf_solid_angle(const V8& from, U8 light, F8 distance, F8 cos_lig
   return needs_choice() ? pdf * choice_.pmf(from, light, lanes) : pdf;
 }
 
-F8 LightTable::environment_pdf_solid_angle(const V8& from, const V8& direction, M8 lanes) const {
-  if (!environment.samplable()) {
-    return F8(0.0f);
+F8 LightTable::distant_pdf_solid_angle(const V8& from, U8 light, const V8& direction, M8 lanes) const {
+  const U8 sky(first(LightKind::environment));
+  const M8 suns = lanes & signed_less(light, sky), skies = and_not(lanes, suns);
+  F8 pdf(0.0f);
+  if (environment.samplable() && skies.any()) {
+    pdf = environment.pdf_solid_angle(direction);
   }
-  const F8 pdf = environment.pdf_solid_angle(direction);
-  return needs_choice() ? pdf * choice_.pmf(from, U8(first(LightKind::environment)), lanes) : pdf;
+  if (suns.any()) {
+    const U8 index = light - U8(first(LightKind::directional));
+    pdf = select(suns, directional.pdf_solid_angle(direction, index, suns), pdf);
+  }
+  return needs_choice() && (pdf > F8(0.0f)).any() ? pdf * choice_.pmf(from, light, lanes) : pdf;
+}
+
+LightTable::BodyHit8 LightTable::meet(std::uint32_t body, const V8& origin, const V8& direction, M8 lanes) const {
+  const U8 index(body - first(LightKind::directional));
+  const M8 hit = lanes & (directional.pdf_solid_angle(direction, index, lanes) > F8(0.0f));
+  return {hit, origin + direction * F8(kFarAway), directional.radiance(index, lanes), F8(kFarAway), F8(1.0f)};
+}
+
+F8 LightTable::body_pdf_solid_angle(std::uint32_t body, const V8& from, const V8& direction, const BodyHit8& /*met*/,
+                                    M8 lanes) const {
+  return distant_pdf_solid_angle(from, U8(body), direction, lanes);
 }
 
 }  // namespace lightmill

@@ -60,7 +60,8 @@ class LightTable {
   /// normal.
   LightSample8 sample(const V8& shading_point, std::uint32_t draw, Pair8 choice, Pair8 u, const V8& normal = {}) const;
 
-  /// The light with this number. It must be neither a surface nor an environment, so nothing is drawn.
+  /// The light with this number as if it had no size, so nothing is drawn. It must be neither a surface nor an
+  /// environment.
   LightSample8 sample_point(std::uint32_t light, const V8& p, M8 lanes) const;
 
   /// The probability that a sample at `from` is on this light, for a zero normal.
@@ -70,8 +71,29 @@ class LightTable {
   /// Density per solid angle with which `sample` at `from` returns the point of a facet or sphere that a ray of this
   /// length hit. `cos_light`: cosine to the normal, positive.
   F8 pdf_solid_angle(const V8& from, U8 light, F8 distance, F8 cos_light, M8 lanes) const;
-  /// The same for a ray that left the scene in this direction.
-  F8 environment_pdf_solid_angle(const V8& from, const V8& direction, M8 lanes) const;
+  /// The same for a ray that left the scene in this direction, which is one to the light.
+  F8 distant_pdf_solid_angle(const V8& from, U8 light, const V8& direction, M8 lanes) const;
+
+  // Bodies: lights that rays meet, though they are no surfaces of the scene. They block no light.
+
+  /// Numbers of the bodies, ascending.
+  const std::vector<std::uint32_t>& bodies() const { return bodies_; }
+  /// Lanes whose lights are bodies.
+  M8 are_bodies(U8 light, M8 lanes) const {
+    return bodies_.empty() ? M8() : gather(is_body_.data(), light, lanes) == U8(1u);
+  }
+  struct BodyHit8 {
+    M8 hit;
+    V8 point;     ///< as in LightSample8
+    V8 radiance;  ///< towards the ray's origin
+    F8 distance;
+    F8 cosine;  ///< to the light's surface; 1 for distant light
+  };
+  /// Where rays with unit directions meet a body.
+  BodyHit8 meet(std::uint32_t body, const V8& origin, const V8& direction, M8 lanes) const;
+  /// Density per solid angle with which `sample` at `from` returns the point where a ray met the body.
+  F8 body_pdf_solid_angle(std::uint32_t body, const V8& from, const V8& direction, const BodyHit8& met, M8 lanes) const;
+
   std::uint64_t bytes() const;
 
  private:
@@ -80,10 +102,13 @@ class LightTable {
   LightSample8 sample_of_kind(LightKind kind, const V8& p, U8 index, M8 lanes, Pair8 u) const;
 
   LightKind kind_of(std::uint32_t light) const;
+  void find_bodies();
   LightSample8 sample_chosen(const V8& p, const V8& normal, Pair8 choice, Pair8 u) const;
 
   LightChoice choice_;
   std::vector<std::uint32_t> group_;
+  std::vector<std::uint32_t> bodies_;
+  std::vector<std::uint32_t> is_body_;  ///< 1 or 0 by light; empty without bodies
   std::uint32_t first_[kKinds + 1] = {};
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/lights/photometry.h"
+#include "common/lights/sphere_irradiance.h"
 #include "common/math/transcendental.h"
 
 namespace lightmill {
@@ -121,16 +122,7 @@ Vec3d SphereLights::irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) co
   if (inward_[i] == 1 && !emission_.two_sided(i)) {
     return Vec3d(0);
   }
-  const double h2 = distance * distance / (static_cast<double>(radius_[i]) * radius_[i]);
-  const double cosine = std::clamp(glm::dot(to_center, n) / distance, -1.0, 1.0);
-  const double cut = 1 - h2 * cosine * cosine;  // positive: the sphere reaches through the horizon
-  if (cut <= 0) {
-    return radiance * (kPiDouble * std::max(cosine, 0.0) / h2);
-  }
-  const double x = -cosine * std::sqrt((h2 - 1) / (1 - cosine * cosine));
-  const double angle = atan2_fixed(std::sqrt(std::max(1 - x * x, 0.0)), x);
-  return radiance *
-         ((cosine * angle - std::sqrt(cut * (h2 - 1))) / h2 + atan2_fixed(std::sqrt(cut), std::sqrt(h2 - 1)));
+  return radiance * sphere_irradiance(to_center, radius_[i], n);
 }
 
 F8 SphereLights::pdf_solid_angle(const V8& from, U8 index, F8 distance, F8 cos_light, M8 lanes) const {

@@ -195,9 +195,21 @@ void read_light(const Light& light, const Regions& narrow, SceneFacts& facts) {
       facts.delta_lights.add(named(what, light.name));
     }
   };
+  /// `share`: of all directions, from where it is largest; 0 for lights without a size.
+  const auto light_of = [&](std::string_view what, bool dark, double share) {
+    if (share == 0) {
+      delta(what, dark);
+    } else if (!dark) {
+      ++facts.sized_lights;
+      if (share < kSmallShare) {
+        facts.small_emitters.add(named(what, light.name));
+      }
+    }
+  };
   std::visit(Overloaded{[&](const PointLight& l) { delta("point light", is_black(l.intensity)); },
                         [&](const DirectionalLight& l) {
-                          delta("directional light", is_black(l.irradiance));
+                          const double share = one_minus_cos_fixed(l.angle_degrees * kPiDouble / 360) / 2;
+                          light_of("directional light", is_black(l.irradiance), share);
                           if (!is_black(l.irradiance)) {
                             facts.distant_lights.add(named("directional light", light.name));
                           }
@@ -286,8 +298,10 @@ std::vector<std::string> features_of(const SceneFacts& facts) {
     }
   };
   using Environment = SceneFacts::Environment;
-  add(!facts.delta_lights.empty() || facts.emissive_objects > 0 || facts.environment != Environment::none,
+  add(!facts.delta_lights.empty() || facts.sized_lights > 0 || facts.emissive_objects > 0 ||
+          facts.environment != Environment::none,
       "light sampling");
+  add(facts.sized_lights > 0, "lights with a size");
   add(facts.emissive_objects > 0, "emissive surfaces");
   add(facts.environment == Environment::constant, "constant environment");
   add(facts.environment == Environment::image, "environment image");

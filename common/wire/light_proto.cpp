@@ -101,6 +101,7 @@ Result<DirectionalLight> directional_light(const std::string& path, const v1::Li
                       point_from_wire(path + ".directional.direction", wire.has_direction(), wire.direction()));
   LM_ASSIGN_OR_RETURN(out.irradiance, light_strength(path, ".directional.irradiance", light, wire.has_irradiance(),
                                                      wire.irradiance(), {.irradiance = 1}));
+  out.angle_degrees = wire.angle_degrees();
   return out;
 }
 
@@ -240,6 +241,7 @@ void to_wire_light(const Light& light, v1::Light* out) {
                  [&](const DirectionalLight& sun) {
                    to_wire_point(sun.direction, out->mutable_directional()->mutable_direction());
                    to_wire_color(sun.irradiance, out->mutable_directional()->mutable_irradiance());
+                   out->mutable_directional()->set_angle_degrees(sun.angle_degrees);
                  },
                  [&](const SpotLight& spot) {
                    to_wire_point(spot.position, out->mutable_spot()->mutable_position());

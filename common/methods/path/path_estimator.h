@@ -53,7 +53,13 @@ class PathEstimator : public tracer::EstimatorBase {
 
   // Environment: the path has left the scene.
   F8 environment_weight(const Path& in, std::uint32_t /*bounce*/, M8 lanes) const {
-    return bsdf_sampling_weight(in, scene_.lights().environment_pdf_solid_angle(in.origin, in.direction, lanes));
+    const U8 sky(scene_.lights().first(LightKind::environment));
+    return bsdf_sampling_weight(in, scene_.lights().distant_pdf_solid_angle(in.origin, sky, in.direction, lanes));
+  }
+
+  // Body: the path has met a light that is no surface.
+  F8 body_weight(const Path& in, std::uint32_t body, const LightTable::BodyHit8& met, std::uint32_t /*bounce*/) const {
+    return bsdf_sampling_weight(in, scene_.lights().body_pdf_solid_angle(body, in.origin, in.direction, met, met.hit));
   }
 
   // Surface: next-event estimation and BSDF sampling. The path continues with throughput · f · |cosθ| / p. Russian

@@ -74,6 +74,9 @@ class Wavefront {
   void push_shadows(M8 lanes, const V8& origin, const LightSample8& light, const V8& contribution, U8 slot,
                     const Media8& media);
   void trace_shadows(std::uint32_t bounce);
+  /// Adds the light of a body that paths meet at `point`, where no surface is before it.
+  void add_unoccluded(const Path8& in, M8 lanes, std::uint32_t body, const V8& point, const V8& light,
+                      std::uint32_t bounce);
 
  protected:
   /// Adds the emission of boundaries that do not stop the paths.

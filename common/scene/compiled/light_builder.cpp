@@ -16,8 +16,17 @@ Vec3 unit(const Point3d& direction) {
   return Vec3(glm::normalize(near_one(to_vec(direction))));
 }
 
+/// Of directions: 0.01°.
+constexpr double kLeastDiskAngle = 4e-9;
+
 double degrees_to_radians(double degrees) {
   return degrees * kPiDouble / 180;
+}
+
+/// 1 − cos of half this angular diameter. Disks that single precision does not resolve are none.
+float disk_angle(double diameter_degrees) {
+  const double angle = one_minus_cos_fixed(degrees_to_radians(diameter_degrees / 2));
+  return angle < kLeastDiskAngle ? 0.0f : static_cast<float>(angle);
 }
 
 /// The peak memory of an image that becomes an EnvironmentRadiance. First it is the texels with the radiance, then the
@@ -99,46 +108,47 @@ Status LightBuilder::add_lights(const CompiledScene::AssetSource& assets, const 
 
 /// Adds a light that needs no asset. Black lights are left out.
 void LightBuilder::add_light(const Light& light) {
-  std::visit(Overloaded{
-                 [&](const PointLight& point) {
-                   if (!is_black(point.intensity)) {
-                     lights_.points.add({to_frame(point.position), frame_.scaled_intensity(to_vec(point.intensity))});
-                     note_group(LightKind::point, light.group);
-                   }
-                 },
-                 [&](const DirectionalLight& sun) {
-                   if (!is_black(sun.irradiance)) {
-                     lights_.directional.add({unit(sun.direction), to_vec(sun.irradiance)});
-                     note_group(LightKind::directional, light.group);
-                   }
-                 },
-                 [&](const SpotLight& spot) {
-                   if (!is_black(spot.intensity)) {
-                     const double outer = degrees_to_radians(spot.cutoff_degrees);
-                     lights_.spots.add({to_frame(spot.position), unit(spot.direction),
-                                        frame_.scaled_intensity(to_vec(spot.intensity)),
-                                        static_cast<float>(one_minus_cos_fixed(outer * (1 - spot.blend))),
-                                        static_cast<float>(one_minus_cos_fixed(outer))});
-                     note_group(LightKind::spot, light.group);
-                   }
-                 },
-                 [&](const CosinePowerLight& cosine_power) {
-                   if (!is_black(cosine_power.intensity)) {
-                     lights_.cosine_powers.add({to_frame(cosine_power.position), unit(cosine_power.direction),
-                                                frame_.scaled_intensity(to_vec(cosine_power.intensity)),
-                                                static_cast<float>(cosine_power.exponent)});
-                     note_group(LightKind::cosine_power, light.group);
-                   }
-                 },
-                 [&](const IesLight&) {},
-                 [&](const EnvironmentLight& environment) {
-                   if (!is_black(environment.radiance)) {
-                     lights_.environment = EnvironmentRadiance(to_vec(environment.radiance));
-                     note_group(LightKind::environment, light.group);
-                   }
-                 },
-             },
-             light.kind);
+  std::visit(
+      Overloaded{
+          [&](const PointLight& point) {
+            if (!is_black(point.intensity)) {
+              lights_.points.add({to_frame(point.position), frame_.scaled_intensity(to_vec(point.intensity))});
+              note_group(LightKind::point, light.group);
+            }
+          },
+          [&](const DirectionalLight& sun) {
+            if (!is_black(sun.irradiance)) {
+              lights_.directional.add({unit(sun.direction), to_vec(sun.irradiance), disk_angle(sun.angle_degrees)});
+              note_group(LightKind::directional, light.group);
+            }
+          },
+          [&](const SpotLight& spot) {
+            if (!is_black(spot.intensity)) {
+              const double outer = degrees_to_radians(spot.cutoff_degrees);
+              lights_.spots.add({to_frame(spot.position), unit(spot.direction),
+                                 frame_.scaled_intensity(to_vec(spot.intensity)),
+                                 static_cast<float>(one_minus_cos_fixed(outer * (1 - spot.blend))),
+                                 static_cast<float>(one_minus_cos_fixed(outer))});
+              note_group(LightKind::spot, light.group);
+            }
+          },
+          [&](const CosinePowerLight& cosine_power) {
+            if (!is_black(cosine_power.intensity)) {
+              lights_.cosine_powers.add({to_frame(cosine_power.position), unit(cosine_power.direction),
+                                         frame_.scaled_intensity(to_vec(cosine_power.intensity)),
+                                         static_cast<float>(cosine_power.exponent)});
+              note_group(LightKind::cosine_power, light.group);
+            }
+          },
+          [&](const IesLight&) {},
+          [&](const EnvironmentLight& environment) {
+            if (!is_black(environment.radiance)) {
+              lights_.environment = EnvironmentRadiance(to_vec(environment.radiance));
+              note_group(LightKind::environment, light.group);
+            }
+          },
+      },
+      light.kind);
 }
 
 Status LightBuilder::add_image(const EnvironmentLight& light, const std::string& group, const std::string& where,

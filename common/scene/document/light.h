@@ -17,10 +17,11 @@ struct PointLight {
   Point3d position{0, 0, 0};
   RgbColor intensity;  ///< W/sr
 };
-/// Parallel light from infinitely far away.
+/// Light from infinitely far away: parallel, or from a disk in the sky.
 struct DirectionalLight {
   Point3d direction{0, -1, 0};  ///< direction of travel
   RgbColor irradiance;          ///< W/m² on a surface that faces it
+  double angle_degrees = 0;     ///< the disk's angular diameter, in [0, 180]; 0: parallel
 };
 /// A cone of light from a point: full within cutoff · (1 − blend), then falling smoothly to zero at the cutoff.
 struct SpotLight {

@@ -47,7 +47,8 @@ Status check_light(const std::string& path, const Light& light) {
                         },
                         [&](const DirectionalLight& sun) {
                           LM_RETURN_IF_ERROR(check_direction(path + ".directional.direction", sun.direction));
-                          return check_power(path + ".directional.irradiance", sun.irradiance);
+                          LM_RETURN_IF_ERROR(check_power(path + ".directional.irradiance", sun.irradiance));
+                          return check_range(path + ".directional.angle_degrees", sun.angle_degrees, 0, 180);
                         },
                         [&](const SpotLight& spot) { return check_spot(path, spot); },
                         [&](const CosinePowerLight& cosine_power) { return check_cosine_power(path, cosine_power); },

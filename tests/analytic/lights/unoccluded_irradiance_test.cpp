@@ -78,6 +78,18 @@ TEST(UnoccludedIrradiance, MatchesSamplesOfPointsAndDirections) {
   }
 }
 
+TEST(UnoccludedIrradiance, MatchesSamplesOfASunsDisk) {
+  // High, cut by the horizon, and set.
+  for (const float diameter : {0.5f, 20.0f, 120.0f}) {
+    const auto angle = static_cast<float>(1 - std::cos(diameter * M_PI / 360));
+    for (const Vec3& normal : {Vec3(0, 1, 0), Vec3(1, 0.1f, 0), Vec3(0.3f, 0, 1), Vec3(0, -1, 0.4f)}) {
+      LightTable table;
+      table.directional.add({glm::normalize(Vec3(0.01f, -1, 0.02f)), {1, 2, 3}, angle});
+      expect_mean_of_samples(table, {1, 2, 3}, normal);
+    }
+  }
+}
+
 TEST(UnoccludedIrradiance, MatchesTheSumOverAnEnvironmentImage) {
   // Clear sky with a sun over darker ground, turned. The integral is a sum over directions.
   constexpr int kWidth = 16, kHeight = 8;

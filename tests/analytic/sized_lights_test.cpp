@@ -1,0 +1,91 @@
+// Lights with a size, through public scene documents: suns, spheres, spots, disks and ellipses.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "tests/analytic/meter_text.h"
+#include "tests/analytic/scene_text.h"
+
+namespace lightmill::test {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+/// Value of a white floor (y = 0) at (x, 0, 0), seen from straight above. A floor of irradiance E shows E/π.
+Estimate lit_floor(double x, const std::string& lights, std::uint32_t level = 8) {
+  const auto scene =
+      TestScene::from_text(document(fmt::format(R"("eye": [{0}, 0.05, 0.001], "look_at": [{0}, 0, 0])", x), 0.01, 8,
+                                    diffuse("floor", 1), mesh("floor", "floor.obj"), lights),
+                           {{"floor.obj", plane(40, 0, true)}});
+  return mean_of(scene.render({"path", 3, 1}, level), 0);
+}
+
+/// What the camera at the origin sees in a direction, with more objects and materials.
+double seen_towards(const std::string& direction, const std::string& lights, const std::string& objects,
+                    const std::string& materials, const std::string& method = "path") {
+  const auto scene = TestScene::from_text(
+      document(fmt::format(R"("eye": [0, 0, 0], "look_at": {}, "up": [0, 0, 1])", direction), 0.01, 8,
+               diffuse("black", 0) + materials, sphere("black", "[0, -90, 0]", 1) + objects, lights));
+  const Estimate mean = mean_of(scene.render({method, 3, 0}, 2), 0);
+  EXPECT_LE(mean.standard_error, 1e-4 * mean.value + 1e-12);
+  return mean.value;
+}
+
+const std::string kMirror = also(named("mirror", R"("mirror": {"reflectance": {"rgb": [0.5, 0.5, 0.5]}})"));
+/// A mirror that sends a camera ray along −y to +y.
+const std::string kMirrorBelow = also(plane_shape("mirror", "[0, -2, 0]", "[0, 1, 0]"));
+
+std::string sun_disk(double elevation_degrees, double angle_degrees, double irradiance) {
+  return fmt::format(R"({{"directional": {{"direction": [{}, {}, 0], "irradiance": {}, "angle_degrees": {}}}}})",
+                     -std::cos(elevation_degrees * kDegree), -std::sin(elevation_degrees * kDegree), gray(irradiance),
+                     angle_degrees);
+}
+
+/// Irradiance on a floor from a disk in the sky: its radiance times the integral of the cosine over its part above the
+/// horizon, as a sum over directions.
+double irradiance_of_sun(double elevation_degrees, double angle_degrees, double irradiance) {
+  const double half = angle_degrees / 2 * kDegree, radiance = irradiance / (M_PI * std::pow(std::sin(half), 2));
+  constexpr int kSteps = 2000;
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double off = half * (i + 0.5) / kSteps;
+    for (int j = 0; j < kSteps; ++j) {
+      const double turn = 2 * M_PI * (j + 0.5) / kSteps, e = elevation_degrees * kDegree;
+      const double height = std::cos(off) * std::sin(e) + std::sin(off) * std::cos(turn) * std::cos(e);
+      sum += std::max(height, 0.0) * std::sin(off);
+    }
+  }
+  return radiance * sum * half / kSteps * 2 * M_PI / kSteps;
+}
+
+TEST(Sun, ADiskKeepsTheIrradianceOfParallelLight) {
+  for (const double angle : {0.53, 5.0, 60.0}) {
+    expect_answer(lit_floor(0.3, sun_disk(90, angle, 7)), 7 / M_PI, 2e-3);
+    expect_answer(lit_floor(0.3, sun_disk(35, angle, 7)), 7 * std::sin(35 * kDegree) / M_PI, 5e-3);
+  }
+}
+
+TEST(Sun, SetsGradually) {
+  for (const double elevation : {20.0, 5.0, 0.0, -10.0}) {
+    const double exact = irradiance_of_sun(elevation, 60, 7);
+    expect_answer(lit_floor(0, sun_disk(elevation, 60, 7), 12), exact / M_PI, 2e-2);
+  }
+  EXPECT_EQ(lit_floor(0, sun_disk(-31, 60, 7)).value, 0);
+}
+
+TEST(Sun, HasTheRadianceOfItsIrradianceAndAngle) {
+  const double radiance = 7 / (M_PI * std::pow(std::sin(5 * kDegree), 2));
+  for (const char* method : {"path", "caustic", "ppm", "vcm"}) {
+    EXPECT_NEAR(seen_towards("[0, 1, 0]", sun_disk(90, 10, 7), "", "", method), radiance, 1e-4 * radiance) << method;
+    EXPECT_EQ(seen_towards("[0.09, 1, 0]", sun_disk(90, 10, 7), "", "", method), 0) << method;  // 5.14° off
+    EXPECT_NEAR(seen_towards("[0.0001, -1, 0]", sun_disk(90, 10, 7), kMirrorBelow, kMirror, method), radiance / 2,
+                1e-4 * radiance)
+        << method;
+  }
+  // An object before it hides it.
+  EXPECT_EQ(seen_towards("[0, 1, 0]", sun_disk(90, 10, 7), also(sphere("black", "[0, 1e4, 0]", 1e3)), ""), 0);
+}
+
+}  // namespace
+}  // namespace lightmill::test
