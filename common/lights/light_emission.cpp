@@ -4,6 +4,15 @@
 
 namespace lightmill {
 
+namespace {
+
+template <class Balls>
+EmissionPoint8 ball_point(const Balls& balls, U8 index, M8 lanes, const V8& outward) {
+  return ball_emission_point(balls.position(index, lanes), balls.radii().at(index, lanes), lanes, outward);
+}
+
+}  // namespace
+
 template <class Take>
 void LightEmission::for_each_kind(U8 light, M8 lanes, Take take) const {
   for (int k = 0; k < kLightKinds && lanes.any(); ++k) {
@@ -30,7 +39,7 @@ EmissionPoint8 LightEmission::point_on(U8 light, M8 lanes, Pair8 u) const {
         here = table_->spheres.emission_point(index, of_kind, square_to_sphere(u));
         break;
       case LightKind::point:
-        here.point = table_->points.position(index, of_kind);
+        here = ball_point(table_->points, index, of_kind, square_to_sphere(u));
         break;
       case LightKind::spot:
         here.point = table_->spots.position(index, of_kind);
@@ -51,24 +60,38 @@ EmissionPoint8 LightEmission::point_on(U8 light, M8 lanes, Pair8 u) const {
 }
 
 LightEmission::LightSpheres8 LightEmission::spheres(U8 light, M8 lanes) const {
-  const U8 first(table_->first(LightKind::sphere));
-  const M8 spheres =
-      and_not(lanes & signed_less(light, U8(table_->first(LightKind::point))), signed_less(light, first));
-  if (spheres.none()) {
-    return {};
-  }
-  const U8 index = light - first;
-  return {table_->spheres.outward_only(index, spheres), table_->spheres.center(index, spheres),
-          table_->spheres.radius(index, spheres)};
+  LightSpheres8 out{};
+  const auto add = [&](M8 some, const V8& center, F8 radius) {
+    out = {out.lanes | some, select(some, center, out.center), select(some, radius, out.radius)};
+  };
+  for_each_kind(light, lanes, [&](LightKind kind, U8 index, M8 of_kind) {
+    if (kind == LightKind::sphere) {
+      const SphereLights& spheres = table_->spheres;
+      add(spheres.outward_only(index, of_kind), spheres.center(index, of_kind), spheres.radius(index, of_kind));
+    } else if (kind == LightKind::point && table_->points.radii().any()) {
+      const F8 radius = table_->points.radii().at(index, of_kind);
+      add(of_kind & (radius > F8(0.0f)), table_->points.position(index, of_kind), radius);
+    }
+  });
+  return out;
 }
 
 EmissionPoint8 LightEmission::point_on_sphere(U8 light, M8 spheres, const V8& outward) const {
-  return table_->spheres.emission_point(light - U8(table_->first(LightKind::sphere)), spheres, outward);
+  EmissionPoint8 out{};
+  for_each_kind(light, spheres, [&](LightKind kind, U8 index, M8 of_kind) {
+    out = merge(of_kind,
+                kind == LightKind::sphere ? table_->spheres.emission_point(index, of_kind, outward)
+                                          : ball_point(table_->points, index, of_kind, outward),
+                out);
+  });
+  return out;
 }
 
 V8 LightEmission::intensity(U8 light, const EmissionPoint8& from, const V8& direction, M8 lanes) const {
   const F8 cos_signed = dot(direction, from.normal);
   const F8 cosine = max(select(from.two_sided, abs(cos_signed), cos_signed), F8(0.0f));
+  // Radiance I/(π r²), times the cosine and the area 4π r².
+  const F8 of_ball = select(from.surface, F8(4.0f) * cosine, F8(1.0f));
   V8 out{};
   for_each_kind(light, lanes, [&](LightKind kind, U8 index, M8 of_kind) {
     V8 here{};
@@ -80,7 +103,7 @@ V8 LightEmission::intensity(U8 light, const EmissionPoint8& from, const V8& dire
         here = table_->spheres.radiance(index, cosine, of_kind) * (cosine * from.area);
         break;
       case LightKind::point:
-        here = table_->points.intensity(index, of_kind);
+        here = table_->points.intensity(index, of_kind) * of_ball;
         break;
       case LightKind::spot:
         here = table_->spots.intensity(direction, index, of_kind);
@@ -108,6 +131,10 @@ F8 LightEmission::cosine(U8 light, const V8& point, const V8& direction, M8 lane
     } else if (kind == LightKind::sphere) {
       const V8 outward = normalize(point - table_->spheres.center(index, of_kind));
       out = select(of_kind, abs(dot(direction, outward)), out);
+    } else if (kind == LightKind::point) {
+      const M8 balls = table_->are_bodies(light, of_kind);
+      const V8 outward = normalize(point - table_->points.position(index, of_kind));
+      out = select(of_kind & balls, abs(dot(direction, outward)), out);
     }
   });
   return out;

@@ -47,11 +47,15 @@ void LightTable::build() {
 }
 
 void LightTable::find_bodies() {
-  for (std::size_t i = 0; i < directional.size(); ++i) {
-    if (directional.has_size(i)) {
-      bodies_.push_back(first(LightKind::directional) + static_cast<std::uint32_t>(i));
+  const auto find = [&](LightKind kind, const auto& lights) {
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+      if (lights.has_size(i)) {
+        bodies_.push_back(first(kind) + static_cast<std::uint32_t>(i));
+      }
     }
-  }
+  };
+  find(LightKind::point, points);
+  find(LightKind::directional, directional);
   if (!bodies_.empty()) {
     is_body_.resize(size());
     for (const std::uint32_t body : bodies_) {
@@ -67,7 +71,7 @@ LightSample8 LightTable::sample_of_kind(LightKind kind, const V8& p, U8 index, M
     case LightKind::sphere:
       return spheres.sample(p, index, lanes, u);
     case LightKind::point:
-      return points.sample(p, index, lanes);
+      return points.sample(p, index, lanes, u);
     case LightKind::spot:
       return spots.sample(p, index, lanes);
     case LightKind::cosine_power:
@@ -134,18 +138,31 @@ std::uint64_t LightTable::bytes() const {
 }
 
 LightSample8 LightTable::sample_point(std::uint32_t light, const V8& p, M8 lanes) const {
-  for (const LightKind kind : {LightKind::point, LightKind::spot, LightKind::cosine_power, LightKind::ies}) {
-    if (light < first_[static_cast<int>(kind) + 1]) {
-      return sample_of_kind(kind, p, U8(light - first(kind)), lanes, {});
-    }
+  const LightKind kind = kind_of(light);
+  const U8 index(light - first(kind));
+  switch (kind) {
+    case LightKind::point:
+      return points.sample(p, index, lanes);
+    case LightKind::spot:
+      return spots.sample(p, index, lanes);
+    case LightKind::cosine_power:
+      return cosine_powers.sample(p, index, lanes);
+    case LightKind::ies:
+      return ies.sample(p, index, lanes);
+    case LightKind::directional:
+      return directional.sample(p, index, lanes);
+    case LightKind::facet:
+    case LightKind::sphere:
+    case LightKind::environment:
+      break;
   }
-  return directional.sample(p, U8(light - first(LightKind::directional)), lanes);
+  LM_CHECK(false, "no point");
 }
 
 F8 LightTable::pdf_solid_angle(const V8& from, U8 light, F8 distance, F8 cos_light, M8 lanes) const {
   const U8 first_sphere(first(LightKind::sphere));
   const M8 facet = lanes & signed_less(light, first_sphere);
-  const M8 sphere = and_not(lanes, facet);
+  const M8 sphere = and_not(lanes & signed_less(light, U8(first(LightKind::point))), facet);
   F8 pdf(0.0f);
   if (facet.any()) {
     pdf = facets.pdf_solid_angle(from, light, distance, cos_light, facet);
@@ -153,6 +170,10 @@ F8 LightTable::pdf_solid_angle(const V8& from, U8 light, F8 distance, F8 cos_lig
   if (sphere.any()) {
     pdf = select(sphere, spheres.pdf_solid_angle(from, light - first_sphere, distance, cos_light, sphere), pdf);
   }
+  for_each_ball_kind(light, lanes, [&](const auto& balls, U8 index, M8 some) {
+    const F8 of_balls = ball_pdf_solid_angle(from, balls.position(index, some), balls.radii().at(index, some));
+    pdf = select(some, of_balls, pdf);
+  });
   return needs_choice() ? pdf * choice_.pmf(from, light, lanes) : pdf;
 }
 
@@ -171,13 +192,26 @@ F8 LightTable::distant_pdf_solid_angle(const V8& from, U8 light, const V8& direc
 }
 
 LightTable::BodyHit8 LightTable::meet(std::uint32_t body, const V8& origin, const V8& direction, M8 lanes) const {
+  BodyHit8 out{};
+  for_each_ball_kind(U8(body), lanes, [&](const auto& balls, U8 index, M8 some) {
+    const F8 radius = balls.radii().at(index, some);
+    const BallEntry8 entry(origin, direction, balls.position(index, some), radius, some);
+    out = {entry.hit, origin + direction * entry.distance,
+           balls.intensity(-direction, index, some) * (F8(kInvPi) / (radius * radius)), entry.distance, entry.cosine};
+  });
+  if (body < first(LightKind::directional)) {
+    return out;
+  }
   const U8 index(body - first(LightKind::directional));
   const M8 hit = lanes & (directional.pdf_solid_angle(direction, index, lanes) > F8(0.0f));
   return {hit, origin + direction * F8(kFarAway), directional.radiance(index, lanes), F8(kFarAway), F8(1.0f)};
 }
 
-F8 LightTable::body_pdf_solid_angle(std::uint32_t body, const V8& from, const V8& direction, const BodyHit8& /*met*/,
+F8 LightTable::body_pdf_solid_angle(std::uint32_t body, const V8& from, const V8& direction, const BodyHit8& met,
                                     M8 lanes) const {
+  if (body < first(LightKind::directional)) {
+    return pdf_solid_angle(from, U8(body), met.distance, met.cosine, lanes);
+  }
   return distant_pdf_solid_angle(from, U8(body), direction, lanes);
 }
 

@@ -68,7 +68,7 @@ class LightTable {
   F8 choice_pmf(const V8& from, U8 light, M8 lanes) const {
     return needs_choice() ? choice_.pmf(from, light, lanes) : masked(lanes, F8(1.0f));
   }
-  /// Density per solid angle with which `sample` at `from` returns the point of a facet or sphere that a ray of this
+  /// Density per solid angle with which `sample` at `from` returns the point of a bounded light that a ray of this
   /// length hit. `cos_light`: cosine to the normal, positive.
   F8 pdf_solid_angle(const V8& from, U8 light, F8 distance, F8 cos_light, M8 lanes) const;
   /// The same for a ray that left the scene in this direction, which is one to the light.
@@ -103,6 +103,18 @@ class LightTable {
 
   LightKind kind_of(std::uint32_t light) const;
   void find_bodies();
+  /// Calls take(balls, index within the kind, lanes) for the kinds of these lights whose lights can be balls.
+  template <class Take>
+  void for_each_ball_kind(U8 light, M8 lanes, Take take) const {
+    const auto visit = [&](LightKind kind, const auto& balls) {
+      const M8 some = and_not(lanes & signed_less(light, U8(first_[static_cast<int>(kind) + 1])),
+                              signed_less(light, U8(first(kind))));
+      if (balls.radii().any() && some.any()) {
+        take(balls, light - U8(first(kind)), some);
+      }
+    };
+    visit(LightKind::point, points);
+  }
   LightSample8 sample_chosen(const V8& p, const V8& normal, Pair8 choice, Pair8 u) const;
 
   LightChoice choice_;

@@ -140,10 +140,10 @@ Regions receiver_regions(const Scene& scene, const MeshSource& meshes) {
   return *std::move(regions);
 }
 
-bool is_small_from(const Regions& regions, const Object& emitter, const Extent& extent) {
+bool is_small_from(const Regions& regions, const Object* emitter, const Extent& extent) {
   double nearest = std::numeric_limits<double>::infinity();
   for (const Region& region : regions) {
-    if (region.object != &emitter) {
+    if (emitter == nullptr || region.object != emitter) {
       nearest = std::min(nearest, region.distance(extent.center));
     }
   }

@@ -159,7 +159,7 @@ void read_small_emitters(const Scene& scene, const MeshSource& meshes, SceneFact
       continue;
     }
     const bool sampled = !is_never_sampled(emitter, material);
-    if (is_small_from(narrow, emitter, *extent) || (!sampled && is_small_from(receivers, emitter, *extent))) {
+    if (is_small_from(narrow, &emitter, *extent) || (!sampled && is_small_from(receivers, &emitter, *extent))) {
       (sampled ? facts.small_emitters : facts.hidden_emitters)
           .add(named("emitter", emitter.name.empty() ? material.name : emitter.name));
     }
@@ -195,21 +195,23 @@ void read_light(const Light& light, const Regions& narrow, SceneFacts& facts) {
       facts.delta_lights.add(named(what, light.name));
     }
   };
-  /// `share`: of all directions, from where it is largest; 0 for lights without a size.
-  const auto light_of = [&](std::string_view what, bool dark, double share) {
-    if (share == 0) {
-      delta(what, dark);
-    } else if (!dark) {
+  const auto sized = [&](std::string_view what, bool dark, bool small) {
+    if (!dark) {
       ++facts.sized_lights;
-      if (share < kSmallShare) {
+      if (small) {
         facts.small_emitters.add(named(what, light.name));
       }
     }
   };
-  std::visit(Overloaded{[&](const PointLight& l) { delta("point light", is_black(l.intensity)); },
+  const auto ball = [&](std::string_view what, bool dark, const Point3d& at, double radius) {
+    const Extent extent{{at[0], at[1], at[2]}, radius, kPiDouble * radius * radius};
+    radius > 0 ? sized(what, dark, is_small_from(narrow, nullptr, extent)) : delta(what, dark);
+  };
+  std::visit(Overloaded{[&](const PointLight& l) { ball("point light", is_black(l.intensity), l.position, l.radius); },
                         [&](const DirectionalLight& l) {
                           const double share = one_minus_cos_fixed(l.angle_degrees * kPiDouble / 360) / 2;
-                          light_of("directional light", is_black(l.irradiance), share);
+                          share > 0 ? sized("directional light", is_black(l.irradiance), share < kSmallShare)
+                                    : delta("directional light", is_black(l.irradiance));
                           if (!is_black(l.irradiance)) {
                             facts.distant_lights.add(named("directional light", light.name));
                           }
@@ -256,11 +258,13 @@ std::string NamedItems::text() const {
 
 SceneFacts read_facts(const Scene& scene, const MeshSource& meshes) {
   SceneFacts facts;
-  const bool spots = std::ranges::any_of(
-      scene.lights, [](const Light& light) { return std::holds_alternative<SpotLight>(light.kind); });
-  const Regions narrow_regions_for_spots = spots ? narrow_regions(scene, meshes) : Regions{};
+  const bool local = std::ranges::any_of(scene.lights, [](const Light& light) {
+    const auto* const point = std::get_if<PointLight>(&light.kind);
+    return std::holds_alternative<SpotLight>(light.kind) || (point != nullptr && point->radius > 0);
+  });
+  const Regions narrow_for_lights = local ? narrow_regions(scene, meshes) : Regions{};
   for (const Light& light : scene.lights) {
-    read_light(light, narrow_regions_for_spots, facts);
+    read_light(light, narrow_for_lights, facts);
   }
   Materials all;
   std::vector<bool> seen(scene.materials.size());

@@ -91,6 +91,7 @@ Result<PointLight> point_light(const std::string& path, const v1::Light& light) 
   LM_ASSIGN_OR_RETURN(out.position, point_from_wire(path + ".point.position", wire.has_position(), wire.position()));
   LM_ASSIGN_OR_RETURN(out.intensity, light_strength(path, ".point.intensity", light, wire.has_intensity(),
                                                     wire.intensity(), {.flux = 1 / kPointSolidAngle, .intensity = 1}));
+  out.radius = wire.radius();
   return out;
 }
 
@@ -237,6 +238,7 @@ void to_wire_light(const Light& light, v1::Light* out) {
                  [&](const PointLight& point) {
                    to_wire_point(point.position, out->mutable_point()->mutable_position());
                    to_wire_color(point.intensity, out->mutable_point()->mutable_intensity());
+                   out->mutable_point()->set_radius(point.radius);
                  },
                  [&](const DirectionalLight& sun) {
                    to_wire_point(sun.direction, out->mutable_directional()->mutable_direction());

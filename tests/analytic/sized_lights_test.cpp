@@ -87,5 +87,61 @@ TEST(Sun, HasTheRadianceOfItsIrradianceAndAngle) {
   EXPECT_EQ(seen_towards("[0, 1, 0]", sun_disk(90, 10, 7), also(sphere("black", "[0, 1e4, 0]", 1e3)), ""), 0);
 }
 
+TEST(SphereLight, IrradianceIsThatOfAPoint) {
+  // E = πL (r/d)² cosθ, with L = I/(πr²): that of a point while all of it is above the horizon.
+  for (const double radius : {1e-4, 0.5, 1.9}) {
+    for (const double x : {0.0, 2.5}) {
+      const std::string light =
+          fmt::format(R"({{"point": {{"position": [0, 2, 0], "intensity": {}, "radius": {}}}}})", gray(6), radius);
+      expect_answer(lit_floor(x, light, 10), 6 * 2 / std::pow(4 + x * x, 1.5) / M_PI, 1e-2);
+    }
+  }
+}
+
+TEST(SphereLight, HasTheRadianceOfItsIntensity) {
+  const std::string light = R"({"point": {"position": [0, 9, 0], "intensity": {"rgb": [6, 6, 6]}, "radius": 0.5}})";
+  const double radiance = 6 / (M_PI * 0.25);
+  for (const char* method : {"path", "caustic", "ppm", "vcm"}) {
+    EXPECT_NEAR(seen_towards("[0, 1, 0]", light, "", "", method), radiance, 1e-4 * radiance) << method;
+    EXPECT_NEAR(seen_towards("[0.054, 1, 0]", light, "", "", method), radiance, 1e-4 * radiance) << method;
+    EXPECT_EQ(seen_towards("[0.057, 1, 0]", light, "", "", method), 0) << method;  // the edge is at 1/√323
+    EXPECT_NEAR(seen_towards("[0.0001, -1, 0]", light, kMirrorBelow, kMirror, method), radiance / 2, 1e-4 * radiance)
+        << method;
+  }
+  EXPECT_EQ(seen_towards("[0, 1, 0]", light, also(sphere("black", "[0, 5, 0]", 1)), ""), 0);
+  EXPECT_NEAR(seen_towards("[0, 1, 0]", light, also(sphere("black", "[0, 20, 0]", 1)), ""), radiance, 1e-4 * radiance);
+}
+
+TEST(SphereLight, IsSeenThroughFog) {
+  // A shape with index 1 absorbs e^(−σ d) on the way to the sphere's surface.
+  const std::string fog =
+      also(R"({"name": "fog", "dielectric": {"ior": 1}, "interior": {"absorption": {"rgb": [0.2, 0.2, 0.2]}}})");
+  const std::string light = R"({"point": {"position": [0, 9, 0], "intensity": {"rgb": [6, 6, 6]}, "radius": 0.5}})";
+  const double radiance = 6 / (M_PI * 0.25);
+  for (const double radius : {4.0, 20.0}) {
+    const double way = std::min(radius, 8.5);
+    EXPECT_NEAR(seen_towards("[0, 1, 0]", light, also(sphere("fog", "[0, 0, 0]", radius)), fog),
+                radiance * std::exp(-0.2 * way), 1e-3 * radiance);
+  }
+}
+
+/// A floor of rough metal under a light. Its mean radiance is the same under an emissive sphere in place of the light.
+TEST(SphereLight, RoughMetalShowsItAsItShowsAnEmissiveSphere) {
+  const auto shown = [](const std::string& lights, const std::string& objects) {
+    const auto scene = TestScene::from_text(
+        document(R"("eye": [3, 3, 0], "look_at": [0, 0, 0])", 40, 16,
+                 named("metal", R"("conductor": {"metal": "gold", "roughness": 0.3})") + also(diffuse("lamp", 0, 8)),
+                 mesh("metal", "floor.obj") + objects, lights),
+        {{"floor.obj", plane(40, 0, true)}});
+    return mean_of(scene.render({"path", 3, 0}, 10), 0);
+  };
+  const Estimate object = shown("", also(sphere("lamp", "[-2, 2, 0]", 0.7)));
+  const Estimate light = shown(
+      fmt::format(R"({{"point": {{"position": [-2, 2, 0], "intensity": {}, "radius": 0.7}}}})", gray(8 * M_PI * 0.49)),
+      "");
+  EXPECT_LT(light.standard_error, 5e-3 * light.value);
+  EXPECT_NEAR(light.value, object.value, 5 * std::hypot(light.standard_error, object.standard_error));
+}
+
 }  // namespace
 }  // namespace lightmill::test

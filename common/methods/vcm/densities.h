@@ -13,9 +13,9 @@ inline LightDensities8 light_densities(const CompiledScene& scene, const PhotonE
                                        const V8& from, const V8& point, const V8& direction, F8 cosine, M8 lanes) {
   const LightTable& lights = scene.lights();
   const auto below = [&](LightKind kind) { return lanes & signed_less(light, U8(lights.first(kind))); };
-  const M8 surfaces = below(LightKind::point), near = below(LightKind::directional),
-           known = below(LightKind::environment);
+  const M8 near = below(LightKind::directional), known = below(LightKind::environment);
   const M8 bodies = lights.are_bodies(light, known);
+  const M8 surfaces = below(LightKind::point) | (bodies & near);
   const M8 points = and_not(near, surfaces), suns = and_not(and_not(known, near), bodies);
   const M8 sky = and_not(and_not(lanes, known) | bodies, near);
   const F8 distance2 = length_squared(point - from);

@@ -69,6 +69,12 @@ Vec3 LightBuilder::to_frame(const Point3d& p) const {
   return Vec3(frame_.to_frame(to_vec(p)));
 }
 
+/// Balls whose projected area underflows in single precision are points.
+float LightBuilder::ball_radius(double radius) const {
+  const auto in_frame = static_cast<float>(radius * frame_.scale());
+  return in_frame * in_frame < std::numeric_limits<float>::min() ? 0.0f : in_frame;
+}
+
 void LightBuilder::note_group(LightKind kind, const std::string& group) {
   groups_[kind].push_back(number_of_group(group_names_, group));
 }
@@ -112,7 +118,8 @@ void LightBuilder::add_light(const Light& light) {
       Overloaded{
           [&](const PointLight& point) {
             if (!is_black(point.intensity)) {
-              lights_.points.add({to_frame(point.position), frame_.scaled_intensity(to_vec(point.intensity))});
+              lights_.points.add({to_frame(point.position), frame_.scaled_intensity(to_vec(point.intensity)),
+                                  ball_radius(point.radius)});
               note_group(LightKind::point, light.group);
             }
           },

@@ -12,10 +12,11 @@ namespace lightmill {
 inline constexpr double kLeastCutoffDegrees = 1e-3;  ///< of a spot: half its opening
 inline constexpr double kMaxCosineExponent = 1e4;    ///< n of cosⁿ; single precision has no cosine for larger ones
 
-/// Radiates equally in all directions.
+/// Radiates equally in all directions, from a point or a sphere.
 struct PointLight {
   Point3d position{0, 0, 0};
-  RgbColor intensity;  ///< W/sr
+  RgbColor intensity;  ///< W/sr, from afar
+  double radius = 0;   ///< of the sphere, in scene units; its radiance is intensity / (π radius²)
 };
 /// Light from infinitely far away: parallel, or from a disk in the sky.
 struct DirectionalLight {

@@ -43,7 +43,8 @@ Status check_light(const std::string& path, const Light& light) {
   return std::visit(Overloaded{
                         [&](const PointLight& point) {
                           LM_RETURN_IF_ERROR(check_point(path + ".point.position", point.position));
-                          return check_power(path + ".point.intensity", point.intensity);
+                          LM_RETURN_IF_ERROR(check_power(path + ".point.intensity", point.intensity));
+                          return check_range(path + ".point.radius", point.radius, 0, kMaxCoordinate);
                         },
                         [&](const DirectionalLight& sun) {
                           LM_RETURN_IF_ERROR(check_direction(path + ".directional.direction", sun.direction));

@@ -79,6 +79,37 @@ TEST(BodyLights, ASunsDiskIsSampledAsMet) {
   }
 }
 
+TEST(BodyLights, ABallIsSampledAsMet) {
+  for (const double distance : {1.001, 1.5, 20.0, 3000.0}) {
+    LightTable table;
+    const Vec3 towards = glm::normalize(Vec3(0.3f, -1, 0.2f)), p(0.1f, 0.2f, 0.3f);
+    const float radius = 2;
+    table.points.add({p + towards * static_cast<float>(distance * radius), {2, 3, 4}, radius});
+    expect_body_is_sampled_as_met(table, p, towards, std::sqrt(1 - 1 / (distance * distance)));
+  }
+}
+
+TEST(BodyLights, ABallIsDarkInside) {
+  LightTable table;
+  table.points.add({{0, 0, 0}, {2, 3, 4}, 2});
+  table.build();
+  EXPECT_TRUE(table.sample(broadcast(Vec3(0, 1, 0)), 0, kNoChoice, {F8(0.3f), F8(0.6f)}).valid.none());
+  EXPECT_TRUE(table.meet(0, broadcast(Vec3(0, 1, 0)), broadcast(Vec3(0, 0, 1)), M8(true)).hit.none());
+}
+
+TEST(BodyLights, ABallThatShrinksBecomesAPoint) {
+  // The mean of its samples is I/d² at any radius, and each sample is where single precision sees only a point.
+  for (const float radius : {0.0f, 1e-9f, 1e-4f, 1e-2f}) {
+    LightTable table;
+    table.points.add({{0, 5, 0}, {50, 50, 50}, radius});
+    table.build();
+    for_each_draw(3, [&](Pair8, Pair8 u) {
+      const Lanes weight(table.sample(broadcast(Vec3(0)), 0, kNoChoice, u).weight.x);
+      ASSERT_NEAR(weight[0], 2, 1e-5);
+    });
+  }
+}
+
 TEST(BodyLights, ParallelLightIsNoBody) {
   LightTable table;
   table.directional.add({{0, -1, 0}, {2, 3, 4}});

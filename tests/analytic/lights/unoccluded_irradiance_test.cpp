@@ -78,6 +78,14 @@ TEST(UnoccludedIrradiance, MatchesSamplesOfPointsAndDirections) {
   }
 }
 
+TEST(UnoccludedIrradiance, MatchesSamplesOfABall) {
+  for (const Vec3& normal : {Vec3(0, 1, 0), Vec3(1, 0.1f, 0), Vec3(0.3f, 0, 1), Vec3(0, -1, 0.4f)}) {
+    LightTable table;
+    table.points.add({{1.2f, 4, 3.1f}, {1, 2, 3}, 1.5f});
+    expect_mean_of_samples(table, {1, 2, 3}, normal);
+  }
+}
+
 TEST(UnoccludedIrradiance, MatchesSamplesOfASunsDisk) {
   // High, cut by the horizon, and set.
   for (const float diameter : {0.5f, 20.0f, 120.0f}) {

@@ -129,6 +129,19 @@ TEST(Admit, ASunOfAnAngleIsSmallUnlessItFillsEnoughOfTheSky) {
   EXPECT_EQ(std::ranges::count(features, "light sampling"), 1);
 }
 
+TEST(Admit, APointLightWithARadiusIsSmallUnlessItIsNear) {
+  // The ball of radius 1 is at (3, 0, 0). From its surface, a light of radius r at height 5 fills r²/4d² of all
+  // directions, with d² = (√34 − 1)².
+  const double d = std::sqrt(34) - 1, limit = 2 * d * std::sqrt(kSmallShare);
+  const auto path_with = [](double radius) {
+    return admit(read_facts(scene_of({kWhite, kGlass}, {{"bulb", PointLight{{0, 5, 0}, {1, 1, 1}, radius}}})), "path")
+        .admitted;
+  };
+  EXPECT_FALSE(path_with(0));
+  EXPECT_FALSE(path_with(0.98 * limit));
+  EXPECT_TRUE(path_with(1.02 * limit));
+}
+
 TEST(Admit, CausticDoesNotCoverInfinitePlanesUnderDistantLight) {
   Light window = kSky;
   std::get<EnvironmentLight>(window.kind).has_image = true;
