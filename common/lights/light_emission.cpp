@@ -38,6 +38,9 @@ EmissionPoint8 LightEmission::point_on(U8 light, M8 lanes, Pair8 u) const {
       case LightKind::sphere:
         here = table_->spheres.emission_point(index, of_kind, square_to_sphere(u));
         break;
+      case LightKind::disk:
+        here = table_->disks.emission_point(index, of_kind, u);
+        break;
       case LightKind::point:
         here = ball_point(table_->points, index, of_kind, square_to_sphere(u));
         break;
@@ -102,6 +105,9 @@ V8 LightEmission::intensity(U8 light, const EmissionPoint8& from, const V8& dire
       case LightKind::sphere:
         here = table_->spheres.radiance(index, cosine, of_kind) * (cosine * from.area);
         break;
+      case LightKind::disk:
+        here = table_->disks.radiance(index, cosine, of_kind) * (cosine * from.area);
+        break;
       case LightKind::point:
         here = table_->points.intensity(index, of_kind) * of_ball;
         break;
@@ -128,6 +134,8 @@ F8 LightEmission::cosine(U8 light, const V8& point, const V8& direction, M8 lane
   for_each_kind(light, lanes, [&](LightKind kind, U8 index, M8 of_kind) {
     if (kind == LightKind::facet) {
       out = select(of_kind, abs(dot(direction, table_->facets.emission_point(index, of_kind, {}).normal)), out);
+    } else if (kind == LightKind::disk) {
+      out = select(of_kind, abs(dot(direction, table_->disks.normal(index, of_kind))), out);
     } else if (kind == LightKind::sphere) {
       const V8 outward = normalize(point - table_->spheres.center(index, of_kind));
       out = select(of_kind, abs(dot(direction, outward)), out);

@@ -19,15 +19,16 @@ void append_bounds(const Lights& lights, std::vector<LightBounds>& out) {
 }  // namespace
 
 void LightTable::build() {
-  const std::size_t counts[kKinds] = {
-      facets.size(),        spheres.size(), points.size(),      spots.size(),
-      cosine_powers.size(), ies.size(),     directional.size(), environment.samplable() ? std::size_t{1} : 0};
+  const std::size_t counts[kKinds] = {facets.size(), spheres.size(),     disks.size(),
+                                      points.size(), spots.size(),       cosine_powers.size(),
+                                      ies.size(),    directional.size(), environment.samplable() ? std::size_t{1} : 0};
   for (int kind = 0; kind < kKinds; ++kind) {
     first_[kind + 1] = first_[kind] + static_cast<std::uint32_t>(counts[kind]);
   }
   std::vector<LightBounds> bounded;
   append_bounds(facets, bounded);
   append_bounds(spheres, bounded);
+  append_bounds(disks, bounded);
   append_bounds(points, bounded);
   append_bounds(spots, bounded);
   append_bounds(cosine_powers, bounded);
@@ -54,6 +55,7 @@ void LightTable::find_bodies() {
       }
     }
   };
+  find(LightKind::disk, disks);
   find(LightKind::point, points);
   find(LightKind::directional, directional);
   if (!bodies_.empty()) {
@@ -70,6 +72,8 @@ LightSample8 LightTable::sample_of_kind(LightKind kind, const V8& p, U8 index, M
       return facets.sample(p, index, lanes, u);
     case LightKind::sphere:
       return spheres.sample(p, index, lanes, u);
+    case LightKind::disk:
+      return disks.sample(p, index, lanes, u);
     case LightKind::point:
       return points.sample(p, index, lanes, u);
     case LightKind::spot:
@@ -132,15 +136,18 @@ std::uint64_t LightTable::bytes() const {
   // Rows have the size of their structs, except flags, which are wider. Facets also have normals and densities.
   const auto rows = [](const auto& lights, std::size_t bytes) { return std::uint64_t{lights.size()} * bytes; };
   return rows(facets, sizeof(EmissiveFacet) + sizeof(Vec3) + sizeof(float)) + rows(spheres, sizeof(EmissiveSphere)) +
-         rows(points, sizeof(PointEmitter)) + rows(spots, sizeof(SpotEmitter)) +
-         rows(cosine_powers, sizeof(CosinePowerEmitter)) + rows(directional, sizeof(DirectionalEmitter)) + ies.bytes() +
-         environment.bytes() + choice_.bytes() + 4 * group_.size();
+         rows(disks, sizeof(DiskEmitter) + sizeof(Vec3) + sizeof(float)) + rows(points, sizeof(PointEmitter)) +
+         rows(spots, sizeof(SpotEmitter)) + rows(cosine_powers, sizeof(CosinePowerEmitter)) +
+         rows(directional, sizeof(DirectionalEmitter)) + ies.bytes() + environment.bytes() + choice_.bytes() +
+         4 * group_.size();
 }
 
 LightSample8 LightTable::sample_point(std::uint32_t light, const V8& p, M8 lanes) const {
   const LightKind kind = kind_of(light);
   const U8 index(light - first(kind));
   switch (kind) {
+    case LightKind::disk:
+      return disks.sample(p, index, lanes);
     case LightKind::point:
       return points.sample(p, index, lanes);
     case LightKind::spot:
@@ -162,13 +169,18 @@ LightSample8 LightTable::sample_point(std::uint32_t light, const V8& p, M8 lanes
 F8 LightTable::pdf_solid_angle(const V8& from, U8 light, F8 distance, F8 cos_light, M8 lanes) const {
   const U8 first_sphere(first(LightKind::sphere));
   const M8 facet = lanes & signed_less(light, first_sphere);
-  const M8 sphere = and_not(lanes & signed_less(light, U8(first(LightKind::point))), facet);
+  const M8 sphere = and_not(lanes & signed_less(light, U8(first(LightKind::disk))), facet);
   F8 pdf(0.0f);
   if (facet.any()) {
     pdf = facets.pdf_solid_angle(from, light, distance, cos_light, facet);
   }
   if (sphere.any()) {
     pdf = select(sphere, spheres.pdf_solid_angle(from, light - first_sphere, distance, cos_light, sphere), pdf);
+  }
+  if (disks.size() > 0) {
+    const U8 index = light - U8(first(LightKind::disk));
+    const M8 some = and_not(and_not(lanes & signed_less(light, U8(first(LightKind::point))), facet), sphere);
+    pdf = select(some, disks.pdf_solid_angle(index, distance, cos_light, some), pdf);
   }
   for_each_ball_kind(light, lanes, [&](const auto& balls, U8 index, M8 some) {
     const F8 of_balls = ball_pdf_solid_angle(from, balls.position(index, some), balls.radii().at(index, some));
@@ -192,6 +204,12 @@ F8 LightTable::distant_pdf_solid_angle(const V8& from, U8 light, const V8& direc
 }
 
 LightTable::BodyHit8 LightTable::meet(std::uint32_t body, const V8& origin, const V8& direction, M8 lanes) const {
+  if (body < first(LightKind::point)) {
+    const U8 index(body - first(LightKind::disk));
+    const DiskLights::Entry8 entry = disks.meet(origin, direction, index, lanes);
+    return {entry.hit, origin + direction * entry.distance, disks.radiance(index, entry.cosine, lanes), entry.distance,
+            entry.cosine};
+  }
   BodyHit8 out{};
   for_each_ball_kind(U8(body), lanes, [&](const auto& balls, U8 index, M8 some) {
     const F8 radius = balls.radii().at(index, some);

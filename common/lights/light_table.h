@@ -11,6 +11,7 @@
 
 #include "common/lights/cosine_power_light.h"
 #include "common/lights/directional_light.h"
+#include "common/lights/disk_light.h"
 #include "common/lights/environment_light.h"
 #include "common/lights/facet_light.h"
 #include "common/lights/ies_light.h"
@@ -22,13 +23,14 @@
 namespace lightmill {
 
 /// Lights are numbered in this order of kinds, and within a kind in the order of `add`.
-enum class LightKind { facet, sphere, point, spot, cosine_power, ies, directional, environment };
-inline constexpr int kLightKinds = 8;
+enum class LightKind { facet, sphere, disk, point, spot, cosine_power, ies, directional, environment };
+inline constexpr int kLightKinds = 9;
 
 class LightTable {
  public:
   FacetLights facets;
   SphereLights spheres;
+  DiskLights disks;
   PointLights points;
   SpotLights spots;
   CosinePowerLights cosine_powers;
@@ -60,7 +62,7 @@ class LightTable {
   /// normal.
   LightSample8 sample(const V8& shading_point, std::uint32_t draw, Pair8 choice, Pair8 u, const V8& normal = {}) const;
 
-  /// The light with this number as if it had no size, so nothing is drawn. It must be neither a surface nor an
+  /// The light with this number as if it had no size, so nothing is drawn. It must be neither a facet, a sphere nor an
   /// environment.
   LightSample8 sample_point(std::uint32_t light, const V8& p, M8 lanes) const;
 

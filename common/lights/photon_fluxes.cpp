@@ -127,6 +127,10 @@ PhotonFluxes Estimate::all(bool unsampled) {
   near(LightKind::sphere, lights_.spheres, [&](std::size_t i, const BoundingSphere& target) {
     return lights_.spheres.can_reach(i, target.center, target.radius);
   });
+  near(LightKind::disk, lights_.disks, [&](std::size_t i, const BoundingSphere& target) {
+    const LightBounds b = lights_.disks.bounds(i);
+    return reaches_beyond((b.low + b.high) * 0.5, b.axis, target);
+  });
   near(LightKind::point, lights_.points, anywhere);
   near(LightKind::spot, lights_.spots, [&](std::size_t i, const BoundingSphere& target) {
     const LightBounds b = lights_.spots.bounds(i);

@@ -188,6 +188,10 @@ double pixel_share_of(const Scene& scene, const MeshSource& meshes) {
   return inside * std::max(distance * distance / (radius * radius), 1.0);
 }
 
+Vec3d vector(const Point3d& p) {
+  return {p[0], p[1], p[2]};
+}
+
 /// `narrow`: all objects that scatter narrowly, if their positions are known.
 void read_light(const Light& light, const Regions& narrow, SceneFacts& facts) {
   const auto delta = [&](std::string_view what, bool dark) {
@@ -204,20 +208,31 @@ void read_light(const Light& light, const Regions& narrow, SceneFacts& facts) {
     }
   };
   const auto ball = [&](std::string_view what, bool dark, const Point3d& at, double radius) {
-    const Extent extent{{at[0], at[1], at[2]}, radius, kPiDouble * radius * radius};
-    radius > 0 ? sized(what, dark, is_small_from(narrow, nullptr, extent)) : delta(what, dark);
+    if (radius > 0) {
+      const Extent extent{vector(at), radius, kPiDouble * radius * radius};
+      sized(what, dark, is_small_from(narrow, nullptr, extent));
+    } else {
+      delta(what, dark);
+    }
   };
   std::visit(Overloaded{[&](const PointLight& l) { ball("point light", is_black(l.intensity), l.position, l.radius); },
                         [&](const DirectionalLight& l) {
                           const double share = one_minus_cos_fixed(l.angle_degrees * kPiDouble / 360) / 2;
-                          share > 0 ? sized("directional light", is_black(l.irradiance), share < kSmallShare)
-                                    : delta("directional light", is_black(l.irradiance));
+                          if (share > 0) {
+                            sized("directional light", is_black(l.irradiance), share < kSmallShare);
+                          } else {
+                            delta("directional light", is_black(l.irradiance));
+                          }
                           if (!is_black(l.irradiance)) {
                             facts.distant_lights.add(named("directional light", light.name));
                           }
                         },
                         [&](const SpotLight& l) { delta("spot light", is_black(l.intensity) || !reaches(l, narrow)); },
                         [&](const CosinePowerLight& l) { delta("cosine light", is_black(l.intensity)); },
+                        [&](const DiskLight& l) {
+                          const Extent extent{vector(l.position), l.radius, kPiDouble * l.radius * l.radius};
+                          sized("disk light", is_black(l.radiance), is_small_from(narrow, nullptr, extent));
+                        },
                         [&](const IesLight& l) { delta("IES light", !(l.scale > 0)); },
                         [&](const EnvironmentLight& l) {
                           if (!is_black(l.radiance)) {
@@ -260,7 +275,8 @@ SceneFacts read_facts(const Scene& scene, const MeshSource& meshes) {
   SceneFacts facts;
   const bool local = std::ranges::any_of(scene.lights, [](const Light& light) {
     const auto* const point = std::get_if<PointLight>(&light.kind);
-    return std::holds_alternative<SpotLight>(light.kind) || (point != nullptr && point->radius > 0);
+    return std::holds_alternative<SpotLight>(light.kind) || std::holds_alternative<DiskLight>(light.kind) ||
+           (point != nullptr && point->radius > 0);
   });
   const Regions narrow_for_lights = local ? narrow_regions(scene, meshes) : Regions{};
   for (const Light& light : scene.lights) {

@@ -137,6 +137,21 @@ Result<CosinePowerLight> cosine_power_light(const std::string& path, const v1::L
   return out;
 }
 
+Result<DiskLight> disk_light(const std::string& path, const v1::Light& light) {
+  const v1::Light::Disk& wire = light.disk();
+  DiskLight out;
+  LM_ASSIGN_OR_RETURN(out.position, point_from_wire(path + ".disk.position", wire.has_position(), wire.position()));
+  LM_ASSIGN_OR_RETURN(out.direction, point_from_wire(path + ".disk.direction", wire.has_direction(), wire.direction()));
+  out.radius = wire.has_radius() ? wire.radius() : out.radius;
+  // Values out of range are reported later, by validate.
+  const double area = out.radius > 0 ? kPiDouble * out.radius * out.radius : 1;
+  const double exitance = exitance_per_radiance();
+  LM_ASSIGN_OR_RETURN(out.radiance,
+                      light_strength(path, ".disk.radiance", light, wire.has_radiance(), wire.radiance(),
+                                     {.flux = 1 / (exitance * area), .irradiance = 1 / exitance, .radiance = 1}));
+  return out;
+}
+
 Result<IesLight> ies_light(const std::string& path, const v1::Light& light) {
   const v1::Light::Ies& wire = light.ies();
   if (light.has_strength()) {
@@ -206,6 +221,8 @@ Result<Light> light_from_wire(const std::string& path, const v1::Light& light) {
         return take(spot_light(path, light), out);
       case v1::Light::kCosinePower:
         return take(cosine_power_light(path, light), out);
+      case v1::Light::kDisk:
+        return take(disk_light(path, light), out);
       case v1::Light::kIes:
         return take(ies_light(path, light), out);
       case v1::Light::kEnvironment:
@@ -214,7 +231,8 @@ Result<Light> light_from_wire(const std::string& path, const v1::Light& light) {
         break;
     }
     return invalid_argument(
-        "{}: a kind of light must be given; the kinds are point, directional, spot, cosine_power, ies, environment",
+        "{}: a kind of light must be given; the kinds are point, directional, spot, cosine_power, disk, ies, "
+        "environment",
         path);
   };
   LM_RETURN_IF_ERROR(read());
@@ -258,6 +276,13 @@ void to_wire_light(const Light& light, v1::Light* out) {
                    to_wire_point(cosine_power.direction, wire->mutable_direction());
                    to_wire_color(cosine_power.intensity, wire->mutable_intensity());
                    wire->set_exponent(cosine_power.exponent);
+                 },
+                 [&](const DiskLight& disk) {
+                   v1::Light::Disk* wire = out->mutable_disk();
+                   to_wire_point(disk.position, wire->mutable_position());
+                   to_wire_point(disk.direction, wire->mutable_direction());
+                   to_wire_color(disk.radiance, wire->mutable_radiance());
+                   wire->set_radius(disk.radius);
                  },
                  [&](const IesLight& ies) {
                    to_wire_point(ies.position, out->mutable_ies()->mutable_position());

@@ -143,5 +143,46 @@ TEST(SphereLight, RoughMetalShowsItAsItShowsAnEmissiveSphere) {
   EXPECT_NEAR(light.value, object.value, 5 * std::hypot(light.standard_error, object.standard_error));
 }
 
+std::string disk_light(const std::string& fields, double radiance) {
+  return fmt::format(R"({{"disk": {{"position": [0, 2, 0], "direction": [0, -1, 0], "radiance": {}, {}}}}})",
+                     gray(radiance), fields);
+}
+
+TEST(DiskLight, ItsFormFactorOnTheAxis) {
+  // E = πL r²/(r² + h²).
+  for (const double radius : {1e-3, 0.5, 3.0}) {
+    const double exact = 4 * radius * radius / (radius * radius + 4);
+    expect_answer(lit_floor(0, disk_light(fmt::format(R"("radius": {})", radius), 4), 12), exact, 5e-3);
+  }
+}
+
+TEST(DiskLight, ShinesOnOneSide) {
+  const std::string light = disk_light(R"("radius": 0.5)", 4);
+  for (const char* method : {"path", "caustic", "ppm", "vcm"}) {
+    EXPECT_NEAR(seen_towards("[0, 1, 0]", light, "", "", method), 4, 1e-4) << method;
+    EXPECT_NEAR(seen_towards("[0.24, 1, 0]", light, "", "", method), 4, 1e-4) << method;
+    EXPECT_EQ(seen_towards("[0.26, 1, 0]", light, "", "", method), 0) << method;
+  }
+  const std::string away =
+      R"({"disk": {"position": [0, 2, 0], "direction": [0, 1, 0], "radiance": {"rgb": [4, 4, 4]}}})";
+  EXPECT_EQ(seen_towards("[0, 1, 0]", away, "", ""), 0);
+  EXPECT_EQ(lit_floor(0, away).value, 0);
+}
+
+TEST(DiskLight, UnitsConvert) {
+  // Φ = πL · πr², exitance πL.
+  const auto radiance = [](const std::string& strength) {
+    return seen_towards("[0, 1, 0]",
+                        fmt::format(R"({{"disk": {{"position": [0, 2, 0], "direction": [0, -1, 0], "radius": 0.5}},
+                                        "strength": {{{}}}}})",
+                                    strength),
+                        "", "");
+  };
+  EXPECT_NEAR(radiance(fmt::format(R"("watt": {})", 4 * M_PI * M_PI * 0.25)), 4, 1e-4);
+  EXPECT_NEAR(radiance(fmt::format(R"("lumen": {})", 683 * 4 * M_PI * M_PI * 0.25)), 4, 1e-4);
+  EXPECT_NEAR(radiance(fmt::format(R"("lux": {})", 683 * 4 * M_PI)), 4, 1e-4);
+  EXPECT_NEAR(radiance(R"("watt_per_square_metre_steradian": 4)"), 4, 1e-4);
+}
+
 }  // namespace
 }  // namespace lightmill::test

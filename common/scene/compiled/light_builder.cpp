@@ -147,6 +147,7 @@ void LightBuilder::add_light(const Light& light) {
               note_group(LightKind::cosine_power, light.group);
             }
           },
+          [&](const DiskLight& disk) { add_disk(disk, light.group); },
           [&](const IesLight&) {},
           [&](const EnvironmentLight& environment) {
             if (!is_black(environment.radiance)) {
@@ -156,6 +157,20 @@ void LightBuilder::add_light(const Light& light) {
           },
       },
       light.kind);
+}
+
+/// Disks whose area underflows in single precision are left out.
+void LightBuilder::add_disk(const DiskLight& disk, const std::string& group) {
+  const float radius = ball_radius(disk.radius);
+  if (is_black(disk.radiance) || radius == 0) {
+    return;
+  }
+  const Vec3d normal = glm::normalize(near_one(to_vec(disk.direction)));
+  const Vec3d first = glm::normalize(glm::cross(std::abs(normal.x) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0), normal));
+  const double length = radius;
+  lights_.disks.add(
+      {to_frame(disk.position), Vec3(first * length), Vec3(glm::cross(normal, first) * length), to_vec(disk.radiance)});
+  note_group(LightKind::disk, group);
 }
 
 Status LightBuilder::add_image(const EnvironmentLight& light, const std::string& group, const std::string& where,

@@ -57,6 +57,7 @@ class LightBuilder {
   };
   void note_group(LightKind kind, const std::string& group);
   void add_light(const Light& light);
+  void add_disk(const DiskLight& disk, const std::string& group);
   Status add_ies(const IesLight& light, const std::string& group, const std::string& where,
                  const CompiledScene::AssetSource& assets, std::size_t max_values);
   Status add_image(const EnvironmentLight& light, const std::string& group, const std::string& where,

@@ -39,6 +39,13 @@ struct CosinePowerLight {
   RgbColor intensity;   ///< W/sr along the direction
   double exponent = 1;  ///< n, in [0, 10000]
 };
+/// A disk that shines on one side.
+struct DiskLight {
+  Point3d position{0, 0, 0};    ///< of the centre
+  Point3d direction{0, -1, 0};  ///< normal of the side that shines
+  RgbColor radiance;            ///< W/(m² sr)
+  double radius = 1;            ///< in scene units
+};
 /// A point light with a measured intensity: an LM-63 profile (common/lights/ies_profile.h).
 struct IesLight {
   Point3d position{0, 0, 0};
@@ -61,7 +68,7 @@ struct EnvironmentLight {
 
 struct Light {
   std::string name;
-  std::variant<PointLight, DirectionalLight, SpotLight, CosinePowerLight, IesLight, EnvironmentLight> kind;
+  std::variant<PointLight, DirectionalLight, SpotLight, CosinePowerLight, DiskLight, IesLight, EnvironmentLight> kind;
   std::string group = {};  ///< its light group; empty: none
 };
 

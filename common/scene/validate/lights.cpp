@@ -7,6 +7,12 @@
 namespace lightmill {
 namespace {
 
+Status check_length(const std::string& path, double length) {
+  return length > 0 && length <= kMaxCoordinate
+             ? ok_status()
+             : invalid_argument("{}: must be positive and at most {}, got {}", path, kMaxCoordinate, length);
+}
+
 Status check_spot(const std::string& path, const SpotLight& spot) {
   LM_RETURN_IF_ERROR(check_point(path + ".spot.position", spot.position));
   LM_RETURN_IF_ERROR(check_direction(path + ".spot.direction", spot.direction));
@@ -20,6 +26,13 @@ Status check_cosine_power(const std::string& path, const CosinePowerLight& light
   LM_RETURN_IF_ERROR(check_direction(path + ".cosine_power.direction", light.direction));
   LM_RETURN_IF_ERROR(check_power(path + ".cosine_power.intensity", light.intensity));
   return check_range(path + ".cosine_power.exponent", light.exponent, 0, kMaxCosineExponent);
+}
+
+Status check_disk(const std::string& path, const DiskLight& disk) {
+  LM_RETURN_IF_ERROR(check_point(path + ".disk.position", disk.position));
+  LM_RETURN_IF_ERROR(check_direction(path + ".disk.direction", disk.direction));
+  LM_RETURN_IF_ERROR(check_power(path + ".disk.radiance", disk.radiance));
+  return check_length(path + ".disk.radius", disk.radius);
 }
 
 Status check_ies(const std::string& path, const IesLight& ies) {
@@ -53,6 +66,7 @@ Status check_light(const std::string& path, const Light& light) {
                         },
                         [&](const SpotLight& spot) { return check_spot(path, spot); },
                         [&](const CosinePowerLight& cosine_power) { return check_cosine_power(path, cosine_power); },
+                        [&](const DiskLight& disk) { return check_disk(path, disk); },
                         [&](const IesLight& ies) { return check_ies(path, ies); },
                         [&](const EnvironmentLight& environment) {
                           LM_RETURN_IF_ERROR(check_range(path + ".environment.rotation_degrees",

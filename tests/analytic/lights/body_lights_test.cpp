@@ -89,6 +89,27 @@ TEST(BodyLights, ABallIsSampledAsMet) {
   }
 }
 
+TEST(BodyLights, ADiskIsSampledAsMet) {
+  const Vec3 normal = glm::normalize(Vec3(0.3f, -1, 0.2f)), first = glm::normalize(glm::cross(normal, Vec3(1, 0, 0)));
+  const Vec3 second = glm::cross(normal, first), center(0.5f, 2, 0.3f);
+  for (const Vec3& p : {center + normal * 3.0f, center + normal * 0.5f + first, center + normal + second * 4.0f}) {
+    LightTable table;
+    table.disks.add({center, first * 0.8f, second * 0.8f, {2, 3, 4}});
+    const double distance = glm::length(center - p);
+    expect_body_is_sampled_as_met(table, p, center - p,
+                                  distance > 0.8 ? std::sqrt(1 - 0.64 / (distance * distance)) : 0);
+  }
+}
+
+TEST(BodyLights, ADiskIsDarkBehind) {
+  LightTable table;
+  table.disks.add({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 3, 4}});
+  table.build();
+  EXPECT_TRUE(table.sample(broadcast(Vec3(0, 0, -1)), 0, kNoChoice, {F8(0.3f), F8(0.6f)}).valid.none());
+  EXPECT_TRUE(table.meet(0, broadcast(Vec3(0, 0, -1)), broadcast(Vec3(0, 0, 1)), M8(true)).hit.none());
+  EXPECT_EQ(table.meet(0, broadcast(Vec3(0, 0, 1)), broadcast(Vec3(0, 0, -1)), M8(true)).hit.bits(), 255);
+}
+
 TEST(BodyLights, ABallIsDarkInside) {
   LightTable table;
   table.points.add({{0, 0, 0}, {2, 3, 4}, 2});

@@ -78,6 +78,19 @@ TEST(UnoccludedIrradiance, MatchesSamplesOfPointsAndDirections) {
   }
 }
 
+TEST(UnoccludedIrradiance, OfADiskIsItsFormFactor) {
+  // E/(πL) = r²/(r² + h²) on the axis. Perpendicular to it, at distance h, (1/π)(atan(1/s) − s/(1 + s²)) with s = h/r.
+  for (const double h : {0.3, 1.0, 7.0}) {
+    LightTable table;
+    table.disks.add({{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {1, 1, 1}});
+    const double s = h / 2;
+    EXPECT_NEAR(table.disks.irradiance(0, {0, 0, h}, {0, 0, -1}).x / M_PI, 4 / (4 + h * h), 1e-3);
+    EXPECT_NEAR(table.disks.irradiance(0, {0, 0, h}, {1, 0, 0}).x / M_PI, (std::atan(1 / s) - s / (1 + s * s)) / M_PI,
+                1e-3);
+    EXPECT_EQ(table.disks.irradiance(0, {0, 0, -h}, {0, 0, 1}).x, 0);
+  }
+}
+
 TEST(UnoccludedIrradiance, MatchesSamplesOfABall) {
   for (const Vec3& normal : {Vec3(0, 1, 0), Vec3(1, 0.1f, 0), Vec3(0.3f, 0, 1), Vec3(0, -1, 0.4f)}) {
     LightTable table;
