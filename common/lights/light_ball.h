@@ -6,6 +6,7 @@
 
 #include "common/lights/emission_point.h"
 #include "common/lights/light_sample.h"
+#include "common/lights/sphere_irradiance.h"
 #include "common/lights/sphere_view.h"
 
 namespace lightmill {
@@ -88,6 +89,13 @@ inline EmissionPoint8 ball_emission_point(const V8& center, F8 radius, M8 lanes,
   out.texture = broadcast(Vec3(1));
   out.surface = lanes & (radius > F8(0.0f));
   return out;
+}
+
+/// Irradiance of a ball of even intensity on a surface with unit normal n, without occlusion.
+inline Vec3d ball_irradiance(const Vec3d& intensity, const Vec3d& to_center, double radius, const Vec3d& n) {
+  return glm::length(to_center) > radius
+             ? intensity * (sphere_irradiance(to_center, radius, n) / (kPiDouble * radius * radius))
+             : Vec3d(0);
 }
 
 /// Bounds of a point with this radius.

@@ -45,7 +45,7 @@ EmissionPoint8 LightEmission::point_on(U8 light, M8 lanes, Pair8 u) const {
         here = ball_point(table_->points, index, of_kind, square_to_sphere(u));
         break;
       case LightKind::spot:
-        here.point = table_->spots.position(index, of_kind);
+        here = ball_point(table_->spots, index, of_kind, square_to_sphere(u));
         break;
       case LightKind::cosine_power:
         here.point = table_->cosine_powers.position(index, of_kind);
@@ -71,10 +71,11 @@ LightEmission::LightSpheres8 LightEmission::spheres(U8 light, M8 lanes) const {
     if (kind == LightKind::sphere) {
       const SphereLights& spheres = table_->spheres;
       add(spheres.outward_only(index, of_kind), spheres.center(index, of_kind), spheres.radius(index, of_kind));
-    } else if (kind == LightKind::point && table_->points.radii().any()) {
-      const F8 radius = table_->points.radii().at(index, of_kind);
-      add(of_kind & (radius > F8(0.0f)), table_->points.position(index, of_kind), radius);
     }
+  });
+  table_->for_each_ball_kind(light, lanes, [&](const auto& balls, U8 index, M8 some) {
+    const F8 radius = balls.radii().at(index, some);
+    add(some & (radius > F8(0.0f)), balls.position(index, some), radius);
   });
   return out;
 }
@@ -82,10 +83,12 @@ LightEmission::LightSpheres8 LightEmission::spheres(U8 light, M8 lanes) const {
 EmissionPoint8 LightEmission::point_on_sphere(U8 light, M8 spheres, const V8& outward) const {
   EmissionPoint8 out{};
   for_each_kind(light, spheres, [&](LightKind kind, U8 index, M8 of_kind) {
-    out = merge(of_kind,
-                kind == LightKind::sphere ? table_->spheres.emission_point(index, of_kind, outward)
-                                          : ball_point(table_->points, index, of_kind, outward),
-                out);
+    if (kind == LightKind::sphere) {
+      out = merge(of_kind, table_->spheres.emission_point(index, of_kind, outward), out);
+    }
+  });
+  table_->for_each_ball_kind(light, spheres, [&](const auto& balls, U8 index, M8 some) {
+    out = merge(some, ball_point(balls, index, some, outward), out);
   });
   return out;
 }
@@ -112,7 +115,7 @@ V8 LightEmission::intensity(U8 light, const EmissionPoint8& from, const V8& dire
         here = table_->points.intensity(index, of_kind) * of_ball;
         break;
       case LightKind::spot:
-        here = table_->spots.intensity(direction, index, of_kind);
+        here = table_->spots.intensity(direction, index, of_kind) * of_ball;
         break;
       case LightKind::cosine_power:
         here = table_->cosine_powers.intensity(direction, index, of_kind);
@@ -139,11 +142,11 @@ F8 LightEmission::cosine(U8 light, const V8& point, const V8& direction, M8 lane
     } else if (kind == LightKind::sphere) {
       const V8 outward = normalize(point - table_->spheres.center(index, of_kind));
       out = select(of_kind, abs(dot(direction, outward)), out);
-    } else if (kind == LightKind::point) {
-      const M8 balls = table_->are_bodies(light, of_kind);
-      const V8 outward = normalize(point - table_->points.position(index, of_kind));
-      out = select(of_kind & balls, abs(dot(direction, outward)), out);
     }
+  });
+  table_->for_each_ball_kind(light, lanes, [&](const auto& balls, U8 index, M8 some) {
+    const V8 outward = normalize(point - balls.position(index, some));
+    out = select(table_->are_bodies(light, some), abs(dot(direction, outward)), out);
   });
   return out;
 }

@@ -57,6 +57,7 @@ void LightTable::find_bodies() {
   };
   find(LightKind::disk, disks);
   find(LightKind::point, points);
+  find(LightKind::spot, spots);
   find(LightKind::directional, directional);
   if (!bodies_.empty()) {
     is_body_.resize(size());
@@ -77,7 +78,7 @@ LightSample8 LightTable::sample_of_kind(LightKind kind, const V8& p, U8 index, M
     case LightKind::point:
       return points.sample(p, index, lanes, u);
     case LightKind::spot:
-      return spots.sample(p, index, lanes);
+      return spots.sample(p, index, lanes, u);
     case LightKind::cosine_power:
       return cosine_powers.sample(p, index, lanes);
     case LightKind::ies:

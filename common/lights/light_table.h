@@ -84,6 +84,19 @@ class LightTable {
   M8 are_bodies(U8 light, M8 lanes) const {
     return bodies_.empty() ? M8() : gather(is_body_.data(), light, lanes) == U8(1u);
   }
+  /// Calls take(balls, index within the kind, lanes) for the kinds of these lights that have balls.
+  template <class Take>
+  void for_each_ball_kind(U8 light, M8 lanes, Take take) const {
+    const auto visit = [&](LightKind kind, const auto& balls) {
+      const M8 some = and_not(lanes & signed_less(light, U8(first_[static_cast<int>(kind) + 1])),
+                              signed_less(light, U8(first(kind))));
+      if (balls.radii().any() && some.any()) {
+        take(balls, light - U8(first(kind)), some);
+      }
+    };
+    visit(LightKind::point, points);
+    visit(LightKind::spot, spots);
+  }
   struct BodyHit8 {
     M8 hit;
     V8 point;     ///< as in LightSample8
@@ -102,22 +115,9 @@ class LightTable {
   static constexpr int kKinds = kLightKinds;
   bool has(LightKind kind) const { return first_[static_cast<int>(kind)] < first_[static_cast<int>(kind) + 1]; }
   LightSample8 sample_of_kind(LightKind kind, const V8& p, U8 index, M8 lanes, Pair8 u) const;
-
+  LightSample8 sample_chosen(const V8& p, const V8& normal, Pair8 choice, Pair8 u) const;
   LightKind kind_of(std::uint32_t light) const;
   void find_bodies();
-  /// Calls take(balls, index within the kind, lanes) for the kinds of these lights whose lights can be balls.
-  template <class Take>
-  void for_each_ball_kind(U8 light, M8 lanes, Take take) const {
-    const auto visit = [&](LightKind kind, const auto& balls) {
-      const M8 some = and_not(lanes & signed_less(light, U8(first_[static_cast<int>(kind) + 1])),
-                              signed_less(light, U8(first(kind))));
-      if (balls.radii().any() && some.any()) {
-        take(balls, light - U8(first(kind)), some);
-      }
-    };
-    visit(LightKind::point, points);
-  }
-  LightSample8 sample_chosen(const V8& p, const V8& normal, Pair8 choice, Pair8 u) const;
 
   LightChoice choice_;
   std::vector<std::uint32_t> group_;

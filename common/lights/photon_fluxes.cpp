@@ -134,7 +134,8 @@ PhotonFluxes Estimate::all(bool unsampled) {
   near(LightKind::point, lights_.points, anywhere);
   near(LightKind::spot, lights_.spots, [&](std::size_t i, const BoundingSphere& target) {
     const LightBounds b = lights_.spots.bounds(i);
-    return reaches(b.low, b.axis, lights_.spots.one_minus_cos_cutoff(i), target);
+    const BoundingSphere for_center{target.center, target.radius + lights_.spots.radii()[i]};
+    return reaches((b.low + b.high) * 0.5, b.axis, lights_.spots.one_minus_cos_cutoff(i), for_center);
   });
   near(LightKind::cosine_power, lights_.cosine_powers, [&](std::size_t i, const BoundingSphere& target) {
     const LightBounds b = lights_.cosine_powers.bounds(i);

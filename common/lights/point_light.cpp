@@ -1,7 +1,6 @@
 #include "common/lights/point_light.h"
 
 #include "common/lights/photometry.h"
-#include "common/lights/sphere_irradiance.h"
 
 namespace lightmill {
 
@@ -21,11 +20,7 @@ LightSample8 PointLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const
 }
 
 Vec3d PointLights::irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const {
-  const Vec3d to_center = Vec3d(position_[i]) - p;
-  const double radius = radii_[i];
-  return glm::length(to_center) > radius
-             ? Vec3d(intensity_[i]) * (sphere_irradiance(to_center, radius, n) / (kPiDouble * radius * radius))
-             : Vec3d(0);
+  return ball_irradiance(Vec3d(intensity_[i]), Vec3d(position_[i]) - p, radii_[i], n);
 }
 
 }  // namespace lightmill

@@ -135,7 +135,7 @@ V8 UnoccludedIrradiance::at(const LightTable& lights, const V8& p, const V8& n, 
            sum_of_delta(lights.directional, p, n, lanes);
   return sum + facets_.at(p, n, lanes) + sum_of_sized(lights.spheres, p, n, lanes) +
          sum_of_sized(lights.disks, p, n, lanes) + sum_of_sized(lights.points, p, n, lanes) +
-         sum_of_sized(lights.directional, p, n, lanes);
+         sum_of_sized(lights.spots, p, n, lanes) + sum_of_sized(lights.directional, p, n, lanes);
 }
 
 V8 UnoccludedIrradiance::of_environment(const V8& n) const {

@@ -159,13 +159,13 @@ bool reaches(const SpotLight& light, const Regions& regions) {
              return true;
            }
            const Vec3d way = extent->center - vector(light.position);
-           const double distance = glm::length(way);
-           if (distance <= extent->radius) {
+           const double distance = glm::length(way), radius = extent->radius + light.radius;
+           if (distance <= radius) {
              return true;
            }
            const double off_axis =
                std::acos(std::clamp(glm::dot(glm::normalize(vector(light.direction)), way / distance), -1.0, 1.0));
-           return off_axis - std::asin(extent->radius / distance) <= cutoff;
+           return off_axis - std::asin(radius / distance) <= cutoff;
          });
 }
 

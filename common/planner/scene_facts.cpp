@@ -227,7 +227,9 @@ void read_light(const Light& light, const Regions& narrow, SceneFacts& facts) {
                             facts.distant_lights.add(named("directional light", light.name));
                           }
                         },
-                        [&](const SpotLight& l) { delta("spot light", is_black(l.intensity) || !reaches(l, narrow)); },
+                        [&](const SpotLight& l) {
+                          ball("spot light", is_black(l.intensity) || !reaches(l, narrow), l.position, l.radius);
+                        },
                         [&](const CosinePowerLight& l) { delta("cosine light", is_black(l.intensity)); },
                         [&](const DiskLight& l) {
                           const Extent extent{vector(l.position), l.radius, kPiDouble * l.radius * l.radius};

@@ -113,6 +113,7 @@ Result<SpotLight> spot_light(const std::string& path, const v1::Light& light) {
   LM_ASSIGN_OR_RETURN(out.direction, point_from_wire(path + ".spot.direction", wire.has_direction(), wire.direction()));
   out.cutoff_degrees = wire.has_cutoff_degrees() ? wire.cutoff_degrees() : out.cutoff_degrees;
   out.blend = wire.blend();
+  out.radius = wire.radius();
   // Values out of range are reported later, by validate.
   const double outer = std::clamp(out.cutoff_degrees, kLeastCutoffDegrees, 180.0) * kPiDouble / 180;
   const double inner = outer * (1 - std::clamp(out.blend, 0.0, 1.0));
@@ -269,6 +270,7 @@ void to_wire_light(const Light& light, v1::Light* out) {
                    to_wire_color(spot.intensity, out->mutable_spot()->mutable_intensity());
                    out->mutable_spot()->set_cutoff_degrees(spot.cutoff_degrees);
                    out->mutable_spot()->set_blend(spot.blend);
+                   out->mutable_spot()->set_radius(spot.radius);
                  },
                  [&](const CosinePowerLight& cosine_power) {
                    v1::Light::CosinePower* wire = out->mutable_cosine_power();

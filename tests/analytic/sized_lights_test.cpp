@@ -184,5 +184,36 @@ TEST(DiskLight, UnitsConvert) {
   EXPECT_NEAR(radiance(R"("watt_per_square_metre_steradian": 4)"), 4, 1e-4);
 }
 
+TEST(SpotLight, ABallIsFullWithinTheConeAndDarkOutside) {
+  // Straight down from height 2. On the axis all of the ball shines with the full intensity: 24° suffice for the
+  // smaller one.
+  const auto spot = [](double radius) {
+    return fmt::format(
+        R"({{"spot": {{"position": [0, 2, 0], "direction": [0, -1, 0], "intensity": {}, "cutoff_degrees": 30,
+            "blend": 0.2, "radius": {}}}}})",
+        gray(6), radius);
+  };
+  expect_answer(lit_floor(0, spot(0.2), 8), 6 / 4.0 / M_PI, 2e-3);
+  EXPECT_EQ(lit_floor(2 * std::tan(30 * kDegree) + 0.25, spot(0.2)).value, 0);
+  // Between, light from some of the ball arrives where a point would be dark.
+  EXPECT_GT(lit_floor(2 * std::tan(30 * kDegree) + 0.05, spot(0.2)).value, 0);
+  // Seen from below, its radiance is I/(πr²).
+  const double radiance = 6 / (M_PI * 0.04);
+  for (const char* method : {"path", "caustic", "ppm", "vcm"}) {
+    EXPECT_NEAR(seen_towards("[0, 1, 0]", spot(0.2), "", "", method), radiance, 1e-4 * radiance) << method;
+  }
+}
+
+TEST(SpotLight, ABallKeepsTheFlux) {
+  // All of 1 W reaches a patch that holds the whole cone.
+  const auto scene = scene_with(
+      R"("materials": [{"name": "m", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}}],
+         "objects": [{"material": "m", "sphere": {"center": [0, -3, 0], "radius": 1}}],
+         "lights": [{"spot": {"position": [0, 2, 0], "direction": [0, -1, 0], "cutoff_degrees": 40, "blend": 0.5,
+                     "radius": 0.3}, "strength": {"watt": 1}}],
+         "meters": [{"name": "m", "flux": {"patch": {"corner": [-3, 0, -3], "edge1": [0, 0, 6], "edge2": [6, 0, 0]}}}])");
+  expect_reading(read_meters(scene, 6).front(), 1, 1e-2);
+}
+
 }  // namespace
 }  // namespace lightmill::test

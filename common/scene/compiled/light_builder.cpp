@@ -135,7 +135,7 @@ void LightBuilder::add_light(const Light& light) {
               lights_.spots.add({to_frame(spot.position), unit(spot.direction),
                                  frame_.scaled_intensity(to_vec(spot.intensity)),
                                  static_cast<float>(one_minus_cos_fixed(outer * (1 - spot.blend))),
-                                 static_cast<float>(one_minus_cos_fixed(outer))});
+                                 static_cast<float>(one_minus_cos_fixed(outer)), ball_radius(spot.radius)});
               note_group(LightKind::spot, light.group);
             }
           },

@@ -24,13 +24,14 @@ struct DirectionalLight {
   RgbColor irradiance;          ///< W/m² on a surface that faces it
   double angle_degrees = 0;     ///< the disk's angular diameter, in [0, 180]; 0: parallel
 };
-/// A cone of light from a point: full within cutoff · (1 − blend), then falling smoothly to zero at the cutoff.
+/// A cone of light from a point or a sphere: full within cutoff · (1 − blend), then falling smoothly to zero at the cutoff.
 struct SpotLight {
   Point3d position{0, 0, 0};
   Point3d direction{0, -1, 0};
   RgbColor intensity;          ///< W/sr along the direction
   double cutoff_degrees = 45;  ///< half the cone's opening, in [kLeastCutoffDegrees, 180]
   double blend = 0;            ///< share of the cone's opening with falloff, in [0, 1]
+  double radius = 0;           ///< of the sphere; its radiance is the intensity in a direction / (π radius²)
 };
 /// A point light whose intensity falls off with cosⁿ of the angle to its direction, and is zero behind it.
 struct CosinePowerLight {

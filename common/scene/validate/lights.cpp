@@ -18,7 +18,8 @@ Status check_spot(const std::string& path, const SpotLight& spot) {
   LM_RETURN_IF_ERROR(check_direction(path + ".spot.direction", spot.direction));
   LM_RETURN_IF_ERROR(check_power(path + ".spot.intensity", spot.intensity));
   LM_RETURN_IF_ERROR(check_range(path + ".spot.cutoff_degrees", spot.cutoff_degrees, kLeastCutoffDegrees, 180));
-  return check_range(path + ".spot.blend", spot.blend, 0, 1);
+  LM_RETURN_IF_ERROR(check_range(path + ".spot.blend", spot.blend, 0, 1));
+  return check_range(path + ".spot.radius", spot.radius, 0, kMaxCoordinate);
 }
 
 Status check_cosine_power(const std::string& path, const CosinePowerLight& light) {

@@ -8,7 +8,7 @@ namespace lightmill::test {
 namespace {
 
 /// Samples of the table's only light, seen from p, and directions around it that are uniform by solid angle, agree:
-///   - the density integrates to 1, and the samples' distribution is that of the density over cells of direction;
+///   - the samples' distribution is that of the density over cells of direction, and the rest is unlit;
 ///   - a ray towards a sample meets the light there, with the sample's radiance and density.
 /// `axis`: towards the light; `cos_around`: of a cone that contains it.
 void expect_body_is_sampled_as_met(LightTable table, const Vec3& p, const Vec3& axis, double cos_around) {
@@ -54,15 +54,18 @@ void expect_body_is_sampled_as_met(LightTable table, const Vec3& p, const Vec3& 
       const Pair8 u{F8((static_cast<float>(i) + 0.5f) / kSide), turn};
       const V8 direction = frame.to_world(square_to_cone(u, F8(static_cast<float>(1 - cos_around))));
       const LightTable::BodyHit8 there = table.meet(0, from, direction, M8(true));
-      const Lanes pdf(masked(there.hit, table.body_pdf_solid_angle(0, from, direction, there, there.hit)));
+      const M8 lit = there.hit & (there.radiance.x > F8(0.0f));
+      const Lanes pdf(masked(lit, table.body_pdf_solid_angle(0, from, direction, there, lit)));
       for (int lane = 0; lane < 8; ++lane) {
         const double share = pdf[lane] * 2 * M_PI * (1 - cos_around) / (double{kSide} * kSide);
         integral += share;
-        expected[cell_of(direction, lane)] += share * drawn;
+        expected[cell_of(direction, lane)] += share * kDraws;
       }
     }
   }
   EXPECT_NEAR(integral, drawn / double{kDraws}, 0.01);
+  counts.push_back(kDraws - drawn);  // samples without light
+  expected.push_back(kDraws * std::max(1 - integral, 0.0));
   EXPECT_LT(chi_squared_z(counts, expected), kChiSquaredThreshold);
 }
 
@@ -86,6 +89,23 @@ TEST(BodyLights, ABallIsSampledAsMet) {
     const float radius = 2;
     table.points.add({p + towards * static_cast<float>(distance * radius), {2, 3, 4}, radius});
     expect_body_is_sampled_as_met(table, p, towards, std::sqrt(1 - 1 / (distance * distance)));
+  }
+}
+
+TEST(BodyLights, ASpotsBallIsSampledAsMet) {
+  // From the middle of its cone, where all directions are lit, and near its rim, where some are.
+  for (const double degrees : {0.0, 25.0, 33.0}) {
+    LightTable table;
+    const Vec3 towards = glm::normalize(Vec3(0.3f, -1, 0.2f)), p(0.1f, 0.2f, 0.3f);
+    const Vec3 aside = glm::normalize(glm::cross(towards, Vec3(1, 0, 0)));
+    const auto turn = static_cast<float>(degrees * M_PI / 180);
+    table.spots.add({p + towards * 5.0f,
+                     -towards * std::cos(turn) + aside * std::sin(turn),
+                     {2, 3, 4},
+                     one_minus_cos(20),
+                     one_minus_cos(30),
+                     0.5f});
+    expect_body_is_sampled_as_met(table, p, towards, std::sqrt(0.99));
   }
 }
 
