@@ -138,14 +138,25 @@ Result<CosinePowerLight> cosine_power_light(const std::string& path, const v1::L
   return out;
 }
 
+/// By default +x, or +z for directions along x.
+Point3d up_from_wire(bool given, const v1::Vec3& up, const Point3d& direction) {
+  if (given) {
+    return {up.x(), up.y(), up.z()};
+  }
+  return direction[1] == 0 && direction[2] == 0 ? Point3d{0, 0, 1} : Point3d{1, 0, 0};
+}
+
 Result<DiskLight> disk_light(const std::string& path, const v1::Light& light) {
   const v1::Light::Disk& wire = light.disk();
   DiskLight out;
   LM_ASSIGN_OR_RETURN(out.position, point_from_wire(path + ".disk.position", wire.has_position(), wire.position()));
   LM_ASSIGN_OR_RETURN(out.direction, point_from_wire(path + ".disk.direction", wire.has_direction(), wire.direction()));
   out.radius = wire.has_radius() ? wire.radius() : out.radius;
+  out.second_radius = wire.has_second_radius() ? wire.second_radius() : out.radius;
+  out.up = up_from_wire(wire.has_up(), wire.up(), out.direction);
   // Values out of range are reported later, by validate.
-  const double area = out.radius > 0 ? kPiDouble * out.radius * out.radius : 1;
+  const bool has_area = out.radius > 0 && out.second_radius > 0;
+  const double area = has_area ? kPiDouble * out.radius * out.second_radius : 1;
   const double exitance = exitance_per_radiance();
   LM_ASSIGN_OR_RETURN(out.radiance,
                       light_strength(path, ".disk.radiance", light, wire.has_radiance(), wire.radiance(),
@@ -163,11 +174,7 @@ Result<IesLight> ies_light(const std::string& path, const v1::Light& light) {
   if (wire.has_direction()) {
     out.direction = {wire.direction().x(), wire.direction().y(), wire.direction().z()};
   }
-  if (wire.has_up()) {
-    out.up = {wire.up().x(), wire.up().y(), wire.up().z()};
-  } else if (out.direction[1] == 0 && out.direction[2] == 0) {
-    out.up = {0, 0, 1};
-  }
+  out.up = up_from_wire(wire.has_up(), wire.up(), out.direction);
   if (wire.has_color()) {
     LM_ASSIGN_OR_RETURN(out.color, color_from_wire(path + ".ies.color", true, wire.color()));
   }
@@ -285,6 +292,8 @@ void to_wire_light(const Light& light, v1::Light* out) {
                    to_wire_point(disk.direction, wire->mutable_direction());
                    to_wire_color(disk.radiance, wire->mutable_radiance());
                    wire->set_radius(disk.radius);
+                   wire->set_second_radius(disk.second_radius);
+                   to_wire_point(disk.up, wire->mutable_up());
                  },
                  [&](const IesLight& ies) {
                    to_wire_point(ies.position, out->mutable_ies()->mutable_position());

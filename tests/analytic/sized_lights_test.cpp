@@ -215,5 +215,27 @@ TEST(SpotLight, ABallKeepsTheFlux) {
   expect_reading(read_meters(scene, 6).front(), 1, 1e-2);
 }
 
+TEST(EllipseLight, IrradianceIsTheIntegralOverTheEllipse) {
+  // E = L ∫ cos²θ/d² dA = L ∫ h²/d⁴ dA, off its centre, with the long radius along z.
+  const std::string light = disk_light(R"("radius": 1.5, "second_radius": 0.4, "up": [0, 1, 1])", 4);
+  for (const double x : {0.0, 1.0}) {
+    constexpr int kSteps = 1000;
+    double sum = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      const double rho = (i + 0.5) / kSteps;
+      for (int j = 0; j < kSteps; ++j) {
+        const double turn = 2 * M_PI * (j + 0.5) / kSteps;
+        const double d2 = 4 + std::pow(0.4 * rho * std::cos(turn) - x, 2) + std::pow(1.5 * rho * std::sin(turn), 2);
+        sum += 4 / (d2 * d2) * rho;
+      }
+    }
+    const double exact = 4 * sum * 1.5 * 0.4 / kSteps * 2 * M_PI / kSteps;
+    expect_answer(lit_floor(x, light, 10), exact / M_PI, 5e-3);
+  }
+  // It is wider along z than along x.
+  EXPECT_NEAR(seen_towards("[0, 1, 0.7]", light, "", ""), 4, 1e-4);
+  EXPECT_EQ(seen_towards("[0.7, 1, 0]", light, "", ""), 0);
+}
+
 }  // namespace
 }  // namespace lightmill::test

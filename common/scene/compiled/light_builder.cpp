@@ -19,6 +19,12 @@ Vec3 unit(const Point3d& direction) {
 /// Of directions: 0.01°.
 constexpr double kLeastDiskAngle = 4e-9;
 
+/// The part of `up` across a unit direction, as a unit vector.
+Vec3d across(const Vec3d& direction, const Point3d& up) {
+  const Vec3d unit_up = glm::normalize(near_one(to_vec(up)));
+  return glm::normalize(unit_up - direction * glm::dot(unit_up, direction));
+}
+
 double degrees_to_radians(double degrees) {
   return degrees * kPiDouble / 180;
 }
@@ -161,15 +167,14 @@ void LightBuilder::add_light(const Light& light) {
 
 /// Disks whose area underflows in single precision are left out.
 void LightBuilder::add_disk(const DiskLight& disk, const std::string& group) {
-  const float radius = ball_radius(disk.radius);
-  if (is_black(disk.radiance) || radius == 0) {
+  const float radius = ball_radius(disk.radius), second_radius = ball_radius(disk.second_radius);
+  if (is_black(disk.radiance) || radius == 0 || second_radius == 0) {
     return;
   }
   const Vec3d normal = glm::normalize(near_one(to_vec(disk.direction)));
-  const Vec3d first = glm::normalize(glm::cross(std::abs(normal.x) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0), normal));
-  const double length = radius;
-  lights_.disks.add(
-      {to_frame(disk.position), Vec3(first * length), Vec3(glm::cross(normal, first) * length), to_vec(disk.radiance)});
+  const Vec3d first = across(normal, disk.up);
+  lights_.disks.add({to_frame(disk.position), Vec3(first * static_cast<double>(radius)),
+                     Vec3(glm::cross(normal, first) * static_cast<double>(second_radius)), to_vec(disk.radiance)});
   note_group(LightKind::disk, group);
 }
 
@@ -223,9 +228,7 @@ Status LightBuilder::add_ies(const IesLight& light, const std::string& group, co
     return ok_status();
   }
   const Vec3d direction = glm::normalize(near_one(to_vec(light.direction)));
-  const Vec3d up = glm::normalize(near_one(to_vec(light.up)));
-  lights_.ies.add({to_frame(light.position), Vec3(direction),
-                   Vec3(glm::normalize(up - direction * glm::dot(up, direction))),
+  lights_.ies.add({to_frame(light.position), Vec3(direction), Vec3(across(direction, light.up)),
                    frame_.scaled_intensity(Vec3(per_candela)), found->second});
   note_group(LightKind::ies, group);
   return ok_status();

@@ -40,12 +40,14 @@ struct CosinePowerLight {
   RgbColor intensity;   ///< W/sr along the direction
   double exponent = 1;  ///< n, in [0, 10000]
 };
-/// A disk that shines on one side.
+/// A disk or an ellipse that shines on one side.
 struct DiskLight {
   Point3d position{0, 0, 0};    ///< of the centre
   Point3d direction{0, -1, 0};  ///< normal of the side that shines
   RgbColor radiance;            ///< W/(m² sr)
-  double radius = 1;            ///< in scene units
+  double radius = 1;            ///< in scene units; of an ellipse, along `up`
+  double second_radius = 1;     ///< across `up`; a disk has equal radii
+  Point3d up{1, 0, 0};          ///< only the part across `direction` counts
 };
 /// A point light with a measured intensity: an LM-63 profile (common/lights/ies_profile.h).
 struct IesLight {

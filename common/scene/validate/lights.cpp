@@ -13,6 +13,12 @@ Status check_length(const std::string& path, double length) {
              : invalid_argument("{}: must be positive and at most {}, got {}", path, kMaxCoordinate, length);
 }
 
+Status check_up(const std::string& path, const Point3d& up, const Point3d& direction) {
+  return !are_parallel(direction, up)
+             ? ok_status()
+             : invalid_argument("{}: must not be parallel to direction, got ({}, {}, {})", path, up[0], up[1], up[2]);
+}
+
 Status check_spot(const std::string& path, const SpotLight& spot) {
   LM_RETURN_IF_ERROR(check_point(path + ".spot.position", spot.position));
   LM_RETURN_IF_ERROR(check_direction(path + ".spot.direction", spot.direction));
@@ -33,7 +39,10 @@ Status check_disk(const std::string& path, const DiskLight& disk) {
   LM_RETURN_IF_ERROR(check_point(path + ".disk.position", disk.position));
   LM_RETURN_IF_ERROR(check_direction(path + ".disk.direction", disk.direction));
   LM_RETURN_IF_ERROR(check_power(path + ".disk.radiance", disk.radiance));
-  return check_length(path + ".disk.radius", disk.radius);
+  LM_RETURN_IF_ERROR(check_length(path + ".disk.radius", disk.radius));
+  LM_RETURN_IF_ERROR(check_length(path + ".disk.second_radius", disk.second_radius));
+  LM_RETURN_IF_ERROR(check_direction(path + ".disk.up", disk.up));
+  return check_up(path + ".disk.up", disk.up, disk.direction);
 }
 
 Status check_ies(const std::string& path, const IesLight& ies) {
@@ -44,9 +53,7 @@ Status check_ies(const std::string& path, const IesLight& ies) {
   if (ies.color == RgbColor{}) {
     return invalid_argument("{}.ies.color: must not be black; a scale of 0 turns the light off", path);
   }
-  if (const Point3d& u = ies.up; are_parallel(ies.direction, u)) {
-    return invalid_argument("{}.ies.up: must not be parallel to direction, got ({}, {}, {})", path, u[0], u[1], u[2]);
-  }
+  LM_RETURN_IF_ERROR(check_up(path + ".ies.up", ies.up, ies.direction));
   if (!(ies.scale >= 0 && ies.scale <= 1e20)) {
     return invalid_argument("{}.ies.scale: must be in [0, 1e20], got {}", path, ies.scale);
   }

@@ -121,6 +121,12 @@ TEST(BodyLights, ADiskIsSampledAsMet) {
   }
 }
 
+TEST(BodyLights, AnEllipseIsSampledAsMet) {
+  LightTable table;
+  table.disks.add({{0.5f, 2, 0.3f}, {0.9f, 0, 0}, {0, 0, 0.2f}, {2, 3, 4}});  // shines down
+  expect_body_is_sampled_as_met(table, {0.1f, 0.2f, 0.6f}, {0.4f, 1.8f, -0.3f}, std::cos(0.5));
+}
+
 TEST(BodyLights, ADiskIsDarkBehind) {
   LightTable table;
   table.disks.add({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 3, 4}});
