@@ -16,6 +16,10 @@ void DiskLights::add(const DiskEmitter& disk) {
   normal_.add(Vec3(glm::normalize(across)));
   density_.push_back(static_cast<float>(1 / (kPiDouble * glm::length(across))));
   radiance_.add(disk.radiance);
+  const bool narrow = disk.spread < kPiDouble;
+  spread_.push_back(disk.spread);
+  cot_.push_back(narrow ? static_cast<float>(cos_fixed(disk.spread / 2) / sin_fixed(disk.spread / 2)) : 0.0f);
+  has_spread_ |= narrow;
 }
 
 LightBounds DiskLights::bounds(std::size_t i) const {
@@ -26,14 +30,19 @@ LightBounds DiskLights::bounds(std::size_t i) const {
   out.high = center + half;
   out.axis = Vec3d(normal_[i]);
   out.cos_normals = 1;
-  out.cos_emission = 0;
+  out.cos_emission = cos_fixed(spread_[i] / 2);
   out.intensity = luminance(Vec3d(radiance_[i])) * area(i);
-  out.power = out.intensity * exitance_per_radiance();
+  out.power = out.intensity * spread_exitance_per_radiance(spread_[i]);
   return out;
 }
 
-V8 DiskLights::radiance(U8 index, F8 /*cos_light*/, M8 lanes) const {
-  return radiance_.at(index, lanes);
+V8 DiskLights::radiance(U8 index, F8 cos_light, M8 lanes) const {
+  const V8 along_normal = radiance_.at(index, lanes);
+  if (!has_spread_) {
+    return along_normal;
+  }
+  const F8 tangent = sqrt(max(F8(1.0f) - cos_light * cos_light, F8(0.0f))) / cos_light;
+  return along_normal * max(F8(1.0f) - tangent * gather(cot_.data(), index, lanes), F8(0.0f));
 }
 
 LightSample8 DiskLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const {
@@ -43,9 +52,10 @@ LightSample8 DiskLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const 
   const F8 distance2 = length_squared(to_light), distance = sqrt(distance2);
   const V8 wi = to_light * (F8(1.0f) / distance);
   const F8 cos_light = -dot(wi, normal_.at(index, lanes));
-  const M8 valid = lanes & (cos_light > F8(0.0f)) & (distance2 > F8(0.0f));
+  const V8 from_there = radiance(index, cos_light, lanes);
+  const M8 lit = (cos_light > F8(0.0f)) & (max_component(from_there) > F8(0.0f));
   const F8 pdf = pdf_solid_angle(index, distance, cos_light, lanes);
-  return {y, wi, radiance(index, cos_light, lanes) * (F8(1.0f) / pdf), pdf, valid};
+  return {y, wi, from_there * (F8(1.0f) / pdf), pdf, lanes & lit & (distance2 > F8(0.0f))};
 }
 
 LightSample8 DiskLights::sample(const V8& p, U8 index, M8 lanes) const {

@@ -3,16 +3,19 @@
 
 #include "common/lights/emission_point.h"
 #include "common/lights/light_sample.h"
+#include "common/math/transcendental.h"
 
 namespace lightmill {
 
 struct DiskEmitter {
   Vec3 center;
   Vec3 half_axis1, half_axis2;  ///< from the centre to the edge, perpendicular; shines to the side of 1 × 2
-  Vec3 radiance;                ///< W/(m² sr)
+  Vec3 radiance;                ///< W/(m² sr) along the normal
+  double spread = kPiDouble;    ///< opening of the cone of light, in radians; the radiance falls off to its rim
 };
 
-/// Sampled uniformly by area.
+/// At θ to the normal, the radiance is 1 − tan θ / tan(spread/2) of that along the normal, or 0. This is the share of
+/// light that a grid of slats lets pass. Sampled uniformly by area.
 class DiskLights {
  public:
   void add(const DiskEmitter& disk);
@@ -39,7 +42,7 @@ class DiskLights {
   F8 pdf_solid_angle(U8 index, F8 distance, F8 cos_light, M8 lanes) const;
 
   /// Irradiance on a surface at p with unit normal n, without occlusion. The edge counts as a polygon of equal area,
-  /// which is accurate to 1e-3.
+  /// which is accurate to 1e-3. The spread must be π.
   Vec3d irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const;
 
  private:
@@ -47,6 +50,9 @@ class DiskLights {
 
   VectorRows center_, half_axis1_, half_axis2_, normal_, radiance_;
   std::vector<float> density_;  ///< 1 / area
+  std::vector<double> spread_;
+  std::vector<float> cot_;  ///< of half the spread
+  bool has_spread_ = false;
 };
 
 }  // namespace lightmill

@@ -129,7 +129,8 @@ PhotonFluxes Estimate::all(bool unsampled) {
   });
   near(LightKind::disk, lights_.disks, [&](std::size_t i, const BoundingSphere& target) {
     const LightBounds b = lights_.disks.bounds(i);
-    return reaches_beyond((b.low + b.high) * 0.5, b.axis, target);
+    const BoundingSphere for_center{target.center, target.radius + glm::length(b.high - b.low) / 2};
+    return reaches((b.low + b.high) * 0.5, b.axis, 1 - b.cos_emission, for_center);
   });
   near(LightKind::point, lights_.points, anywhere);
   near(LightKind::spot, lights_.spots, [&](std::size_t i, const BoundingSphere& target) {

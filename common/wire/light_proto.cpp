@@ -154,10 +154,12 @@ Result<DiskLight> disk_light(const std::string& path, const v1::Light& light) {
   out.radius = wire.has_radius() ? wire.radius() : out.radius;
   out.second_radius = wire.has_second_radius() ? wire.second_radius() : out.radius;
   out.up = up_from_wire(wire.has_up(), wire.up(), out.direction);
+  out.spread_degrees = wire.has_spread_degrees() ? wire.spread_degrees() : out.spread_degrees;
   // Values out of range are reported later, by validate.
   const bool has_area = out.radius > 0 && out.second_radius > 0;
   const double area = has_area ? kPiDouble * out.radius * out.second_radius : 1;
-  const double exitance = exitance_per_radiance();
+  const double spread = std::clamp(out.spread_degrees, kLeastSpreadDegrees, 180.0);
+  const double exitance = spread_exitance_per_radiance(spread * kPiDouble / 180);
   LM_ASSIGN_OR_RETURN(out.radiance,
                       light_strength(path, ".disk.radiance", light, wire.has_radiance(), wire.radiance(),
                                      {.flux = 1 / (exitance * area), .irradiance = 1 / exitance, .radiance = 1}));
@@ -294,6 +296,7 @@ void to_wire_light(const Light& light, v1::Light* out) {
                    wire->set_radius(disk.radius);
                    wire->set_second_radius(disk.second_radius);
                    to_wire_point(disk.up, wire->mutable_up());
+                   wire->set_spread_degrees(disk.spread_degrees);
                  },
                  [&](const IesLight& ies) {
                    to_wire_point(ies.position, out->mutable_ies()->mutable_position());

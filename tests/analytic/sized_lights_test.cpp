@@ -237,5 +237,40 @@ TEST(EllipseLight, IrradianceIsTheIntegralOverTheEllipse) {
   EXPECT_EQ(seen_towards("[0.7, 1, 0]", light, "", ""), 0);
 }
 
+TEST(DiskLight, ASpreadIsTheShareThatSlatsLetPass) {
+  // E = 2πL ∫ (1 − ρ cot h/z) z²ρ/(ρ² + z²)² dρ on the axis at distance z, up to the edge or to where no light comes.
+  for (const double spread : {20.0, 60.0, 120.0}) {
+    const double cot = 1 / std::tan(spread / 2 * kDegree), z = 2, edge = std::min(1.5, z / cot);
+    constexpr int kSteps = 100'000;
+    double sum = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      const double rho = edge * (i + 0.5) / kSteps;
+      sum += (1 - rho * cot / z) * z * z * rho / std::pow(rho * rho + z * z, 2);
+    }
+    const double exact = 2 * M_PI * 4 * sum * edge / kSteps;
+    expect_answer(lit_floor(0, disk_light(fmt::format(R"("radius": 1.5, "spread_degrees": {})", spread), 4), 12),
+                  exact / M_PI, 1e-2);
+  }
+  const std::string narrow = disk_light(R"("radius": 0.5, "spread_degrees": 60)", 4);
+  for (const double degrees : {0.0, 10.0, 25.0}) {  // seen from (0, 0, 0), at this angle to its normal
+    const double t = std::tan(degrees * kDegree);
+    if (2 * t < 0.5) {
+      EXPECT_NEAR(seen_towards(fmt::format("[{}, 1, 0]", t), narrow, "", ""), 4 * (1 - t / std::tan(30 * kDegree)),
+                  1e-3);
+    }
+  }
+}
+
+TEST(DiskLight, ASpreadKeepsThePower) {
+  // 1 W in a cone of 60° reaches a patch that holds all of it.
+  const auto scene = scene_with(
+      R"("materials": [{"name": "m", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}}],
+         "objects": [{"material": "m", "sphere": {"center": [0, -3, 0], "radius": 1}}],
+         "lights": [{"disk": {"position": [0, 2, 0], "direction": [0, -1, 0], "radius": 0.3, "spread_degrees": 60},
+                     "strength": {"watt": 1}}],
+         "meters": [{"name": "m", "flux": {"patch": {"corner": [-2, 0, -2], "edge1": [0, 0, 4], "edge2": [4, 0, 0]}}}])");
+  expect_reading(read_meters(scene, 6).front(), 1, 2e-2);
+}
+
 }  // namespace
 }  // namespace lightmill::test

@@ -174,7 +174,8 @@ void LightBuilder::add_disk(const DiskLight& disk, const std::string& group) {
   const Vec3d normal = glm::normalize(near_one(to_vec(disk.direction)));
   const Vec3d first = across(normal, disk.up);
   lights_.disks.add({to_frame(disk.position), Vec3(first * static_cast<double>(radius)),
-                     Vec3(glm::cross(normal, first) * static_cast<double>(second_radius)), to_vec(disk.radiance)});
+                     Vec3(glm::cross(normal, first) * static_cast<double>(second_radius)), to_vec(disk.radiance),
+                     degrees_to_radians(disk.spread_degrees)});
   note_group(LightKind::disk, group);
 }
 

@@ -10,6 +10,7 @@
 namespace lightmill {
 
 inline constexpr double kLeastCutoffDegrees = 1e-3;  ///< of a spot: half its opening
+inline constexpr double kLeastSpreadDegrees = 1;     ///< of a disk
 inline constexpr double kMaxCosineExponent = 1e4;    ///< n of cosⁿ; single precision has no cosine for larger ones
 
 /// Radiates equally in all directions, from a point or a sphere.
@@ -48,6 +49,9 @@ struct DiskLight {
   double radius = 1;            ///< in scene units; of an ellipse, along `up`
   double second_radius = 1;     ///< across `up`; a disk has equal radii
   Point3d up{1, 0, 0};          ///< only the part across `direction` counts
+  /// Opening of the cone around `direction` in which it shines, in [kLeastSpreadDegrees, 180]. The radiance at the angle
+  /// θ is 1 − tan θ / tan(spread/2) of `radiance`, as behind a grid of slats.
+  double spread_degrees = 180;
 };
 /// A point light with a measured intensity: an LM-63 profile (common/lights/ies_profile.h).
 struct IesLight {

@@ -42,6 +42,7 @@ Status check_disk(const std::string& path, const DiskLight& disk) {
   LM_RETURN_IF_ERROR(check_length(path + ".disk.radius", disk.radius));
   LM_RETURN_IF_ERROR(check_length(path + ".disk.second_radius", disk.second_radius));
   LM_RETURN_IF_ERROR(check_direction(path + ".disk.up", disk.up));
+  LM_RETURN_IF_ERROR(check_range(path + ".disk.spread_degrees", disk.spread_degrees, kLeastSpreadDegrees, 180));
   return check_up(path + ".disk.up", disk.up, disk.direction);
 }
 

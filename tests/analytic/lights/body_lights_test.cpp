@@ -127,6 +127,15 @@ TEST(BodyLights, AnEllipseIsSampledAsMet) {
   expect_body_is_sampled_as_met(table, {0.1f, 0.2f, 0.6f}, {0.4f, 1.8f, -0.3f}, std::cos(0.5));
 }
 
+TEST(BodyLights, ADiskWithASpreadIsSampledAsMet) {
+  // From within the cone of every point, and from where only some of the disk shines.
+  for (const float x : {0.1f, 2.2f}) {
+    LightTable table;
+    table.disks.add({{0, 2, 0}, {0.8f, 0, 0}, {0, 0, 0.8f}, {2, 3, 4}, M_PI / 2});  // shines down
+    expect_body_is_sampled_as_met(table, {x, 0.2f, 0}, {-x, 1.8f, 0}, std::cos(0.6));
+  }
+}
+
 TEST(BodyLights, ADiskIsDarkBehind) {
   LightTable table;
   table.disks.add({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 3, 4}});
