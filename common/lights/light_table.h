@@ -54,6 +54,8 @@ class LightTable {
 
   /// Group number by light.
   void set_groups(std::vector<std::uint32_t> groups) { group_ = std::move(groups); }
+  /// By light: 1 if camera rays pass it.
+  void set_hidden(std::vector<std::uint8_t> hidden) { hidden_ = std::move(hidden); }
   U8 group(U8 light, M8 lanes) const { return gather(group_.data(), light, lanes); }
 
   /// Samples a light and a point on it for each shading point. `draw`: number of the sample, below draws(). The light
@@ -80,6 +82,7 @@ class LightTable {
 
   /// Numbers of the bodies, ascending.
   const std::vector<std::uint32_t>& bodies() const { return bodies_; }
+  bool is_hidden_from_camera(std::uint32_t body) const { return !hidden_.empty() && hidden_[body] == 1; }
   /// Lanes whose lights are bodies.
   M8 are_bodies(U8 light, M8 lanes) const {
     return bodies_.empty() ? M8() : gather(is_body_.data(), light, lanes) == U8(1u);
@@ -121,6 +124,7 @@ class LightTable {
 
   LightChoice choice_;
   std::vector<std::uint32_t> group_;
+  std::vector<std::uint8_t> hidden_;
   std::vector<std::uint32_t> bodies_;
   std::vector<std::uint32_t> is_body_;  ///< 1 or 0 by light; empty without bodies
   std::uint32_t first_[kKinds + 1] = {};

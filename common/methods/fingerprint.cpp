@@ -95,6 +95,7 @@ void add_lights(TestScene& test, bool many, bool sky_image, double spread_degree
   lights.push_back({"ball", PointLight{{0.9, 2.2, 1.9}, {1, 2, 1}, 0.15}});
   lights.push_back({"sun", DirectionalLight{{-0.3, -1, -0.2}, {0.5f, 0.5f, 0.4f}}});
   lights.push_back({"sun's disk", DirectionalLight{{0.4, -1, 0.3}, {0.2f, 0.3f, 0.4f}, 20}});
+  lights.back().hidden_from_camera = true;
   lights.push_back(
       {"disk", DiskLight{{-0.5, 2.4, 1.2}, {0.2, -1, -0.3}, {3, 2, 2}, 0.2, 0.1, {1, 0, 1}, spread_degrees}});
   lights.push_back({"spot", SpotLight{{1.5, 2.5, 1.5}, {-1, -2, -1}, {9, 8, 7}, 35, 0.4}});

@@ -221,6 +221,7 @@ Result<Light> light_from_wire(const std::string& path, const v1::Light& light) {
   Light out;
   out.name = light.name();
   out.group = light.group();
+  out.hidden_from_camera = light.hidden_from_camera();
   const auto read = [&]() -> Status {
     switch (light.kind_case()) {
       case v1::Light::kPoint:
@@ -262,6 +263,7 @@ Status light_asset_from_wire(const std::string& path, const v1::Light& light, Li
 void to_wire_light(const Light& light, v1::Light* out) {
   out->set_name(light.name);
   out->set_group(light.group);
+  out->set_hidden_from_camera(light.hidden_from_camera);
   std::visit(Overloaded{
                  [&](const PointLight& point) {
                    to_wire_point(point.position, out->mutable_point()->mutable_position());

@@ -272,5 +272,42 @@ TEST(DiskLight, ASpreadKeepsThePower) {
   expect_reading(read_meters(scene, 6).front(), 1, 2e-2);
 }
 
+TEST(SizedLights, HiddenFromTheCameraTheyShowInMirrorsAlone) {
+  for (const std::string& shown :
+       {sun_disk(90, 10, 7), disk_light(R"("radius": 0.5)", 4),
+        std::string(R"({"point": {"position": [0, 9, 0], "intensity": {"rgb": [6, 6, 6]}, "radius": 0.5}})")}) {
+    std::string hidden = shown;
+    hidden.insert(1, R"("hidden_from_camera": true, )");
+    EXPECT_GT(seen_towards("[0, 1, 0]", shown, "", ""), 1);
+    EXPECT_EQ(seen_towards("[0, 1, 0]", hidden, "", ""), 0);
+    EXPECT_EQ(seen_towards("[0.0001, -1, 0]", hidden, kMirrorBelow, kMirror),
+              seen_towards("[0.0001, -1, 0]", shown, kMirrorBelow, kMirror));
+  }
+}
+
+/// A patch of a white floor below a glass ball, under one light. Photons, connections and paths that meet the light
+/// must agree on what arrives: direct light, and the caustic.
+TEST(SizedLights, AllMethodsAgreeOnTheirCaustics) {
+  for (const std::string& light :
+       {sun_disk(70, 25, 7), disk_light(R"("radius": 0.8, "second_radius": 0.5, "spread_degrees": 150)", 4),
+        std::string(R"({"point": {"position": [0.5, 3, 0], "intensity": {"rgb": [6, 6, 6]}, "radius": 0.6}})"),
+        std::string(R"({"spot": {"position": [0.5, 3, 0], "direction": [-0.1, -1, 0], "intensity": {"rgb": [9, 9, 9]},
+                        "cutoff_degrees": 35, "blend": 0.5, "radius": 0.6}})")}) {
+    const auto scene = scene_with(fmt::format(R"("materials": [{}, {}], "objects": [{}, {}], "lights": [{}],
+             "meters": [{{"name": "m", "patch": {{"corner": [-0.5, 0.001, -0.5], "edge1": [0, 0, 1], "edge2": [1, 0, 0]}}}}])",
+                                              diffuse("floor", 0.5), named("glass", R"("dielectric": {"ior": 1.5})"),
+                                              mesh("floor", "floor.obj"), sphere("glass", "[0, 0.9, 0]", 0.5), light),
+                                  {{"floor.obj", horizontal_square(6, 0, true)}});
+    const MeterReading path = read_meters(scene, 7, 1).front();
+    for (const char* method : {"caustic:photons=20000", "ppm:photons=20000", "vcm:photons=20000"}) {
+      const MeterReading other = read_meters(scene, 3, 2, nullptr, method).front();
+      EXPECT_NEAR(other.value, path.value, 5 / 1.96 * std::hypot(other.half_width, path.half_width)) << method << light;
+      // Few photons of a sun reach the patch, because they cover all of the scene.
+      const double precision = method == std::string("ppm:photons=20000") ? 0.3 : 0.05;
+      EXPECT_LT(other.half_width, precision * path.value) << method << light;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lightmill::test

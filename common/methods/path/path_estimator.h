@@ -16,7 +16,7 @@
 // them.
 //
 // Weaknesses
-//   - Caustics. Paths rarely hit small lights through mirrors or glass, and never hit point and directional lights.
+//   - Caustics. Paths rarely hit small lights through mirrors or glass, and never hit lights without extent.
 //     `caustic` and `vcm` find this light.
 //
 // Example

@@ -131,8 +131,11 @@ class Tracer : public Wavefront {
   void trace_segment(const Path& in, M8 lanes, std::uint32_t bounce) {
     const Ray8 rays{in.origin, in.direction, F8(std::numeric_limits<float>::infinity())};
     add_untraceable(lanes, rays, in.slot);
+    const bool from_camera = bounce == 0 && meter_ == nullptr;
     for (const std::uint32_t body : scene_.lights().bodies()) {
-      add_body(in, body, lanes, bounce);
+      if (!from_camera || !scene_.lights().is_hidden_from_camera(body)) {
+        add_body(in, body, lanes, bounce);
+      }
     }
     Hit8 hits = scene_.accel().intersect(lanes, rays, bounce == 0);
     Passage8 passage;

@@ -81,7 +81,10 @@ float LightBuilder::ball_radius(double radius) const {
   return in_frame * in_frame < std::numeric_limits<float>::min() ? 0.0f : in_frame;
 }
 
-void LightBuilder::note_group(LightKind kind, const std::string& group) {
+void LightBuilder::note_group(LightKind kind, const std::string& group, bool hidden) {
+  if (hidden) {
+    hidden_.emplace_back(kind, groups_[kind].size());
+  }
   groups_[kind].push_back(number_of_group(group_names_, group));
 }
 
@@ -126,13 +129,13 @@ void LightBuilder::add_light(const Light& light) {
             if (!is_black(point.intensity)) {
               lights_.points.add({to_frame(point.position), frame_.scaled_intensity(to_vec(point.intensity)),
                                   ball_radius(point.radius)});
-              note_group(LightKind::point, light.group);
+              note_group(LightKind::point, light.group, light.hidden_from_camera);
             }
           },
           [&](const DirectionalLight& sun) {
             if (!is_black(sun.irradiance)) {
               lights_.directional.add({unit(sun.direction), to_vec(sun.irradiance), disk_angle(sun.angle_degrees)});
-              note_group(LightKind::directional, light.group);
+              note_group(LightKind::directional, light.group, light.hidden_from_camera);
             }
           },
           [&](const SpotLight& spot) {
@@ -142,7 +145,7 @@ void LightBuilder::add_light(const Light& light) {
                                  frame_.scaled_intensity(to_vec(spot.intensity)),
                                  static_cast<float>(one_minus_cos_fixed(outer * (1 - spot.blend))),
                                  static_cast<float>(one_minus_cos_fixed(outer)), ball_radius(spot.radius)});
-              note_group(LightKind::spot, light.group);
+              note_group(LightKind::spot, light.group, light.hidden_from_camera);
             }
           },
           [&](const CosinePowerLight& cosine_power) {
@@ -153,7 +156,7 @@ void LightBuilder::add_light(const Light& light) {
               note_group(LightKind::cosine_power, light.group);
             }
           },
-          [&](const DiskLight& disk) { add_disk(disk, light.group); },
+          [&](const DiskLight& disk) { add_disk(disk, light); },
           [&](const IesLight&) {},
           [&](const EnvironmentLight& environment) {
             if (!is_black(environment.radiance)) {
@@ -166,7 +169,7 @@ void LightBuilder::add_light(const Light& light) {
 }
 
 /// Disks whose area underflows in single precision are left out.
-void LightBuilder::add_disk(const DiskLight& disk, const std::string& group) {
+void LightBuilder::add_disk(const DiskLight& disk, const Light& light) {
   const float radius = ball_radius(disk.radius), second_radius = ball_radius(disk.second_radius);
   if (is_black(disk.radiance) || radius == 0 || second_radius == 0) {
     return;
@@ -176,7 +179,7 @@ void LightBuilder::add_disk(const DiskLight& disk, const std::string& group) {
   lights_.disks.add({to_frame(disk.position), Vec3(first * static_cast<double>(radius)),
                      Vec3(glm::cross(normal, first) * static_cast<double>(second_radius)), to_vec(disk.radiance),
                      degrees_to_radians(disk.spread_degrees)});
-  note_group(LightKind::disk, group);
+  note_group(LightKind::disk, light.group, light.hidden_from_camera);
 }
 
 Status LightBuilder::add_image(const EnvironmentLight& light, const std::string& group, const std::string& where,
@@ -303,6 +306,11 @@ LightBuilder::Tables LightBuilder::finish(const TextureSet& textures) {
   }
   LM_CHECK(groups.size() == lights_.size(), "{} lights, {} groups", lights_.size(), groups.size());
   lights_.set_groups(std::move(groups));
+  std::vector<std::uint8_t> hidden(hidden_.empty() ? 0 : lights_.size());
+  for (const auto& [kind, index] : hidden_) {
+    hidden[lights_.first(kind) + index] = 1;
+  }
+  lights_.set_hidden(std::move(hidden));
   for (Geometry& geometry : geometries_) {
     if (geometry.sphere) {
       geometry.primitives[0] += lights_.first(LightKind::sphere);

@@ -76,7 +76,8 @@ struct EnvironmentLight {
 struct Light {
   std::string name;
   std::variant<PointLight, DirectionalLight, SpotLight, CosinePowerLight, DiskLight, IesLight, EnvironmentLight> kind;
-  std::string group = {};  ///< its light group; empty: none
+  std::string group = {};           ///< its light group; empty: none
+  bool hidden_from_camera = false;  ///< camera rays pass it; only for lights with a size
 };
 
 }  // namespace lightmill
