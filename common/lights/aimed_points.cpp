@@ -11,10 +11,11 @@ void AimedPoints::add(const Vec3& position, const Vec3& direction, const Vec3& i
   intensity_.add(intensity);
 }
 
-LightBounds AimedPoints::bounds(std::size_t i, double cos_emission, double solid_angle) const {
-  LightBounds b = bounds_of_point(position_[i], solid_angle * luminance(Vec3d(intensity_[i])));
+LightBounds AimedPoints::bounds(std::size_t i, double cos_normals, double cos_emission, double solid_angle) const {
+  const double intensity = luminance(Vec3d(intensity_[i]));
+  LightBounds b = bounds_of_point(position_[i], solid_angle * intensity, intensity);
   b.axis = Vec3d(direction_[i]);
-  b.cos_normals = 1;
+  b.cos_normals = cos_normals;
   b.cos_emission = cos_emission;
   return b;
 }

@@ -11,9 +11,8 @@ class AimedPoints {
   void add(const Vec3& position, const Vec3& direction, const Vec3& intensity);
   std::size_t size() const { return position_.size(); }
 
-  /// Bounds of a light that shines up to this cosine to its direction, with a flux of `solid_angle` (sr) times its
-  /// intensity.
-  LightBounds bounds(std::size_t i, double cos_emission, double solid_angle) const;
+  /// Bounds of a light with a flux of `solid_angle` (sr) times its intensity. The cosines are as in LightBounds.
+  LightBounds bounds(std::size_t i, double cos_normals, double cos_emission, double solid_angle) const;
 
   V8 position(U8 index, M8 lanes) const { return position_.at(index, lanes); }
   V8 direction(U8 index, M8 lanes) const { return direction_.at(index, lanes); }

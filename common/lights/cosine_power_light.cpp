@@ -11,7 +11,7 @@ void CosinePowerLights::add(const CosinePowerEmitter& light) {
 }
 
 LightBounds CosinePowerLights::bounds(std::size_t i) const {
-  return points_.bounds(i, 0, cosine_power_solid_angle(exponent_[i]));
+  return points_.bounds(i, 1, 0, cosine_power_solid_angle(exponent_[i]));
 }
 
 IntensityShare8 CosinePowerLights::share(const V8& direction, U8 index, M8 lanes) const {

@@ -208,9 +208,8 @@ F8 EnvironmentRadiance::pdf_solid_angle(const V8& direction) const {
   return density_->pdf(place.x, place.y) / (max(place.sin_theta, F8(kPoleAngle)) * F8(2 * kPi * kPi));
 }
 
-double EnvironmentRadiance::power(double scene_radius) const {
-  const double mean = rgb_.empty() ? luminance(Vec3d(scale_)) : mean_luminance_;
-  return mean * 4 * kPiDouble * kPiDouble * scene_radius * scene_radius;
+double EnvironmentRadiance::irradiance() const {
+  return 4 * kPiDouble * (rgb_.empty() ? luminance(Vec3d(scale_)) : mean_luminance_);
 }
 
 std::uint64_t EnvironmentRadiance::bytes() const {

@@ -45,8 +45,8 @@ class EnvironmentRadiance {
   F8 all_pdf_solid_angle(const V8& direction) const;
   /// Density per solid angle of the directions of `sample`.
   F8 pdf_solid_angle(const V8& direction) const;
-  /// Luminance of the flux into a scene of this radius.
-  double power(double scene_radius) const;
+  /// Luminance of the integral of radiance over all directions.
+  double irradiance() const;
   std::uint64_t bytes() const;
 
   bool is_constant() const { return rgb_.empty(); }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/lights/photometry.h"
 #include "common/sampling/spherical_triangle.h"
 
 namespace lightmill {
@@ -76,12 +77,13 @@ LightBounds FacetLights::bounds(std::size_t i) const {
   b.low = glm::min(glm::min(corner, corner + edge1), glm::min(corner + edge2, last));
   b.high = glm::max(glm::max(corner, corner + edge1), glm::max(corner + edge2, last));
   const Vec3d area_vector = glm::cross(edge1, edge2);
-  const double area = glm::length(area_vector);
-  b.axis = area_vector / area;
+  const double length = glm::length(area_vector), area = length * (whole ? 1 : 0.5);
+  b.axis = area_vector / length;
   b.cos_normals = 1;
   b.cos_emission = 0;
   b.two_sided = emission_.two_sided(i);
-  b.power = emission_.exitance(i, mean_radiance(i)) * area * (whole ? 1 : 0.5);
+  b.power = emission_.exitance(i, mean_radiance(i)) * area;
+  b.intensity = luminance(mean_radiance(i)) * area;
   return b;
 }
 

@@ -32,7 +32,7 @@ U8 cell_of(const std::vector<float>& values, U8 first, U8 count, F8 x, int steps
 std::size_t IesLights::add_profile(const IesProfile& profile) {
   const auto size = [](const auto& array) { return static_cast<std::uint32_t>(array.size()); };
   profiles_.push_back({size(vertical_), size(profile.vertical), size(horizontal_), size(profile.horizontal),
-                       size(candela_), profile.lumen()});
+                       size(candela_), profile.lumen(), std::ranges::max(profile.candela)});
   const auto append = [](std::vector<float>& to, const std::vector<double>& from) {
     for (const double x : from) {
       to.push_back(static_cast<float>(x));
@@ -61,7 +61,9 @@ void IesLights::add(const IesEmitter& light) {
 }
 
 LightBounds IesLights::bounds(std::size_t i) const {
-  return bounds_of_point(position_[i], profiles_[profile_[i]].lumen * luminance(Vec3d(per_candela_[i])));
+  const Profile& profile = profiles_[profile_[i]];
+  const double per_candela = luminance(Vec3d(per_candela_[i]));
+  return bounds_of_point(position_[i], profile.lumen * per_candela, profile.peak * per_candela);
 }
 
 F8 IesLights::candela(U8 index, F8 vertical, F8 horizontal, M8 lanes) const {

@@ -40,7 +40,7 @@ class IesLights {
   /// Positions of a profile's angles and values.
   struct Profile {
     std::uint32_t vertical, verticals, horizontal, horizontals, value;
-    double lumen;
+    double lumen, peak;  ///< flux, and the largest candela
   };
   F8 candela(U8 index, F8 vertical, F8 horizontal, M8 lanes) const;
   /// In unit directions.

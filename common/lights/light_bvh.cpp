@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "common/base/check.h"
 
@@ -15,7 +16,7 @@ constexpr int kMaxDepth = 32;
 constexpr int kBins = 12;
 /// Rounding error of a cosine's bound. A node is skipped only if its bound is lower by more than this.
 constexpr float kCosineRounding = 1e-4f;
-/// Smallest cosine in importance.
+/// Smallest cosine in a bound.
 constexpr float kLeastCosine = 0.02f;
 
 double cosine_of_sum(double cos_a, double cos_b) {
@@ -29,6 +30,7 @@ LightBounds unite(const LightBounds& a, const LightBounds& b) {
   out.low = glm::min(a.low, b.low);
   out.high = glm::max(a.high, b.high);
   out.power = a.power + b.power;
+  out.intensity = a.intensity + b.intensity;
   out.two_sided = a.two_sided || b.two_sided;
   out.cos_emission = std::min(a.cos_emission, b.cos_emission);
   const Vec3d b_axis = out.two_sided && glm::dot(a.axis, b.axis) < 0 ? -b.axis : b.axis;
@@ -62,11 +64,11 @@ Vec3d center_of(const LightBounds& b) {
 struct LightBvh::Builder {
   LightBvh& out;
   std::span<const LightBounds> lights;
-  double total_power;
+  double unit;
 
   /// Adds the subtree of these lights. Returns its bounds.
   LightBounds build(std::span<std::uint32_t> some, int depth, std::uint32_t trail) {
-    const auto node = static_cast<std::uint32_t>(out.power_.size());
+    const auto node = static_cast<std::uint32_t>(out.intensity_.size());
     push_empty();
     LightBounds bounds;
     if (some.size() == 1) {
@@ -76,7 +78,7 @@ struct LightBvh::Builder {
     } else {
       const std::size_t middle = partition(some, depth);
       const LightBounds first = build(some.first(middle), depth + 1, trail);
-      out.second_child_[node] = static_cast<std::uint32_t>(out.power_.size());
+      out.second_child_[node] = static_cast<std::uint32_t>(out.intensity_.size());
       bounds = unite(first, build(some.subspan(middle), depth + 1, trail | 1u << depth));
     }
     store(node, bounds);
@@ -159,7 +161,7 @@ struct LightBvh::Builder {
   void push_empty() {
     out.center_.add(Vec3(0));
     out.axis_.add(Vec3(0));
-    for (auto* array : {&out.radius2_, &out.cos_normals_, &out.sin_normals_, &out.cos_emission_, &out.power_}) {
+    for (auto* array : {&out.radius2_, &out.cos_normals_, &out.sin_normals_, &out.cos_emission_, &out.intensity_}) {
       array->push_back(0);
     }
     for (auto* array : {&out.two_sided_, &out.second_child_, &out.light_}) {
@@ -176,60 +178,101 @@ struct LightBvh::Builder {
     out.cos_normals_[node] = static_cast<float>(b.cos_normals);
     out.sin_normals_[node] = static_cast<float>(std::sqrt(std::max(1 - b.cos_normals * b.cos_normals, 0.0)));
     out.cos_emission_[node] = static_cast<float>(b.cos_emission);
-    out.power_[node] = static_cast<float>(std::max(b.power / total_power, 1e-30));
+    out.intensity_[node] = static_cast<float>(std::max(b.intensity / unit, kLeastBound));
     out.two_sided_[node] = b.two_sided ? 1 : 0;
   }
 };
 
-LightBvh::LightBvh(std::span<const LightBounds> lights) {
+LightBvh::LightBvh(std::span<const LightBounds> lights, double unit) {
   LM_CHECK(!lights.empty());
-  double total = 0;
   for (const LightBounds& light : lights) {
-    LM_CHECK(light.power > 0);
-    total += light.power;
+    LM_CHECK(light.power > 0 && light.intensity > 0);
   }
   trail_.resize(lights.size());
+  root_.resize(lights.size());
   std::vector<std::uint32_t> all(lights.size());
   std::iota(all.begin(), all.end(), 0u);
-  Builder{*this, lights, total}.build(all, 0, 0);
+  Builder{*this, lights, unit}.build(all, 0, 0);
 }
 
-F8 LightBvh::importance(const V8& p, U8 node, M8 lanes) const {
-  const F8 radius2 = gather(radius2_.data(), node, lanes);
-  const V8 d = p - center_.at(node, lanes);
+std::vector<std::uint32_t> LightBvh::cut(std::size_t most) {
+  struct Subtree {
+    std::uint32_t node;
+    std::uint32_t end;  ///< of its nodes
+    int depth;
+  };
+  std::vector<Subtree> subtrees{{0, static_cast<std::uint32_t>(intensity_.size()), 0}};
+  const auto size = [&](const Subtree& s) {  // lights in one place are split by intensity
+    return std::pair(is_leaf(s.node) ? -1.0f : radius2_[s.node] * intensity_[s.node], intensity_[s.node]);
+  };
+  while (subtrees.size() < most) {
+    const auto largest = std::ranges::max_element(subtrees, {}, size);
+    if (is_leaf(largest->node)) {
+      break;
+    }
+    const Subtree whole = *largest;
+    const std::uint32_t second = second_child_[whole.node];
+    *largest = {whole.node + 1, second, whole.depth + 1};
+    subtrees.push_back({second, whole.end, whole.depth + 1});
+  }
+  std::vector<std::uint32_t> roots;
+  for (const Subtree& s : subtrees) {
+    for (std::uint32_t node = s.node; node < s.end; ++node) {
+      if (is_leaf(node)) {
+        root_[light_[node]] = static_cast<std::uint32_t>(roots.size());
+        trail_[light_[node]] >>= s.depth;
+      }
+    }
+    roots.push_back(s.node);
+  }
+  return roots;
+}
+
+LightBvh::Node8 LightBvh::gathered(U8 node, M8 lanes) const {
+  const auto row = [&](const std::vector<float>& rows) { return gather(rows.data(), node, lanes); };
+  return {center_.at(node, lanes), axis_.at(node, lanes),
+          row(radius2_),           row(cos_normals_),
+          row(sin_normals_),       row(cos_emission_),
+          row(intensity_),         gather(two_sided_.data(), node, lanes) == U8(1u)};
+}
+
+F8 LightBvh::bound(const V8& p, std::uint32_t node) const {
+  return bound(p, {broadcast(center_[node]), broadcast(axis_[node]), F8(radius2_[node]), F8(cos_normals_[node]),
+                   F8(sin_normals_[node]), F8(cos_emission_[node]), F8(intensity_[node]), M8(two_sided_[node] == 1)});
+}
+
+F8 LightBvh::bound(const V8& p, const Node8& node) {
+  const V8 d = p - node.center;
   const F8 distance2 = length_squared(d);
-  const M8 inside = distance2 <= radius2;
+  const M8 inside = distance2 <= node.radius2;
   const F8 one(1.0f), zero(0.0f);
-  F8 cos_w = dot(axis_.at(node, lanes), d) / sqrt(distance2);
+  F8 cos_w = dot(node.axis, d) / sqrt(distance2);
   cos_w = max(min(cos_w, one), F8(-1.0f));
-  cos_w = select(gather(two_sided_.data(), node, lanes) == U8(1u), abs(cos_w), cos_w);
+  cos_w = select(node.two_sided, abs(cos_w), cos_w);
   const F8 sin_w = sqrt(max(one - cos_w * cos_w, zero));
   // The angle w, minus the cone of normals and the angle that the bounds subtend.
-  const F8 cos_n = gather(cos_normals_.data(), node, lanes), sin_n = gather(sin_normals_.data(), node, lanes);
-  const M8 in_cone = cos_w >= cos_n;
-  const F8 cos_x = select(in_cone, one, cos_w * cos_n + sin_w * sin_n);
-  const F8 sin_x = select(in_cone, zero, sin_w * cos_n - cos_w * sin_n);
-  const F8 sin2_b = radius2 / distance2;
+  const M8 in_cone = cos_w >= node.cos_normals;
+  const F8 cos_x = select(in_cone, one, cos_w * node.cos_normals + sin_w * node.sin_normals);
+  const F8 sin_x = select(in_cone, zero, sin_w * node.cos_normals - cos_w * node.sin_normals);
+  const F8 sin2_b = node.radius2 / distance2;
   const F8 sin_b = sqrt(sin2_b), cos_b = sqrt(max(one - sin2_b, zero));
   const M8 within = inside | (cos_x >= cos_b);
   const F8 cos_least = select(within, one, cos_x * cos_b + sin_x * sin_b);
-  const M8 shines = cos_least > gather(cos_emission_.data(), node, lanes) - F8(kCosineRounding);
+  const M8 shines = cos_least > node.cos_emission - F8(kCosineRounding);
   // At the position of a point light the result is infinite, and any finite number serves.
-  const F8 power = gather(power_.data(), node, lanes) * max(cos_least, F8(kLeastCosine));
-  return masked(lanes & (shines | inside), power / max(max(distance2, radius2), F8(1e-30f)));
+  const F8 towards = node.intensity * max(cos_least, F8(kLeastCosine));
+  return masked(shines | inside, towards / max(max(distance2, node.radius2), F8(1e-30f)));
 }
 
 LightBvh::Split8 LightBvh::split(const V8& p, U8 node, U8 second, M8 lanes) const {
-  const F8 a = importance(p, node + U8(1u), lanes);
-  const F8 b = importance(p, second, lanes);
+  const F8 a = bound(p, gathered(node + U8(1u), lanes));
+  const F8 b = bound(p, gathered(second, lanes));
   const F8 sum = a + b;
   return {a / sum, lanes & (sum > F8(0.0f))};
 }
 
-LightBvh::Choice8 LightBvh::sample(const V8& p, F8 u, F8 more) const {
+LightBvh::Choice8 LightBvh::sample(const V8& p, U8 node, F8 pmf, F8 u, F8 more) const {
   const M8 all(true);
-  U8 node(0u);
-  F8 pmf(1.0f);
   M8 renewed(false);
   U8 second = gather(second_child_.data(), node, all);
   M8 inner = ~(second == U8(0u));
@@ -250,10 +293,8 @@ LightBvh::Choice8 LightBvh::sample(const V8& p, F8 u, F8 more) const {
   return {gather(light_.data(), node, all), pmf};
 }
 
-F8 LightBvh::pmf(const V8& p, U8 light, M8 lanes) const {
+F8 LightBvh::pmf(const V8& p, U8 light, U8 node, F8 pmf, M8 lanes) const {
   U8 trail = gather(trail_.data(), light, lanes);
-  U8 node(0u);
-  F8 pmf(1.0f);
   U8 second = gather(second_child_.data(), node, lanes);
   M8 inner = and_not(lanes, second == U8(0u));
   while (inner.any()) {

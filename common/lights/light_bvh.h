@@ -1,4 +1,4 @@
-// Light BVH: chooses one of many lights by an upper bound of its contribution at a point.
+// Light BVH: chooses among many lights by upper bounds of what they give at a point.
 #pragma once
 
 #include <cstdint>
@@ -9,32 +9,53 @@
 
 namespace lightmill {
 
-/// A binary tree of lights. Each node has an upper bound of its contribution: power over squared distance, times the
-/// cosine of the smallest angle between a normal and the direction to the point. A child is chosen at random in
-/// proportion to its bound.
+/// A binary tree of lights. Each node has a bound of its irradiance at a point: the largest intensity over the squared
+/// distance, times the cosine of the smallest angle between a normal and the direction to the point. A child is chosen
+/// at random in proportion to its bound.
 ///
 /// Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting", as in pbrt-v4. The
-/// receiver's normal is not used, because the choice must be computable from the point alone. Lights that cannot shine
-/// on a point are not chosen. All others have a positive probability. Immutable once built.
+/// receiver's normal is not used, because rays that hit a light know only where they start. Lights that cannot shine on
+/// a point are not chosen. All others have a positive probability. Immutable once built.
 class LightBvh {
  public:
+  /// Smallest intensity over the unit, so that bounds at a distance are normal numbers.
+  static constexpr double kLeastBound = 1e-20;
+
   LightBvh() = default;
-  /// Needs at least one light. All powers must be positive.
-  explicit LightBvh(std::span<const LightBounds> lights);
+  /// Needs at least one light. All powers and intensities must be positive. Bounds are divided by `unit`.
+  LightBvh(std::span<const LightBounds> lights, double unit);
+
+  /// The roots of at most `most` subtrees that hold all lights. The largest ones are split first. Called once.
+  std::vector<std::uint32_t> cut(std::size_t most);
+  bool is_leaf(std::uint32_t node) const { return second_child_[node] == 0; }
+  /// Number of the root, as in the vector of `cut`, above a light.
+  U8 root_of(U8 light, M8 lanes) const { return gather(root_.data(), light, lanes); }
+  /// Bound of the irradiance at p from all lights below a node.
+  F8 bound(const V8& p, std::uint32_t node) const;
+  Vec3 center(std::uint32_t node) const { return center_[node]; }
+  float radius2(std::uint32_t node) const { return radius2_[node]; }
 
   struct Choice8 {
     U8 light;
     F8 pmf;  ///< 0 if no light can shine on the point
   };
+  /// Chooses a light below a node that was chosen with probability `pmf`. The result's probability is that of both.
   /// `more`: a second number, for when the bits of the first are used up.
-  Choice8 sample(const V8& p, F8 u, F8 more) const;
-  /// The probability that `sample` returns this light, with the same bits.
-  F8 pmf(const V8& p, U8 light, M8 lanes) const;
-  std::uint64_t bytes() const { return center_.size() * 64 + trail_.size() * 4; }
+  Choice8 sample(const V8& p, U8 node, F8 pmf, F8 u, F8 more) const;
+  /// The probability that `sample` returns this light, with the same bits. `node`: its root.
+  F8 pmf(const V8& p, U8 light, U8 node, F8 pmf, M8 lanes) const;
+  std::uint64_t bytes() const { return center_.size() * 64 + trail_.size() * 8; }
 
  private:
   struct Builder;
-  F8 importance(const V8& p, U8 node, M8 lanes) const;
+  /// What a node's bound needs.
+  struct Node8 {
+    V8 center, axis;
+    F8 radius2, cos_normals, sin_normals, cos_emission, intensity;
+    M8 two_sided;
+  };
+  Node8 gathered(U8 node, M8 lanes) const;
+  static F8 bound(const V8& p, const Node8& node);
   /// Probability of descending to the first child, and whether any child can be chosen.
   struct Split8 {
     F8 first;
@@ -45,11 +66,12 @@ class LightBvh {
   // One row per node. First children follow their parents.
   VectorRows center_, axis_;
   std::vector<float> radius2_;  ///< squared radius of the sphere around the bounds
-  std::vector<float> cos_normals_, sin_normals_, cos_emission_, power_;
+  std::vector<float> cos_normals_, sin_normals_, cos_emission_, intensity_;
   std::vector<std::uint32_t> two_sided_;
   std::vector<std::uint32_t> second_child_;  ///< 0 for leaves
   std::vector<std::uint32_t> light_;         ///< of leaves
   std::vector<std::uint32_t> trail_;  ///< by light: bit d is set if its leaf is below the second child at depth d
+  std::vector<std::uint32_t> root_;   ///< by light
 };
 
 }  // namespace lightmill

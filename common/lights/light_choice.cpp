@@ -1,89 +1,152 @@
 #include "common/lights/light_choice.h"
 
 #include <algorithm>
-
-#include "common/base/check.h"
-#include "common/sampling/discrete.h"
+#include <cmath>
 
 namespace lightmill {
 namespace {
 
-/// With few lights, each has at least this share of the mean probability, because the strongest need not be the
-/// nearest.
-constexpr double kLeastShare = 1.0 / 64;
-/// Range of the bounded lights' share. The flux of distant lights grows with the scene.
-constexpr double kLeastBounded = 0.25, kMostBounded = 0.75;
-/// Scales `bounded` to its share beside `distant`.
-void balance(std::span<double> bounded, std::span<const double> distant) {
-  const double near = sum_of(bounded), far = sum_of(distant);
-  if (!(near > 0) || !(far > 0)) {
-    return;
-  }
-  const double share = std::clamp(near / (near + far), kLeastBounded, kMostBounded);
-  for (double& w : bounded) {
-    w *= share / (1 - share) * far / near;
-  }
+/// Smallest cosine in a bound, and rounding error of a cosine. Lights so far below the horizon are not chosen.
+constexpr float kLeastCosineAbove = 0.02f, kHorizonRounding = 1e-4f;
+
+/// Bound of the cosine between a unit normal and directions to a ball; 0 if all of it is below the horizon.
+F8 cosine_above(const V8& normal, const V8& to_center, F8 distance, F8 radius) {
+  const F8 height = dot(normal, to_center) + radius + distance * F8(kHorizonRounding);
+  return masked(height > F8(0.0f), max(min(height / distance, F8(1.0f)), F8(kLeastCosineAbove)));
 }
 
 }  // namespace
 
-LightChoice::LightChoice(std::span<const LightBounds> bounded, std::span<const double> distant_powers)
-    : count_(bounded.size() + distant_powers.size()), bounded_(bounded.size()) {
-  if (trivial()) {
+LightChoice::LightChoice(std::span<const LightBounds> bounded, std::span<const DistantBounds> distant)
+    : count_(bounded.size() + distant.size()), bounded_(bounded.size()) {
+  if (!chooses()) {
     return;
   }
-  const bool many = count_ > kMostLightsByPower && !bounded.empty();
-  double total = 0;
-  std::vector<double> weights;
+  double unit = 0;
   for (const LightBounds& light : bounded) {
-    weights.push_back(light.power);
-    total += light.power;
+    unit += light.intensity;
   }
-  if (many) {
-    tree_.emplace(bounded);
-    weights = {total};
+  for (const DistantBounds& light : distant) {
+    unit += light.irradiance;
   }
-  balance(weights, distant_powers);
-  weights.insert(weights.end(), distant_powers.begin(), distant_powers.end());
-  const double least = sum_of(weights) / static_cast<double>(weights.size()) * kLeastShare;
-  for (double& w : weights) {
-    w = std::max(w, least);
+  if (!bounded.empty()) {
+    tree_ = LightBvh(bounded, unit);
+    roots_ = tree_.cut(kMostEntries);
+    has_subtrees_ = roots_.size() < bounded.size();
   }
-  by_power_ = DiscreteDistribution(weights);
-  float sum = 0;
-  for (std::size_t i = 0; i < weights.size(); ++i) {
-    pmf_.push_back(by_power_.pmf(i));
-    first_.push_back(sum);
-    sum += pmf_.back();  // exact: multiples of 2^-24
+  group_size_ =
+      static_cast<std::uint32_t>(std::max<std::size_t>((distant.size() + kMostEntries - 1) / kMostEntries, 1));
+  for (std::size_t first = 0; first < distant.size(); first += group_size_) {
+    DistantBounds sum = distant[first];
+    for (std::size_t i = first + 1; i < std::min(first + group_size_, distant.size()); ++i) {
+      sum.irradiance += distant[i].irradiance;
+      sum.radius = DistantBounds::kAnywhere;
+    }
+    distant_.push_back({static_cast<float>(std::max(sum.irradiance / unit, LightBvh::kLeastBound)), Vec3(sum.direction),
+                        static_cast<float>(sum.radius)});
   }
 }
 
-LightChoice::Choice8 LightChoice::sample(const V8& p, Pair8 u) const {
-  if (trivial()) {
-    return {U8(0u), F8(1.0f)};
+LightChoice::Entries8 LightChoice::bounds(const V8& p) const {
+  Entries8 out;
+  std::size_t entry = 0;
+  for (const std::uint32_t root : roots_) {
+    out[entry++] = tree_.bound(p, root);
   }
-  const DiscreteDistribution::Choice8 entry = by_power_.sample(u.u);
-  if (!tree_) {
-    return {entry.index, entry.pmf};
+  for (const DistantEntry& light : distant_) {
+    out[entry++] = F8(light.bound);
   }
-  const M8 in_tree = entry.index == U8(0u);
-  const F8 rest = (u.u - gather(first_.data(), entry.index, M8(true))) / entry.pmf;
-  const LightBvh::Choice8 chosen = tree_->sample(p, rest, u.v);
-  const U8 distant = entry.index + U8(static_cast<std::uint32_t>(bounded_ - 1));
-  return {select(in_tree, chosen.light, distant), select(in_tree, entry.pmf * chosen.pmf, entry.pmf)};
+  return out;
+}
+
+/// Bounds of the light on surfaces with these normals.
+LightChoice::Entries8 LightChoice::above(const V8& p, const V8& normal, Entries8 bounds) const {
+  const M8 surface = length_squared(normal) > F8(0.0f);
+  std::size_t entry = 0;
+  const auto lower = [&](F8 cosine) {
+    bounds[entry] = select(surface, bounds[entry] * cosine, bounds[entry]);
+    ++entry;
+  };
+  for (const std::uint32_t root : roots_) {
+    const V8 to_center = broadcast(tree_.center(root)) - p;
+    lower(cosine_above(normal, to_center, sqrt(length_squared(to_center)), F8(std::sqrt(tree_.radius2(root)))));
+  }
+  for (const DistantEntry& light : distant_) {
+    lower(cosine_above(normal, broadcast(light.direction), F8(1.0f), F8(light.radius)));
+  }
+  return bounds;
+}
+
+LightChoice::Entries8 LightChoice::probabilities(Entries8 bounds) const {
+  const F8 zero(0.0f);
+  F8 sum(0.0f), shining(0.0f);
+  for (std::size_t i = 0; i < entries(); ++i) {
+    sum += bounds[i];
+    shining += masked(bounds[i] > zero, F8(1.0f));
+  }
+  const F8 by_bound = F8(1 - kEvenShare) / sum, even = F8(kEvenShare) / shining;
+  for (std::size_t i = 0; i < entries(); ++i) {
+    bounds[i] = masked(bounds[i] > zero, bounds[i] * by_bound + even);
+  }
+  return bounds;
+}
+
+LightChoice::Group8 LightChoice::group(U8 number) const {
+  const U8 first = number * U8(group_size_);
+  const U8 left = U8(static_cast<std::uint32_t>(count_ - bounded_)) - first;
+  return {first, select(signed_less(left, U8(group_size_)), left, U8(group_size_))};
+}
+
+LightChoice::Choice8 LightChoice::sample(const V8& p, const V8& normal, Pair8 u) const {
+  const Entries8 all = bounds(p), at_point = probabilities(all), here = probabilities(above(p, normal, all));
+  U8 entry(0u);
+  F8 below(0.0f), below_entry(0.0f), pmf(0.0f), pmf_at_point(0.0f);
+  for (std::size_t i = 0; i < entries(); ++i) {
+    const M8 reached = (here[i] > F8(0.0f)) & (u.u >= below);  // the last one also takes what rounding leaves
+    entry = select(reached, U8(static_cast<std::uint32_t>(i)), entry);
+    below_entry = select(reached, below, below_entry);
+    pmf = select(reached, here[i], pmf);
+    pmf_at_point = select(reached, at_point[i], pmf_at_point);
+    below += here[i];
+  }
+  const F8 rest = min((u.u - below_entry) / pmf, F8(1 - 0x1p-24f));
+  const U8 roots(static_cast<std::uint32_t>(roots_.size()));
+  const M8 near = signed_less(entry, roots);
+  Choice8 out{U8(0u), F8(0.0f), F8(0.0f)};
+  if (near.any()) {
+    const U8 root = select(near, gather(roots_.data(), entry, near), U8(roots_.front()));
+    const LightBvh::Choice8 chosen = tree_.sample(p, root, pmf_at_point, rest, u.v);
+    out = {chosen.light, F8(0.0f), chosen.pmf};
+  }
+  if (const M8 far = ~near; far.any()) {
+    const Group8 of = group(entry - roots);
+    const U8 light = U8(static_cast<std::uint32_t>(bounded_)) + of.first + truncate(rest * to_float(of.size));
+    out.light = select(near, out.light, light);
+    out.pmf_at_point = select(near, out.pmf_at_point, pmf_at_point / to_float(of.size));
+  }
+  out.pmf = masked(pmf > F8(0.0f), out.pmf_at_point * (pmf / pmf_at_point));
+  return out;
 }
 
 F8 LightChoice::pmf(const V8& p, U8 light, M8 lanes) const {
-  if (trivial()) {
-    return masked(lanes, F8(1.0f));
+  const Entries8 probability = probabilities(bounds(p));
+  const U8 bounded(static_cast<std::uint32_t>(bounded_)), roots(static_cast<std::uint32_t>(roots_.size()));
+  const M8 near = lanes & signed_less(light, bounded);
+  const F8 per_group(1.0f / static_cast<float>(group_size_));
+  const U8 number = truncate((to_float(light - bounded) + F8(0.5f)) * per_group);
+  U8 entry = roots + number;
+  if (near.any()) {
+    entry = select(near, tree_.root_of(light, near), entry);
   }
-  if (!tree_) {
-    return gather(pmf_.data(), light, lanes);
+  F8 of_entry(0.0f);
+  for (std::size_t i = 0; i < entries(); ++i) {
+    of_entry = select(entry == U8(static_cast<std::uint32_t>(i)), probability[i], of_entry);
   }
-  const U8 first_distant(static_cast<std::uint32_t>(bounded_));
-  const M8 in_tree = lanes & signed_less(light, first_distant);
-  const F8 of_distant = gather(pmf_.data(), light - first_distant + U8(1u), and_not(lanes, in_tree));
-  return select(in_tree, F8(pmf_[0]) * tree_->pmf(p, light, in_tree), of_distant);
+  F8 out = of_entry / to_float(group(number).size);
+  if (near.any()) {
+    out = select(near, tree_.pmf(p, light, gather(roots_.data(), entry, near), of_entry, near), out);
+  }
+  return masked(lanes, out);
 }
 
 }  // namespace lightmill

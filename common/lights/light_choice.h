@@ -1,46 +1,77 @@
 // Choice of one of the scene's lights, and its probability.
 #pragma once
 
-#include <optional>
+#include <array>
 #include <span>
 
 #include "common/lights/light_bvh.h"
-#include "common/sampling/discrete.h"
 
 namespace lightmill {
 
-/// Up to this many lights are chosen by power alone, more by a BVH (light_bvh.h), whose cost does not pay for few
-/// lights.
-inline constexpr std::size_t kMostLightsByPower = 16;
+/// Up to this many lights all light a shading point together, and nothing is chosen.
+inline constexpr std::size_t kMostLightsTogether = 4;
 
-/// Bounded lights have the first numbers, infinitely distant ones the next. Immutable once built.
+/// Chooses a light by bounds of what each gives at a point. Bounded lights have the first numbers, infinitely distant
+/// ones the next. Immutable once built.
+///
+/// The entries of the choice are subtrees of a light BVH and groups of distant lights. Up to kMostEntries lights of
+/// either kind are entries of their own. An entry is chosen with the probability
+///
+///   p = (1 − λ) bound / Σ bounds + λ / n,   λ = kEvenShare
+///
+/// among the n entries whose bound is not zero. Bounds ignore occlusion, so most of the light may come from an entry
+/// with a small bound. The second term limits the variance that this causes. If entries are single lights, and the light
+/// of a point comes from entries with a share s of all bounds, the relative variance of the choice is at most
+/// min(n / λ, 1 / ((1 − λ) s)) − 1.
 class LightChoice {
  public:
-  LightChoice() = default;
-  /// All powers must be positive. Those of distant lights are fluxes through the whole scene.
-  LightChoice(std::span<const LightBounds> bounded, std::span<const double> distant_powers);
+  static constexpr std::size_t kMostEntries = 16;
+  static constexpr float kEvenShare = 0.125f;
 
-  /// There is one light at most.
-  bool trivial() const { return count_ <= 1; }
+  LightChoice() = default;
+  /// All powers, intensities and irradiances must be positive.
+  LightChoice(std::span<const LightBounds> bounded, std::span<const DistantBounds> distant);
+
+  /// Whether lights are chosen. Otherwise all lights light each point.
+  bool chooses() const { return count_ > kMostLightsTogether; }
   /// Whether `sample` uses its second number.
-  bool needs_second_number() const { return tree_.has_value(); }
+  bool needs_second_number() const { return has_subtrees_; }
 
   struct Choice8 {
     U8 light;
-    F8 pmf;  ///< 0 if no light can shine on the point
+    F8 pmf;           ///< 0 if no light can shine on the point
+    F8 pmf_at_point;  ///< probability for a zero normal, with the bits of `pmf`
   };
-  Choice8 sample(const V8& p, Pair8 u) const;
-  /// The probability that `sample` returns a light, with the same bits.
+  /// `normal`: unit, if only light from above it counts; else zero.
+  Choice8 sample(const V8& p, const V8& normal, Pair8 u) const;
+  /// The probability that `sample` returns a light for a zero normal.
   F8 pmf(const V8& p, U8 light, M8 lanes) const;
-  std::uint64_t bytes() const { return 16 * by_power_.size() + (tree_ ? tree_->bytes() : 0); }
+  std::uint64_t bytes() const { return tree_.bytes(); }
 
  private:
+  /// Numbers by entry.
+  using Entries8 = std::array<F8, 2 * kMostEntries>;
+  struct DistantEntry {
+    float bound;
+    Vec3 direction;
+    float radius;
+  };
+  std::size_t entries() const { return roots_.size() + distant_.size(); }
+  Entries8 bounds(const V8& p) const;
+  Entries8 above(const V8& p, const V8& normal, Entries8 bounds) const;
+  Entries8 probabilities(Entries8 bounds) const;
+  /// Number of the first light of a group of distant lights, and the size of the group.
+  struct Group8 {
+    U8 first, size;
+  };
+  Group8 group(U8 number) const;
+
   std::size_t count_ = 0, bounded_ = 0;
-  /// Over all lights. With a BVH: over the BVH (entry 0) and the distant lights.
-  DiscreteDistribution by_power_;
-  std::vector<float> pmf_;    ///< of by_power_'s entries, for gathers
-  std::vector<float> first_;  ///< sums of pmf_ below an entry
-  std::optional<LightBvh> tree_;
+  LightBvh tree_;
+  std::vector<std::uint32_t> roots_;  ///< the first entries
+  bool has_subtrees_ = false;
+  std::vector<DistantEntry> distant_;  ///< the other entries
+  std::uint32_t group_size_ = 1;       ///< distant lights in a group; the last group may have fewer
 };
 
 }  // namespace lightmill

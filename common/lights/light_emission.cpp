@@ -4,6 +4,15 @@
 
 namespace lightmill {
 
+namespace {
+
+template <class Balls>
+EmissionPoint8 ball_point(const Balls& balls, U8 index, M8 lanes, const V8& outward) {
+  return ball_emission_point(balls.position(index, lanes), balls.radii().at(index, lanes), lanes, outward);
+}
+
+}  // namespace
+
 template <class Take>
 void LightEmission::for_each_kind(U8 light, M8 lanes, Take take) const {
   for (int k = 0; k < kLightKinds && lanes.any(); ++k) {
@@ -29,11 +38,14 @@ EmissionPoint8 LightEmission::point_on(U8 light, M8 lanes, Pair8 u) const {
       case LightKind::sphere:
         here = table_->spheres.emission_point(index, of_kind, square_to_sphere(u));
         break;
+      case LightKind::disk:
+        here = table_->disks.emission_point(index, of_kind, u);
+        break;
       case LightKind::point:
-        here.point = table_->points.position(index, of_kind);
+        here = ball_point(table_->points, index, of_kind, square_to_sphere(u));
         break;
       case LightKind::spot:
-        here.point = table_->spots.position(index, of_kind);
+        here = ball_point(table_->spots, index, of_kind, square_to_sphere(u));
         break;
       case LightKind::cosine_power:
         here.point = table_->cosine_powers.position(index, of_kind);
@@ -51,24 +63,41 @@ EmissionPoint8 LightEmission::point_on(U8 light, M8 lanes, Pair8 u) const {
 }
 
 LightEmission::LightSpheres8 LightEmission::spheres(U8 light, M8 lanes) const {
-  const U8 first(table_->first(LightKind::sphere));
-  const M8 spheres =
-      and_not(lanes & signed_less(light, U8(table_->first(LightKind::point))), signed_less(light, first));
-  if (spheres.none()) {
-    return {};
-  }
-  const U8 index = light - first;
-  return {table_->spheres.outward_only(index, spheres), table_->spheres.center(index, spheres),
-          table_->spheres.radius(index, spheres)};
+  LightSpheres8 out{};
+  const auto add = [&](M8 some, const V8& center, F8 radius) {
+    out = {out.lanes | some, select(some, center, out.center), select(some, radius, out.radius)};
+  };
+  for_each_kind(light, lanes, [&](LightKind kind, U8 index, M8 of_kind) {
+    if (kind == LightKind::sphere) {
+      const SphereLights& spheres = table_->spheres;
+      add(spheres.outward_only(index, of_kind), spheres.center(index, of_kind), spheres.radius(index, of_kind));
+    }
+  });
+  table_->for_each_ball_kind(light, lanes, [&](const auto& balls, U8 index, M8 some) {
+    const F8 radius = balls.radii().at(index, some);
+    add(some & (radius > F8(0.0f)), balls.position(index, some), radius);
+  });
+  return out;
 }
 
 EmissionPoint8 LightEmission::point_on_sphere(U8 light, M8 spheres, const V8& outward) const {
-  return table_->spheres.emission_point(light - U8(table_->first(LightKind::sphere)), spheres, outward);
+  EmissionPoint8 out{};
+  for_each_kind(light, spheres, [&](LightKind kind, U8 index, M8 of_kind) {
+    if (kind == LightKind::sphere) {
+      out = merge(of_kind, table_->spheres.emission_point(index, of_kind, outward), out);
+    }
+  });
+  table_->for_each_ball_kind(light, spheres, [&](const auto& balls, U8 index, M8 some) {
+    out = merge(some, ball_point(balls, index, some, outward), out);
+  });
+  return out;
 }
 
 V8 LightEmission::intensity(U8 light, const EmissionPoint8& from, const V8& direction, M8 lanes) const {
   const F8 cos_signed = dot(direction, from.normal);
   const F8 cosine = max(select(from.two_sided, abs(cos_signed), cos_signed), F8(0.0f));
+  // Radiance I/(π r²), times the cosine and the area 4π r².
+  const F8 of_ball = select(from.surface, F8(4.0f) * cosine, F8(1.0f));
   V8 out{};
   for_each_kind(light, lanes, [&](LightKind kind, U8 index, M8 of_kind) {
     V8 here{};
@@ -79,11 +108,14 @@ V8 LightEmission::intensity(U8 light, const EmissionPoint8& from, const V8& dire
       case LightKind::sphere:
         here = table_->spheres.radiance(index, cosine, of_kind) * (cosine * from.area);
         break;
+      case LightKind::disk:
+        here = table_->disks.radiance(index, cosine, of_kind) * (cosine * from.area);
+        break;
       case LightKind::point:
-        here = table_->points.intensity(index, of_kind);
+        here = table_->points.intensity(index, of_kind) * of_ball;
         break;
       case LightKind::spot:
-        here = table_->spots.intensity(direction, index, of_kind);
+        here = table_->spots.intensity(direction, index, of_kind) * of_ball;
         break;
       case LightKind::cosine_power:
         here = table_->cosine_powers.intensity(direction, index, of_kind);
@@ -105,17 +137,31 @@ F8 LightEmission::cosine(U8 light, const V8& point, const V8& direction, M8 lane
   for_each_kind(light, lanes, [&](LightKind kind, U8 index, M8 of_kind) {
     if (kind == LightKind::facet) {
       out = select(of_kind, abs(dot(direction, table_->facets.emission_point(index, of_kind, {}).normal)), out);
+    } else if (kind == LightKind::disk) {
+      out = select(of_kind, abs(dot(direction, table_->disks.normal(index, of_kind))), out);
     } else if (kind == LightKind::sphere) {
       const V8 outward = normalize(point - table_->spheres.center(index, of_kind));
       out = select(of_kind, abs(dot(direction, outward)), out);
     }
+  });
+  table_->for_each_ball_kind(light, lanes, [&](const auto& balls, U8 index, M8 some) {
+    const V8 outward = normalize(point - balls.position(index, some));
+    out = select(table_->are_bodies(light, some), abs(dot(direction, outward)), out);
   });
   return out;
 }
 
 F8 LightEmission::parallel_pdf(U8 light, M8 lanes, const V8& direction) const {
   const M8 sky = and_not(lanes, signed_less(light, U8(table_->first(LightKind::environment))));
-  return sky.any() ? select(sky, table_->environment.all_pdf_solid_angle(-direction), F8(1.0f)) : F8(1.0f);
+  F8 out(1.0f);
+  if (sky.any()) {
+    out = select(sky, table_->environment.all_pdf_solid_angle(-direction), out);
+  }
+  if (const M8 disks = and_not(table_->are_bodies(light, and_not(lanes, sky)), sky); disks.any()) {
+    const U8 index = light - U8(table_->first(LightKind::directional));
+    out = select(disks, table_->directional.pdf_solid_angle(-direction, index, disks), out);
+  }
+  return out;
 }
 
 LightEmission::Parallel8 LightEmission::parallel(U8 light, M8 lanes, Pair8 u) const {
@@ -123,7 +169,7 @@ LightEmission::Parallel8 LightEmission::parallel(U8 light, M8 lanes, Pair8 u) co
   for_each_kind(light, lanes, [&](LightKind kind, U8 index, M8 of_kind) {
     Parallel8 here;
     if (kind == LightKind::directional) {
-      const LightSample8 sun = table_->directional.sample(broadcast(Vec3(0)), index, of_kind);
+      const LightSample8 sun = table_->directional.sample(broadcast(Vec3(0)), index, of_kind, u);
       here = {-sun.wi, sun.weight};
     } else {
       const EnvironmentRadiance::Beam8 beam = table_->environment.sample_all(u);

@@ -21,7 +21,7 @@ class LightEmission {
 
   /// On surfaces, uniform by area.
   EmissionPoint8 point_on(U8 light, M8 lanes, Pair8 u) const;
-  /// Lanes whose lights are spheres that shine only outward, with their centres and radii.
+  /// Lanes whose lights are spheres or balls that shine only outward, with their centres and radii.
   using LightSpheres8 = PhotonAim::LightSpheres8;
   LightSpheres8 spheres(U8 light, M8 lanes) const;
   /// The point of these spheres with this unit normal. Its area is that of the whole sphere.
@@ -35,11 +35,11 @@ class LightEmission {
   // ---- infinitely distant lights ----
 
   struct Parallel8 {
-    V8 direction;   ///< unit, the direction of travel; of an environment, drawn in proportion to its light
-    V8 irradiance;  ///< W/m² across the direction; of an environment, the radiance over the direction's density
+    V8 direction;   ///< unit, the direction of travel; of environments and disks, drawn in proportion to the light
+    V8 irradiance;  ///< W/m² across the direction; of environments and disks, the radiance over the direction's density
   };
   Parallel8 parallel(U8 light, M8 lanes, Pair8 u) const;
-  /// Density per solid angle of the directions; 1 for directional lights.
+  /// Density per solid angle of the directions; 1 for parallel light.
   F8 parallel_pdf(U8 light, M8 lanes, const V8& direction) const;
 
  private:

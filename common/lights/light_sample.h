@@ -45,9 +45,18 @@ struct LightBounds {
   Vec3d low{0}, high{0};
   Vec3d axis{0, 0, 1};       ///< unit
   double cos_normals = -1;   ///< cosine of the cone about the axis that contains all normals
-  double cos_emission = -1;  ///< cosine of the largest angle to a normal with emission; at least 90°
+  double cos_emission = -1;  ///< cosine of the largest angle to a normal with emission
   bool two_sided = false;    ///< also about −axis
   double power = 0;          ///< luminance of the flux
+  double intensity = 0;      ///< luminance of the largest intensity in any direction
+};
+
+/// Bounds of an infinitely distant light for the choice among many.
+struct DistantBounds {
+  double irradiance = 0;      ///< luminance, on a surface that faces it
+  Vec3d direction{0, 0, 1};   ///< unit, to the light
+  double radius = kAnywhere;  ///< of the light on the unit sphere: the sine of its angle
+  static constexpr double kAnywhere = 2;
 };
 
 /// The lanes of eight vectors one by one, for formulas with branches.

@@ -1,7 +1,8 @@
 // Table of all lights of a scene, from which next-event estimation samples.
 //
-// A light is chosen (light_choice.h), then a point on it or a direction to it (one file per kind of light). The same
-// densities serve rays that hit a light (multiple importance sampling). Immutable once built, thread-safe.
+// A few lights all light a shading point. Of more, one is chosen (light_choice.h). Then a point on the light or a
+// direction to it is sampled (one file per kind of light). The same densities serve rays that hit a light (multiple
+// importance sampling). Immutable once built, thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +11,7 @@
 
 #include "common/lights/cosine_power_light.h"
 #include "common/lights/directional_light.h"
+#include "common/lights/disk_light.h"
 #include "common/lights/environment_light.h"
 #include "common/lights/facet_light.h"
 #include "common/lights/ies_light.h"
@@ -21,13 +23,14 @@
 namespace lightmill {
 
 /// Lights are numbered in this order of kinds, and within a kind in the order of `add`.
-enum class LightKind { facet, sphere, point, spot, cosine_power, ies, directional, environment };
-inline constexpr int kLightKinds = 8;
+enum class LightKind { facet, sphere, disk, point, spot, cosine_power, ies, directional, environment };
+inline constexpr int kLightKinds = 9;
 
 class LightTable {
  public:
   FacetLights facets;
   SphereLights spheres;
+  DiskLights disks;
   PointLights points;
   SpotLights spots;
   CosinePowerLights cosine_powers;
@@ -35,47 +38,95 @@ class LightTable {
   DirectionalLights directional;
   EnvironmentRadiance environment;
 
-  /// Call it after the last add. `scene_radius`: radius of a sphere around the scene, in the lights' frame.
-  void build(double scene_radius);
+  /// Call it after the last add.
+  void build();
 
   /// Lights that can be sampled.
   std::size_t size() const { return first_[kKinds]; }
   bool empty() const { return size() == 0; }
   /// Number of the first light of a kind.
   std::uint32_t first(LightKind kind) const { return first_[static_cast<int>(kind)]; }
+  /// Samples that light a shading point: one of each light, or one of a chosen light.
+  std::uint32_t draws() const { return needs_choice() ? 1 : static_cast<std::uint32_t>(size()); }
   /// Whether `sample` uses choice.u, and choice.v.
-  bool needs_choice() const { return !choice_.trivial(); }
+  bool needs_choice() const { return choice_.chooses(); }
   bool needs_second_choice() const { return choice_.needs_second_number(); }
 
   /// Group number by light.
   void set_groups(std::vector<std::uint32_t> groups) { group_ = std::move(groups); }
+  /// By light: 1 if camera rays pass it.
+  void set_hidden(std::vector<std::uint8_t> hidden) { hidden_ = std::move(hidden); }
   U8 group(U8 light, M8 lanes) const { return gather(group_.data(), light, lanes); }
 
-  /// Samples a light and a point on it for each shading point.
-  LightSample8 sample(const V8& shading_point, Pair8 choice, Pair8 u) const;
+  /// Samples a light and a point on it for each shading point. `draw`: number of the sample, below draws(). The light
+  /// at a shading point is the sum over all draws. `normal`: unit, of surfaces that light reaches only from above; zero
+  /// elsewhere. The densities of the samples, which are for weights of multiple importance sampling, are those for a zero
+  /// normal.
+  LightSample8 sample(const V8& shading_point, std::uint32_t draw, Pair8 choice, Pair8 u, const V8& normal = {}) const;
 
-  /// The light with this number. It must be neither a surface nor an environment, so nothing is drawn.
+  /// The light with this number as if it had no size, so nothing is drawn. It must be neither a facet, a sphere nor an
+  /// environment.
   LightSample8 sample_point(std::uint32_t light, const V8& p, M8 lanes) const;
 
-  /// The probability that `sample` at `from` chooses a light.
+  /// The probability that a sample at `from` is on this light, for a zero normal.
   F8 choice_pmf(const V8& from, U8 light, M8 lanes) const {
     return needs_choice() ? choice_.pmf(from, light, lanes) : masked(lanes, F8(1.0f));
   }
-  /// Density per solid angle with which `sample` at `from` returns the point of a facet or sphere that a ray of this
+  /// Density per solid angle with which `sample` at `from` returns the point of a bounded light that a ray of this
   /// length hit. `cos_light`: cosine to the normal, positive.
   F8 pdf_solid_angle(const V8& from, U8 light, F8 distance, F8 cos_light, M8 lanes) const;
-  /// The same for a ray that left the scene in this direction.
-  F8 environment_pdf_solid_angle(const V8& from, const V8& direction, M8 lanes) const;
+  /// The same for a ray that left the scene in this direction, which is one to the light.
+  F8 distant_pdf_solid_angle(const V8& from, U8 light, const V8& direction, M8 lanes) const;
+
+  // Bodies: lights that rays meet, though they are no surfaces of the scene. They block no light.
+
+  /// Numbers of the bodies, ascending.
+  const std::vector<std::uint32_t>& bodies() const { return bodies_; }
+  bool is_hidden_from_camera(std::uint32_t body) const { return !hidden_.empty() && hidden_[body] == 1; }
+  /// Lanes whose lights are bodies.
+  M8 are_bodies(U8 light, M8 lanes) const {
+    return bodies_.empty() ? M8() : gather(is_body_.data(), light, lanes) == U8(1u);
+  }
+  /// Calls take(balls, index within the kind, lanes) for the kinds of these lights that have balls.
+  template <class Take>
+  void for_each_ball_kind(U8 light, M8 lanes, Take take) const {
+    const auto visit = [&](LightKind kind, const auto& balls) {
+      const M8 some = and_not(lanes & signed_less(light, U8(first_[static_cast<int>(kind) + 1])),
+                              signed_less(light, U8(first(kind))));
+      if (balls.radii().any() && some.any()) {
+        take(balls, light - U8(first(kind)), some);
+      }
+    };
+    visit(LightKind::point, points);
+    visit(LightKind::spot, spots);
+  }
+  struct BodyHit8 {
+    M8 hit;
+    V8 point;     ///< as in LightSample8
+    V8 radiance;  ///< towards the ray's origin
+    F8 distance;
+    F8 cosine;  ///< to the light's surface; 1 for distant light
+  };
+  /// Where rays with unit directions meet a body.
+  BodyHit8 meet(std::uint32_t body, const V8& origin, const V8& direction, M8 lanes) const;
+  /// Density per solid angle with which `sample` at `from` returns the point where a ray met the body.
+  F8 body_pdf_solid_angle(std::uint32_t body, const V8& from, const V8& direction, const BodyHit8& met, M8 lanes) const;
+
   std::uint64_t bytes() const;
 
  private:
   static constexpr int kKinds = kLightKinds;
   bool has(LightKind kind) const { return first_[static_cast<int>(kind)] < first_[static_cast<int>(kind) + 1]; }
   LightSample8 sample_of_kind(LightKind kind, const V8& p, U8 index, M8 lanes, Pair8 u) const;
+  LightSample8 sample_chosen(const V8& p, const V8& normal, Pair8 choice, Pair8 u) const;
+  LightKind kind_of(std::uint32_t light) const;
+  void find_bodies();
 
   LightChoice choice_;
   std::vector<std::uint32_t> group_;
-  LightKind only_kind_ = LightKind::facet;  ///< if there is one light
+  std::vector<std::uint8_t> hidden_;
+  std::vector<std::uint32_t> bodies_;
+  std::vector<std::uint32_t> is_body_;  ///< 1 or 0 by light; empty without bodies
   std::uint32_t first_[kKinds + 1] = {};
 };
 

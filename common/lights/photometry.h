@@ -57,6 +57,12 @@ inline constexpr double exitance_per_radiance(double exponent = 0) {
   return 2 * kPiDouble / (exponent + 2);
 }
 
+/// The same for L(θ) = L₀ (1 − tan θ / tan h) within the half angle h = `spread`/2: π (1 − h cot h).
+inline double spread_exitance_per_radiance(double spread) {
+  const double half = spread / 2;
+  return kPiDouble * (1 - half * cos_fixed(half) / sin_fixed(half));
+}
+
 inline constexpr double sphere_area_of_diameter(double diameter) {
   return kPiDouble * diameter * diameter;
 }

@@ -50,7 +50,7 @@ class PhotonEmission {
 
   /// Density with which `emit` returns a ray of a light that leaves `point` in a unit direction. Rays of distant light
   /// pass through `point`. `cosine`: to the light's surface. The density is per area of the surface, or across distant
-  /// light, and per solid angle, except for directional lights. 0 where no ray is drawn. The targets must contain all
+  /// light, and per solid angle, except for parallel light. 0 where no ray is drawn. The targets must contain all
   /// surfaces that emit.
   F8 pdf(U8 light, const V8& point, const V8& direction, F8 cosine, M8 lanes) const;
   /// As LightEmission::cosine.

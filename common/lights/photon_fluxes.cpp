@@ -127,10 +127,16 @@ PhotonFluxes Estimate::all(bool unsampled) {
   near(LightKind::sphere, lights_.spheres, [&](std::size_t i, const BoundingSphere& target) {
     return lights_.spheres.can_reach(i, target.center, target.radius);
   });
+  near(LightKind::disk, lights_.disks, [&](std::size_t i, const BoundingSphere& target) {
+    const LightBounds b = lights_.disks.bounds(i);
+    const BoundingSphere for_center{target.center, target.radius + glm::length(b.high - b.low) / 2};
+    return reaches((b.low + b.high) * 0.5, b.axis, 1 - b.cos_emission, for_center);
+  });
   near(LightKind::point, lights_.points, anywhere);
   near(LightKind::spot, lights_.spots, [&](std::size_t i, const BoundingSphere& target) {
     const LightBounds b = lights_.spots.bounds(i);
-    return reaches(b.low, b.axis, lights_.spots.one_minus_cos_cutoff(i), target);
+    const BoundingSphere for_center{target.center, target.radius + lights_.spots.radii()[i]};
+    return reaches((b.low + b.high) * 0.5, b.axis, lights_.spots.one_minus_cos_cutoff(i), for_center);
   });
   near(LightKind::cosine_power, lights_.cosine_powers, [&](std::size_t i, const BoundingSphere& target) {
     const LightBounds b = lights_.cosine_powers.bounds(i);
@@ -138,10 +144,10 @@ PhotonFluxes Estimate::all(bool unsampled) {
   });
   near(LightKind::ies, lights_.ies, anywhere);
   for (std::size_t i = 0; i < lights_.directional.size(); ++i) {
-    add_distant(emission_.first_distant() + static_cast<std::uint32_t>(i), lights_.directional.power(i, 1) / kPiDouble);
+    add_distant(emission_.first_distant() + static_cast<std::uint32_t>(i), lights_.directional.bounds(i).irradiance);
   }
   if (unsampled ? lights_.environment.exists() : lights_.environment.samplable()) {
-    add_distant(lights_.first(LightKind::environment), lights_.environment.power(1) / kPiDouble);
+    add_distant(lights_.first(LightKind::environment), lights_.environment.irradiance());
   }
   return std::move(out_);
 }

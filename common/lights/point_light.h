@@ -1,13 +1,14 @@
 // Point lights: equal intensity in all directions.
 #pragma once
 
-#include "common/lights/light_sample.h"
+#include "common/lights/light_ball.h"
 
 namespace lightmill {
 
 struct PointEmitter {
   Vec3 position;
-  Vec3 intensity;  ///< W/sr
+  Vec3 intensity;    ///< W/sr
+  float radius = 0;  ///< of a ball (light_ball.h)
 };
 
 /// A point light seen from p. Lights with a profile start with it, too.
@@ -36,11 +37,12 @@ struct IntensityShare8 {
   M8 lit;  ///< the light shines in this direction
 };
 
-/// Bounds of a point that shines in all directions. `power`: luminance of its flux.
-inline LightBounds bounds_of_point(const Vec3& position, double power) {
+/// Bounds of a point that shines in all directions. `power` and `intensity`: as in LightBounds.
+inline LightBounds bounds_of_point(const Vec3& position, double power, double intensity) {
   LightBounds b;
   b.low = b.high = Vec3d(position);
   b.power = power;
+  b.intensity = intensity;
   return b;
 }
 
@@ -49,15 +51,24 @@ class PointLights {
   void add(const PointEmitter& point) {
     position_.add(point.position);
     intensity_.add(point.intensity);
+    radii_.add(point.radius);
   }
   std::size_t size() const { return position_.size(); }
   LightBounds bounds(std::size_t i) const;
+  /// As if no light had a size.
   LightSample8 sample(const V8& p, U8 index, M8 lanes) const;
+  LightSample8 sample(const V8& p, U8 index, M8 lanes, Pair8 u) const;
   V8 position(U8 index, M8 lanes) const { return position_.at(index, lanes); }
   V8 intensity(U8 index, M8 lanes) const { return intensity_.at(index, lanes); }
+  V8 intensity(const V8& /*direction*/, U8 index, M8 lanes) const { return intensity(index, lanes); }
+  bool has_size(std::size_t i) const { return radii_[i] > 0; }
+  const BallRadii& radii() const { return radii_; }
+  /// Irradiance of a ball on a surface at p with unit normal n, without occlusion.
+  Vec3d irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const;
 
  private:
   VectorRows position_, intensity_;
+  BallRadii radii_;
 };
 
 }  // namespace lightmill

@@ -21,6 +21,7 @@ class SphereLights {
   void add(const EmissiveSphere& sphere);
   std::size_t size() const { return center_.size(); }
   LightBounds bounds(std::size_t i) const;
+  static bool has_size(std::size_t /*i*/) { return true; }
 
   LightSample8 sample(const V8& p, U8 index, M8 lanes, Pair8 u) const;
   /// The point with this outward unit normal. Its `area` is that of the whole sphere.
@@ -34,8 +35,7 @@ class SphereLights {
   /// `cos_light`: cosine between direction and normal, not negative.
   V8 radiance(U8 index, F8 cos_light, M8 lanes) const { return emission_.radiance(index, cos_light, lanes); }
 
-  /// Irradiance on a surface at p with unit normal n, without occlusion, also where the sphere cuts the horizon
-  /// (Snyder, "Area light sources for real-time graphics", 1996). The sphere's exponent must be 0.
+  /// Irradiance on a surface at p with unit normal n, without occlusion. The sphere's exponent must be 0.
   Vec3d irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const;
 
   /// Whether light from the sphere can reach some of another sphere. It cannot if that lies inside and this one shines

@@ -67,11 +67,22 @@ std::vector<float> tabulate(const EnvironmentRadiance& environment) {
   return out;
 }
 
-/// The sum over all lights of a kind.
+template <class Lights>
+bool has_size(const Lights& lights, std::size_t i) {
+  if constexpr (requires { lights.has_size(i); }) {
+    return lights.has_size(i);
+  }
+  return false;
+}
+
+/// The sum over all lights of a kind that have no size.
 template <class Lights>
 V8 sum_of_delta(const Lights& lights, const V8& p, const V8& n, M8 lanes) {
   V8 sum = broadcast(Vec3(0));
   for (std::size_t i = 0; i < lights.size(); ++i) {
+    if (has_size(lights, i)) {
+      continue;
+    }
     const LightSample8 light = lights.sample(p, U8(static_cast<std::uint32_t>(i)), lanes);
     const F8 cosine = max(dot(light.wi, n), F8(0.0f));
     sum = sum + masked(light.valid, light.weight * cosine);
@@ -79,16 +90,24 @@ V8 sum_of_delta(const Lights& lights, const V8& p, const V8& n, M8 lanes) {
   return sum;
 }
 
-/// Lane by lane, because the formula branches.
-V8 sum_of_spheres(const SphereLights& spheres, const V8& p, const V8& n, M8 lanes) {
+/// The sum over all lights of a kind that have a size. Lane by lane, because the formulas branch.
+template <class Lights>
+V8 sum_of_sized(const Lights& lights, const V8& p, const V8& n, M8 lanes) {
+  bool any = false;
+  for (std::size_t i = 0; i < lights.size() && !any; ++i) {
+    any = has_size(lights, i);
+  }
+  if (!any) {
+    return {};
+  }
   const VectorLanes points(p), normals(n);
   alignas(32) float sums[3][8] = {};
   for (unsigned bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
     const int lane = std::countr_zero(bits);
     const Vec3d point = points[lane], normal = normals[lane];
     Vec3d sum(0);
-    for (std::size_t i = 0; i < spheres.size(); ++i) {
-      sum += spheres.irradiance(i, point, normal);
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+      sum += has_size(lights, i) ? lights.irradiance(i, point, normal) : Vec3d(0);
     }
     for (int color = 0; color < 3; ++color) {
       sums[color][lane] = static_cast<float>(sum[color]);
@@ -114,11 +133,9 @@ V8 UnoccludedIrradiance::at(const LightTable& lights, const V8& p, const V8& n, 
   V8 sum = of_environment(n) + sum_of_delta(lights.points, p, n, lanes) + sum_of_delta(lights.spots, p, n, lanes) +
            sum_of_delta(lights.cosine_powers, p, n, lanes) + sum_of_delta(lights.ies, p, n, lanes) +
            sum_of_delta(lights.directional, p, n, lanes);
-  sum = sum + facets_.at(p, n, lanes);
-  if (lights.spheres.size() > 0) {
-    sum = sum + sum_of_spheres(lights.spheres, p, n, lanes);
-  }
-  return sum;
+  return sum + facets_.at(p, n, lanes) + sum_of_sized(lights.spheres, p, n, lanes) +
+         sum_of_sized(lights.disks, p, n, lanes) + sum_of_sized(lights.points, p, n, lanes) +
+         sum_of_sized(lights.spots, p, n, lanes) + sum_of_sized(lights.directional, p, n, lanes);
 }
 
 V8 UnoccludedIrradiance::of_environment(const V8& n) const {

@@ -48,6 +48,8 @@ class Principled8 {
   /// Share of uniform light that the lobes which are not delta scatter to wo. Rough glass counts with its base colour.
   /// Layers below a coat count as diffuse.
   V8 rough_albedo() const;
+  /// Lanes with glass.
+  M8 transmits() const { return glass_ > F8(0.0f); }
 
  private:
   /// Share T of light that the coat leaves to the diffuse layer below, or to facets.

@@ -84,16 +84,22 @@ struct TestScene {
   }
 };
 
-/// A light of each kind. `many` adds enough for the light BVH.
-void add_lights(TestScene& test, bool many, bool sky_image) {
+/// A light of each kind. `many` adds enough for the light BVH. With holdouts, the spread must be 180°.
+void add_lights(TestScene& test, bool many, bool sky_image, double spread_degrees) {
   std::vector<Light>& lights = test.scene.lights;
   std::string profile =
       "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 3 1 2 0 0 0\n1 1 10\n0 40 130\n0 90 180\n900 800 7 900 400 5 900 20 0\n";
   const Sha256 digest = sha256(profile);
   test.assets.emplace(digest, std::move(profile));
   lights.push_back({"point", PointLight{{-1.5, 2.5, 1.5}, {3, 3, 3}}});
+  lights.push_back({"ball", PointLight{{0.9, 2.2, 1.9}, {1, 2, 1}, 0.15}});
   lights.push_back({"sun", DirectionalLight{{-0.3, -1, -0.2}, {0.5f, 0.5f, 0.4f}}});
+  lights.push_back({"sun's disk", DirectionalLight{{0.4, -1, 0.3}, {0.2f, 0.3f, 0.4f}, 20}});
+  lights.back().hidden_from_camera = true;
+  lights.push_back(
+      {"disk", DiskLight{{-0.5, 2.4, 1.2}, {0.2, -1, -0.3}, {3, 2, 2}, 0.2, 0.1, {1, 0, 1}, spread_degrees}});
   lights.push_back({"spot", SpotLight{{1.5, 2.5, 1.5}, {-1, -2, -1}, {9, 8, 7}, 35, 0.4}});
+  lights.push_back({"wide spot", SpotLight{{-1.2, 2.5, 0.5}, {1, -2, 0}, {2, 3, 2}, 30, 0.6, 0.2}});
   lights.push_back({"cosine", CosinePowerLight{{0, 2.5, 0}, {0.3, -1, 0.2}, {2, 3, 4}, 7.5}});
   lights.push_back(
       {"ies", IesLight{{0, 2, 1.5}, {0.1, -1, 0}, {1, 0, 0.2}, {1, 1, 0.9f}, 0.8, "fingerprint.ies", digest}});
@@ -211,7 +217,7 @@ TestScene make_test_scene(const Rendered& rendered) {
   scene.objects.back().transform = {{{-0.25, 0, 0, 1.5}, {0, 0.2, 0.05, 1.2}, {0, 0, 0.2, -0.2}}};
   scene.materials[5].light_group = "key";
   scene.meters = {{"meter", PatchMeter{{{-1, 0.2, -1}, {0, 0, 0.7}, {0.9, 0.1, 0}}}}};
-  add_lights(test, filter != FilterKind::box, filter == FilterKind::box);
+  add_lights(test, filter != FilterKind::box, filter == FilterKind::box, filter == FilterKind::box ? 180 : 120);
   return test;
 }
 

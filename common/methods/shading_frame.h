@@ -33,6 +33,16 @@ M8 scatters_to(const V8& wi, F8 side) {
   }
 }
 
+/// The geometric normal if light reaches the surface only from above, else zero.
+template <class Bsdf>
+V8 opaque_normal(const Bsdf& bsdf, const V8& facing) {
+  if constexpr (requires { bsdf.transmits(); }) {
+    return masked(~bsdf.transmits(), facing);
+  } else {
+    return Bsdf::kTransmits ? V8() : facing;
+  }
+}
+
 /// The mirror image of a direction about the plane of a unit normal.
 inline V8 mirror_image(const V8& direction, const V8& normal) {
   return direction - normal * (F8(2.0f) * dot(direction, normal));

@@ -5,13 +5,14 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <vector>
 
 #include "common/materials/ggx.h"
 
 namespace lightmill {
 namespace {
 
-constexpr int kDraws = 256;  ///< light samples per position
+constexpr int kDraws = 256;  ///< light samples per position, or per light if all lights are sampled
 constexpr int kPoints = 8;   ///< casters, or positions in them
 
 /// Point `index` of a sequence in the four-dimensional unit cube: Roberts' R4, whose steps are powers of 1/φ, φ⁵ = φ +
@@ -40,20 +41,22 @@ std::array<F8, 4> numbers_from(int first) {
 
 /// Light that arrives at a point, sampled as by next-event estimation, in eight lanes.
 struct Arriving {
-  std::array<V8, kDraws / 8> direction, weight;  ///< weight 0: nothing was drawn
-  std::array<F8, kDraws / 8> pdf_solid_angle;    ///< 0 for lights without extent
+  std::vector<V8> direction, weight;  ///< weight 0: nothing was drawn
+  std::vector<F8> pdf_solid_angle;    ///< 0 for lights without extent
 };
 
 Arriving draw(const CompiledScene& scene, const Vec3& at) {
   Arriving out;
-  for (std::size_t i = 0; i < out.weight.size(); ++i) {
-    const auto [a, b, c, d] = numbers_from(static_cast<int>(8 * i));
-    const LightSample8 drawn = scene.lights().sample(broadcast(at), {a, b}, {c, d});
-    const F8 sum = drawn.weight.x + drawn.weight.y + drawn.weight.z;
-    const M8 there = drawn.valid & (sum < F8(std::numeric_limits<float>::infinity()));
-    out.direction[i] = drawn.wi;
-    out.weight[i] = masked(there, drawn.weight);
-    out.pdf_solid_angle[i] = drawn.pdf_solid_angle;
+  for (std::uint32_t draw = 0; draw < scene.lights().draws(); ++draw) {
+    for (int i = 0; i < kDraws; i += 8) {
+      const auto [a, b, c, d] = numbers_from(i);
+      const LightSample8 drawn = scene.lights().sample(broadcast(at), draw, {a, b}, {c, d});
+      const F8 sum = drawn.weight.x + drawn.weight.y + drawn.weight.z;
+      const M8 there = drawn.valid & (sum < F8(std::numeric_limits<float>::infinity()));
+      out.direction.push_back(drawn.wi);
+      out.weight.push_back(masked(there, drawn.weight));
+      out.pdf_solid_angle.push_back(drawn.pdf_solid_angle);
+    }
   }
   return out;
 }

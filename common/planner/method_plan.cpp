@@ -159,7 +159,7 @@ Verdict admit_path(const SceneFacts& facts) {
 Verdict admit_simple(const SceneFacts& facts, std::string_view method) {
   std::string reason = method == "raycast" ? "it has no indirect light"
                                            : "its only indirect light is what mirrors and glass send to the camera";
-  if (facts.emissive_objects > 0) {
+  if (facts.emissive_objects + facts.sized_lights > 0) {
     reason += ", and it treats emitters as points";
   }
   return {std::string(method), false, std::move(reason)};

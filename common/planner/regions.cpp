@@ -140,10 +140,10 @@ Regions receiver_regions(const Scene& scene, const MeshSource& meshes) {
   return *std::move(regions);
 }
 
-bool is_small_from(const Regions& regions, const Object& emitter, const Extent& extent) {
+bool is_small_from(const Regions& regions, const Object* emitter, const Extent& extent) {
   double nearest = std::numeric_limits<double>::infinity();
   for (const Region& region : regions) {
-    if (region.object != &emitter) {
+    if (emitter == nullptr || region.object != emitter) {
       nearest = std::min(nearest, region.distance(extent.center));
     }
   }
@@ -159,13 +159,13 @@ bool reaches(const SpotLight& light, const Regions& regions) {
              return true;
            }
            const Vec3d way = extent->center - vector(light.position);
-           const double distance = glm::length(way);
-           if (distance <= extent->radius) {
+           const double distance = glm::length(way), radius = extent->radius + light.radius;
+           if (distance <= radius) {
              return true;
            }
            const double off_axis =
                std::acos(std::clamp(glm::dot(glm::normalize(vector(light.direction)), way / distance), -1.0, 1.0));
-           return off_axis - std::asin(extent->radius / distance) <= cutoff;
+           return off_axis - std::asin(radius / distance) <= cutoff;
          });
 }
 

@@ -38,7 +38,8 @@ Regions narrow_regions(const Scene& scene, const MeshSource& meshes);
 Regions receiver_regions(const Scene& scene, const MeshSource& meshes);
 
 /// Whether there are such positions other than the emitter's own, and an emitter of this extent is small from each.
-bool is_small_from(const Regions& regions, const Object& emitter, const Extent& extent);
+/// `emitter`: null for lights, which are no objects.
+bool is_small_from(const Regions& regions, const Object* emitter, const Extent& extent);
 
 /// Whether light of a spot goes straight to one of these positions, as far as is known.
 bool reaches(const SpotLight& light, const Regions& regions);

@@ -165,7 +165,7 @@ void read_small_emitters(const Scene& scene, const MeshSource& meshes, SceneFact
       continue;
     }
     const bool sampled = !is_never_sampled(emitter, material);
-    if (is_small_from(narrow, emitter, *extent) || (!sampled && is_small_from(receivers, emitter, *extent))) {
+    if (is_small_from(narrow, &emitter, *extent) || (!sampled && is_small_from(receivers, &emitter, *extent))) {
       (sampled ? facts.small_emitters : facts.hidden_emitters)
           .add(named("emitter", emitter.name.empty() ? material.name : emitter.name));
     }
@@ -194,6 +194,10 @@ double pixel_share_of(const Scene& scene, const MeshSource& meshes) {
   return inside * std::max(distance * distance / (radius * radius), 1.0);
 }
 
+Vec3d vector(const Point3d& p) {
+  return {p[0], p[1], p[2]};
+}
+
 /// `narrow`: all objects that scatter narrowly, if their positions are known.
 void read_light(const Light& light, const Regions& narrow, SceneFacts& facts) {
   const auto delta = [&](std::string_view what, bool dark) {
@@ -201,15 +205,43 @@ void read_light(const Light& light, const Regions& narrow, SceneFacts& facts) {
       facts.delta_lights.add(named(what, light.name));
     }
   };
-  std::visit(Overloaded{[&](const PointLight& l) { delta("point light", is_black(l.intensity)); },
+  const auto sized = [&](std::string_view what, bool dark, bool small) {
+    if (!dark) {
+      ++facts.sized_lights;
+      if (small) {
+        facts.small_emitters.add(named(what, light.name));
+      }
+    }
+  };
+  const auto ball = [&](std::string_view what, bool dark, const Point3d& at, double radius) {
+    if (radius > 0) {
+      const Extent extent{vector(at), radius, kPiDouble * radius * radius};
+      sized(what, dark, is_small_from(narrow, nullptr, extent));
+    } else {
+      delta(what, dark);
+    }
+  };
+  std::visit(Overloaded{[&](const PointLight& l) { ball("point light", is_black(l.intensity), l.position, l.radius); },
                         [&](const DirectionalLight& l) {
-                          delta("directional light", is_black(l.irradiance));
+                          const double share = one_minus_cos_fixed(l.angle_degrees * kPiDouble / 360) / 2;
+                          if (share > 0) {
+                            sized("directional light", is_black(l.irradiance), share < kSmallShare);
+                          } else {
+                            delta("directional light", is_black(l.irradiance));
+                          }
                           if (!is_black(l.irradiance)) {
                             facts.distant_lights.add(named("directional light", light.name));
                           }
                         },
-                        [&](const SpotLight& l) { delta("spot light", is_black(l.intensity) || !reaches(l, narrow)); },
+                        [&](const SpotLight& l) {
+                          ball("spot light", is_black(l.intensity) || !reaches(l, narrow), l.position, l.radius);
+                        },
                         [&](const CosinePowerLight& l) { delta("cosine light", is_black(l.intensity)); },
+                        [&](const DiskLight& l) {
+                          const Extent extent{vector(l.position), std::max(l.radius, l.second_radius),
+                                              kPiDouble * l.radius * l.second_radius};
+                          sized("disk light", is_black(l.radiance), is_small_from(narrow, nullptr, extent));
+                        },
                         [&](const IesLight& l) { delta("IES light", !(l.scale > 0)); },
                         [&](const EnvironmentLight& l) {
                           if (!is_black(l.radiance)) {
@@ -250,11 +282,14 @@ std::string NamedItems::text() const {
 
 SceneFacts read_facts(const Scene& scene, const MeshSource& meshes) {
   SceneFacts facts;
-  const bool spots = std::ranges::any_of(
-      scene.lights, [](const Light& light) { return std::holds_alternative<SpotLight>(light.kind); });
-  const Regions narrow_regions_for_spots = spots ? narrow_regions(scene, meshes) : Regions{};
+  const bool local = std::ranges::any_of(scene.lights, [](const Light& light) {
+    const auto* const point = std::get_if<PointLight>(&light.kind);
+    return std::holds_alternative<SpotLight>(light.kind) || std::holds_alternative<DiskLight>(light.kind) ||
+           (point != nullptr && point->radius > 0);
+  });
+  const Regions narrow_for_lights = local ? narrow_regions(scene, meshes) : Regions{};
   for (const Light& light : scene.lights) {
-    read_light(light, narrow_regions_for_spots, facts);
+    read_light(light, narrow_for_lights, facts);
   }
   Materials all;
   std::vector<bool> seen(scene.materials.size());
@@ -292,8 +327,10 @@ std::vector<std::string> features_of(const SceneFacts& facts) {
     }
   };
   using Environment = SceneFacts::Environment;
-  add(!facts.delta_lights.empty() || facts.emissive_objects > 0 || facts.environment != Environment::none,
+  add(!facts.delta_lights.empty() || facts.sized_lights > 0 || facts.emissive_objects > 0 ||
+          facts.environment != Environment::none,
       "light sampling");
+  add(facts.sized_lights > 0, "lights with a size");
   add(facts.emissive_objects > 0, "emissive surfaces");
   add(facts.environment == Environment::constant, "constant environment");
   add(facts.environment == Environment::image, "environment image");

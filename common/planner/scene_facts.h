@@ -26,10 +26,11 @@ struct NamedItems {
 };
 
 struct SceneFacts {
-  /// Point and directional lights, which camera paths never hit. Spots count only if they may shine on something that
+  /// Lights without a size, which camera paths never hit. Spots count only if they may shine on something that
   /// scatters narrowly.
   NamedItems delta_lights;
-  /// Sampled emitters that fill less than kSmallShare of all directions, as seen from each object that scatters
+  std::size_t sized_lights = 0;  ///< lights that are no surfaces, but have a size
+  /// Sampled emitters and lights of a size that fill less than kSmallShare of all directions, as seen from each object that scatters
   /// narrowly, as far as is known. Of a million paths through these objects, almost none hits such an emitter.
   NamedItems small_emitters;
   NamedItems distant_lights;  ///< directional lights and image environments; photons from there cover a bounded region

@@ -22,6 +22,7 @@ bool emits(const Light& light) {
                                [](const DirectionalLight& l) { return !is_black(l.irradiance); },
                                [](const SpotLight& l) { return !is_black(l.intensity); },
                                [](const CosinePowerLight& l) { return !is_black(l.intensity); },
+                               [](const DiskLight& l) { return !is_black(l.radiance); },
                                [](const IesLight& l) { return l.scale > 0; },
                                [](const EnvironmentLight& l) { return !is_black(l.radiance); }},
                     light.kind);

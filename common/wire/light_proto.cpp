@@ -91,6 +91,7 @@ Result<PointLight> point_light(const std::string& path, const v1::Light& light) 
   LM_ASSIGN_OR_RETURN(out.position, point_from_wire(path + ".point.position", wire.has_position(), wire.position()));
   LM_ASSIGN_OR_RETURN(out.intensity, light_strength(path, ".point.intensity", light, wire.has_intensity(),
                                                     wire.intensity(), {.flux = 1 / kPointSolidAngle, .intensity = 1}));
+  out.radius = wire.radius();
   return out;
 }
 
@@ -101,6 +102,7 @@ Result<DirectionalLight> directional_light(const std::string& path, const v1::Li
                       point_from_wire(path + ".directional.direction", wire.has_direction(), wire.direction()));
   LM_ASSIGN_OR_RETURN(out.irradiance, light_strength(path, ".directional.irradiance", light, wire.has_irradiance(),
                                                      wire.irradiance(), {.irradiance = 1}));
+  out.angle_degrees = wire.angle_degrees();
   return out;
 }
 
@@ -111,6 +113,7 @@ Result<SpotLight> spot_light(const std::string& path, const v1::Light& light) {
   LM_ASSIGN_OR_RETURN(out.direction, point_from_wire(path + ".spot.direction", wire.has_direction(), wire.direction()));
   out.cutoff_degrees = wire.has_cutoff_degrees() ? wire.cutoff_degrees() : out.cutoff_degrees;
   out.blend = wire.blend();
+  out.radius = wire.radius();
   // Values out of range are reported later, by validate.
   const double outer = std::clamp(out.cutoff_degrees, kLeastCutoffDegrees, 180.0) * kPiDouble / 180;
   const double inner = outer * (1 - std::clamp(out.blend, 0.0, 1.0));
@@ -135,6 +138,34 @@ Result<CosinePowerLight> cosine_power_light(const std::string& path, const v1::L
   return out;
 }
 
+/// By default +x, or +z for directions along x.
+Point3d up_from_wire(bool given, const v1::Vec3& up, const Point3d& direction) {
+  if (given) {
+    return {up.x(), up.y(), up.z()};
+  }
+  return direction[1] == 0 && direction[2] == 0 ? Point3d{0, 0, 1} : Point3d{1, 0, 0};
+}
+
+Result<DiskLight> disk_light(const std::string& path, const v1::Light& light) {
+  const v1::Light::Disk& wire = light.disk();
+  DiskLight out;
+  LM_ASSIGN_OR_RETURN(out.position, point_from_wire(path + ".disk.position", wire.has_position(), wire.position()));
+  LM_ASSIGN_OR_RETURN(out.direction, point_from_wire(path + ".disk.direction", wire.has_direction(), wire.direction()));
+  out.radius = wire.has_radius() ? wire.radius() : out.radius;
+  out.second_radius = wire.has_second_radius() ? wire.second_radius() : out.radius;
+  out.up = up_from_wire(wire.has_up(), wire.up(), out.direction);
+  out.spread_degrees = wire.has_spread_degrees() ? wire.spread_degrees() : out.spread_degrees;
+  // Values out of range are reported later, by validate.
+  const bool has_area = out.radius > 0 && out.second_radius > 0;
+  const double area = has_area ? kPiDouble * out.radius * out.second_radius : 1;
+  const double spread = std::clamp(out.spread_degrees, kLeastSpreadDegrees, 180.0);
+  const double exitance = spread_exitance_per_radiance(spread * kPiDouble / 180);
+  LM_ASSIGN_OR_RETURN(out.radiance,
+                      light_strength(path, ".disk.radiance", light, wire.has_radiance(), wire.radiance(),
+                                     {.flux = 1 / (exitance * area), .irradiance = 1 / exitance, .radiance = 1}));
+  return out;
+}
+
 Result<IesLight> ies_light(const std::string& path, const v1::Light& light) {
   const v1::Light::Ies& wire = light.ies();
   if (light.has_strength()) {
@@ -145,11 +176,7 @@ Result<IesLight> ies_light(const std::string& path, const v1::Light& light) {
   if (wire.has_direction()) {
     out.direction = {wire.direction().x(), wire.direction().y(), wire.direction().z()};
   }
-  if (wire.has_up()) {
-    out.up = {wire.up().x(), wire.up().y(), wire.up().z()};
-  } else if (out.direction[1] == 0 && out.direction[2] == 0) {
-    out.up = {0, 0, 1};
-  }
+  out.up = up_from_wire(wire.has_up(), wire.up(), out.direction);
   if (wire.has_color()) {
     LM_ASSIGN_OR_RETURN(out.color, color_from_wire(path + ".ies.color", true, wire.color()));
   }
@@ -194,6 +221,7 @@ Result<Light> light_from_wire(const std::string& path, const v1::Light& light) {
   Light out;
   out.name = light.name();
   out.group = light.group();
+  out.hidden_from_camera = light.hidden_from_camera();
   const auto read = [&]() -> Status {
     switch (light.kind_case()) {
       case v1::Light::kPoint:
@@ -204,6 +232,8 @@ Result<Light> light_from_wire(const std::string& path, const v1::Light& light) {
         return take(spot_light(path, light), out);
       case v1::Light::kCosinePower:
         return take(cosine_power_light(path, light), out);
+      case v1::Light::kDisk:
+        return take(disk_light(path, light), out);
       case v1::Light::kIes:
         return take(ies_light(path, light), out);
       case v1::Light::kEnvironment:
@@ -212,7 +242,8 @@ Result<Light> light_from_wire(const std::string& path, const v1::Light& light) {
         break;
     }
     return invalid_argument(
-        "{}: a kind of light must be given; the kinds are point, directional, spot, cosine_power, ies, environment",
+        "{}: a kind of light must be given; the kinds are point, directional, spot, cosine_power, disk, ies, "
+        "environment",
         path);
   };
   LM_RETURN_IF_ERROR(read());
@@ -232,14 +263,17 @@ Status light_asset_from_wire(const std::string& path, const v1::Light& light, Li
 void to_wire_light(const Light& light, v1::Light* out) {
   out->set_name(light.name);
   out->set_group(light.group);
+  out->set_hidden_from_camera(light.hidden_from_camera);
   std::visit(Overloaded{
                  [&](const PointLight& point) {
                    to_wire_point(point.position, out->mutable_point()->mutable_position());
                    to_wire_color(point.intensity, out->mutable_point()->mutable_intensity());
+                   out->mutable_point()->set_radius(point.radius);
                  },
                  [&](const DirectionalLight& sun) {
                    to_wire_point(sun.direction, out->mutable_directional()->mutable_direction());
                    to_wire_color(sun.irradiance, out->mutable_directional()->mutable_irradiance());
+                   out->mutable_directional()->set_angle_degrees(sun.angle_degrees);
                  },
                  [&](const SpotLight& spot) {
                    to_wire_point(spot.position, out->mutable_spot()->mutable_position());
@@ -247,6 +281,7 @@ void to_wire_light(const Light& light, v1::Light* out) {
                    to_wire_color(spot.intensity, out->mutable_spot()->mutable_intensity());
                    out->mutable_spot()->set_cutoff_degrees(spot.cutoff_degrees);
                    out->mutable_spot()->set_blend(spot.blend);
+                   out->mutable_spot()->set_radius(spot.radius);
                  },
                  [&](const CosinePowerLight& cosine_power) {
                    v1::Light::CosinePower* wire = out->mutable_cosine_power();
@@ -254,6 +289,16 @@ void to_wire_light(const Light& light, v1::Light* out) {
                    to_wire_point(cosine_power.direction, wire->mutable_direction());
                    to_wire_color(cosine_power.intensity, wire->mutable_intensity());
                    wire->set_exponent(cosine_power.exponent);
+                 },
+                 [&](const DiskLight& disk) {
+                   v1::Light::Disk* wire = out->mutable_disk();
+                   to_wire_point(disk.position, wire->mutable_position());
+                   to_wire_point(disk.direction, wire->mutable_direction());
+                   to_wire_color(disk.radiance, wire->mutable_radiance());
+                   wire->set_radius(disk.radius);
+                   wire->set_second_radius(disk.second_radius);
+                   to_wire_point(disk.up, wire->mutable_up());
+                   wire->set_spread_degrees(disk.spread_degrees);
                  },
                  [&](const IesLight& ies) {
                    to_wire_point(ies.position, out->mutable_ies()->mutable_position());

@@ -26,7 +26,12 @@ std::array<Estimate, 3> floor_layers_at(double x, const std::string& more_object
 TEST(Holdout, ShowsTheBackgroundWithoutObjects) {
   const std::string lights =
       std::string(kColoredSky) + R"(, {"directional": {"direction": [1, -1, 0], "irradiance": {"rgb": [3, 3, 3]}}})";
-  for (const std::string& light : {std::string(kColoredSky), lights}) {
+  const std::string sized =
+      std::string(kColoredSky) +
+      R"(, {"directional": {"direction": [1, -1, 0], "irradiance": {"rgb": [3, 3, 3]}, "angle_degrees": 100}},
+           {"point": {"position": [2, 1, 0], "intensity": {"rgb": [4, 4, 4]}, "radius": 0.9}},
+           {"disk": {"position": [0, 2, 1], "direction": [0, -1, -0.5], "radiance": {"rgb": [3, 3, 3]}}})";
+  for (const std::string& light : {std::string(kColoredSky), lights, sized}) {
     const auto seen = floor_layers_at(0.2, "", light);
     expect_answer(seen[0], 0.5, 1e-2);
     expect_answer(seen[2], 4, 1e-2);

@@ -16,7 +16,7 @@
 // them.
 //
 // Weaknesses
-//   - Caustics. Paths rarely hit small lights through mirrors or glass, and never hit point and directional lights.
+//   - Caustics. Paths rarely hit small lights through mirrors or glass, and never hit lights without extent.
 //     `caustic` and `vcm` find this light.
 //
 // Example
@@ -53,7 +53,13 @@ class PathEstimator : public tracer::EstimatorBase {
 
   // Environment: the path has left the scene.
   F8 environment_weight(const Path& in, std::uint32_t /*bounce*/, M8 lanes) const {
-    return bsdf_sampling_weight(in, scene_.lights().environment_pdf_solid_angle(in.origin, in.direction, lanes));
+    const U8 sky(scene_.lights().first(LightKind::environment));
+    return bsdf_sampling_weight(in, scene_.lights().distant_pdf_solid_angle(in.origin, sky, in.direction, lanes));
+  }
+
+  // Body: the path has met a light that is no surface.
+  F8 body_weight(const Path& in, std::uint32_t body, const LightTable::BodyHit8& met, std::uint32_t /*bounce*/) const {
+    return bsdf_sampling_weight(in, scene_.lights().body_pdf_solid_angle(body, in.origin, in.direction, met, met.hit));
   }
 
   // Surface: next-event estimation and BSDF sampling. The path continues with throughput · f · |cosθ| / p. Russian
@@ -83,8 +89,8 @@ class PathEstimator : public tracer::EstimatorBase {
     Path out = Tracer::unsplit(in, bounce);
     const HenyeyGreenstein8 phase{scene_.media().anisotropy(scene_.media().current(in.media))};
     const V8 wo = -in.direction;
-    if (scene_.features().lights) {
-      const LightSample8 light = tracer.draw_light(point, out, bounce);
+    for (std::uint32_t draw = 0; draw < scene_.lights().draws(); ++draw) {
+      const LightSample8 light = tracer.draw_light(point, V8(), out, bounce, draw);
       const F8 value = phase.pdf_solid_angle(wo, light.wi);
       const F8 weight =
           select(light.pdf_solid_angle > F8(0.0f), power_heuristic(light.pdf_solid_angle, value), F8(1.0f));

@@ -37,6 +37,7 @@ PhotonSource photon_source(const CompiledScene& scene, PhotonKind kind) {
     constexpr double kOnSphere = 0.57736;  // the diagonal of the box of a unit sphere is 2·√3; half of it, inverted
     add_media(scene, lights.facets, 1e-5, source);
     add_media(scene, lights.spheres, kOnSphere / 2, source);
+    add_media(scene, lights.disks, 1e-5, source);
     add_media(scene, lights.points, 0, source);
     add_media(scene, lights.spots, 0, source);
     add_media(scene, lights.cosine_powers, 0, source);

@@ -108,7 +108,7 @@ V8 LocalShading::lit(const LitVertex8& vertex, const Bsdf& bsdf, const V8& wo, M
   const V8 origin = vertex.surface.point + vertex.facing * vertex.surface.offset;
   const LightTable& table = scene_->lights();
   V8 sum;
-  for (std::uint32_t i = table.first(LightKind::point); i < table.first(LightKind::environment); ++i) {
+  for (std::uint32_t i = table.first(LightKind::disk); i < table.first(LightKind::environment); ++i) {
     sum = sum + lit_by(table.sample_point(i, origin, lanes), kNoGeometry, vertex, bsdf, wo, lanes, counters, shadows);
   }
   const EmitterPoints& objects = scene_->emitter_points();

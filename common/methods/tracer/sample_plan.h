@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "common/lights/light_choice.h"
 #include "common/materials/bsdf.h"
 #include "common/methods/primary_rays.h"
 
@@ -44,6 +45,11 @@ struct SamplePlan {
 constexpr std::uint32_t light_decision(std::uint32_t vertex) {
   return kFirstPathDecision + 3 * vertex;
 }
+/// The points on further lights. The numbers lie above those of vertices.
+constexpr std::uint32_t light_decision(std::uint32_t vertex, std::uint32_t draw) {
+  return light_decision(vertex) + draw * 0x08000000u;
+}
+static_assert(kMostLightsTogether * 0x08000000u <= 0x20000000u);
 constexpr std::uint32_t bsdf_decision(std::uint32_t vertex) {
   return kFirstPathDecision + 3 * vertex + 1;
 }
@@ -51,7 +57,7 @@ constexpr std::uint32_t choice_decision(std::uint32_t vertex) {
   return kFirstPathDecision + 3 * vertex + 2;
 }
 
-/// Which light path a vertex connects to. The numbers lie above those of vertices, and below kLensDecision and
+/// Which light path a vertex connects to. The numbers lie above those of lights, and below kLensDecision and
 /// medium_decision.
 constexpr std::uint32_t connection_decision(std::uint32_t bounce) {
   return 0x30000000u + bounce;

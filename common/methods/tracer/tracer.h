@@ -131,6 +131,12 @@ class Tracer : public Wavefront {
   void trace_segment(const Path& in, M8 lanes, std::uint32_t bounce) {
     const Ray8 rays{in.origin, in.direction, F8(std::numeric_limits<float>::infinity())};
     add_untraceable(lanes, rays, in.slot);
+    const bool from_camera = bounce == 0 && meter_ == nullptr;
+    for (const std::uint32_t body : scene_.lights().bodies()) {
+      if (!from_camera || !scene_.lights().is_hidden_from_camera(body)) {
+        add_body(in, body, lanes, bounce);
+      }
+    }
     Passing8 passing = this->passing(in, bounce);
     Hit8 hits = nearest_stop(scene_, lanes, rays, bounce == 0, passing, ws_.counters);
     Passage8 passage;
@@ -199,6 +205,19 @@ class Tracer : public Wavefront {
     const V8 light = in.throughput * scene_.materials().emission(surface, cosine, emitting) * weight;
     const U8 group = channels_.separates_lights() ? scene_.materials().light_group(surface, emitting) : U8(0u);
     add_light(emitting, in.slot, light, bounce <= 1, group);
+  }
+
+  /// Adds the light of a body that paths meet.
+  void add_body(const Path& in, std::uint32_t body, M8 lanes, std::uint32_t bounce) {
+    if constexpr (requires { estimator_.found_by_photons(in); }) {
+      lanes = and_not(lanes, estimator_.found_by_photons(in));
+    }
+    const LightTable::BodyHit8 met = scene_.lights().meet(body, in.origin, in.direction, lanes);
+    if (met.hit.none()) {
+      return;
+    }
+    const V8 light = in.throughput * met.radiance * estimator_.body_weight(in, body, met, bounce);
+    add_unoccluded(in, met.hit, body, met.point, light, bounce);
   }
 
   /// Adds the environment's light for paths that left the scene.

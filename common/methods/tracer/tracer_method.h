@@ -27,7 +27,7 @@ class TracerMethod final : public SampledMethod {
     const bool media = scene_->features().media;
     ws->paths.reserve(capacity, media);
     ws->next.reserve(capacity, media);
-    ws->shadows.reserve(capacity, media);
+    ws->shadows.reserve(capacity * std::max(scene_->lights().draws(), 1u), media);
     return ws;
   }
 

@@ -110,7 +110,8 @@ Surface8 Wavefront::meter_surface(const Path8& paths, M8 lanes) const {
   return surface;
 }
 
-LightSample8 Wavefront::draw_light(const V8& point, const Path8& path, std::uint32_t bounce) const {
+LightSample8 Wavefront::draw_light(const V8& point, const V8& normal, const Path8& path, std::uint32_t bounce,
+                                   std::uint32_t draw) const {
   const LightTable& lights = scene_.lights();
   Pair8 choice{F8(0.0f), F8(0.0f)};
   if (lights.needs_choice()) {
@@ -119,7 +120,7 @@ LightSample8 Wavefront::draw_light(const V8& point, const Path8& path, std::uint
   if (lights.needs_second_choice()) {
     choice.v = hashed_number(path.index, decision_seed(path.pixel_seed, light_decision(bounce)));
   }
-  return lights.sample(point, choice, decide(path, bounce, light_decision(bounce)));
+  return lights.sample(point, draw, choice, decide(path, bounce, light_decision(bounce, draw)), normal);
 }
 
 void Wavefront::push_shadows(M8 lanes, const V8& origin, const LightSample8& light, const V8& contribution, U8 slot,
@@ -152,6 +153,23 @@ void Wavefront::trace_shadows(std::uint32_t bounce) {
     add_light(lit, s.slot, s.contribution, bounce == 0, group);
   }
   ws_.counters.shadow_rays += static_cast<std::uint64_t>(ws_.shadows.size());
+}
+
+void Wavefront::add_unoccluded(const Path8& in, M8 lanes, std::uint32_t body, const V8& point, const V8& light,
+                               std::uint32_t bounce) {
+  const Shadow8 way{in.origin, point - in.origin, light, in.slot, in.media};
+  const Ray8 rays{way.origin, way.direction, F8(1.0f)};
+  const M8 blocked = scene_.accel().occluded(lanes, rays);
+  ws_.counters.shadow_rays += static_cast<std::uint64_t>(lanes.count());
+  const U8 group = channels_.separates_lights() ? scene_.lights().group(U8(body), lanes) : U8(0u);
+  if (scene_.features().media) {
+    add_light(lanes, in.slot, light * shadow_transmittance(way, lanes, blocked), bounce <= 1, group);
+  } else if (scene_.features().opacity) {
+    const F8 share = select(blocked, share_passed(scene_, blocked, rays, ws_.counters), F8(1.0f));
+    add_light(and_not(lanes, share == F8(0.0f)), in.slot, light * share, bounce <= 1, group);
+  } else {
+    add_light(and_not(lanes, blocked), in.slot, light, bounce <= 1, group);
+  }
 }
 
 M8 Wavefront::roulette(Path8& paths, M8 lanes, std::uint32_t bounce) const {

@@ -62,17 +62,56 @@ class Wavefront {
     return scene_.features().opacity ? Passing8::decided_by(decide(path, bounce, opacity_decision(bounce)).u)
                                      : Passing8{};
   }
-  /// Samples a light and a point on it, as seen from `point`.
-  LightSample8 draw_light(const V8& point, const Path8& path, std::uint32_t bounce) const;
+  /// Samples a light and a point on it, as seen from `point`. `normal` and `draw`: as in LightTable::sample.
+  LightSample8 draw_light(const V8& point, const V8& normal, const Path8& path, std::uint32_t bounce,
+                          std::uint32_t draw) const;
   /// Next-event estimation: queues the light of sampled points, times `weight(light, wi, lanes)` for each image wi.
   template <class Bsdf, class Weight>
   void sample_lights(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes, const Weight& weight) {
     if (!scene_.features().lights) {
       return;
     }
+    for (std::uint32_t draw = 0; draw < scene_.lights().draws(); ++draw) {
+      sample_light(vertex, bsdf, wo, lanes, weight, draw);
+    }
+  }
+
+  /// Queues shadow rays from `origin` to sampled lights.
+  void push_shadows(M8 lanes, const V8& origin, const LightSample8& light, const V8& contribution, U8 slot,
+                    const Media8& media);
+  void trace_shadows(std::uint32_t bounce);
+  /// Adds the light of a body that paths meet at `point`, where no surface is before it.
+  void add_unoccluded(const Path8& in, M8 lanes, std::uint32_t body, const V8& point, const V8& light,
+                      std::uint32_t bounce);
+
+ protected:
+  /// Adds the emission of boundaries that do not stop the paths.
+  using AddEmission = std::function<void(const Hit8& hits, const Surface8& surface)>;
+  Passage8 pass_media(Path8& paths, M8 lanes, Hit8& hits, Passing8& passing, std::uint32_t bounce,
+                      const AddEmission& add_emission);
+  Path8 camera_paths(std::size_t pixel, U8 seed) const;
+  Path8 meter_paths(std::size_t pixel, U8 seed) const;
+  Surface8 meter_surface(const Path8& paths, M8 lanes) const;
+  /// Russian roulette: returns the lanes that survive, with probability min(1, boost · throughput). It divides their
+  /// throughput by this probability.
+  M8 roulette(Path8& paths, M8 lanes, std::uint32_t bounce) const;
+
+  const CompiledScene& scene_;
+  const FilmChannels& channels_;
+  const PixelRect& tile_;
+  const SamplePlan& plan_;
+  const CompiledMeter* const meter_;
+  const std::uint32_t max_bounces_;
+  const std::uint32_t pixels_;
+  const std::uint32_t slots_;
+
+ private:
+  template <class Bsdf, class Weight>
+  void sample_light(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes, const Weight& weight,
+                    std::uint32_t draw) {
     const Path8& in = vertex.in;
     V8 origin = vertex.surface.point + vertex.facing * vertex.surface.offset;
-    const LightSample8 light = draw_light(origin, in, vertex.bounce);
+    const LightSample8 light = draw_light(origin, opaque_normal(bsdf, vertex.facing), in, vertex.bounce, draw);
     V8 contribution;
     M8 valid;
     vertex.for_each_wi<Bsdf>(light.wi, lanes & light.valid, [&](const V8& wi, M8 there) {
@@ -97,33 +136,6 @@ class Wavefront {
     push_shadows(valid, origin, light, contribution, in.slot, media);
   }
 
-  /// Queues shadow rays from `origin` to sampled lights.
-  void push_shadows(M8 lanes, const V8& origin, const LightSample8& light, const V8& contribution, U8 slot,
-                    const Media8& media);
-  void trace_shadows(std::uint32_t bounce);
-
- protected:
-  /// Adds the emission of boundaries that do not stop the paths.
-  using AddEmission = std::function<void(const Hit8& hits, const Surface8& surface)>;
-  Passage8 pass_media(Path8& paths, M8 lanes, Hit8& hits, Passing8& passing, std::uint32_t bounce,
-                      const AddEmission& add_emission);
-  Path8 camera_paths(std::size_t pixel, U8 seed) const;
-  Path8 meter_paths(std::size_t pixel, U8 seed) const;
-  Surface8 meter_surface(const Path8& paths, M8 lanes) const;
-  /// Russian roulette: returns the lanes that survive, with probability min(1, boost · throughput). It divides their
-  /// throughput by this probability.
-  M8 roulette(Path8& paths, M8 lanes, std::uint32_t bounce) const;
-
-  const CompiledScene& scene_;
-  const FilmChannels& channels_;
-  const PixelRect& tile_;
-  const SamplePlan& plan_;
-  const CompiledMeter* const meter_;
-  const std::uint32_t max_bounces_;
-  const std::uint32_t pixels_;
-  const std::uint32_t slots_;
-
- private:
   template <class ChannelOf>
   void add_to_planes(M8 lanes, U8 slot, const V8& value, const ChannelOf& channel_of);
   void add_not_finite(M8 lanes, U8 slot);

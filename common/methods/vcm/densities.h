@@ -13,9 +13,11 @@ inline LightDensities8 light_densities(const CompiledScene& scene, const PhotonE
                                        const V8& from, const V8& point, const V8& direction, F8 cosine, M8 lanes) {
   const LightTable& lights = scene.lights();
   const auto below = [&](LightKind kind) { return lanes & signed_less(light, U8(lights.first(kind))); };
-  const M8 surfaces = below(LightKind::point), near = below(LightKind::directional),
-           known = below(LightKind::environment);
-  const M8 points = and_not(near, surfaces), suns = and_not(known, near), sky = and_not(lanes, known);
+  const M8 near = below(LightKind::directional), known = below(LightKind::environment);
+  const M8 bodies = lights.are_bodies(light, known);
+  const M8 surfaces = below(LightKind::point) | (bodies & near);
+  const M8 points = and_not(near, surfaces), suns = and_not(and_not(known, near), bodies);
+  const M8 sky = and_not(and_not(lanes, known) | bodies, near);
   const F8 distance2 = length_squared(point - from);
   LightDensities8 out{F8(0.0f), F8(0.0f), select(surfaces, cosine, F8(1.0f)), points | suns};
   out.emission = emission.pdf(light, select(near, point, from), direction, cosine, lanes);
@@ -27,7 +29,7 @@ inline LightDensities8 light_densities(const CompiledScene& scene, const PhotonE
     out.drawn = select(points, choice * distance2, select(suns, choice, out.drawn));
   }
   if (sky.any()) {
-    out.drawn = select(sky, lights.environment_pdf_solid_angle(from, -direction, sky), out.drawn);
+    out.drawn = select(sky, lights.distant_pdf_solid_angle(from, light, -direction, sky), out.drawn);
   }
   return out;
 }

@@ -117,6 +117,11 @@ class VcmEstimator : public tracer::EstimatorBase {
                               lanes);
   }
 
+  // Body.
+  F8 body_weight(const Path& in, std::uint32_t body, const LightTable::BodyHit8& met, std::uint32_t bounce) const {
+    return found_light_weight(in, U8(body), met.point, met.cosine, bounce, met.hit);
+  }
+
   template <class Tracer, class Bsdf>
   void scatter(Tracer& tracer, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
     // Merging and connection with light paths. Not at holdouts, which compare irradiance from lights only.

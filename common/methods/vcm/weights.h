@@ -30,9 +30,9 @@ inline Partial8 select(M8 mask, const Partial8& yes, const Partial8& no) {
 /// Densities of a light, as seen from a point that it lights.
 struct LightDensities8 {
   F8 emission;  ///< of photons that start there in that direction: per area and solid angle. Area is of a surface, or
-                ///< across the light of a distant one. It is 1 for points. Solid angle is 1 for directional lights
-  F8 drawn;     ///< of next-event estimation from the point, per solid angle. For directional lights it is the
-                ///< probability of choosing them. For points it is that probability times the squared distance
+                ///< across the light of a distant one. It is 1 for points. Solid angle is 1 for parallel light
+  F8 drawn;     ///< of next-event estimation from the point, per solid angle. For parallel light it is the
+                ///< probability of choosing it. For points it is that probability times the squared distance
   F8 cosine;    ///< at the light's surface; else 1
   M8 delta;     ///< no ray can hit it
 };

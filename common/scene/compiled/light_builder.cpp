@@ -16,8 +16,23 @@ Vec3 unit(const Point3d& direction) {
   return Vec3(glm::normalize(near_one(to_vec(direction))));
 }
 
+/// Of directions: 0.01°.
+constexpr double kLeastDiskAngle = 4e-9;
+
+/// The part of `up` across a unit direction, as a unit vector.
+Vec3d across(const Vec3d& direction, const Point3d& up) {
+  const Vec3d unit_up = glm::normalize(near_one(to_vec(up)));
+  return glm::normalize(unit_up - direction * glm::dot(unit_up, direction));
+}
+
 double degrees_to_radians(double degrees) {
   return degrees * kPiDouble / 180;
+}
+
+/// 1 − cos of half this angular diameter. Disks that single precision does not resolve are none.
+float disk_angle(double diameter_degrees) {
+  const double angle = one_minus_cos_fixed(degrees_to_radians(diameter_degrees / 2));
+  return angle < kLeastDiskAngle ? 0.0f : static_cast<float>(angle);
 }
 
 /// The peak memory of an image that becomes an EnvironmentRadiance. First it is the texels with the radiance, then the
@@ -60,7 +75,16 @@ Vec3 LightBuilder::to_frame(const Point3d& p) const {
   return Vec3(frame_.to_frame(to_vec(p)));
 }
 
-void LightBuilder::note_group(LightKind kind, const std::string& group) {
+/// Balls whose projected area underflows in single precision are points.
+float LightBuilder::ball_radius(double radius) const {
+  const auto in_frame = static_cast<float>(radius * frame_.scale());
+  return in_frame * in_frame < std::numeric_limits<float>::min() ? 0.0f : in_frame;
+}
+
+void LightBuilder::note_group(LightKind kind, const std::string& group, bool hidden) {
+  if (hidden) {
+    hidden_.emplace_back(kind, groups_[kind].size());
+  }
   groups_[kind].push_back(number_of_group(group_names_, group));
 }
 
@@ -99,46 +123,63 @@ Status LightBuilder::add_lights(const CompiledScene::AssetSource& assets, const 
 
 /// Adds a light that needs no asset. Black lights are left out.
 void LightBuilder::add_light(const Light& light) {
-  std::visit(Overloaded{
-                 [&](const PointLight& point) {
-                   if (!is_black(point.intensity)) {
-                     lights_.points.add({to_frame(point.position), frame_.scaled_intensity(to_vec(point.intensity))});
-                     note_group(LightKind::point, light.group);
-                   }
-                 },
-                 [&](const DirectionalLight& sun) {
-                   if (!is_black(sun.irradiance)) {
-                     lights_.directional.add({unit(sun.direction), to_vec(sun.irradiance)});
-                     note_group(LightKind::directional, light.group);
-                   }
-                 },
-                 [&](const SpotLight& spot) {
-                   if (!is_black(spot.intensity)) {
-                     const double outer = degrees_to_radians(spot.cutoff_degrees);
-                     lights_.spots.add({to_frame(spot.position), unit(spot.direction),
-                                        frame_.scaled_intensity(to_vec(spot.intensity)),
-                                        static_cast<float>(one_minus_cos_fixed(outer * (1 - spot.blend))),
-                                        static_cast<float>(one_minus_cos_fixed(outer))});
-                     note_group(LightKind::spot, light.group);
-                   }
-                 },
-                 [&](const CosinePowerLight& cosine_power) {
-                   if (!is_black(cosine_power.intensity)) {
-                     lights_.cosine_powers.add({to_frame(cosine_power.position), unit(cosine_power.direction),
-                                                frame_.scaled_intensity(to_vec(cosine_power.intensity)),
-                                                static_cast<float>(cosine_power.exponent)});
-                     note_group(LightKind::cosine_power, light.group);
-                   }
-                 },
-                 [&](const IesLight&) {},
-                 [&](const EnvironmentLight& environment) {
-                   if (!is_black(environment.radiance)) {
-                     lights_.environment = EnvironmentRadiance(to_vec(environment.radiance));
-                     note_group(LightKind::environment, light.group);
-                   }
-                 },
-             },
-             light.kind);
+  std::visit(
+      Overloaded{
+          [&](const PointLight& point) {
+            if (!is_black(point.intensity)) {
+              lights_.points.add({to_frame(point.position), frame_.scaled_intensity(to_vec(point.intensity)),
+                                  ball_radius(point.radius)});
+              note_group(LightKind::point, light.group, light.hidden_from_camera);
+            }
+          },
+          [&](const DirectionalLight& sun) {
+            if (!is_black(sun.irradiance)) {
+              lights_.directional.add({unit(sun.direction), to_vec(sun.irradiance), disk_angle(sun.angle_degrees)});
+              note_group(LightKind::directional, light.group, light.hidden_from_camera);
+            }
+          },
+          [&](const SpotLight& spot) {
+            if (!is_black(spot.intensity)) {
+              const double outer = degrees_to_radians(spot.cutoff_degrees);
+              lights_.spots.add({to_frame(spot.position), unit(spot.direction),
+                                 frame_.scaled_intensity(to_vec(spot.intensity)),
+                                 static_cast<float>(one_minus_cos_fixed(outer * (1 - spot.blend))),
+                                 static_cast<float>(one_minus_cos_fixed(outer)), ball_radius(spot.radius)});
+              note_group(LightKind::spot, light.group, light.hidden_from_camera);
+            }
+          },
+          [&](const CosinePowerLight& cosine_power) {
+            if (!is_black(cosine_power.intensity)) {
+              lights_.cosine_powers.add({to_frame(cosine_power.position), unit(cosine_power.direction),
+                                         frame_.scaled_intensity(to_vec(cosine_power.intensity)),
+                                         static_cast<float>(cosine_power.exponent)});
+              note_group(LightKind::cosine_power, light.group);
+            }
+          },
+          [&](const DiskLight& disk) { add_disk(disk, light); },
+          [&](const IesLight&) {},
+          [&](const EnvironmentLight& environment) {
+            if (!is_black(environment.radiance)) {
+              lights_.environment = EnvironmentRadiance(to_vec(environment.radiance));
+              note_group(LightKind::environment, light.group);
+            }
+          },
+      },
+      light.kind);
+}
+
+/// Disks whose area underflows in single precision are left out.
+void LightBuilder::add_disk(const DiskLight& disk, const Light& light) {
+  const float radius = ball_radius(disk.radius), second_radius = ball_radius(disk.second_radius);
+  if (is_black(disk.radiance) || radius == 0 || second_radius == 0) {
+    return;
+  }
+  const Vec3d normal = glm::normalize(near_one(to_vec(disk.direction)));
+  const Vec3d first = across(normal, disk.up);
+  lights_.disks.add({to_frame(disk.position), Vec3(first * static_cast<double>(radius)),
+                     Vec3(glm::cross(normal, first) * static_cast<double>(second_radius)), to_vec(disk.radiance),
+                     degrees_to_radians(disk.spread_degrees)});
+  note_group(LightKind::disk, light.group, light.hidden_from_camera);
 }
 
 Status LightBuilder::add_image(const EnvironmentLight& light, const std::string& group, const std::string& where,
@@ -191,9 +232,7 @@ Status LightBuilder::add_ies(const IesLight& light, const std::string& group, co
     return ok_status();
   }
   const Vec3d direction = glm::normalize(near_one(to_vec(light.direction)));
-  const Vec3d up = glm::normalize(near_one(to_vec(light.up)));
-  lights_.ies.add({to_frame(light.position), Vec3(direction),
-                   Vec3(glm::normalize(up - direction * glm::dot(up, direction))),
+  lights_.ies.add({to_frame(light.position), Vec3(direction), Vec3(across(direction, light.up)),
                    frame_.scaled_intensity(Vec3(per_candela)), found->second});
   note_group(LightKind::ies, group);
   return ok_status();
@@ -260,7 +299,7 @@ LightBuilder::Tables LightBuilder::finish(const TextureSet& textures) {
     groups_[LightKind::sphere].push_back(group_of[sphere.material]);
   }
   out.emitter_points = emitter_points();
-  lights_.build(0.5 * frame_.extent() * frame_.scale());
+  lights_.build();
   std::vector<std::uint32_t> groups;
   for (const auto& [kind, numbers] : groups_) {
     groups.insert(groups.end(), numbers.begin(), numbers.end());
@@ -271,6 +310,11 @@ LightBuilder::Tables LightBuilder::finish(const TextureSet& textures) {
   }
   LM_CHECK(groups.size() == lights_.size(), "{} lights, {} groups", lights_.size(), groups.size());
   lights_.set_groups(std::move(groups));
+  std::vector<std::uint8_t> hidden(hidden_.empty() ? 0 : lights_.size());
+  for (const auto& [kind, index] : hidden_) {
+    hidden[lights_.first(kind) + index] = 1;
+  }
+  lights_.set_hidden(std::move(hidden));
   for (Geometry& geometry : geometries_) {
     if (geometry.sphere) {
       geometry.primitives[0] += lights_.first(LightKind::sphere);

@@ -55,8 +55,9 @@ class LightBuilder {
     std::vector<std::uint32_t> primitives;
     std::size_t first_facet = 0, end_facet = 0;
   };
-  void note_group(LightKind kind, const std::string& group);
+  void note_group(LightKind kind, const std::string& group, bool hidden = false);
   void add_light(const Light& light);
+  void add_disk(const DiskLight& disk, const Light& light);
   Status add_ies(const IesLight& light, const std::string& group, const std::string& where,
                  const CompiledScene::AssetSource& assets, std::size_t max_values);
   Status add_image(const EnvironmentLight& light, const std::string& group, const std::string& where,
@@ -66,6 +67,7 @@ class LightBuilder {
   FacetSums sums_of(const Geometry& geometry) const;
   EmitterPoints emitter_points() const;
   Vec3 to_frame(const Point3d& p) const;
+  float ball_radius(double radius) const;
   std::vector<Vec3> radiance_of_materials() const;
 
   const Scene& scene_;
@@ -73,6 +75,7 @@ class LightBuilder {
   LightTable lights_;
   std::vector<std::string> group_names_;
   std::map<LightKind, std::vector<std::uint32_t>> groups_;  ///< of the lights of each kind, in their order
+  std::vector<std::pair<LightKind, std::size_t>> hidden_;   ///< from the camera: kind, and number within the kind
   std::map<Sha256, std::size_t> profiles_;
   std::map<std::uint32_t, double> area_;  ///< by material: area of all emissive surfaces, in scene units
 

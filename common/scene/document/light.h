@@ -10,25 +10,29 @@
 namespace lightmill {
 
 inline constexpr double kLeastCutoffDegrees = 1e-3;  ///< of a spot: half its opening
+inline constexpr double kLeastSpreadDegrees = 1;     ///< of a disk
 inline constexpr double kMaxCosineExponent = 1e4;    ///< n of cosⁿ; single precision has no cosine for larger ones
 
-/// Radiates equally in all directions.
+/// Radiates equally in all directions, from a point or a sphere.
 struct PointLight {
   Point3d position{0, 0, 0};
-  RgbColor intensity;  ///< W/sr
+  RgbColor intensity;  ///< W/sr, from afar
+  double radius = 0;   ///< of the sphere, in scene units; its radiance is intensity / (π radius²)
 };
-/// Parallel light from infinitely far away.
+/// Light from infinitely far away: parallel, or from a disk in the sky.
 struct DirectionalLight {
   Point3d direction{0, -1, 0};  ///< direction of travel
   RgbColor irradiance;          ///< W/m² on a surface that faces it
+  double angle_degrees = 0;     ///< the disk's angular diameter, in [0, 180]; 0: parallel
 };
-/// A cone of light from a point: full within cutoff · (1 − blend), then falling smoothly to zero at the cutoff.
+/// A cone of light from a point or a sphere: full within cutoff · (1 − blend), then falling smoothly to zero at the cutoff.
 struct SpotLight {
   Point3d position{0, 0, 0};
   Point3d direction{0, -1, 0};
   RgbColor intensity;          ///< W/sr along the direction
   double cutoff_degrees = 45;  ///< half the cone's opening, in [kLeastCutoffDegrees, 180]
   double blend = 0;            ///< share of the cone's opening with falloff, in [0, 1]
+  double radius = 0;           ///< of the sphere; its radiance is the intensity in a direction / (π radius²)
 };
 /// A point light whose intensity falls off with cosⁿ of the angle to its direction, and is zero behind it.
 struct CosinePowerLight {
@@ -36,6 +40,18 @@ struct CosinePowerLight {
   Point3d direction{0, -1, 0};
   RgbColor intensity;   ///< W/sr along the direction
   double exponent = 1;  ///< n, in [0, 10000]
+};
+/// A disk or an ellipse that shines on one side.
+struct DiskLight {
+  Point3d position{0, 0, 0};    ///< of the centre
+  Point3d direction{0, -1, 0};  ///< normal of the side that shines
+  RgbColor radiance;            ///< W/(m² sr)
+  double radius = 1;            ///< in scene units; of an ellipse, along `up`
+  double second_radius = 1;     ///< across `up`; a disk has equal radii
+  Point3d up{1, 0, 0};          ///< only the part across `direction` counts
+  /// Opening of the cone around `direction` in which it shines, in [kLeastSpreadDegrees, 180]. The radiance at the angle
+  /// θ is 1 − tan θ / tan(spread/2) of `radiance`, as behind a grid of slats.
+  double spread_degrees = 180;
 };
 /// A point light with a measured intensity: an LM-63 profile (common/lights/ies_profile.h).
 struct IesLight {
@@ -59,8 +75,9 @@ struct EnvironmentLight {
 
 struct Light {
   std::string name;
-  std::variant<PointLight, DirectionalLight, SpotLight, CosinePowerLight, IesLight, EnvironmentLight> kind;
-  std::string group = {};  ///< its light group; empty: none
+  std::variant<PointLight, DirectionalLight, SpotLight, CosinePowerLight, DiskLight, IesLight, EnvironmentLight> kind;
+  std::string group = {};           ///< its light group; empty: none
+  bool hidden_from_camera = false;  ///< camera rays pass it; only for lights with a size
 };
 
 }  // namespace lightmill

@@ -7,12 +7,25 @@
 namespace lightmill {
 namespace {
 
+Status check_length(const std::string& path, double length) {
+  return length > 0 && length <= kMaxCoordinate
+             ? ok_status()
+             : invalid_argument("{}: must be positive and at most {}, got {}", path, kMaxCoordinate, length);
+}
+
+Status check_up(const std::string& path, const Point3d& up, const Point3d& direction) {
+  return !are_parallel(direction, up)
+             ? ok_status()
+             : invalid_argument("{}: must not be parallel to direction, got ({}, {}, {})", path, up[0], up[1], up[2]);
+}
+
 Status check_spot(const std::string& path, const SpotLight& spot) {
   LM_RETURN_IF_ERROR(check_point(path + ".spot.position", spot.position));
   LM_RETURN_IF_ERROR(check_direction(path + ".spot.direction", spot.direction));
   LM_RETURN_IF_ERROR(check_power(path + ".spot.intensity", spot.intensity));
   LM_RETURN_IF_ERROR(check_range(path + ".spot.cutoff_degrees", spot.cutoff_degrees, kLeastCutoffDegrees, 180));
-  return check_range(path + ".spot.blend", spot.blend, 0, 1);
+  LM_RETURN_IF_ERROR(check_range(path + ".spot.blend", spot.blend, 0, 1));
+  return check_range(path + ".spot.radius", spot.radius, 0, kMaxCoordinate);
 }
 
 Status check_cosine_power(const std::string& path, const CosinePowerLight& light) {
@@ -20,6 +33,17 @@ Status check_cosine_power(const std::string& path, const CosinePowerLight& light
   LM_RETURN_IF_ERROR(check_direction(path + ".cosine_power.direction", light.direction));
   LM_RETURN_IF_ERROR(check_power(path + ".cosine_power.intensity", light.intensity));
   return check_range(path + ".cosine_power.exponent", light.exponent, 0, kMaxCosineExponent);
+}
+
+Status check_disk(const std::string& path, const DiskLight& disk) {
+  LM_RETURN_IF_ERROR(check_point(path + ".disk.position", disk.position));
+  LM_RETURN_IF_ERROR(check_direction(path + ".disk.direction", disk.direction));
+  LM_RETURN_IF_ERROR(check_power(path + ".disk.radiance", disk.radiance));
+  LM_RETURN_IF_ERROR(check_length(path + ".disk.radius", disk.radius));
+  LM_RETURN_IF_ERROR(check_length(path + ".disk.second_radius", disk.second_radius));
+  LM_RETURN_IF_ERROR(check_direction(path + ".disk.up", disk.up));
+  LM_RETURN_IF_ERROR(check_range(path + ".disk.spread_degrees", disk.spread_degrees, kLeastSpreadDegrees, 180));
+  return check_up(path + ".disk.up", disk.up, disk.direction);
 }
 
 Status check_ies(const std::string& path, const IesLight& ies) {
@@ -30,9 +54,7 @@ Status check_ies(const std::string& path, const IesLight& ies) {
   if (ies.color == RgbColor{}) {
     return invalid_argument("{}.ies.color: must not be black; a scale of 0 turns the light off", path);
   }
-  if (const Point3d& u = ies.up; are_parallel(ies.direction, u)) {
-    return invalid_argument("{}.ies.up: must not be parallel to direction, got ({}, {}, {})", path, u[0], u[1], u[2]);
-  }
+  LM_RETURN_IF_ERROR(check_up(path + ".ies.up", ies.up, ies.direction));
   if (!(ies.scale >= 0 && ies.scale <= 1e20)) {
     return invalid_argument("{}.ies.scale: must be in [0, 1e20], got {}", path, ies.scale);
   }
@@ -43,14 +65,17 @@ Status check_light(const std::string& path, const Light& light) {
   return std::visit(Overloaded{
                         [&](const PointLight& point) {
                           LM_RETURN_IF_ERROR(check_point(path + ".point.position", point.position));
-                          return check_power(path + ".point.intensity", point.intensity);
+                          LM_RETURN_IF_ERROR(check_power(path + ".point.intensity", point.intensity));
+                          return check_range(path + ".point.radius", point.radius, 0, kMaxCoordinate);
                         },
                         [&](const DirectionalLight& sun) {
                           LM_RETURN_IF_ERROR(check_direction(path + ".directional.direction", sun.direction));
-                          return check_power(path + ".directional.irradiance", sun.irradiance);
+                          LM_RETURN_IF_ERROR(check_power(path + ".directional.irradiance", sun.irradiance));
+                          return check_range(path + ".directional.angle_degrees", sun.angle_degrees, 0, 180);
                         },
                         [&](const SpotLight& spot) { return check_spot(path, spot); },
                         [&](const CosinePowerLight& cosine_power) { return check_cosine_power(path, cosine_power); },
+                        [&](const DiskLight& disk) { return check_disk(path, disk); },
                         [&](const IesLight& ies) { return check_ies(path, ies); },
                         [&](const EnvironmentLight& environment) {
                           LM_RETURN_IF_ERROR(check_range(path + ".environment.rotation_degrees",

@@ -17,7 +17,7 @@ template <class Add>
 LightTable table_of(Add add) {
   LightTable table;
   add(table);
-  table.build(kSceneRadius);
+  table.build();
   return table;
 }
 
@@ -108,9 +108,13 @@ inline Mean sampled_flux(const LightTable& table, std::uint32_t seed, const Quad
     const Pair8 place = sobol_pair(index, U8(mix(seed ^ 0x77u)));
     const V8 p =
         broadcast(Vec3(quad.corner)) + broadcast(Vec3(quad.edge1)) * place.u + broadcast(Vec3(quad.edge2)) * place.v;
-    const LightSample8 s =
-        table.sample(p, hashed_pair(index, U8(mix(seed ^ 0x99u))), hashed_pair(index, U8(mix(seed))));
-    const VectorLanes value(masked(s.valid, s.weight * abs(dot(s.wi, broadcast(Vec3(n / area))))));
+    V8 sum;
+    for (std::uint32_t draw = 0; draw < table.draws(); ++draw) {
+      const LightSample8 s = table.sample(p, draw, hashed_pair(index, U8(mix(seed ^ 0x99u))),
+                                          hashed_pair(index, U8(mix(seed + 0x1234u * draw))));
+      sum = sum + masked(s.valid, s.weight * abs(dot(s.wi, broadcast(Vec3(n / area)))));
+    }
+    const VectorLanes value(sum);
     for (int lane = 0; lane < 8; ++lane) {
       moments.add(value[lane] * area);
     }

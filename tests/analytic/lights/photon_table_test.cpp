@@ -187,7 +187,7 @@ TEST(PhotonEmission, AMillionLightsReachOneOfAThousandTargets) {
   for (std::size_t i = 0; i < kLights; ++i) {
     table.points.add({place(i), i + 1 < kLights ? Vec3(1, 0, 0) : Vec3(0, 0, 1e6f)});
   }
-  table.build(kTableScene.radius);
+  table.build();
   std::vector<BoundingSphere> targets;
   for (int i = 0; i < 1000; ++i) {
     targets.push_back({{0.1 * (i % 10), 0.1 * (i / 10 % 10), 0.1 * (i / 100)}, 0.04});

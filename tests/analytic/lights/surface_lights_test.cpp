@@ -15,11 +15,11 @@ double facet_z(std::uint32_t seed, const EmissiveFacet& facet, const Vec3& p) {
   constexpr int kCells = 16, kSub = 16;
   LightTable table;
   table.facets.add(facet);
-  table.build(10);
+  table.build();
   const Vec3d corner(facet.corner), e1(facet.edge1), e2(facet.edge2), n = glm::cross(e1, e2);
   std::vector<double> counts(kCells * kCells), expected(kCells * kCells);
   for_each_draw(seed, [&](Pair8, Pair8 u) {
-    const LightSample8 s = table.sample(broadcast(p), kNoChoice, u);
+    const LightSample8 s = table.sample(broadcast(p), 0, kNoChoice, u);
     ASSERT_EQ(s.valid.bits(), 255);
     const VectorLanes point(s.point);
     for (int lane = 0; lane < 8; ++lane) {
@@ -75,10 +75,10 @@ TEST(SurfaceLights, SmallSpheresKeepTheirIrradiance) {
       LightTable table;
       const Vec3 p(0.1f, -0.2f, 0.3f), n = glm::normalize(direction);
       table.spheres.add({p + n * 10.0f, static_cast<float>(10 * ratio), kWhite, false, false, 0});
-      table.build(20);
+      table.build();
       double sum = 0;
       for_each_draw(9, [&](Pair8, Pair8 u) {
-        const LightSample8 s = table.sample(broadcast(p), kNoChoice, u);
+        const LightSample8 s = table.sample(broadcast(p), 0, kNoChoice, u);
         const Lanes value(masked(s.valid, s.weight.x * dot(s.wi, broadcast(n))));
         for (int lane = 0; lane < 8; ++lane) {
           sum += value[lane];
@@ -102,12 +102,12 @@ TEST(SurfaceLights, NearTrianglesAreUniformPerSolidAngle) {
   const Vec3 a(-0.3f, 0.2f, 1), b(0.9f, -0.4f, 0.8f), c(0.1f, 1.1f, 0.9f);
   LightTable table;
   table.facets.add(facet_of(a, b, c, false));
-  table.build(1);
+  table.build();
   const Vec3d u = glm::normalize(Vec3d(a)), v = glm::normalize(Vec3d(b)), w = glm::normalize(Vec3d(c));
   const double solid_angle =
       2 * std::atan2(std::abs(glm::dot(u, glm::cross(v, w))), 1 + glm::dot(u, v) + glm::dot(v, w) + glm::dot(w, u));
   for_each_draw(5, [&](Pair8, Pair8 pair) {
-    const Lanes pdf(table.sample(broadcast(Vec3(0)), kNoChoice, pair).pdf_solid_angle);
+    const Lanes pdf(table.sample(broadcast(Vec3(0)), 0, kNoChoice, pair).pdf_solid_angle);
     for (int lane = 0; lane < 8; ++lane) {
       ASSERT_NEAR(pdf[lane] * solid_angle, 1, 2e-5);
     }
@@ -117,12 +117,12 @@ TEST(SurfaceLights, NearTrianglesAreUniformPerSolidAngle) {
 TEST(SurfaceLights, SpheresFromOutsideAreUniformInTheirCone) {
   LightTable table;
   table.spheres.add({{0, 0, 4}, 2.4f, kWhite, false, false, 0});  // sin θmax = .6, cos θmax = .8
-  table.build(10);
+  table.build();
   const double density = 1 / (2 * M_PI * 0.2);
   constexpr int kHeights = 20, kSectors = 20;
   std::vector<double> counts(kHeights * kSectors), expected(kHeights * kSectors, kDraws / double{kHeights * kSectors});
   for_each_draw(6, [&](Pair8, Pair8 u) {
-    const LightSample8 s = table.sample(broadcast(Vec3(0)), kNoChoice, u);
+    const LightSample8 s = table.sample(broadcast(Vec3(0)), 0, kNoChoice, u);
     const VectorLanes wi(s.wi);
     const Lanes pdf(s.pdf_solid_angle);
     for (int lane = 0; lane < 8; ++lane) {
@@ -139,10 +139,10 @@ TEST(SurfaceLights, SpheresFromOutsideAreUniformInTheirCone) {
 TEST(SurfaceLights, SpheresFromInsideCoverAllDirections) {
   LightTable table;
   table.spheres.add({{0.5f, 0, 0}, 2, kWhite, true, false, 0});
-  table.build(10);
+  table.build();
   double sum = 0;
   for_each_draw(7, [&](Pair8, Pair8 u) {
-    const LightSample8 s = table.sample(broadcast(Vec3(0.2f, 0.9f, -0.4f)), kNoChoice, u);
+    const LightSample8 s = table.sample(broadcast(Vec3(0.2f, 0.9f, -0.4f)), 0, kNoChoice, u);
     EXPECT_EQ(s.valid.bits(), 255);
     for (int lane = 0; lane < 8; ++lane) {
       sum += 1 / Lanes(s.pdf_solid_angle)[lane];
@@ -155,7 +155,7 @@ TEST(SurfaceLights, SpheresFromInsideCoverAllDirections) {
 void expect_same_density(const LightTable& table, std::uint32_t light, const Vec3& p, const Vec3d& normal_center,
                          const Vec3d& flat_normal) {
   for_each_draw(8, [&](Pair8, Pair8 u) {
-    const LightSample8 s = table.sample(broadcast(p), kNoChoice, u);
+    const LightSample8 s = table.sample(broadcast(p), 0, kNoChoice, u);
     const VectorLanes point(s.point), wi(s.wi);
     const Lanes pdf(s.pdf_solid_angle);
     for (int lane = 0; lane < 8; ++lane) {
@@ -175,12 +175,12 @@ void expect_same_density(const LightTable& table, std::uint32_t light, const Vec
 TEST(SurfaceLights, RaysThatFindALightHaveTheDensityOfItsSamples) {
   LightTable facet, sphere;
   facet.facets.add(facet_of({1, 2, 3}, {2, 2.5f, 3}, {1.2f, 3, 3.7f}, false));
-  facet.build(5);
+  facet.build();
   const Vec3d n = glm::normalize(glm::cross(Vec3d(1, 0.5, 0), Vec3d(0.2, 1, 0.7)));
   expect_same_density(facet, 0, {0.3f, 1.9f, 2.5f}, Vec3d(0), n);
   expect_same_density(facet, 0, {-5, 1.9f, 2.5f}, Vec3d(0), n);
   sphere.spheres.add({{1, 0, 0}, 0.5f, kWhite, false, false, 0});
-  sphere.build(5);
+  sphere.build();
   expect_same_density(sphere, 0, {-0.3f, 0.4f, 0.2f}, {1, 0, 0}, Vec3d(0));
 }
 
@@ -191,12 +191,12 @@ TEST(SurfaceLights, ProfilesChangeTheRadianceAndNothingElse) {
     flat.facets.add(facet);
     facet.exponent = exponent;
     shaped.facets.add(facet);
-    flat.build(1);
-    shaped.build(1);
+    flat.build();
+    shaped.build();
     const Vec3d normal = glm::normalize(glm::cross(Vec3d(facet.edge1), Vec3d(facet.edge2)));
     for_each_draw(9, [&](Pair8, Pair8 u) {
-      const LightSample8 a = flat.sample(broadcast(Vec3(0)), kNoChoice, u);
-      const LightSample8 b = shaped.sample(broadcast(Vec3(0)), kNoChoice, u);
+      const LightSample8 a = flat.sample(broadcast(Vec3(0)), 0, kNoChoice, u);
+      const LightSample8 b = shaped.sample(broadcast(Vec3(0)), 0, kNoChoice, u);
       const Lanes pdf_a(a.pdf_solid_angle), pdf_b(b.pdf_solid_angle), weight_a(a.weight.x), weight_b(b.weight.x);
       const VectorLanes wi(a.wi);
       for (int lane = 0; lane < 8; ++lane) {

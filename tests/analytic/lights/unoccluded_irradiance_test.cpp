@@ -8,11 +8,11 @@ namespace {
 
 /// Five standard errors raise a false alarm once in 1.7 million comparisons. 1e-5 is for rounding.
 void expect_mean_of_samples(LightTable table, const Vec3& p, const Vec3& normal) {
-  table.build(10);
+  table.build();
   const Vec3 n = glm::normalize(normal);
   double sum = 0, squares = 0;
   for_each_draw(7, [&](Pair8, Pair8 u) {
-    const LightSample8 s = table.sample(broadcast(p), kNoChoice, u);
+    const LightSample8 s = table.sample(broadcast(p), 0, kNoChoice, u);
     const Lanes value(masked(s.valid, s.weight.y * max(dot(s.wi, broadcast(n)), F8(0.0f))));
     for (int lane = 0; lane < 8; ++lane) {
       sum += value[lane];
@@ -78,6 +78,39 @@ TEST(UnoccludedIrradiance, MatchesSamplesOfPointsAndDirections) {
   }
 }
 
+TEST(UnoccludedIrradiance, OfADiskIsItsFormFactor) {
+  // E/(πL) = r²/(r² + h²) on the axis. Perpendicular to it, at distance h, (1/π)(atan(1/s) − s/(1 + s²)) with s = h/r.
+  for (const double h : {0.3, 1.0, 7.0}) {
+    LightTable table;
+    table.disks.add({{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {1, 1, 1}});
+    const double s = h / 2;
+    EXPECT_NEAR(table.disks.irradiance(0, {0, 0, h}, {0, 0, -1}).x / M_PI, 4 / (4 + h * h), 1e-3);
+    EXPECT_NEAR(table.disks.irradiance(0, {0, 0, h}, {1, 0, 0}).x / M_PI, (std::atan(1 / s) - s / (1 + s * s)) / M_PI,
+                1e-3);
+    EXPECT_EQ(table.disks.irradiance(0, {0, 0, -h}, {0, 0, 1}).x, 0);
+  }
+}
+
+TEST(UnoccludedIrradiance, MatchesSamplesOfABall) {
+  for (const Vec3& normal : {Vec3(0, 1, 0), Vec3(1, 0.1f, 0), Vec3(0.3f, 0, 1), Vec3(0, -1, 0.4f)}) {
+    LightTable table;
+    table.points.add({{1.2f, 4, 3.1f}, {1, 2, 3}, 1.5f});
+    expect_mean_of_samples(table, {1, 2, 3}, normal);
+  }
+}
+
+TEST(UnoccludedIrradiance, MatchesSamplesOfASunsDisk) {
+  // High, cut by the horizon, and set.
+  for (const float diameter : {0.5f, 20.0f, 120.0f}) {
+    const auto angle = static_cast<float>(1 - std::cos(diameter * M_PI / 360));
+    for (const Vec3& normal : {Vec3(0, 1, 0), Vec3(1, 0.1f, 0), Vec3(0.3f, 0, 1), Vec3(0, -1, 0.4f)}) {
+      LightTable table;
+      table.directional.add({glm::normalize(Vec3(0.01f, -1, 0.02f)), {1, 2, 3}, angle});
+      expect_mean_of_samples(table, {1, 2, 3}, normal);
+    }
+  }
+}
+
 TEST(UnoccludedIrradiance, MatchesTheSumOverAnEnvironmentImage) {
   // Clear sky with a sun over darker ground, turned. The integral is a sum over directions.
   constexpr int kWidth = 16, kHeight = 8;
@@ -88,7 +121,7 @@ TEST(UnoccludedIrradiance, MatchesTheSumOverAnEnvironmentImage) {
   }
   LightTable table;
   table.environment = EnvironmentRadiance(rgb, kWidth, kHeight, {1, 2, 1}, 33);
-  table.build(10);
+  table.build();
   const UnoccludedIrradiance unoccluded(table);
   for (const Vec3& normal : {Vec3(0, 1, 0), Vec3(0, -1, 0), Vec3(1, 0.2f, 0.3f), Vec3(-1, 0, -1), Vec3(-0.3f, -1, 2)}) {
     const Vec3 n = glm::normalize(normal);
@@ -123,7 +156,7 @@ TEST(UnoccludedIrradiance, MatchesTheSumOverAnEnvironmentImage) {
 TEST(UnoccludedIrradiance, IsPiTimesAConstantEnvironment) {
   LightTable table;
   table.environment = EnvironmentRadiance({1, 2, 3});
-  table.build(1);
+  table.build();
   const VectorLanes got(UnoccludedIrradiance(table).at(table, broadcast(Vec3(0)), broadcast(Vec3(0, 0, 1)), M8(true)));
   EXPECT_NEAR(got[0].z, 3 * M_PI, 1e-5);
 }

@@ -15,8 +15,9 @@ TEST(Decisions, HaveDifferentNumbersWithinASample) {
   // Includes the largest number of bounces that the client allows.
   for (const std::uint32_t bounce : {0u, 1u, 2u, 3u, 999u, 1'000u, 999'999u, 1'000'000u}) {
     for (const std::uint32_t decision :
-         {light_decision(bounce), bsdf_decision(bounce), choice_decision(bounce), connection_decision(bounce),
-          medium_decision(bounce, 0), medium_decision(bounce, 1), medium_decision(bounce, kMaxPassed)}) {
+         {light_decision(bounce), light_decision(bounce, 1), light_decision(bounce, 3), bsdf_decision(bounce),
+          choice_decision(bounce), connection_decision(bounce), medium_decision(bounce, 0), medium_decision(bounce, 1),
+          medium_decision(bounce, kMaxPassed)}) {
       numbers.insert(decision);
       ++count;
     }

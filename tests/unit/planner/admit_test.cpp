@@ -114,6 +114,34 @@ TEST(Admit, ASpotMattersOnlyWhereItShines) {
   EXPECT_FALSE(path_finds_all({3, -5, 0}, 1));
 }
 
+TEST(Admit, ASunOfAnAngleIsSmallUnlessItFillsEnoughOfTheSky) {
+  // It fills (1 − cos(angle/2))/2 of all directions: 5.3e-6 at 0.53°, and 1e-5 at 0.7247°.
+  const auto with_angle = [](double degrees) {
+    return read_facts(scene_of({kWhite, kGlass}, {{"sun", DirectionalLight{{0, -1, 0}, {1, 1, 1}, degrees}}}));
+  };
+  EXPECT_FALSE(admit(with_angle(0.53), "path").admitted);
+  EXPECT_FALSE(admit(with_angle(0.72), "path").admitted);
+  EXPECT_TRUE(admit(with_angle(0.73), "path").admitted);
+  EXPECT_TRUE(with_angle(0.53).delta_lights.empty());
+  EXPECT_TRUE(admit(with_angle(0.53), "caustic").admitted);
+  const std::vector<std::string> features = features_of(with_angle(5));
+  EXPECT_EQ(std::ranges::count(features, "lights with a size"), 1);
+  EXPECT_EQ(std::ranges::count(features, "light sampling"), 1);
+}
+
+TEST(Admit, APointLightWithARadiusIsSmallUnlessItIsNear) {
+  // The ball of radius 1 is at (3, 0, 0). From its surface, a light of radius r at height 5 fills r²/4d² of all
+  // directions, with d² = (√34 − 1)².
+  const double d = std::sqrt(34) - 1, limit = 2 * d * std::sqrt(kSmallShare);
+  const auto path_with = [](double radius) {
+    return admit(read_facts(scene_of({kWhite, kGlass}, {{"bulb", PointLight{{0, 5, 0}, {1, 1, 1}, radius}}})), "path")
+        .admitted;
+  };
+  EXPECT_FALSE(path_with(0));
+  EXPECT_FALSE(path_with(0.98 * limit));
+  EXPECT_TRUE(path_with(1.02 * limit));
+}
+
 TEST(Admit, CausticDoesNotCoverInfinitePlanesUnderDistantLight) {
   Light window = kSky;
   std::get<EnvironmentLight>(window.kind).has_image = true;

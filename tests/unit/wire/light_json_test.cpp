@@ -111,9 +111,10 @@ TEST(LightJson, MistakesInUnitsAreNamed) {
 
 TEST(LightJson, PackedScenesKeepEveryLight) {
   Scene scene = scene_of(light_document(
-      R"({"name": "a", "point": {"position": [1, 2, 3], "intensity": {"rgb": [1, 2, 3]}}},
-         {"directional": {"direction": [0, -2, 0], "irradiance": {"rgb": [4, 5, 6]}}},
-         {"spot": {"position": [1, 0, 0], "direction": [0, 0, 1], "cutoff_degrees": 30, "blend": 0.25},
+      R"({"name": "a", "point": {"position": [1, 2, 3], "intensity": {"rgb": [1, 2, 3]}, "radius": 0.25}, "hidden_from_camera": true},
+         {"directional": {"direction": [0, -2, 0], "irradiance": {"rgb": [4, 5, 6]}, "angle_degrees": 0.5}},
+         {"spot": {"position": [1, 0, 0], "direction": [0, 0, 1], "cutoff_degrees": 30, "blend": 0.25,
+                   "radius": 0.125},
           "strength": {"watt": 10}},
          {"cosine_power": {"position": [0, 1, 0], "direction": [1, 0, 0], "exponent": 3,
                            "intensity": {"rgb": [7, 8, 9]}}},
@@ -129,7 +130,12 @@ TEST(LightJson, PackedScenesKeepEveryLight) {
   EXPECT_EQ(pack_scene(*back), bytes);
   ASSERT_EQ(back->lights.size(), 6u);
   EXPECT_EQ(back->lights[0].name, "a");
+  EXPECT_TRUE(back->lights[0].hidden_from_camera);
+  EXPECT_FALSE(back->lights[1].hidden_from_camera);
+  EXPECT_EQ(std::get<PointLight>(back->lights[0].kind).radius, 0.25);
+  EXPECT_EQ(std::get<DirectionalLight>(back->lights[1].kind).angle_degrees, 0.5);
   EXPECT_EQ(std::get<SpotLight>(back->lights[2].kind).blend, 0.25);
+  EXPECT_EQ(std::get<SpotLight>(back->lights[2].kind).radius, 0.125);
   EXPECT_EQ(std::get<SpotLight>(back->lights[2].kind).intensity, std::get<SpotLight>(scene.lights[2].kind).intensity);
   EXPECT_EQ(std::get<IesLight>(back->lights[4].kind).asset, sha256("profile"));
   EXPECT_EQ(std::get<EnvironmentLight>(back->lights[5].kind).asset, sha256("image"));

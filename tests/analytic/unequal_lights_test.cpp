@@ -1,0 +1,103 @@
+// Lights of very unequal power and distance: the one that lights a surface is sampled, whatever the others are.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/lights/light_choice.h"
+#include "tests/analytic/meter_text.h"
+#include "tests/analytic/scene_text.h"
+
+namespace lightmill::test {
+namespace {
+
+constexpr const char* kCube =
+    "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n"
+    "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 1 5 8 4\n";
+constexpr const char* kLamp =
+    R"({"name": "l1", "material": "far", "triangle": {"a": [-3.4, 3, 1.75], "b": [-2.9, 3, 1.75], "c": [-2.9, 3, 2.25]}})";
+
+/// A cube, a point light of 100 W one unit from its right side, and more lights or objects.
+std::string cube_scene(double lamp_watt, const std::string& objects, const std::string& lights) {
+  return fmt::format(
+      R"("materials": [{}, {}, {{"name": "far", "diffuse": {{"reflectance": {}}}, "emission_strength": {{"watt": {}}}}}],
+         "objects": [{}{}],
+         "lights": [{{"name": "near", "point": {{"position": [2, 0, 0]}}, "strength": {{"watt": 100}}}}{}])",
+      diffuse("grey", 0.8), diffuse("black", 0), gray(0), lamp_watt, mesh("grey", "cube.obj"), objects, lights);
+}
+
+/// Points of 10 kW behind the cube, as seen from its right side.
+std::string points_behind(int count) {
+  std::string out;
+  for (int i = 0; i < count; ++i) {
+    out += fmt::format(R"(, {{"point": {{"position": [-3, {}, 0]}}, "strength": {{"watt": 10000}}}})", 0.3 * i - 1);
+  }
+  return out;
+}
+
+TEST(UnequalLights, AStrongOneThatDoesNotReachTheSurfaceMakesNoNoise) {
+  // E = Φ/4πd² on the right side. The other lights are behind the surface, or behind a black wall.
+  const std::string lamp = also(kLamp);
+  const std::string spots =
+      R"(, {"spot": {"position": [9, 0, 0], "direction": [-1, 0, 0], "cutoff_degrees": 30}, "strength": {"watt": 1e5}},
+         {"spot": {"position": [9, 1, 0], "direction": [-1, 0, 0], "cutoff_degrees": 30}, "strength": {"watt": 1e5}})";
+  for (const auto& [objects, lights] : {std::pair{lamp, std::string()},
+                                        {lamp, points_behind(2)},
+                                        {lamp, points_behind(7)},
+                                        {lamp, points_behind(40)},
+                                        {lamp + also(mesh("black", "wall.obj")), spots}}) {
+    const auto scene =
+        scene_with(cube_scene(10000, objects, lights) +
+                       R"(, "meters": [{"name": "m", "irradiance": {"point": [1, 0, 0], "normal": [1, 0, 0]}}])",
+                   {{"cube.obj", kCube}, {"wall.obj", box(3, 3.1, -20, 20, -20, 20)}});
+    const MeterReading reading = read_meters(scene, 1).front();
+    EXPECT_NEAR(reading.value, 100 / (4 * M_PI), 1e-3) << objects << lights;  // the meter is slightly off the surface
+    EXPECT_LE(reading.half_width, 1e-3) << objects << lights;
+  }
+}
+
+/// The middle of the cube's right side, as seen by a camera: red, pixel by pixel, of half A.
+std::vector<double> right_side(double lamp_watt) {
+  const auto scene = TestScene::from_text(
+      R"({"camera": {"eye": [6, 3, 6], "look_at": [0, 0, 0], "vertical_fov_degrees": 30},
+          "film": {"width": 64, "height": 64}, )" +
+          cube_scene(lamp_watt, also(kLamp), "") + "}",
+      {{"cube.obj", kCube}});
+  const HalfImages image = scene.render({"path", 9, 0}, 2, {40, 33, 4, 4});
+  std::vector<double> out;
+  for (std::size_t i = 0; i < image.a.size(); i += 3) {
+    out.push_back(image.a[i]);
+  }
+  return out;
+}
+
+TEST(UnequalLights, APictureOfTheRightSideDoesNotDependOnALampOnTheLeft) {
+  const std::vector<double> weak = right_side(1e-6), strong = right_side(10000);
+  ASSERT_EQ(weak.size(), 16u);
+  for (std::size_t i = 0; i < weak.size(); ++i) {
+    EXPECT_GT(weak[i], 0.1);
+    EXPECT_NEAR(strong[i], weak[i], 1e-5 * weak[i]);
+  }
+}
+
+TEST(UnequalLights, OfManyAWeakOneIsNotStarvedByStrongOnesBehindAWall) {
+  // One lamp of 1 W in the open, and more of 10 kW behind a black wall. The even share bounds the relative variance.
+  for (const int hidden : {7, 15}) {
+    std::string lights = R"({"point": {"position": [0, 0, 1]}, "strength": {"watt": 1}})";
+    for (int i = 0; i < hidden; ++i) {
+      lights += fmt::format(R"(, {{"point": {{"position": [{}, 0, 4]}}, "strength": {{"watt": 1e4}}}})", i - 3);
+    }
+    const auto scene = scene_with(fmt::format(R"("materials": [{}], "objects": [{}], "lights": [{}],
+             "meters": [{{"name": "m", "irradiance": {{"point": [0, 0, 0], "normal": [0, 0, 1]}}}}])",
+                                              diffuse("black", 0), mesh("black", "wall.obj"), lights),
+                                  {{"wall.obj", box(-40, 40, -40, 40, 2, 2.1)}});
+    const MeterReading reading = read_meters(scene, 3).front();
+    constexpr double kSamples = 64 * 64 * 8;
+    const double bound = std::sqrt(((hidden + 1) / LightChoice::kEvenShare - 1) / kSamples);
+    const double exact = 1 / (4 * M_PI);
+    EXPECT_LE(reading.half_width / 1.96, 1.2 * bound * exact) << hidden;
+    EXPECT_NEAR(reading.value, exact, 5 * bound * exact) << hidden;
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::test
