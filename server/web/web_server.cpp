@@ -31,7 +31,7 @@ OnSideThread running_on(const std::shared_ptr<asio::thread_pool>& threads) {
 }
 
 FarmGreeting greeting_of(const WebOptions& options, Runtime& runtime) {
-  return {options.version, runtime.options().notices, {}, runtime.gate().authenticates()};
+  return {options.version, runtime.options().notices, {}};
 }
 
 LiveHub::OnRefused recording_refusals(FarmLoop& loop, const Gate& gate) {
