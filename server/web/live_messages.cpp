@@ -5,7 +5,7 @@
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/web.pb.h"
 #include "server/access/rights.h"
-#include "server/operations/worker_message.h"
+#include "server/operations/messages.h"
 
 namespace lightmill {
 namespace {

@@ -7,7 +7,6 @@
 #include "lightmill/v1/render_service.pb.h"
 #include "server/operations/operation_call.h"
 #include "server/runtime/records.h"
-#include "server/web/http_session.h"
 
 namespace lightmill {
 namespace {

@@ -5,9 +5,9 @@
 #include <random>
 
 #include "common/base/log.h"
+#include "server/store/migration.h"
 #include "server/store/postgres/format_6.h"
 #include "server/store/postgres/schema.h"
-#include "server/store/store_format.h"
 
 namespace lightmill::postgres {
 namespace {
