@@ -17,7 +17,7 @@ std::string_view host_of(std::string_view peer) {
 }
 
 bool same_coming(const Action& a, const Action& b) {
-  return a.who == b.who && a.proof == b.proof && a.token == b.token && host_of(a.peer) == host_of(b.peer) &&
+  return a.caller == b.caller && a.proof == b.proof && a.token == b.token && host_of(a.peer) == host_of(b.peer) &&
          b.unix_ms - a.unix_ms < kSameComingMs;
 }
 
@@ -33,7 +33,7 @@ ActionLog::ActionLog(const ActionLogLimits& limits, std::vector<Action> stored) 
 }
 
 ActionLog::Kind ActionLog::kind_of(const Action& action) {
-  return action.outcome != StatusCode::kOk ? kRefusal : action.what == kWorkAction ? kWorker : kChange;
+  return action.outcome != StatusCode::kOk ? kRefusal : action.operation == kWorkAction ? kWorker : kChange;
 }
 
 void ActionLog::note(const Action& action) {
@@ -42,8 +42,8 @@ void ActionLog::note(const Action& action) {
   next_ = action.number + 1;
   if (kind == kWorker) {
     last_came_[action.about] = action.number;
-  } else if (action.what == kStart || action.what == kTakeOver || action.what == kStop) {
-    at_work_ = action.what != kStop;
+  } else if (action.operation == kStart || action.operation == kTakeOver || action.operation == kStop) {
+    at_work_ = action.operation != kStop;
   }
 }
 
@@ -94,7 +94,7 @@ ActionPage ActionLog::find(const ActionFilter& filter, std::size_t most) const {
       break;
     }
     const Action& action = (--at)->second;
-    if ((filter.job == 0 || action.job == filter.job) && (filter.who.empty() || action.who == filter.who) &&
+    if ((filter.job == 0 || action.job == filter.job) && (filter.caller.empty() || action.caller == filter.caller) &&
         action.unix_ms >= filter.since_unix_ms) {
       page.actions.push_back(action);
     }

@@ -29,11 +29,11 @@ inline constexpr std::string_view kWorkAction = "Work";
 struct Action {
   std::uint64_t number = 0;  ///< counts up from 1 for the life of the store
   std::int64_t unix_ms = 0;
-  std::string who;  ///< a name; empty for unknown callers and for the coordinator itself
+  std::string caller;  ///< a name; empty for unknown callers and for the coordinator itself
   Proof proof = Proof::none;
   std::string token;      ///< id of the token, if one was used
   std::string peer;       ///< ADDRESS:PORT of the caller, or the coordinator's own host
-  std::string what;       ///< name of the RPC, or one of the names above
+  std::string operation;  ///< name of the RPC, or one of the names above
   std::uint64_t job = 0;  ///< 0: none
   std::string about;      ///< name of the job, worker or token
   StatusCode outcome = StatusCode::kOk;
@@ -50,7 +50,7 @@ struct ActionLogLimits {
 /// Filter of a query. The default selects everything.
 struct ActionFilter {
   std::uint64_t job = 0;  ///< only this job
-  std::string who;
+  std::string caller;
   std::int64_t since_unix_ms = 0;
   std::uint64_t before = 0;  ///< only lower numbers; 0: from the newest
 };

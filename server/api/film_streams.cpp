@@ -6,7 +6,7 @@
 #include "server/api/offer_stream.h"
 #include "server/api/rejected_stream.h"
 #include "server/api/render_service.h"
-#include "server/operations/film_messages.h"
+#include "server/operations/messages.h"
 
 namespace lightmill {
 namespace {

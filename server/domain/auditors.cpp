@@ -13,7 +13,7 @@ std::vector<Renderer> Audits::renderers_for(const Job& job, Time now) const {
   }
   for (const auto& [identity, was] : workers_.absent()) {
     if (now < was.since + limits_.auditor_patience && suits(was.fingerprint_class, was.renderer_version, job) &&
-        !quarantine_.contains({"", identity}) && !job.refusals.excludes(identity)) {
+        !quarantine_.contains({"", identity}) && !job.refusals().excludes(identity)) {
       all.insert({"", identity, job.class_of_result(was.fingerprint_class)});
     }
   }
@@ -21,10 +21,10 @@ std::vector<Renderer> Audits::renderers_for(const Job& job, Time now) const {
 }
 
 bool Audits::are_done(const Job& job, Time now) const {
-  if (job.audits.out() > 0 || !job.audits.disputed().empty()) {
+  if (job.audits().out() > 0 || !job.audits().disputed().empty()) {
     return false;
   }
-  if (!job.audits.waiting()) {
+  if (!job.audits().waiting()) {
     return true;
   }
   // The farm does not know an identity without results before the start. It may come back too.
@@ -32,7 +32,7 @@ bool Audits::are_done(const Job& job, Time now) const {
                             : identities_before_.size() == 1 ? limits_.restart_grace
                                                              : limits_.auditor_patience;
   const bool others_may_come_back = now < started_ + patience;
-  return !others_may_come_back && !job.audits.possible_for(renderers_for(job, now));
+  return !others_may_come_back && !job.audits().possible_for(renderers_for(job, now));
 }
 
 bool Audits::one_identity(const Job& job) const {
@@ -51,16 +51,16 @@ bool Audits::one_identity(const Job& job) const {
 }
 
 bool Audits::any_may_render(const Job& job, Time now) const {
-  const bool others_may_come_back = job.restored || identities_before_.size() > 1;
+  const bool others_may_come_back = job.restored() || identities_before_.size() > 1;
   return (others_may_come_back && now < started_ + limits_.restart_grace) || !renderers_for(job, now).empty();
 }
 
 std::string Audits::reason_for_dispute(const Job& job) const {
-  if (job.audits.disputed().empty()) {
+  if (job.audits().disputed().empty()) {
     return "";
   }
-  const PendingAudits::Key& audit_key = *job.audits.disputed().begin();
-  const PendingAudits::Entry& entry = *job.audits.find(audit_key);
+  const PendingAudits::Key& audit_key = *job.audits().disputed().begin();
+  const PendingAudits::Entry& entry = *job.audits().find(audit_key);
   const bool third = std::ranges::any_of(workers_.all(), [&](const auto& each) {
     return each.second.stays() && may_render(each.second, job) &&
            PendingAudits::may_claim(entry, renderer_of(each.second, job));

@@ -31,14 +31,14 @@ void Audits::restore(Job& job, std::span<const Renderer> renderers,
     const Renderer& by = renderers[result.by];
     identities_before_.insert(by.identity);
     provenance_.restore(job.id(), result.tile, node->range, by);
-    if (result.to_verify && (job.active() || job.record.state == JobState::done)) {
-      job.audits.open({result.range, result.tile}, {by, result.hash});
+    if (result.to_verify && (job.active() || job.state() == JobState::done)) {
+      job.audits().open({result.range, result.tile}, {by, result.hash});
     }
   }
 }
 
 double Audits::parts_in(const Job& job, const NodeKey& key) {
-  const std::uint64_t samples = std::min(job.plan->goal(), 2 * std::max(job.film().frame_samples(), key.range.end()));
+  const std::uint64_t samples = std::min(job.plan().goal(), 2 * std::max(job.film().frame_samples(), key.range.end()));
   const double whole = static_cast<double>(samples) * static_cast<double>(job.film().grid().pixel_count());
   const double result = static_cast<double>(key.range.count()) * static_cast<double>(job.pixels_of(key.tile));
   return std::max(1.0, kPartsOfAJob * result / whole);
@@ -57,24 +57,24 @@ void Audits::merged(Job& job, const NodeKey& key, const Hash128& hash, const Ren
       std::ranges::any_of(outcome.removed, [&](const SampleRange& range) { return key.range.contains(range); });
   if (replaced) {
     event.store(DropResults{key});
-    for (const auto& [audit_key, lease] : job.audits.close_within(key.tile, key.range)) {
+    for (const auto& [audit_key, lease] : job.audits().close_within(key.tile, key.range)) {
       if (lease) {
         leases_.tile_done(*lease, key.tile, false, event);
       }
     }
   }
-  const double share = job.record.spec.verify_share;
+  const double share = job.spec().verify_share;
   const bool audited = share > 0 && !by.identity.empty() &&
                        (replaced || unusual || is_chosen(secret_, key, chance_of_audit(share, parts_in(job, key))));
   event.store(PutResult{key, hash, by, audited});
   if (audited) {
-    job.audits.open({key.range, key.tile}, {by, hash});
+    job.audits().open({key.range, key.tile}, {by, hash});
   }
 }
 
 std::optional<Claim> Audits::claim_of_film(const Job& job, const NodeKey& key, const Renderer& by) const {
   const std::span<const std::uint32_t> parts = provenance_.parts(key);
-  if (parts.empty() && job.record.spec.allow_mixed) {
+  if (parts.empty() && job.spec().allow_mixed) {
     return std::nullopt;
   }
   if (std::ranges::any_of(parts, [&](std::uint32_t part) {
@@ -98,9 +98,9 @@ std::optional<Claim> Audits::claim_of_film(const Job& job, const NodeKey& key, c
 Dispute Audits::compare(Job& job, const NodeKey& key, const Hash128& hash, const Renderer& by, bool differs,
                         const Event& event) {
   const PendingAudits::Key audit_key{key.range, key.tile};
-  const PendingAudits::Entry* const entry = job.audits.find(audit_key);
+  const PendingAudits::Entry* const entry = job.audits().find(audit_key);
   if (entry == nullptr) {
-    if (!differs || job.record.spec.verify_share <= 0) {
+    if (!differs || job.spec().verify_share <= 0) {
       return {};
     }
     // These samples were not selected, but a copy rendered them again. The film has the first claim.
@@ -108,15 +108,15 @@ Dispute Audits::compare(Job& job, const NodeKey& key, const Hash128& hash, const
     if (!first) {
       return {};
     }
-    job.audits.open(audit_key, *std::move(first), false);
+    job.audits().open(audit_key, *std::move(first), false);
   } else if (!PendingAudits::may_claim(*entry, by)) {
     return {};  // an identity may claim once, and only in the class of the place
   }
-  const Verdict verdict = job.audits.claim(audit_key, {by, hash});
+  const Verdict verdict = job.audits().claim(audit_key, {by, hash});
   if (verdict.kind == Verdict::Kind::agreed) {
     return settle(job, key, verdict.hash, event);
   }
-  const std::vector<Claim>& claims = job.audits.find(audit_key)->claims;
+  const std::vector<Claim>& claims = job.audits().find(audit_key)->claims;
   if (verdict.kind == Verdict::Kind::program) {
     return {.wrong = claims};
   }
@@ -127,8 +127,8 @@ Dispute Audits::compare(Job& job, const NodeKey& key, const Hash128& hash, const
 
 Dispute Audits::settle(Job& job, const NodeKey& key, const Hash128& hash, const Event& event) {
   const PendingAudits::Key audit_key{key.range, key.tile};
-  const PendingAudits::Entry entry = *job.audits.find(audit_key);
-  if (const std::optional<LeaseId> lease = job.audits.close(audit_key)) {
+  const PendingAudits::Entry entry = *job.audits().find(audit_key);
+  if (const std::optional<LeaseId> lease = job.audits().close(audit_key)) {
     leases_.tile_done(*lease, key.tile, false, event);
   }
   Dispute dispute;
@@ -136,7 +136,7 @@ Dispute Audits::settle(Job& job, const NodeKey& key, const Hash128& hash, const 
     (claim.hash == hash ? dispute.agreed : dispute.wrong).push_back(claim);
   }
   if (entry.chosen && entry.claims.front().hash == hash) {  // else the first claim may be a joined node
-    ++job.record.counters.results_verified;
+    job.result_verified();
     ++totals_.results_verified;
     event.store(PutVerified{key});
   }

@@ -363,7 +363,7 @@ void Coordinator::Parts::take_film(Job& job, StoredFilm film, const Event& event
   if (!missing.empty()) {
     event.warn(about(job.id()), "job {}: {} of its stored nodes {} damaged: {}", job.id().value, missing.size(),
                missing.size() == 1 ? "was" : "were",
-               job.record.state == JobState::done ? "they are rendered again" : "its picture lacks them");
+               job.state() == JobState::done ? "they are rendered again" : "its picture lacks them");
   }
   life_cycle.film_loaded(job, missing.empty(), event);
   queue.refresh(job);
@@ -420,18 +420,18 @@ const std::string& Coordinator::held() const {
 
 Result<const JobSpec*> Coordinator::spec(JobId id) const {
   LM_ASSIGN_OR_RETURN(const Job* const job, parts_->jobs.get(id));
-  return &job->record.spec;
+  return &job->spec();
 }
 
 Result<std::string> Coordinator::owner(JobId id) const {
   LM_ASSIGN_OR_RETURN(const Job* const job, parts_->jobs.get(id));
-  return job->record.spec.owner;
+  return job->spec().owner;
 }
 
 std::set<Sha256> Coordinator::assets() const {
   std::set<Sha256> assets;
   for (const auto& [id, job] : parts_->jobs.all()) {
-    const std::vector<Sha256>& named = job->record.spec.settings.assets;
+    const std::vector<Sha256>& named = job->spec().settings.assets;
     assets.insert(named.begin(), named.end());
   }
   return assets;
@@ -449,14 +449,14 @@ const Film* Coordinator::film(JobId id) const {
 
 std::uint64_t Coordinator::version(JobId id) const {
   const Job* const job = parts_->jobs.find(id);
-  return job == nullptr ? 0 : job->version;
+  return job == nullptr ? 0 : job->version();
 }
 
 std::vector<std::pair<JobId, std::uint64_t>> Coordinator::versions(std::size_t most) const {
   std::vector<std::pair<JobId, std::uint64_t>> found;
   const auto& jobs = parts_->jobs.all();
   for (auto at = jobs.rbegin(); at != jobs.rend() && found.size() < most; ++at) {
-    found.emplace_back(at->first, at->second->version);
+    found.emplace_back(at->first, at->second->version());
   }
   return found;
 }

@@ -20,7 +20,7 @@ constexpr double kLeastTileSeconds = 1e-6;  ///< also for a job without results
 double Copies::tile_seconds(const Worker& worker, const Lease& lease) const {
   const Job& job = jobs_.at(lease.unit.job);
   const WorkerJob* const known = worker.find_job(job.id());
-  const MeasuredCost& cost = known != nullptr && known->cost.known() ? known->cost : job.cost;
+  const MeasuredCost& cost = known != nullptr && known->cost.known() ? known->cost : job.cost();
   return cost.mean.value() * static_cast<double>(lease.unit.range.count() * job.pixels_of(lease.unit.tiles.front()));
 }
 
@@ -54,7 +54,7 @@ bool Copies::may_be_copied(const Lease& lease, Time now) const {
   const Job& job = jobs_.at(lease.unit.job);
   const bool copied = lease.is_pilot() ? job.leases().size() > 1 : lease.copy && !lease.audits;
   const Duration patience = lease.is_pilot() ? limits_.copy_pilot_after : limits_.copy_after;
-  return job.record.state == JobState::running && !copied && !lease.alone && (lease.sent || lease.abandoned) &&
+  return job.state() == JobState::running && !copied && !lease.alone && (lease.sent || lease.abandoned) &&
          (lease.abandoned || now > lease.granted + patience);
 }
 
@@ -131,7 +131,7 @@ bool Copies::copy(const Lease& lease, Worker& worker, const Event& event) {
   Unit unit{job.id(), lease.unit.range, {}};
   for (std::size_t i = lease.unit.tiles.size();
        i-- > 0 && unit.tiles.size() < std::max(wanted, worker.hello().threads);) {
-    if (!lease.done[i] && job.plan->add_copy(id, lease.unit.tiles[i], lease.unit.range)) {
+    if (!lease.done[i] && job.plan().add_copy(id, lease.unit.tiles[i], lease.unit.range)) {
       unit.tiles.push_back(lease.unit.tiles[i]);
     }
   }
@@ -150,7 +150,7 @@ bool Copies::take_over_audit(const Lease& lease, Worker& worker, const Event& ev
   Unit unit{job.id(), lease.unit.range, {}};
   for (std::size_t i = 0; i < lease.unit.tiles.size() && unit.tiles.size() < worker.hello().threads; ++i) {
     const TileId tile = lease.unit.tiles[i];
-    if (!lease.done[i] && job.audits.take_over({unit.range, tile}, from, id, by)) {
+    if (!lease.done[i] && job.audits().take_over({unit.range, tile}, from, id, by)) {
       unit.tiles.push_back(tile);
     }
   }
@@ -166,7 +166,6 @@ bool Copies::take_over_audit(const Lease& lease, Worker& worker, const Event& ev
 
 void Copies::open_copy(Worker& worker, Job& job, Lease lease, const Event& event) {
   const LeaseId id = lease.id;
-  job.record.counters.copies_leased += lease.unit.tiles.size();
   leases_.open(worker, job, std::move(lease), event.now);
   leases_.send_grant(worker, job, id, event);
   job.store_progress(event);

@@ -13,11 +13,11 @@ constexpr double kWorthwhileSeconds = 60;
 /// Threads that the job keeps busy for kWorthwhileSeconds. Nothing if it uses the connected workers: its sample cost is
 /// unknown, or it ends before a new worker would help.
 std::optional<double> threads_for(const Job& job, Time now) {
-  if (job.plan->closed() && !job.plan->has_work()) {
+  if (job.plan().closed() && !job.plan().has_work()) {
     return 0;  // it only waits for open leases
   }
-  const double cost = job.cost.mean.value();
-  const Goal& goal = job.record.spec.goal;
+  const double cost = job.cost().mean.value();
+  const Goal& goal = job.spec().goal;
   if (job.undecided() || cost <= 0 ||
       (goal.seconds > 0 && goal.seconds - job.active_seconds(now) < kWorthwhileSeconds)) {
     return std::nullopt;

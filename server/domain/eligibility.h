@@ -1,16 +1,16 @@
 // Eligibility: which workers may render which jobs.
 #pragma once
 
-#include "server/domain/jobs.h"
+#include "server/domain/job.h"
 #include "server/domain/workers.h"
 
 namespace lightmill {
 
 /// Whether results of such workers can enter the job's film.
 inline bool suits(const std::string& fingerprint_class, const std::string& renderer_version, const Job& job) {
-  const std::string& fixed = job.record.fingerprint_class;
-  return (job.record.spec.allow_mixed || fixed.empty() || fixed == fingerprint_class) &&
-         job.record.spec.settings.renderer_version == renderer_version;
+  const std::string& fixed = job.record().fingerprint_class;
+  return (job.spec().allow_mixed || fixed.empty() || fixed == fingerprint_class) &&
+         job.spec().settings.renderer_version == renderer_version;
 }
 inline bool suits(const Worker& worker, const Job& job) {
   return suits(worker.hello().fingerprint_class, worker.hello().renderer_version, job);
@@ -18,12 +18,12 @@ inline bool suits(const Worker& worker, const Job& job) {
 
 inline bool may_render(const Worker& worker, const Job& job) {
   return !worker.quarantined() && suits(worker, job) && !worker.too_large().contains(job.id()) &&
-         !job.refusals.excludes(worker.identity());
+         !job.refusals().excludes(worker.identity());
 }
 /// Whether the worker may get work of the job now.
 inline bool may_have(const Worker& worker, const Job& job, Time now) {
-  return now >= job.hold_until && may_render(worker, job) &&
-         now >= job.refusals.may_have_from(worker.identity(), worker.connected_at());
+  return now >= job.held_until() && may_render(worker, job) &&
+         now >= job.refusals().may_have_from(worker.identity(), worker.connected_at());
 }
 
 /// The worker as the renderer of a result of this job.

@@ -16,7 +16,7 @@ JobStatus FarmView::status(const Job& job, Time now) const {
 }
 
 JobStatus FarmView::decided_status(const Job& job, Time now) const {
-  const JobRecord& record = job.record;
+  const JobRecord& record = job.record();
   const JobSpec& spec = record.spec;
   JobStatus status;
   status.id = record.id;
@@ -50,7 +50,7 @@ JobStatus FarmView::decided_status(const Job& job, Time now) const {
   status.worker_seconds = record.worker_seconds;
   const FrameError error = job.frame_error();
   if (record.state == JobState::running) {
-    status.samples_per_second = job.rate.per_second(now);
+    status.samples_per_second = job.samples_per_second(now);
     const double eta = expected_seconds(job, error, status.samples_per_second, now);
     status.eta_seconds = std::isinf(eta) ? -1 : eta;
   }
@@ -59,8 +59,8 @@ JobStatus FarmView::decided_status(const Job& job, Time now) const {
   status.counters = record.counters;
   status.verify_share = spec.verify_share;
   status.allow_mixed = spec.allow_mixed;
-  status.results_unverified = job.audits.size();
-  status.one_identity = job.audits.waiting() && audits_.one_identity(job);
+  status.results_unverified = job.audits().size();
+  status.one_identity = job.audits().waiting() && audits_.one_identity(job);
   status.submitted_unix_ms = record.submitted_unix_ms;
   status.finished_unix_ms = record.finished_unix_ms;
   status.render_digest = job.digest();
@@ -73,7 +73,7 @@ namespace {
 bool fits(const Job& job, const JobFilter& filter) {
   const JobState state = job.shown_state();
   return (!filter.unfinished || !has_ended(state)) && (filter.states.empty() || filter.states.contains(state)) &&
-         (!filter.admits || filter.admits(job.record));
+         (!filter.admits || filter.admits(job.record()));
 }
 
 }  // namespace
@@ -165,9 +165,9 @@ FarmGauges FarmView::gauges() const {
   farm.units_out = leases_.all().size();
   for (const auto& [id, job] : jobs_.all()) {
     ++farm.jobs[static_cast<std::size_t>(job->shown_state())];
-    const Goal& goal = job->record.spec.goal;
+    const Goal& goal = job->spec().goal;
     const bool counted = goal.samples > 0 || goal.error > 0;  // a job that ends only by time has no limit of samples
-    farm.free_pixel_samples += counted && job->in_progress() ? job->plan->free_pixel_samples() : 0;
+    farm.free_pixel_samples += counted && job->in_progress() ? job->plan().free_pixel_samples() : 0;
   }
   for (const auto& [name, worker] : workers_.all()) {
     if (worker.session()) {

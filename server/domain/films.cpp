@@ -11,7 +11,7 @@ constexpr Duration kCheckPause = std::chrono::milliseconds(200);
 }  // namespace
 
 bool Films::use(Job& job, Time now) {
-  job.film_used = now;
+  job.use_film(now);
   if (!job.has_film() && std::ranges::find(wanted_, job.id(), &Wanted::job) == wanted_.end()) {
     next_serve_ = wanted_.empty() ? now : next_serve_;
     wanted_.push_back({job.id(), now});
@@ -20,7 +20,7 @@ bool Films::use(Job& job, Time now) {
 }
 
 void Films::keep(Job& job, Time now) {
-  job.film_used = now;
+  job.use_film(now);
   next_check_ = std::min(next_check_.value_or(now + limits_.film_idle), now + limits_.film_idle);
 }
 
@@ -43,7 +43,7 @@ bool Films::make_room(std::uint64_t bytes, Time now) {
   std::ranges::sort(ended, {}, &Job::film_used);
   next_check_.reset();
   for (Job* const job : ended) {
-    const Time idle = job->film_used + limits_.film_idle;
+    const Time idle = job->film_used() + limits_.film_idle;
     if (needed + kept <= limits_.film_bytes && now < idle) {
       next_check_ = std::min(next_check_.value_or(idle), idle);
       break;  // all others were used more recently
@@ -96,7 +96,7 @@ void Films::give_up(const Event& event) {
                             "of --films-gib, or the store is slow; try again",
                             wanted.job.value)});
     const Job* const job = jobs_.find(wanted.job);
-    if ((i == 0 && reading_) || (job != nullptr && job->reopens)) {
+    if ((i == 0 && reading_) || (job != nullptr && job->awaits_film())) {
       wanted.since = event.now;
       ++i;
     } else {

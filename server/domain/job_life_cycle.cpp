@@ -21,33 +21,25 @@ std::int64_t milliseconds(Duration duration) {
 
 // ---- states ----
 
-void JobLifeCycle::make_plan(Job& job, Time now) const {
-  job.plan = std::make_unique<JobPlan>(job.film(), job.samples_wanted_now(), limits_.film_bytes_per_job);
-  if (job.time_is_up(now)) {
-    job.plan->close();
-  }
-}
-
 void JobLifeCycle::queue_again(Job& job) {
-  if (job.record.spec.goal.seconds > 0) {
+  if (job.spec().goal.seconds > 0) {
     timed_.insert(job.id());
   }
   queue_.enter(job);
 }
 
 void JobLifeCycle::restored(Job& job, Time now) {
-  if (job.record.state == JobState::done && !is_whole(job)) {
+  if (job.state() == JobState::done && !is_whole(job)) {
     // The store left a damaged node out. It is rendered again.
     reopen(job, now);
-    if (!job.reopens) {
+    if (!job.awaits_film()) {
       restored_.insert(job.id());
-      job.hold_until = now + limits_.restart_grace;
+      job.hold(now + limits_.restart_grace);
     }
   } else if (job.active()) {
     if (job.digest_is_durable()) {
-      job.hold_until = now + limits_.restart_grace;
+      job.hold(now + limits_.restart_grace);
     }
-    make_plan(job, now);
     restored_.insert(job.id());
     queue_again(job);
   } else if (job.has_film()) {
@@ -56,48 +48,36 @@ void JobLifeCycle::restored(Job& job, Time now) {
 }
 
 void JobLifeCycle::start(Job& job, const Worker& worker, const Event& event) {
-  job.bind(worker.hello().fingerprint_class, leases_.last_id());
-  job.record.state = JobState::running;
+  job.start(worker.hello().fingerprint_class, leases_.last_id());
   job.store(event);
   event.info(about(job.id(), worker.name()), "job {} starts on worker {}, class {}", job.id().value, worker.name(),
-             job.record.fingerprint_class);
+             job.record().fingerprint_class);
 }
 
 void JobLifeCycle::unbind_if_unwanted(Job& job, const Event& event) {
   const bool wanted = std::ranges::any_of(
       workers_.all(), [&](const auto& entry) { return entry.second.counts() && may_render(entry.second, job); });
-  const bool bound = job.active() && !job.record.fingerprint_class.empty();
+  const bool bound = job.active() && !job.record().fingerprint_class.empty();
   if (!wanted && bound && job.leases().empty() && job.film().pixel_samples() == 0) {
     job.unbind();
-    job.record.state = job.in_progress() ? JobState::queued : job.record.state;
     job.store(event);
   }
 }
 
 void JobLifeCycle::pause(Job& job, std::string reason, const Event& event) {
   // Results of open leases are still taken. Nothing more is leased.
-  job.record.state = JobState::paused;
-  job.record.reason = std::move(reason);
+  job.pause(std::move(reason));
   job.store(event);
   queue_.refresh(job);
 }
 
-void JobLifeCycle::finish(Job& job, JobState state, std::string reason, const Event& event) {
+void JobLifeCycle::finish(Job& job, JobState state, std::string reason, const Event& event, GoalLimit limit) {
   while (!job.leases().empty()) {
     leases_.end(*job.leases().begin(), {.cancel = true}, event);
   }
-  job.record_error(true);
-  job.end(state);
+  job.end(state, limit, std::move(reason), event);
   totals_.jobs_failed += state == JobState::failed ? 1 : 0;
-  job.record.reason = std::move(reason);
-  job.record.finished_unix_ms = event.unix_ms;
-  job.plan.reset();
   films_.keep(job, event.now);
-  job.losses = Losses(limits_);
-  job.refusals = {};
-  if (state != JobState::done) {
-    job.audits = {};  // a done job may still finish its audits when it is extended
-  }
   queue_.remove(job.id());
   for (std::set<JobId>* const waiting : {&timed_, &restored_, &ending_}) {
     waiting->erase(job.id());
@@ -105,7 +85,7 @@ void JobLifeCycle::finish(Job& job, JobState state, std::string reason, const Ev
   workers_.forget_job(job.id());
   job.store(event);
   event.note(state == JobState::failed ? Note::Level::warning : Note::Level::info, about(job.id()), "job {} is {}: {}",
-             job.id().value, name_of(state), job.record.reason);
+             job.id().value, name_of(state), job.record().reason);
 }
 
 bool JobLifeCycle::complete(Job& job, GoalLimit limit, std::string reason, const Event& event) {
@@ -114,22 +94,21 @@ bool JobLifeCycle::complete(Job& job, GoalLimit limit, std::string reason, const
     queue_.refresh(job);
     return false;
   }
-  job.record.reached = limit;
-  finish(job, JobState::done, std::move(reason), event);
+  finish(job, JobState::done, std::move(reason), event, limit);
   return true;
 }
 
 bool JobLifeCycle::fail_if_refused(Job& job, const Event& event) {
-  const bool agreed = job.refusals.identities() >= limits_.refusals;
-  if (job.refusals.empty() || (!agreed && job.refusals.refuted())) {
+  const bool agreed = job.refusals().identities() >= limits_.refusals;
+  if (job.refusals().empty() || (!agreed && job.refusals().refuted())) {
     return false;
   }
   unbind_if_unwanted(job, event);
-  if (!agreed && (!job.refusals.certain() || !job.leases().empty() || audits_.any_may_render(job, event.now))) {
+  if (!agreed && (!job.refusals().certain() || !job.leases().empty() || audits_.any_may_render(job, event.now))) {
     check_again(job.id());  // the other workers may leave
     return false;
   }
-  finish(job, JobState::failed, job.refusals.text(), event);
+  finish(job, JobState::failed, job.refusals().text(), event);
   return true;
 }
 
@@ -141,7 +120,7 @@ bool JobLifeCycle::finish_if_complete(Job& job, const Event& event) {
     return true;
   }
   if (job.error_met()) {
-    const FrameError error = job.error.update_all(job.film());
+    const FrameError error = job.frame_error();
     return complete(job, GoalLimit::error,
                     fmt::format("reached relMSE {} at {} samples per pixel",
                                 interval_text(error.rel_mse, error.half_width), job.film().frame_samples()),
@@ -150,19 +129,19 @@ bool JobLifeCycle::finish_if_complete(Job& job, const Event& event) {
   if (job.film().frame_samples() >= job.sample_limit()) {
     return complete(job, GoalLimit::samples, reached(job.sample_limit(), "sample", " per pixel"), event);
   }
-  if (job.plan->closed() && job.plan->nothing_out() && !job.plan->has_work()) {
-    return complete(job, GoalLimit::seconds, reached(job.record.spec.goal.seconds, "second"), event);
+  if (job.plan().closed() && job.plan().nothing_out() && !job.plan().has_work()) {
+    return complete(job, GoalLimit::seconds, reached(job.spec().goal.seconds, "second"), event);
   }
-  if (!job.plan->closed() && job.film().frame_samples() >= job.plan->goal()) {
-    job.plan->set_goal(job.samples_wanted_now());
+  if (!job.plan().closed() && job.film().frame_samples() >= job.plan().goal()) {
+    job.plan().set_goal(job.samples_wanted_now());
     queue_.refresh(job);
   }
   return false;
 }
 
 void JobLifeCycle::close_if_time_is_up(Job& job, const Event& event) {
-  if (job.active() && !job.plan->closed() && job.time_is_up(event.now)) {
-    job.plan->close();
+  if (job.active() && !job.plan().closed() && job.time_is_up(event.now)) {
+    job.plan().close();
     queue_.refresh(job);
     finish_if_complete(job, event);
   }
@@ -170,8 +149,8 @@ void JobLifeCycle::close_if_time_is_up(Job& job, const Event& event) {
 
 void JobLifeCycle::film_loaded(Job& job, bool whole, const Event& event) {
   films_.keep(job, event.now);
-  if (!whole || job.reopens) {
-    if (job.record.state == JobState::done) {
+  if (!whole || job.awaits_film()) {
+    if (job.state() == JobState::done) {
       reopen(job, event.now);
       check_again(job.id());  // the remaining samples may be all that is wanted
     }
@@ -180,15 +159,11 @@ void JobLifeCycle::film_loaded(Job& job, bool whole, const Event& event) {
 }
 
 void JobLifeCycle::reopen(Job& job, Time now) {
-  job.reopens = !films_.use(job, now);
-  if (job.reopens) {
+  if (!films_.use(job, now)) {
+    job.await_film();
     return;
   }
-  job.record.state = JobState::running;
-  job.record.reason.clear();
-  job.record.reached = GoalLimit::none;
-  job.record.finished_unix_ms = 0;
-  make_plan(job, now);
+  job.reopen(now);
   queue_again(job);
 }
 
@@ -216,13 +191,7 @@ void JobLifeCycle::lose_lease(LeaseId id, bool cancel, const Event& event) {
   // rendered. A worker that sends damaged results may itself be the cause.
   const Worker* const worker = workers_.find(lease.worker);
   if (!lease.audits && lease.sent && (worker == nullptr || worker->bad_results() == 0)) {
-    std::string reason = job.losses.add(lease, job.film().grid());
-    for (std::size_t i = 0; i < lease.unit.tiles.size(); ++i) {
-      if (!lease.done[i] && job.losses.is_suspect(lease.unit.tiles[i])) {
-        job.plan->set_alone(lease.unit.tiles[i], true);
-      }
-    }
-    if (!reason.empty()) {
+    if (std::string reason = job.suspect(lease); !reason.empty()) {
       finish(job, JobState::failed, std::move(reason), event);
     }
   }
@@ -266,7 +235,7 @@ void JobLifeCycle::tick(const Event& event) {
   }
   provenance_.forget_orphans(event);
   for (const JobId id : std::vector(restored_.begin(), restored_.end())) {
-    if (Job& job = jobs_.at(id); event.now >= job.hold_until) {
+    if (Job& job = jobs_.at(id); event.now >= job.held_until()) {
       restored_.erase(id);
       finish_if_complete(job, event);
     }
@@ -285,7 +254,7 @@ void JobLifeCycle::delete_old(const Event& event) {
   next_old_check_ = event.now + kOldCheckPause;
   for (auto at = jobs_.all().begin(); at != jobs_.all().end();) {
     const Job& job = *(at++)->second;
-    const std::int64_t ago = event.unix_ms - job.record.finished_unix_ms;
+    const std::int64_t ago = event.unix_ms - job.record().finished_unix_ms;
     if (!job.active() && ago >= milliseconds(limits_.keep_ended)) {
       event.info(about(job.id()), "job {} is deleted: it ended {:.3g} days ago (--keep-days)", job.id().value,
                  static_cast<double>(ago) / (24.0 * 60 * 60 * 1000));
@@ -303,7 +272,7 @@ std::optional<Time> JobLifeCycle::next_deadline() const {
     }
   }
   for (const JobId id : restored_) {
-    by(jobs_.at(id).hold_until);
+    by(jobs_.at(id).held_until());
   }
   if (!ending_.empty()) {
     by(next_ending_check_);

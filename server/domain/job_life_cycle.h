@@ -47,7 +47,8 @@ class JobLifeCycle {
   /// Then any worker may start it.
   void unbind_if_unwanted(Job& job, const Event& event);
   void pause(Job& job, std::string reason, const Event& event);
-  void finish(Job& job, JobState state, std::string reason, const Event& event);
+  /// `limit`: the one that ended it, if any.
+  void finish(Job& job, JobState state, std::string reason, const Event& event, GoalLimit limit = GoalLimit::none);
   /// Ends the job if it has reached a limit, or if workers refused it. Returns whether it has ended.
   bool finish_if_complete(Job& job, const Event& event);
   /// Closes the plan of a job whose seconds are over.
@@ -84,7 +85,6 @@ class JobLifeCycle {
   bool fail_if_refused(Job& job, const Event& event);
   /// The job has reached this limit. False if audits are still to come.
   bool complete(Job& job, GoalLimit limit, std::string reason, const Event& event);
-  void make_plan(Job& job, Time now) const;
 
   const CoordinatorLimits& limits_;
   JobTable& jobs_;
@@ -96,7 +96,7 @@ class JobLifeCycle {
   Provenance& provenance_;
   FarmTotals& totals_;
   std::set<JobId> timed_;     ///< active, with a goal in seconds
-  std::set<JobId> restored_;  ///< to check once their `hold_until` has passed
+  std::set<JobId> restored_;  ///< to check once their `held_until` has passed
   std::set<JobId> ending_;    ///< to check in each tick
   Time next_ending_check_, next_old_check_;
 };

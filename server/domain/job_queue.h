@@ -3,7 +3,7 @@
 // Owns each job's fair share of thread time. Takes every change of a job's work. FairQueue has the order.
 #pragma once
 
-#include "server/domain/jobs.h"
+#include "server/domain/job.h"
 #include "server/domain/workers.h"
 #include "server/scheduling/fair_queue.h"
 
@@ -14,10 +14,11 @@ class JobQueue {
   JobQueue(const CoordinatorLimits& limits, const WorkerRegistry& workers) : limits_(limits), workers_(workers) {}
 
   /// The job is new, or comes back after a pause or its end. It gets a fresh share.
-  void enter(Job& job);
+  void enter(const Job& job);
   /// To call after every change of the job's work or place.
-  void refresh(Job& job);
-  void remove(JobId job) { queue_.remove(job); }
+  void refresh(const Job& job);
+  /// The job has ended.
+  void remove(JobId job);
 
   bool empty() const { return queue_.empty(); }
   bool contains(JobId job) const { return queue_.contains(job); }
@@ -25,14 +26,19 @@ class JobQueue {
   auto end() const { return queue_.end(); }
 
  private:
+  struct Share {
+    double base = 0;      ///< thread seconds that do not count: what other jobs had when it entered
+    double at_start = 0;  ///< its place when it last entered
+  };
   /// Thread seconds that the job got since it entered, with those of its leases.
-  static double given_seconds(const Job& job);
+  double given_seconds(const Job& job) const;
   /// Whether its first picture is not complete, and goes before the work of other jobs.
   bool is_fresh(const Job& job) const;
 
   const CoordinatorLimits& limits_;
   const WorkerRegistry& workers_;
   FairQueue queue_;
+  std::map<JobId, Share> shares_;  ///< of active jobs
 };
 
 }  // namespace lightmill

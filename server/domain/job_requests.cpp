@@ -7,7 +7,7 @@ namespace lightmill {
 Result<Job*> JobLifeCycle::get(JobId id, bool ended, const char* what) {
   LM_ASSIGN_OR_RETURN(Job* const job, jobs_.get(id));
   if (job->active() == ended) {
-    return failed_precondition("job {} cannot be {}: it is {}", id.value, what, name_of(job->record.state));
+    return failed_precondition("job {} cannot be {}: it is {}", id.value, what, name_of(job->state()));
   }
   return job;
 }
@@ -32,7 +32,7 @@ Status JobLifeCycle::cancel(JobId id, const Event& event) {
 
 Status JobLifeCycle::pause(JobId id, const Event& event) {
   LM_ASSIGN_OR_RETURN(Job* const job, get(id, false, "paused"));
-  if (job->record.state != JobState::paused) {
+  if (job->state() != JobState::paused) {
     pause(*job, "", event);
     event.info(about(id), "job {} is paused", id.value);
   }
@@ -41,11 +41,10 @@ Status JobLifeCycle::pause(JobId id, const Event& event) {
 
 Result<bool> JobLifeCycle::resume(JobId id, const Event& event) {
   LM_ASSIGN_OR_RETURN(Job* const job, get(id, false, "resumed"));
-  if (job->record.state != JobState::paused) {
-    return failed_precondition("job {} cannot be resumed: it is {}", id.value, name_of(job->record.state));
+  if (job->state() != JobState::paused) {
+    return failed_precondition("job {} cannot be resumed: it is {}", id.value, name_of(job->state()));
   }
-  job->record.state = job->record.fingerprint_class.empty() ? JobState::queued : JobState::running;
-  job->record.reason.clear();
+  job->resume();
   job->store(event);
   queue_again(*job);
   event.info(about(id), "job {} resumes", id.value);
@@ -54,21 +53,20 @@ Result<bool> JobLifeCycle::resume(JobId id, const Event& event) {
 
 Result<bool> JobLifeCycle::extend(JobId id, const Extension& to, const Event& event) {
   LM_ASSIGN_OR_RETURN(Job* const job, jobs_.get(id));
-  if (job->record.state == JobState::failed || job->record.state == JobState::cancelled) {
-    return failed_precondition("job {} cannot be extended: it is {}", id.value, name_of(job->record.state));
+  if (job->state() == JobState::failed || job->state() == JobState::cancelled) {
+    return failed_precondition("job {} cannot be extended: it is {}", id.value, name_of(job->state()));
   }
   if (!job->has_film()) {
     return unavailable("job {} cannot be extended: its film is not in memory", id.value);
   }
-  JobSpec spec = job->record.spec;
+  JobSpec spec = job->spec();
   LM_ASSIGN_OR_RETURN(spec.goal, extended_goal(*job, to, event.now));
   LM_RETURN_IF_ERROR(jobs_.check_footprint(spec, job));
-  job->record.spec.goal = spec.goal;
+  job->extend(spec.goal);
   if (spec.goal.seconds == 0) {
     timed_.erase(id);
   }
   if (job->active()) {
-    job->plan->set_goal(job->samples_wanted_now());
     job->store(event);
     queue_.refresh(*job);
   } else {
@@ -81,10 +79,10 @@ Result<bool> JobLifeCycle::extend(JobId id, const Extension& to, const Event& ev
 
 Result<bool> JobLifeCycle::set_priority(JobId id, std::int32_t priority, const Event& event) {
   LM_ASSIGN_OR_RETURN(Job* const job, get(id, false, "given another priority"));
-  if (job->record.spec.priority == priority) {
+  if (job->spec().priority == priority) {
     return false;
   }
-  job->record.spec.priority = priority;
+  job->set_priority(priority);
   job->store(event);
   queue_again(*job);
   event.info(about(id), "job {} has priority {} now", id.value, priority);

@@ -6,7 +6,7 @@
 #include "common/base/check.h"
 #include "common/farm/job_rules.h"
 #include "common/methods/spec/method_spec.h"
-#include "server/domain/jobs.h"
+#include "server/domain/job.h"
 
 namespace lightmill {
 namespace {
@@ -83,7 +83,7 @@ std::string interval_text(double value, double half_width) {
 }
 
 Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
-  Goal goal = job.record.spec.goal;
+  Goal goal = job.spec().goal;
   // Reached limits would end the job at once.
   if (job.time_is_up(now)) {
     goal.seconds = 0;
@@ -93,14 +93,14 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
     if (goal.error != 0 && to.error >= goal.error) {
       return invalid_argument("error: must be less than before, got {} after {}", to.error, goal.error);
     }
-    const RenderSettings& settings = job.record.spec.settings;
-    if (may_gather(settings, job.record.method_notes) && NodeLayout(settings.layers).bias < 0) {
+    const RenderSettings& settings = job.spec().settings;
+    if (may_gather(settings, job.record().method_notes) && NodeLayout(settings.layers).bias < 0) {
       return failed_precondition(
           "an error goal needs the layer \"bias\" in the film, because the method may gather photons; submit the job "
           "again with an error goal");
     }
     goal.error = to.error;
-  } else if (job.record.reached == GoalLimit::error) {
+  } else if (job.record().reached == GoalLimit::error) {
     goal.error = 0;
   }
   if (to.samples == 0 && to.error == 0) {
@@ -118,24 +118,24 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
   } else if (job.outline().frame_samples() >= goal.samples) {
     goal.samples = 0;
   }
-  LM_RETURN_IF_ERROR(check_goal(goal, job.record.spec.settings.crop));
+  LM_RETURN_IF_ERROR(check_goal(goal, job.spec().settings.crop));
   return goal;
 }
 
 double expected_pixel_samples(const Job& job, const FrameError& error) {
-  const Goal& goal = job.record.spec.goal;
+  const Goal& goal = job.spec().goal;
   const double each = static_cast<double>(job.outline().grid().pixel_count()) * job.outline().mean_share();
   const auto done = static_cast<double>(job.outline().pixel_samples());
   double count = goal.samples > 0 ? static_cast<double>(goal.samples) : std::numeric_limits<double>::infinity();
   if (goal.error > 0 && error.known) {
     const std::uint64_t enough = expected_error_count(error, done / each, goal.error, job.first_error_count());
-    count = std::min(count, static_cast<double>(std::max(enough, job.plan->goal())));
+    count = std::min(count, static_cast<double>(std::max(enough, job.plan().goal())));
   }
   return std::max(count * each - done, 0.0);
 }
 
 double expected_seconds(const Job& job, const FrameError& error, double samples_per_second, Time now) {
-  const Goal& goal = job.record.spec.goal;
+  const Goal& goal = job.spec().goal;
   double seconds = std::numeric_limits<double>::infinity();
   if (samples_per_second > 0) {
     seconds = expected_pixel_samples(job, error) / samples_per_second;
@@ -147,7 +147,7 @@ double expected_seconds(const Job& job, const FrameError& error, double samples_
 }
 
 bool is_whole(const Job& job) {
-  switch (job.record.reached) {
+  switch (job.record().reached) {
     case GoalLimit::error:
       return job.error_met();
     case GoalLimit::samples:

@@ -50,7 +50,7 @@ const Lease& LeaseTable::open(Worker& worker, Job& job, Lease opened, Time now) 
   lease.remaining = static_cast<std::uint32_t>(lease.unit.tiles.size());
   lease.granted = lease.got_on = now;
   set_deadline(lease, now + limits_.lease_duration);
-  job.lease_opened(lease.id, now);
+  job.lease_opened(lease, now);
   worker.lent(lease);
   ++totals_.units_leased;
   return lease;
@@ -64,15 +64,15 @@ void LeaseTable::send_grant(Worker& worker, Job& job, LeaseId id, const Event& e
   // - Results were acknowledged but not merged. The grant must not overtake the acknowledgement, because a worker does
   //   not render samples of which it holds a result.
   WorkerJob& known = worker.job(job.id());
-  const bool count_is_fixed = job.record.spec.goal.error == 0;
+  const bool count_is_fixed = job.spec().goal.error == 0;
   const bool at_once =
-      count_is_fixed && !job.unkept && job.digest_is_durable() && (known.confirmed || known.leases == 1);
+      count_is_fixed && !job.has_unkept_results() && job.digest_is_durable() && (known.confirmed || known.leases == 1);
   std::vector<Outgoing>& channel = at_once ? event.effects.now : event.effects.after_commit;
   if (known.leases == 1 || known.describe) {
-    channel.push_back({*worker.session(), JobDescription{job.id(), job.digest(), job.record.spec.settings}});
+    channel.push_back({*worker.session(), JobDescription{job.id(), job.digest(), job.spec().settings}});
     known.describe = false;
   }
-  LeaseGrant grant{id, leases_.at(id).unit, trace_id(job.record.spec.request_id)};
+  LeaseGrant grant{id, leases_.at(id).unit, trace_id(job.spec().request_id)};
   for (const TileId tile : grant.unit.tiles) {
     grant.tags.push_back(signer_.tag(worker.name(), id, job.digest(), {job.id(), tile, grant.unit.range}));
   }
@@ -162,14 +162,14 @@ void LeaseTable::note_silence(Worker& worker, const Lease& lease, Time now) cons
 }
 
 void LeaseTable::settle(Job& job, const NodeKey& merged, LeaseId from, const Event& event) {
-  for (const JobPlan::Hold& hold : job.plan->settle(merged.tile, merged.range)) {
+  for (const JobPlan::Hold& hold : job.plan().settle(merged.tile, merged.range)) {
     tile_done(hold.lease, hold.tile, from == hold.lease, event);
   }
 }
 
 void LeaseTable::audit_done(LeaseId id, TileId tile, const Event& event) {
   if (const Lease* const lease = find(id); lease != nullptr && lease->audits) {
-    jobs_.at(lease->unit.job).audits.release({lease->unit.range, tile}, id, false);
+    jobs_.at(lease->unit.job).audits().release({lease->unit.range, tile}, id, false);
     tile_done(id, tile, true, event);
   }
 }
@@ -188,7 +188,7 @@ void LeaseTable::give_up_tile(LeaseId id, TileId tile, const Event& event) {
     Job& job = jobs_.at(lease->unit.job);
     const SampleRange range = lease->unit.range;
     audit_done(id, tile, event);
-    job.plan->release(id, tile, range);
+    job.plan().release(id, tile, range);
     tile_done(id, tile, true, event);
   }
 }
@@ -204,9 +204,9 @@ void LeaseTable::end(LeaseId id, End how, const Event& event) {
   Worker& worker = workers_.at(lease.worker);
   for (std::size_t i = 0; i < lease.unit.tiles.size(); ++i) {
     if (!lease.done[i] && lease.audits) {
-      job.audits.release({lease.unit.range, lease.unit.tiles[i]}, id, lost);
+      job.audits().release({lease.unit.range, lease.unit.tiles[i]}, id, lost);
     } else if (!lease.done[i]) {
-      job.plan->release(id, lease.unit.tiles[i], lease.unit.range);
+      job.plan().release(id, lease.unit.tiles[i], lease.unit.range);
     }
   }
   const bool was_oldest = is_oldest(lease);
@@ -214,12 +214,10 @@ void LeaseTable::end(LeaseId id, End how, const Event& event) {
   if (was_oldest && !worker.leases().empty()) {
     leases_.at(*worker.leases().begin()).got_on = event.now;  // the worker starts it now
   }
-  job.lease_ended(lease, event.now);
+  job.lease_ended(lease, lost, event.now);
   if (lost) {
     worker.lost(lease, event.now);
-    ++job.record.counters.leases_lost;
     ++totals_.units_lost;
-    ++job.version;
     event.warn(about(job.id(), lease.worker, id), "worker {} lost lease {} of job {}: {} will be leased again",
                lease.worker, id.value, job.id().value,
                lease.is_pilot() ? std::string("its pilot")

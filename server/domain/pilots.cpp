@@ -12,7 +12,7 @@ constexpr double kMaxPilotSeconds = 1e7;
 constexpr std::size_t kMaxPilotReasonBytes = 1024;
 
 Status check_pilot(const Job& job, const PilotReport& report) {
-  const std::vector<std::string>& methods = job.record.method_notes.candidates;
+  const std::vector<std::string>& methods = job.record().method_notes.candidates;
   if (report.choice >= methods.size()) {
     return invalid_argument("a pilot of {} methods has chosen number {}", methods.size(), report.choice);
   }
@@ -23,7 +23,7 @@ Status check_pilot(const Job& job, const PilotReport& report) {
     return invalid_argument("a pilot of {} methods has {} reasons", methods.size(), report.reasons.size());
   }
   const std::size_t shifts = report.allocation.shifts().size(),
-                    tiles = job.record.spec.goal.adaptive ? job.film().grid().tile_count() : 0;
+                    tiles = job.spec().goal.adaptive ? job.film().grid().tile_count() : 0;
   if (shifts != 0 && shifts != tiles) {
     return invalid_argument("a pilot's allocation has {} tiles instead of {}", shifts, tiles);
   }
@@ -42,15 +42,16 @@ bool Pilots::may_have(const Worker& worker, const Job& job, Time now) {
 }
 
 void Pilots::grant(Worker& worker, Job& job, const Event& event) {
-  if (job.record.fingerprint_class.empty()) {
+  if (job.record().fingerprint_class.empty()) {
     life_cycle_.start(job, worker, event);
   }
-  const std::vector<std::string>& methods = job.record.method_notes.candidates;
+  const std::vector<std::string>& methods = job.record().method_notes.candidates;
   const LeaseId id = leases_.next_id();
-  leases_.open(worker, job, {.id = id, .unit = {job.id(), {}, {}}, .alone = job.losses.pilot_is_suspect()}, event.now);
+  leases_.open(worker, job, {.id = id, .unit = {job.id(), {}, {}}, .alone = job.losses().pilot_is_suspect()},
+               event.now);
   leases_.wait_for_commit(worker, job, id);
   event.send_after_commit(*worker.session(),
-                          PilotGrant{id, job.id(), job.record.spec.settings, methods, job.record.spec.goal.adaptive});
+                          PilotGrant{id, job.id(), job.spec().settings, methods, job.spec().goal.adaptive});
   event.info(about(job.id(), worker.name()), "worker {} {} {} for job {}", worker.name(),
              methods.size() > 1 ? "compares" : "measures the noise of", fmt::join(methods, " and "), job.id().value);
   queue_.refresh(job);
@@ -68,17 +69,15 @@ Result<bool> Pilots::report(Worker& worker, const PilotReport& report, const Eve
     return status;
   }
   worker.pilot_received();
-  job.losses.pilot_received();
-  job.refusals.rendered_by(worker.identity());
   leases_.end(report.lease, {}, event);
   while (!job.leases().empty()) {  // its copy, or the original lease
     const LeaseId other = *job.leases().begin();
     leases_.end(other, {.cancel = true, .lost = leases_.at(other).abandoned}, event);
   }
-  job.choose_method(report);
+  job.choose_method(report, worker.identity());
   job.store(event);
-  event.info(about(job.id()), "job {} is rendered by {}: {}", job.id().value, job.record.spec.settings.method,
-             fmt::join(job.record.method_notes.reasons, "; "));
+  event.info(about(job.id()), "job {} is rendered by {}: {}", job.id().value, job.spec().settings.method,
+             fmt::join(job.record().method_notes.reasons, "; "));
   queue_.refresh(job);
   return true;
 }

@@ -86,16 +86,16 @@ void Quarantine::accuse_program(Job& job, const NodeKey& key, const Dispute& dis
                   "it. Resume the job to render them again",
                   describe_place(job, key.tile, key.range), dispute.wrong.size(), describe_renderers(dispute.wrong)),
       event);
-  event.warn(about(job.id()), "job {} is paused: {}", job.id().value, job.record.reason);
+  event.warn(about(job.id()), "job {} is paused: {}", job.id().value, job.record().reason);
 }
 
 void Quarantine::undo_work_of(const Renderer& guilty, const Event& event) {
   for (const auto& [id, job] : jobs_.all()) {
-    const JobState state = job->record.state;
+    const JobState state = job->state();
     if (state == JobState::failed || state == JobState::cancelled) {
       continue;  // it is not rendered again
     }
-    job->audits.retract([&](const Renderer& by) { return shares_guilt(guilty, by); });
+    job->audits().retract([&](const Renderer& by) { return shares_guilt(guilty, by); });
     queue_.refresh(*job);
     const std::vector<Provenance::Place> tainted = provenance_.nodes_of(id, guilty);
     if (tainted.empty()) {
@@ -116,28 +116,18 @@ void Quarantine::undo_work_of(const Renderer& guilty, const Event& event) {
 }
 
 void Quarantine::drop_node(Job& job, TileId tile, SampleRange within, const Event& event) {
-  const NodeOutline* const node = job.outline().find(tile, within);
-  if (node == nullptr) {
+  const std::optional<SampleRange> range = job.drop_node(tile, within, event.now);
+  if (!range) {
     return;
   }
-  const SampleRange range = node->range;
-  job.record.counters.non_finite -= node->non_finite;
-  ++job.record.counters.nodes_dropped;
-  const auto before = static_cast<double>(job.outline().pixel_samples());
-  job.drop_node(tile, range);
-  job.keep_time(static_cast<double>(job.outline().pixel_samples()) / before, event.now);
-  provenance_.dropped(job.id(), tile, range);
-  event.store(DropNode{{job.id(), tile, range}});
-  event.store(DropResults{{job.id(), tile, range}});
-  for (const auto& [audit_key, lease] : job.audits.close_within(tile, range)) {
+  provenance_.dropped(job.id(), tile, *range);
+  event.store(DropNode{{job.id(), tile, *range}});
+  event.store(DropResults{{job.id(), tile, *range}});
+  for (const auto& [audit_key, lease] : job.audits().close_within(tile, *range)) {
     if (lease) {
       leases_.tile_done(*lease, tile, false, event);
     }
   }
-  if (job.plan) {
-    job.plan->reopen(tile);
-  }
-  ++job.version;
 }
 
 // ---- requests ----

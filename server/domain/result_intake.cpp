@@ -44,9 +44,9 @@ Status check_node(const Job& job, const WorkerResult& result) {
 /// Whether the job takes such results: it has not ended, has a class and a method, and wants these samples.
 bool wants(const Job& job, const WorkerResult& result) {
   const SampleRange& range = result.key.range;
-  return job.active() && !job.record.fingerprint_class.empty() && !job.undecided() &&
+  return job.active() && !job.record().fingerprint_class.empty() && !job.undecided() &&
          job.digest() == result.render_digest && range.level <= kMaxRangeLevel &&
-         range.end() <= job.plan->goal_of(result.key.tile);
+         range.end() <= job.plan().goal_of(result.key.tile);
 }
 
 }  // namespace
@@ -82,7 +82,7 @@ void ResultIntake::take(SessionId session, WorkerResult result, const Event& eve
     }
   }
   job->came_back(lease);
-  const bool cost_was_known = job->cost.known();
+  const bool cost_was_known = job->cost().known();
   const Lease* const open = leases_.find(lease);
   merge(*job, by, std::move(result), open == nullptr || open->worker != by.worker, event);
   // Every acknowledgement waits: also a duplicate may depend on a node that is not committed yet.
@@ -97,9 +97,9 @@ void ResultIntake::take(SessionId session, WorkerResult result, const Event& eve
     job->store(event);
   }
   job->store_progress(event);
-  const std::uint64_t wanted_before = job->plan->goal();
-  const bool others_wait = life_cycle_.finish_if_complete(*job, event) || job->plan->goal() > wanted_before ||
-                           job->audits.waiting() || job->cost.known() != cost_was_known;
+  const std::uint64_t wanted_before = job->plan().goal();
+  const bool others_wait = life_cycle_.finish_if_complete(*job, event) || job->plan().goal() > wanted_before ||
+                           job->audits().waiting() || job->cost().known() != cost_was_known;
   if (Worker* const worker = workers_.of(session)) {
     scheduler_.serve(*worker, event);
   }
@@ -111,7 +111,7 @@ void ResultIntake::take(SessionId session, WorkerResult result, const Event& eve
 void ResultIntake::drop_unwanted(SessionId session, const WorkerResult& result, const std::string& worker,
                                  const Event& event) {
   if (Job* const job = jobs_.find(result.key.job)) {
-    job->unkept = true;
+    job->note_unkept_result();
   }
   event.send_after_commit(session, ResultAck{{result.key}});
   if (const Lease* const lease = leases_.find(result.lease);
@@ -129,27 +129,22 @@ void ResultIntake::reject(SessionId session, const WorkerResult& result, const S
   event.warn(about(result.key.job, name), "worker {}: result of job {}, tile {}, samples [{}, {}) is dropped: {}", name,
              result.key.job.value, result.key.tile.value, result.key.range.first(), result.key.range.end(),
              message_of(error));
-  jobs_.at(result.key.job).unkept = true;
+  jobs_.at(result.key.job).note_unkept_result();
   event.send_after_commit(session, ResultAck{{result.key}});
   sessions_.distrust(session, result.lease, error, event);
 }
 
 void ResultIntake::count_cost(Job& job, const Renderer& by, const WorkerResult& result, const Event& event) {
   const std::uint64_t pixel_samples = result.key.range.count() * job.pixels_of(result.key.tile);
-  job.record.worker_seconds += result.seconds;
-  if (result.seconds > 0) {
-    const double seconds = result.seconds / static_cast<double>(pixel_samples);
-    job.cost.add(seconds);
-    if (Worker* const worker = workers_.find(by.worker)) {
-      worker->rendered(job.id(), seconds, pixel_samples, event.now);
-    }
+  job.add_cost(result.seconds, pixel_samples);
+  if (Worker* const worker = workers_.find(by.worker); worker != nullptr && result.seconds > 0) {
+    worker->rendered(job.id(), result.seconds / static_cast<double>(pixel_samples), pixel_samples, event.now);
   }
 }
 
 void ResultIntake::count_duplicate(Job& job, const NodeKey& key, const Renderer& by, bool differs, const Event& event) {
-  ++job.record.counters.results_duplicate;
   ++totals_.results_repeated;
-  if (differs && !job.record.spec.allow_mixed) {
+  if (differs && !job.spec().allow_mixed) {
     event.warn(about(job.id(), by.worker),
                "job {}, tile {}, samples [{}, {}): worker {} has other bits than what was merged before; its result is "
                "dropped",
@@ -161,30 +156,18 @@ void ResultIntake::merge(Job& job, const Renderer& by, WorkerResult result, bool
   const NodeKey key = result.key;
   provenance_.forget_orphans(event);  // before new results are recorded in their place
   count_cost(job, by, result, event);
-  const std::uint64_t non_finite_before = job.film().non_finite(), samples_before = job.film().pixel_samples();
-  const MergeOutcome outcome = job.film().merge(key.tile, std::make_shared<const Node>(std::move(result.node)));
+  const auto [outcome, fresh, first_picture] =
+      job.merge(key.tile, std::make_shared<const Node>(std::move(result.node)), by.identity, event.now);
   if (outcome.kind != MergeOutcome::Kind::merged) {
     const bool differs = outcome.kind == MergeOutcome::Kind::mismatch;
     count_duplicate(job, key, by, differs, event);
     quarantine_.resolve(job, key, audits_.compare(job, key, result.hash, by, differs, event), event);
     return;
   }
-  ++job.record.counters.results_merged;
   ++totals_.results_merged;
-  job.refusals.rendered_by(by.identity);
-  if (job.losses.tile_received(key.tile)) {
-    job.plan->set_alone(key.tile, false);
-  }
-  if (job.record.spec.goal.error > 0 && job.film().samples(key.tile) == job.plan->goal_of(key.tile)) {
-    job.error.refresh(job.film(), key.tile);  // leaves little to do when the last tile comes
-  }
-  const std::uint64_t fresh = job.film().pixel_samples() - samples_before;
-  job.record.counters.non_finite += job.film().non_finite() - non_finite_before;
-  job.rate.add(static_cast<double>(fresh), event.now);
   totals_.pixel_samples += fresh;
-  if (!job.pictured && job.film().min_samples() > 0) {
-    job.pictured = true;
-    const std::int64_t since_ms = event.unix_ms - job.record.submitted_unix_ms;  // negative if the clock was set back
+  if (first_picture) {
+    const std::int64_t since_ms = event.unix_ms - job.record().submitted_unix_ms;  // negative if the clock was set back
     totals_.first_picture.add(static_cast<double>(std::max<std::int64_t>(since_ms, 0)) / 1000);
   }
   audits_.merged(job, key, result.hash, by, outcome, late, event);

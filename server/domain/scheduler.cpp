@@ -33,7 +33,9 @@ void Scheduler::hold(const std::string& why, const Event& event) {
   }
   held_ = why;
   for (const auto& [id, job] : jobs_.all()) {
-    job->version += job->active() ? 1 : 0;
+    if (job->active()) {
+      job->touch();
+    }
   }
   serve_all(event);
 }
@@ -68,36 +70,36 @@ bool Scheduler::grant_next(Worker& worker, const Event& event) {
 
 std::optional<bool> Scheduler::grant(Worker& worker, Job& job, const Event& event) {
   if (job.undecided()) {
-    if (!job.leases().empty() || !job.plan->has_work() || !Pilots::may_have(worker, job, event.now)) {
+    if (!job.leases().empty() || !job.plan().has_work() || !Pilots::may_have(worker, job, event.now)) {
       return false;
     }
-    if (job.losses.pilot_is_suspect() && !worker.leases().empty()) {
+    if (job.losses().pilot_is_suspect() && !worker.leases().empty()) {
       return std::nullopt;
     }
     pilots_.grant(worker, job, event);
     return true;
   }
-  const bool has_work = job.plan->has_work();
+  const bool has_work = job.plan().has_work();
   // The first picture comes first, then audits: the sooner wrong results are found, the less is rendered again.
-  if (!(has_work && job.plan->first_round()) && grant_audit(worker, job, event)) {
+  if (!(has_work && job.plan().first_round()) && grant_audit(worker, job, event)) {
     return true;
   }
   if (!has_work || enough_is_tried(job)) {
     return false;
   }
-  const bool alone = job.plan->next_is_alone();
+  const bool alone = job.plan().next_is_alone();
   if (alone && !worker.leases().empty()) {
     return std::nullopt;  // until it has no other leases: other jobs must not give it more
   }
   const LeaseId id = leases_.next_id();
   const UnitAim aim = aim_for(worker, job, event.now);
   result_rate_.add_unit(from_seconds(std::max(limits_.unit_seconds, 2 * aim.results_seconds)));
-  std::optional<Unit> unit = job.plan->take(job.id(), id, aim);
+  std::optional<Unit> unit = job.plan().take(job.id(), id, aim);
   if (!unit) {
     queue_.refresh(job);
     return false;
   }
-  if (job.record.fingerprint_class.empty()) {
+  if (job.record().fingerprint_class.empty()) {
     life_cycle_.start(job, worker, event);
   }
   leases_.open(worker, job, {.id = id, .unit = *std::move(unit), .alone = alone}, event.now);
@@ -108,21 +110,21 @@ std::optional<bool> Scheduler::grant(Worker& worker, Job& job, const Event& even
 
 bool Scheduler::grant_audit(Worker& worker, Job& job, const Event& event) {
   const Renderer by = renderer_of(worker, job);
-  std::vector<PendingAudits::Key> keys = job.audits.next_for(by, 1);
+  std::vector<PendingAudits::Key> keys = job.audits().next_for(by, 1);
   if (keys.empty()) {
     return false;
   }
   const SampleRange range = keys.front().range;
-  const std::uint32_t tiles = choose_tile_count(range, job.audits.size() - job.audits.out(),
+  const std::uint32_t tiles = choose_tile_count(range, job.audits().size() - job.audits().out(),
                                                 job.pixels_of(keys.front().tile), aim_for(worker, job, event.now));
   if (tiles > 1) {
-    keys = job.audits.next_for(by, tiles);
+    keys = job.audits().next_for(by, tiles);
   }
   const LeaseId id = leases_.next_id();
   Unit unit{job.id(), range, {}};
   for (const PendingAudits::Key& key : keys) {
     unit.tiles.push_back(key.tile);
-    job.audits.lease(key, id);
+    job.audits().lease(key, id);
   }
   leases_.open(worker, job, {.id = id, .unit = std::move(unit), .audits = true}, event.now);
   leases_.send_grant(worker, job, id, event);

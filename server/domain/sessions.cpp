@@ -161,7 +161,7 @@ bool Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) 
     // free.
     Unit unit{held.unit.job, held.unit.range, {}};
     for (const TileId tile : tiles) {
-      if (job->plan->adopt(held.lease, tile, held.unit.range)) {
+      if (job->plan().adopt(held.lease, tile, held.unit.range)) {
         unit.tiles.push_back(tile);
       }
     }
@@ -224,10 +224,10 @@ void Sessions::overran(Worker& worker, const Lease& lease, TileId tile, const Ev
   if (lease.audits) {
     return;
   }
-  job.plan->cut_to_one_sample(tile);
+  job.plan().cut_to_one_sample(tile);
   queue_.refresh(job);
   if (range.count() == 1) {
-    job.refusals.add(worker.identity(), worker.name(), reason, false);
+    job.refused(worker.identity(), worker.name(), reason, false);
     withdraw(job, worker, event);
   }
   scheduler_.serve_all(event);
@@ -257,9 +257,9 @@ void Sessions::refuse(Worker& worker, const WorkerRefusal& refusal, const Event&
              reason);
   if (refusal.own_limits) {
     worker.exclude(job->id(), reason);
-    job->refusals.left_to_others(worker.identity(), event.now);
+    job->left_to_others(worker.identity(), event.now);
   } else {
-    job->refusals.add(worker.identity(), worker.name(), reason);
+    job->refused(worker.identity(), worker.name(), reason, true);
   }
   withdraw(*job, worker, event);
   scheduler_.serve_all(event);

@@ -25,25 +25,25 @@ UnitAim Scheduler::aim_for(const Worker& worker, const Job& job, Time now) const
   UnitAim aim;
   aim.farm_threads = static_cast<std::uint32_t>(std::max<std::uint64_t>(workers_.threads(), 1));
   set_times(limits_.unit_seconds, node_bytes(job), result_rate_.bytes_per_second(), aim);
-  if (const double seconds = job.record.spec.goal.seconds; seconds > 0) {
+  if (const double seconds = job.spec().goal.seconds; seconds > 0) {
     // When its time is up, the job waits for leased units. The lower limit keeps the rate of results within the pace.
     const double least = std::min(std::max(aim.unit_seconds / 2, 2 * aim.least_seconds), aim.unit_seconds);
     aim.unit_seconds = std::clamp(seconds - job.active_seconds(now), least, aim.unit_seconds);
   }
   aim.unit_seconds *= worker.unit_scale();
   const WorkerJob* const known = worker.find_job(job.id());
-  aim.seconds_per_pixel_sample = (known != nullptr && known->cost.known() ? known->cost : job.cost).peak.value();
+  aim.seconds_per_pixel_sample = (known != nullptr && known->cost.known() ? known->cost : job.cost()).peak.value();
   aim.threads = worker.hello().threads;
-  const Result<MethodSpec> method = parse_method(job.record.spec.settings.method);
+  const Result<MethodSpec> method = parse_method(job.spec().settings.method);
   aim.shared_samples = method.ok() ? shared_samples(*method) : 0;
   return aim;
 }
 
 bool Scheduler::enough_is_tried(const Job& job) const {
-  if (job.cost.known()) {
+  if (job.cost().known()) {
     return false;
   }
-  const double results = static_cast<double>(job.plan->out_pixel_samples()) / pixels_of_a_tile(job);
+  const double results = static_cast<double>(job.plan().out_pixel_samples()) / pixels_of_a_tile(job);
   return results * node_bytes(job) > kTriedSeconds * result_rate_.bytes_per_second();
 }
 

@@ -21,9 +21,9 @@ void FarmView::asset_is_missing(const Sha256& digest, const Event& event) {
     return;
   }
   for (const auto& [id, job] : jobs_.all()) {
-    if (job->in_progress() && std::ranges::count(job->record.spec.settings.assets, digest) > 0) {
+    if (job->in_progress() && std::ranges::count(job->spec().settings.assets, digest) > 0) {
       missing_assets_[digest] = event.now;
-      ++job->version;
+      job->touch();
       event.warn(about(id), "job {} {}", id.value, reason_to_wait(*job, event.now));
     }
   }
@@ -45,14 +45,14 @@ std::string FarmView::reason_to_wait(const Job& job, Time now) const {
   if (!job.leases().empty()) {
     return reason_of_standstill(job, now);
   }
-  return !any_may_render(job) ? why_none_may(job) : job.refusals.empty() ? "" : job.refusals.reason_to_wait();
+  return !any_may_render(job) ? why_none_may(job) : job.refusals().empty() ? "" : job.refusals().reason_to_wait();
 }
 
 std::string FarmView::reason_of_missing(const Job& job, Time now) const {
   if (missing_assets_.empty()) {
     return "";
   }
-  for (const Sha256& asset : job.record.spec.settings.assets) {
+  for (const Sha256& asset : job.spec().settings.assets) {
     if (const auto missing = missing_assets_.find(asset);
         missing != missing_assets_.end() && now - missing->second < kMissingPatience) {
       return fmt::format("waits for a file that was lost ({}): submit the same scene again, which sends it",
@@ -88,11 +88,11 @@ std::string FarmView::why_none_may(const Job& job) const {
     }
     const auto too_large = worker.too_large().find(job.id());
     const std::string& version = worker.hello().renderer_version;
-    if (job.refusals.excludes(worker.identity())) {
+    if (job.refusals().excludes(worker.identity())) {
       continue;
     }
     if (!suits(worker, job)) {
-      of_others.push_back(version != job.record.spec.settings.renderer_version
+      of_others.push_back(version != job.spec().settings.renderer_version
                               ? fmt::format("{} has renderer {}", name, version)
                               : fmt::format("{} is of class {}", name, worker.hello().fingerprint_class));
     } else if (too_large != worker.too_large().end()) {
@@ -116,8 +116,8 @@ std::string FarmView::why_none_may(const Job& job) const {
   if (!reasons.empty()) {
     return fmt::format("waits for a worker: {}", fmt::join(reasons, "; "));
   }
-  if (!job.refusals.empty()) {
-    return job.refusals.reason_to_wait();
+  if (!job.refusals().empty()) {
+    return job.refusals().reason_to_wait();
   }
   if (!too_small.empty()) {
     return fmt::format("waits for a larger worker; {}", too_small[0]);
@@ -125,8 +125,8 @@ std::string FarmView::why_none_may(const Job& job) const {
   if (of_others.empty()) {
     return "waits for a worker: none is connected";
   }
-  const std::string fixed = job.record.spec.allow_mixed ? "" : job.record.fingerprint_class;
-  return fmt::format("waits for a worker with renderer {}{}{}: {}", job.record.spec.settings.renderer_version,
+  const std::string fixed = job.spec().allow_mixed ? "" : job.record().fingerprint_class;
+  return fmt::format("waits for a worker with renderer {}{}{}: {}", job.spec().settings.renderer_version,
                      fixed.empty() ? "" : " and fingerprint class ", fixed, of_others[0]);
 }
 

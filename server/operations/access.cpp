@@ -56,11 +56,11 @@ v1::Proof to_wire(Proof proof) {
 void to_wire(const Action& action, v1::Action* out) {
   out->set_number(action.number);
   out->set_unix_ms(action.unix_ms);
-  out->set_who(action.who);
+  out->set_caller(action.caller);
   out->set_proof(to_wire(action.proof));
   out->set_token(action.token);
   out->set_peer(action.peer);
-  out->set_what(action.what);
+  out->set_operation(action.operation);
   out->set_job(action.job);
   out->set_about(action.about);
   out->set_code(static_cast<std::int32_t>(action.outcome));
@@ -179,7 +179,7 @@ Status list_actions(OperationContext& operation, const v1::ListActionsRequest& r
   LM_ASSIGN_OR_RETURN(const int size, page_size_of(request.page_size()));
   LM_ASSIGN_OR_RETURN(const std::uint64_t before, id_in(request.page_token()));
   const ActionPage page = operation.context.actions.find(
-      {request.job(), request.who(), request.since_unix_ms(), before}, static_cast<std::size_t>(size));
+      {request.job(), request.caller(), request.since_unix_ms(), before}, static_cast<std::size_t>(size));
   for (const Action& action : page.actions) {
     to_wire(action, reply->add_actions());
   }

@@ -112,7 +112,7 @@ std::span<const Operation> operations() {
       {Rpc::list_tokens, "", on_farm(list_tokens)},
       {Rpc::revoke_token, "", named(&v1::RevokeTokenRequest::id, revoke_token)},
       {Rpc::enrol, "", on_farm(enrol)},
-      {Rpc::list_actions, "GET actions?page_size=1..1000&page_token&job&who", on_farm(list_actions)},
+      {Rpc::list_actions, "GET actions?page_size=1..1000&page_token&job&caller", on_farm(list_actions)},
 
       {Rpc::is_active, "", on_farm(is_active)},
       {Rpc::get_metric_spec, "", on_farm(get_metric_spec)},

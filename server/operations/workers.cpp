@@ -2,8 +2,8 @@
 #include "common/base/text.h"
 #include "server/operations/changes.h"
 #include "server/operations/handlers.h"
+#include "server/operations/messages.h"
 #include "server/operations/pages.h"
-#include "server/operations/worker_message.h"
 
 namespace lightmill::handlers {
 namespace {

@@ -170,7 +170,7 @@ void FarmLoop::tick(TaskContext& context) {
   }
   for (const DeleteJobRows& job : deleted) {
     Action action;
-    action.what = kExpire;
+    action.operation = kExpire;
     action.job = job.job.value;
     action.about = job.name;
     action.change = "deleted: --keep-days after its end";

@@ -8,13 +8,21 @@
 
 #include "common/base/clock.h"
 #include "common/base/mutex.h"
-#include "server/access/gate_options.h"
+#include "server/access/call_limits.h"
 #include "server/access/refusal_log.h"
 #include "server/access/rights.h"
 #include "server/access/token_registry.h"
 #include "server/runtime/stream_slots.h"
 
 namespace lightmill {
+
+/// Authentication of callers, and their limits.
+struct GateOptions {
+  bool authenticates = false;  ///< callers must authenticate; otherwise a caller without credentials may do everything
+  bool accepts_certificates = false;  ///< an authority signs client certificates
+  CallLimitOptions calls;
+  bool accepts_tokens = true;  ///< false if the connection is not encrypted, so that others could read tokens
+};
 
 /// Credentials of a call.
 struct Credentials {

@@ -8,7 +8,6 @@
 
 #include "common/base/status.h"
 #include "server/access/action_log.h"
-#include "server/access/gate_options.h"
 #include "server/domain/coordinator.h"
 #include "server/runtime/farm_loop.h"
 #include "server/runtime/gate.h"

@@ -74,11 +74,11 @@ std::string message_of(const TokenRecord& token) {
 std::string message_of(const Action& action) {
   v1::StoredAction out;
   out.set_unix_ms(action.unix_ms);
-  out.set_who(action.who);
+  out.set_caller(action.caller);
   out.set_proof(std::ranges::find(kProofs, action.proof, [](const auto& each) { return each.first; })->second);
   out.set_token(action.token);
   out.set_peer(action.peer);
-  out.set_what(action.what);
+  out.set_operation(action.operation);
   out.set_job(action.job);
   out.set_about(action.about);
   out.set_outcome(static_cast<int>(action.outcome));
@@ -166,8 +166,8 @@ Result<Action> read_action(std::uint64_t number, std::string_view bytes) {
   if (proof == kProofs.end()) {
     return data_loss("it has the unknown proof {}", static_cast<int>(in.proof()));
   }
-  return Action{number,       in.unix_ms(), in.who(), proof->first, in.token(),
-                in.peer(),    in.what(),    in.job(), in.about(),   static_cast<StatusCode>(in.outcome()),
+  return Action{number,       in.unix_ms(),   in.caller(), proof->first, in.token(),
+                in.peer(),    in.operation(), in.job(),    in.about(),   static_cast<StatusCode>(in.outcome()),
                 in.message(), in.change()};
 }
 

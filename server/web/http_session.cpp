@@ -1,4 +1,4 @@
-#include "server/web/http_session.h"
+// HTTP requests of one connection: the page's files, the API, and the upgrade to a WebSocket.
 
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/buffers_to_string.hpp>
@@ -16,6 +16,7 @@
 #include "server/web/asset_upload.h"
 #include "server/web/live_session.h"
 #include "server/web/metrics.h"
+#include "server/web/web_parts.h"
 
 namespace lightmill {
 namespace {

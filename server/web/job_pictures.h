@@ -7,7 +7,7 @@
 
 #include "common/base/mutex.h"
 #include "common/image/picture_file.h"
-#include "server/operations/film_messages.h"
+#include "server/operations/messages.h"
 #include "server/runtime/gate.h"
 #include "server/web/farm_requests.h"
 

@@ -5,7 +5,7 @@
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/web.pb.h"
 #include "server/access/rights.h"
-#include "server/operations/worker_message.h"
+#include "server/operations/messages.h"
 
 namespace lightmill {
 namespace {
@@ -85,7 +85,6 @@ void to_wire(const FarmGreeting& greeting, v1::FarmGreeting* out) {
   out->set_renderer_version(kRendererVersion);
   out->mutable_notices()->Add(greeting.notices.begin(), greeting.notices.end());
   out->set_caller(greeting.caller.name);
-  out->set_asks(greeting.authenticates);
   for (const Role role : kRoles) {
     if (greeting.caller.roles.has(role)) {
       out->add_roles(std::string(name_of(role)));

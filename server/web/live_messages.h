@@ -38,7 +38,6 @@ struct FarmGreeting {
   std::string version;
   std::vector<std::string> notices;
   Identity caller;
-  bool authenticates = false;  ///< callers must authenticate
 };
 void to_wire(const FarmGreeting& greeting, v1::FarmGreeting* out);
 

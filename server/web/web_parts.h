@@ -69,4 +69,7 @@ struct WebParts {
   std::thread thread;
 };
 
+/// Serves the connection from `peer` (ADDRESS:PORT) until it ends. Encrypted if `parts` has a certificate.
+void start_http_session(WebParts& parts, boost::asio::ip::tcp::socket&& socket, const std::string& peer);
+
 }  // namespace lightmill

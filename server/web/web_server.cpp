@@ -7,7 +7,6 @@
 #include "lightmill/v1/render_service.pb.h"
 #include "server/operations/operation_call.h"
 #include "server/runtime/records.h"
-#include "server/web/http_session.h"
 
 namespace lightmill {
 namespace {
@@ -31,7 +30,7 @@ OnSideThread running_on(const std::shared_ptr<asio::thread_pool>& threads) {
 }
 
 FarmGreeting greeting_of(const WebOptions& options, Runtime& runtime) {
-  return {options.version, runtime.options().notices, {}, runtime.gate().authenticates()};
+  return {options.version, runtime.options().notices, {}};
 }
 
 LiveHub::OnRefused recording_refusals(FarmLoop& loop, const Gate& gate) {

@@ -76,11 +76,11 @@ std::vector<v1::Action> actions(const std::shared_ptr<grpc::Channel>& admin, v1:
 }
 
 std::string line(const v1::Action& action) {
-  return fmt::format("{}{} job {} {} {}", action.who().empty() ? "-" : action.who(),
+  return fmt::format("{}{} job {} {} {}", action.caller().empty() ? "-" : action.caller(),
                      action.proof() == v1::PROOF_CERTIFICATE ? " by certificate"
                      : action.proof() == v1::PROOF_TOKEN     ? " by token"
                                                              : "",
-                     action.job(), action.what(), action.code() == 0 ? "done" : "refused");
+                     action.job(), action.operation(), action.code() == 0 ? "done" : "refused");
 }
 
 std::vector<std::string> lines(const std::vector<v1::Action>& actions) {
@@ -207,9 +207,9 @@ TEST(ActionLog, EveryChangeIsRecordedWithWhoAndWhat) {
   const std::int64_t now = system_clock().unix_milliseconds();
   std::map<std::string, std::string> seen;
   for (const v1::Action& action : all) {
-    seen.emplace(action.what(), change_of(action));
+    seen.emplace(action.operation(), change_of(action));
     EXPECT_NEAR(static_cast<double>(action.unix_ms()), static_cast<double>(now), 60'000);
-    EXPECT_EQ(action.peer().starts_with("127.0.0.1:"), action.what() != "Start") << action.peer();
+    EXPECT_EQ(action.peer().starts_with("127.0.0.1:"), action.operation() != "Start") << action.peer();
   }
   EXPECT_EQ(all[14].token(), all[13].about().substr(0, 12));
   EXPECT_EQ(all[16].about().substr(0, 12), all[1].about().substr(0, 12));
@@ -230,7 +230,7 @@ TEST(ActionLog, EveryChangeIsRecordedWithWhoAndWhat) {
   v1::ListActionsRequest filter;
   filter.set_job(1);
   EXPECT_EQ(actions(root, filter).size(), 7u);
-  filter.set_who("render-1");
+  filter.set_caller("render-1");
   EXPECT_EQ(actions(root, filter).size(), 0u);
   filter.clear_job();
   EXPECT_EQ(actions(root, filter).size(), 1u);

@@ -411,7 +411,7 @@ TEST(WebAccess, OthersJobsAreHiddenAndViewsAreRecorded) {
   const auto stub = v1::AccessService::NewStub(web.channel("root", {Role::admin}));
   const auto written = [&](const std::string& what, const std::string& who, std::uint64_t job, int outcome) {
     return std::ranges::any_of(actions.actions(), [&](const v1::Action& action) {
-      return action.what() == what && action.who() == who && action.job() == job && action.code() == outcome &&
+      return action.operation() == what && action.caller() == who && action.job() == job && action.code() == outcome &&
              action.peer().starts_with("127.0.0.1:");
     });
   };
@@ -450,14 +450,14 @@ TEST(WebAccess, AJobBelongsToItsCallerAndIsRecorded) {
   grpc::ClientContext context;
   const auto stub = v1::AccessService::NewStub(web.channel("root", {Role::admin}));
   ASSERT_TRUE(stub->ListActions(&context, {}, &actions).ok());
-  const Response listed = web.get("/api/v1/actions?who=ada&page_size=1", bearer(web.token("root", {Role::admin})));
+  const Response listed = web.get("/api/v1/actions?caller=ada&page_size=1", bearer(web.token("root", {Role::admin})));
   const json deletion = json::parse(listed.body())["actions"][0];
-  EXPECT_EQ(deletion["what"], "DeleteJob");
+  EXPECT_EQ(deletion["operation"], "DeleteJob");
   EXPECT_EQ(deletion["about"], spec.name);
   EXPECT_EQ(deletion["change"], "state cancelled -> deleted");
   const auto times = [&](const std::string& what, const std::string& who, int outcome) {
     return std::ranges::count_if(actions.actions(), [&](const v1::Action& action) {
-      return action.what() == what && action.who() == who && std::to_string(action.job()) == job["id"] &&
+      return action.operation() == what && action.caller() == who && std::to_string(action.job()) == job["id"] &&
              action.code() == outcome;
     });
   };

@@ -16,7 +16,7 @@ constexpr std::uint64_t kMostLast = 1'000'000;
 
 struct LogOptions {
   std::uint64_t job = 0, last = 50;
-  std::string who, since;
+  std::string caller, since;
 };
 
 std::string proof_of(const v1::Action& action) {
@@ -40,7 +40,7 @@ std::string outcome_of(const v1::Action& action) {
 json action_json(const v1::Action& action) {
   json object{{"number", action.number()},
               {"unix_ms", action.unix_ms()},
-              {"what", action.what()},
+              {"operation", action.operation()},
               {"peer", action.peer()},
               {"done", action.code() == 0}};
   const auto add = [&](const char* name, const std::string& text) {
@@ -48,7 +48,7 @@ json action_json(const v1::Action& action) {
       object[name] = text;
     }
   };
-  add("who", action.who());
+  add("caller", action.caller());
   if (action.proof() != v1::PROOF_NONE) {
     object["proof"] = action.proof() == v1::PROOF_TOKEN ? "token" : "certificate";
   }
@@ -68,7 +68,7 @@ json action_json(const v1::Action& action) {
 Status show_log(CoordinatorClient& connection, const Console& console, const LogOptions& options) {
   v1::ListActionsRequest request;
   request.set_job(options.job);
-  request.set_who(options.who);
+  request.set_caller(options.caller);
   if (!options.since.empty()) {
     LM_ASSIGN_OR_RETURN(const double seconds, parse_seconds(options.since));
     request.set_since_unix_ms(system_clock().unix_milliseconds() - static_cast<std::int64_t>(seconds * 1000));
@@ -76,11 +76,11 @@ Status show_log(CoordinatorClient& connection, const Console& console, const Log
   LM_ASSIGN_OR_RETURN(std::vector<v1::Action> actions, connection.list_actions(request, options.last));
   std::ranges::reverse(actions);  // oldest first, as in a log
   json objects = json::array();
-  std::vector<std::vector<std::string>> rows{{"WHEN", "WHO", "BY", "FROM", "WHAT", "JOB", "ABOUT", "OUTCOME"}};
+  std::vector<std::vector<std::string>> rows{{"WHEN", "CALLER", "BY", "FROM", "OPERATION", "JOB", "ABOUT", "OUTCOME"}};
   for (const v1::Action& action : actions) {
     objects.push_back(action_json(action));
-    rows.push_back({human_moment(action.unix_ms()), action.who().empty() ? "-" : action.who(), proof_of(action),
-                    action.peer(), action.what(), action.job() == 0 ? "-" : std::to_string(action.job()),
+    rows.push_back({human_moment(action.unix_ms()), action.caller().empty() ? "-" : action.caller(), proof_of(action),
+                    action.peer(), action.operation(), action.job() == 0 ? "-" : std::to_string(action.job()),
                     action.about().empty() ? "-" : action.about(), outcome_of(action)});
   }
   console.object(json{{"actions", objects}});
@@ -100,7 +100,7 @@ void add_log_command(CLI::App& app, Context& context) {
   command->footer("Needs the role admin. docs/operate/security.md lists what is recorded, and how long it is kept.");
   add_common_options(*command, context);
   command->add_option("--job", options->job, "only actions on this job")->type_name("N");
-  command->add_option("--who", options->who, "only actions of this name")->type_name("NAME");
+  command->add_option("--caller", options->caller, "only actions of this caller")->type_name("NAME");
   command->add_option("--since", options->since, "only actions of this last time: 90m, 2h, 7d")
       ->type_name("TIME")
       ->check(readable(parse_seconds));

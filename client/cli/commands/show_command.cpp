@@ -1,10 +1,10 @@
 // lightmill show JOB
 #include <nlohmann/json.hpp>
 
+#include "client/chart/chart.h"
 #include "client/cli/context.h"
 #include "client/cli/farm_choice.h"
 #include "client/cli/film_fetch.h"
-#include "client/cli/job_chart.h"
 #include "client/cli/job_json.h"
 #include "client/cli/meter_report.h"
 #include "client/cli/progress.h"
@@ -97,6 +97,27 @@ struct ShowOptions {
   std::uint64_t job = 0;
   std::string chart;
 };
+
+/// Its error against time. Each point is an estimate with its confidence interval.
+Chart job_chart(const v1::Job& job) {
+  Chart chart;
+  chart.title = fmt::format("job {}: {}", job.id(), job.name());
+  chart.x_label = "thread seconds";
+  chart.y_label = "estimated relMSE";
+  ChartSeries series{fmt::format("{}, {}x{}, seed {}", job.method(), job.width(), job.height(), job.seed()), {}};
+  for (const v1::ErrorPoint& point : job.history()) {
+    const double error = point.error().rel_mse(), half_width = point.error().half_width();
+    series.points.push_back({point.worker_seconds(), error, error - half_width, error + half_width,
+                             fmt::format("{:.6g} samples per pixel, {} of threads, {:.3g} ± {:.2g}", point.samples(),
+                                         human_seconds(point.worker_seconds()), error, half_width)});
+  }
+  chart.series.push_back(std::move(series));
+  chart.guides = {{-1, "slope −1"}};
+  if (job.goal().error() > 0) {
+    chart.levels = {{job.goal().error(), "goal"}};
+  }
+  return chart;
+}
 
 Status show_job(CoordinatorClient& connection, const Console& console, const ShowOptions& options) {
   LM_ASSIGN_OR_RETURN(const AssembledFilm film, fetch_film(connection, options.job));

@@ -1,5 +1,5 @@
 import {expect, test} from 'vitest';
-import {csvOf, nearestPoint, svgOf, type ChartLine} from '../src/model/chart';
+import {csvOf, nearestPoint, type ChartLine} from '../src/model/chart';
 import {parseLabReport} from '../src/model/lab_report';
 
 const point = (seconds: number, error: number) => ({seconds, error, low: error / 2, high: error * 2});
@@ -7,7 +7,7 @@ const path: ChartLine = {name: 'a, "b" <c>', method: 'path', color: '#112233', p
 const other: ChartLine = {name: '=HYPERLINK(1)', method: 'vcm', color: '#445566', points: [point(2, 0.5)]};
 
 test('CSV has a line for each point, and texts that spreadsheets read as they are', () => {
-  expect(csvOf({lines: [path, other], target: undefined}).split('\n')).toEqual([
+  expect(csvOf([path, other]).split('\n')).toEqual([
     'name,method,thread_seconds,rel_mse,low,high',
     '"a, ""b"" <c>",path,1,0.1,0.05,0.2',
     '"a, ""b"" <c>",path,10,0.01,0.005,0.02',
@@ -15,22 +15,6 @@ test('CSV has a line for each point, and texts that spreadsheets read as they ar
     "'=HYPERLINK(1),vcm,2,0.5,0.25,1",
     '',
   ]);
-});
-
-test('points of an SVG lie where their logarithms do', () => {
-  const svg = svgOf({lines: [path, other], target: 0.01});
-  const [line] = /<polyline points="([^"]*)"/.exec(svg)!.slice(1);
-  const places = line!.split(' ').map((at) => at.split(',').map(Number));
-  // Errors fall by a decade as seconds rise by one: a straight line, its steps equal.
-  expect(places[2]![0]! - places[1]![0]!).toBeCloseTo(places[1]![0]! - places[0]![0]!, 1);
-  expect(places[2]![1]! - places[1]![1]!).toBeCloseTo(places[1]![1]! - places[0]![1]!, 1);
-  // Two decades of seconds and, with the intervals, four of errors.
-  expect([places[0]![0], places[2]![0]]).toEqual([70, 620]);
-  expect(places[0]![1]! - places[1]![1]!).toBeCloseTo(-340 / 4, 1);
-  expect(svg).toContain(`d="M70 ${places[1]![1]!.toFixed(2)}H620" stroke="#18794e"`);
-  expect(svg).toContain('a, &quot;b&quot; &lt;c&gt; (path)');
-  expect(svg).not.toContain('<c>');
-  expect(svgOf({lines: [], target: 1})).toBe('');
 });
 
 test('the nearest point is that of the logarithmic axis', () => {

@@ -113,16 +113,16 @@ test('names with spaces and signs are asked for as they are', () => {
 
 test('an action says who changed what, from which value to which', () => {
   const text = (action: MessageInitShape<typeof ActionSchema>) => actionText(create(ActionSchema, action));
-  expect(text({who: 'ada', what: 'SetPriority', about: 'cornell', change: 'priority 0 -> 10'})).toBe('ada: SetPriority cornell: priority 0 -> 10');
-  expect(text({who: 'ada', what: 'PauseJob'})).toBe('ada: PauseJob');
-  expect(text({what: 'Start', about: 'epoch 1, process 7'})).toBe('Start epoch 1, process 7');
-  expect(text({who: 'eve', what: 'CancelJob', code: 7, message: "the job is somebody else's"})).toBe("eve: CancelJob: refused: the job is somebody else's");
+  expect(text({caller: 'ada', operation: 'SetPriority', about: 'cornell', change: 'priority 0 -> 10'})).toBe('ada: SetPriority cornell: priority 0 -> 10');
+  expect(text({caller: 'ada', operation: 'PauseJob'})).toBe('ada: PauseJob');
+  expect(text({operation: 'Start', about: 'epoch 1, process 7'})).toBe('Start epoch 1, process 7');
+  expect(text({caller: 'eve', operation: 'CancelJob', code: 7, message: "the job is somebody else's"})).toBe("eve: CancelJob: refused: the job is somebody else's");
 });
 
 test('actions are listed like events, and refusals like warnings', () => {
   const actions = [
-    {number: 8n, unixMs: 2000n, what: 'CancelJob', job: 3n, code: 7},
-    {number: 5n, unixMs: 1000n, what: 'Start'},
+    {number: 8n, unixMs: 2000n, operation: 'CancelJob', job: 3n, code: 7},
+    {number: 5n, unixMs: 1000n, operation: 'Start'},
   ];
   const {events, nextPageToken} = eventsOfActions(create(ListActionsResponseSchema, {actions, nextPageToken: '5'}));
   expect(events.map(({number, unixMs, job, warning}) => [number, unixMs, job, warning])).toEqual([

@@ -223,7 +223,7 @@ Status load_actions_of_format_6(Session& session, StoredState& state) {
     int column = 0;
     action.number = rows.natural(row, column++);
     action.unix_ms = rows.integer(row, column++);
-    action.who = rows.text(row, column++);
+    action.caller = rows.text(row, column++);
     const Result<Proof> proof = old::proof_named(rows.view(row, column++));
     if (!proof.ok()) {
       old::leave_out(fmt::format("entry {} of the log", action.number), proof.status(), state);
@@ -232,7 +232,7 @@ Status load_actions_of_format_6(Session& session, StoredState& state) {
     action.proof = *proof;
     action.token = rows.text(row, column++);
     action.peer = rows.text(row, column++);
-    action.what = rows.text(row, column++);
+    action.operation = rows.text(row, column++);
     action.job = rows.natural(row, column++);
     action.about = rows.text(row, column++);
     action.outcome = static_cast<StatusCode>(rows.integer(row, column++));

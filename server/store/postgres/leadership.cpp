@@ -5,11 +5,11 @@
 #include <random>
 
 #include "common/base/log.h"
+#include "server/store/migration.h"
 #include "server/store/postgres/format_6.h"
 #include "server/store/postgres/format_7.h"
 #include "server/store/postgres/schema.h"
 #include "server/store/postgres/summary.h"
-#include "server/store/store_format.h"
 
 namespace lightmill::postgres {
 namespace {

@@ -242,7 +242,7 @@ Status load_actions_of_format_12(Database& database, StoredState& state) {
     int column = 0;
     action.number = rows.natural(column++);
     action.unix_ms = rows.integer(column++);
-    action.who = rows.text(column++);
+    action.caller = rows.text(column++);
     const Result<Proof> proof = old::proof_named(rows.view(column++));
     if (!proof.ok()) {
       old::leave_out(fmt::format("entry {} of the log", action.number), proof.status(), state);
@@ -251,7 +251,7 @@ Status load_actions_of_format_12(Database& database, StoredState& state) {
     action.proof = *proof;
     action.token = rows.text(column++);
     action.peer = rows.text(column++);
-    action.what = rows.text(column++);
+    action.operation = rows.text(column++);
     action.job = rows.natural(column++);
     action.about = rows.text(column++);
     action.outcome = static_cast<StatusCode>(rows.integer(column++));

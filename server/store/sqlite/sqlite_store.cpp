@@ -13,7 +13,6 @@
 #include "server/store/sqlite/load_state.h"
 #include "server/store/sqlite/schema.h"
 #include "server/store/sqlite/store_row.h"
-#include "server/store/store_format.h"
 
 namespace lightmill {
 namespace {

@@ -241,9 +241,9 @@ TEST_F(SecureCliTest, TheLogSaysWhoDidWhat) {
   EXPECT_TRUE(says(failure(as("ada", {"log"})), "ListActions is for the roles admin"));
   const nlohmann::json log = json(as("root", {"log"}))["actions"];
   ASSERT_EQ(log.size(), 4u) << log;
-  EXPECT_EQ(log[0]["what"], "Start");
-  EXPECT_EQ(log[2]["what"], "CancelJob");
-  EXPECT_EQ(log[2]["who"], "ada");
+  EXPECT_EQ(log[0]["operation"], "Start");
+  EXPECT_EQ(log[2]["operation"], "CancelJob");
+  EXPECT_EQ(log[2]["caller"], "ada");
   EXPECT_EQ(log[2]["proof"], "certificate");
   EXPECT_EQ(log[2]["job"], 1);
   EXPECT_EQ(log[2]["done"], true);
@@ -252,7 +252,7 @@ TEST_F(SecureCliTest, TheLogSaysWhoDidWhat) {
   EXPECT_TRUE(says(log[3]["message"], "for the roles admin"));
   EXPECT_EQ(json(as("root", {"log", "--last", "1"}))["actions"], nlohmann::json::array({log[3]}));
   EXPECT_EQ(json(as("root", {"log", "--job", "1"}))["actions"].size(), 2u);
-  EXPECT_EQ(json(as("root", {"log", "--who", "ada", "--since", "2h"}))["actions"].size(), 3u);
+  EXPECT_EQ(json(as("root", {"log", "--caller", "ada", "--since", "2h"}))["actions"].size(), 3u);
   const CommandResult shown = lightmill(as("root", {"log"}));
   EXPECT_TRUE(says(shown.out, "state queued -> cancelled") && says(shown.out, "refused: ListActions is for"))
       << shown.out;

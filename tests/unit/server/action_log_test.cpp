@@ -14,9 +14,9 @@ constexpr std::int64_t kDayMs = 86'400'000;
 
 Action action(const std::string& what, std::uint64_t job = 0, std::int64_t unix_ms = 1'000) {
   Action made;
-  made.what = what;
+  made.operation = what;
   made.job = job;
-  made.who = "ada";
+  made.caller = "ada";
   made.proof = Proof::certificate;
   made.peer = "10.0.0.7:4711";
   made.unix_ms = unix_ms;
@@ -60,7 +60,7 @@ TEST(ActionLogTest, IsFoundByJobNameTimeAndPage) {
   ActionLog log({}, {});
   for (std::uint64_t i = 1; i <= 6; ++i) {
     Action each = action("CancelJob", i % 2, static_cast<std::int64_t>(i));
-    each.who = i <= 3 ? "ada" : "bob";
+    each.caller = i <= 3 ? "ada" : "bob";
     log.add(each);
   }
   EXPECT_EQ(numbers(log.find({1, "", 0, 0}, 10).actions), (Numbers{5, 3, 1}));
@@ -111,7 +111,7 @@ TEST(ActionLogTest, RefusalsAndWorkersDoNotDisplaceActions) {
     add(coming(fmt::format("w{}", i), "h:1", 1'000));
   }
   EXPECT_EQ(log.find({}, 100).actions.size(), 5u) << "one, and two of a quarter of eight each";
-  EXPECT_EQ(log.find({}, 100).actions.back().what, "SubmitJob");
+  EXPECT_EQ(log.find({}, 100).actions.back().operation, "SubmitJob");
   for (std::uint64_t i = 0; i < 8; ++i) {
     add(action("PauseJob", i));
   }
@@ -139,7 +139,7 @@ TEST(ActionLogTest, AReconnectingWorkerIsRecordedOnce) {
   EXPECT_TRUE(log.add(coming("w1", "10.0.0.8:1", 2)).added);
   EXPECT_TRUE(log.add(coming("w2", "10.0.0.8:1", 3)).added);
   Action other = coming("w1", "10.0.0.8:1", 4);
-  other.who = "eve";
+  other.caller = "eve";
   EXPECT_TRUE(log.add(other).added) << "by another identity";
   EXPECT_FALSE(log.add(other).added);
   other.unix_ms += kHourMs;

@@ -172,8 +172,8 @@ TEST_F(OperationCallTest, AChangeIsRecordedAndAnsweredAfterItsCommit) {
   EXPECT_EQ(static_cast<const v1::Job&>(asked->reply()).state(), v1::JOB_STATE_PAUSED);
   const std::vector<Action> log = actions();
   ASSERT_EQ(log.size(), 1u);
-  EXPECT_EQ(log[0].what, "PauseJob");
-  EXPECT_EQ(log[0].who, "ada");
+  EXPECT_EQ(log[0].operation, "PauseJob");
+  EXPECT_EQ(log[0].caller, "ada");
   EXPECT_EQ(log[0].job, job.value);
   EXPECT_EQ(log[0].about, "cornell");
   EXPECT_EQ(log[0].change, "state queued -> paused");
@@ -218,7 +218,7 @@ TEST_F(OperationCallTest, ACallAboutAnotherUsersJobIsRefusedAndRecorded) {
   });
   const std::vector<Action> log = actions();
   ASSERT_EQ(log.size(), 1u);
-  EXPECT_EQ(log[0].who, "eve");
+  EXPECT_EQ(log[0].caller, "eve");
   EXPECT_EQ(log[0].outcome, StatusCode::kPermissionDenied);
   EXPECT_EQ(log[0].change, "");
 }
@@ -231,7 +231,7 @@ TEST_F(OperationCallTest, AJobThatIsDeletedAfterADayIsRecorded) {
   });
   const std::vector<Action> log = actions();
   ASSERT_EQ(log.size(), 1u);
-  EXPECT_EQ(log[0].what, "ExpireJob");
+  EXPECT_EQ(log[0].operation, "ExpireJob");
   EXPECT_EQ(log[0].about, "cornell");
   EXPECT_EQ(log[0].change, "deleted: --keep-days after its end");
 }

@@ -165,9 +165,9 @@ std::string describe(const StoredState& state) {
   std::map<std::uint64_t, std::string> actions;
   for (const Action& action : state.actions) {
     actions[action.number] =
-        fmt::format("action {} {} {} {} {} {} {} {} {} {} {} {}\n", action.number, action.unix_ms, action.who,
-                    static_cast<int>(action.proof), action.token, action.peer, action.what, action.job, action.about,
-                    static_cast<int>(action.outcome), action.message, action.change);
+        fmt::format("action {} {} {} {} {} {} {} {} {} {} {} {}\n", action.number, action.unix_ms, action.caller,
+                    static_cast<int>(action.proof), action.token, action.peer, action.operation, action.job,
+                    action.about, static_cast<int>(action.outcome), action.message, action.change);
   }
   for (const auto& [number, text] : actions) {
     all += text;
@@ -435,7 +435,7 @@ TEST_P(StoreConformance, ActionsAreKeptUntilTheyAreDroppedAndNeverChange) {
     loaded(*store);
     commit(*store, {PutAction{one}, PutAction{two}});
     Action again = one;
-    again.who = "eve";
+    again.caller = "eve";
     commit(*store, {PutAction{again}, PutAction{three}});
     expected.actions = {one, two, three};
     EXPECT_EQ(describe(loaded(*store)), describe(expected));

@@ -39,7 +39,7 @@ std::vector<StoreOp> writes_of_job(std::uint64_t id, const PixelRect& crop) {
   }
   Action action;
   action.number = id;
-  action.who = "ada";
+  action.caller = "ada";
   ops.push_back(PutAction{action});
   ops.push_back(PutToken{{fmt::format("token {}", id), "ada", Roles::all(), sha256("t"), "root", 1, 2'000'000'000}});
   ops.push_back(PutQuarantine{{{fmt::format("liar {}", id), "machine"}, "wrong", 5}});
@@ -66,7 +66,7 @@ std::map<std::string, std::string> items_of(const StoredState& state) {
     items[token.id] = fmt::format("{} {} {}", token.name, names_of(token.roles), token.hash.hex());
   }
   for (const Action& action : state.actions) {
-    items[fmt::format("action {}", action.number)] = action.who;
+    items[fmt::format("action {}", action.number)] = action.caller;
   }
   for (const QuarantineRecord& record : state.quarantine) {
     items[record.of.worker] = record.reason + record.of.identity;

@@ -7,9 +7,9 @@ export const kEventKinds = ['all', 'warnings', 'jobs', 'workers', 'actions'] as 
 export type EventKind = (typeof kEventKinds)[number];
 
 /** "ada: SetPriority cornell: priority 0 -> 10". Actions of the coordinator and of unknown callers have no name. */
-export function actionText({who, what, about, code, message, change}: Action): string {
+export function actionText({caller, operation, about, code, message, change}: Action): string {
   const outcome = code === 0 ? change : `refused: ${message}`;
-  return [who, about === '' ? what : `${what} ${about}`, outcome].filter((part) => part !== '').join(': ');
+  return [caller, about === '' ? operation : `${operation} ${about}`, outcome].filter((part) => part !== '').join(': ');
 }
 
 /** Actions in the form of events. Refusals are warnings. */

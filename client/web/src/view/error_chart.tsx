@@ -2,7 +2,7 @@
 import {useEffect, useRef, useState} from 'preact/hooks';
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
-import {csvOf, kLineColors, nearestPoint, svgOf, type Chart, type ChartLine} from '../model/chart';
+import {csvOf, kLineColors, nearestPoint, type ChartLine} from '../model/chart';
 import {errorCurve, type ErrorCurve} from '../model/error_curve';
 import {errorText, humanSeconds, methodName, powerOfTen, valueText} from '../model/format';
 import {hasEnded} from '../model/jobs';
@@ -155,7 +155,7 @@ export function ErrorChart({job, theme, charted, onCharted}: ErrorChartProps) {
         )}
         <div class="chart-actions">
           <AddJob job={job} charted={charted} onCharted={onCharted} />
-          <KeepButtons chart={{lines, target: curve.target}} name={`job-${job.id}-error`} />
+          <CsvButton lines={lines} name={`job-${job.id}-error`} />
         </div>
       </figcaption>
     </figure>
@@ -191,16 +191,11 @@ export function LineList({lines, hover, label, onRemove}: LineListProps) {
   );
 }
 
-export function KeepButtons({chart, name}: {chart: Chart; name: string}) {
+export function CsvButton({lines, name}: {lines: readonly ChartLine[]; name: string}) {
   return (
-    <>
-      <button type="button" onClick={() => save(new Blob([csvOf(chart)], {type: 'text/csv'}), `${name}.csv`)}>
-        CSV
-      </button>
-      <button type="button" onClick={() => save(new Blob([svgOf(chart)], {type: 'image/svg+xml'}), `${name}.svg`)}>
-        SVG
-      </button>
-    </>
+    <button type="button" onClick={() => save(new Blob([csvOf(lines)], {type: 'text/csv'}), `${name}.csv`)}>
+      CSV
+    </button>
   );
 }
 

@@ -1,7 +1,7 @@
 /** A lab's results from a local file, which is not uploaded: a chart for each scene. */
 import {useRef, useState} from 'preact/hooks';
 import {parseLabReport, type LabReport, type LabScene} from '../model/lab_report';
-import {KeepButtons, LineList, Plot} from './error_chart';
+import {CsvButton, LineList, Plot} from './error_chart';
 
 const kNoCurve = {points: [], target: undefined, finish: undefined, guides: []};
 
@@ -17,7 +17,7 @@ function SceneChart({scene, theme}: {scene: LabScene; theme: string}) {
       <figcaption>
         <LineList lines={lines} hover={hover} label={`Methods on ${name}`} />
         <div class="chart-actions">
-          <KeepButtons chart={{lines, target: undefined}} name={`lab-${name}`} />
+          <CsvButton lines={lines} name={`lab-${name}`} />
         </div>
       </figcaption>
     </figure>

@@ -183,7 +183,7 @@ class LiveHubTest : public ::testing::Test {
   Coordinator farm{CoordinatorLimits{}, StoredState{}, system_clock().now()};
   ActionLog actions{ActionLogLimits{}, {}};
   FarmLoop loop{farm, actions, store, system_clock(), [](const Status&) {}};
-  std::optional<LiveHub> hub{std::in_place, loop, FarmGreeting{"1.0", {"be kind"}, {}, false},
+  std::optional<LiveHub> hub{std::in_place, loop, FarmGreeting{"1.0", {"be kind"}, {}},
                              OnWebThread([this](std::function<void()> task) {
                                const MutexLock lock(mutex);
                                posted.push_back(std::move(task));

@@ -1,4 +1,4 @@
-// Film snapshot as the messages of GetFilm.
+// Messages for clients: workers, and film snapshots as GetFilm sends them.
 #pragma once
 
 #include "lightmill/v1/render_service.pb.h"
@@ -19,5 +19,7 @@ Result<v1::FilmHeader> film_header(const Coordinator& farm, JobId job, Time now)
 Result<FilmSnapshot> snapshot(const Coordinator& farm, JobId job, Time now);
 
 v1::FilmTile film_tile(const TileSnapshot& tile);
+
+void to_wire(const WorkerStatus& worker, v1::Worker* out);
 
 }  // namespace lightmill
