@@ -234,16 +234,17 @@ function lightSlots(scene: Scene, index: number): Slot[] {
   const put = (next: Light['kind']): Scene => ({...scene, lights: scene.lights.map((each, i) => (i === index ? {...each, kind: next} : each))});
   switch (kind.case) {
     case 'point':
-      return new Slots(kind.value, (value) => put({case: 'point', value})).light('intensity', 'Strength', 'W/sr').point('position', 'Position').found;
+      return new Slots(kind.value, (value) => put({case: 'point', value})).light('intensity', 'Strength', 'W/sr').point('position', 'Position').number('radius', 'Radius', 0, 0, 2 ** 100, 0.01).found;
     case 'directional':
-      return new Slots(kind.value, (value) => put({case: 'directional', value})).light('irradiance', 'Strength', 'W/m²').point('direction', 'Direction').found;
+      return new Slots(kind.value, (value) => put({case: 'directional', value})).light('irradiance', 'Strength', 'W/m²').point('direction', 'Direction').number('angleDegrees', 'Angle, degrees', 0, 0, 180, 0.1).found;
     case 'spot':
       return new Slots(kind.value, (value) => put({case: 'spot', value}))
         .light('intensity', 'Strength', 'W/sr')
         .point('position', 'Position')
         .point('direction', 'Direction')
         .number('cutoffDegrees', 'Cutoff, degrees', 45, 0.001, 180, 1)
-        .share('blend', 'Blend').found;
+        .share('blend', 'Blend')
+        .number('radius', 'Radius', 0, 0, 2 ** 100, 0.01).found;
     case 'cosinePower':
       return new Slots(kind.value, (value) => put({case: 'cosinePower', value}))
         .light('intensity', 'Strength', 'W/sr')
@@ -256,6 +257,13 @@ function lightSlots(scene: Scene, index: number): Slot[] {
         .color('color', 'Colour', kWhite)
         .point('position', 'Position')
         .point('direction', 'Direction').found;
+    case 'disk':
+      return new Slots(kind.value, (value) => put({case: 'disk', value}))
+        .light('radiance', 'Strength', 'W/(m² sr)')
+        .point('position', 'Position')
+        .point('direction', 'Direction')
+        .number('radius', 'Radius', 1, 0.001, 2 ** 100, 0.01)
+        .number('spreadDegrees', 'Spread, degrees', 180, 1, 180, 1).found;
     case 'environment':
       return new Slots(kind.value, (value) => put({case: 'environment', value}))
         .light('radiance', 'Strength', kind.value.asset ? 'times its image' : 'W/(m² sr)', kWhite)
