@@ -144,7 +144,7 @@ TEST(Mesh, HostileBytesAreRefused) {
   EXPECT_EQ(decode_error("OFF1" + bytes.substr(4)), "mesh: the bytes do not begin as an LMM1 mesh");
   EXPECT_EQ(decode_error(bytes + "x"), "mesh: 3 positions and 1 triangles take 84 bytes, got 85");
   std::string flagged = bytes;
-  set_u32(flagged, 4, 8);
+  set_u32(flagged, 4, 16);
   EXPECT_EQ(decode_error(flagged), "mesh: the bytes do not begin as an LMM1 mesh");
   set_u32(flagged, 4, 2);
   EXPECT_EQ(decode_error(flagged), "mesh: 3 positions and 1 triangles take 108 bytes, got 84");
