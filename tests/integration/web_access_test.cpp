@@ -290,7 +290,6 @@ TEST(WebAccess, ALoginIsACookieThatEndsAtLogout) {
   const json farm = json::parse(web.get("/api/v1/farm", shown).body());
   EXPECT_EQ(farm["caller"], "ada");
   EXPECT_EQ(farm["roles"], (json{"view", "submit"}));
-  EXPECT_EQ(farm["asks"], true);
   const auto names = [](const json& list, const char* method) { return std::ranges::count(list, method) == 1; };
   EXPECT_TRUE(names(farm["may"], "GetJob"));
   EXPECT_FALSE(names(farm["may"], "PauseJob"));
