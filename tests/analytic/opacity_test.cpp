@@ -198,7 +198,8 @@ TEST(Opacity, CausticsThroughACardAreAsDimAsTheOpacity) {
   }
 }
 
-// A half-transparent lamp of twice the radiance lights as an opaque one. So does one of which half is cut out.
+// A half-transparent emitter of twice the radiance gives as much light as an opaque one. An emitter whose half is cut out
+// does so, too.
 TEST(Opacity, ALampLightsByItsOpacity) {
   struct Case {
     double emission, opacity;

@@ -1,6 +1,8 @@
 #include "worker/inspect/inspect_scene.h"
 
 #include <algorithm>
+#include <set>
+#include <tuple>
 
 #include "common/base/quantities.h"
 #include "common/base/text.h"
@@ -46,8 +48,12 @@ std::vector<std::string> cut_all(std::vector<std::string> texts) {
 /// Reads only the headers of images. Workers that render decode them.
 Status check_images(LoadedScene& loaded, const SceneLimits& limits, DecoderProcess& images,
                     const InspectionHooks& hooks) {
+  std::set<std::tuple<Sha256, std::string, bool>> checked;
   for (const ImageAsset& image : loaded.images) {
     LM_RETURN_IF_ERROR(hooks.go_on());
+    if (!checked.emplace(image.asset, image.name, image.environment).second) {
+      continue;
+    }
     const Result<ImageSize> size = images.size(as_byte_view(loaded.assets.at(image.asset)), image.name);
     if (!size.ok()) {
       return with_context(size.status(), image.place);

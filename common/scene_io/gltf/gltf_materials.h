@@ -23,8 +23,8 @@ class GltfMaterials {
   struct Used {
     std::uint32_t material = 0;                ///< index into the scene's materials
     std::optional<std::uint64_t> texture_set;  ///< of texture coordinates; nothing without a texture
-    bool unlit = false;
-    bool tangents = false;  ///< it has a normal map
+    bool unlit = false;                        ///< KHR_materials_unlit
+    bool tangents = false;                     ///< it has a normal map
   };
   /// The material `index`. The default material if it is missing.
   Used use(const JsonNode& index);
