@@ -67,7 +67,7 @@ TEST_P(CausticB, APointOverAMirrorLightsAWallTwice) {
            "meters": [{}, {}])",
         gray(c.reflectance), plane_shape("mirror", "[0, 0, 0]", "[0, 1, 0]"), point_light(c.height, c.intensity),
         point_meter(1, c.y, "[-1, 0, 0]"), patch_meter(1, c.y - kSide / 2, -kSide / 2, "[0, 0, 0.5]", "[0, 0.5, 0]"));
-    const auto readings = read(parts, 6, GetParam() + ":photons=100000");
+    const auto readings = read(parts, 5, GetParam() + ":photons=50000");
     expect_reading(readings[0], c.direct + c.mirrored, 0.15);
     const double patch = mean_over_patch([&](double y, double z) {
       return exact(c.intensity, c.height, c.y + y, z) + c.reflectance * exact(c.intensity, -c.height, c.y + y, z);

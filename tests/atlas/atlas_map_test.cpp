@@ -14,7 +14,7 @@ namespace lightmill::test {
 namespace {
 
 /// Difference to the map in log2 of the samples of each seed.
-constexpr int kShort = -1;
+constexpr int kShort = -2;
 
 class AtlasMap : public ::testing::TestWithParam<AtlasGroup> {};
 

@@ -85,7 +85,7 @@ TEST(Shrinking, PowerWithoutAreaIsRefused) {
 
 TEST(ManyLights, AHundredThousandPointsAddUp) {
   const ManyPoints points = many_points(100'000);
-  expect_answer(floor_under("", "", points.lights, "path", 10), points.radiance, 1e-2);
+  expect_answer(floor_under("", "", points.lights, "path", 9), points.radiance, 1e-2);
   const Estimate all = floor_under("", "", points.lights, "raycast", 1);
   EXPECT_NEAR(all.value, points.radiance, 1e-3 * points.radiance);
 }

@@ -1,6 +1,6 @@
 // Checks that two methods show the same picture of a scene.
 //
-// The check compares 192 block means and the means of the whole picture, from 16 seeds each. Standard errors come from
+// The check compares 48 block means and the means of the whole picture, from 16 seeds each. Standard errors come from
 // the spread over seeds, so |z| follows Student's distribution with about 30 degrees of freedom. Above 6 anywhere in a
 // scene is a false alarm once in 2,600 runs. Above 5 for a whole picture is one once in 16,000. The seeds are fixed, so
 // a run that passes stays so.
@@ -14,7 +14,7 @@
 
 namespace lightmill::test {
 
-inline constexpr int kFilm = 64, kBlocks = 8, kSeeds = 16;
+inline constexpr int kFilm = 32, kBlocks = 4, kSeeds = 16;
 
 /// Means by seed: blocks, then the whole picture; channels innermost.
 inline std::vector<std::vector<double>> pictures(const TestScene& scene, const std::string& method,

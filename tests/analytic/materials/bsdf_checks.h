@@ -15,7 +15,7 @@
 
 namespace lightmill::test {
 
-inline constexpr int kDraws = 100'000;
+inline constexpr int kDraws = 50'000;
 
 inline V8 to_lanes(const Vec3d& v) {
   return broadcast(Vec3(v));
