@@ -15,7 +15,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr int kSide = 96;
+constexpr int kSide = 72;
 constexpr std::uint64_t kPixels = kSide * kSide;
 
 Picture picture_of(std::uint64_t samples) {

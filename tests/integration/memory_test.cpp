@@ -18,7 +18,7 @@ Picture heavy() {
   Picture picture;
   picture.method = "ppm:photons=2000000";
   picture.side = 64;
-  picture.samples = 4;
+  picture.samples = 2;
   return picture;
 }
 

@@ -7,7 +7,7 @@
 namespace lightmill::test {
 namespace {
 
-constexpr int kPictureSide = 96;
+constexpr int kPictureSide = 72;
 constexpr std::uint64_t kPicturePixels = kPictureSide * kPictureSide;
 
 class FaultyNetworks : public ::testing::Test {

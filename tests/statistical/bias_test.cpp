@@ -67,6 +67,8 @@ TestScene caustic_in_a_mirror() {
 struct Gathers {
   const char* method;
   std::uint32_t reference_level;  ///< log2 of the samples of the reference
+
+  friend void PrintTo(const Gathers& gathers, std::ostream* out) { *out << gathers.method; }
 };
 
 class GatherBiasByMethod : public ::testing::TestWithParam<Gathers> {};

@@ -151,19 +151,19 @@ class SlurmTest(unittest.TestCase):
     def test_a_lost_node_costs_nothing(self):
         self.farm.start_workers(2)
         places = {node: job for job, _, node, _ in self.slurm_jobs()}
-        job = self.farm.submit(1, 800)
+        job = self.farm.submit(1, 250)
         self.farm.wait_for(job, 0.1)
         lost = sorted(places)[-1]
         self.cluster.kill_all_of(lost)
         wait_until("Slurm starts the worker again", lambda: any(
             number == places[lost] and again == 1 for number, _, _, again in self.slurm_jobs()), 60)
-        self.expect_quiet_film(job, 1, 800)
+        self.expect_quiet_film(job, 1, 250)
         self.cluster.start_node(lost)
         wait_until("the node is back", lambda: self.cluster.states()[lost] in ("idle", "mixed", "allocated"), 60)
 
     def test_a_cancelled_worker_returns_the_units_it_had_not_begun(self):
         self.farm.start_workers(2)
-        job = self.farm.submit(7, 1500)
+        job = self.farm.submit(7, 1000)
         self.farm.wait_for(job, 0.1)
         before = self.farm.workers()
         self.cluster.call("scancel", self.slurm_jobs()[0][0])
@@ -172,7 +172,7 @@ class SlurmTest(unittest.TestCase):
         self.assertLess(shown["fraction_done"], 1)
         self.assertEqual(shown["counters"]["leases_lost"], 0)
         self.expect_drained(set(before) - set(self.farm.workers()))
-        self.expect_quiet_film(job, 7, 1500)
+        self.expect_quiet_film(job, 7, 1000)
         identities = {name.rpartition("/")[0] for name in before}
         self.assertEqual(len(identities), 2, before)
         self.assertLessEqual(identities, set(self.farm.enrolled()))

@@ -144,13 +144,13 @@ TEST_F(SharedLabTest, LevelsMayBeErrors) {
 
 TEST_F(LabTest, ResumesAfterAnInterruptionWithTheSameResults) {
   start_worker("w1");
-  on_farm({"lab", experiment("[1, 64, 4096]"), "-o", file("whole")});
+  on_farm({"lab", experiment("[1, 64, 2048]"), "-o", file("whole")});
   {
     BackgroundProcess interrupted(
-        {program("lightmill"), "lab", experiment("[1, 64, 4096]"), "-o", file("parts"), "--server", server()},
+        {program("lightmill"), "lab", experiment("[1, 64, 2048]"), "-o", file("parts"), "--server", server()},
         file("lab.log"));
     ASSERT_TRUE(eventually([&] { return std::filesystem::exists(file("parts") + "/results.jsonl"); }));
-    const nlohmann::json second = on_farm({"lab", experiment("[1, 64, 4096]"), "-o", file("parts")}, 2);
+    const nlohmann::json second = on_farm({"lab", experiment("[1, 64, 2048]"), "-o", file("parts")}, 2);
     EXPECT_NE(second["failure"]["message"].get<std::string>().find("another lab uses"), std::string::npos);
     interrupted.send(SIGINT);
     EXPECT_EQ(interrupted.wait(), 130);
@@ -160,7 +160,7 @@ TEST_F(LabTest, ResumesAfterAnInterruptionWithTheSameResults) {
   EXPECT_LT(before, 12u);
   EXPECT_TRUE(std::filesystem::exists(file("parts") + "/report.html"));
   EXPECT_TRUE(on_farm({"jobs"})["jobs"].empty());
-  on_farm({"lab", experiment("[1, 64, 4096]"), "-o", file("parts")});
+  on_farm({"lab", experiment("[1, 64, 2048]"), "-o", file("parts")});
   EXPECT_EQ(results("parts"), results("whole"));
 }
 

@@ -132,7 +132,7 @@ TEST_F(FarmCliTest, AdaptiveJobsGiveNoiseMoreSamplesReproducibly) {
   start_worker("w1");
   const auto render = [&](const std::vector<std::string>& more, const char* out) {
     std::vector<std::string> arguments{"render",   scene("course-default.json"),
-                                       "--size",   "256x256",
+                                       "--size",   "192x192",
                                        "--spp",    "16",
                                        "--method", "path",
                                        "--seed",   "4",
@@ -144,8 +144,8 @@ TEST_F(FarmCliTest, AdaptiveJobsGiveNoiseMoreSamplesReproducibly) {
   EXPECT_EQ(adaptive["goal"]["adaptive"], true);
   EXPECT_LT(adaptive["min_tile_samples"], 16u);
   EXPECT_GT(adaptive["max_tile_samples"], 16u);
-  EXPECT_LE(adaptive["samples_done"], 16u * 256 * 256);
-  EXPECT_GE(adaptive["samples_done"], 15u * 256 * 256) << "the same average";
+  EXPECT_LE(adaptive["samples_done"], 16u * 192 * 192);
+  EXPECT_GE(adaptive["samples_done"], 15u * 192 * 192) << "the same average";
   EXPECT_EQ(adaptive["frame_samples"], 16u);
   EXPECT_EQ(adaptive["samples_done"], adaptive["samples_wanted"]);
   ASSERT_FALSE(adaptive["method_reasons"].empty()) << adaptive;
