@@ -26,11 +26,9 @@ function(lightmill_run run)
                                          ENVIRONMENT "${ARG_ENVIRONMENT}" SKIP_RETURN_CODE 77)
 endfunction()
 
-# lightmill_compile_as_test(TARGET LABEL...): with GoogleTest in the precompiled header, and little optimisation. Programs that
-# watch processes compute nothing. Sanitized test code is long, and not the code under test.
-function(lightmill_compile_as_test target)
-  set(level 1)
-  if(LIGHTMILL_SANITIZE OR "integration" IN_LIST ARGN)
+# lightmill_compile_as_test(TARGET LEVEL): with GoogleTest in the precompiled header, and -O<LEVEL>. With sanitizers, -O0.
+function(lightmill_compile_as_test target level)
+  if(LIGHTMILL_SANITIZE)
     set(level 0)
   endif()
   set(pch lightmill_test_pch_${level})
@@ -60,13 +58,18 @@ function(lightmill_read_long_tests file)
   endforeach()
 endfunction()
 
-# lightmill_test(NAME LABELS a b [SHARDS n] [TIMEOUT s] SOURCES ... DEPS ...): a GoogleTest program and its runs.
+# lightmill_test(NAME LABELS a b [COMPUTES] [SHARDS n] [TIMEOUT s] SOURCES ... DEPS ...): a GoogleTest program and its runs.
+# COMPUTES: the code of the tests takes seconds, so it is optimised. Tests with many samples do.
 function(lightmill_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT;SHARDS" "LABELS;SOURCES;DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "COMPUTES" "TIMEOUT;SHARDS" "LABELS;SOURCES;DEPS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} lightmill_test_places GTest::gtest GTest::gtest_main)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
-  lightmill_compile_as_test(${name} ${ARG_LABELS})
+  set(level 0)
+  if(ARG_COMPUTES OR ARG_LABELS MATCHES "analytic|atlas|statistical|simulation")
+    set(level 1)
+  endif()
+  lightmill_compile_as_test(${name} ${level})
   lightmill_unity(${name} 8)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   lightmill_test_runs(${name} "${ARG_SHARDS}" "${ARG_TIMEOUT}" ${ARG_LABELS})
