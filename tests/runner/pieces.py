@@ -95,11 +95,11 @@ def build_piece(piece, deadline):
 
 
 def do_piece(piece, deadline=None, others=()):
-    """Builds the piece and runs its tests. The other pieces are built and run while these tests run. Returns an Outcome of each."""
-    results, runs = build_piece(piece, deadline)
+    """Builds the piece and runs its tests, and the other pieces beside it. Returns an Outcome of each."""
     with contextlib.ExitStack() as stack:
         later = [stack.enter_context(beside(lambda other=other: do_piece(other, deadline), BUILD / "results" / f"{other.folder.name}.log"))
                  for other in others]
+        results, runs = build_piece(piece, deadline)
         if runs:
             results.add(run_tests(BUILD / piece.preset, runs, piece.folder, f"{piece.name}: tests", deadline))
         return [Outcome(piece.name, results), *(outcome for outcomes in later for outcome in outcomes())]
