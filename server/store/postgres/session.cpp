@@ -28,7 +28,7 @@ constexpr std::array<std::pair<const char*, const char*>, 9> kDefaults{{{"connec
                                                                         {"application_name", nullptr}}};
 
 /// A commit must be durable when it returns, whatever the database's default is. A coordinator that is stopped in a
-/// transaction must not keep its locks.
+/// transaction must not keep its locks. Compiling a query (JIT) takes longer than any of ours.
 constexpr const char* kSettings = R"sql(
 SET client_min_messages = warning;
 SET client_encoding = 'UTF8';
@@ -38,6 +38,7 @@ SET statement_timeout = 0;
 SET lock_timeout = 0;
 SET idle_in_transaction_session_timeout = '30s';
 SET bytea_output = 'hex';
+SET jit = off;
 SELECT set_config('synchronous_commit', 'on', false) WHERE current_setting('synchronous_commit') = 'off';
 )sql";
 
