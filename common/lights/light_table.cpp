@@ -44,6 +44,7 @@ void LightTable::build() {
     light.irradiance = std::max(light.irradiance, kLeastPower);
   }
   choice_ = LightChoice(bounded, distant);
+  draws_ = needs_choice() ? 1 : static_cast<std::uint32_t>(size());
   find_bodies();
 }
 
@@ -99,13 +100,10 @@ LightKind LightTable::kind_of(std::uint32_t light) const {
   return static_cast<LightKind>(kind);
 }
 
-LightSample8 LightTable::sample(const V8& p, std::uint32_t draw, Pair8 choice, Pair8 u, const V8& normal) const {
-  if (needs_choice()) {
-    return sample_chosen(p, normal, choice, u);
-  }
-  const LightKind kind = kind_of(draw);
-  LightSample8 out = sample_of_kind(kind, p, U8(draw - first(kind)), M8(true), u);
-  out.light = U8(draw);
+LightSample8 LightTable::sample_light(std::uint32_t light, const V8& p, Pair8 u) const {
+  const LightKind kind = kind_of(light);
+  LightSample8 out = sample_of_kind(kind, p, U8(light - first(kind)), M8(true), u);
+  out.light = U8(light);
   return out;
 }
 

@@ -47,7 +47,7 @@ class LightTable {
   /// Number of the first light of a kind.
   std::uint32_t first(LightKind kind) const { return first_[static_cast<int>(kind)]; }
   /// Samples that light a shading point: one of each light, or one of a chosen light.
-  std::uint32_t draws() const { return needs_choice() ? 1 : static_cast<std::uint32_t>(size()); }
+  std::uint32_t draws() const { return draws_; }
   /// Whether `sample` uses choice.u, and choice.v.
   bool needs_choice() const { return choice_.chooses(); }
   bool needs_second_choice() const { return choice_.needs_second_number(); }
@@ -62,7 +62,11 @@ class LightTable {
   /// at a shading point is the sum over all draws. `normal`: unit, of surfaces that light reaches only from above; zero
   /// elsewhere. The densities of the samples, which are for weights of multiple importance sampling, are those for a zero
   /// normal.
-  LightSample8 sample(const V8& shading_point, std::uint32_t draw, Pair8 choice, Pair8 u, const V8& normal = {}) const;
+  LightSample8 sample(const V8& shading_point, std::uint32_t draw, Pair8 choice, Pair8 u, const V8& normal = {}) const {
+    return needs_choice() ? sample_chosen(shading_point, normal, choice, u) : sample_light(draw, shading_point, u);
+  }
+  /// The same without a choice, from the light with this number.
+  LightSample8 sample_light(std::uint32_t light, const V8& shading_point, Pair8 u) const;
 
   /// The light with this number as if it had no size, so nothing is drawn. It must be neither a facet, a sphere nor an
   /// environment.
@@ -128,6 +132,7 @@ class LightTable {
   std::vector<std::uint32_t> bodies_;
   std::vector<std::uint32_t> is_body_;  ///< 1 or 0 by light; empty without bodies
   std::uint32_t first_[kKinds + 1] = {};
+  std::uint32_t draws_ = 0;
 };
 
 }  // namespace lightmill

@@ -35,11 +35,13 @@ M8 scatters_to(const V8& wi, F8 side) {
 
 /// The geometric normal if light reaches the surface only from above, else zero.
 template <class Bsdf>
-V8 opaque_normal(const Bsdf& bsdf, const V8& facing) {
+decltype(auto) opaque_normal(const Bsdf& bsdf, const V8& facing) {
   if constexpr (requires { bsdf.transmits(); }) {
     return masked(~bsdf.transmits(), facing);
+  } else if constexpr (Bsdf::kTransmits) {
+    return V8();
   } else {
-    return Bsdf::kTransmits ? V8() : facing;
+    return facing;  // a reference
   }
 }
 
@@ -71,15 +73,16 @@ struct ShadingFrame8 {
   template <class Bsdf, class Visit>
   void for_each_wi(const V8& direction, M8 lanes, const Visit& visit) const {
     const F8 side = dot(direction, facing);
-    const V8 wi = frame.to_local(direction);
-    if (const M8 valid = lanes & scatters_to<Bsdf>(wi, side); valid.any()) {
-      visit(wi, valid);
-    }
-    if (const M8 mirrored = lanes & bent; mirrored.any()) [[unlikely]] {
-      const V8 image = frame.to_local(mirror_image(direction, facing));
-      if (const M8 valid = mirrored & scatters_to<Bsdf>(image, side); valid.any()) {
-        visit(image, valid);
+    V8 wi = frame.to_local(direction);
+    for (bool mirrored = false;; mirrored = true) {  // one copy of `visit`
+      if (const M8 valid = lanes & scatters_to<Bsdf>(wi, side); valid.any()) {
+        visit(wi, valid);
       }
+      lanes = lanes & bent;
+      if (mirrored || lanes.none()) {
+        return;
+      }
+      wi = frame.to_local(mirror_image(direction, facing));
     }
   }
 
@@ -88,11 +91,11 @@ struct ShadingFrame8 {
   M8 turn(V8& direction, M8 transmitted) const {
     const F8 side = dot(direction, facing);
     const M8 wrong = select(transmitted, side > F8(0.0f), side < F8(0.0f));  // false where `side` is NaN
-    if (const M8 turned = wrong & bent; turned.any()) [[unlikely]] {
+    const M8 turned = wrong & bent;
+    if (turned.any()) [[unlikely]] {
       direction = select(turned, mirror_image(direction, facing), direction);
-      return and_not(wrong, turned);
     }
-    return wrong;
+    return and_not(wrong, bent);
   }
 
   static constexpr float kLeastCosine = 1e-4f;

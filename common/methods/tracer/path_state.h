@@ -42,7 +42,7 @@ struct Vertex8 : ShadingFrame8 {
   const Path8& in;
   const Surface8& surface;
   std::uint32_t bounce;
-  Crossing8 crossing = {};  ///< of medium boundaries, in scenes with media
+  const Crossing8& crossing;  ///< of medium boundaries, in scenes with media
 };
 /// The same, with the state of an estimator's paths.
 template <class Path>

@@ -115,7 +115,7 @@ class Tracer : public Wavefront {
       Path path;
       static_cast<Path8&>(path) = meter_paths(pixel, U8::load(&seeds[pixel]));
       const Surface8 surface = meter_surface(path, lanes);
-      Vertex vertex{{ShadingFrame8(normal), path, surface, 0}, path};
+      Vertex vertex{{ShadingFrame8(normal), path, surface, 0, straight_.crossing}, path};
       estimator_.start_on_meter(*meter_, path, vertex.at);
       scatter(vertex, Diffuse8{broadcast(Vec3(1))}, vertex.frame.to_local(normal), lanes);
     }
@@ -131,41 +131,50 @@ class Tracer : public Wavefront {
   void trace_segment(const Path& in, M8 lanes, std::uint32_t bounce) {
     const Ray8 rays{in.origin, in.direction, F8(std::numeric_limits<float>::infinity())};
     add_untraceable(lanes, rays, in.slot);
-    const bool from_camera = bounce == 0 && meter_ == nullptr;
-    for (const std::uint32_t body : scene_.lights().bodies()) {
-      if (!from_camera || !scene_.lights().is_hidden_from_camera(body)) {
-        add_body(in, body, lanes, bounce);
-      }
+    if (!scene_.lights().bodies().empty()) {
+      add_bodies(in, lanes, bounce);
     }
-    Passing8 passing = this->passing(in, bounce);
-    Hit8 hits = nearest_stop(scene_, lanes, rays, bounce == 0, passing, ws_.counters);
-    Passage8 passage;
-    passage.origin = in.origin;
+    const Hit8 hits = scene_.accel().intersect(lanes, rays, bounce == 0);
+    if (scene_.features().opacity || scene_.features().media) {
+      pass_and_shade(in, lanes, rays, hits, bounce);
+    } else {
+      shade(in, lanes, hits, bounce, in.origin, straight_);
+    }
+  }
+
+  /// Moves paths through surfaces that may let them pass, and through media, and shades what they reach. Not inlined, so
+  /// that scenes without these run short code.
+  [[gnu::noinline]] void pass_and_shade(const Path& in, M8 lanes, const Ray8& rays, Hit8 hits, std::uint32_t bounce) {
+    Passing8 passing;
+    if (scene_.features().opacity) {
+      passing = Passing8::decided_by(decide(in, bounce, opacity_decision(bounce)).u);
+      hits = pass_surfaces(scene_, lanes, rays, hits, passing, ws_.counters);
+    }
     if (!scene_.features().media) {
-      shade(in, lanes, hits, bounce, passage);
+      shade(in, lanes, hits, bounce, in.origin, straight_);
       return;
     }
     Path there = in;
-    const auto add = [&](const Hit8& passing, const Surface8& surface) {
-      add_emission(there, passing, surface, bounce);
-    };
-    passage = pass_media(there, lanes, hits, passing, bounce, std::cref(add));
+    const auto add = [&](const Hit8& passed, const Surface8& surface) { add_emission(there, passed, surface, bounce); };
+    const Passage8 passage = pass_media(there, lanes, hits, passing, bounce, std::cref(add));
     if constexpr (Estimator::kScattersInMedia) {
       if (passage.scattered.any() && bounce < max_bounces_) {
         estimator_.scatter_in_medium(*this, there, passage.point, passage.scattered & continues(in), bounce);
       }
     }
-    shade(there, and_not(lanes, passage.scattered), hits, bounce, passage);
+    shade(there, and_not(lanes, passage.scattered), hits, bounce, passage.origin, passage);
   }
 
-  void shade(const Path& in, M8 lanes, const Hit8& hits, std::uint32_t bounce, const Passage8& passage) {
+  /// `origin`: of the last segment.
+  void shade(const Path& in, M8 lanes, const Hit8& hits, std::uint32_t bounce, const V8& origin,
+             const Passage8& passage) {
     if (scene_.features().environment) {
       add_environment(in, and_not(lanes, hits.hit), bounce);
     }
     if (hits.hit.none()) {
       return;
     }
-    const Surface8 surface = scene_.surface({passage.origin, in.direction, F8(0.0f)}, hits);
+    const Surface8 surface = scene_.surface({origin, in.direction, F8(0.0f)}, hits);
     if (bounce == 0 && meter_ == nullptr && channels_.shows_surfaces()) {
       store_surfaces(channels_, scene_, hits, surface, in.slot,
                      {ws_.radiance.data(), slots_, ws_.first.empty() ? nullptr : ws_.first.data(), pixels_});
@@ -207,7 +216,16 @@ class Tracer : public Wavefront {
     add_light(emitting, in.slot, light, bounce <= 1, group);
   }
 
-  /// Adds the light of a body that paths meet.
+  /// Adds the light of bodies that paths meet. Not inlined, for the same reason.
+  [[gnu::noinline]] void add_bodies(const Path& in, M8 lanes, std::uint32_t bounce) {
+    const bool from_camera = bounce == 0 && meter_ == nullptr;
+    for (const std::uint32_t body : scene_.lights().bodies()) {
+      if (!from_camera || !scene_.lights().is_hidden_from_camera(body)) {
+        add_body(in, body, lanes, bounce);
+      }
+    }
+  }
+
   void add_body(const Path& in, std::uint32_t body, M8 lanes, std::uint32_t bounce) {
     if constexpr (requires { estimator_.found_by_photons(in); }) {
       lanes = and_not(lanes, estimator_.found_by_photons(in));
@@ -297,6 +315,7 @@ class Tracer : public Wavefront {
 
   Estimator& estimator_;
   Workspace& ws_;
+  const Passage8 straight_ = {};  ///< through no boundary
 };
 
 }  // namespace lightmill::tracer

@@ -113,14 +113,15 @@ Surface8 Wavefront::meter_surface(const Path8& paths, M8 lanes) const {
 LightSample8 Wavefront::draw_light(const V8& point, const V8& normal, const Path8& path, std::uint32_t bounce,
                                    std::uint32_t draw) const {
   const LightTable& lights = scene_.lights();
-  Pair8 choice{F8(0.0f), F8(0.0f)};
-  if (lights.needs_choice()) {
-    choice.u = decide(path, bounce, choice_decision(bounce)).u;
+  const Pair8 u = decide(path, bounce, light_decision(bounce, draw));
+  if (!lights.needs_choice()) {
+    return lights.sample_light(draw, point, u);
   }
+  Pair8 choice{decide(path, bounce, choice_decision(bounce)).u, F8(0.0f)};
   if (lights.needs_second_choice()) {
     choice.v = hashed_number(path.index, decision_seed(path.pixel_seed, light_decision(bounce)));
   }
-  return lights.sample(point, draw, choice, decide(path, bounce, light_decision(bounce, draw)), normal);
+  return lights.sample(point, draw, choice, u, normal);
 }
 
 void Wavefront::push_shadows(M8 lanes, const V8& origin, const LightSample8& light, const V8& contribution, U8 slot,

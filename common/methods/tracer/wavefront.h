@@ -57,20 +57,12 @@ class Wavefront {
   Pair8 decide(const Path8& path, std::uint32_t vertex, std::uint32_t decision) const {
     return tracer::decide(path.index, path.pixel_seed, vertex, decision, plan_.sobol_vertices);
   }
-  /// The decision of the segment that a path starts at a bounce.
-  Passing8 passing(const Path8& path, std::uint32_t bounce) const {
-    return scene_.features().opacity ? Passing8::decided_by(decide(path, bounce, opacity_decision(bounce)).u)
-                                     : Passing8{};
-  }
   /// Samples a light and a point on it, as seen from `point`. `normal` and `draw`: as in LightTable::sample.
   LightSample8 draw_light(const V8& point, const V8& normal, const Path8& path, std::uint32_t bounce,
                           std::uint32_t draw) const;
   /// Next-event estimation: queues the light of sampled points, times `weight(light, wi, lanes)` for each image wi.
   template <class Bsdf, class Weight>
   void sample_lights(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes, const Weight& weight) {
-    if (!scene_.features().lights) {
-      return;
-    }
     for (std::uint32_t draw = 0; draw < scene_.lights().draws(); ++draw) {
       sample_light(vertex, bsdf, wo, lanes, weight, draw);
     }
@@ -112,28 +104,50 @@ class Wavefront {
     const Path8& in = vertex.in;
     V8 origin = vertex.surface.point + vertex.facing * vertex.surface.offset;
     const LightSample8 light = draw_light(origin, opaque_normal(bsdf, vertex.facing), in, vertex.bounce, draw);
+    const F8 side = dot(light.wi, vertex.facing);
     V8 contribution;
-    M8 valid;
-    vertex.for_each_wi<Bsdf>(light.wi, lanes & light.valid, [&](const V8& wi, M8 there) {
-      const V8 value = in.throughput * bsdf.eval(wo, wi) * light.weight * weight(light, wi, there);
-      contribution = contribution + masked(there, value);
-      valid = valid | there;
-    });
+    M8 valid = lanes & light.valid;
+    if (scene_.features().normal_maps) {
+      valid = sum_images(vertex, bsdf, wo, light, weight, valid, contribution);
+    } else {
+      const V8 wi = vertex.frame.to_local(light.wi);
+      valid = valid & scatters_to<Bsdf>(wi, side);
+      if (valid.any()) {
+        contribution = scattered(in, bsdf, wo, wi, light, weight, valid);
+      }
+    }
     if (valid.none()) {
       return;
-    }
-    const F8 side = dot(light.wi, vertex.facing);
-    if constexpr (Bsdf::kTransmits) {
-      origin = vertex.surface.point + vertex.facing * copysign(vertex.surface.offset, side);
     }
     if constexpr (Bsdf::kLosesSamples) {
       valid = and_not(valid, max_component(contribution) <= F8(0.0f));
     }
-    Media8 media = in.media;
     if constexpr (Bsdf::kTransmits) {
-      media = select(side < F8(0.0f), vertex.crossing.beyond, media);
+      origin = vertex.surface.point + vertex.facing * copysign(vertex.surface.offset, side);
+      const Media8 media = select(side < F8(0.0f), vertex.crossing.beyond, in.media);
+      push_shadows(valid, origin, light, contribution, in.slot, media);
+    } else {
+      push_shadows(valid, origin, light, contribution, in.slot, in.media);
     }
-    push_shadows(valid, origin, light, contribution, in.slot, media);
+  }
+
+  /// Light of sampled points that surfaces scatter along the paths.
+  template <class Bsdf, class Weight>
+  static V8 scattered(const Path8& in, const Bsdf& bsdf, const V8& wo, const V8& wi, const LightSample8& light,
+                      const Weight& weight, M8 lanes) {
+    return in.throughput * bsdf.eval(wo, wi) * light.weight * weight(light, wi, lanes);
+  }
+  /// Adds this for all images of the points' directions. Returns the lanes that scatter. Not inlined, so that scenes
+  /// without maps of normals run short code.
+  template <class Bsdf, class Weight>
+  [[gnu::noinline]] static M8 sum_images(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo,
+                                         const LightSample8& light, const Weight& weight, M8 lanes, V8& sum) {
+    M8 all;
+    vertex.for_each_wi<Bsdf>(light.wi, lanes, [&](const V8& wi, M8 there) {
+      sum = sum + masked(there, scattered(vertex.in, bsdf, wo, wi, light, weight, there));
+      all = all | there;
+    });
+    return all;
   }
 
   template <class ChannelOf>

@@ -319,7 +319,6 @@ class SceneCompiler {
     out_->environment_group_ = tables.environment_group;
     out_->materials_ = MaterialTable(scene_, std::move(textures), tables.radiance, out_->geometry_.has_colors());
     out_->normal_maps_ = NormalMaps(scene_, frame_.scale());
-    out_->features_.lights = !out_->lights_.empty();
     out_->features_.environment = out_->lights_.environment.exists();
     out_->features_.holdouts = out_->materials_.uses(MaterialKind::holdout);
     if (out_->features_.holdouts) {

@@ -43,7 +43,6 @@ struct CameraBasis {
 /// Features of the scene. Methods skip what is missing.
 struct SceneFeatures {
   bool emissive_surfaces = false;
-  bool lights = false;       ///< lights that next-event estimation can sample
   bool environment = false;  ///< rays that leave the scene find light
   bool media = false;        ///< paths must know which media they are in
   bool holdouts = false;

@@ -13,6 +13,11 @@ V8 multiply(const std::vector<float>& matrices, U8 geometry, const V8& v, M8 lan
          gather3(matrices.data(), column + U8(2u), lanes) * v.z;
 }
 
+/// gather_rows_of_four for rare surfaces. Not inlined, so that the common use is.
+[[gnu::noinline]] V8 gather_rare_rows(const std::vector<float>& rows, U8 row, M8 lanes) {
+  return gather_rows_of_four(rows.data(), row, lanes);
+}
+
 void append(std::vector<float>& array, const glm::mat3& m) {
   for (int column = 0; column < 3; ++column) {
     lightmill::append(array, Vec3(m[column]));
@@ -293,8 +298,7 @@ Tangents8 GeometryTable::derivatives(const Hit8& hits, const Surface8& surface, 
   const M8 planes = has_planes_ ? is_shape(kPlane, hits.geometry, lanes) : M8();
   if (const M8 meshes = and_not(lanes, planes); meshes.any()) {
     const U8 row = (first_derivative_.at(hits.geometry, meshes) + hits.primitive) << 1;
-    out = {gather_rows_of_four(derivatives_.data(), row, meshes),
-           gather_rows_of_four(derivatives_.data(), row + U8(1u), meshes)};
+    out = {gather_rare_rows(derivatives_, row, meshes), gather_rare_rows(derivatives_, row + U8(1u), meshes)};
   }
   if (const M8 instances = has_instances_ ? is_shape(kInstance, hits.geometry, lanes) : M8(); instances.any()) {
     out = {select(instances, multiply(linear_, hits.geometry, out.u, instances), out.u),
@@ -317,7 +321,7 @@ void GeometryTable::use_vertex_tangents(const Hit8& hits, const Surface8& surfac
     return;
   }
   const std::array<U8, 3> c = corners(hits, first, given);
-  const auto at = [&](U8 vertex) { return gather_rows_of_four(vertex_tangents_.data(), vertex, given); };
+  const auto at = [&](U8 vertex) { return gather_rare_rows(vertex_tangents_, vertex, given); };
   V8 u = at(c[0]) * (F8(1.0f) - hits.u - hits.v) + at(c[1]) * hits.u + at(c[2]) * hits.v;
   F8 sign = gather(vertex_tangents_.data() + 3, c[0] << 2, given);
   if (const M8 instances = has_instances_ ? is_shape(kInstance, hits.geometry, given) : M8(); instances.any()) {

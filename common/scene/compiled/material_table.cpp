@@ -138,6 +138,12 @@ V8 MaterialTable::texture_at(const ColorColumn& column, const Surface8& surface,
   return {clamped(rgb.x), clamped(rgb.y), clamped(rgb.z)};
 }
 
+/// Colours of vertices multiply those of kinds with a reflectance.
+V8 MaterialTable::tinted_reflectance(const Surface8& surface, M8 lanes) const {
+  const V8 color = at(reflectance_, surface, lanes);
+  return select(tinted_.at(surface.material, lanes) == U8(1u), color * surface.color, color);
+}
+
 F8 MaterialTable::opacity(const Surface8& surface, M8 lanes) const {
   const U8 mode = opacity_.mode.at(surface.material, lanes);
   F8 value = opacity_.value.at(surface.material, lanes);

@@ -52,8 +52,7 @@ class MaterialTable {
   }
   /// The reflectance of diffuse surfaces and mirrors. For other kinds, their base colour.
   V8 reflectance(const Surface8& surface, M8 lanes) const {
-    const V8 color = at(reflectance_, surface, lanes);
-    return vertex_colors_ ? select(tinted_.at(surface.material, lanes) == U8(1u), color * surface.color, color) : color;
+    return vertex_colors_ ? tinted_reflectance(surface, lanes) : at(reflectance_, surface, lanes);
   }
   /// The approximate share of light that each channel scatters. 1 for clear glass.
   V8 albedo(const Surface8& surface, M8 lanes) const {
@@ -128,6 +127,7 @@ class MaterialTable {
     const V8 rgb = column.rgb.at(surface.material, lanes);
     return column.textured ? rgb * texture_at(column, surface, lanes, most) : rgb;
   }
+  V8 tinted_reflectance(const Surface8& surface, M8 lanes) const;
   V8 texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes, float most) const;
 
   /// One number with a map, of all materials.
