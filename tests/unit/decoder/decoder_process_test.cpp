@@ -17,6 +17,7 @@
 #include "common/base/check.h"
 #include "common/base/file.h"
 #include "common/base/sanitizers.h"
+#include "common/image/exr.h"
 #include "common/image/png.h"
 #include "common/image/read/image_format.h"
 #include "common/image/read/read_image.h"
@@ -52,6 +53,38 @@ TEST(DecoderProcess, EachFormatHasThePixelsThatItsReaderGives) {
     const Result<ImageSize> size = decoder.size(bytes, file.format);
     ASSERT_TRUE(size.ok()) << size.status();
     EXPECT_EQ(size->pixels() * size->bytes_per_pixel, size_bytes(*there)) << file.format;
+  }
+}
+
+// Pixels come in pieces of a megabyte, and a pipe holds as much.
+TEST(DecoderProcess, LargeImagesHaveAllTheirPixels) {
+  constexpr int kSide = 700;
+  DecoderProcess decoder(built());
+  std::vector<std::uint8_t> rgb(3 * kSide * kSide);
+  for (std::size_t i = 0; i < rgb.size(); ++i) {
+    rgb[i] = static_cast<std::uint8_t>(i * i >> 7);
+  }
+  const Result<Texels> bytes = decoder.decode(as_byte_view(*encode_png(kSide, kSide, rgb)), "bytes");
+  ASSERT_TRUE(bytes.ok()) << bytes.status();
+  ASSERT_EQ(bytes->bytes.size(), rgb.size() / 3);
+  for (std::size_t i = 0; i < bytes->bytes.size(); ++i) {
+    const auto channel = [&](std::size_t c) { return std::uint32_t{rgb[3 * i + c]}; };
+    ASSERT_EQ(bytes->bytes[i], channel(0) | channel(1) << 8 | channel(2) << 16 | 0xff000000u) << i;
+  }
+  Image image;
+  image.display = image.data = {0, 0, kSide, kSide};
+  std::vector<std::vector<float>> planes(3, std::vector<float>(kSide * kSide));
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    for (std::size_t i = 0; i < planes[channel].size(); ++i) {
+      planes[channel][i] = static_cast<float>(4 * i + channel);
+    }
+    image.channels.push_back({std::string(1, "RGB"[channel]), planes[channel]});
+  }
+  const Result<Texels> floats = decoder.decode(as_byte_view(*encode_exr(image)), "floats");
+  ASSERT_TRUE(floats.ok()) << floats.status();
+  ASSERT_EQ(floats->floats.size(), std::size_t{4} * kSide * kSide);
+  for (std::size_t i = 0; i < floats->floats.size(); ++i) {
+    ASSERT_EQ(floats->floats[i], i % 4 == 3 ? 1 : planes[i % 4][i / 4]) << i;
   }
 }
 
