@@ -152,6 +152,7 @@ Job::Merged Job::merge(TileId tile, NodePtr node, const std::string& identity, T
   }
   ++record_.counters.results_merged;
   refusals_.rendered_by(identity);
+  plan().rendered(tile, identity);
   if (losses_.tile_received(tile)) {
     plan().set_alone(tile, false);
   }

@@ -1,6 +1,7 @@
 // Lease: a unit lent to a worker until a deadline. Plain value; LeaseTable owns them.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,11 @@ struct Lease {
   SessionId waits_for = {};  ///< session that an unsent grant goes to
 
   bool is_pilot() const { return unit.tiles.empty(); }
+  /// Whether it has this tile, and the tile is not done.
+  bool wants(TileId tile) const {
+    const auto at = std::ranges::lower_bound(unit.tiles, tile);
+    return at != unit.tiles.end() && *at == tile && !done[static_cast<std::size_t>(at - unit.tiles.begin())];
+  }
 };
 
 }  // namespace lightmill

@@ -6,6 +6,9 @@ namespace {
 /// Most thread time of one result, far beyond any lease. Larger sums could lose precision where fairness compares them.
 constexpr double kMaxResultSeconds = 1e7;
 
+/// A result may have been begun for an earlier lease, and counts this much longer than its own lease is open.
+constexpr double kEarlierSeconds = 15;
+
 /// A node must not have NaN, infinities or −0. Branch-free, so that eight values are checked at a time.
 bool values_are_sound(std::span<const float> values) {
   std::uint32_t bad = 0;
@@ -82,6 +85,7 @@ void ResultIntake::take(SessionId session, WorkerResult result, const Event& eve
     }
   }
   job->came_back(lease);
+  result.seconds = seconds_that_count(by.worker, result, event.now);
   const bool cost_was_known = job->cost().known();
   const Lease* const open = leases_.find(lease);
   merge(*job, by, std::move(result), open == nullptr || open->worker != by.worker, event);
@@ -132,6 +136,13 @@ void ResultIntake::reject(SessionId session, const WorkerResult& result, const S
   jobs_.at(result.key.job).note_unkept_result();
   event.send_after_commit(session, ResultAck{{result.key}});
   sessions_.distrust(session, result.lease, error, event);
+}
+
+double ResultIntake::seconds_that_count(const std::string& worker, const WorkerResult& result, Time now) const {
+  const Lease* const lease = leases_.find(result.lease);
+  return lease != nullptr && lease->worker == worker && lease->wants(result.key.tile)
+             ? std::min(result.seconds, to_seconds(now - lease->granted) + kEarlierSeconds)
+             : 0;
 }
 
 void ResultIntake::count_cost(Job& job, const Renderer& by, const WorkerResult& result, const Event& event) {
