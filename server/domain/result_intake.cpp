@@ -6,9 +6,6 @@ namespace {
 /// Most thread time of one result, far beyond any lease. Larger sums could lose precision where fairness compares them.
 constexpr double kMaxResultSeconds = 1e7;
 
-/// A result may have been begun for an earlier lease, and counts this much longer than its own lease is open.
-constexpr double kEarlierSeconds = 15;
-
 /// A node must not have NaN, infinities or −0. Branch-free, so that eight values are checked at a time.
 bool values_are_sound(std::span<const float> values) {
   std::uint32_t bad = 0;
@@ -141,7 +138,7 @@ void ResultIntake::reject(SessionId session, const WorkerResult& result, const S
 double ResultIntake::seconds_that_count(const std::string& worker, const WorkerResult& result, Time now) const {
   const Lease* const lease = leases_.find(result.lease);
   return lease != nullptr && lease->worker == worker && lease->wants(result.key.tile)
-             ? std::min(result.seconds, to_seconds(now - lease->granted) + kEarlierSeconds)
+             ? lease->possible_seconds(result.seconds, now)
              : 0;
 }
 

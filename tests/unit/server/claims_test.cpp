@@ -40,6 +40,17 @@ TEST_F(ClaimsTest, ARepeatedResultTakesNoTime) {
   EXPECT_EQ(worker_seconds(job), 1);
 }
 
+TEST_F(ClaimsTest, APilotTakesNoLongerThanItsLeaseIsOpen) {
+  JobSpec undecided = spec("r1");
+  undecided.settings.method = "auto";
+  const JobId job =
+      *coordinator->submit(undecided, now, unix_ms(), effects, {true, {"two do"}, {}, {"path", "caustic"}});
+  const SessionId liar = connect_on("m1", "liar");
+  say(liar, PilotReport{got<PilotGrant>(liar).at(0).lease, 0, {"it is cheaper"}, 1e6, Allocation()});
+  EXPECT_EQ(status(job).method, "path");
+  EXPECT_LE(worker_seconds(job), 15);
+}
+
 TEST_F(ClaimsTest, ManyWorkersOfOneIdentityHaveOneVoiceOnTheRateOfResults) {
   std::vector<SessionId> honest, liars;
   for (const char* const name : {"a", "b"}) {
@@ -61,6 +72,45 @@ TEST_F(ClaimsTest, ManyWorkersOfOneIdentityHaveOneVoiceOnTheRateOfResults) {
   pass(std::chrono::milliseconds(200));
   say(honest[0], WorkerHeartbeat{});
   EXPECT_EQ(coordinator->gauges().results_rate, limits.result_bytes_per_second);
+}
+
+TEST_F(ClaimsTest, AnAuditedJobDoesNotStartInAClassOfOneIdentity) {
+  const SessionId liar = connect_on("m0", "a liar", 1, "its own");
+  const SessionId honest = connect_on("m1", "honest"), other = connect_on("m2", "other");
+  const JobId job = submit_verified();
+  EXPECT_EQ(status(job).fingerprint_class, "class-a");
+  EXPECT_TRUE(got<LeaseGrant>(liar).empty());
+  answer(honest);
+  answer(other);
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(status(job).counters.results_verified, 1u);
+  submit_unaudited("unaudited");
+  EXPECT_FALSE(got<LeaseGrant>(liar).empty()) << "it may do what nobody audits";
+}
+
+TEST_F(ClaimsTest, WorkersOfOneIdentityDoNotMakeAClassThatCanAudit) {
+  for (const char* const name : {"1", "2"}) {
+    WorkerHello hello{fmt::format("a liar/{}", name), "host", 1, 1, "its own", kRendererVersion, {}, false, "machine"};
+    hello.identity = "a liar";
+    connect_as(hello);
+  }
+  connect_with("x", "1", "machine", "host");
+  connect_with("y", "1", "machine", "host");
+  EXPECT_EQ(status(submit_verified()).fingerprint_class, "class-a");
+}
+
+TEST_F(ClaimsTest, AJobThatNobodyCanAuditStartsAnywhere) {
+  const SessionId lone = connect_on("m0", "a lone one", 1, "class-b"), honest = connect_on("m1", "honest");
+  const JobId job = submit_verified();
+  EXPECT_EQ(status(job).fingerprint_class, "class-b");
+  answer(lone);
+  EXPECT_EQ(status(job).state, JobState::done);
+  const SessionId other = connect_on("m2", "other");
+  const JobId heavy = submit_verified(1, "r2");
+  EXPECT_EQ(status(heavy).fingerprint_class, "class-a");
+  say(honest, WorkerRefusal{heavy, "too large", true});
+  say(other, WorkerRefusal{heavy, "too large", true});
+  EXPECT_EQ(status(heavy).fingerprint_class, "class-b") << "no other worker can render it";
 }
 
 // Else a job that brings nothing would have got the least time, and so be served first for ever.
