@@ -83,31 +83,35 @@ Status check_reply(const DecodeReply& reply) {
   return sound ? ok_status() : invalid_argument("the image is damaged: its decoder sent an invalid reply");
 }
 
-/// Waits until there is something to read.
-bool wait_for(int descriptor, std::chrono::milliseconds patience) {
-  pollfd ready{descriptor, POLLIN, 0};
-  int polled = 0;
-  while ((polled = ::poll(&ready, 1, static_cast<int>(patience.count()))) < 0 && errno == EINTR) {
-  }
-  return polled > 0;
-}
+/// What comes from the decoder: pixels through a pipe, and replies over its socket.
+struct FromDecoder {
+  int pipe = -1, socket = -1;
+  std::chrono::milliseconds patience{0};  ///< without anything
 
-/// Reads `bytes` from a pipe. False if it ends before, or stands still. The decoder ends a slow child.
-bool read_all(int pipe, std::span<std::byte> bytes, std::chrono::milliseconds patience) {
-  while (!bytes.empty()) {
-    const ssize_t got = wait_for(pipe, patience) ? ::read(pipe, bytes.data(), bytes.size()) : 0;
-    if (got <= 0) {
-      return false;
+  /// Waits until there is something to read. False if the socket was shut first.
+  bool wait_for(int descriptor) const {
+    std::array<pollfd, 2> ready{pollfd{descriptor, POLLIN, 0}, pollfd{socket, POLLRDHUP, 0}};
+    while (::poll(ready.data(), ready.size(), static_cast<int>(patience.count())) < 0 && errno == EINTR) {
     }
-    bytes = bytes.subspan(static_cast<std::size_t>(got));
+    return ready[0].revents != 0;
   }
-  return true;
-}
+  /// False if the pipe ends before. The decoder ends a slow child.
+  bool read_pixels(std::span<std::byte> bytes) const {
+    while (!bytes.empty()) {
+      const ssize_t got = wait_for(pipe) ? ::read(pipe, bytes.data(), bytes.size()) : 0;
+      if (got <= 0) {
+        return false;
+      }
+      bytes = bytes.subspan(static_cast<std::size_t>(got));
+    }
+    return true;
+  }
+};
 
-/// Reads the pixels of an image from the decoder's pipe. Without an error there, the decoder's reply says what is wrong.
-Status receive_pixels(int pipe, std::int64_t max_pixels, std::chrono::milliseconds patience, Texels& texels) {
+/// Reads the pixels of an image. Without an error here, the decoder's reply says what is wrong.
+Status receive_pixels(const FromDecoder& from, std::int64_t max_pixels, Texels& texels) {
   DecodeReply head;
-  if (!read_all(pipe, std::as_writable_bytes(std::span(&head, 1)), patience)) {
+  if (!from.read_pixels(std::as_writable_bytes(std::span(&head, 1)))) {
     return ok_status();
   }
   LM_RETURN_IF_ERROR(check_reply(head));
@@ -121,7 +125,7 @@ Status receive_pixels(int pipe, std::int64_t max_pixels, std::chrono::millisecon
   const std::shared_ptr<const void> owner(start,
                                           [size](const void* pixels) { ::munmap(const_cast<void*>(pixels), size); });
   ::madvise(start, size, MADV_HUGEPAGE);  // fewer page faults here, and fewer TLB misses of rendering
-  if (!read_all(pipe, {static_cast<std::byte*>(start), size}, patience)) {
+  if (!from.read_pixels({static_cast<std::byte*>(start), size})) {
     return ok_status();
   }
   texels = {head.width, head.height, {}, {}, head.encoded != 0};
@@ -198,6 +202,8 @@ Result<DecodeReply> DecoderProcess::exchange(const DecodeRequest& request, int f
     return resource_exhausted("no pipe for its pixels: {}", std::strerror(errno));
   }
   Descriptor pixels(ends[0]);
+  // The decoder kills its child when the socket closes.
+  const std::stop_callback stopped(stop_, [this] { ::shutdown(socket_, SHUT_RDWR); });
   {
     const Descriptor childs(ends[1]);
     ::fcntl(childs.number(), F_SETPIPE_SZ, kPipeBytes);
@@ -218,21 +224,23 @@ Result<DecodeReply> DecoderProcess::exchange(const DecodeRequest& request, int f
       return unavailable("{}", std::strerror(errno));
     }
   }
-  const std::chrono::milliseconds patience = options_.time_limit + kGrace;
+  const FromDecoder from{pixels.number(), socket_, options_.time_limit + kGrace};
   Status received;
   if (texels != nullptr) {
-    received = receive_pixels(pixels.number(), request.max_pixels, patience, *texels);
+    received = receive_pixels(from, request.max_pixels, *texels);
   }
   pixels.close();  // ends a child that would send more
   DecodeReply reply;
-  if (!wait_for(socket_, patience) ||
-      ::recv(socket_, &reply, sizeof(reply), 0) != static_cast<ssize_t>(sizeof(reply))) {
+  if (!from.wait_for(socket_) || ::recv(socket_, &reply, sizeof(reply), 0) != static_cast<ssize_t>(sizeof(reply))) {
     return unavailable("no answer");
   }
   return received.ok() ? Result<DecodeReply>(reply) : received;
 }
 
 Result<DecodeReply> DecoderProcess::ask(ByteView bytes, std::int64_t max_pixels, Texels* texels) {
+  if (stop_.stop_requested()) {
+    return cancelled("nobody needs the image any more");
+  }
   const Descriptor file(::memfd_create("image", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (file.number() < 0) {
     return resource_exhausted("no file in memory for the image: {}", std::strerror(errno));
@@ -254,6 +262,9 @@ Result<DecodeReply> DecoderProcess::ask(ByteView bytes, std::int64_t max_pixels,
       return reply;
     }
     end = stop();
+    if (stop_.stop_requested()) {
+      return cancelled("nobody needs the image any more");
+    }
   }
   return failed_precondition("cannot decode it: {} was started twice and ended ({}); run it by hand to see why",
                              options_.program.string(), end);

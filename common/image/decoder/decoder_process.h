@@ -9,6 +9,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <stop_token>
 #include <string>
 
 #include "common/base/digest.h"
@@ -39,6 +40,8 @@ class DecoderProcess {
   DecoderProcess& operator=(const DecoderProcess&) = delete;
   ~DecoderProcess() { stop(); }
 
+  /// When a stop is requested, the image that is being read ends with CANCELLED, as do later ones.
+  void set_stop(std::stop_token stop) { stop_ = std::move(stop); }
   /// Size as in the file's header.
   Result<ImageSize> size(ByteView bytes, const std::string& name);
   /// Result as of read_image_within (image/read/read_image.h). Pixels are received while the next ones are decoded.
@@ -58,6 +61,7 @@ class DecoderProcess {
   const DecoderOptions options_;
   pid_t pid_ = 0;
   int socket_ = -1;
+  std::stop_token stop_;
 };
 
 }  // namespace lightmill

@@ -23,6 +23,7 @@
 #include "common/image/read/read_image.h"
 #include "tests/support/image_files.h"
 #include "tests/support/places.h"
+#include "tests/support/process.h"
 
 namespace lightmill::test {
 namespace {
@@ -134,6 +135,24 @@ TEST(DecoderProcess, AKilledDecoderIsRestarted) {
   ASSERT_EQ(::kill(first, SIGKILL), 0);
   ASSERT_TRUE(decoder.decode(as_byte_view(png), "small.png").ok());
   EXPECT_NE(decoder.pid(), first);
+}
+
+TEST(DecoderProcess, AStopEndsTheImageThatIsRead) {
+  const std::string image = small_png();
+  DecoderProcess decoder(built());
+  ASSERT_TRUE(decoder.decode(as_byte_view(image), "first").ok());
+  std::stop_source stop;
+  decoder.set_stop(stop.get_token());
+  ASSERT_EQ(::kill(decoder.pid(), SIGSTOP), 0);  // reading the image would take for ever
+  std::jthread other([&, reader = ::gettid()] {
+    const std::string state = fmt::format("/proc/self/task/{}/stat", reader);
+    EXPECT_TRUE(eventually([&] { return read_file(state)->find(") S ") != std::string::npos; })) << "it must wait";
+    stop.request_stop();
+  });
+  EXPECT_EQ(decoder.decode(as_byte_view(image), "second").status().code(), StatusCode::kCancelled);
+  EXPECT_EQ(decoder.decode(as_byte_view(image), "third").status().code(), StatusCode::kCancelled);
+  decoder.set_stop({});
+  EXPECT_TRUE(decoder.decode(as_byte_view(image), "fourth").ok());
 }
 
 TEST(DecoderProcess, EndsWithTheObjectThatStartedIt) {
