@@ -57,8 +57,8 @@ void limit(__rlimit_resource resource, std::uint64_t soft, std::uint64_t hard) {
 }
 
 /// Closes all descriptors but the child's own.
-bool keep_descriptors(int file, int room, int answers) {
-  std::array<int, 3> kept{file, room, answers};
+bool keep_descriptors(const std::array<int, 2>& given, int answers) {
+  std::array<int, 3> kept{given[0], given[1], answers};
   for (int& descriptor : kept) {
     descriptor = ::fcntl(descriptor, F_DUPFD, kAbove);
   }
@@ -77,8 +77,9 @@ bool keep_descriptors(int file, int room, int answers) {
   return moved;
 }
 
-Status confine(const Confinement& confinement, const ChildLimits& limits, int file, int room, int answers) {
-  if (!keep_descriptors(file, room, answers)) {
+Status confine(const Confinement& confinement, const ChildLimits& limits, const std::array<int, 2>& given,
+               int answers) {
+  if (!keep_descriptors(given, answers)) {
     return resource_exhausted("no descriptors for the sandbox: {}", std::strerror(errno));
   }
   if (!kSanitized) {  // the shadow memory of sanitizers exceeds any limit
@@ -96,13 +97,13 @@ Status confine(const Confinement& confinement, const ChildLimits& limits, int fi
   return confinement.unsandboxed ? ok_status() : installed;
 }
 
-[[noreturn]] void be_child(const Confinement& confinement, const ChildLimits& limits, pid_t parent, int file, int room,
-                           int answers, const std::function<DecodeReply()>& work) {
+[[noreturn]] void be_child(const Confinement& confinement, const ChildLimits& limits, pid_t parent,
+                           const std::array<int, 2>& given, int answers, const std::function<DecodeReply()>& work) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) {
     ::_exit(1);
   }
-  const Status confined = confine(confinement, limits, file, room, answers);
+  const Status confined = confine(confinement, limits, given, answers);
   if (!confined.ok()) {
     const bool refused = confined.code() == StatusCode::kFailedPrecondition;
     answer(error_reply(refused ? failed_precondition("{}; allow seccomp, or trust the senders of scenes and give "
@@ -178,26 +179,33 @@ void grow_memory(std::uint64_t memory_bytes) {
   }
 }
 
-DecodeReply run_confined(const Confinement& confinement, const ChildLimits& limits, int file, int room,
-                         const std::function<DecodeReply()>& work) {
+DecodeReply run_confined(const Confinement& confinement, const ChildLimits& limits,
+                         const std::array<int, 2>& descriptors, const std::function<DecodeReply()>& work) {
+  while (::waitpid(-1, nullptr, WNOHANG) > 0) {  // earlier children have replied, and have ended or will soon
+  }
+  const auto close_all = [](const std::array<int, 2>& all) {
+    ::close(all[0]);
+    ::close(all[1]);
+  };
   std::array<int, 2> answers{};
   if (::pipe2(answers.data(), O_CLOEXEC) != 0) {
-    return error_reply(resource_exhausted("no pipe for its decoder: {}", std::strerror(errno)));
-  }
-  while (::waitpid(-1, nullptr, WNOHANG) > 0) {  // earlier children have replied, and have ended or will soon
+    const int error = errno;
+    close_all(descriptors);
+    return error_reply(resource_exhausted("no pipe for its decoder: {}", std::strerror(error)));
   }
   address_space_at_start = address_space();
   if (address_space_at_start == 0) {
-    ::close(answers[0]);
-    ::close(answers[1]);
+    close_all(descriptors);
+    close_all(answers);
     return error_reply(failed_precondition("cannot decode images: the decoder cannot read /proc/self/statm"));
   }
   const pid_t parent = ::getpid();
   const pid_t child = ::fork();
   if (child == 0) {
-    be_child(confinement, limits, parent, file, room, answers[1], work);
+    be_child(confinement, limits, parent, descriptors, answers[1], work);
   }
   const int error = errno;
+  close_all(descriptors);
   ::close(answers[1]);
   if (child < 0) {
     ::close(answers[0]);

@@ -1,6 +1,7 @@
 // Forked child for computations with untrusted bytes, without access to the machine.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <functional>
 
@@ -20,7 +21,7 @@ struct ChildLimits {
 void grow_memory(std::uint64_t memory_bytes);
 
 /// Numbers of the two descriptors that the child gets from its parent.
-inline constexpr int kFileDescriptor = 3, kRoomDescriptor = 4;
+inline constexpr int kFileDescriptor = 3, kPixelDescriptor = 4;
 
 struct Confinement {
   const SystemCallFilter& filter;
@@ -31,9 +32,10 @@ struct Confinement {
 /// Runs `work` in a child. Waits for its reply, not for its end. The parent must have no other children.
 ///
 /// Other threads of the parent must only wait. Libraries (log4cplus) start some when they are loaded, and a child has
-/// none of them. The child has the descriptors `file` and `room`, /dev/null as its standard streams, the filter and the
-/// limits. It is killed with this process. There always is a reply. It is an error if `work` gave none.
-DecodeReply run_confined(const Confinement& confinement, const ChildLimits& limits, int file, int room,
-                         const std::function<DecodeReply()>& work);
+/// none of them. The child gets both `descriptors`, /dev/null as its standard streams, the filter and the limits. They
+/// are closed here, so that a pipe among them ends with the child. It is killed with this process. There always is a
+/// reply. It is an error if `work` gave none.
+DecodeReply run_confined(const Confinement& confinement, const ChildLimits& limits,
+                         const std::array<int, 2>& descriptors, const std::function<DecodeReply()>& work);
 
 }  // namespace lightmill

@@ -13,28 +13,27 @@ namespace {
 
 /// For the header, and in addition to pixels.
 constexpr std::uint64_t kBaseMemory = std::uint64_t{512} << 20;
-/// Per pixel while it is decoded: its bytes in Texels, and as much again for readers, or for pixels to be moved.
+/// Per pixel while it is decoded, if all have to be read before the first is sent: its bytes, and as much again.
 constexpr std::uint64_t kMemoryOfPixel = 32;
-constexpr std::uint64_t kMostBytesOfPixel = 16;
 
 /// Maps a file into memory.
-Result<std::byte*> mapped(int file, std::uint64_t size, int protection) {
-  void* const start = ::mmap(nullptr, size, protection, MAP_SHARED | MAP_POPULATE, file, 0);
-  return start == MAP_FAILED ? Result<std::byte*>(resource_exhausted("no memory for {} bytes of the image: {}", size,
-                                                                     std::strerror(errno)))
-                             : static_cast<std::byte*>(start);
+Result<ByteView> mapped(int file, std::uint64_t size) {
+  void* const start = ::mmap(nullptr, size, PROT_READ, MAP_SHARED | MAP_POPULATE, file, 0);
+  return start == MAP_FAILED ? Result<ByteView>(resource_exhausted("no memory for {} bytes of the image: {}", size,
+                                                                   std::strerror(errno)))
+                             : ByteView(static_cast<const std::byte*>(start), size);
 }
 
 std::uint64_t memory_for(const DecodeRequest& request, std::uint64_t pixels) {
   return kBaseMemory + request.file_bytes + pixels * kMemoryOfPixel;
 }
 
-Result<DecodeReply> try_decode(const DecodeRequest& request, int file, int room) {
-  std::byte* bytes = nullptr;
+Result<DecodeReply> try_decode(const DecodeRequest& request, int file, int pixels) {
+  ByteView bytes;
   if (request.file_bytes > 0) {
-    LM_ASSIGN_OR_RETURN(bytes, mapped(file, request.file_bytes, PROT_READ));
+    LM_ASSIGN_OR_RETURN(bytes, mapped(file, request.file_bytes));
   }
-  LM_ASSIGN_OR_RETURN(const std::unique_ptr<OpenedImage> image, OpenedImage::open({bytes, request.file_bytes}));
+  LM_ASSIGN_OR_RETURN(const std::unique_ptr<OpenedImage> image, OpenedImage::open(bytes));
   DecodeReply reply;
   reply.width = image->width();
   reply.height = image->height();
@@ -49,14 +48,8 @@ Result<DecodeReply> try_decode(const DecodeRequest& request, int file, int room)
   }
   LM_RETURN_IF_ERROR(image->check_limit(request.max_pixels));
   grow_memory(memory_for(request, image->most_pixels()));
-  const std::uint64_t size = image->size().pixels() * reply.bytes_per_pixel;
-  if (::ftruncate(room, static_cast<off_t>(size)) != 0) {
-    return resource_exhausted("no room for {} bytes of pixels: {}", size, std::strerror(errno));
-  }
-  LM_ASSIGN_OR_RETURN(std::byte* const pixels, mapped(room, size, PROT_READ | PROT_WRITE));
-  const Status read = image->read(pixels);
-  ::munmap(pixels, size);  // the caller seals the file, so no mapping may be left
-  LM_RETURN_IF_ERROR(read);
+  LM_RETURN_IF_ERROR(write_all(pixels, as_byte_view({reinterpret_cast<const char*>(&reply), sizeof(reply)})));
+  LM_RETURN_IF_ERROR(image->read([pixels](ByteView rows) { return write_all(pixels, rows); }));
   return reply;
 }
 
@@ -64,12 +57,11 @@ Result<DecodeReply> try_decode(const DecodeRequest& request, int file, int room)
 
 ChildLimits limits_for(const DecodeRequest& request) {
   const auto pixels = static_cast<std::uint64_t>(request.max_pixels);
-  return {memory_for(request, 0), memory_for(request, pixels), pixels * kMostBytesOfPixel,
-          std::chrono::milliseconds(request.time_ms)};
+  return {memory_for(request, 0), memory_for(request, pixels), 0, std::chrono::milliseconds(request.time_ms)};
 }
 
-DecodeReply decode(const DecodeRequest& request, int file, int room) {
-  const Result<DecodeReply> reply = try_decode(request, file, room);
+DecodeReply decode(const DecodeRequest& request, int file, int pixels) {
+  const Result<DecodeReply> reply = try_decode(request, file, pixels);
   return reply.ok() ? *reply : error_reply(reply.status());
 }
 

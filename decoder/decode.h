@@ -8,7 +8,7 @@ namespace lightmill {
 /// Limits of the child for this request.
 ChildLimits limits_for(const DecodeRequest& request);
 
-/// Reads the image in `file`, and writes its pixels to the empty file `room`, unless the request is only for the size.
-DecodeReply decode(const DecodeRequest& request, int file, int room);
+/// Reads the image in `file`, and writes its pixels to the pipe `pixels`, unless the request is only for the size.
+DecodeReply decode(const DecodeRequest& request, int file, int pixels);
 
 }  // namespace lightmill

@@ -75,11 +75,8 @@ int serve(bool unsandboxed) {
   DecodeRequest request;
   std::array<int, 2> descriptors{};
   while (receive(request, descriptors)) {
-    const auto [file, room] = descriptors;
-    const DecodeReply reply = run_confined(confinement, limits_for(request), file, room,
-                                           [&] { return decode(request, kFileDescriptor, kRoomDescriptor); });
-    ::close(file);
-    ::close(room);
+    const DecodeReply reply = run_confined(confinement, limits_for(request), descriptors,
+                                           [&] { return decode(request, kFileDescriptor, kPixelDescriptor); });
     if (::send(kAsker, &reply, sizeof(reply), MSG_NOSIGNAL) != static_cast<ssize_t>(sizeof(reply))) {
       return 1;
     }

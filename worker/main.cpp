@@ -49,6 +49,7 @@ struct Options {
   std::uint64_t scene_triangles = SceneLimits().triangles;
   double image_megapixels = static_cast<double>(SceneLimits().image_pixels) / (1 << 20);
   double images_gib = static_cast<double>(SceneLimits().images_bytes) / (1 << 30);
+  double scene_seconds = SceneLimits().seconds;
   double assets_gib = 1;
   double results_mib = 256;
   bool unsandboxed_images = false;
@@ -147,7 +148,7 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
   add_limit(app, "--scenes", options.scenes, "N", {1, 10'000}, "compiled scenes that are kept");
   add_limit(app, "--scenes-gib", options.scenes_gib, "GIB", {0.001, 65536.0}, "memory for compiled scenes");
   add_limit(app, "--scene-gib", options.scene_gib, "GIB", {0.001, 65536.0},
-            "memory of one scene while it is compiled, by an estimate. Scenes beyond this limit or the next three "
+            "memory of one scene while it is compiled, by an estimate. Scenes beyond this limit or the next four "
             "are left to other workers. By default three quarters of the memory that the worker may use")
       ->default_str("");
   add_limit(app, "--scene-triangles", options.scene_triangles, "N", {1, kMaxSceneTriangles},
@@ -155,6 +156,9 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
   add_limit(app, "--image-megapixels", options.image_megapixels, "N", {0.001, 256.0},
             "pixels of one decoded image, in units of 1,048,576");
   add_limit(app, "--images-gib", options.images_gib, "GIB", {0.001, 65536.0}, "all decoded images of one scene");
+  add_limit(app, "--scene-seconds", options.scene_seconds, "S", {1.0, 1e6},
+            "time to prepare one scene, without the time in which its files arrive; beyond it, the scene is left to "
+            "other workers");
   add_limit(app, "--assets-gib", options.assets_gib, "GIB", {0.0, 65536.0}, "memory for downloaded assets");
   add_limit(app, "--results-mib", options.results_mib, "MIB", {1.0, 1e6},
             "memory for unacknowledged results; beyond it, rendering pauses");
@@ -196,7 +200,8 @@ WorkerOptions worker_options(const Options& options, StateFolder* state) {
   }
   worker.scenes = {options.scenes, bytes_of_gib(options.scenes_gib)};
   worker.scene = {bytes_of_gib(options.scene_gib), options.scene_triangles,
-                  static_cast<std::int64_t>(options.image_megapixels * (1 << 20)), bytes_of_gib(options.images_gib)};
+                  static_cast<std::int64_t>(options.image_megapixels * (1 << 20)), bytes_of_gib(options.images_gib),
+                  options.scene_seconds};
   worker.decoder.unsandboxed = options.unsandboxed_images;
   worker.asset_bytes = bytes_of_gib(options.assets_gib);
   worker.session.name = options.name;

@@ -25,6 +25,13 @@ Result<Identity> identity_of(const CertificateFacts& certificate, std::int64_t n
 }
 
 Result<std::string> worker_name(const Identity& identity, std::string_view said) {
+  const bool slash = said.find('/') != std::string_view::npos;
+  if (identity.is_known() && slash) {
+    return invalid_argument(
+        "a worker's name has no slash, because the name of its certificate or token and a slash "
+        "come before it; got '{}'",
+        as_name(said));
+  }
   std::string name =
       identity.is_known() && said != identity.name ? fmt::format("{}/{}", identity.name, said) : std::string(said);
   LM_RETURN_IF_ERROR(check_name("a worker's name", name));

@@ -35,7 +35,7 @@ Result<Identity> identity_of(const CertificateFacts& certificate, std::int64_t n
 
 /// The farm's name for a worker that calls itself `said`: "NAME/said", where NAME is that of its certificate or token.
 /// So no worker can impersonate another one. It is just `said` if that equals NAME, or without authentication.
-/// INVALID_ARGUMENT if check_name() refuses it.
+/// INVALID_ARGUMENT if check_name() refuses it, or it has a slash: a NAME may have one, so `said` follows the last one.
 Result<std::string> worker_name(const Identity& identity, std::string_view said);
 
 /// "'ada' (roles: view, submit; by certificate)".

@@ -152,6 +152,7 @@ Job::Merged Job::merge(TileId tile, NodePtr node, const std::string& identity, T
   }
   ++record_.counters.results_merged;
   refusals_.rendered_by(identity);
+  plan().rendered(tile, identity);
   if (losses_.tile_received(tile)) {
     plan().set_alone(tile, false);
   }
@@ -235,7 +236,7 @@ double Job::mean_samples() const {
 
 // ---- class and method ----
 
-void Job::choose_method(const PilotReport& report, const std::string& identity) {
+void Job::choose_method(const PilotReport& report, double seconds, const std::string& identity) {
   losses_.pilot_received();
   refusals_.rendered_by(identity);
   MethodNotes& notes = record_.method_notes;
@@ -249,7 +250,7 @@ void Job::choose_method(const PilotReport& report, const std::string& identity) 
     film_ = Film(outline().grid(), outline().layout(), report.allocation);
     plan().set_goal(samples_wanted_now());
   }
-  record_.worker_seconds += report.seconds;
+  record_.worker_seconds += seconds;
   digest_ = render_digest(spec().settings, record_.fingerprint_class);
   digest_durable_ = false;  // leases wait until the method is stored
 }

@@ -116,8 +116,8 @@ class Job {
   const Sha256& digest() const { return digest_; }  ///< zero until then
   /// Whether the row with class and method is known to be stored.
   bool digest_is_durable() const { return digest_durable_; }
-  /// The choice of a pilot that this identity rendered.
-  void choose_method(const PilotReport& report, const std::string& identity);
+  /// The choice of a pilot that this identity rendered, in so many thread seconds.
+  void choose_method(const PilotReport& report, double seconds, const std::string& identity);
   /// A worker has this lease. This shows that the job's class is stored, because leases wait for that. An earlier lease
   /// proves nothing: the class may have been taken back and fixed again.
   void came_back(LeaseId lease) { digest_durable_ = digest_durable_ || lease >= bound_at_; }

@@ -15,6 +15,12 @@ void JobQueue::enter(const Job& job) {
   refresh(job);
 }
 
+void JobQueue::add_lost(const Job& job, double seconds) {
+  if (const auto share = shares_.find(job.id()); share != shares_.end()) {
+    share->second.base -= seconds;
+  }
+}
+
 void JobQueue::remove(JobId job) {
   queue_.remove(job);
   shares_.erase(job);

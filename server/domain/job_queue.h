@@ -17,6 +17,8 @@ class JobQueue {
   void enter(const Job& job);
   /// To call after every change of the job's work or place.
   void refresh(const Job& job);
+  /// The job had a thread for so long, and no result came of it.
+  void add_lost(const Job& job, double seconds);
   /// The job has ended.
   void remove(JobId job);
 

@@ -1,6 +1,7 @@
 // Lease: a unit lent to a worker until a deadline. Plain value; LeaseTable owns them.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -27,7 +28,18 @@ struct Lease {
   bool sent = true;          ///< false while its grant waits for a commit, and the worker does not know it
   SessionId waits_for = {};  ///< session that an unsent grant goes to
 
+  /// Of the thread time that a worker says it had for this lease, what is possible. A result may have been begun for an
+  /// earlier lease.
+  double possible_seconds(double said, Time now) const {
+    constexpr double kEarlierSeconds = 15;
+    return std::min(said, to_seconds(now - granted) + kEarlierSeconds);
+  }
   bool is_pilot() const { return unit.tiles.empty(); }
+  /// Whether it has this tile, and the tile is not done.
+  bool wants(TileId tile) const {
+    const auto at = std::ranges::lower_bound(unit.tiles, tile);
+    return at != unit.tiles.end() && *at == tile && !done[static_cast<std::size_t>(at - unit.tiles.begin())];
+  }
 };
 
 }  // namespace lightmill

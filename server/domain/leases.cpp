@@ -210,6 +210,10 @@ void LeaseTable::end(LeaseId id, End how, const Event& event) {
     }
   }
   const bool was_oldest = is_oldest(lease);
+  if (was_oldest && !lease.audits && (lost || (how.cancel && lease.remaining > 0))) {
+    // One thread, because a worker may claim many that it does not have.
+    queue_.add_lost(job, to_seconds(event.now - lease.got_on));
+  }
   worker.ended(lease);
   if (was_oldest && !worker.leases().empty()) {
     leases_.at(*worker.leases().begin()).got_on = event.now;  // the worker starts it now

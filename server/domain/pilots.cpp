@@ -69,12 +69,13 @@ Result<bool> Pilots::report(Worker& worker, const PilotReport& report, const Eve
     return status;
   }
   worker.pilot_received();
+  const double seconds = lease->possible_seconds(report.seconds, event.now);
   leases_.end(report.lease, {}, event);
   while (!job.leases().empty()) {  // its copy, or the original lease
     const LeaseId other = *job.leases().begin();
     leases_.end(other, {.cancel = true, .lost = leases_.at(other).abandoned}, event);
   }
-  job.choose_method(report, worker.identity());
+  job.choose_method(report, seconds, worker.identity());
   job.store(event);
   event.info(about(job.id()), "job {} is rendered by {}: {}", job.id().value, job.spec().settings.method,
              fmt::join(job.record().method_notes.reasons, "; "));

@@ -34,6 +34,8 @@ class Refusals {
 
   // ---- for workers' own limits ----
   void left_to_others(const std::string& identity, Time now);
+  /// Whether no worker has refused the job, or left it to others.
+  bool none() const { return refusals_.empty() && left_to_others_.empty(); }
   /// When a worker that connected at `connected_at` may get the job, unless it is excluded. An identity whose processes
   /// leave the job to others again and again gets it less often.
   Time may_have_from(const std::string& identity, Time connected_at) const;

@@ -82,6 +82,7 @@ void ResultIntake::take(SessionId session, WorkerResult result, const Event& eve
     }
   }
   job->came_back(lease);
+  result.seconds = seconds_that_count(by.worker, result, event.now);
   const bool cost_was_known = job->cost().known();
   const Lease* const open = leases_.find(lease);
   merge(*job, by, std::move(result), open == nullptr || open->worker != by.worker, event);
@@ -132,6 +133,13 @@ void ResultIntake::reject(SessionId session, const WorkerResult& result, const S
   jobs_.at(result.key.job).note_unkept_result();
   event.send_after_commit(session, ResultAck{{result.key}});
   sessions_.distrust(session, result.lease, error, event);
+}
+
+double ResultIntake::seconds_that_count(const std::string& worker, const WorkerResult& result, Time now) const {
+  const Lease* const lease = leases_.find(result.lease);
+  return lease != nullptr && lease->worker == worker && lease->wants(result.key.tile)
+             ? lease->possible_seconds(result.seconds, now)
+             : 0;
 }
 
 void ResultIntake::count_cost(Job& job, const Renderer& by, const WorkerResult& result, const Event& event) {

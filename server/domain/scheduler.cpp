@@ -1,5 +1,8 @@
 #include "server/domain/scheduler.h"
 
+#include <map>
+#include <set>
+
 #include "server/domain/eligibility.h"
 
 namespace lightmill {
@@ -57,7 +60,7 @@ bool Scheduler::grant_next(Worker& worker, const Event& event) {
     Job& job = jobs_.at(at->job);
     ++at;  // the code below may move or remove the job's entry
     life_cycle_.close_if_time_is_up(job, event);
-    if (!queue_.contains(job.id()) || !may_have(worker, job, event.now)) {
+    if (!queue_.contains(job.id()) || !may_have(worker, job, event.now) || !may_start(worker, job)) {
       continue;
     }
     const std::optional<bool> granted = grant(worker, job, event);
@@ -66,6 +69,23 @@ bool Scheduler::grant_next(Worker& worker, const Event& event) {
     }
   }
   return false;
+}
+
+bool Scheduler::may_start(const Worker& worker, const Job& job) const {
+  if (!job.record().fingerprint_class.empty() || job.spec().allow_mixed || job.spec().verify_share <= 0 ||
+      workers_.identities_like(worker) > 1 || !workers_.any_can_audit(worker.hello().renderer_version)) {
+    return true;
+  }
+  if (job.refusals().none() && job.record().counters.leases_lost == 0) {
+    return false;
+  }
+  std::map<std::string_view, std::set<std::string_view>> identities;  // by class, of those that may render it
+  for (const auto& [name, other] : workers_.all()) {
+    if (other.counts() && may_render(other, job)) {
+      identities[other.hello().fingerprint_class].insert(other.identity());
+    }
+  }
+  return std::ranges::none_of(identities, [](const auto& each) { return each.second.size() > 1; });
 }
 
 std::optional<bool> Scheduler::grant(Worker& worker, Job& job, const Event& event) {

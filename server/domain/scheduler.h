@@ -42,6 +42,9 @@ class Scheduler {
  private:
   bool serve_once(Worker& worker, const Event& event);
   bool grant_next(Worker& worker, const Event& event);
+  /// Whether the worker may give the job its fingerprint class. A worker can claim any class, and alone in it is never
+  /// audited. So while a class has two identities, jobs with audits start there.
+  bool may_start(const Worker& worker, const Job& job) const;
   /// Grants work of the job. Null: this worker gets nothing from any job, because the next unit needs a worker without
   /// other leases.
   std::optional<bool> grant(Worker& worker, Job& job, const Event& event);

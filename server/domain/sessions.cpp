@@ -203,12 +203,11 @@ void Sessions::heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, const
 void Sessions::check_overruns(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event) {
   for (const TileAtWork& at_work : heartbeat.at_work) {
     const Lease* const lease = leases_.find(at_work.lease);
-    if (at_work.cpu_seconds <= limits_.tile_cpu_seconds || lease == nullptr || lease->worker != worker.name()) {
+    if (lease == nullptr || lease->worker != worker.name() || !lease->wants(at_work.tile)) {
       continue;
     }
-    const auto at = std::ranges::lower_bound(lease->unit.tiles, at_work.tile);
-    if (at != lease->unit.tiles.end() && *at == at_work.tile &&
-        !lease->done[static_cast<std::size_t>(at - lease->unit.tiles.begin())]) {
+    // A thread has no more CPU time than the lease is open.
+    if (std::min(at_work.cpu_seconds, to_seconds(event.now - lease->granted)) > limits_.tile_cpu_seconds) {
       overran(worker, Lease(*lease), at_work.tile, event);
     }
   }
@@ -224,7 +223,7 @@ void Sessions::overran(Worker& worker, const Lease& lease, TileId tile, const Ev
   if (lease.audits) {
     return;
   }
-  job.plan().cut_to_one_sample(tile);
+  job.plan().cut_to_one_sample(tile, worker.identity());
   queue_.refresh(job);
   if (range.count() == 1) {
     job.refused(worker.identity(), worker.name(), reason, false);

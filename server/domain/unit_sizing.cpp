@@ -1,4 +1,6 @@
 // Sizes of units: about a second of the worker's time, but not more results than the coordinator can take.
+#include <map>
+
 #include "common/methods/spec/method_spec.h"
 #include "server/domain/scheduler.h"
 
@@ -58,11 +60,15 @@ void Scheduler::update_result_rate(const Event& event) {
   if (!result_rate_.is_due(event.now)) {
     return;
   }
-  std::vector<Duration> waits;
+  std::map<std::string_view, std::vector<Duration>> by_identity;  // a liar may have many workers, but one voice
   for (const auto& [name, worker] : workers_.all()) {
     if (const auto wait = worker.wait_since(result_rate_.heard_from(event.now)); wait && worker.counts()) {
-      waits.push_back(*wait);
+      by_identity[worker.identity()].push_back(*wait);
     }
+  }
+  std::vector<Duration> waits;
+  for (auto& [identity, of_workers] : by_identity) {
+    waits.push_back(middle_of(of_workers));
   }
   if (!result_rate_.update(waits, event.now)) {
     return;

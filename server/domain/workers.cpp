@@ -60,6 +60,43 @@ void Worker::rendered(JobId job, double seconds, std::uint64_t pixel_samples, Ti
   pixel_samples_ += pixel_samples;
 }
 
+// ---- counting ----
+
+void WorkerRegistry::count(const Worker& worker) {
+  const WorkerHello& hello = worker.hello_;
+  threads_ += hello.threads;
+  auto& identities = classes_[{hello.renderer_version, hello.fingerprint_class}];
+  if (++identities[worker.identity()] == 1 && identities.size() == 2) {
+    ++audited_classes_[hello.renderer_version];
+  }
+}
+
+void WorkerRegistry::uncount(const Worker& worker) {
+  const WorkerHello& hello = worker.hello_;
+  threads_ -= hello.threads;
+  const auto of_class = classes_.find({hello.renderer_version, hello.fingerprint_class});
+  const auto identity = of_class->second.find(worker.identity());
+  if (--identity->second > 0) {
+    return;
+  }
+  of_class->second.erase(identity);
+  if (of_class->second.size() == 1 && --audited_classes_.at(hello.renderer_version) == 0) {
+    audited_classes_.erase(hello.renderer_version);
+  }
+  if (of_class->second.empty()) {
+    classes_.erase(of_class);
+  }
+}
+
+std::size_t WorkerRegistry::identities_like(const Worker& worker) const {
+  const auto found = classes_.find({worker.hello().renderer_version, worker.hello().fingerprint_class});
+  return found == classes_.end() ? 0 : found->second.size();
+}
+
+bool WorkerRegistry::any_can_audit(const std::string& renderer_version) const {
+  return audited_classes_.contains(renderer_version);
+}
+
 Worker* WorkerRegistry::find(const std::string& name) {
   const auto found = workers_.find(name);
   return found == workers_.end() ? nullptr : &found->second;

@@ -175,20 +175,35 @@ class WorkerRegistry {
   const std::map<std::string, Absent>& absent() const { return absent_; }
   void forget_absent(Time now);
 
+  // ---- identities that can audit each other: of one renderer version and fingerprint class, with counts() ----
+  /// All of the worker's class.
+  std::size_t identities_like(const Worker& worker) const;
+  /// Whether a class of this renderer version has two.
+  bool any_can_audit(const std::string& renderer_version) const;
+
  private:
-  /// Makes a change that may affect whether the worker's threads count.
+  /// Makes a change that may affect whether the worker counts.
   template <class Change>
   void change(Worker& worker, const Change& make) {
-    threads_ -= worker.counts() ? worker.hello_.threads : 0;
+    if (worker.counts()) {
+      uncount(worker);
+    }
     make();
-    threads_ += worker.counts() ? worker.hello_.threads : 0;
+    if (worker.counts()) {
+      count(worker);
+    }
   }
+  void count(const Worker& worker);
+  void uncount(const Worker& worker);
 
   const CoordinatorLimits& limits_;
   std::map<std::string, Worker> workers_;
   std::unordered_map<SessionId, Session> sessions_;
   std::set<std::string> idle_;
   std::uint64_t threads_ = 0;
+  /// By renderer version and class: the identities that count, with their numbers of workers.
+  std::map<std::pair<std::string, std::string>, std::map<std::string, std::size_t>> classes_;
+  std::map<std::string, std::size_t> audited_classes_;  ///< by renderer version: how many classes have two identities
   std::map<std::string, Absent> absent_;
   Time next_silence_check_, backlog_at_;
 };

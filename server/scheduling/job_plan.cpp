@@ -161,6 +161,18 @@ void JobPlan::set_alone(TileId tile, bool alone) {
   }
 }
 
+void JobPlan::cut_to_one_sample(TileId tile, const std::string& identity) {
+  Cut& cut = cuts_.try_emplace(tile, Cut{identity}).first->second;
+  cut.confirmed = cut.confirmed || cut.by != identity;
+  cut.holds = true;
+}
+
+void JobPlan::rendered(TileId tile, const std::string& identity) {
+  if (const auto cut = cuts_.find(tile); cut != cuts_.end() && cut->second.by != identity) {
+    cut->second.holds = cut->second.confirmed;
+  }
+}
+
 bool JobPlan::has_work() {
   return clean_front();
 }
@@ -174,7 +186,7 @@ std::optional<Unit> JobPlan::take(JobId job, LeaseId lease, const UnitAim& aim) 
   const TileId lead = waiting.front();
   Unit unit{job, choose_range(*find_gap(lead), waiting.size(), pixels(lead), free_pixel_samples(), aim), {}};
   const bool alone = is_alone(lead);
-  if (single_.contains(lead)) {
+  if (is_single(lead)) {
     unit.range = {0, position};
   }
   const std::uint32_t wanted = alone ? 1 : choose_tile_count(unit.range, waiting.size(), pixels(lead), aim);

@@ -16,6 +16,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <string>
 #include <unordered_map>
 #include <vector>
 
@@ -43,8 +44,10 @@ class JobPlan {
 
   /// Whether a unit of this tile has no other tile.
   void set_alone(TileId tile, bool alone);
-  /// From now on a unit of this tile has one sample, and no other tile.
-  void cut_to_one_sample(TileId tile) { single_.insert(tile); }
+  /// From now on a unit of this tile has one sample, and no other tile, because a longer one took this identity too long.
+  void cut_to_one_sample(TileId tile, const std::string& identity);
+  /// A result of this tile came. If only another identity had it cut, it is cut no longer.
+  void rendered(TileId tile, const std::string& identity);
   /// Whether the next take() gives a unit of such a tile.
   bool next_is_alone() { return clean_front() && is_alone(buckets_.begin()->second.front()); }
 
@@ -108,7 +111,11 @@ class JobPlan {
   /// The gap of the entry (tile, position), if that is current. Else queues the tile at its right place.
   std::optional<Gap> check_entry(TileId tile, std::uint32_t position);
   void hold(LeaseId lease, TileId tile, SampleRange range);
-  bool is_alone(TileId tile) const { return alone_.contains(tile) || single_.contains(tile); }
+  bool is_single(TileId tile) const {
+    const auto cut = cuts_.find(tile);
+    return cut != cuts_.end() && cut->second.holds;
+  }
+  bool is_alone(TileId tile) const { return alone_.contains(tile) || is_single(tile); }
   std::uint64_t pixels(TileId tile) const {
     return static_cast<std::uint64_t>(film_.grid().tile_rect(tile).pixel_count());
   }
@@ -121,7 +128,13 @@ class JobPlan {
   std::vector<std::uint32_t> queued_at_;  ///< by tile: position of its current entry, or kNotQueued
   std::vector<std::uint64_t> taken_to_;   ///< by tile: samples before this are not free, so find_gap starts here
   std::unordered_map<TileId, std::vector<OutRange>> out_;  ///< ascending, disjoint
-  std::set<TileId> alone_, single_;
+  std::set<TileId> alone_;
+  struct Cut {
+    std::string by;          ///< the first identity
+    bool confirmed = false;  ///< by another one
+    bool holds = true;
+  };
+  std::map<TileId, Cut> cuts_;
   std::uint64_t out_pixel_samples_ = 0;
   std::uint64_t wanted_pixel_samples_ = 0;  ///< of the film, at the goal; 0 once closed
 };

@@ -20,6 +20,12 @@ constexpr Duration kAfterStandstill = std::chrono::seconds(10);
 
 }  // namespace
 
+Duration middle_of(std::vector<Duration>& waits) {
+  const auto middle = waits.begin() + static_cast<std::ptrdiff_t>(waits.size() / 2);
+  std::ranges::nth_element(waits, middle);
+  return *middle;
+}
+
 ResultRateControl::ResultRateControl(double most, Time now) : most_(most), rate_(most), begin_(now), changed_(now) {}
 
 void ResultRateControl::add_result(double bytes, Time now) {
@@ -49,9 +55,7 @@ bool ResultRateControl::update(std::vector<Duration>& waits, Time now) {
   const double before = rate_;
   Duration wait{};
   if (!waits.empty()) {
-    const auto middle = waits.begin() + static_cast<std::ptrdiff_t>(waits.size() / 2);
-    std::ranges::nth_element(waits, middle);
-    wait = *middle;
+    wait = middle_of(waits);
     if (wait > kLongWait && came > 0) {
       // If the rate is already lower, the excess was leased before.
       const double cut = std::max({kPartOfWhatCame * came, kMostCut * rate_, kLeastPart * most_});

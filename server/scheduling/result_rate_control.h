@@ -8,12 +8,15 @@
 
 namespace lightmill {
 
+/// The middle one of at least one wait. Changes their order.
+Duration middle_of(std::vector<Duration>& waits);
+
 /// Rate of results of all workers together, in bytes per second. At most `most`; less while results wait too long for
 /// their acknowledgement. The cause may be the network, a busy core or the store. Control as in TCP (Chiu and Jain
 /// 1989), with the delay as signal (as in LEDBAT, RFC 6817). While waits are short the rate grows by a factor. When
 /// they are long it is cut below the rate of arrivals.
 ///
-/// Each worker counts once, and the median decides. So a few workers cannot move the rate. Leased units keep their
+/// Each identity counts once, and the median decides. So a few machines cannot move the rate, under any names. Leased units keep their
 /// length. So after each change the pace measures nothing until they are done, for at most 30 s.
 class ResultRateControl {
  public:
@@ -28,7 +31,7 @@ class ResultRateControl {
   bool is_due(Time now) const;
   /// Reports of waits from before this time belong to another pace, or are too old.
   Time heard_from(Time now) const;
-  /// To call often, while it is due. `waits`: the wait of each worker that reported one since `heard_from`. Changes
+  /// To call often, while it is due. `waits`: the wait of each identity whose workers reported some since `heard_from`. Changes
   /// their order. True if the rate has changed.
   bool update(std::vector<Duration>& waits, Time now);
   /// Results waited for another reason than their number. Workers report such waits for some seconds more.

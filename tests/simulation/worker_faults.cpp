@@ -129,7 +129,7 @@ void WorkerSide::babble(std::size_t index) {
   };
   switch (world_.random.below(4)) {
     case 0:
-      send(WorkerHeartbeat{{lease, LeaseId{world_.random.next()}}});
+      send(WorkerHeartbeat{{lease, LeaseId{world_.random.next()}}, std::chrono::hours(1), {{lease, TileId{0}, 1e9}}});
       break;
     case 1:
       send(WorkerReturn{lease});

@@ -35,14 +35,18 @@ Preparer::~Preparer() {
   {
     const MutexLock lock(mutex_);
     stopping_ = true;
-    stop_pilot_.request_stop();
+    stop_.request_stop();
     changed_.notify_one();
   }
   thread_.join();
 }
 
 void Preparer::add(std::shared_ptr<const JobDescription> description) {
-  drop(description->job);
+  {
+    const MutexLock lock(mutex_);
+    remove_waiting(description->job);
+    unwanted_ = unwanted_ && running_job_ != description->job;  // its scene will be in the cache
+  }
   enqueue(std::move(description));
 }
 
@@ -54,11 +58,24 @@ void Preparer::add(std::shared_ptr<const PilotGrant> pilot) {
 void Preparer::enqueue(Task task) {
   const MutexLock lock(mutex_);
   waiting_.push_back(std::move(task));
+  stop_if_unwanted();
   changed_.notify_one();
+}
+
+void Preparer::stop_if_unwanted() {
+  if (unwanted_ && !waiting_.empty()) {
+    stop_.request_stop();
+  }
 }
 
 void Preparer::drop(JobId job) {
   const MutexLock lock(mutex_);
+  remove_waiting(job);
+  unwanted_ = unwanted_ || running_job_ == job;
+  stop_if_unwanted();
+}
+
+void Preparer::remove_waiting(JobId job) {
   std::erase_if(waiting_, [job](const Task& task) {
     const auto* description = std::get_if<std::shared_ptr<const JobDescription>>(&task);
     return description != nullptr && (*description)->job == job;
@@ -72,7 +89,7 @@ void Preparer::drop(LeaseId pilot) {
     return grant != nullptr && (*grant)->lease == pilot;
   });
   if (running_pilot_ == pilot) {
-    stop_pilot_.request_stop();
+    stop_.request_stop();
   }
 }
 
@@ -104,6 +121,8 @@ void Preparer::work() {
     {
       const MutexLock lock(mutex_);
       running_pilot_.reset();
+      running_job_.reset();
+      unwanted_ = false;
       while (waiting_.empty() && !stopping_) {
         changed_.wait(mutex_);
       }
@@ -114,13 +133,17 @@ void Preparer::work() {
       waiting_.pop_front();
       if (const auto* pilot = std::get_if<std::shared_ptr<const PilotGrant>>(&task)) {
         running_pilot_ = (*pilot)->lease;
-        stop_pilot_ = std::stop_source();
-        stop = stop_pilot_.get_token();
+      } else if (const auto* description = std::get_if<std::shared_ptr<const JobDescription>>(&task)) {
+        running_job_ = (*description)->job;
       }
+      stop_ = std::stop_source();
+      stop = stop_.get_token();
     }
     if (auto* description = std::get_if<std::shared_ptr<const JobDescription>>(&task)) {
-      Result<PreparedJob> prepared = within_memory([&] { return prepare(**description); });
-      done_(std::move(*description), std::move(prepared));
+      Result<PreparedJob> prepared = within_memory([&] { return prepare(**description, stop); });
+      if (!stop.stop_requested()) {
+        done_(std::move(*description), std::move(prepared));
+      }
     } else if (const auto* pilot = std::get_if<std::shared_ptr<const PilotGrant>>(&task)) {
       Result<PilotReport> report = within_memory([&] { return run(**pilot, stop); });
       if (!stop.stop_requested()) {
@@ -134,7 +157,7 @@ void Preparer::work() {
 
 Result<PilotReport> Preparer::run(const PilotGrant& pilot, const std::stop_token& stop) {
   const RenderSettings& settings = pilot.settings;
-  LM_ASSIGN_OR_RETURN(const std::shared_ptr<const CompiledScene> scene, compiled(settings));
+  LM_ASSIGN_OR_RETURN(const std::shared_ptr<const CompiledScene> scene, compiled(settings, stop));
   const Time start = system_clock().now();
   PilotChoice choice;
   if (pilot.methods.size() > 1) {
@@ -156,9 +179,9 @@ Result<PilotReport> Preparer::run(const PilotGrant& pilot, const std::stop_token
   return report;
 }
 
-Result<PreparedJob> Preparer::prepare(const JobDescription& description) {
+Result<PreparedJob> Preparer::prepare(const JobDescription& description, const std::stop_token& stop) {
   const RenderSettings& settings = description.settings;
-  LM_ASSIGN_OR_RETURN(std::shared_ptr<const CompiledScene> scene, compiled(settings));
+  LM_ASSIGN_OR_RETURN(std::shared_ptr<const CompiledScene> scene, compiled(settings, stop));
   if (settings.meters > 0 && settings.meters != scene->meters().size()) {
     return invalid_argument("the job is to read {} meters, but its scene has {}", settings.meters,
                             scene->meters().size());
@@ -169,7 +192,8 @@ Result<PreparedJob> Preparer::prepare(const JobDescription& description) {
   return PreparedJob{grid_of(settings), std::move(method)};
 }
 
-Result<std::shared_ptr<const CompiledScene>> Preparer::compiled(const RenderSettings& settings) {
+Result<std::shared_ptr<const CompiledScene>> Preparer::compiled(const RenderSettings& settings,
+                                                                const std::stop_token& stop) {
   LM_ASSIGN_OR_RETURN(const MethodSpec method, parse_method(settings.method));
   const Sha256 key = scene_key(settings, method);
   if (std::shared_ptr<const CompiledScene> known = scenes_.find(key); known != nullptr) {
@@ -182,10 +206,27 @@ Result<std::shared_ptr<const CompiledScene>> Preparer::compiled(const RenderSett
   if (method.no_absorption) {
     remove_absorption(document);
   }
-  const auto assets = [this](const Sha256& digest) { return assets_.get(digest); };
-  const auto images = [this](ByteView bytes, const std::string& name) {
-    return decoder_.decode(bytes, name, limits_.image_pixels);
+  Duration fetching{};
+  const auto go_on = [&] {
+    return stop.stop_requested() ? cancelled("nobody needs the scene any more")
+           : to_seconds(system_clock().now() - start - fetching) <= limits_.seconds
+               ? ok_status()
+               : resource_exhausted("the scene takes longer to prepare than --scene-seconds {:g} of this worker allows",
+                                    limits_.seconds);
   };
+  const auto assets = [&](const Sha256& digest) -> Result<std::string> {
+    LM_RETURN_IF_ERROR(go_on());
+    const Time asked = system_clock().now();
+    Result<std::string> bytes = assets_.get(digest);
+    fetching += system_clock().now() - asked;
+    return bytes;
+  };
+  const auto images = [&](ByteView bytes, const std::string& name) -> Result<Texels> {
+    Result<Texels> texels = decoder_.decode(bytes, name, limits_.image_pixels);
+    LM_RETURN_IF_ERROR(go_on());
+    return texels;
+  };
+  decoder_.set_stop(stop);
   LM_RETURN_IF_ERROR(check_memory(document, assets, decoder_, limits_.bytes));
   LM_ASSIGN_OR_RETURN(std::shared_ptr<const CompiledScene> scene,
                       CompiledScene::compile(document, assets, images,

@@ -40,7 +40,7 @@ class Preparer {
   /// Replaces a waiting task of the same job.
   void add(std::shared_ptr<const JobDescription> description);
   void add(std::shared_ptr<const PilotGrant> pilot);
-  /// Drops the job if it still waits.
+  /// Drops the job if it still waits. If it is being prepared, that ends as soon as another task waits.
   void drop(JobId job);
   /// Drops the pilot, even while it runs.
   void drop(LeaseId pilot);
@@ -56,9 +56,11 @@ class Preparer {
   auto within_memory(const Make& make) -> decltype(make());
   void clear_caches();
   void enqueue(Task task);
-  Result<PreparedJob> prepare(const JobDescription& description);
+  void remove_waiting(JobId job) LM_REQUIRES(mutex_);
+  void stop_if_unwanted() LM_REQUIRES(mutex_);
+  Result<PreparedJob> prepare(const JobDescription& description, const std::stop_token& stop);
   Result<PilotReport> run(const PilotGrant& pilot, const std::stop_token& stop);
-  Result<std::shared_ptr<const CompiledScene>> compiled(const RenderSettings& settings);
+  Result<std::shared_ptr<const CompiledScene>> compiled(const RenderSettings& settings, const std::stop_token& stop);
 
   AssetCache& assets_;
   const SceneLimits limits_;
@@ -70,7 +72,9 @@ class Preparer {
   CondVar changed_;
   std::deque<Task> waiting_ LM_GUARDED_BY(mutex_);
   std::optional<LeaseId> running_pilot_ LM_GUARDED_BY(mutex_);
-  std::stop_source stop_pilot_ LM_GUARDED_BY(mutex_);  ///< of the running pilot
+  std::optional<JobId> running_job_ LM_GUARDED_BY(mutex_);
+  bool unwanted_ LM_GUARDED_BY(mutex_) = false;  ///< the running job was dropped
+  std::stop_source stop_ LM_GUARDED_BY(mutex_);  ///< of the running task
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };

@@ -16,6 +16,7 @@ struct SceneLimits {
   std::uint64_t triangles = kMaxSceneTriangles;         ///< instances of a mesh count once
   std::int64_t image_pixels = kMaxTexturePixels;        ///< of one decoded image
   std::uint64_t images_bytes = std::uint64_t{8} << 30;  ///< of all decoded images
+  double seconds = 600;                                 ///< to prepare it, without the time in which assets arrive
 };
 
 /// Checks the memory before anything is decoded. The system kills a worker that runs out of memory, and other jobs on

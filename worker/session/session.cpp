@@ -254,10 +254,9 @@ void Session::forget_job(JobId id, SessionActions& actions) {
 }
 
 void Session::forget_job_if_idle(JobId id, SessionActions& actions) {
-  // A job that was just described waits for its lease. The description is kept while the job is prepared.
+  // A job that was just described waits for its lease.
   const auto found = jobs_.find(id);
-  if (found != jobs_.end() && found->second.leases == 0 && found->second.state != Job::State::preparing &&
-      found->second.had_lease) {
+  if (found != jobs_.end() && found->second.leases == 0 && found->second.had_lease) {
     forget_job(id, actions);
   }
 }

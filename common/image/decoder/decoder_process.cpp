@@ -5,7 +5,6 @@
 #include <spawn.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -24,15 +23,18 @@ constexpr int kFirstOtherDescriptor = 3;
 constexpr std::chrono::milliseconds kGrace = std::chrono::seconds(30);  ///< for start and end, in addition to the
                                                                         ///< image's time
 
+constexpr int kPipeBytes = 1 << 20;  ///< what every process may have without privileges
+
 /// Owner of a file descriptor.
 class Descriptor {
  public:
   explicit Descriptor(int number) : number_(number) {}
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
+  ~Descriptor() { close(); }
+  void close() {
     if (number_ >= 0) {
-      ::close(number_);
+      ::close(std::exchange(number_, -1));
     }
   }
   int number() const { return number_; }
@@ -40,20 +42,6 @@ class Descriptor {
  private:
   int number_;
 };
-
-Status write_all(int file, ByteView bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(file, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) {
-      continue;
-    }
-    if (written <= 0) {
-      return resource_exhausted("no memory for its {} bytes: {}", bytes.size(), std::strerror(errno));
-    }
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
-  return ok_status();
-}
 
 /// Only the variables of the loader and of sanitizers. Others may be secrets, which must not reach strangers' images.
 std::vector<char*> decoder_environment() {
@@ -95,8 +83,58 @@ Status check_reply(const DecodeReply& reply) {
   return sound ? ok_status() : invalid_argument("the image is damaged: its decoder sent an invalid reply");
 }
 
-std::uint64_t pixels_of(const DecodeReply& reply) {
-  return static_cast<std::uint64_t>(reply.width) * static_cast<std::uint64_t>(reply.height);
+/// What comes from the decoder: pixels through a pipe, and replies over its socket.
+struct FromDecoder {
+  int pipe = -1, socket = -1;
+  std::chrono::milliseconds patience{0};  ///< without anything
+
+  /// Waits until there is something to read. False if the socket was shut first.
+  bool wait_for(int descriptor) const {
+    std::array<pollfd, 2> ready{pollfd{descriptor, POLLIN, 0}, pollfd{socket, POLLRDHUP, 0}};
+    while (::poll(ready.data(), ready.size(), static_cast<int>(patience.count())) < 0 && errno == EINTR) {
+    }
+    return ready[0].revents != 0;
+  }
+  /// False if the pipe ends before. The decoder ends a slow child.
+  bool read_pixels(std::span<std::byte> bytes) const {
+    while (!bytes.empty()) {
+      const ssize_t got = wait_for(pipe) ? ::read(pipe, bytes.data(), bytes.size()) : 0;
+      if (got <= 0) {
+        return false;
+      }
+      bytes = bytes.subspan(static_cast<std::size_t>(got));
+    }
+    return true;
+  }
+};
+
+/// Reads the pixels of an image. Without an error here, the decoder's reply says what is wrong.
+Status receive_pixels(const FromDecoder& from, std::int64_t max_pixels, Texels& texels) {
+  DecodeReply head;
+  if (!from.read_pixels(std::as_writable_bytes(std::span(&head, 1)))) {
+    return ok_status();
+  }
+  LM_RETURN_IF_ERROR(check_reply(head));
+  LM_RETURN_IF_ERROR(check_pixels(head.width, head.height, max_pixels));
+  const auto count = static_cast<std::size_t>(head.width) * static_cast<std::size_t>(head.height);
+  const std::size_t size = count * head.bytes_per_pixel;
+  void* const start = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (start == MAP_FAILED) {
+    return resource_exhausted("no memory for {}x{} pixels: {}", head.width, head.height, std::strerror(errno));
+  }
+  const std::shared_ptr<const void> owner(start,
+                                          [size](const void* pixels) { ::munmap(const_cast<void*>(pixels), size); });
+  ::madvise(start, size, MADV_HUGEPAGE);  // fewer page faults here, and fewer TLB misses of rendering
+  if (!from.read_pixels({static_cast<std::byte*>(start), size})) {
+    return ok_status();
+  }
+  texels = {head.width, head.height, {}, {}, head.encoded != 0};
+  if (head.bytes_per_pixel == 4) {
+    texels.bytes = {owner, {static_cast<const std::uint32_t*>(start), count}};
+  } else {
+    texels.floats = {owner, {static_cast<const float*>(start), 4 * count}};
+  }
+  return check_finite(texels);
 }
 
 }  // namespace
@@ -158,38 +196,53 @@ std::string DecoderProcess::stop() {
 }
 
 /// UNAVAILABLE if the process is gone.
-Result<DecodeReply> DecoderProcess::exchange(const DecodeRequest& request, int file, int room) {
-  iovec part{const_cast<DecodeRequest*>(&request), sizeof(request)};
-  alignas(cmsghdr) std::array<char, CMSG_SPACE(2 * sizeof(int))> control{};
-  msghdr message{};
-  message.msg_iov = &part;
-  message.msg_iovlen = 1;
-  message.msg_control = control.data();
-  message.msg_controllen = control.size();
-  cmsghdr* header = CMSG_FIRSTHDR(&message);
-  header->cmsg_level = SOL_SOCKET;
-  header->cmsg_type = SCM_RIGHTS;
-  header->cmsg_len = CMSG_LEN(2 * sizeof(int));
-  const std::array<int, 2> descriptors{file, room};
-  std::memcpy(CMSG_DATA(header), descriptors.data(), sizeof(descriptors));
-  if (::sendmsg(socket_, &message, MSG_NOSIGNAL) != static_cast<ssize_t>(sizeof(request))) {
-    return unavailable("{}", std::strerror(errno));
+Result<DecodeReply> DecoderProcess::exchange(const DecodeRequest& request, int file, Texels* texels) {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
+    return resource_exhausted("no pipe for its pixels: {}", std::strerror(errno));
   }
-  pollfd ready{socket_, POLLIN, 0};
-  const auto patience = static_cast<int>((options_.time_limit + kGrace).count());
-  int polled = 0;
-  while ((polled = ::poll(&ready, 1, patience)) < 0 && errno == EINTR) {
+  Descriptor pixels(ends[0]);
+  // The decoder kills its child when the socket closes.
+  const std::stop_callback stopped(stop_, [this] { ::shutdown(socket_, SHUT_RDWR); });
+  {
+    const Descriptor childs(ends[1]);
+    ::fcntl(childs.number(), F_SETPIPE_SZ, kPipeBytes);
+    iovec part{const_cast<DecodeRequest*>(&request), sizeof(request)};
+    alignas(cmsghdr) std::array<char, CMSG_SPACE(2 * sizeof(int))> control{};
+    msghdr message{};
+    message.msg_iov = &part;
+    message.msg_iovlen = 1;
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    cmsghdr* header = CMSG_FIRSTHDR(&message);
+    header->cmsg_level = SOL_SOCKET;
+    header->cmsg_type = SCM_RIGHTS;
+    header->cmsg_len = CMSG_LEN(2 * sizeof(int));
+    const std::array<int, 2> descriptors{file, childs.number()};
+    std::memcpy(CMSG_DATA(header), descriptors.data(), sizeof(descriptors));
+    if (::sendmsg(socket_, &message, MSG_NOSIGNAL) != static_cast<ssize_t>(sizeof(request))) {
+      return unavailable("{}", std::strerror(errno));
+    }
   }
+  const FromDecoder from{pixels.number(), socket_, options_.time_limit + kGrace};
+  Status received;
+  if (texels != nullptr) {
+    received = receive_pixels(from, request.max_pixels, *texels);
+  }
+  pixels.close();  // ends a child that would send more
   DecodeReply reply;
-  if (polled <= 0 || ::recv(socket_, &reply, sizeof(reply), 0) != static_cast<ssize_t>(sizeof(reply))) {
+  if (!from.wait_for(socket_) || ::recv(socket_, &reply, sizeof(reply), 0) != static_cast<ssize_t>(sizeof(reply))) {
     return unavailable("no answer");
   }
-  return reply;
+  return received.ok() ? Result<DecodeReply>(reply) : received;
 }
 
-Result<DecodeReply> DecoderProcess::ask(ByteView bytes, std::int64_t max_pixels, int room) {
+Result<DecodeReply> DecoderProcess::ask(ByteView bytes, std::int64_t max_pixels, Texels* texels) {
+  if (stop_.stop_requested()) {
+    return cancelled("nobody needs the image any more");
+  }
   const Descriptor file(::memfd_create("image", MFD_CLOEXEC | MFD_ALLOW_SEALING));
-  if (file.number() < 0 || room < 0) {
+  if (file.number() < 0) {
     return resource_exhausted("no file in memory for the image: {}", std::strerror(errno));
   }
   LM_RETURN_IF_ERROR(write_all(file.number(), bytes));
@@ -200,49 +253,25 @@ Result<DecodeReply> DecoderProcess::ask(ByteView bytes, std::int64_t max_pixels,
     if (pid_ == 0) {
       LM_RETURN_IF_ERROR(start());
     }
-    Result<DecodeReply> reply = exchange(request, file.number(), room);
+    Result<DecodeReply> reply = exchange(request, file.number(), texels);
     if (reply.ok()) {
       LM_RETURN_IF_ERROR(check_reply(*reply));
       return reply;
     }
+    if (reply.status().code() != StatusCode::kUnavailable) {
+      return reply;
+    }
     end = stop();
-    if (::ftruncate(room, 0) != 0) {
-      break;
+    if (stop_.stop_requested()) {
+      return cancelled("nobody needs the image any more");
     }
   }
   return failed_precondition("cannot decode it: {} was started twice and ended ({}); run it by hand to see why",
                              options_.program.string(), end);
 }
 
-Result<Texels> DecoderProcess::take_pixels(const DecodeReply& reply, std::int64_t max_pixels, int room) {
-  LM_RETURN_IF_ERROR(check_pixels(reply.width, reply.height, max_pixels));
-  const std::uint64_t size = pixels_of(reply) * reply.bytes_per_pixel;
-  // The seal is refused if anyone can still write.
-  struct stat facts {};
-  if (::fcntl(room, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SHRINK | F_SEAL_GROW) != 0 || ::fstat(room, &facts) != 0 ||
-      static_cast<std::uint64_t>(facts.st_size) != size) {
-    return invalid_argument("the image is damaged: its decoder gives {} bytes for {}x{} pixels", facts.st_size,
-                            reply.width, reply.height);
-  }
-  void* const pixels = ::mmap(nullptr, size, PROT_READ, MAP_SHARED | MAP_POPULATE, room, 0);
-  if (pixels == MAP_FAILED) {
-    return resource_exhausted("no memory for {}x{} pixels: {}", reply.width, reply.height, std::strerror(errno));
-  }
-  const std::shared_ptr<const void> owner(pixels,
-                                          [size](const void* start) { ::munmap(const_cast<void*>(start), size); });
-  Texels texels{reply.width, reply.height, {}, {}, reply.encoded != 0};
-  if (reply.bytes_per_pixel == 4) {
-    texels.bytes = {owner, {static_cast<const std::uint32_t*>(pixels), pixels_of(reply)}};
-  } else {
-    texels.floats = {owner, {static_cast<const float*>(pixels), 4 * pixels_of(reply)}};
-  }
-  LM_RETURN_IF_ERROR(check_finite(texels));
-  return texels;
-}
-
 Result<ImageSize> DecoderProcess::size(ByteView bytes, const std::string& name) {
-  const Descriptor room(::memfd_create("no pixels", MFD_CLOEXEC | MFD_ALLOW_SEALING));
-  const Result<DecodeReply> reply = ask(bytes, 0, room.number());
+  const Result<DecodeReply> reply = ask(bytes, 0, nullptr);
   if (!reply.ok()) {
     return with_context(reply.status(), name);
   }
@@ -253,10 +282,12 @@ Result<ImageSize> DecoderProcess::size(ByteView bytes, const std::string& name) 
 }
 
 Result<Texels> DecoderProcess::decode(ByteView bytes, const std::string& name, std::int64_t max_pixels) {
-  const Descriptor room(::memfd_create("pixels", MFD_CLOEXEC | MFD_ALLOW_SEALING));
-  const Result<DecodeReply> reply = ask(bytes, max_pixels, room.number());
-  Result<Texels> texels = reply.ok() ? take_pixels(*reply, max_pixels, room.number()) : Result<Texels>(reply.status());
-  return texels.ok() ? std::move(texels) : Result<Texels>(with_context(texels.status(), name));
+  Texels texels;
+  Status status = ask(bytes, max_pixels, &texels).status();
+  if (status.ok() && texels.width == 0) {
+    status = invalid_argument("the image is damaged: its decoder gives fewer pixels than it says");
+  }
+  return status.ok() ? Result<Texels>(std::move(texels)) : with_context(status, name);
 }
 
 }  // namespace lightmill

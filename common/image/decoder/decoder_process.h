@@ -1,7 +1,7 @@
 // Client of `lightmill-image-decoder`, a process that reads each image in a sandboxed child.
 //
 // Image files come from strangers, and the libraries that read them have faults. Some even open files and addresses
-// that an image names. The child has the image's bytes and memory for its pixels, and no other access to the machine
+// that an image names. The child has the image's bytes and a pipe for its pixels, and no other access to the machine
 // (decoder/confined_child.h).
 #pragma once
 
@@ -9,6 +9,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <stop_token>
 #include <string>
 
 #include "common/base/digest.h"
@@ -39,9 +40,11 @@ class DecoderProcess {
   DecoderProcess& operator=(const DecoderProcess&) = delete;
   ~DecoderProcess() { stop(); }
 
+  /// When a stop is requested, the image that is being read ends with CANCELLED, as do later ones.
+  void set_stop(std::stop_token stop) { stop_ = std::move(stop); }
   /// Size as in the file's header.
   Result<ImageSize> size(ByteView bytes, const std::string& name);
-  /// Result as of read_image_within (image/read/read_image.h). The pixels stay in the memory that the decoder filled.
+  /// Result as of read_image_within (image/read/read_image.h). Pixels are received while the next ones are decoded.
   Result<Texels> decode(ByteView bytes, const std::string& name, std::int64_t max_pixels = kMaxTexturePixels);
 
   /// Id of the running process; 0 if there is none.
@@ -51,13 +54,14 @@ class DecoderProcess {
   Status start();
   /// Kills the process if it runs. Returns how it ended, in words.
   std::string stop();
-  Result<DecodeReply> ask(ByteView bytes, std::int64_t max_pixels, int room);
-  Result<DecodeReply> exchange(const DecodeRequest& request, int file, int room);
-  Result<Texels> take_pixels(const DecodeReply& reply, std::int64_t max_pixels, int room);
+  /// Fills `texels` if there is one.
+  Result<DecodeReply> ask(ByteView bytes, std::int64_t max_pixels, Texels* texels);
+  Result<DecodeReply> exchange(const DecodeRequest& request, int file, Texels* texels);
 
   const DecoderOptions options_;
   pid_t pid_ = 0;
   int socket_ = -1;
+  std::stop_token stop_;
 };
 
 }  // namespace lightmill

@@ -1,13 +1,20 @@
 // Protocol between a program and its image decoder, over a socket that is the decoder's standard input.
 //
-// A request is one socket message with two descriptors: the file's bytes, and an empty memory file for the pixels. Each
-// request has one reply. Both programs are from the same build, so values are sent as they are in memory.
+// A request is one socket message with two descriptors: the file's bytes, and a pipe for the pixels. Each request has one
+// reply. Before the pixels, the pipe carries the reply that will follow if all of them can be read. Both programs are
+// from the same build, so values are sent as they are in memory.
 #pragma once
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdint>
+#include <cstring>
 #include <string>
 
+#include "common/base/digest.h"
 #include "common/base/status.h"
 
 namespace lightmill {
@@ -25,7 +32,7 @@ struct DecodeReply {
   std::uint32_t bytes_per_pixel = 0;
   std::uint32_t encoded = 0;
   std::uint32_t orientation = 0, gamma = 0, profile = 0;  ///< IgnoredProperties
-  std::array<char, 1000> text{};  ///< error message without the image's name
+  std::array<char, 1000> text{};                          ///< error message without the image's name
 };
 
 inline DecodeReply error_reply(const Status& status) {
@@ -34,6 +41,17 @@ inline DecodeReply error_reply(const Status& status) {
   const std::string text = message_of(status);
   text.copy(reply.text.data(), reply.text.size() - 1);
   return reply;
+}
+
+inline Status write_all(int descriptor, ByteView bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written <= 0 && errno != EINTR) {
+      return resource_exhausted("{} bytes of the image cannot be sent: {}", bytes.size(), std::strerror(errno));
+    }
+    bytes = bytes.subspan(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
+  }
+  return ok_status();
 }
 
 /// The decoder's option to work without a sandbox if the kernel refuses it.

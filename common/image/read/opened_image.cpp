@@ -13,6 +13,9 @@
 namespace lightmill {
 namespace {
 
+/// Pixels that are read at once. They stay in the processor's cache until they are taken.
+constexpr std::size_t kBandBytes = std::size_t{1} << 20;
+
 /// A file in memory whose beginning is replaced.
 class ReplacedBeginning : public OIIO::Filesystem::IOProxy {
  public:
@@ -182,60 +185,66 @@ std::uint64_t OpenedImage::most_pixels() const {
   return std::max(pixels_of(frame_), pixels_of(stored_));
 }
 
+/// The pixels of the image, from those of the file.
 template <class T>
-void OpenedImage::move(const T* stored, T* pixels) const {
+std::vector<T> OpenedImage::moved(const std::vector<T>& stored) const {
+  std::vector<T> pixels(4 * pixels_of(frame_));
   for (int y = 0; y < frame_.height; ++y) {
     for (int x = 0; x < frame_.width; ++x) {
       const int column = x - stored_.x, row = y - stored_.y;
       if (radiance_ || (column >= 0 && column < stored_.width && row >= 0 && row < stored_.height)) {
         const std::size_t from = radiance_ ? radiance_->pixel_at(x, y) : index(column, row, stored_.width);
-        std::copy_n(stored + 4 * from, 4, pixels + 4 * index(x, y, frame_.width));
+        std::copy_n(stored.data() + 4 * from, 4, pixels.data() + 4 * index(x, y, frame_.width));
       }
     }
   }
+  return pixels;
 }
 
 template <class T>
-Status OpenedImage::read_as(T* pixels, T opaque) {
-  const int channels = std::min(input_->spec().nchannels, 4);
-  const bool within = stored_.x >= 0 && stored_.y >= 0 && stored_.width <= frame_.width - stored_.x &&
-                      stored_.height <= frame_.height - stored_.y;
-  const bool in_order = !radiance_ || !(radiance_->columns || radiance_->upwards || radiance_->leftwards);
-  const bool in_place = within && in_order;
-  std::vector<T> apart(in_place ? 0 : 4 * pixels_of(stored_));
-  T* const first = in_place ? pixels + 4 * index(stored_.x, stored_.y, frame_.width) : apart.data();
-  const std::size_t row = 4 * static_cast<std::size_t>(in_place ? frame_.width : stored_.width);
-  if (!input_->read_image(0, 0, 0, channels, OIIO::BaseTypeFromC<T>::value, first, 4 * sizeof(T),
-                          static_cast<OIIO::stride_t>(row * sizeof(T)))) {
-    return invalid_argument("the image is damaged, not all of its pixels can be read; save it again{}",
-                            reason(input_->geterror()));
-  }
-  for (int y = 0; y < stored_.height; ++y) {
-    complete(first + static_cast<std::size_t>(y) * row, static_cast<std::size_t>(stored_.width), channels, opaque);
-  }
-  if (!in_place) {
-    move(apart.data(), pixels);
+Status OpenedImage::read_as(T opaque, const PixelSink& sink) {
+  const OIIO::ImageSpec& spec = input_->spec();
+  const int channels = std::min(spec.nchannels, 4);
+  const bool in_place =
+      radiance_ ? !(radiance_->columns || radiance_->upwards || radiance_->leftwards)
+                : stored_.x == 0 && stored_.y == 0 && stored_.width == frame_.width && stored_.height == frame_.height;
+  const std::size_t row = 4 * static_cast<std::size_t>(stored_.width);
+  const bool in_bands = in_place && spec.tile_width == 0;
+  const int band =
+      in_bands ? static_cast<int>(std::max<std::size_t>(kBandBytes / (row * sizeof(T)), 1)) : stored_.height;
+  std::vector<T> pixels;
+  for (int begin = 0; begin < stored_.height; begin += band) {
+    const int end = std::min(begin + band, stored_.height);
+    pixels.resize(static_cast<std::size_t>(end - begin) * row);
+    const auto stride = static_cast<OIIO::stride_t>(row * sizeof(T));
+    constexpr OIIO::TypeDesc kType = OIIO::BaseTypeFromC<T>::value;
+    if (!(in_bands ? input_->read_scanlines(0, 0, spec.y + begin, spec.y + end, spec.z, 0, channels, kType,
+                                            pixels.data(), 4 * sizeof(T), stride)
+                   : input_->read_image(0, 0, 0, channels, kType, pixels.data(), 4 * sizeof(T), stride))) {
+      return invalid_argument("the image is damaged, not all of its pixels can be read; save it again{}",
+                              reason(input_->geterror()));
+    }
+    complete(pixels.data(), pixels.size() / 4, channels, opaque);
+    if (!in_place) {
+      pixels = moved(pixels);
+    }
+    convert(pixels);
+    LM_RETURN_IF_ERROR(sink(std::as_bytes(std::span(pixels))));
   }
   return ok_status();
 }
 
-void OpenedImage::convert(float* pixels) const {
-  for (float* pixel = pixels; to_linear_ && pixel != pixels + 4 * pixels_of(frame_); pixel += 4) {
-    const glm::dvec3 linear = *to_linear_ * glm::dvec3(pixel[0], pixel[1], pixel[2]);
+void OpenedImage::convert(std::vector<float>& pixels) const {
+  for (std::size_t i = 0; to_linear_ && i < pixels.size(); i += 4) {
+    const glm::dvec3 linear = *to_linear_ * glm::dvec3(pixels[i], pixels[i + 1], pixels[i + 2]);
     for (int channel = 0; channel < 3; ++channel) {
-      pixel[channel] = static_cast<float>(linear[channel]);
+      pixels[i + static_cast<std::size_t>(channel)] = static_cast<float>(linear[channel]);
     }
   }
 }
 
-Status OpenedImage::read(std::byte* pixels) {
-  if (size().bytes_per_pixel == 4) {
-    return read_as<std::uint8_t>(reinterpret_cast<std::uint8_t*>(pixels), 255);
-  }
-  auto* const floats = reinterpret_cast<float*>(pixels);
-  LM_RETURN_IF_ERROR(read_as<float>(floats, 1.0f));
-  convert(floats);
-  return ok_status();
+Status OpenedImage::read(const PixelSink& sink) {
+  return size().bytes_per_pixel == 4 ? read_as<std::uint8_t>(255, sink) : read_as<float>(1.0f, sink);
 }
 
 }  // namespace lightmill

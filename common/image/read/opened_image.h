@@ -5,6 +5,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -15,6 +16,9 @@
 #include "common/image/read/radiance_header.h"
 
 namespace lightmill {
+
+/// Takes the next rows of pixels.
+using PixelSink = std::function<Status(ByteView rows)>;
 
 /// Only the reader of the detected format sees the bytes. No reader gets a file name, because some would open it.
 /// Messages do not name the image. What a header says about its pixels is applied: the windows and primaries of EXR
@@ -33,9 +37,10 @@ class OpenedImage {
   std::uint64_t most_pixels() const;
   /// Integer values, which are sRGB-encoded unless the scene says otherwise.
   bool encoded() const { return !input_->spec().format.is_floating_point(); }
-  /// Fills `pixels` in the layout of Texels: words if size() says 4 bytes per pixel, else four floats per pixel. They
-  /// must be zero before, and stay so where the file has no pixels.
-  Status read(std::byte* pixels);
+  /// Gives all pixels from the top in the layout of Texels: words if size() says 4 bytes per pixel, else four floats
+  /// per pixel. They are zero where the file has none. Most files are read in bands, which stay in the processor's
+  /// cache. Stops at an error of `sink`.
+  Status read(const PixelSink& sink);
 
  private:
   explicit OpenedImage(ByteView bytes) : bytes_(bytes) {}
@@ -44,10 +49,11 @@ class OpenedImage {
   IgnoredProperties ignored() const;
   Status set_colors();
   template <class T>
-  Status read_as(T* pixels, T opaque);
+  Status read_as(T opaque, const PixelSink& sink);
   template <class T>
-  void move(const T* stored, T* pixels) const;
-  void convert(float* pixels) const;
+  std::vector<T> moved(const std::vector<T>& stored) const;
+  void convert(std::vector<float>& pixels) const;
+  void convert(const std::vector<std::uint8_t>&) const {}
 
   ByteView bytes_;
   std::unique_ptr<OIIO::Filesystem::IOProxy> source_;

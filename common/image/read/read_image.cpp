@@ -1,5 +1,7 @@
 #include "common/image/read/read_image.h"
 
+#include <algorithm>
+
 #include "common/image/read/opened_image.h"
 #include "common/image/texel_checks.h"
 
@@ -12,8 +14,11 @@ Result<Texels> read(ByteView bytes, std::int64_t max_pixels) {
   const bool words = image->size().bytes_per_pixel == 4;
   std::vector<std::uint32_t> packed(words ? image->size().pixels() : 0);
   std::vector<float> floats(words ? 0 : 4 * image->size().pixels());
-  LM_RETURN_IF_ERROR(
-      image->read(words ? reinterpret_cast<std::byte*>(packed.data()) : reinterpret_cast<std::byte*>(floats.data())));
+  auto* next = words ? reinterpret_cast<std::byte*>(packed.data()) : reinterpret_cast<std::byte*>(floats.data());
+  LM_RETURN_IF_ERROR(image->read([&](ByteView rows) {
+    next = std::ranges::copy(rows, next).out;
+    return ok_status();
+  }));
   Texels out{image->width(), image->height(), std::move(packed), std::move(floats), image->encoded()};
   LM_RETURN_IF_ERROR(check_finite(out));
   return out;

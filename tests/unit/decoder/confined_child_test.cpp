@@ -27,9 +27,9 @@ constexpr std::uint64_t kMemory = std::uint64_t{64} << 20;
 
 class ConfinedChild : public ::testing::Test {
  protected:
-  ~ConfinedChild() override { ::close(room_); }
+  ~ConfinedChild() override { ::close(file_); }
   DecodeReply reply_of(const std::function<DecodeReply()>& work) {
-    return run_confined({*filter_, false, -1}, limits_, room_, room_, work);
+    return run_confined({*filter_, false, -1}, limits_, {::dup(file_), ::dup(file_)}, work);
   }
   /// The error's text, for work that must not finish.
   std::string text_of(const std::function<void()>& work) {
@@ -42,7 +42,7 @@ class ConfinedChild : public ::testing::Test {
 
   const Result<SystemCallFilter> filter_ = SystemCallFilter::make();
   ChildLimits limits_{kMemory, 2 * kMemory, 4096, std::chrono::seconds(20)};
-  const int room_ = ::memfd_create("room", MFD_CLOEXEC);
+  const int file_ = ::memfd_create("file", MFD_CLOEXEC);
 };
 
 TEST_F(ConfinedChild, GivesItsReply) {
@@ -61,7 +61,7 @@ TEST_F(ConfinedChild, AForbiddenSystemCallEndsItAndIsNamed) {
   const std::vector<std::pair<std::string, std::function<void()>>> attempts{
       {"openat", [] { ::open("/etc/hostname", O_RDONLY); }},
       {"socket", [] { ::socket(AF_INET, SOCK_STREAM, 0); }},
-      {"connect", [] { ::connect(kRoomDescriptor, nullptr, 0); }},
+      {"connect", [] { ::connect(kPixelDescriptor, nullptr, 0); }},
       {"execve", [&] { ::execve("/bin/true", arguments, arguments); }},
       {"ptrace", [] { ::ptrace(PTRACE_TRACEME, 0, nullptr, nullptr); }},
       {"kill", [] { ::kill(::getpid(), SIGTERM); }},
@@ -133,14 +133,14 @@ TEST_F(ConfinedChild, HasATimeLimitAfterItClosedEverything) {
 
 TEST_F(ConfinedChild, CannotWriteMoreThanItsLimit) {
   EXPECT_EQ(text_of([] {
-              if (::ftruncate(kRoomDescriptor, 4097) != 0) {
+              if (::ftruncate(kPixelDescriptor, 4097) != 0) {
                 ::_exit(3);
               }
             }),
             "its decoder writes more than its limit of 4.00 KiB; save the image again, or in another format");
   EXPECT_EQ(reply_of([] {
               DecodeReply own;
-              own.width = ::ftruncate(kRoomDescriptor, 4096) == 0 ? 1 : 0;
+              own.width = ::ftruncate(kPixelDescriptor, 4096) == 0 ? 1 : 0;
               return own;
             }).width,
             1);
@@ -161,7 +161,7 @@ TEST_F(ConfinedChild, EndsWithItsCaller) {
   std::array<int, 2> ends{};
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()), 0);
   ::close(ends[1]);
-  const DecodeReply reply = run_confined({*filter_, false, ends[0]}, limits_, room_, room_, [] {
+  const DecodeReply reply = run_confined({*filter_, false, ends[0]}, limits_, {::dup(file_), ::dup(file_)}, [] {
     spin();
     return DecodeReply{};
   });

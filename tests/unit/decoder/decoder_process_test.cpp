@@ -17,11 +17,13 @@
 #include "common/base/check.h"
 #include "common/base/file.h"
 #include "common/base/sanitizers.h"
+#include "common/image/exr.h"
 #include "common/image/png.h"
 #include "common/image/read/image_format.h"
 #include "common/image/read/read_image.h"
 #include "tests/support/image_files.h"
 #include "tests/support/places.h"
+#include "tests/support/process.h"
 
 namespace lightmill::test {
 namespace {
@@ -52,6 +54,38 @@ TEST(DecoderProcess, EachFormatHasThePixelsThatItsReaderGives) {
     const Result<ImageSize> size = decoder.size(bytes, file.format);
     ASSERT_TRUE(size.ok()) << size.status();
     EXPECT_EQ(size->pixels() * size->bytes_per_pixel, size_bytes(*there)) << file.format;
+  }
+}
+
+// Pixels come in pieces of a megabyte, and a pipe holds as much.
+TEST(DecoderProcess, LargeImagesHaveAllTheirPixels) {
+  constexpr int kSide = 700;
+  DecoderProcess decoder(built());
+  std::vector<std::uint8_t> rgb(3 * kSide * kSide);
+  for (std::size_t i = 0; i < rgb.size(); ++i) {
+    rgb[i] = static_cast<std::uint8_t>(i * i >> 7);
+  }
+  const Result<Texels> bytes = decoder.decode(as_byte_view(*encode_png(kSide, kSide, rgb)), "bytes");
+  ASSERT_TRUE(bytes.ok()) << bytes.status();
+  ASSERT_EQ(bytes->bytes.size(), rgb.size() / 3);
+  for (std::size_t i = 0; i < bytes->bytes.size(); ++i) {
+    const auto channel = [&](std::size_t c) { return std::uint32_t{rgb[3 * i + c]}; };
+    ASSERT_EQ(bytes->bytes[i], channel(0) | channel(1) << 8 | channel(2) << 16 | 0xff000000u) << i;
+  }
+  Image image;
+  image.display = image.data = {0, 0, kSide, kSide};
+  std::vector<std::vector<float>> planes(3, std::vector<float>(kSide * kSide));
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    for (std::size_t i = 0; i < planes[channel].size(); ++i) {
+      planes[channel][i] = static_cast<float>(4 * i + channel);
+    }
+    image.channels.push_back({std::string(1, "RGB"[channel]), planes[channel]});
+  }
+  const Result<Texels> floats = decoder.decode(as_byte_view(*encode_exr(image)), "floats");
+  ASSERT_TRUE(floats.ok()) << floats.status();
+  ASSERT_EQ(floats->floats.size(), std::size_t{4} * kSide * kSide);
+  for (std::size_t i = 0; i < floats->floats.size(); ++i) {
+    ASSERT_EQ(floats->floats[i], i % 4 == 3 ? 1 : planes[i % 4][i / 4]) << i;
   }
 }
 
@@ -101,6 +135,24 @@ TEST(DecoderProcess, AKilledDecoderIsRestarted) {
   ASSERT_EQ(::kill(first, SIGKILL), 0);
   ASSERT_TRUE(decoder.decode(as_byte_view(png), "small.png").ok());
   EXPECT_NE(decoder.pid(), first);
+}
+
+TEST(DecoderProcess, AStopEndsTheImageThatIsRead) {
+  const std::string image = small_png();
+  DecoderProcess decoder(built());
+  ASSERT_TRUE(decoder.decode(as_byte_view(image), "first").ok());
+  std::stop_source stop;
+  decoder.set_stop(stop.get_token());
+  ASSERT_EQ(::kill(decoder.pid(), SIGSTOP), 0);  // reading the image would take for ever
+  std::jthread other([&, reader = ::gettid()] {
+    const std::string state = fmt::format("/proc/self/task/{}/stat", reader);
+    EXPECT_TRUE(eventually([&] { return read_file(state)->find(") S ") != std::string::npos; })) << "it must wait";
+    stop.request_stop();
+  });
+  EXPECT_EQ(decoder.decode(as_byte_view(image), "second").status().code(), StatusCode::kCancelled);
+  EXPECT_EQ(decoder.decode(as_byte_view(image), "third").status().code(), StatusCode::kCancelled);
+  decoder.set_stop({});
+  EXPECT_TRUE(decoder.decode(as_byte_view(image), "fourth").ok());
 }
 
 TEST(DecoderProcess, EndsWithTheObjectThatStartedIt) {

@@ -40,7 +40,9 @@ TEST_F(LostWorkersTest, ATileThatKillsAllItsWorkersFailsItsJobByName) {
 }
 
 TEST_F(LostWorkersTest, ASuspectedTileIsRenderedAlone) {
-  const JobId job = submit(spec("r1", 64, {0, 0, 256, 64}));
+  JobSpec first = spec("r1", 64, {0, 0, 256, 64});
+  first.priority = 1;
+  const JobId job = submit(first);
   submit(spec("r2", 64, {0, 0, 256, 64}));
   for (std::uint32_t i = 0; i < limits.losses_before_alone; ++i) {
     lose_a_worker();

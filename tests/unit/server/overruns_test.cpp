@@ -17,6 +17,16 @@ class OverrunTest : public VerifyingTest {
     say(session, WorkerHeartbeat{{grant.lease}, {}, {{grant.lease, grant.unit.tiles[0], seconds}}});
   }
   double too_long() const { return limits.tile_cpu_seconds + 1; }
+  /// The workers keep their newest leases until a tile may have taken too long.
+  void wait_with(const std::vector<SessionId>& sessions) {
+    for (const Time until = now + from_seconds(too_long()); now < until;) {
+      pass(limits.heartbeat_interval);
+      for (const SessionId session : sessions) {
+        const std::vector<LeaseGrant> grants = got<LeaseGrant>(session);
+        say(session, grants.empty() ? WorkerHeartbeat{} : WorkerHeartbeat{{grants.back().lease}});
+      }
+    }
+  }
   /// Answers leases until one of several samples is granted.
   void grow(SessionId session) {
     while (got<LeaseGrant>(session).back().unit.range.count() == 1) {
@@ -32,6 +42,7 @@ TEST_F(OverrunTest, ARangeThatTakesTooLongIsCutToSingleSamples) {
   const SessionId a = connect_on("m1", "a");
   grow(a);
   const std::size_t before = got<LeaseGrant>(a).size();
+  wait_with({a});
   say_cpu(a, limits.tile_cpu_seconds);
   EXPECT_TRUE(got<LeaseCancel>(a).empty()) << "it may take so long";
   say_cpu(a, too_long());
@@ -52,6 +63,7 @@ TEST_F(OverrunTest, AJobFailsOnceASampleTakesTooLongForTwoIdentities) {
   restart({});
   const JobId job = submit_unaudited();
   const SessionId a = connect_on("m1", "a"), beside = connect_on("m1", "beside");
+  wait_with({a, beside});
   say_cpu(a, too_long());
   EXPECT_EQ(status(job).state, JobState::queued) << "one machine says so";
   EXPECT_EQ(got<LeaseCancel>(beside).size(), 1u) << "of the same machine";
@@ -62,6 +74,7 @@ TEST_F(OverrunTest, AJobFailsOnceASampleTakesTooLongForTwoIdentities) {
   EXPECT_EQ(status(job).state, JobState::queued) << "it waits";
   const SessionId b = connect_on("m2", "b");
   ASSERT_FALSE(got<LeaseGrant>(b).empty());
+  wait_with({b});
   say_cpu(b, too_long());
   EXPECT_EQ(status(job).state, JobState::failed);
   EXPECT_EQ(status(job).reason,
@@ -73,10 +86,58 @@ TEST_F(OverrunTest, ASecondIdentityThatIsFasterFinishesIt) {
   restart({});
   const JobId job = submit_unaudited();
   const SessionId liar = connect_on("m1", "liar");
+  wait_with({liar});
   say_cpu(liar, 1e9);
   const SessionId b = connect_on("m2", "b");
   answer(b);
   EXPECT_EQ(status(job).state, JobState::done);
+}
+
+TEST_F(OverrunTest, AReportOfMoreTimeThanPassedIsIgnored) {
+  submit_unaudited();
+  const SessionId liar = connect_on("m1", "liar");
+  say_cpu(liar, 1e9);
+  EXPECT_TRUE(got<LeaseCancel>(liar).empty());
+}
+
+TEST_F(OverrunTest, OneIdentityAloneCutsNoTileForLong) {
+  limits.leases_per_worker = 1;
+  restart({});
+  const JobId job = submit_unaudited(1 << 14);
+  const SessionId liar = connect_on("m1", "liar");
+  grow(liar);
+  const auto longest = [&](SessionId session, std::size_t from) {
+    const std::vector<LeaseGrant> grants = got<LeaseGrant>(session);
+    std::uint64_t most = 0;
+    for (std::size_t i = from; i < grants.size(); ++i) {
+      most = std::max(most, grants[i].unit.range.count());
+    }
+    return most;
+  };
+  const auto cut_by = [&](SessionId session) {
+    wait_with({session});
+    say_cpu(session, too_long());
+    EXPECT_EQ(got<LeaseGrant>(session).back().unit.range.count(), 1u);
+  };
+  cut_by(liar);
+  coordinator->worker_disconnected(liar, now, effects);
+  pass(limits.disconnect_grace);
+  const SessionId honest = connect_on("m2", "honest");
+  for (int i = 0; i < 8; ++i) {
+    answer_one(honest);
+  }
+  EXPECT_GT(longest(honest, 0), 1u) << "another identity rendered a sample of it";
+  cut_by(honest);
+  const std::size_t before = got<LeaseGrant>(honest).size();
+  const SessionId third = connect_on("m3", "third");
+  worked[honest] = before - 1;
+  for (int i = 0; i < 8; ++i) {
+    answer_one(honest);
+    answer_one(third);
+  }
+  EXPECT_EQ(longest(honest, before), 1u) << "two identities say so";
+  EXPECT_EQ(longest(third, 0), 1u);
+  EXPECT_EQ(status(job).state, JobState::running);
 }
 
 TEST_F(OverrunTest, ReportsAboutOthersLeasesAreIgnored) {

@@ -84,6 +84,13 @@ TEST(Identities, AWorkersNameBeginsWithItsOwner) {
   EXPECT_EQ(worker_name(render1, "render-10").value(), "render-1/render-10");
   EXPECT_EQ(worker_name(render1, "node7-4711").value(), "render-1/node7-4711");
   EXPECT_EQ(worker_name(anybody(), "node7-4711").value(), "node7-4711");
+  const Identity render{"render", {Role::worker}, Proof::certificate, 0, ""};
+  const Identity enrolled{"render/node7", {Role::worker}, Proof::token, 0, ""};
+  EXPECT_EQ(worker_name(enrolled, "4711").value(), "render/node7/4711");
+  EXPECT_EQ(worker_name(render, "node7").value(), "render/node7");
+  for (const auto& [other, said] : {std::pair(render, "node7/4711"), std::pair(enrolled, "render/node7")}) {
+    EXPECT_EQ(worker_name(other, said).status().code(), StatusCode::kInvalidArgument) << "it is another's name";
+  }
   EXPECT_EQ(worker_name(render1, std::string(200, 'x')).status().code(), StatusCode::kInvalidArgument);
 }
 

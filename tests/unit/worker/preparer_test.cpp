@@ -107,6 +107,99 @@ TEST_F(PreparerTest, DestructionDoesNotWaitForAPilot) {
   EXPECT_TRUE(reported_.empty());
 }
 
+/// A preparer whose assets arrive when the test says so.
+class SlowAssets : public PreparerTest {
+ protected:
+  /// A job whose scene has so many images, none of which can be decoded.
+  std::shared_ptr<const JobDescription> job_with_images(std::uint64_t id, std::size_t images) const {
+    Scene scene;
+    scene.materials.emplace_back().name = "grey";
+    scene.objects.push_back({"ball", 0, SphereShape{}});
+    for (std::size_t i = 0; i < images; ++i) {
+      TextureImage& image = scene.textures.emplace_back();
+      image.name = image.file = fmt::format("image {}", i);
+      image.asset = sha256(image.name);
+    }
+    RenderSettings settings = settings_;
+    settings.scene = pack_scene(scene);
+    return std::make_shared<JobDescription>(JobDescription{JobId{id}, {}, settings});
+  }
+  Result<std::string> fetch(const Sha256& digest) {
+    const MutexLock lock(mutex_);
+    const std::string text = fmt::format("image {}", fetched_++);
+    EXPECT_EQ(sha256(text), digest);
+    changed_.notify_one();
+    while (!open_) {
+      changed_.wait(mutex_);
+    }
+    return text;
+  }
+  void wait_for_first_fetch() {
+    const MutexLock lock(mutex_);
+    while (fetched_ == 0) {
+      changed_.wait(mutex_);
+    }
+  }
+  void open_and_wait_for(std::size_t results) {
+    const MutexLock lock(mutex_);
+    open_ = true;
+    changed_.notify_all();
+    while (results_.size() < results) {
+      changed_.wait(mutex_);
+    }
+  }
+
+  std::size_t fetched_ = 0;
+  bool open_ = false;
+  SceneLimits limits_;
+  AssetCache slow_assets_{[this](const Sha256& digest) { return fetch(digest); }, 1 << 20};
+  std::vector<std::pair<JobId, Status>> results_;
+  std::optional<Preparer> preparer_;
+  void start() {
+    preparer_.emplace(
+        slow_assets_, SceneCacheLimits{}, limits_, DecoderOptions{.program = test::program("lightmill-image-decoder")},
+        [this](const std::shared_ptr<const JobDescription>& description, const Result<PreparedJob>& prepared) {
+          const MutexLock lock(mutex_);
+          results_.emplace_back(description->job, prepared.status());
+          changed_.notify_all();
+        },
+        [](LeaseId, const Result<PilotReport>&) {});
+  }
+};
+
+TEST_F(SlowAssets, ADroppedSceneMakesWayForTheNext) {
+  start();
+  preparer_->add(job_with_images(1, 10));
+  wait_for_first_fetch();
+  preparer_->drop(JobId{1});
+  preparer_->add(job_with_images(2, 0));
+  open_and_wait_for(1);
+  EXPECT_EQ(results_[0].first, JobId{2});
+  EXPECT_EQ(fetched_, 1u);
+}
+
+TEST_F(SlowAssets, ADroppedSceneThatIsNeededAgainIsPreparedToTheEnd) {
+  start();
+  preparer_->add(job_with_images(1, 3));
+  wait_for_first_fetch();
+  preparer_->drop(JobId{1});
+  preparer_->add(job_with_images(1, 3));
+  open_and_wait_for(2);
+  EXPECT_EQ(fetched_, 3u) << "all, and each once";
+  EXPECT_EQ(results_[0].second.code(), StatusCode::kInvalidArgument) << results_[0].second;
+}
+
+TEST_F(SlowAssets, ASceneThatTakesTooLongIsLeftToOthers) {
+  limits_.seconds = 0;
+  open_ = true;
+  start();
+  preparer_->add(job_with_images(1, 10));
+  open_and_wait_for(1);
+  EXPECT_EQ(results_[0].second.code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(message_of(results_[0].second),
+            "the scene takes longer to prepare than --scene-seconds 0 of this worker allows");
+}
+
 // The size of the finished scene is known to the byte. Compilation takes more, but not a multiple.
 TEST(SceneMemory, IsPredictedWithinAFactorAndNamesTheLargestPart) {
   constexpr std::uint32_t kSide = 300;

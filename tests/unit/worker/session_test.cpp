@@ -108,6 +108,19 @@ TEST_F(SessionTest, TilesWaitForTheirSceneAndThreadsAreKeptBusy) {
   EXPECT_EQ(result.hash, hash_of(result.node));
 }
 
+TEST_F(SessionTest, AJobWhoseLeasesAreCancelledIsForgottenWhileItIsPrepared) {
+  connect();
+  say(description());
+  say(grant(1, 10));
+  say(LeaseCancel{{LeaseId{1}}});
+  EXPECT_EQ(asked<ForgetJob>().size(), 1u);
+  say(description());
+  say(grant(2, 10));
+  EXPECT_EQ(asked<PrepareJob>().size(), 2u);
+  session->job_ready(JobId{1}, now, actions);
+  EXPECT_FALSE(asked<RenderTile>().empty());
+}
+
 TEST_F(SessionTest, FirstSamplesAreRenderedBeforeEarlierGrants) {
   connect();
   say(description());

@@ -1,0 +1,138 @@
+// Numbers that a worker says of itself, which nobody can check. A false one harms no job and no other worker for long.
+#include "tests/unit/server/verifying_fixture.h"
+
+namespace lightmill::test {
+namespace {
+
+class ClaimsTest : public VerifyingTest {
+ protected:
+  JobId submit_unaudited(const std::string& request) {
+    JobSpec job = spec(request, 1 << 14, {0, 0, 256, 256});
+    job.verify_share = 0;
+    return submit(job);
+  }
+  double worker_seconds(JobId job) const { return status(job).worker_seconds; }
+};
+
+TEST_F(ClaimsTest, AResultTakesNoLongerThanItsLeaseIsOpen) {
+  const JobId job = submit_unaudited("r1");
+  const SessionId liar = connect_on("m1", "liar");
+  const LeaseGrant grant = got<LeaseGrant>(liar).at(0);
+  say(liar, result(grant, grant.unit.tiles.front(), 1e6));
+  EXPECT_EQ(status(job).counters.results_merged, 1u);
+  EXPECT_LE(worker_seconds(job), 15);
+  const LeaseGrant later = got<LeaseGrant>(liar).back();
+  pass_with({liar}, std::chrono::seconds(10));
+  const double before = worker_seconds(job);
+  say(liar, result(later, later.unit.tiles.front(), 20));
+  EXPECT_DOUBLE_EQ(worker_seconds(job) - before, 20);
+}
+
+TEST_F(ClaimsTest, ARepeatedResultTakesNoTime) {
+  const JobId job = submit_unaudited("r1");
+  const SessionId liar = connect_on("m1", "liar");
+  const LeaseGrant grant = got<LeaseGrant>(liar).at(0);
+  const WorkerResult sent_result = result(grant, grant.unit.tiles.front(), 1);
+  for (int i = 0; i < 10; ++i) {
+    say(liar, sent_result);
+  }
+  EXPECT_EQ(status(job).counters.results_duplicate, 9u);
+  EXPECT_EQ(worker_seconds(job), 1);
+}
+
+TEST_F(ClaimsTest, APilotTakesNoLongerThanItsLeaseIsOpen) {
+  JobSpec undecided = spec("r1");
+  undecided.settings.method = "auto";
+  const JobId job =
+      *coordinator->submit(undecided, now, unix_ms(), effects, {true, {"two do"}, {}, {"path", "caustic"}});
+  const SessionId liar = connect_on("m1", "liar");
+  say(liar, PilotReport{got<PilotGrant>(liar).at(0).lease, 0, {"it is cheaper"}, 1e6, Allocation()});
+  EXPECT_EQ(status(job).method, "path");
+  EXPECT_LE(worker_seconds(job), 15);
+}
+
+TEST_F(ClaimsTest, ManyWorkersOfOneIdentityHaveOneVoiceOnTheRateOfResults) {
+  std::vector<SessionId> honest, liars;
+  for (const char* const name : {"a", "b"}) {
+    honest.push_back(connect_with(name, "1", "machine", "host"));
+  }
+  for (const char* const name : {"1", "2", "3", "4", "5"}) {
+    liars.push_back(connect_with("liar", name, "machine", "host"));
+  }
+  submit_unaudited("r1");
+  const LeaseGrant grant = got<LeaseGrant>(honest[0]).at(0);
+  say(honest[0], result(grant, grant.unit.tiles.front()));
+  pass(std::chrono::milliseconds(1900));
+  for (const SessionId session : honest) {
+    say(session, WorkerHeartbeat{{}, std::chrono::milliseconds(10)});
+  }
+  for (const SessionId session : liars) {
+    say(session, WorkerHeartbeat{{}, std::chrono::seconds(10)});
+  }
+  pass(std::chrono::milliseconds(200));
+  say(honest[0], WorkerHeartbeat{});
+  EXPECT_EQ(coordinator->gauges().results_rate, limits.result_bytes_per_second);
+}
+
+TEST_F(ClaimsTest, AnAuditedJobDoesNotStartInAClassOfOneIdentity) {
+  const SessionId liar = connect_on("m0", "a liar", 1, "its own");
+  const SessionId honest = connect_on("m1", "honest"), other = connect_on("m2", "other");
+  const JobId job = submit_verified();
+  EXPECT_EQ(status(job).fingerprint_class, "class-a");
+  EXPECT_TRUE(got<LeaseGrant>(liar).empty());
+  answer(honest);
+  answer(other);
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(status(job).counters.results_verified, 1u);
+  submit_unaudited("unaudited");
+  EXPECT_FALSE(got<LeaseGrant>(liar).empty()) << "it may do what nobody audits";
+}
+
+TEST_F(ClaimsTest, WorkersOfOneIdentityDoNotMakeAClassThatCanAudit) {
+  for (const char* const name : {"1", "2"}) {
+    WorkerHello hello{fmt::format("a liar/{}", name), "host", 1, 1, "its own", kRendererVersion, {}, false, "machine"};
+    hello.identity = "a liar";
+    connect_as(hello);
+  }
+  connect_with("x", "1", "machine", "host");
+  connect_with("y", "1", "machine", "host");
+  EXPECT_EQ(status(submit_verified()).fingerprint_class, "class-a");
+}
+
+TEST_F(ClaimsTest, AJobThatNobodyCanAuditStartsAnywhere) {
+  const SessionId lone = connect_on("m0", "a lone one", 1, "class-b"), honest = connect_on("m1", "honest");
+  const JobId job = submit_verified();
+  EXPECT_EQ(status(job).fingerprint_class, "class-b");
+  answer(lone);
+  EXPECT_EQ(status(job).state, JobState::done);
+  const SessionId other = connect_on("m2", "other");
+  const JobId heavy = submit_verified(1, "r2");
+  EXPECT_EQ(status(heavy).fingerprint_class, "class-a");
+  say(honest, WorkerRefusal{heavy, "too large", true});
+  say(other, WorkerRefusal{heavy, "too large", true});
+  EXPECT_EQ(status(heavy).fingerprint_class, "class-b") << "no other worker can render it";
+}
+
+// Else a job that brings nothing would have got the least time, and so be served first for ever.
+TEST_F(ClaimsTest, TimeThatBroughtNothingCountsForItsJob) {
+  limits.leases_per_worker = 1;
+  restart({});
+  const JobId endless = submit_unaudited("endless");
+  const SessionId worker = connect_on("m1", "w");
+  ASSERT_EQ(got<LeaseGrant>(worker).at(0).unit.job, endless);
+  const JobId other = submit_unaudited("other");
+  for (const Time until = now + limits.result_patience(); now < until;) {
+    pass(limits.heartbeat_interval);
+    say(worker, WorkerHeartbeat{{got<LeaseGrant>(worker).back().lease}});
+  }
+  ASSERT_EQ(status(endless).counters.leases_lost, 1u);
+  worked[worker] = 1;
+  for (std::size_t i = 1; i < 50; ++i) {
+    ASSERT_EQ(got<LeaseGrant>(worker).size(), i + 1);
+    ASSERT_EQ(got<LeaseGrant>(worker)[i].unit.job, other) << i;
+    answer_one(worker);
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::test
