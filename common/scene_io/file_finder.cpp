@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cctype>
 
+#include "common/base/quantities.h"
+
 namespace lightmill {
 namespace fs = std::filesystem;
 namespace {
@@ -45,6 +47,26 @@ std::string FileFinder::entry(const fs::path& folder, const std::string& name) {
   }
   const auto found = listed->second.find(lower(name));
   return found == listed->second.end() ? "" : found->second;
+}
+
+FileSource files_below(const fs::path& folder, const SceneFiles& files, std::uint64_t limit_bytes) {
+  return [folder, &files, limit_bytes,
+          finder = FileFinder(files)](const std::string& written) mutable -> Result<SourceFile> {
+    const std::string name = finder.find(folder, written).value_or(written);
+    LM_ASSIGN_OR_RETURN(std::string found, files.read(folder / name, limit_bytes));
+    return SourceFile{name, std::move(found)};
+  };
+}
+
+FileSource at_most(std::uint64_t bytes, FileSource files) {
+  return [left = bytes, bytes, files = std::move(files)](const std::string& name) mutable -> Result<SourceFile> {
+    LM_ASSIGN_OR_RETURN(SourceFile file, files(name));
+    if (file.bytes.size() > left) {
+      return invalid_argument("{}: the scene reads files with more than {}", name, human_bytes(bytes));
+    }
+    left -= file.bytes.size();
+    return file;
+  };
 }
 
 }  // namespace lightmill

@@ -15,7 +15,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::string_view kExpected =
-    "a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb) or a .blend file is expected";
+    "a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb), a pbrt scene (.pbrt) or a .blend file "
+    "is expected";
 
 bool is_gltf(const fs::path& path) {
   return lower_ending(path) == ".gltf" || lower_ending(path) == ".glb";
@@ -29,7 +30,8 @@ Result<fs::path> resolve(const fs::path& path, const SceneFiles& files) {
   if (!files.exists(path)) {
     return not_found("{}: no such file", path.string());
   }
-  if (lower_ending(path) != ".json" && lower_ending(path) != ".obj" && !is_gltf(path)) {
+  if (lower_ending(path) != ".json" && lower_ending(path) != ".obj" && lower_ending(path) != ".pbrt" &&
+      !is_gltf(path)) {
     return invalid_argument("{}: {}", path.string(), kExpected);
   }
   return path;
@@ -38,6 +40,9 @@ Result<fs::path> resolve(const fs::path& path, const SceneFiles& files) {
 Result<LoadedScene> load_files(const std::vector<fs::path>& files, const LoadOptions& options) {
   if (lower_ending(files[0]) == ".json") {
     return load_document(files[0], *options.files);
+  }
+  if (lower_ending(files[0]) == ".pbrt") {
+    return load_pbrt(files[0], *options.files);
   }
   const bool light_the_dark = options.sky == SkyChoice::automatic;
   return is_gltf(files[0]) ? load_gltf(files[0], light_the_dark, *options.files)
@@ -123,7 +128,7 @@ Result<LoadedScene> load_scene(std::span<const fs::path> paths, const LoadOption
       std::all_of(files.begin(), files.end(), [](const fs::path& file) { return lower_ending(file) == ".obj"; });
   if (files.size() > 1 && !all_objs) {
     return invalid_argument(
-        "one scene document, one glTF file or any number of .obj files are expected, got {} files that are not all "
+        "one scene document, one glTF file, one pbrt scene or any number of .obj files are expected, got {} files that are not all "
         ".obj",
         files.size());
   }

@@ -64,7 +64,8 @@ struct LoadOptions {
 /// - one scene document (.json, or its name without that ending). Its meshes are OBJ files relative to it.
 /// - one or several OBJ files with their MTL files, with a camera and perhaps a sky (missing_parts.h), 512×512
 /// - one glTF file (.gltf, .glb; gltf/gltf.h)
-/// Errors name the file and the line or field. There is no partial result. Faults of Wavefront and glTF files are no
+/// - one pbrt scene (.pbrt; pbrt/pbrt.h)
+/// Errors name the file and the line or field. There is no partial result. Faults of Wavefront, glTF and pbrt files are no
 /// errors, unless `strict` is set. Files may name other files anywhere. These
 /// are read from `files` (on disk: with the user's own rights). Sizes are limited.
 Result<LoadedScene> load_scene(std::span<const std::filesystem::path> paths, const LoadOptions& options = {});

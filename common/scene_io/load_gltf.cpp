@@ -8,14 +8,8 @@ namespace lightmill {
 Result<LoadedScene> load_gltf(const std::filesystem::path& path, bool light_the_dark, const SceneFiles& files) {
   constexpr std::uint64_t kMaxBytes = std::uint64_t{4} << 30;
   LM_ASSIGN_OR_RETURN(std::string bytes, files.read(path, kMaxBytes));
-  const std::filesystem::path folder = path.parent_path();
-  FileFinder finder(files);
-  const FileSource source = [&](const std::string& written) -> Result<SourceFile> {
-    const std::string name = finder.find(folder, written).value_or(written);
-    LM_ASSIGN_OR_RETURN(std::string found, files.read(folder / name, kMaxBytes));
-    return SourceFile{name, std::move(found)};
-  };
-  LM_ASSIGN_OR_RETURN(LoadedScene loaded, read_gltf(std::move(bytes), path.string(), light_the_dark, source));
+  LM_ASSIGN_OR_RETURN(LoadedScene loaded, read_gltf(std::move(bytes), path.string(), light_the_dark,
+                                                    files_below(path.parent_path(), files, kMaxBytes)));
   loaded.scene.name = utf8_name(path.stem().string());
   return loaded;
 }

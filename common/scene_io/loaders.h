@@ -17,4 +17,7 @@ Result<LoadedScene> load_objs(std::span<const std::filesystem::path> paths, KaMe
 /// Loads a glTF file and the files that it names (gltf/gltf.h).
 Result<LoadedScene> load_gltf(const std::filesystem::path& path, bool light_the_dark, const SceneFiles& files);
 
+/// Loads a pbrt scene and the files that it names (pbrt/pbrt.h).
+Result<LoadedScene> load_pbrt(const std::filesystem::path& path, const SceneFiles& files);
+
 }  // namespace lightmill

@@ -9,6 +9,7 @@
 #include "common/scene_io/obj.h"
 #include "common/wire/scene_json.h"
 #include "tests/fuzz/mutate.h"
+#include "tests/fuzz/pbrt_target.h"
 #include "tests/support/places.h"
 
 namespace lightmill {
@@ -114,6 +115,36 @@ TEST(SceneFuzz, DamagedMaterialFilesAreReadOrRefused) {
     map_materials(read, KaMeaning::automatic, scene, notices);
     scene.objects = {{"ball", 0, SphereShape{}}};
     EXPECT_TRUE(scene.materials.empty() || validate(scene).ok()) << round << ": " << validate(scene);
+  }
+}
+
+TEST(SceneFuzz, DamagedPbrtScenesAreReadOrRefused) {
+  constexpr std::array<std::string_view, 20> kWords{"AttributeBegin ",
+                                                    "AttributeEnd ",
+                                                    "ObjectBegin \"a\" ",
+                                                    "ObjectEnd ",
+                                                    "WorldBegin ",
+                                                    "Shape \"sphere\" ",
+                                                    "\"float ",
+                                                    "\"rgb ",
+                                                    "\"texture ",
+                                                    "Include \"more.pbrt\" ",
+                                                    "[",
+                                                    "]",
+                                                    "\"",
+                                                    "1e300",
+                                                    "-1",
+                                                    "0 ",
+                                                    "4294967296",
+                                                    "nan",
+                                                    "\n",
+                                                    "\\"};
+  const std::string original = read_file(test::source_file("tests/fuzz/seeds/pbrt/all.pbrt")).value();
+  EXPECT_TRUE(fuzz::try_pbrt(original));
+  FuzzRandom random(6);
+  Outcomes outcomes;
+  for (int round = 0; round < kSceneRounds / 5; ++round) {
+    ++(fuzz::try_pbrt(mutate(original, kWords, random)) ? outcomes.accepted : outcomes.refused);
   }
 }
 

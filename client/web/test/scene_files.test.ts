@@ -4,6 +4,7 @@ import {humanBytes, isPart, misplaced, namesIn, resolved, sceneChoices} from '..
 test('a scene is what lies highest; meshes are one only where there is nothing else', () => {
   expect(sceneChoices(['s/assets/part.gltf', 's/room.json', 's/assets/box.obj'])).toEqual([['s/room.json'], ['s/assets/part.gltf']]);
   expect(sceneChoices(['b.obj', 'a.obj', 'a.mtl'])).toEqual([['a.obj', 'b.obj']]);
+  expect(sceneChoices(['s/room.pbrt', 's/geometry/walls.pbrt', 's/m.ply'])).toEqual([['s/room.pbrt'], ['s/geometry/walls.pbrt']]);
   expect(sceneChoices(['a.png'])).toEqual([]);
 });
 
@@ -23,6 +24,7 @@ test('every kind of file tells what it names', () => {
   expect(namesIn('a.gltf', '{"buffers": [{"uri": "my%20mesh.bin"}, {"uri": "data:application/octet-stream;base64,AA"}]}')).toEqual(['my%20mesh.bin', 'my mesh.bin']);
   expect(namesIn('a.obj', 'o x\nmtllib two words.mtl \r\nv 0 0 0\n')).toEqual(['two words.mtl']);
   expect(namesIn('a.mtl', 'newmtl m\n map_Kd -s 1 1 1 wood.png\nmap_Bump bump.png\r\nKd 1 1 1\n')).toEqual(['wood.png', 'bump.png']);
+  expect(namesIn('a.pbrt', 'Include "geometry/a.pbrt"\nShape "plymesh" "string filename" [ "m.ply" ]\n"spectrum eta" "cu.spd" "float x" [1]')).toEqual(['geometry/a.pbrt', 'm.ply', 'cu.spd']);
   expect(namesIn('a.gltf', '{"uri": "%"}')).toEqual([]);
 });
 

@@ -1,23 +1,15 @@
 // A glTF file's JSON, its binary data, and the numbers of its accessors.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "common/scene_io/file_finder.h"
 #include "common/scene_io/gltf/json_node.h"
 
 namespace lightmill {
-
-/// A file that a glTF file names.
-struct SourceFile {
-  std::string name;  ///< below the glTF file's folder. It may differ from the one that was asked for.
-  std::string bytes;
-};
-/// Reads a file that a glTF file names by a relative path. An error says why it failed, NOT_FOUND that there is none.
-using FileSource = std::function<Result<SourceFile>(const std::string& relative_path)>;
 
 /// An opened glTF 2.0 file: JSON, or GLB with its binary chunk. Buffers and images are in the file, in base64 data
 /// URIs, or in other files.

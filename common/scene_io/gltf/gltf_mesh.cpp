@@ -248,12 +248,6 @@ void leave_out_wrong_triangles(const JsonNode& indices, std::size_t vertices, Me
 
 }  // namespace
 
-void Notices::once(std::string notice) {
-  if (std::find(list_.begin(), list_.end(), notice) == list_.end()) {
-    list_.push_back(std::move(notice));
-  }
-}
-
 std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primitive,
                                    std::optional<std::uint64_t> texture_set, bool tangents, Notices& notices) {
   const std::uint64_t mode = primitive["mode"].whole(kTriangles, 0, kFan);

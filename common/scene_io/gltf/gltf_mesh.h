@@ -7,19 +7,9 @@
 
 #include "common/scene/mesh.h"
 #include "common/scene_io/gltf/gltf_data.h"
+#include "common/scene_io/notices.h"
 
 namespace lightmill {
-
-/// A list of what was left out or assumed, each thing once.
-class Notices {
- public:
-  explicit Notices(std::vector<std::string>& list) : list_(list) {}
-  void once(std::string notice);
-  void left_out(std::string_view what) { once(fmt::format("left out: {}", what)); }
-
- private:
-  std::vector<std::string>& list_;
-};
 
 /// The triangles of meshes[…].primitives[…], with the texture coordinates of this set if there is one. `tangents`: with
 /// those of the file, if it has some. Nothing after an error, or without triangles (points, lines), which gives a

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "common/scene_io/transforms.h"
+
 namespace lightmill {
 namespace {
 
@@ -81,17 +83,6 @@ std::vector<JsonNode> roots(const GltfData& data) {
 }
 
 }  // namespace
-
-Transform compose(const Transform& a, const Transform& b) {
-  Transform out;
-  for (std::size_t row = 0; row < 3; ++row) {
-    for (std::size_t column = 0; column < 4; ++column) {
-      out[row][column] = a[row][0] * b[0][column] + a[row][1] * b[1][column] + a[row][2] * b[2][column] +
-                         (column == 3 ? a[row][3] : 0);
-    }
-  }
-  return out;
-}
 
 std::vector<PlacedNode> placed_nodes(const GltfData& data) {
   std::vector<PlacedNode> out;

@@ -24,7 +24,4 @@ struct PlacedNode {
 /// scene twice is an error. Empty after an error.
 std::vector<PlacedNode> placed_nodes(const GltfData& data);
 
-/// a after b.
-Transform compose(const Transform& a, const Transform& b);
-
 }  // namespace lightmill

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "common/base/text.h"
+
 namespace lightmill {
 
 void FirstError::add_fault(const std::string& path, std::string_view what, std::string_view answer) {
@@ -132,8 +134,7 @@ std::string JsonNode::shown() const {
   if (value_->is_structured()) {
     return value_->is_array() ? fmt::format("a list of {}", value_->size()) : "an object";
   }
-  std::string text = value_->dump(-1, ' ', true);
-  return text.size() <= kShown ? text : text.substr(0, kShown) + "…";
+  return cut_text(value_->dump(-1, ' ', true), kShown);
 }
 
 }  // namespace lightmill

@@ -1,0 +1,297 @@
+#include "common/scene_io/pbrt/pbrt_materials.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace lightmill {
+namespace {
+
+/// Mean reflectance of a smooth surface for uniform light from inside (Walter et al. 2007 give the Fresnel equations):
+/// what does not enter from outside leaves η² times as rarely.
+double inner_reflectance(double ior) {
+  constexpr int kSteps = 256;
+  double outer = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double cos2 = (i + 0.5) / kSteps;  // equal steps of cos² θ
+    const double c = std::sqrt(cos2), under = ior * ior - 1 + cos2;
+    const double t = under > 0 ? std::sqrt(under) : 0;
+    const double s = (c - t) / (c + t), p = (ior * ior * c - t) / (ior * ior * c + t);
+    outer += under > 0 ? (s * s + p * p) / 2 / kSteps : 1.0 / kSteps;
+  }
+  return std::clamp(1 - (1 - outer) / (ior * ior), 0.0, 1.0);
+}
+
+/// Reflectance at normal incidence of a metal in a medium of this index.
+float normal_reflectance(float n, float k, double ior) {
+  const double a = n / ior, b = k / ior;
+  return static_cast<float>(((a - 1) * (a - 1) + b * b) / ((a + 1) * (a + 1) + b * b));
+}
+
+RgbColor each(const RgbColor& c, const std::function<double(double)>& f) {
+  return {static_cast<float>(f(c.r)), static_cast<float>(f(c.g)), static_cast<float>(f(c.b))};
+}
+
+TexturedColor textured(const PbrtValue& value) {
+  return {value.color, value.texture};
+}
+
+}  // namespace
+
+PbrtMaterials::PbrtMaterials(PbrtSpectra& spectra, PbrtTextures& textures, Notices& notices, Faults& faults)
+    : spectra_(spectra), textures_(textures), notices_(notices), faults_(faults) {
+  define("diffuse", PbrtParameters({}, {}, "Material diffuse"));
+  definitions_[kDefault].name = "default";
+}
+
+std::size_t PbrtMaterials::define(std::string type, PbrtParameters from) {
+  type = type.empty() || type == "none" ? "interface" : type;
+  std::string name = fmt::format("{} of line {}", type, from.place().line);
+  definitions_.push_back({std::move(type), std::move(name), std::move(from), std::nullopt});
+  return definitions_.size() - 1;
+}
+
+Status PbrtMaterials::define_named(const std::string& name, PbrtParameters from) {
+  if (by_name_.contains(name)) {
+    return from.place().error("there are two materials \"{}\"", name);
+  }
+  std::string type = from.text("type", "");
+  const std::size_t number = define(std::move(type), std::move(from));
+  definitions_[number].name = name;
+  by_name_.emplace(name, number);
+  return ok_status();
+}
+
+Result<std::size_t> PbrtMaterials::named(const std::string& name, const PbrtPlace& place) const {
+  const auto found = by_name_.find(name);
+  return found == by_name_.end() ? Result<std::size_t>(place.error("there is no material \"{}\"", name))
+                                 : found->second;
+}
+
+bool PbrtMaterials::is_plain(std::size_t number) const {
+  const PbrtParameters& from = definitions_[number].from;
+  return definitions_[number].type != "mix" && !from.has_texture() && !from.has("normalmap");
+}
+
+Result<Material> PbrtMaterials::convert(std::size_t number) {
+  Definition& definition = definitions_[number];
+  if (!definition.converted) {
+    Material out;
+    if (definition.type == "mix") {
+      LM_ASSIGN_OR_RETURN(out, mixed(definition));
+    } else {
+      set_kind(definition.type, definition.from, out);
+      set_relief(definition.from, out);
+    }
+    out.name = definition.name;
+    LM_RETURN_IF_ERROR(definition.from.finish(faults_));
+    definition.converted = std::move(out);
+  }
+  return *definition.converted;
+}
+
+Result<Material> PbrtMaterials::mixed(const Definition& definition) {
+  constexpr int kMostMixtures = 100;
+  const PbrtParameters& from = definition.from;
+  const std::vector<std::string> names = from.strings("materials");
+  const PbrtValue amount = textures_.number(from, "amount", 0.5);
+  if (names.size() != 2 || amount.varies()) {
+    return from.place().error("a mixture needs two materials and a constant amount");
+  }
+  if (mixing_ == kMostMixtures) {
+    return from.place().error("mixtures are nested more than {} deep", kMostMixtures);
+  }
+  const float t = std::clamp(amount.color.r, 0.0f, 1.0f);
+  std::array<Material, 2> parts;
+  ++mixing_;
+  for (std::size_t i = 0; i < 2; ++i) {
+    LM_ASSIGN_OR_RETURN(const std::size_t number, named(names[i], from.place()));
+    if ((i == 0 && t < 1) || (i == 1 && t > 0)) {
+      LM_ASSIGN_OR_RETURN(parts[i], convert(number));
+    }
+  }
+  --mixing_;
+  if (t == 0 || t == 1) {
+    return parts[t == 0 ? 0 : 1];
+  }
+  const auto* a = std::get_if<DiffuseMaterial>(&parts[0].kind);
+  const auto* b = std::get_if<DiffuseMaterial>(&parts[1].kind);
+  const bool plain = a != nullptr && b != nullptr && a->reflectance.texture == kNoTexture &&
+                     b->reflectance.texture == kNoTexture && !bends_normals(parts[0]) && !bends_normals(parts[1]);
+  if (!plain) {
+    return from.place().error("only two diffuse materials without textures can be mixed");
+  }
+  const auto mix = [&](float x, float y) { return x * (1 - t) + y * t; };
+  const RgbColor &x = a->reflectance.rgb, &y = b->reflectance.rgb;
+  Material out;
+  out.kind = DiffuseMaterial{{mix(x.r, y.r), mix(x.g, y.g), mix(x.b, y.b)}};
+  return out;
+}
+
+void PbrtMaterials::set_kind(const std::string& type, const PbrtParameters& from, Material& out) {
+  out.single_scattering = true;
+  if (type == "diffuse") {
+    out.single_scattering = false;
+    out.kind = DiffuseMaterial{textured(textures_.color(from, "reflectance", {0.5f, 0.5f, 0.5f}))};
+  } else if (type == "interface") {
+    out.kind = DielectricMaterial{1, 0};
+  } else if (type == "dielectric") {
+    const PbrtParameter* eta = from.find("eta");
+    if (eta != nullptr && eta->type == "spectrum") {
+      notices_.left_out("dispersion: glass has its index of refraction at 587.6 nm");
+    }
+    out.kind = DielectricMaterial{spectra_.ior(from, "eta", 1.5), roughness(from, "")};
+  } else if (type == "conductor") {
+    out.kind = conductor(from, "");
+    if (const PbrtParameter* reflectance = from.find("reflectance");
+        reflectance != nullptr && reflectance->type == "texture") {
+      notices_.once("conductors with a textured reflectance are rendered as metal of a principled material");
+      PrincipledMaterial metal;
+      metal.base_color = textured(textures_.color(from, "reflectance", {1, 1, 1}));
+      metal.metallic = 1;
+      metal.roughness = std::get<ConductorMaterial>(out.kind).roughness;
+      out.kind = metal;
+    }
+  } else if (type == "coateddiffuse") {
+    coated_diffuse(from, out);
+  } else if (type == "coatedconductor") {
+    coated_conductor(from, out);
+  } else {
+    from.fail(from.place().error("materials of the type \"{}\" cannot be rendered", type));
+  }
+}
+
+ConductorMaterial PbrtMaterials::conductor(const PbrtParameters& from, const std::string& prefix) {
+  ConductorMaterial out;
+  out.roughness = roughness(from, prefix);
+  const std::string eta = prefix + "eta", k = prefix + "k";
+  if (const PbrtParameter* reflectance = from.find("reflectance"); reflectance != nullptr) {
+    if (from.has(eta) || from.has(k)) {
+      from.fail("reflectance", "cannot be given together with eta and k");
+    }
+    if (reflectance->type != "texture") {
+      out.eta = {1, 1, 1};
+      out.k = each(spectra_.reflectance(from, "reflectance").value_or(RgbColor{1, 1, 1}), [](double r) {
+        r = std::min(r, 0.9999);  // as pbrt does
+        return 2 * std::sqrt(r) / std::sqrt(1 - r);
+      });
+    }
+    return out;
+  }
+  const Metal copper = find_metal("copper").value();
+  out.eta = spectra_.metal(from, eta, "eta").value_or(RgbColor{copper.eta[0], copper.eta[1], copper.eta[2]});
+  out.k = spectra_.metal(from, k, "k").value_or(RgbColor{copper.k[0], copper.k[1], copper.k[2]});
+  const auto nothing = [](float n, float absorbed) { return n == 0 && absorbed == 0; };
+  if (nothing(out.eta.r, out.k.r) || nothing(out.eta.g, out.k.g) || nothing(out.eta.b, out.k.b)) {
+    from.fail(eta, "eta and k must not both be 0 at 650, 550 or 450 nm");
+    out = {};
+  }
+  return out;
+}
+
+/// Light that leaves the diffuse base is partly reflected back inside. The base's albedo ρ then counts as
+/// ρ(1 − F)/(1 − ρF), with the mean inner reflectance F.
+void PbrtMaterials::coated_diffuse(const PbrtParameters& from, Material& out) {
+  notices_.once("coateddiffuse is rendered as a principled material with the same albedo");
+  out.single_scattering = false;
+  PrincipledMaterial kind;
+  kind.ior = spectra_.ior(from, "eta", 1.5);
+  kind.roughness = roughness(from, "");
+  const double inner = inner_reflectance(kind.ior);
+  const PbrtValue base = textures_.color(from, "reflectance", {0.5f, 0.5f, 0.5f});
+  const auto coated = [&](double albedo) { return albedo * (1 - inner) / std::max(1 - albedo * inner, 1e-9); };
+  // Of images, the middle value is exact.
+  const auto factor = [&](double color) { return color > 0 ? 2 * coated(color / 2) : 0; };
+  kind.base_color = {each(base.color, [&](double c) { return base.varies() ? factor(c) : std::min(coated(c), 1.0); }),
+                     base.texture};
+  out.kind = kind;
+  if (const PbrtValue medium = textures_.color(from, "albedo", {0, 0, 0}); medium.varies() || !is_black(medium.color)) {
+    notices_.left_out("the scattering medium in coats");
+  }
+  for (const char* unused : {"thickness", "g", "maxdepth", "nsamples"}) {
+    from.find(unused);
+  }
+}
+
+void PbrtMaterials::coated_conductor(const PbrtParameters& from, Material& out) {
+  notices_.once("coatedconductor is rendered as coated metal of a principled material");
+  out.single_scattering = false;
+  const double ior = spectra_.ior(from, "interface.eta", 1.5);
+  const ConductorMaterial metal = conductor(from, "conductor.");
+  PrincipledMaterial kind;
+  kind.metallic = 1;
+  kind.roughness = metal.roughness;
+  kind.coat = 1;
+  kind.coat_roughness = roughness(from, "interface.");
+  const PbrtParameter* reflectance = from.find("reflectance");
+  kind.base_color = reflectance != nullptr ? textured(textures_.color(from, "reflectance", {1, 1, 1}))
+                                           : TexturedColor(normal_reflectance(metal.eta.r, metal.k.r, ior),
+                                                           normal_reflectance(metal.eta.g, metal.k.g, ior),
+                                                           normal_reflectance(metal.eta.b, metal.k.b, ior));
+  out.kind = kind;
+  for (const char* unused : {"thickness", "g", "albedo", "maxdepth", "nsamples"}) {
+    from.find(unused);
+  }
+}
+
+double PbrtMaterials::roughness(const PbrtParameters& from, const std::string& prefix) {
+  const auto value = [&](std::string_view name, double fallback) {
+    const PbrtValue read = textures_.number(from, fmt::format("{}{}", prefix, name), fallback);
+    if (read.varies()) {
+      notices_.left_out("textures of roughness: half of their largest value counts");
+    }
+    return std::clamp<double>(read.varies() ? read.color.r / 2 : read.color.r, 0, 1);
+  };
+  const double both = value("roughness", 0), u = value("uroughness", both), v = value("vroughness", both);
+  if (u != v) {
+    notices_.once("surfaces that are rougher along one axis have the mean roughness");
+  }
+  const bool remapped = from.boolean("remaproughness", true);  // then alpha is the square root
+  const double mean = std::sqrt(u * v);
+  return std::sqrt(remapped ? std::sqrt(mean) : mean);
+}
+
+void PbrtMaterials::set_relief(const PbrtParameters& from, Material& out) {
+  out.normal_map = {textures_.normal_map(from), 1};
+  const PbrtValue height = textures_.number(from, "displacement", 0);
+  if (height.varies() && out.normal_map.texture == kNoTexture) {
+    out.bump_map = {{height.texture}, height.color.r};
+  }
+}
+
+Status PbrtMedia::define(const std::string& name, const PbrtParameters& from) {
+  if (const std::string type = from.text("type", ""); type != "homogeneous") {
+    return from.place().error("only homogeneous media can be rendered, got \"{}\"", type);
+  }
+  if (from.has("preset")) {
+    from.fail("preset", "presets are unknown: give sigma_a and sigma_s");
+  }
+  const double scale = from.number("scale", 1, 0, 1e20);
+  const auto coefficient = [&](std::string_view which) {
+    return each(spectra_.coefficient(from, which).value_or(RgbColor{1, 1, 1}),
+                [&](double sigma) { return std::min(sigma * scale, kMaxAbsorption); });
+  };
+  Medium out;
+  out.absorption = coefficient("sigma_a");
+  out.scattering = coefficient("sigma_s");
+  out.anisotropy = from.number("g", 0, -1, 1);
+  if (std::abs(out.anisotropy) > kMaxMeanCosine) {
+    notices_.once(fmt::format("media with a mean cosine beyond ±{0} have ±{0}", kMaxMeanCosine));
+    out.anisotropy = std::clamp(out.anisotropy, -kMaxMeanCosine, kMaxMeanCosine);
+  }
+  if (const std::optional<RgbColor> light = spectra_.light(from, "Le"); light && !is_black(*light)) {
+    from.fail("Le", "media that emit light cannot be rendered");
+  }
+  from.find("Lescale");
+  LM_RETURN_IF_ERROR(from.finish(faults_));
+  return media_.try_emplace(name, out).second ? ok_status() : from.place().error("there are two media \"{}\"", name);
+}
+
+Result<Medium> PbrtMedia::find(const std::string& name, const PbrtPlace& place) const {
+  const auto found = media_.find(name);
+  return name.empty()            ? Medium{}
+         : found != media_.end() ? Result<Medium>(found->second)
+                                 : place.error("there is no medium \"{}\"", name);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,52 @@
+// Shapes of a pbrt scene as meshes and spheres.
+#pragma once
+
+#include <set>
+
+#include "common/scene/mesh.h"
+#include "common/scene_io/file_finder.h"
+#include "common/scene_io/notices.h"
+#include "common/scene_io/pbrt/pbrt_parameters.h"
+
+namespace lightmill {
+
+/// A shape in its own coordinates.
+struct PbrtShape {
+  std::optional<double> ball;  ///< a full sphere around the origin: its radius. Else the mesh counts
+  Mesh mesh;
+  Transform to_object = kIdentityTransform;  ///< from the mesh's coordinates
+  /// Triangles of what pbrt calls a shape, of which each has a light's power. 0: it is unknown.
+  std::uint32_t triangles_per_shape = 1;
+};
+
+/// Reads shapes, with a limit on what they make out of few bytes.
+class PbrtShapes {
+ public:
+  PbrtShapes(FileSource& files, Notices& notices, Faults& faults) : files_(files), notices_(notices), faults_(faults) {}
+
+  /// `plain`: the material has no texture, so texture coordinates do not matter.
+  Result<PbrtShape> read(const std::string& type, const PbrtParameters& from, bool plain);
+  /// The mesh of a sphere that must be distorted or textured.
+  Result<PbrtShape> sphere_of_triangles(double radius, const PbrtPlace& place);
+
+ private:
+  Result<PbrtShape> sphere(const PbrtParameters& from, bool plain);
+  Result<PbrtShape> disk(const PbrtParameters& from);
+  Result<PbrtShape> cylinder(const PbrtParameters& from);
+  Result<PbrtShape> triangles(const PbrtParameters& from, bool plain);
+  Result<PbrtShape> patches(const PbrtParameters& from);
+  Result<PbrtShape> ply(const PbrtParameters& from, bool plain);
+  /// Notes that a shape was cut into triangles, and counts them. Meshes of one type and form are equal, and kept once.
+  Status cut(const std::string& type, const std::string& form, const PbrtPlace& place, PbrtShape& shape);
+
+  FileSource& files_;
+  Notices& notices_;
+  Faults& faults_;
+  std::set<std::string> forms_;
+  std::size_t triangles_ = 0, kept_triangles_ = 0;  ///< of curved shapes
+};
+
+/// Turns the mesh's sides.
+void reverse_orientation(Mesh& mesh);
+
+}  // namespace lightmill

@@ -1,0 +1,215 @@
+#include "common/scene_io/pbrt/pbrt_spectra.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/materials/metals.h"
+#include "common/scene_io/text_lines.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::size_t kMostSamples = 100'000;
+constexpr double kLargest = 1e20;
+
+/// The only string of a spectrum that is given by a name. Empty if it is given by values.
+std::string_view name_of(const PbrtParameter& parameter) {
+  return parameter.type == "spectrum" && parameter.strings.size() == 1 && parameter.numbers.empty()
+             ? std::string_view(parameter.strings[0])
+             : std::string_view();
+}
+
+/// Pairs of a wavelength in nanometres and a value. Nothing unless the wavelengths ascend.
+std::optional<Spectrum> pairs(const std::vector<double>& numbers) {
+  if (numbers.empty() || numbers.size() % 2 != 0 || numbers.size() > 2 * kMostSamples) {
+    return std::nullopt;
+  }
+  Spectrum out;
+  for (std::size_t i = 0; i < numbers.size(); i += 2) {
+    if ((i > 0 && !(numbers[i] > out.wavelengths_nm.back())) || !(numbers[i + 1] >= 0 && numbers[i + 1] <= kLargest)) {
+      return std::nullopt;
+    }
+    out.wavelengths_nm.push_back(numbers[i]);
+    out.values.push_back(numbers[i + 1]);
+  }
+  return out;
+}
+
+std::string_view metal_name(std::string_view symbol) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kSymbols{
+      {{"Ag", "silver"}, {"Al", "aluminium"}, {"Au", "gold"}, {"Cu", "copper"}}};
+  for (const auto& [known, name] : kSymbols) {
+    if (known == symbol) {
+      return name;
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+std::optional<Spectrum> PbrtSpectra::samples(const PbrtParameters& from, const PbrtParameter& parameter) {
+  std::vector<double> numbers = parameter.numbers;
+  if (const std::string name(name_of(parameter)); !name.empty()) {
+    for (const std::string_view known : {"metal-", "glass-", "stdillum-"}) {
+      if (name.starts_with(known)) {
+        from.fail(parameter.name, fmt::format("the spectrum \"{}\" is unknown, or cannot be used here", name));
+        return std::nullopt;
+      }
+    }
+    const Result<SourceFile> file = files_(name);
+    if (!file.ok()) {
+      from.fail(parameter.name, message_of(file.status()));
+      return std::nullopt;
+    }
+    StatementReader lines(std::string_view(file->bytes).substr(0, kMostSamples * 40), file->name);
+    while (const std::optional<Statement> line = lines.next()) {
+      std::string_view rest = line->rest;
+      for (std::string_view word = line->keyword; !word.empty(); word = take_word(rest)) {
+        numbers.push_back(parse_number(word).value_or(-1));
+      }
+    }
+  }
+  std::optional<Spectrum> out = pairs(numbers);
+  if (!out) {
+    from.fail(parameter.name,
+              fmt::format("pairs of ascending wavelengths and values that are not negative are expected, at most {}",
+                          kMostSamples));
+  }
+  return out;
+}
+
+std::optional<RgbColor> PbrtSpectra::rgb(const PbrtParameters& from, const PbrtParameter& parameter, double high) {
+  const std::vector<double>& v = parameter.numbers;
+  if (v.size() != 3 || !std::ranges::all_of(v, [&](double x) { return x >= 0 && x <= high; })) {
+    from.fail(parameter.name, fmt::format("three numbers from 0 to {} are expected", high));
+    return std::nullopt;
+  }
+  return RgbColor{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
+std::optional<RgbColor> PbrtSpectra::light(const PbrtParameters& from, std::string_view name) {
+  const PbrtParameter* found = from.find(name);
+  if (found == nullptr) {
+    return std::nullopt;
+  }
+  if (found->type == "rgb") {
+    return rgb(from, *found, kLargest);
+  }
+  if (const std::string_view illuminant = name_of(*found); illuminant.starts_with("stdillum-")) {
+    if (const std::optional<RgbColor> color = illuminant_color(illuminant.substr(9))) {
+      return color;
+    }
+  }
+  std::optional<Spectrum> spectrum;
+  if (found->type == "blackbody") {
+    if (found->numbers.size() != 1 || !(found->numbers[0] >= 100 && found->numbers[0] <= 1e7)) {
+      from.fail(name, "one temperature from 100 to 1e7 kelvins is expected");
+      return std::nullopt;
+    }
+    spectrum = blackbody(found->numbers[0]);
+  } else if (found->type == "spectrum") {
+    spectrum = samples(from, *found);
+  } else {
+    from.fail(name, "the type rgb, blackbody or spectrum is expected");
+  }
+  if (!spectrum) {
+    return std::nullopt;
+  }
+  return light_color(*spectrum).value_or(RgbColor{});
+}
+
+std::optional<RgbColor> PbrtSpectra::surface(const PbrtParameters& from, std::string_view name, double high) {
+  const PbrtParameter* found = from.find(name);
+  if (found == nullptr) {
+    return std::nullopt;
+  }
+  if (found->type == "rgb") {
+    return rgb(from, *found, high);
+  }
+  if (found->type != "spectrum") {
+    from.fail(name, "the type rgb or spectrum is expected");
+    return std::nullopt;
+  }
+  const std::optional<Spectrum> spectrum = samples(from, *found);
+  if (!spectrum) {
+    return std::nullopt;
+  }
+  const RgbColor color = reflected_color(*spectrum);
+  const auto within = [&](float x) { return std::min(x, static_cast<float>(high)); };
+  return RgbColor{within(color.r), within(color.g), within(color.b)};
+}
+
+std::optional<RgbColor> PbrtSpectra::reflectance(const PbrtParameters& from, std::string_view name) {
+  return surface(from, name, 1);
+}
+
+std::optional<RgbColor> PbrtSpectra::coefficient(const PbrtParameters& from, std::string_view name) {
+  return surface(from, name, kLargest);
+}
+
+std::optional<RgbColor> PbrtSpectra::metal(const PbrtParameters& from, std::string_view name, std::string_view part) {
+  const PbrtParameter* found = from.find(name);
+  if (found == nullptr) {
+    return std::nullopt;
+  }
+  if (found->type == "rgb") {
+    return rgb(from, *found, kMaxComplexIndex);
+  }
+  if (found->type == "float" && found->numbers.size() == 1 && found->numbers[0] >= 0 &&
+      found->numbers[0] <= kMaxComplexIndex) {
+    const auto value = static_cast<float>(found->numbers[0]);
+    return RgbColor{value, value, value};
+  }
+  std::string_view known = name_of(*found);
+  if (known.starts_with("metal-") && known.ends_with(fmt::format("-{}", part))) {
+    known.remove_prefix(6);
+    known.remove_suffix(part.size() + 1);
+    if (const std::optional<Metal> metal = find_metal(metal_name(known))) {
+      const auto& v = part == "k" ? metal->k : metal->eta;
+      return RgbColor{v[0], v[1], v[2]};
+    }
+  }
+  if (found->type != "spectrum") {
+    from.fail(name, "the type spectrum or rgb is expected");
+    return std::nullopt;
+  }
+  const std::optional<Spectrum> spectrum = samples(from, *found);
+  if (!spectrum) {
+    return std::nullopt;
+  }
+  const RgbColor out = at_red_green_blue(*spectrum);
+  if (std::max({out.r, out.g, out.b}) > kMaxComplexIndex) {
+    from.fail(name, fmt::format("must be at most {}", kMaxComplexIndex));
+    return std::nullopt;
+  }
+  return out;
+}
+
+double PbrtSpectra::ior(const PbrtParameters& from, std::string_view name, double fallback) {
+  constexpr double kYellowNm = 587.6;
+  const PbrtParameter* found = from.find(name);
+  if (found == nullptr) {
+    return fallback;
+  }
+  double value = fallback;
+  if (found->type != "spectrum") {
+    value = from.number(name, fallback);
+  } else if (const std::string_view glass = name_of(*found); glass.starts_with("glass-")) {
+    // pbrt calls SF10 "F10".
+    const std::string short_name(glass.substr(6));
+    const std::optional<double> known = short_name.starts_with("F") && !short_name.starts_with("FK")
+                                            ? glass_ior("S" + short_name)
+                                            : glass_ior(short_name);
+    value = known.value_or(0);
+  } else if (const std::optional<Spectrum> spectrum = samples(from, *found)) {
+    value = spectrum->at(kYellowNm);
+  }
+  if (!(value > 0 && value <= kMaxIor)) {
+    from.fail(name, fmt::format("an index of refraction in (0, {}] or the name of a known glass is expected", kMaxIor));
+    return fallback;
+  }
+  return value;
+}
+
+}  // namespace lightmill

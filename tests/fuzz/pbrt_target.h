@@ -1,0 +1,52 @@
+// The pbrt reader, called as in the program, for tests and libFuzzer.
+#pragma once
+
+#include <google/protobuf/stubs/logging.h>
+
+#include "common/base/check.h"
+#include "common/scene/mesh.h"
+#include "common/scene/validate/validate.h"
+#include "common/scene_io/pbrt/pbrt.h"
+#include "common/wire/scene_proto.h"
+
+namespace lightmill::fuzz {
+
+/// Files by name: a mesh, an included file, else some bytes.
+inline Result<SourceFile> file_of_fuzzed_scene(const std::string& name) {
+  if (name == "mesh.ply") {
+    return SourceFile{
+        name,
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1 0 0 0 1 0 3 0 1 2\n"};
+  }
+  return name == "none" ? Result<SourceFile>(not_found("cannot open {}", name))
+                        : SourceFile{name, name == "more.pbrt" ? "Translate 1 0 0\nShape \"sphere\"\n" : "bytes"};
+}
+
+/// Whether the scene was read. Stops the program if it is invalid, or if an error has no place.
+inline bool try_pbrt(std::string_view text) {
+  static const google::protobuf::LogSilencer quiet;
+  const Result<LoadedScene> loaded = read_pbrt(std::string(text), "fuzz.pbrt", file_of_fuzzed_scene);
+  if (!loaded.ok()) {
+    const std::string message = message_of(loaded.status());
+    bool placed = message.starts_with("fuzz.pbrt:");
+    for (std::size_t i = 0; i + 1 < message.size(); ++i) {  // an included file may have any name
+      placed = placed || (message[i] == ':' && message[i + 1] >= '1' && message[i + 1] <= '9');
+    }
+    LM_CHECK(placed, "the error does not name its place: {}", message);
+    return false;
+  }
+  LM_CHECK(validate(loaded->scene).ok());
+  const std::string packed = pack_scene(loaded->scene);
+  const Result<Scene> unpacked = unpack_scene(packed);
+  LM_CHECK(unpacked.ok(), "the packed scene: {}", message_of(unpacked.status()));
+  LM_CHECK(pack_scene(*unpacked) == packed, "the scene has changed");
+  for (const Object& object : loaded->scene.objects) {
+    if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
+      LM_CHECK(decode_mesh(as_byte_view(loaded->assets.at(mesh->asset))).ok());
+    }
+  }
+  return true;
+}
+
+}  // namespace lightmill::fuzz

@@ -1,0 +1,208 @@
+// Materials, textures and media of pbrt scenes.
+#include "tests/unit/scene_io/pbrt_fixture.h"
+
+#include <cmath>
+
+namespace lightmill::test {
+namespace {
+
+TEST(PbrtMaterials, KindsHaveTheirParameters) {
+  EXPECT_EQ(std::get<DiffuseMaterial>(pbrt_material("").kind).reflectance.rgb, (RgbColor{0.5f, 0.5f, 0.5f}));
+  EXPECT_EQ(std::get<DiffuseMaterial>(pbrt_material("Material \"diffuse\" \"rgb reflectance\" [0.1 0.2 0.3]").kind)
+                .reflectance.rgb,
+            (RgbColor{0.1f, 0.2f, 0.3f}));
+  const Material glass = pbrt_material("Material \"dielectric\" \"float eta\" 1.25 \"float roughness\" 0.0625");
+  EXPECT_EQ(std::get<DielectricMaterial>(glass.kind).ior, 1.25);
+  // pbrt's alpha is √0.0625 = 0.25, and ours the square of the roughness.
+  EXPECT_NEAR(std::get<DielectricMaterial>(glass.kind).roughness, 0.5, 1e-12);
+  EXPECT_TRUE(glass.single_scattering);
+  const Material plain = pbrt_material(
+      "Material \"dielectric\" \"spectrum eta\" \"glass-F11\" \"float roughness\" 0.25 \"bool remaproughness\" false");
+  EXPECT_EQ(std::get<DielectricMaterial>(plain.kind).ior, 1.78472);
+  EXPECT_NEAR(std::get<DielectricMaterial>(plain.kind).roughness, 0.5, 1e-12);
+}
+
+TEST(PbrtMaterials, ConductorsAreNamedGivenOrReflect) {
+  const auto gold = std::get<ConductorMaterial>(
+      pbrt_material("Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\"").kind);
+  EXPECT_EQ(gold.eta, (RgbColor{0.1548f, 0.4233f, 1.3828f}));
+  EXPECT_EQ(gold.k, (RgbColor{3.6074f, 2.4745f, 1.9154f}));
+  const auto given = std::get<ConductorMaterial>(
+      pbrt_material("Material \"conductor\" \"spectrum eta\" [450 3 550 2 650 1] \"rgb k\" [4 5 6]").kind);
+  EXPECT_EQ(given.eta, (RgbColor{1, 2, 3}));
+  EXPECT_EQ(given.k, (RgbColor{4, 5, 6}));
+  // With n = 1, R = k²/(4 + k²) at normal incidence.
+  const auto mirror =
+      std::get<ConductorMaterial>(pbrt_material("Material \"conductor\" \"rgb reflectance\" [0.9 0.5 0.1]").kind);
+  for (const auto& [k, r] : {std::pair{mirror.k.r, 0.9}, {mirror.k.g, 0.5}, {mirror.k.b, 0.1}}) {
+    EXPECT_NEAR(k * k / (4 + k * k), r, 1e-6);
+  }
+  EXPECT_EQ(
+      pbrt_error("Material \"conductor\" \"spectrum eta\" \"metal-CuZn-eta\" Shape \"sphere\""),
+      "a.pbrt:3: Material conductor: spectrum eta: the spectrum \"metal-CuZn-eta\" is unknown, or cannot be used here");
+}
+
+// The albedo of a diffuse base under a smooth coat: (1 − F)ρ(1 − f)/(1 − ρf), and f = 1 − (1 − F)/η². For η = 1.5 the mean
+// outer reflectance F is 0.0918 (Jensen et al. 2001), so f = 0.5963.
+TEST(PbrtMaterials, CoatedDiffuseHasTheAlbedoOfItsLayers) {
+  const auto albedo = [](const char* reflectance) {
+    const Material coated =
+        pbrt_material(fmt::format("Material \"coateddiffuse\" \"rgb reflectance\" [{0} {0} {0}]", reflectance));
+    return std::get<PrincipledMaterial>(coated.kind).base_color.rgb.r;
+  };
+  EXPECT_NEAR(albedo("1"), 1, 1e-6);
+  EXPECT_NEAR(albedo("0.5"), 0.5 * (1 - 0.5963) / (1 - 0.5 * 0.5963), 1e-3);
+  EXPECT_NEAR(albedo("0"), 0, 1e-6);
+}
+
+TEST(PbrtMaterials, CoatedConductorIsCoatedMetal) {
+  const auto kind = std::get<PrincipledMaterial>(
+      pbrt_material("Material \"coatedconductor\" \"rgb conductor.eta\" [1.5 1.5 1.5] \"rgb conductor.k\" [3 3 3]")
+          .kind);
+  EXPECT_EQ(kind.metallic, 1);
+  EXPECT_EQ(kind.coat, 1);
+  EXPECT_NEAR(kind.base_color.rgb.r, 0.5, 1e-6);  // n/1.5 = 1 and k/1.5 = 2 give 4/(4 + 4)
+}
+
+TEST(PbrtMaterials, MixturesOfDiffuseOnesAreMeans) {
+  const std::string two = R"(MakeNamedMaterial "a" "string type" "diffuse" "rgb reflectance" [0 0 0]
+MakeNamedMaterial "b" "string type" "diffuse" "rgb reflectance" [0.8 0.4 0]
+MakeNamedMaterial "c" "string type" "conductor"
+)";
+  const Material mixed = pbrt_material(two + R"(Material "mix" "string materials" ["a" "b"] "float amount" 0.25)");
+  EXPECT_EQ(std::get<DiffuseMaterial>(mixed.kind).reflectance.rgb, (RgbColor{0.2f, 0.1f, 0}));
+  EXPECT_TRUE(std::holds_alternative<ConductorMaterial>(
+      pbrt_material(two + R"(Material "mix" "string materials" ["a" "c"] "float amount" 1)").kind));
+  EXPECT_EQ(pbrt_error(two + R"(Material "mix" "string materials" ["a" "c"] Shape "sphere")"),
+            "a.pbrt:6: only two diffuse materials without textures can be mixed");
+  EXPECT_EQ(
+      pbrt_error(
+          R"(MakeNamedMaterial "m" "string type" "mix" "string materials" ["m" "m"] NamedMaterial "m" Shape "sphere")"),
+      "a.pbrt:3: mixtures are nested more than 100 deep");
+}
+
+TEST(PbrtMaterials, NamesCanBeUsedBeforeTheirDefinition) {
+  EXPECT_EQ(world(R"(NamedMaterial "late" Shape "trianglemesh" "point3 P" [0 0 0 1 0 0 0 1 0]
+MakeNamedMaterial "late" "string type" "conductor")")
+                .scene.materials.at(0)
+                .name,
+            "late");
+  EXPECT_EQ(pbrt_error("NamedMaterial \"none\"\nShape \"sphere\""), "a.pbrt:4: there is no material \"none\"");
+}
+
+TEST(PbrtMaterials, CopiesHaveNamesOfTheirOwn) {
+  const LoadedScene loaded =
+      world(R"x(MakeNamedMaterial "a (2)" "string type" "diffuse" NamedMaterial "a (2)" Shape "sphere"
+MakeNamedMaterial "a" "string type" "diffuse" NamedMaterial "a" Shape "sphere"
+AreaLightSource "diffuse" Shape "sphere")x");
+  ASSERT_EQ(loaded.scene.materials.size(), 3u);
+  EXPECT_EQ(loaded.scene.materials[1].name, "a");
+  EXPECT_EQ(loaded.scene.materials[2].name, "a (3)");
+}
+
+TEST(PbrtMaterials, WhatCannotBeRenderedIsAnError) {
+  for (const char* type : {"thindielectric", "diffusetransmission", "hair", "measured", "subsurface", "x"}) {
+    EXPECT_EQ(pbrt_error(fmt::format("Material \"{}\"\nShape \"sphere\"", type)),
+              fmt::format("a.pbrt:3: materials of the type \"{}\" cannot be rendered", type));
+  }
+  EXPECT_EQ(pbrt_error("Material \"hair\" Material \"diffuse\" Shape \"sphere\""), "no error") << "no shape has it";
+  EXPECT_EQ(pbrt_error("Material \"diffuse\" \"rgb reflectance\" [1 2 1] Shape \"sphere\""),
+            "a.pbrt:3: Material diffuse: rgb reflectance: three numbers from 0 to 1 are expected");
+}
+
+TEST(PbrtMaterials, SphericalImagesNeedTriangles) {
+  std::vector<std::string> notices;
+  const Material wood = pbrt_material(
+      R"(Texture "wood" "spectrum" "imagemap" "string filename" "a.png" "float uscale" 2 "float vdelta" 0.5 "float scale" 0.5
+Material "diffuse" "texture reflectance" "wood")",
+      &notices);
+  const TexturedColor& color = std::get<DiffuseMaterial>(wood.kind).reflectance;
+  EXPECT_EQ(color.texture, 0u);
+  EXPECT_EQ(color.rgb, (RgbColor{0.5f, 0.5f, 0.5f}));
+  EXPECT_EQ(notices, std::vector<std::string>{"shapes of the type \"sphere\" are rendered as triangles"});
+}
+
+TEST(PbrtTextures, AreComputedWhereTheyAreConstant) {
+  const auto reflectance = [](const std::string& textures) {
+    return std::get<DiffuseMaterial>(
+               pbrt_material(textures + " Material \"diffuse\" \"texture reflectance\" \"t\"").kind)
+        .reflectance;
+  };
+  EXPECT_EQ(reflectance(R"(Texture "t" "spectrum" "constant" "rgb value" [0.1 0.2 0.3])").rgb,
+            (RgbColor{0.1f, 0.2f, 0.3f}));
+  EXPECT_EQ(
+      reflectance(
+          R"(Texture "a" "spectrum" "constant" "rgb value" [0.25 0.5 1] Texture "b" "float" "constant" "float value" 0.5
+Texture "t" "spectrum" "scale" "texture tex" "a" "texture scale" "b")")
+          .rgb,
+      (RgbColor{0.125f, 0.25f, 0.5f}));
+  EXPECT_EQ(
+      reflectance(R"(Texture "t" "spectrum" "mix" "rgb tex1" [1 0 0] "rgb tex2" [0 1 0] "float amount" 0.25)").rgb,
+      (RgbColor{0.75f, 0.25f, 0}));
+  const TexturedColor scaled = reflectance(R"(Texture "i" "spectrum" "imagemap" "string filename" "a.png"
+Texture "t" "spectrum" "scale" "texture tex" "i" "float scale" 0.25)");
+  EXPECT_EQ(scaled.texture, 0u);
+  EXPECT_EQ(scaled.rgb, (RgbColor{0.25f, 0.25f, 0.25f}));
+}
+
+TEST(PbrtTextures, CheckerboardsAreSmallImages) {
+  const LoadedScene loaded =
+      world(R"(Texture "t" "spectrum" "checkerboard" "float uscale" 4 "rgb tex1" [0.5 0.25 0] "rgb tex2" [0 0 0.5]
+Material "diffuse" "texture reflectance" "t" Shape "bilinearmesh" "point3 P" [0 0 0 1 0 0 0 1 0 1 1 0])");
+  ASSERT_EQ(loaded.scene.textures.size(), 1u);
+  const TextureImage& image = loaded.scene.textures[0];
+  EXPECT_EQ(image.filter, TextureImage::Filter::nearest);
+  EXPECT_EQ(image.scale, (std::array<double, 2>{2, 0.5}));
+  const std::string bytes = loaded.assets.at(image.asset);
+  // Row by row from the top: RGBE, of which 129 is an exponent of 1. The largest component is 1.
+  const std::string a("\x80\x40\0\x81", 4), b("\0\0\x80\x81", 4);
+  EXPECT_EQ(bytes.substr(bytes.size() - 16), b + a + a + b);
+  EXPECT_EQ(std::get<DiffuseMaterial>(loaded.scene.materials[0].kind).reflectance.rgb, (RgbColor{0.5f, 0.5f, 0.5f}));
+}
+
+TEST(PbrtTextures, WhatCannotBeRenderedIsAnErrorWhereItIsUsed) {
+  const std::string marble = "Texture \"t\" \"spectrum\" \"marble\"\n";
+  EXPECT_EQ(pbrt_error(marble + "Shape \"sphere\""), "no error");
+  EXPECT_EQ(pbrt_error(marble + "Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\""),
+            "a.pbrt:3: textures of the type \"marble\" cannot be rendered");
+  EXPECT_EQ(pbrt_error("Material \"diffuse\" \"texture reflectance\" \"u\" Shape \"sphere\""),
+            "a.pbrt:3: Material diffuse: texture reflectance: there is no such texture \"u\" before this line");
+  const Result<LoadedScene> loaded = read_text(
+      "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"none.png\" Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\"");
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  EXPECT_EQ(loaded->faults.notices(),
+            std::vector<std::string>{"a.pbrt:1: cannot open none.png; the texture is left out"});
+}
+
+TEST(PbrtMedia, FillTheirShapes) {
+  const Material fog = pbrt_material(
+      R"(MakeNamedMedium "fog" "string type" "homogeneous" "rgb sigma_a" [1 2 3] "rgb sigma_s" [4 5 6] "float scale" 0.5 "float g" 0.25
+Material "interface" MediumInterface "fog" "")");
+  EXPECT_EQ(std::get<DielectricMaterial>(fog.kind).ior, 1);
+  EXPECT_EQ(fog.interior.absorption, (RgbColor{0.5f, 1, 1.5f}));
+  EXPECT_EQ(fog.interior.scattering, (RgbColor{2, 2.5f, 3}));
+  EXPECT_EQ(fog.interior.anisotropy, 0.25);
+  EXPECT_EQ(world("Material \"interface\" Shape \"sphere\" Material \"diffuse\" Shape \"sphere\"").scene.objects.size(),
+            1u)
+      << "nothing is there";
+  EXPECT_EQ(pbrt_error("MakeNamedMedium \"m\" \"string type\" \"cloud\""),
+            "a.pbrt:3: only homogeneous media can be rendered, got \"cloud\"");
+  EXPECT_EQ(pbrt_error("Material \"interface\" MediumInterface \"none\" \"\"\nShape \"sphere\""),
+            "a.pbrt:4: there is no medium \"none\"");
+}
+
+TEST(PbrtMedia, InnerOnesHaveThePriority) {
+  const LoadedScene loaded =
+      world(R"(MakeNamedMedium "fog" "string type" "homogeneous" MakeNamedMedium "ink" "string type" "homogeneous"
+Material "dielectric" MediumInterface "ink" "fog" Shape "sphere" "float radius" 0.5
+Material "interface" MediumInterface "fog" "" Shape "sphere")");
+  ASSERT_EQ(loaded.scene.materials.size(), 2u);
+  EXPECT_GT(loaded.scene.materials[0].priority, loaded.scene.materials[1].priority);
+  EXPECT_EQ(
+      pbrt_error(
+          "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" Material \"dielectric\" MediumInterface \"\" \"fog\"\nShape \"sphere\""),
+      "a.pbrt:4: no surface bounds the medium \"fog\" outside of this one");
+}
+
+}  // namespace
+}  // namespace lightmill::test
