@@ -37,6 +37,7 @@ install(FILES systemd/worker.conf DESTINATION /etc/lightmill COMPONENT lightmill
 # Without a link in bin/, because only the programs call it.
 install(TARGETS lightmill-image-decoder RUNTIME DESTINATION ${private} COMPONENT lightmill-image-decoder)
 install(FILES debian/copyright DESTINATION share/doc/lightmill-image-decoder COMPONENT lightmill-image-decoder)
+install(DIRECTORY ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/lightmill-blender DESTINATION ${private} COMPONENT lightmill)
 file(GLOB scenes CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scenes/*.json)
 install(FILES ${scenes} DESTINATION share/lightmill/scenes COMPONENT lightmill)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes/assets DESTINATION share/lightmill/scenes COMPONENT lightmill)

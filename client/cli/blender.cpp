@@ -5,12 +5,12 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "client/cli/blender_script.h"
 #include "client/cli/child_process.h"
 #include "common/base/file.h"
 #include "common/scene/validate/validate.h"
 #include "common/scene_io/missing_parts.h"
 #include "common/scene_io/text_lines.h"
+#include "common/wire/scene_json.h"
 
 namespace lightmill::cli {
 namespace fs = std::filesystem;
@@ -61,8 +61,8 @@ Result<std::string> find_blender() {
     folders.remove_prefix(std::min(colon + 1, folders.size()));
   }
   return failed_precondition(
-      ".blend files need Blender, which is not installed: install it, name it in LIGHTMILL_BLENDER, or export the "
-      "scene as glTF (.glb)");
+      ".blend files need Blender, which is not installed: install it (Debian's packages blender and python3-numpy), "
+      "name it in LIGHTMILL_BLENDER, or export the scene as glTF (.glb)");
 }
 
 std::string tail_of(const fs::path& log) {
@@ -72,15 +72,15 @@ std::string tail_of(const fs::path& log) {
 
 Status run_blender(const fs::path& scene, const TemporaryFolder& folder, Signals& signals) {
   LM_ASSIGN_OR_RETURN(const std::string program, find_blender());
-  LM_RETURN_IF_ERROR(write_file_atomically(folder / "export.py", as_byte_view(kBlenderScript)));
   const fs::path log = folder / "log";
   // Blender does not always remove its own temporary folder. Inside ours it is removed with ours.
-  LM_ASSIGN_OR_RETURN(ChildProcess blender,
-                      ChildProcess::start({"/usr/bin/env", "TMPDIR=" + (folder / "").string(), program, "--background",
-                                           "--factory-startup", "--disable-autoexec", fs::absolute(scene).string(),
-                                           "--python-exit-code", "3", "--python", (folder / "export.py").string(), "--",
-                                           (folder / "scene.glb").string(), (folder / "report.json").string()},
-                                          log));
+  LM_ASSIGN_OR_RETURN(
+      ChildProcess blender,
+      ChildProcess::start(
+          {"/usr/bin/env", "TMPDIR=" + (folder / "").string(), program, "--background", "--factory-startup",
+           "--disable-autoexec", fs::absolute(scene).string(), "--python-exit-code", "3", "--python",
+           (own_folder() / "lightmill-blender" / "run.py").string(), "--", (folder / "").string()},
+          log));
   std::optional<std::string> end;
   while (!(end = blender.ended())) {
     if (signals.interrupted()) {
@@ -89,19 +89,18 @@ Status run_blender(const fs::path& scene, const TemporaryFolder& folder, Signals
     signals.sleep(std::chrono::milliseconds(100));
   }
   std::error_code error;
-  if (*end != "exit code 0" || !fs::exists(folder / "scene.glb", error) || !fs::exists(folder / "report.json", error)) {
+  if (*end != "exit code 0" || !fs::exists(folder / "report.json", error)) {
     return failed_precondition("{}: {} could not export the scene ({}). Its output:\n{}", scene.string(), program, *end,
                                utf8_name(tail_of(log)));
   }
   return ok_status();
 }
 
-/// The script's report about the scene.
+/// What the exporter says beside the document.
 struct Report {
-  int width = 0, height = 0;
-  std::string camera;
-  RgbColor sky;
-  std::vector<std::string> left_out;
+  std::string camera;  ///< name of the active one; empty without one
+  std::vector<NamedCamera> cameras;
+  std::vector<std::string> notices;
 };
 
 Result<Report> read_report(const fs::path& path) {
@@ -109,36 +108,45 @@ Result<Report> read_report(const fs::path& path) {
   try {
     const nlohmann::json json = nlohmann::json::parse(text);
     Report report;
-    report.width = json.at("width").get<int>();
-    report.height = json.at("height").get<int>();
     report.camera = json.at("camera").get<std::string>();
-    const auto sky = json.at("sky").get<std::array<float, 3>>();
-    report.sky = {sky[0], sky[1], sky[2]};
-    report.left_out = json.at("left_out").get<std::vector<std::string>>();
+    for (const nlohmann::json& named : json.at("cameras")) {
+      LM_ASSIGN_OR_RETURN(Camera camera, read_camera_json(named.at("camera").dump(), path.string()));
+      report.cameras.push_back({named.at("name").get<std::string>(), std::move(camera), {}});
+    }
+    report.notices = json.at("notices").get<std::vector<std::string>>();
     return report;
   } catch (const nlohmann::json::exception& error) {
     return internal_error("Blender's report cannot be read: {}", error.what());
   }
 }
 
-void apply(const Report& report, const LoadOptions& options, LoadedScene& loaded) {
-  Scene& scene = loaded.scene;
-  scene.film.width = report.width;
-  scene.film.height = report.height;
-  for (const NamedCamera& camera : loaded.cameras) {
-    if (options.camera.empty() && camera.name == report.camera) {
-      scene.camera = camera.camera;
+Status choose_view(const Report& report, const LoadOptions& options, LoadedScene& loaded) {
+  loaded.cameras = report.cameras;
+  if (!options.camera.empty()) {
+    return choose_camera(options.camera, *options.files, loaded);
+  }
+  return report.camera.empty() ? use_automatic_camera(loaded) : ok_status();
+}
+
+void remove_world(LoadedScene& loaded) {
+  std::erase_if(loaded.scene.lights,
+                [](const Light& light) { return std::holds_alternative<EnvironmentLight>(light.kind); });
+  std::erase_if(loaded.images, [&](const ImageAsset& image) {
+    if (image.environment && std::ranges::none_of(loaded.scene.textures, [&](const TextureImage& texture) {
+          return texture.asset == image.asset;
+        })) {
+      loaded.assets.erase(image.asset);
     }
+    return image.environment;
+  });
+}
+
+void choose_sky(SkyChoice sky, LoadedScene& loaded) {
+  if (sky != SkyChoice::automatic) {
+    remove_world(loaded);
   }
-  if (options.sky == SkyChoice::on) {
+  if (sky == SkyChoice::on) {
     add_sky(loaded);
-  } else if (options.sky == SkyChoice::automatic && report.sky != RgbColor{}) {
-    EnvironmentLight sky;
-    sky.radiance = report.sky;
-    scene.lights.push_back({"world", sky});
-  }
-  for (const std::string& what : report.left_out) {
-    loaded.notices.push_back("left out: " + what);
   }
 }
 
@@ -152,15 +160,22 @@ Result<LoadedScene> load_blend(const fs::path& path, const LoadOptions& options,
   LM_ASSIGN_OR_RETURN(const TemporaryFolder folder, TemporaryFolder::make());
   LM_RETURN_IF_ERROR(run_blender(path, folder, signals));
   LM_ASSIGN_OR_RETURN(const Report report, read_report(folder / "report.json"));
-  LoadOptions gltf_options = options;
-  gltf_options.sky = SkyChoice::off;  // a Blender scene states its own world
-  const std::array<fs::path, 1> glb{folder / "scene.glb"};
-  LM_ASSIGN_OR_RETURN(LoadedScene loaded, lightmill::load_scene(glb, gltf_options));
+  LoadOptions document_options = options;
+  document_options.camera.clear();
+  document_options.sky = SkyChoice::off;  // a Blender scene states its own world
+  const std::array<fs::path, 1> document{folder / "scene.json"};
+  Result<LoadedScene> read = lightmill::load_scene(document, document_options);
+  if (!read.ok()) {
+    return with_context(read.status(), path.string());
+  }
+  LoadedScene loaded = *std::move(read);
   loaded.scene.name = utf8_name(path.stem().string());
   for (ImageAsset& image : loaded.images) {
-    image.place = path.string();  // the glTF file is deleted before this place is printed
+    image.place = path.string();  // the document is deleted before this place is printed
   }
-  apply(report, options, loaded);
+  LM_RETURN_IF_ERROR(choose_view(report, options, loaded));
+  choose_sky(options.sky, loaded);
+  loaded.notices.insert(loaded.notices.end(), report.notices.begin(), report.notices.end());
   if (const Status valid = validate(loaded.scene); !valid.ok()) {
     return with_context(valid, path.string());
   }

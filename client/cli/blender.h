@@ -1,4 +1,4 @@
-// Import of Blender scenes, through the glTF that Blender exports.
+// Import of Blender scenes, by an exporter that runs in Blender (client/blender).
 #pragma once
 
 #include <filesystem>
@@ -8,9 +8,8 @@
 
 namespace lightmill::cli {
 
-/// Runs Blender without a window on a .blend file, and loads what it exports. This is the active scene with its
-/// modifiers applied, the active camera, the picture size, and the world if it has a single colour. Scripts in the file
-/// do not run. Notices list what is left out. The program is LIGHTMILL_BLENDER if that is set, else `blender` on the
+/// Runs Blender without a window on a .blend file, and loads what the exporter writes: the active scene as Cycles would
+/// render it. Scripts in the file do not run. Notices say what differs. The program is LIGHTMILL_BLENDER if that is set, else `blender` on the
 /// PATH. Without it the error says so. Returns CANCELLED when interrupted.
 Result<LoadedScene> load_blend(const std::filesystem::path& path, const LoadOptions& options, Signals& signals);
 

@@ -57,35 +57,6 @@ std::string names_of(const std::vector<NamedCamera>& cameras) {
   return text;
 }
 
-Status choose_camera(const std::string& wanted, const SceneFiles& files, LoadedScene& loaded) {
-  for (const NamedCamera& camera : loaded.cameras) {
-    if (camera.name == wanted) {
-      use_camera(camera, loaded.scene);
-      return ok_status();
-    }
-  }
-  if (const std::optional<std::int64_t> number = parse_integer(wanted)) {
-    const auto count = static_cast<std::int64_t>(loaded.cameras.size());
-    if (*number < 1 || *number > count) {
-      return invalid_argument("--camera {}: the scene has {}", wanted, counted(loaded.cameras.size(), "camera"));
-    }
-    use_camera(loaded.cameras[static_cast<std::size_t>(*number - 1)], loaded.scene);
-    return ok_status();
-  }
-  if (wanted == "auto") {
-    return use_automatic_camera(loaded);
-  }
-  const Result<std::string> text = files.read(wanted, kMaxDocumentBytes);
-  if (!text.ok()) {
-    return make_error(text.status().code(), "{}, and {}", message_of(text.status()),
-                      loaded.cameras.empty()
-                          ? "the scene has no cameras with names: a JSON file that holds one is expected"
-                          : "none of the scene's cameras has this name: " + names_of(loaded.cameras));
-  }
-  LM_ASSIGN_OR_RETURN(loaded.scene.camera, read_camera_json(*text, wanted));
-  return ok_status();
-}
-
 Status add_wanted_sky(LoadedScene& loaded) {
   for (const Light& light : loaded.scene.lights) {
     if (std::holds_alternative<EnvironmentLight>(light.kind)) {
@@ -113,6 +84,35 @@ void use_camera(const NamedCamera& camera, Scene& scene) {
     const double width = std::round(scene.film.height * *camera.aspect);
     scene.film.width = static_cast<int>(std::clamp(width, 1.0, static_cast<double>(kMaxFilmSide)));
   }
+}
+
+Status choose_camera(const std::string& wanted, const SceneFiles& files, LoadedScene& loaded) {
+  for (const NamedCamera& camera : loaded.cameras) {
+    if (camera.name == wanted) {
+      use_camera(camera, loaded.scene);
+      return ok_status();
+    }
+  }
+  if (const std::optional<std::int64_t> number = parse_integer(wanted)) {
+    const auto count = static_cast<std::int64_t>(loaded.cameras.size());
+    if (*number < 1 || *number > count) {
+      return invalid_argument("--camera {}: the scene has {}", wanted, counted(loaded.cameras.size(), "camera"));
+    }
+    use_camera(loaded.cameras[static_cast<std::size_t>(*number - 1)], loaded.scene);
+    return ok_status();
+  }
+  if (wanted == "auto") {
+    return use_automatic_camera(loaded);
+  }
+  const Result<std::string> text = files.read(wanted, kMaxDocumentBytes);
+  if (!text.ok()) {
+    return make_error(text.status().code(), "{}, and {}", message_of(text.status()),
+                      loaded.cameras.empty()
+                          ? "the scene has no cameras with names: a JSON file that holds one is expected"
+                          : "none of the scene's cameras has this name: " + names_of(loaded.cameras));
+  }
+  LM_ASSIGN_OR_RETURN(loaded.scene.camera, read_camera_json(*text, wanted));
+  return ok_status();
 }
 
 Result<LoadedScene> load_scene(std::span<const fs::path> paths, const LoadOptions& options) {

@@ -47,13 +47,15 @@ struct LoadedScene {
 /// Sets the scene's camera, and the film's width if the camera has an aspect.
 void use_camera(const NamedCamera& camera, Scene& scene);
 
+/// Sets the scene's camera as `--camera` says: the name of one of `loaded.cameras`, its number from 1, `auto` for a view
+/// of all, else a JSON file with a camera.
+Status choose_camera(const std::string& wanted, const SceneFiles& files, LoadedScene& loaded);
+
 /// A file's ending in lower case, as ".json". Empty if it has none.
 std::string lower_ending(const std::filesystem::path& path);
 
 struct LoadOptions {
-  /// Replaces the scene's camera: the name of one of the file's cameras, its number from 1, `auto` for a view of all,
-  /// else a JSON file with a camera.
-  std::string camera;
+  std::string camera;  ///< replaces the scene's camera (choose_camera)
   KaMeaning ka = KaMeaning::automatic;
   SkyChoice sky = SkyChoice::automatic;
   bool strict = false;                         ///< refuses files with faults

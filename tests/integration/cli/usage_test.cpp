@@ -256,15 +256,20 @@ TEST_F(CliTest, BlendFilesNeedBlender) {
 }
 
 TEST_F(CliTest, BlendFilesAreRead) {
-  if (run_command({"/bin/sh", "-c", "command -v blender"}, environment()).exit_code != 0) {
-    GTEST_SKIP() << "Blender is not installed";
+  if (run_command({"/usr/bin/env", "TMPDIR=" + file(""), "blender", "--background", "--factory-startup",
+                   "--python-exit-code", "3", "--python-expr", "import numpy"},
+                  environment())
+          .exit_code != 0) {
+    GTEST_SKIP() << "Blender with numpy is not installed";
   }
-  // Blender's default scene, a cube of 2 m, saved with a grey sky.
+  // Blender's default scene, a cube of 2 m, saved with a blue sky, a second camera and smoke.
   const std::string blend = file("first.blend");
   const std::string script = write("make.py", R"(import bpy
 bpy.context.scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.25, 0.5, 1, 1)
 bpy.context.scene.render.resolution_percentage = 50
-bpy.ops.object.metaball_add()
+bpy.ops.object.camera_add(location=(1, 2, 3))
+bpy.context.object.name = "second"
+bpy.ops.object.volume_add()
 bpy.ops.wm.save_as_mainfile(filepath=")" + blend + "\")\n");
   const CommandResult made = run_command({"/usr/bin/env", "TMPDIR=" + file(""), "blender", "--background",
                                           "--factory-startup", "--python-exit-code", "3", "--python", script},
@@ -278,7 +283,11 @@ bpy.ops.wm.save_as_mainfile(filepath=")" + blend + "\")\n");
   EXPECT_NEAR(scene["camera"]["eye"][0].get<double>(), 7.358891, 1e-5);  // Blender's (7.36, −6.93, 4.96), with y up
   EXPECT_NEAR(scene["camera"]["eye"][1].get<double>(), 4.958309, 1e-5);
   EXPECT_NEAR(scene["camera"]["eye"][2].get<double>(), 6.925791, 1e-5);
-  EXPECT_NE(scene["notices"].dump().find("left out: object Mball (meta)"), std::string::npos) << scene["notices"];
+  EXPECT_NE(scene["notices"].dump().find("object Volume: left out"), std::string::npos) << scene["notices"];
+  EXPECT_EQ(scene["facts"]["environment"], "constant");
+  const nlohmann::json second = json({"check", blend, "--camera", "second", "--sky", "off"});
+  EXPECT_EQ(second["camera"]["eye"], nlohmann::json::parse("[1.0, 3.0, -2.0]"));
+  EXPECT_EQ(second["facts"]["environment"], "none");
   EXPECT_TRUE(temporary_is_empty());
 }
 

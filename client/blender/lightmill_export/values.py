@@ -1,0 +1,133 @@
+"""Values of sockets: a constant, times the texels of an image, times a colour of the vertices.
+
+Nodes that compute act on constants and on texels alike (math_nodes.py), so a computed image is exact. Everything else that
+varies over a surface is left out with a notice, and counts as an even grey.
+"""
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .images import ImageUse, read_environment_node, read_image_node
+from .nodes import Input, Node
+
+LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
+GREY = 0.5  # of what is left out
+
+
+@dataclass(frozen=True)
+class Value:
+    rgb: np.ndarray                 # a factor; a number has equal channels
+    image: ImageUse | None = None
+    colors: str | None = None       # a colour attribute
+
+    def is_constant(self):
+        return self.image is None and self.colors is None
+
+    def mean(self):
+        return self.rgb if self.image is None else self.rgb * self.image.texels().reshape(-1, 3).mean(axis=0)
+
+
+def constant(*numbers):
+    return Value(np.array(numbers * 3 if len(numbers) == 1 else numbers[:3], dtype=float))
+
+
+def luminance(rgb):
+    return np.broadcast_to((rgb @ LUMINANCE)[..., None], rgb.shape)
+
+
+class ValueReader:
+    """Reads inputs of the nodes of one material, world or light."""
+
+    def __init__(self, notices):
+        self.notices = notices
+        self.used_alpha = set()  # images whose alpha output is used
+
+    def color(self, socket):
+        node, output, groups = socket.source()
+        if node is None:
+            return default_of(output)
+        from .math_nodes import COMPUTED
+        if node.type in COMPUTED:
+            inside = Node(node, groups)
+            value = COMPUTED[node.type](self, inside, output)
+            inside.name_unread(self.notices)
+            return value
+        if node.type == "TEX_IMAGE":
+            return Value(np.ones(3), image=read_image_node(self, Node(node, groups), output))
+        if node.type == "TEX_ENVIRONMENT":
+            return Value(np.ones(3), image=read_environment_node(self, Node(node, groups)))
+        if node.type == "VERTEX_COLOR" or (node.type == "ATTRIBUTE" and node.attribute_type == "GEOMETRY"):
+            return self.vertex_colors(node, output)
+        self.notices.node(node, f"left out: it counts as an even grey, {GREY}")
+        return constant(GREY)
+
+    def vertex_colors(self, node, output):
+        if output.name != "Color":
+            self.notices.node(node, f"left out: its output {output.name} counts as 1")
+            return constant(1.0)
+        return Value(np.ones(3), colors=node.layer_name if node.type == "VERTEX_COLOR" else node.attribute_name)
+
+    def scalar(self, socket):
+        """A number: of a colour, its luminance."""
+        value = self.color(socket)
+        if np.ptp(value.rgb) == 0 and value.image is not None and value.image.channel == "COLOR" and value.colors is None:
+            return replace(value, image=value.image.as_channel("LUMINANCE"))
+        if np.ptp(value.rgb) == 0 and value.colors is None:
+            return value
+        node = socket.node()
+        if node is None:  # a colour without a link
+            return Value(luminance(value.rgb))
+        return self.combine(luminance, [value], node)
+
+    def number(self, socket, owner):
+        """A number that has to be the same everywhere."""
+        return float(self.even(self.scalar(socket), owner)[0])
+
+    def even(self, value, owner):
+        """The colour of a value that has to be the same everywhere."""
+        if value.colors is not None:
+            self.notices.node(owner, f"left out: the colour attribute {value.colors} counts as white here")
+        if value.image is not None:
+            self.notices.node(owner, f"left out: the image {value.image.name} counts with its mean colour here")
+        return value.mean()
+
+    def multiply(self, a, b, node):
+        if (a.image is None or b.image is None) and (a.colors is None or b.colors is None):
+            return Value(a.rgb * b.rgb, a.image or b.image, a.colors or b.colors)
+        return self.combine(lambda x, y: x * y, [a, b], node)
+
+    def combine(self, function, values, node):
+        """function of values, whose last axis has the three channels."""
+        for value in values:
+            if value.colors is not None:
+                self.notices.node(node, f"left out: the colour attribute {value.colors} counts as white here")
+        kept = next((value.image for value in values if value.image is not None), None)
+        arrays = []
+        for value in values:
+            if value.image is None:
+                arrays.append(value.rgb)
+            elif value.image.same_place(kept):
+                arrays.append(value.rgb * value.image.texels())
+            else:
+                self.notices.node(node, f"left out: the image {value.image.name}, which has other texels than {kept.name}, "
+                                        "counts with its mean colour here")
+                arrays.append(value.mean())
+        with np.errstate(all="ignore"):
+            out = np.nan_to_num(np.asarray(function(*arrays)), posinf=0.0, neginf=0.0)
+        return Value(out) if kept is None else Value(np.ones(3), kept.with_texels(out))
+
+
+def default_of(socket):
+    """The value of an input without a link. None: an output of a muted node."""
+    if socket is None or not hasattr(socket, "default_value"):
+        return constant(0.0)
+    value = socket.default_value
+    return constant(float(value)) if isinstance(value, (int, float)) else constant(*[float(v) for v in value][:3])
+
+
+def input_of(node, *names):
+    """The input of a node outside of groups."""
+    return Node(node, ()).input(*names)
+
+
+__all__ = ["GREY", "Input", "Value", "ValueReader", "constant", "input_of", "luminance"]

@@ -1,0 +1,82 @@
+"""The world as an environment."""
+import math
+
+import numpy as np
+
+from .closures import ClosureReader
+from .nodes import output_of
+from .values import Value, ValueReader, constant
+
+LEFT_OUT = "the world counts with its mean colour, from everywhere"
+
+
+def export(world, files, notices):
+    """The document's light. None if the world is black."""
+    if world is None:
+        return None
+    notices.about = f"world {world.name}"
+    radiance, node = read_radiance(world, notices)
+    check(world, notices)
+    if np.any(radiance.rgb < 0):
+        notices.here("it takes light away: its negative strength counts as 0")
+        radiance = Value(np.maximum(radiance.rgb, 0), radiance.image)
+    if np.all(radiance.rgb == 0):
+        return None
+    environment = {"radiance": {"rgb": [float(c) for c in radiance.rgb]}}
+    if radiance.image is not None:
+        turn = rotation(radiance.image.place)
+        if turn is None:
+            notices.node(node, f"left out: only images that turn about the vertical axis can be the sky. {LEFT_OUT}")
+            environment["radiance"]["rgb"] = [float(c) for c in radiance.mean()]
+        else:
+            environment["file"] = files.add(radiance.image)[0]
+            environment["rotation_degrees"] = turn
+    out = {"name": world.name, "environment": environment}
+    if world.lightgroup:
+        from .lights import group_name
+        out["group"] = group_name(world.lightgroup, notices)
+    return out
+
+
+def read_radiance(world, notices):
+    if not world.use_nodes or world.node_tree is None:
+        return constant(*world.color), None
+    end = output_of(world.node_tree)
+    if end is None:
+        return constant(0.0), None
+    if end.inputs["Volume"].is_linked:
+        notices.node(end.inputs["Volume"].links[0].from_node, "left out: the world has no volume here")
+    reader = ValueReader(notices)
+    total, last = constant(0.0), None
+    for closure in ClosureReader(reader).read(end.inputs["Surface"]):
+        if closure.kind != "emission":
+            notices.node(closure.node, "left out: it is no background")
+            continue
+        radiance = closure.weight_color(reader)
+        total = radiance if last is None else reader.combine(lambda a, b: a + b, [total, radiance], closure.node)
+        last = closure.node
+    if total.colors is not None:
+        total = constant(*reader.even(total, last))
+    return total, last
+
+
+def check(world, notices):
+    seen = world.cycles_visibility
+    unseen = [kind for kind in ("camera", "diffuse", "glossy", "transmission", "scatter") if not getattr(seen, kind)]
+    if unseen:
+        notices.here(f"it is hidden from {', '.join(unseen)} rays in Blender, but not here")
+    if world.cycles.max_bounces < 1024:
+        notices.here(f"its limit of {world.cycles.max_bounces} bounces is left out")
+
+
+def rotation(place):
+    """Degrees about the vertical axis by which an image in latitudes and longitudes is turned. None if it is not."""
+    matrix = place.affine()
+    turn = matrix[:3, :3]
+    if place.kind != "DIRECTION" or not np.allclose(matrix[:3, 3], 0, atol=1e-6):
+        return None
+    size = np.cbrt(np.linalg.det(turn))
+    if size <= 0 or not np.allclose(turn[2], [0, 0, size], atol=1e-6 * size) or not np.allclose(
+            turn @ turn.T, np.eye(3) * size * size, atol=1e-5 * size * size):
+        return None
+    return -math.degrees(math.atan2(turn[1, 0], turn[0, 0]))

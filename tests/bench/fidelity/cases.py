@@ -1,0 +1,555 @@
+"""Runs in Blender. Makes small scenes with one feature each, saves them, and renders them with Cycles.
+
+  blender --background --factory-startup --python cases.py -- FOLDER SAMPLES [CASE…]
+
+FOLDER gets CASE.blend and CASE.cycles.exr of each case, or of all. Pictures that are there are kept.
+"""
+import math
+import os
+import sys
+
+import bpy
+
+CASES = {}
+GAP = 0.05  # below glass: where faces are in one place, renderers may take any of them
+
+
+def case(make):
+    CASES[make.__name__.replace("_", "-")] = make
+    return make
+
+
+# What the cases are made of.
+
+def material(name, kind="BSDF_DIFFUSE", **inputs):
+    """A material of one shader."""
+    made = bpy.data.materials.new(name)
+    made.use_nodes = True
+    tree = made.node_tree
+    tree.nodes.clear()
+    end = tree.nodes.new("ShaderNodeOutputMaterial")
+    shader = tree.nodes.new(NODES[kind])
+    for key, value in inputs.items():
+        if key == "distribution":
+            shader.distribution = value
+        else:
+            shader.inputs[key.replace("_", " ")].default_value = value
+    tree.links.new(shader.outputs[0], end.inputs["Surface"])
+    return made
+
+
+NODES = {"BSDF_DIFFUSE": "ShaderNodeBsdfDiffuse", "BSDF_GLOSSY": "ShaderNodeBsdfGlossy", "BSDF_GLASS": "ShaderNodeBsdfGlass",
+         "BSDF_PRINCIPLED": "ShaderNodeBsdfPrincipled", "EMISSION": "ShaderNodeEmission",
+         "BSDF_TRANSPARENT": "ShaderNodeBsdfTransparent"}
+
+
+def shader_of(made):
+    return made.node_tree.nodes["Material Output"].inputs["Surface"].links[0].from_node
+
+
+def gray(value):
+    return value, value, value, 1
+
+
+def floor(surface=None):
+    bpy.ops.mesh.primitive_plane_add(size=12)
+    bpy.context.object.data.materials.append(surface or material("floor", Color=gray(0.5)))
+    return bpy.context.object
+
+
+def ball(surface=None, x=-1.1, radius=0.8):
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=96, ring_count=48, radius=radius, location=(x, 0, radius))
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.data.materials.append(surface or material("ball", Color=(0.7, 0.3, 0.2, 1)))
+    return bpy.context.object
+
+
+def block(surface=None, x=1.0):
+    bpy.ops.mesh.primitive_cube_add(size=1.3, location=(x, 0.2, 0.65), rotation=(0, 0, 0.5))
+    bpy.context.object.data.materials.append(surface or material("block", Color=(0.2, 0.4, 0.7, 1)))
+    return bpy.context.object
+
+
+def light(kind, energy, location=(1.5, -2, 3), rotation=(0, 0, 0), **properties):
+    data = bpy.data.lights.new(kind.lower(), kind)
+    data.energy = energy
+    for key, value in properties.items():
+        setattr(data, key, value)
+    made = bpy.data.objects.new(kind.lower(), data)
+    made.location, made.rotation_euler = location, rotation
+    bpy.context.scene.collection.objects.link(made)
+    return made
+
+
+def sky(strength, color=(1, 1, 1, 1)):
+    background = bpy.context.scene.world.node_tree.nodes["Background"]
+    background.inputs["Color"].default_value, background.inputs["Strength"].default_value = color, strength
+    return background
+
+
+def things(**surfaces):
+    floor(surfaces.get("floor"))
+    ball(surfaces.get("ball"))
+    block(surfaces.get("block"))
+
+
+def under_the_sky(lifted=0.0, **surfaces):
+    things(**surfaces)
+    for item in bpy.data.objects:
+        if item.type == "MESH" and item.name != "Plane":
+            item.location.z += lifted
+    sky(0.6)
+    light("SUN", 2, rotation=(0.7, 0.2, 0), angle=0.3)
+
+
+def image(name, size=64, value=lambda x, y: (x, y, 0.3, 1), data=False, float_buffer=False):
+    made = bpy.data.images.new(name, size, size, alpha=True, float_buffer=float_buffer, is_data=data)
+    made.pixels.foreach_set([c for y in range(size) for x in range(size) for c in value((x + 0.5) / size, (y + 0.5) / size)])
+    made.pack()
+    return made
+
+
+def textured(made, picture, socket, coordinates=None, mapping=None, output="Color"):
+    """Links an image to an input of the material's shader."""
+    tree = made.node_tree
+    node = tree.nodes.new("ShaderNodeTexImage")
+    node.image = picture
+    if coordinates is not None:
+        source = tree.nodes.new("ShaderNodeTexCoord").outputs[coordinates]
+        if mapping is not None:
+            move = tree.nodes.new("ShaderNodeMapping")
+            for key, value in mapping.items():
+                move.inputs[key].default_value = value
+            tree.links.new(source, move.inputs["Vector"])
+            source = move.outputs[0]
+        tree.links.new(source, node.inputs["Vector"])
+    tree.links.new(node.outputs[output], socket)
+    return node
+
+
+def insert(made, kind, socket, source=None, **inputs):
+    """A node between a source and an input."""
+    node = made.node_tree.nodes.new(kind)
+    for key, value in inputs.items():
+        node.inputs[key].default_value = value
+    made.node_tree.links.new(node.outputs[0], socket)
+    return node
+
+
+def mixed(name, first, second, share):
+    """A Mix Shader of two kinds of nodes with their inputs."""
+    made = material(name)
+    tree = made.node_tree
+    mix = insert(made, "ShaderNodeMixShader", tree.nodes["Material Output"].inputs["Surface"])
+    mix.inputs[0].default_value = share
+    for slot, (kind, inputs) in ((1, first), (2, second)):
+        node = insert(made, NODES[kind], mix.inputs[slot])
+        for key, value in inputs.items():
+            node.inputs[key].default_value = value
+    return made
+
+
+# Lights.
+
+@case
+def point():
+    things()
+    light("POINT", 300, shadow_soft_size=0)
+
+
+@case
+def point_with_radius():
+    things()
+    light("POINT", 300, shadow_soft_size=0.3)
+
+
+@case
+def sun():
+    things()
+    light("SUN", 3, rotation=(0.7, 0.3, 0), angle=0)
+
+
+@case
+def sun_with_angle():
+    things()
+    light("SUN", 3, rotation=(0.7, 0.3, 0), angle=math.radians(40))
+
+
+@case
+def spot():
+    things()
+    light("SPOT", 600, (1, -2, 3.5), (0.5, 0.2, 0), spot_size=1.0, spot_blend=0.4, shadow_soft_size=0)
+
+
+@case
+def spot_with_radius():
+    things()
+    light("SPOT", 600, (1, -2, 3.5), (0.5, 0.2, 0), spot_size=1.0, spot_blend=0.4, shadow_soft_size=0.2)
+
+
+@case
+def area_square():
+    things()
+    light("AREA", 200, (1.5, -1.5, 3), (0.5, 0.4, 0), size=1.5)
+
+
+@case
+def area_rectangle_scaled():
+    things()
+    light("AREA", 200, (1.5, -1.5, 3), (0.5, 0.4, 0), shape="RECTANGLE", size=1.5, size_y=0.5).scale = (1.5, 0.7, 1)
+
+
+@case
+def area_disk():
+    things()
+    light("AREA", 200, (1.5, -1.5, 3), (0.5, 0.4, 0), shape="DISK", size=1.5)
+
+
+@case
+def area_ellipse():
+    things()
+    light("AREA", 200, (1.5, -1.5, 3), (0.5, 0.4, 0.3), shape="ELLIPSE", size=2.0, size_y=0.6)
+
+
+@case
+def area_spread():
+    things()
+    light("AREA", 200, (0, -0.5, 3), (0.1, 0, 0), size=1.0, spread=math.radians(70))
+
+
+@case
+def area_in_view():
+    things()
+    light("AREA", 150, (0, 1.5, 2), (-0.6, 0, 0), size=1.5).visible_camera = True
+    light("AREA", 50, (-2, 1, 2.2), (-0.6, 0, 0.4), size=0.8)
+
+
+@case
+def light_nodes():
+    things()
+    data = light("POINT", 300, shadow_soft_size=0.1).data
+    data.use_nodes = True
+    emission = data.node_tree.nodes["Emission"]
+    emission.inputs["Strength"].default_value = 0.5
+    body = data.node_tree.nodes.new("ShaderNodeBlackbody")
+    body.inputs[0].default_value = 3500
+    data.node_tree.links.new(body.outputs[0], emission.inputs["Color"])
+
+
+# Worlds.
+
+@case
+def world_color():
+    things()
+    sky(1.5, (0.4, 0.6, 1, 1))
+
+
+def world_picture():
+    bright = image("sky", 64, lambda x, y: (0.2 + 6 * (abs(x - 0.3) < 0.08 and abs(y - 0.7) < 0.1), 0.3 + y / 2, 0.2 + x, 1),
+                   float_buffer=True)
+    tree = bpy.context.scene.world.node_tree
+    node = tree.nodes.new("ShaderNodeTexEnvironment")
+    node.image = bright
+    tree.links.new(node.outputs[0], sky(0.8).inputs["Color"])
+    return tree, node
+
+
+@case
+def world_image():
+    things()
+    world_picture()
+
+
+@case
+def world_image_turned():
+    things()
+    tree, node = world_picture()
+    move, source = tree.nodes.new("ShaderNodeMapping"), tree.nodes.new("ShaderNodeTexCoord")
+    move.inputs["Rotation"].default_value = (0, 0, 1.2)
+    tree.links.new(source.outputs["Generated"], move.inputs["Vector"])
+    tree.links.new(move.outputs[0], node.inputs["Vector"])
+
+
+# Cameras.
+
+@case
+def depth_of_field():
+    under_the_sky()
+    dof = bpy.context.scene.camera.data.dof
+    dof.use_dof, dof.focus_distance, dof.aperture_fstop = True, 5.5, 0.08
+
+
+@case
+def vertical_sensor():
+    under_the_sky()
+    data = bpy.context.scene.camera.data
+    data.sensor_fit, data.sensor_height, data.lens = "VERTICAL", 20, 30
+
+
+# Materials.
+
+@case
+def principled_rough_floor():
+    rough = material("rough", "BSDF_PRINCIPLED", Base_Color=gray(0.6), Roughness=1.0)
+    under_the_sky(floor=rough, ball=rough, block=rough)
+
+
+@case
+def principled_matt():
+    matt = material("matt", "BSDF_PRINCIPLED", Base_Color=(0.7, 0.5, 0.3, 1), Roughness=0.5, Specular=0.0)
+    under_the_sky(floor=matt, ball=matt, block=matt)
+
+
+@case
+def principled_plastic():
+    under_the_sky(floor=material("floor", "BSDF_PRINCIPLED", Base_Color=gray(0.5), Roughness=0.5),
+                  ball=material("ball", "BSDF_PRINCIPLED", Base_Color=(0.7, 0.1, 0.05, 1), Roughness=0.2),
+                  block=material("block", "BSDF_PRINCIPLED", Base_Color=(0.1, 0.2, 0.6, 1), Roughness=0.6, Specular=1.0))
+
+
+@case
+def principled_metal():
+    under_the_sky(ball=material("ball", "BSDF_PRINCIPLED", Base_Color=(0.9, 0.7, 0.3, 1), Metallic=1.0, Roughness=0.3),
+                  block=material("block", "BSDF_PRINCIPLED", Base_Color=(0.6, 0.6, 0.65, 1), Metallic=1.0, Roughness=0.6))
+
+
+@case
+def principled_glass():
+    green = {"Base_Color": (0.8, 1, 0.9, 1), "Transmission": 1.0, "Roughness": 0.0, "IOR": 1.45}
+    under_the_sky(GAP, ball=material("ball", "BSDF_PRINCIPLED", **green), block=material("block", "BSDF_PRINCIPLED", **green))
+
+
+def floor_alone(degrees):
+    """A principled floor in an even sky, which fills the picture, seen from this height above the horizon."""
+    floor(material("floor", "BSDF_PRINCIPLED", Base_Color=gray(0.6), Roughness=1.0)).scale = (100, 100, 1)
+    sky(1.0)
+    camera = bpy.context.scene.camera
+    camera.location, camera.rotation_euler, camera.data.lens = (0, 0, 2), (math.radians(90 - degrees), 0, 0), 200
+
+
+@case
+def principled_floor_from_above():
+    floor_alone(90)
+
+
+@case
+def principled_floor_from_30_degrees():
+    floor_alone(30)
+
+
+@case
+def principled_floor_from_15_degrees():
+    floor_alone(15)
+
+
+@case
+def principled_coat():
+    under_the_sky(ball=material("ball", "BSDF_PRINCIPLED", Base_Color=(0.1, 0.3, 0.1, 1), Roughness=0.6, Clearcoat=1.0),
+                  block=material("block", "BSDF_PRINCIPLED", Base_Color=(0.6, 0.1, 0.1, 1), Roughness=0.6, Clearcoat=1.0,
+                                 Clearcoat_Roughness=0.3))
+
+
+@case
+def glossy():
+    under_the_sky(ball=material("ball", "BSDF_GLOSSY", Color=(0.9, 0.7, 0.3, 1), Roughness=0.0),
+                  block=material("block", "BSDF_GLOSSY", Color=(0.3, 0.5, 0.8, 1), Roughness=0.4))
+
+
+@case
+def glass():
+    clear = {"Color": (1, 1, 1, 1), "Roughness": 0.0, "IOR": 1.5}
+    under_the_sky(GAP, ball=material("ball", "BSDF_GLASS", **clear), block=material("block", "BSDF_GLASS", **clear))
+
+
+@case
+def rough_glass():
+    rough = {"Color": (1, 1, 1, 1), "Roughness": 0.3, "IOR": 1.5, "distribution": "GGX"}
+    under_the_sky(GAP, ball=material("ball", "BSDF_GLASS", **rough), block=material("block", "BSDF_GLASS", **rough))
+
+
+@case
+def emission():
+    things(ball=material("ball", "EMISSION", Color=(1, 0.6, 0.3, 1), Strength=4.0))
+
+
+@case
+def transparent_mix():
+    veil = mixed("veil", ("BSDF_TRANSPARENT", {}), ("BSDF_DIFFUSE", {"Color": (0.7, 0.2, 0.2, 1)}), 0.4)
+    glow = mixed("glow", ("BSDF_TRANSPARENT", {}), ("EMISSION", {"Color": (0.2, 0.5, 1, 1), "Strength": 2}), 0.3)
+    under_the_sky(ball=veil, block=glow)
+
+
+@case
+def diffuse_and_glossy_mix():
+    same = {"Color": (0.6, 0.4, 0.2, 1)}
+    under_the_sky(ball=mixed("ball", ("BSDF_DIFFUSE", same), ("BSDF_GLOSSY", {**same, "Roughness": 0.3}), 0.4),
+                  block=mixed("block", ("BSDF_DIFFUSE", {"Color": (0.1, 0.3, 0.6, 1)}),
+                              ("BSDF_GLOSSY", {"Color": (0.9, 0.9, 0.9, 1), "Roughness": 0.2}), 0.2))
+
+
+# Textures.
+
+@case
+def image_texture():
+    tiles = material("tiles")
+    textured(tiles, image("tiles"), shader_of(tiles).inputs["Color"], "UV",
+             {"Scale": (3, 2, 1), "Rotation": (0, 0, 0.4), "Location": (0.2, 0.1, 0)})
+    under_the_sky(floor=tiles, block=tiles)
+
+
+@case
+def generated_coordinates():
+    tiles = material("tiles")
+    textured(tiles, image("tiles"), shader_of(tiles).inputs["Color"], "Generated",
+             {"Scale": (0.9, 0.9, 1), "Location": (0.05, 0.05, 0)})  # without the seam
+    under_the_sky(floor=tiles, ball=tiles, block=tiles)
+
+
+@case
+def alpha_cutout():
+    leaf = material("leaf", "BSDF_PRINCIPLED", Roughness=1.0, Specular=0.0)
+    picture = image("leaf", 64, lambda x, y: (0.3, 0.6, 0.2, 1.0 if (x - 0.5) ** 2 + (y - 0.5) ** 2 < 0.12 else 0.0))
+    node = textured(leaf, picture, shader_of(leaf).inputs["Base Color"], "UV", {"Scale": (3, 3, 1)})
+    leaf.node_tree.links.new(node.outputs["Alpha"], shader_of(leaf).inputs["Alpha"])
+    under_the_sky(ball=leaf, block=leaf)
+
+
+@case
+def color_ramp():
+    banded = material("banded")
+    ramp = insert(banded, "ShaderNodeValToRGB", shader_of(banded).inputs["Color"])
+    ramp.color_ramp.elements[0].color, ramp.color_ramp.elements[1].color = (0.8, 0.1, 0.1, 1), (0.1, 0.2, 0.8, 1)
+    ramp.color_ramp.elements[0].position, ramp.color_ramp.elements[1].position = 0.3, 0.6
+    textured(banded, image("slope", 64, lambda x, y: (x, x, x, 1)), ramp.inputs[0], "UV")
+    under_the_sky(floor=banded, ball=banded)
+
+
+@case
+def vertex_colors():
+    painted = material("painted")
+    node = insert(painted, "ShaderNodeVertexColor", shader_of(painted).inputs["Color"])
+    node.layer_name = "paint"
+    under_the_sky(floor=painted, block=painted)
+    for item in bpy.data.objects:
+        if item.type == "MESH" and item.data.materials[0] == painted:
+            colors = item.data.color_attributes.new("paint", "FLOAT_COLOR", "CORNER").data
+            for i, one in enumerate(colors):
+                one.color = ((0.9, 0.1, 0.1, 1), (0.1, 0.9, 0.1, 1), (0.1, 0.1, 0.9, 1), (0.8, 0.8, 0.2, 1))[i % 4]
+
+
+@case
+def normal_map():
+    bumpy = material("bumpy")
+    node = insert(bumpy, "ShaderNodeNormalMap", shader_of(bumpy).inputs["Normal"])
+    picture = image("normals", 64, lambda x, y: (0.5 + 0.2 * math.sin(12.57 * x), 0.5 + 0.2 * math.cos(12.57 * y),
+                                                 0.5 + 0.5 * math.sqrt(1 - 0.16 * (math.sin(12.57 * x) ** 2 + math.cos(12.57 * y) ** 2)), 1),
+                    data=True)
+    textured(bumpy, picture, node.inputs["Color"])
+    under_the_sky(floor=bumpy, block=bumpy)
+
+
+@case
+def bump():
+    bumpy = material("bumpy")
+    node = insert(bumpy, "ShaderNodeBump", shader_of(bumpy).inputs["Normal"])
+    node.inputs["Distance"].default_value = 0.15
+    textured(bumpy, image("hills", 128, lambda x, y: (0.5 + 0.5 * math.sin(25.13 * x) * math.sin(25.13 * y),) * 3 + (1,), data=True),
+             node.inputs["Height"], "UV")
+    under_the_sky(floor=bumpy, block=bumpy)
+
+
+@case
+def roughness_map():
+    worn = material("worn", "BSDF_PRINCIPLED", Base_Color=(0.8, 0.8, 0.8, 1), Metallic=1.0)
+    textured(worn, image("wear", 64, lambda x, y: (0.2 + 0.6 * x, 0.2 + 0.6 * x, 0.2 + 0.6 * x, 1), data=True),
+             shader_of(worn).inputs["Roughness"], "UV")
+    under_the_sky(ball=worn, block=worn)
+
+
+# Objects.
+
+@case
+def instances_and_modifiers():
+    floor()
+    sky(0.6)
+    light("SUN", 2, rotation=(0.7, 0.2, 0), angle=0.3)
+    group = bpy.data.collections.new("group")
+    bpy.ops.mesh.primitive_monkey_add(size=0.9)
+    monkey = bpy.context.object
+    monkey.data.materials.append(material("monkey", Color=(0.7, 0.5, 0.3, 1)))
+    bpy.ops.object.shade_smooth()
+    monkey.modifiers.new("subdivision", "SUBSURF").render_levels = 2
+    bpy.context.scene.collection.objects.unlink(monkey)
+    group.objects.link(monkey)
+    for i in range(4):
+        empty = bpy.data.objects.new(f"copy {i}", None)
+        empty.instance_type, empty.instance_collection = "COLLECTION", group
+        empty.location, empty.rotation_euler = (i - 1.5, 0.3 * i, 0.6), (0, 0, i)
+        empty.scale = (-1 if i == 1 else 1, 1, 1 + 0.2 * i)
+        bpy.context.scene.collection.objects.link(empty)
+    bpy.ops.object.text_add(location=(-1.5, -1.5, 0.01))
+    bpy.context.object.data.body = "text"
+    bpy.ops.object.metaball_add(radius=0.5, location=(1.6, -1, 0.3))
+
+
+@case
+def mixed():
+    """Plastic, metal, coat and matt paint under three lights and a sky."""
+    floor(material("floor", "BSDF_PRINCIPLED", Base_Color=gray(0.6), Roughness=0.9))
+    block(material("plastic", "BSDF_PRINCIPLED", Base_Color=(0.7, 0.1, 0.05, 1), Roughness=0.3), x=-1.6)
+    ball(material("metal", "BSDF_PRINCIPLED", Base_Color=(0.9, 0.7, 0.3, 1), Metallic=1.0, Roughness=0.25), x=0.1)
+    ball(material("matt", "BSDF_PRINCIPLED", Base_Color=(0.1, 0.3, 0.7, 1), Roughness=1.0, Specular=0.0), x=1.6, radius=0.5)
+    bpy.ops.mesh.primitive_monkey_add(size=1.2, location=(1.6, 1.5, 0.8))
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.data.materials.append(material("coated", "BSDF_PRINCIPLED", Base_Color=(0.2, 0.5, 0.2, 1), Roughness=0.6,
+                                                      Clearcoat=1.0, Clearcoat_Roughness=0.1))
+    bpy.context.object.modifiers.new("subdivision", "SUBSURF").render_levels = 2
+    light("POINT", 300, (-3, -3, 4), shadow_soft_size=0)
+    light("AREA", 200, (3, -2, 4), (0.6, 0.4, 0), size=1.5)
+    light("SUN", 1, rotation=(0.9, 0, 1), angle=0)
+    sky(0.5, (0.4, 0.6, 1, 1))
+
+
+def begin():
+    """An empty scene that has a camera and a black world."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.world = bpy.data.worlds.new("world")
+    scene.world.use_nodes = True
+    sky(0.0)
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    camera.location, camera.rotation_euler, camera.data.lens = (0, -6, 2.6), (math.radians(69), 0, 0), 42
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 96, 64, 100
+    scene.view_settings.view_transform = "Standard"
+    return scene
+
+
+def render(scene, path, samples):
+    """Without anything that changes the expected value."""
+    scene.render.engine = "CYCLES"
+    cycles = scene.cycles
+    cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = samples, False, False
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0
+    cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = 64
+    cycles.transparent_max_bounces = 64
+    scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "OPEN_EXR", "32"
+    scene.render.filepath = path
+    bpy.ops.render.render(write_still=True)
+
+
+def main():
+    folder, samples, *wanted = sys.argv[sys.argv.index("--") + 1:]
+    for name, make in CASES.items():
+        if wanted and name not in wanted:
+            continue
+        scene = begin()
+        make()
+        bpy.ops.wm.save_as_mainfile(filepath=os.path.join(folder, f"{name}.blend"))
+        picture = os.path.join(folder, f"{name}.cycles.exr")
+        if not os.path.exists(picture):
+            render(scene, picture, int(samples))
+
+
+main()
