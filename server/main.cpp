@@ -4,8 +4,8 @@
 #include <iostream>
 
 #include "common/base/file.h"
-#include "common/base/file_limit.h"
 #include "common/base/log.h"
+#include "common/base/machine_memory.h"
 #include "common/base/mutex.h"
 #include "common/base/out_of_memory.h"
 #include "common/base/signals.h"

@@ -5,6 +5,10 @@
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
+#include <latch>
+#include <system_error>
+#include <thread>
+#include <vector>
 
 #include "common/base/address.h"
 #include "common/base/digest.h"
@@ -20,8 +24,7 @@
 #include "common/farm/job.h"
 #include "common/methods/fingerprint.h"
 #include "common/security/caller_options.h"
-#include "worker/render/within_limits.h"
-#include "worker/shell/thread_check.h"
+#include "worker/render/scene_limits.h"
 #include "worker/shell/worker_loop.h"
 #include "worker/state/state_folder.h"
 
@@ -33,6 +36,26 @@ constexpr const char* kEnrolFileVariable = "LIGHTMILL_ENROL_FILE";
 constexpr const char* kStateVariable = "LIGHTMILL_STATE";
 /// Threads besides the rendering ones: of this program and its libraries, mostly gRPC.
 constexpr std::uint32_t kOtherThreads = 16;
+
+/// Starts `count` threads at once, and ends them: libraries abort if they cannot start theirs. RESOURCE_EXHAUSTED if one
+/// cannot start.
+Status check_threads(std::uint32_t count) {
+  std::latch all(1);
+  std::vector<std::jthread> threads;
+  Status status;
+  try {
+    for (std::uint32_t i = 0; i < count; ++i) {
+      threads.emplace_back([&] { all.wait(); });
+    }
+  } catch (const std::system_error& error) {
+    status = resource_exhausted(
+        "only {} of the {} threads that this worker needs can start ({}): run it with fewer --threads, or raise the "
+        "limit of its tasks (ulimit -u, pids.max, TasksMax) or of its memory (ulimit -v)",
+        threads.size(), count, error.what());
+  }
+  all.count_down();
+  return status;
+}
 
 struct Options {
   std::string server = "127.0.0.1:7350";

@@ -49,54 +49,82 @@ class RunningCalls {
   std::map<grpc::ClientContext*, bool> contexts_ LM_GUARDED_BY(mutex_);  ///< whether they were cancelled
 };
 
-/// Makes a context cancellable for a scope.
-class Registration {
+/// The context of a call, with the caller's token. It can be cancelled while it lives.
+class OpenCall {
  public:
-  Registration(RunningCalls& calls, grpc::ClientContext& context) : calls_(calls), context_(context) {
-    calls_.add(context_);
+  template <class State>
+  explicit OpenCall(State& state) : calls_(state.calls) {
+    state.coordinators.show_token(context);
+    calls_.add(context);
   }
-  ~Registration() { calls_.remove(context_); }
-  Registration(const Registration&) = delete;
-  Registration& operator=(const Registration&) = delete;
+  ~OpenCall() { calls_.remove(context); }
+  OpenCall(const OpenCall&) = delete;
+  OpenCall& operator=(const OpenCall&) = delete;
   /// A call that ended as cancelled, but not by us, was ended by the coordinator.
-  grpc::Status answer(const grpc::Status& end) const {
-    return end.error_code() == grpc::StatusCode::CANCELLED && !calls_.is_cancelled(context_)
+  grpc::Status answer(const grpc::Status& end) {
+    return end.error_code() == grpc::StatusCode::CANCELLED && !calls_.is_cancelled(context)
                ? grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
                               "the farm has closed this call, to make room for another caller or because it stops: "
                               "try again")
                : end;
   }
 
+  grpc::ClientContext context;
+
  private:
   RunningCalls& calls_;
-  grpc::ClientContext& context_;
 };
 
 using Stub = v1::RenderService::Stub;
+using AccessStub = v1::AccessService::Stub;
+
+template <class Service, class Request, class Response>
+using UnaryMethod = grpc::Status (Service::*)(grpc::ClientContext*, const Request&, Response*);
 
 /// One unary call with a deadline.
 template <class State, class Service, class Request, class Response>
-Status call(State& state, grpc::Status (Service::*method)(grpc::ClientContext*, const Request&, Response*),
-            const Request& request, Response& response, Duration timeout = kCallTimeout) {
-  return state.coordinators.ask([&](const Stubs& stubs) {
-    grpc::ClientContext context;
-    state.coordinators.show_token(context);
-    context.set_deadline(deadline_after(timeout));
-    const Registration registration(state.calls, context);
-    return (stubs.of<Service>().*method)(&context, request, &response);
-  });
+Result<Response> call(State& state, UnaryMethod<Service, Request, Response> method, const Request& request,
+                      Duration timeout = kCallTimeout) {
+  Response response;
+  LM_RETURN_IF_ERROR(state.coordinators.ask([&](const Stubs& stubs) {
+    OpenCall open(state);
+    open.context.set_deadline(deadline_after(timeout));
+    return (stubs.of<Service>().*method)(&open.context, request, &response);
+  }));
+  return response;
+}
+
+/// Tries again if the connection breaks. The id of the request makes this safe.
+template <class State, class Service, class Request, class Response>
+Result<Response> call_with_retries(State& state, UnaryMethod<Service, Request, Response> method,
+                                   const Request& request) {
+  for (int tries = 1;; ++tries) {
+    Result<Response> response = call(state, method, request);
+    if (response.status().code() != StatusCode::kUnavailable || tries == kSubmitTries) {
+      return response;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(100) * (1 << tries));
+  }
 }
 
 /// The job after an operation whose request has only its id.
 template <class State, class Service, class Request>
-Result<v1::Job> call_for_job(State& state,
-                             grpc::Status (Service::*method)(grpc::ClientContext*, const Request&, v1::Job*),
-                             std::uint64_t id) {
+Result<v1::Job> call_for_job(State& state, UnaryMethod<Service, Request, v1::Job> method, std::uint64_t id) {
   Request request;
   request.set_id(id);
-  v1::Job job;
-  LM_RETURN_IF_ERROR(call(state, method, request, job));
-  return job;
+  return call(state, method, request);
+}
+
+/// Gives each page to `take`, until it returns false.
+template <class State, class Service, class Request, class Response, class Take>
+Status read_pages(State& state, UnaryMethod<Service, Request, Response> method, Request request, const Take& take) {
+  for (;;) {
+    LM_ASSIGN_OR_RETURN(Response page, call(state, method, request));
+    request.set_page_token(page.next_page_token());
+    if (!take(page) || request.page_token().empty()) {
+      return ok_status();
+    }
+  }
 }
 
 }  // namespace
@@ -121,8 +149,7 @@ void CoordinatorClient::cancel_calls() {
 Status CoordinatorClient::probe(Duration timeout) {
   v1::ListWorkersRequest request;
   request.set_page_size(1);
-  v1::ListWorkersResponse response;
-  return call(*state_, &Stub::ListWorkers, request, response, timeout);
+  return call(*state_, &Stub::ListWorkers, request, timeout).status();
 }
 
 Result<std::vector<Sha256>> CoordinatorClient::find_missing_assets(std::span<const Sha256> digests) {
@@ -130,8 +157,7 @@ Result<std::vector<Sha256>> CoordinatorClient::find_missing_assets(std::span<con
   for (const Sha256& digest : digests) {
     request.add_digests(digest_bytes(digest));
   }
-  v1::FindMissingAssetsResponse response;
-  LM_RETURN_IF_ERROR(call(*state_, &Stub::FindMissingAssets, request, response));
+  LM_ASSIGN_OR_RETURN(const v1::FindMissingAssetsResponse response, call(*state_, &Stub::FindMissingAssets, request));
   std::vector<Sha256> missing;
   for (const std::string& bytes : response.missing()) {
     LM_ASSIGN_OR_RETURN(missing.emplace_back(), digest_from_bytes(bytes));
@@ -142,11 +168,9 @@ Result<std::vector<Sha256>> CoordinatorClient::find_missing_assets(std::span<con
 Status CoordinatorClient::upload_asset(const Sha256& digest, ByteView bytes,
                                        const std::function<void(std::size_t)>& sent) {
   return state_->coordinators.ask([&](const Stubs& stubs) {
-    grpc::ClientContext context;
-    state_->coordinators.show_token(context);
-    const Registration registration(state_->calls, context);
+    OpenCall open(*state_);
     v1::UploadAssetResponse response;
-    const auto writer = stubs.render->UploadAsset(&context, &response);
+    const auto writer = stubs.render->UploadAsset(&open.context, &response);
     v1::UploadAssetRequest request;
     request.set_digest(digest_bytes(digest));
     std::size_t done = 0;
@@ -161,22 +185,12 @@ Status CoordinatorClient::upload_asset(const Sha256& digest, ByteView bytes,
       sent(done);
     } while (done < bytes.size());
     writer->WritesDone();
-    return registration.answer(writer->Finish());
+    return open.answer(writer->Finish());
   });
 }
 
 Result<v1::Job> CoordinatorClient::submit(const v1::SubmitJobRequest& request) {
-  v1::Job job;
-  Status status;
-  for (int i = 0; i < kSubmitTries; ++i) {
-    status = call(*state_, &Stub::SubmitJob, request, job);
-    if (status.code() != StatusCode::kUnavailable) {
-      break;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(200) * (1 << i));
-  }
-  LM_RETURN_IF_ERROR(status);
-  return job;
+  return call_with_retries(*state_, &Stub::SubmitJob, request);
 }
 
 Result<v1::Job> CoordinatorClient::get_job(std::uint64_t id) {
@@ -186,21 +200,16 @@ Result<v1::Job> CoordinatorClient::get_job(std::uint64_t id) {
 Result<ListedJobs> CoordinatorClient::list_jobs(v1::ListJobsRequest request, std::size_t limit) {
   ListedJobs all;
   request.set_page_size(kPageSize);
-  while (all.items.size() < limit) {
-    v1::ListJobsResponse response;
-    LM_RETURN_IF_ERROR(call(*state_, &Stub::ListJobs, request, response));
-    for (v1::Job& job : *response.mutable_jobs()) {
+  LM_RETURN_IF_ERROR(read_pages(*state_, &Stub::ListJobs, std::move(request), [&](v1::ListJobsResponse& page) {
+    for (v1::Job& job : *page.mutable_jobs()) {
       if (all.items.size() < limit) {
         all.items.push_back(std::move(job));
       }
     }
-    all.notices.assign(response.notices().begin(), response.notices().end());
-    all.total = std::max(all.total, response.total());
-    if (response.next_page_token().empty()) {
-      break;
-    }
-    request.set_page_token(response.next_page_token());
-  }
+    all.notices.assign(page.notices().begin(), page.notices().end());
+    all.total = std::max(all.total, page.total());
+    return all.items.size() < limit;
+  }));
   return all;
 }
 
@@ -221,42 +230,35 @@ Result<v1::Job> CoordinatorClient::extend_job(std::uint64_t id, std::uint64_t sa
   request.set_id(id);
   request.set_samples(samples);
   request.set_error(error);
-  v1::Job job;
-  LM_RETURN_IF_ERROR(call(*state_, &Stub::ExtendJob, request, job));
-  return job;
+  return call(*state_, &Stub::ExtendJob, request);
 }
 
 Result<v1::Job> CoordinatorClient::set_priority(std::uint64_t id, std::int32_t priority) {
   v1::SetPriorityRequest request;
   request.set_id(id);
   request.set_priority(priority);
-  v1::Job job;
-  LM_RETURN_IF_ERROR(call(*state_, &Stub::SetPriority, request, job));
-  return job;
+  return call(*state_, &Stub::SetPriority, request);
 }
 
 Status CoordinatorClient::delete_job(std::uint64_t id, bool cancel) {
   v1::DeleteJobRequest request;
   request.set_id(id);
   request.set_cancel(cancel);
-  v1::DeleteJobResponse response;
-  return call(*state_, &Stub::DeleteJob, request, response);
+  return call(*state_, &Stub::DeleteJob, request).status();
 }
 
 Status CoordinatorClient::watch(std::uint64_t id, bool tiles, const std::function<bool()>& stop,
                                 const std::function<void(const v1::WatchJobResponse&)>& changed) {
   bool begun = false;
   const auto watch_one = [&](const Stubs& stubs) {
-    grpc::ClientContext context;
-    state_->coordinators.show_token(context);
-    const Registration registration(state_->calls, context);
+    OpenCall open(*state_);
     if (stop()) {
       return grpc::Status(grpc::StatusCode::CANCELLED, "interrupted");
     }
     v1::WatchJobRequest request;
     request.set_id(id);
     request.set_tiles(tiles);
-    const auto reader = stubs.render->WatchJob(&context, request);
+    const auto reader = stubs.render->WatchJob(&open.context, request);
     v1::WatchJobResponse response;
     while (reader->Read(&response)) {
       begun = true;
@@ -272,21 +274,19 @@ Status CoordinatorClient::get_film(std::uint64_t id, const std::function<Status(
   Status failed = ok_status();
   bool begun = false;
   const auto get_from = [&](const Stubs& stubs) {
-    grpc::ClientContext context;
-    state_->coordinators.show_token(context);
-    const Registration registration(state_->calls, context);
+    OpenCall open(*state_);
     v1::GetFilmRequest request;
     request.set_id(id);
-    const auto reader = stubs.render->GetFilm(&context, request);
+    const auto reader = stubs.render->GetFilm(&open.context, request);
     v1::GetFilmResponse response;
     while (failed.ok() && reader->Read(&response)) {
       begun = true;
       failed = part(response);
     }
     if (!failed.ok()) {
-      context.TryCancel();
+      open.context.TryCancel();
     }
-    return registration.answer(reader->Finish());
+    return open.answer(reader->Finish());
   };
   const Status status = state_->coordinators.ask(get_from, begun);
   return failed.ok() ? status : failed;
@@ -296,89 +296,61 @@ Result<ListedWorkers> CoordinatorClient::list_workers() {
   ListedWorkers all;
   v1::ListWorkersRequest request;
   request.set_page_size(kWorkersPage);
-  for (;;) {
-    v1::ListWorkersResponse response;
-    LM_RETURN_IF_ERROR(call(*state_, &Stub::ListWorkers, request, response));
-    for (v1::Worker& worker : *response.mutable_workers()) {
+  LM_RETURN_IF_ERROR(read_pages(*state_, &Stub::ListWorkers, request, [&](v1::ListWorkersResponse& page) {
+    for (v1::Worker& worker : *page.mutable_workers()) {
       all.items.push_back(std::move(worker));
     }
-    all.notices.assign(response.notices().begin(), response.notices().end());
-    all.wanted = response.wanted_workers();
-    if (response.next_page_token().empty()) {
-      return all;
-    }
-    request.set_page_token(response.next_page_token());
-  }
+    all.notices.assign(page.notices().begin(), page.notices().end());
+    all.wanted = page.wanted_workers();
+    return true;
+  }));
+  return all;
 }
 
 Result<v1::Worker> CoordinatorClient::drain_worker(const std::string& name) {
   v1::DrainWorkerRequest request;
   request.set_name(name);
-  v1::Worker worker;
-  LM_RETURN_IF_ERROR(call(*state_, &Stub::DrainWorker, request, worker));
-  return worker;
+  return call(*state_, &Stub::DrainWorker, request);
 }
 
 Result<v1::Worker> CoordinatorClient::quarantine_worker(const v1::QuarantineWorkerRequest& request) {
-  v1::Worker worker;
-  LM_RETURN_IF_ERROR(call(*state_, &Stub::QuarantineWorker, request, worker));
-  return worker;
+  return call(*state_, &Stub::QuarantineWorker, request);
 }
 
 Status CoordinatorClient::release_worker(const std::string& name) {
   v1::ReleaseWorkerRequest request;
   request.set_name(name);
-  v1::ReleaseWorkerResponse response;
-  return call(*state_, &Stub::ReleaseWorker, request, response);
+  return call(*state_, &Stub::ReleaseWorker, request).status();
 }
 
 Result<v1::Token> CoordinatorClient::create_token(const v1::CreateTokenRequest& request) {
-  v1::Token token;
-  Status status;
-  for (int i = 0; i < kSubmitTries; ++i) {
-    status = call(*state_, &v1::AccessService::Stub::CreateToken, request, token);
-    if (status.code() != StatusCode::kUnavailable) {
-      break;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(200) * (1 << i));
-  }
-  LM_RETURN_IF_ERROR(status);
-  return token;
+  return call_with_retries(*state_, &AccessStub::CreateToken, request);
 }
 
 Result<std::vector<v1::Token>> CoordinatorClient::list_tokens() {
   std::vector<v1::Token> tokens;
   v1::ListTokensRequest request;
   request.set_page_size(kPageSize);
-  for (;;) {
-    v1::ListTokensResponse response;
-    LM_RETURN_IF_ERROR(call(*state_, &v1::AccessService::Stub::ListTokens, request, response));
-    tokens.insert(tokens.end(), response.tokens().begin(), response.tokens().end());
-    if (response.next_page_token().empty()) {
-      return tokens;
-    }
-    request.set_page_token(response.next_page_token());
-  }
+  LM_RETURN_IF_ERROR(read_pages(*state_, &AccessStub::ListTokens, request, [&](const v1::ListTokensResponse& page) {
+    tokens.insert(tokens.end(), page.tokens().begin(), page.tokens().end());
+    return true;
+  }));
+  return tokens;
 }
 
 Result<v1::RevokeTokenResponse> CoordinatorClient::revoke_token(const v1::RevokeTokenRequest& request) {
-  v1::RevokeTokenResponse response;
-  LM_RETURN_IF_ERROR(call(*state_, &v1::AccessService::Stub::RevokeToken, request, response));
-  return response;
+  return call(*state_, &AccessStub::RevokeToken, request);
 }
 
 Result<std::vector<v1::Action>> CoordinatorClient::list_actions(v1::ListActionsRequest request, std::size_t limit) {
   std::vector<v1::Action> actions;
-  while (actions.size() < limit) {
-    request.set_page_size(static_cast<int>(std::min<std::size_t>(limit - actions.size(), kPageSize)));
-    v1::ListActionsResponse response;
-    LM_RETURN_IF_ERROR(call(*state_, &v1::AccessService::Stub::ListActions, request, response));
-    actions.insert(actions.end(), response.actions().begin(), response.actions().end());
-    if (response.next_page_token().empty()) {
-      break;
-    }
-    request.set_page_token(response.next_page_token());
-  }
+  request.set_page_size(static_cast<int>(std::min<std::size_t>(limit, kPageSize)));
+  const auto take = [&](const v1::ListActionsResponse& page) {
+    actions.insert(actions.end(), page.actions().begin(), page.actions().end());
+    return actions.size() < limit;
+  };
+  LM_RETURN_IF_ERROR(read_pages(*state_, &AccessStub::ListActions, std::move(request), take));
+  actions.resize(std::min(actions.size(), limit));
   return actions;
 }
 

@@ -163,13 +163,12 @@ void explain_receipts(const Console& console) {
 }
 
 void explain_scenes(const Console& console) {
-  print_table(console,
-              {{"SCENE", "IS"},
-               {"FILE.json", "a scene document; `scenes/NAME` stands for scenes/NAME.json"},
-               {"FILE.obj...", "one or several Wavefront files, with their .mtl files"},
-               {"FILE.gltf, FILE.glb", "glTF 2.0"},
-               {"FILE.pbrt", "a scene of pbrt-v4, with the files that it includes"},
-               {"FILE.blend", "read by Blender: the `blender` on the PATH, or that of LIGHTMILL_BLENDER"}});
+  print_table(console, {{"SCENE", "IS"},
+                        {"FILE.json", "a scene document; `scenes/NAME` stands for scenes/NAME.json"},
+                        {"FILE.obj...", "one or several Wavefront files, with their .mtl files"},
+                        {"FILE.gltf, FILE.glb", "glTF 2.0"},
+                        {"FILE.pbrt", "a scene of pbrt-v4, with the files that it includes"},
+                        {"FILE.blend", "read by Blender: the `blender` on the PATH, or that of LIGHTMILL_BLENDER"}});
   console.result("");
   print_table(
       console,

@@ -1,5 +1,7 @@
 #include "client/cli/job_json.h"
 
+#include <absl/strings/escaping.h>
+
 #include <nlohmann/json.hpp>
 
 #include "client/cli/progress.h"
@@ -8,14 +10,6 @@ namespace lightmill::cli {
 namespace {
 
 using nlohmann::json;
-
-std::string hex_of(const std::string& bytes) {
-  std::string text;
-  for (const char c : bytes) {
-    text += fmt::format("{:02x}", static_cast<unsigned char>(c));
-  }
-  return text;
-}
 
 template <class T>
 json null_unless(bool known, const T& value) {
@@ -91,7 +85,7 @@ json to_json(const v1::Job& job) {
       {"finished_unix_ms", null_unless(job.finished_unix_ms() != 0, job.finished_unix_ms())},
       {"fingerprint_class", null_unless(!job.fingerprint_class().empty(), job.fingerprint_class())},
       {"allow_mixed", job.allow_mixed()},
-      {"render_digest", null_unless(!job.render_digest().empty(), hex_of(job.render_digest()))},
+      {"render_digest", null_unless(!job.render_digest().empty(), absl::BytesToHexString(job.render_digest()))},
       {"trace_id", null_unless(!job.trace_id().empty(), trace_text(job))},
   };
 }

@@ -7,6 +7,7 @@
 #include "client/cli/console.h"
 #include "client/cli/coordinator_client.h"
 #include "common/image/color.h"
+#include "common/wire/film_assembly.h"
 
 namespace lightmill::cli {
 
@@ -20,5 +21,8 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
 ExitCode report_ended_job(const Console& console, CoordinatorClient& connection, const v1::Job& job,
                           const std::vector<std::string>& outputs, const ViewSettings& view,
                           const std::vector<std::string>& scene_notices = {});
+
+/// "0.1807 ± 0.0003 W/m², 123.4 ± 0.2 lx".
+std::string reading_text(const NamedReading& reading);
 
 }  // namespace lightmill::cli

@@ -1,7 +1,7 @@
 #include "client/cli/lab_folder.h"
 
 #include "client/cli/console.h"
-#include "client/lab/difference.h"
+#include "client/lab/page.h"
 #include "common/base/file.h"
 #include "common/image/film_picture.h"
 #include "common/image/picture_file.h"

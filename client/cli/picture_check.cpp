@@ -6,7 +6,6 @@
 #include "client/cli/film_fetch.h"
 #include "common/base/file.h"
 #include "common/image/exr.h"
-#include "common/image/exr_header.h"
 
 namespace lightmill::cli {
 namespace {

@@ -1,4 +1,4 @@
-// Options that select a command's scene.
+// Options that select a command's scene, and the check of its images.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -7,6 +7,7 @@
 
 #include "client/cli/signals.h"
 #include "common/base/status.h"
+#include "common/image/decoder/decoder_process.h"
 #include "common/scene_io/load.h"
 
 namespace lightmill::cli {
@@ -25,5 +26,9 @@ void add_scene_options(CLI::App& command, SceneOptions& options);
 
 /// Loads the scene, also from Blender. Errors are in the user's files or options. CANCELLED when interrupted.
 Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals);
+
+/// Decodes each image of the scene as a worker does, with the same program. Adds notices about what is used otherwise
+/// than the file says. Fails for an image that cannot be rendered, and names its place. Without images it does nothing.
+Status check_images(const DecoderOptions& decoder, LoadedScene& loaded, const Signals& signals);
 
 }  // namespace lightmill::cli

@@ -1,8 +1,11 @@
-// The fixed parts of a report's page: CSS, script, and pictures as data URIs. Other reports may use them.
+// The fixed parts of a report's page: CSS, script and pictures. Other reports may use them.
 #pragma once
 
 #include <string>
 #include <string_view>
+
+#include "common/base/status.h"
+#include "common/image/image.h"
 
 namespace lightmill::lab {
 
@@ -15,5 +18,12 @@ std::string page_css();
 /// The script of the page. A click enlarges all pictures of a section around the same point. A checkbox shows the
 /// differences.
 std::string page_script();
+
+/// A PNG that is red where the picture is too bright, and blue where it is too dark. The value is (x − r)/(|r| + 0.1)
+/// of the channels' mean. It is full at a quarter, and black where equal. The pictures have one size.
+Result<std::string> difference_png(const RgbImage& picture, const RgbImage& reference);
+
+/// The picture itself as a PNG.
+Result<std::string> picture_png(const RgbImage& picture);
 
 }  // namespace lightmill::lab

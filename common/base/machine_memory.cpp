@@ -9,6 +9,8 @@
 #include <sstream>
 #include <string>
 
+#include "common/base/check.h"
+
 namespace lightmill {
 namespace {
 
@@ -98,6 +100,13 @@ double share_of_memory_gib(double share, double most, const fs::path& root) {
   constexpr double kLeast = 0.001;  // the least value that the options accept
   const std::uint64_t bytes = usable_memory(root);
   return bytes == 0 ? most : std::clamp(share * static_cast<double>(bytes) / (1 << 30), kLeast, most);
+}
+
+std::uint64_t raise_file_limit() {
+  rlimit limit{};
+  LM_CHECK(::getrlimit(RLIMIT_NOFILE, &limit) == 0);
+  const rlimit most{limit.rlim_max, limit.rlim_max};
+  return ::setrlimit(RLIMIT_NOFILE, &most) == 0 ? most.rlim_cur : limit.rlim_cur;
 }
 
 }  // namespace lightmill

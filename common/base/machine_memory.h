@@ -1,4 +1,4 @@
-// The memory that this process can use.
+// The memory and the open files that this process can use.
 #pragma once
 
 #include <cstdint>
@@ -20,5 +20,9 @@ void stay_within_group_memory();
 /// The default of an option in GiB: this share of the usable memory, at most `most`. `most` if nothing limits the
 /// memory.
 double share_of_memory_gib(double share, double most, const std::filesystem::path& root = "/");
+
+/// Raises the process's limit to the most that the system allows, and returns that. Each connection is a file. Shells
+/// often start programs with a limit of about a thousand.
+std::uint64_t raise_file_limit();
 
 }  // namespace lightmill

@@ -1,6 +1,6 @@
 #include <fmt/ranges.h>
 
-#include "common/command_line/completions.h"
+#include "common/command_line/descriptions.h"
 
 namespace lightmill {
 namespace {

@@ -6,9 +6,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "common/command_line/completions.h"
-#include "common/command_line/man_page.h"
-#include "common/command_line/markdown_page.h"
+#include "common/command_line/descriptions.h"
 
 namespace lightmill {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/command_line/markdown_page.h"
+#include "common/command_line/descriptions.h"
 
 #include <fmt/ranges.h>
 

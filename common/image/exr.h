@@ -21,4 +21,13 @@ Result<Image> decode_exr(ByteView bytes);
 /// then the chunks of lines in order, and nothing else. Compressed data is not compared.
 Status check_exr_form(ByteView bytes, Image image);
 
+// ---- the header, without OpenEXR, which allocates whatever size an attribute states, up to 2 GiB ----
+
+/// Checks the first bytes.
+bool is_exr(ByteView bytes);
+
+/// Number of bytes before the line offset table. INVALID_ARGUMENT if the file is no EXR, or if an attribute of a header
+/// exceeds the file.
+Result<std::size_t> exr_header_end(ByteView bytes);
+
 }  // namespace lightmill

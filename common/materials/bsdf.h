@@ -7,9 +7,9 @@
 //     pdf.
 //   - A delta BSDF has no eval or pdf. Its sample's weight is the coefficient over the probability of the branch.
 //   - Lobes may be delta in some lanes. There `eval` and the pdf omit them, and `smooth` returns exactly these lobes.
-//   - `kTransmits`: light can pass to the other side. `kHasLobes`: `sample` uses `choice`. `kLosesSamples`: `sample`
-//     can
-//     return weight 0.
+//   - `kTransmits`: light can pass to the other side.
+//   - `kHasLobes`: `sample` uses `choice`.
+//   - `kLosesSamples`: `sample` can return weight 0.
 // Chi-squared tests check that all three agree.
 #pragma once
 

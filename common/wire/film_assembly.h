@@ -1,16 +1,23 @@
-// Assembly of a film from the messages of GetFilm: the picture with its receipt.
+// Assembly of a film from the messages of GetFilm: the picture with its receipt, and the readings of its meters.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <vector>
 
 #include "common/film/layers.h"
 #include "common/film/tile_grid.h"
 #include "common/image/film_picture.h"
-#include "common/wire/meter_json.h"
+#include "common/scene/meter_reading.h"
 #include "lightmill/v1/farm.pb.h"
 #include "lightmill/v1/render_service.pb.h"
 
 namespace lightmill {
+
+/// A meter of the scene and its reading.
+struct NamedReading {
+  Meter meter;
+  MeterReading reading;
+};
 
 /// A film and its job.
 struct AssembledFilm {
@@ -41,5 +48,9 @@ class FilmAssembly {
   PictureIds ids_;
   std::uint64_t least_ = std::numeric_limits<std::uint64_t>::max(), most_ = 0;
 };
+
+/// The readings as JSON: [{"name", "quantity", "value", "half_width", "unit", "photometric", "photometric_half_width",
+/// "photometric_unit", "rgb", "samples"}]. Numbers are null if there are no samples. Half widths have 95 % confidence.
+nlohmann::json to_json(const std::vector<NamedReading>& readings);
 
 }  // namespace lightmill

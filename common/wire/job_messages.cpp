@@ -3,6 +3,7 @@
 #include "common/farm/job_rules.h"
 #include "common/wire/bytes.h"
 #include "common/wire/deterministic.h"
+#include "common/wire/enum_table.h"
 #include "common/wire/farm_messages.h"
 #include "common/wire/limits.h"
 #include "common/wire/texts.h"
@@ -12,12 +13,19 @@
 namespace lightmill {
 namespace {
 
-constexpr std::array<std::pair<GoalLimit, v1::GoalLimit>, 4> kGoalLimits{{{GoalLimit::none, v1::GOAL_LIMIT_UNSPECIFIED},
-                                                                          {GoalLimit::samples, v1::GOAL_LIMIT_SAMPLES},
-                                                                          {GoalLimit::seconds, v1::GOAL_LIMIT_SECONDS},
-                                                                          {GoalLimit::error, v1::GOAL_LIMIT_ERROR}}};
+constexpr EnumTable<JobState, v1::JobState, 6> kJobStateCodes{{{JobState::queued, v1::JOB_STATE_QUEUED},
+                                                               {JobState::running, v1::JOB_STATE_RUNNING},
+                                                               {JobState::paused, v1::JOB_STATE_PAUSED},
+                                                               {JobState::done, v1::JOB_STATE_DONE},
+                                                               {JobState::failed, v1::JOB_STATE_FAILED},
+                                                               {JobState::cancelled, v1::JOB_STATE_CANCELLED}}};
 
-constexpr std::array<std::pair<LayerKind, v1::LayerSpec::Kind>, 4> kLayerKinds{
+constexpr EnumTable<GoalLimit, v1::GoalLimit, 4> kGoalLimits{{{GoalLimit::none, v1::GOAL_LIMIT_UNSPECIFIED},
+                                                              {GoalLimit::samples, v1::GOAL_LIMIT_SAMPLES},
+                                                              {GoalLimit::seconds, v1::GOAL_LIMIT_SECONDS},
+                                                              {GoalLimit::error, v1::GOAL_LIMIT_ERROR}}};
+
+constexpr EnumTable<LayerKind, v1::LayerSpec::Kind, 4> kLayerKinds{
     {{LayerKind::summed, v1::LayerSpec::SUMMED},
      {LayerKind::first_mean, v1::LayerSpec::FIRST_MEAN},
      {LayerKind::first_nearest, v1::LayerSpec::FIRST_NEAREST},
@@ -35,13 +43,10 @@ Result<std::vector<LayerSpec>> layers_from_wire(const v1::RenderSettings& settin
       return invalid_argument("settings.layers: a layer needs a name and at least one channel, got '{}' with {}",
                               layer.name(), layer.channels());
     }
-    const auto kind = std::ranges::find(kLayerKinds, layer.kind(), [](const auto& entry) { return entry.second; });
-    if (kind == kLayerKinds.end()) {
-      return invalid_argument("settings.layers: layer '{}' has the unknown kind {}", layer.name(),
-                              static_cast<int>(layer.kind()));
-    }
+    LM_ASSIGN_OR_RETURN(const LayerKind kind, value_of(kLayerKinds, layer.kind(),
+                                                       fmt::format("settings.layers: kind of '{}'", layer.name())));
     channels += layer.channels();
-    layers.push_back({layer.name(), layer.channels(), kind->first});
+    layers.push_back({layer.name(), layer.channels(), kind});
   }
   if (channels > kMaxChannels) {
     return invalid_argument("settings.layers: {} channels in all are more than the limit of {}", channels,
@@ -72,53 +77,19 @@ Result<std::vector<Sha256>> assets_from_wire(const v1::RenderSettings& settings)
 }  // namespace
 
 v1::JobState to_wire(JobState state) {
-  switch (state) {
-    case JobState::queued:
-      return v1::JOB_STATE_QUEUED;
-    case JobState::running:
-      return v1::JOB_STATE_RUNNING;
-    case JobState::paused:
-      return v1::JOB_STATE_PAUSED;
-    case JobState::done:
-      return v1::JOB_STATE_DONE;
-    case JobState::failed:
-      return v1::JOB_STATE_FAILED;
-    case JobState::cancelled:
-      return v1::JOB_STATE_CANCELLED;
-  }
-  return v1::JOB_STATE_UNSPECIFIED;
+  return code_of(kJobStateCodes, state);
 }
 
 Result<JobState> from_wire(v1::JobState state) {
-  switch (state) {
-    case v1::JOB_STATE_QUEUED:
-      return JobState::queued;
-    case v1::JOB_STATE_RUNNING:
-      return JobState::running;
-    case v1::JOB_STATE_PAUSED:
-      return JobState::paused;
-    case v1::JOB_STATE_DONE:
-      return JobState::done;
-    case v1::JOB_STATE_FAILED:
-      return JobState::failed;
-    case v1::JOB_STATE_CANCELLED:
-      return JobState::cancelled;
-    default:
-      return invalid_argument("state: unknown value {}", static_cast<int>(state));
-  }
+  return value_of(kJobStateCodes, state, "state");
 }
 
 v1::GoalLimit to_wire(GoalLimit limit) {
-  const auto found = std::ranges::find(kGoalLimits, limit, [](const auto& entry) { return entry.first; });
-  return found == kGoalLimits.end() ? v1::GOAL_LIMIT_UNSPECIFIED : found->second;
+  return code_of(kGoalLimits, limit);
 }
 
 Result<GoalLimit> from_wire(v1::GoalLimit limit) {
-  const auto found = std::ranges::find(kGoalLimits, limit, [](const auto& entry) { return entry.second; });
-  if (found == kGoalLimits.end()) {
-    return invalid_argument("reached: unknown value {}", static_cast<int>(limit));
-  }
-  return found->first;
+  return value_of(kGoalLimits, limit, "reached");
 }
 
 void to_wire(const PixelRect& rect, v1::PixelRect* out) {
@@ -149,7 +120,7 @@ void to_wire(const RenderSettings& settings, v1::RenderSettings* out) {
     v1::LayerSpec* wire = out->add_layers();
     wire->set_name(layer.name);
     wire->set_channels(layer.channels);
-    wire->set_kind(std::ranges::find(kLayerKinds, layer.kind, [](const auto& entry) { return entry.first; })->second);
+    wire->set_kind(code_of(kLayerKinds, layer.kind));
   }
   out->set_meters(settings.meters);
   out->set_seed(settings.seed);

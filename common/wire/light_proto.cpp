@@ -1,10 +1,8 @@
-#include "common/wire/light_proto.h"
-
 #include <algorithm>
 
 #include "common/base/overloaded.h"
 #include "common/lights/photometry.h"
-#include "common/wire/scene_values.h"
+#include "common/wire/scene_parts.h"
 #include "lightmill/v1/scene.pb.h"
 
 namespace lightmill {

@@ -1,9 +1,6 @@
-#include "common/wire/material_proto.h"
-
 #include "common/materials/metals.h"
 #include "common/scene/validate/validate.h"
-#include "common/wire/light_proto.h"
-#include "common/wire/scene_values.h"
+#include "common/wire/scene_parts.h"
 #include "lightmill/v1/scene.pb.h"
 
 namespace lightmill {

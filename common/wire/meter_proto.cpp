@@ -1,7 +1,5 @@
-#include "common/wire/meter_proto.h"
-
 #include "common/base/overloaded.h"
-#include "common/wire/scene_values.h"
+#include "common/wire/scene_parts.h"
 #include "lightmill/v1/scene.pb.h"
 
 namespace lightmill {

@@ -1,10 +1,8 @@
-#include "common/wire/object_proto.h"
-
 #include <cmath>
 #include <numbers>
 
 #include "common/base/overloaded.h"
-#include "common/wire/scene_values.h"
+#include "common/wire/scene_parts.h"
 #include "lightmill/v1/scene.pb.h"
 
 namespace lightmill {

@@ -1,20 +1,17 @@
 #include "common/wire/role_proto.h"
 
-#include <algorithm>
-#include <array>
-#include <utility>
-
+#include "common/wire/enum_table.h"
 #include "lightmill/v1/access_service.pb.h"
 
 namespace lightmill {
 namespace {
 
-constexpr std::array<std::pair<Role, v1::Role>, kRoles.size()> kWireRoles{{{Role::view, v1::ROLE_VIEW},
-                                                                           {Role::submit, v1::ROLE_SUBMIT},
-                                                                           {Role::operate, v1::ROLE_OPERATE},
-                                                                           {Role::worker, v1::ROLE_WORKER},
-                                                                           {Role::admin, v1::ROLE_ADMIN},
-                                                                           {Role::enrol, v1::ROLE_ENROL}}};
+constexpr EnumTable<Role, v1::Role, kRoles.size()> kWireRoles{{{Role::view, v1::ROLE_VIEW},
+                                                               {Role::submit, v1::ROLE_SUBMIT},
+                                                               {Role::operate, v1::ROLE_OPERATE},
+                                                               {Role::worker, v1::ROLE_WORKER},
+                                                               {Role::admin, v1::ROLE_ADMIN},
+                                                               {Role::enrol, v1::ROLE_ENROL}}};
 
 }  // namespace
 
@@ -29,11 +26,8 @@ void to_wire(Roles roles, google::protobuf::RepeatedField<int>* out) {
 Result<Roles> roles_from_wire(const google::protobuf::RepeatedField<int>& roles) {
   Roles all;
   for (const int role : roles) {
-    const auto found = std::ranges::find(kWireRoles, role, [](const auto& entry) { return entry.second; });
-    if (found == kWireRoles.end()) {
-      return invalid_argument("roles: unknown value {}", role);
-    }
-    all.add(found->first);
+    LM_ASSIGN_OR_RETURN(const Role known, value_of(kWireRoles, static_cast<v1::Role>(role), "roles"));
+    all.add(known);
   }
   return all;
 }

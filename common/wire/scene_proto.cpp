@@ -7,13 +7,8 @@
 #include "common/base/check.h"
 #include "common/scene/validate/validate.h"
 #include "common/wire/deterministic.h"
-#include "common/wire/light_proto.h"
 #include "common/wire/limits.h"
-#include "common/wire/material_proto.h"
-#include "common/wire/meter_proto.h"
-#include "common/wire/object_proto.h"
-#include "common/wire/scene_values.h"
-#include "common/wire/texture_proto.h"
+#include "common/wire/scene_parts.h"
 #include "lightmill/v1/scene.pb.h"
 
 namespace lightmill {

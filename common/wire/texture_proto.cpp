@@ -1,6 +1,4 @@
-#include "common/wire/texture_proto.h"
-
-#include "common/wire/scene_values.h"
+#include "common/wire/scene_parts.h"
 #include "lightmill/v1/scene.pb.h"
 
 namespace lightmill {

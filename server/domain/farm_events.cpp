@@ -24,7 +24,7 @@ bool is_of_kind(const Note& note, FarmEvents::Kind kind) {
 void FarmEvents::add(std::int64_t unix_ms, Note note, std::string owner) {
   if (owner.empty() && note.job != JobId{}) {  // deleted in the same effects: an earlier event has its owner
     const auto before = std::find_if(events_.rbegin(), events_.rend(),
-                                     [&](const FarmEvent& each) { return each.note.job == note.job; });
+                                     [&](const RecordedEvent& each) { return each.note.job == note.job; });
     owner = before == events_.rend() ? "" : before->owner;
   }
   note.text = cut_text(printable(note.text), kMostTextBytes);

@@ -11,7 +11,7 @@
 
 namespace lightmill {
 
-struct FarmEvent {
+struct RecordedEvent {
   std::uint64_t number = 0;  ///< counts up from 1 since the coordinator began
   std::int64_t unix_ms = 0;
   Note note;
@@ -34,7 +34,7 @@ class FarmEvents {
     std::function<bool(const std::string& owner)> admits;
   };
   struct Page {
-    std::vector<FarmEvent> events;
+    std::vector<RecordedEvent> events;
     std::uint64_t next = 0;  ///< Filter::before of the next page; 0: no next page
   };
 
@@ -44,7 +44,7 @@ class FarmEvents {
   Page find(const Filter& filter, std::size_t most) const;
 
  private:
-  std::deque<FarmEvent> events_;  ///< oldest first
+  std::deque<RecordedEvent> events_;  ///< oldest first
   std::uint64_t next_ = 1;
 };
 

@@ -15,17 +15,18 @@ void keep_last(std::deque<T>& ring, T entry, std::size_t most) {
 
 /// Means weighted by length, and sums of counts.
 template <class Samples>
-FarmSample joined(const Samples& samples) {
-  FarmSample all = samples.back();
+HistorySample joined(const Samples& samples) {
+  HistorySample all = samples.back();
   all.seconds = all.pixel_samples = 0;
-  for (const FarmSample& each : samples) {
+  for (const HistorySample& each : samples) {
     all.seconds += each.seconds;
     all.pixel_samples += each.pixel_samples;
   }
-  for (double FarmSample::*const mean : {&FarmSample::workers, &FarmSample::threads, &FarmSample::busy_threads,
-                                         &FarmSample::leases, &FarmSample::jobs_running, &FarmSample::jobs_waiting}) {
+  for (double HistorySample::*const mean :
+       {&HistorySample::workers, &HistorySample::threads, &HistorySample::busy_threads, &HistorySample::leases,
+        &HistorySample::jobs_running, &HistorySample::jobs_waiting}) {
     double sum = 0;
-    for (const FarmSample& each : samples) {
+    for (const HistorySample& each : samples) {
       sum += each.*mean * each.seconds;
     }
     all.*mean = all.seconds > 0 ? sum / all.seconds : all.*mean;
@@ -37,7 +38,7 @@ FarmSample joined(const Samples& samples) {
 
 void FarmHistory::add(const FarmLoad& load, Time now, std::int64_t unix_ms) {
   const bool first = next_ == Time{};
-  FarmSample sample;
+  HistorySample sample;
   sample.unix_ms = unix_ms;
   sample.seconds = first ? 0 : to_seconds(now - begun_);
   sample.pixel_samples = static_cast<double>(load.pixel_samples - pixel_samples_);
@@ -66,7 +67,7 @@ void FarmHistory::add(const FarmLoad& load, Time now, std::int64_t unix_ms) {
   }
   if (--until_coarse_ == 0) {
     until_coarse_ = kFineInCoarse;
-    keep_last(coarse_, joined(std::vector<FarmSample>(fine_.end() - kFineInCoarse, fine_.end())), kCoarse);
+    keep_last(coarse_, joined(std::vector<HistorySample>(fine_.end() - kFineInCoarse, fine_.end())), kCoarse);
   }
 }
 

@@ -21,7 +21,7 @@ struct FarmLoad {
 };
 
 /// Interval of the farm's history. `pixel_samples` is a count over the interval; the values below it are means.
-struct FarmSample {
+struct HistorySample {
   std::int64_t unix_ms = 0;  ///< its end
   double seconds = 0;        ///< its length
   double pixel_samples = 0;  ///< merged in it
@@ -30,7 +30,7 @@ struct FarmSample {
   double busy_threads = 0;  ///< of workers that have a lease
   double leases = 0;
   double jobs_running = 0, jobs_waiting = 0;
-  friend bool operator==(const FarmSample&, const FarmSample&) = default;
+  friend bool operator==(const HistorySample&, const HistorySample&) = default;
 };
 
 /// Minute of a worker's history.
@@ -59,8 +59,8 @@ class FarmHistory {
   void depart(const WorkerCount& worker);
 
   /// Oldest first.
-  const std::deque<FarmSample>& fine() const { return fine_; }
-  const std::deque<FarmSample>& coarse() const { return coarse_; }
+  const std::deque<HistorySample>& fine() const { return fine_; }
+  const std::deque<HistorySample>& coarse() const { return coarse_; }
   /// Complete minutes of a worker, oldest first; empty if it is unknown.
   std::vector<WorkerSample> of_worker(const std::string& name) const;
 
@@ -75,7 +75,7 @@ class FarmHistory {
   WorkerHistory* count(const WorkerCount& worker);
   void end_minute(std::int64_t unix_ms);
 
-  std::deque<FarmSample> fine_, coarse_;
+  std::deque<HistorySample> fine_, coarse_;
   std::map<std::string, WorkerHistory> workers_;
   std::uint64_t pixel_samples_ = 0;
   int until_minute_ = kFineInMinute, until_coarse_ = kFineInCoarse;

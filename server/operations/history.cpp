@@ -16,7 +16,7 @@ constexpr std::array<std::pair<std::string_view, FarmEvents::Kind>, 5> kKinds{{{
                                                                                {"jobs", FarmEvents::Kind::jobs},
                                                                                {"workers", FarmEvents::Kind::workers}}};
 
-void to_wire(const FarmSample& sample, v1::FarmSample* out) {
+void to_wire(const HistorySample& sample, v1::FarmSample* out) {
   out->set_unix_ms(sample.unix_ms);
   out->set_seconds(sample.seconds);
   out->set_pixel_samples(sample.pixel_samples);
@@ -28,7 +28,7 @@ void to_wire(const FarmSample& sample, v1::FarmSample* out) {
   out->set_jobs_waiting(sample.jobs_waiting);
 }
 
-void to_wire(const FarmEvent& event, v1::FarmEvent* out) {
+void to_wire(const RecordedEvent& event, v1::FarmEvent* out) {
   out->set_number(event.number);
   out->set_unix_ms(event.unix_ms);
   out->set_text(event.note.text);
@@ -46,7 +46,7 @@ Status get_history(OperationContext& operation, const v1::HistoryRequest& reques
   reply->set_unix_ms(operation.context.unix_ms);
   reply->set_interval_seconds(to_seconds(FarmHistory::kInterval) * (span > kHour ? FarmHistory::kFineInCoarse : 1));
   const std::int64_t from_unix_ms = operation.context.unix_ms - std::int64_t{1'000} * span;
-  for (const FarmSample& sample : span > kHour ? history.coarse() : history.fine()) {
+  for (const HistorySample& sample : span > kHour ? history.coarse() : history.fine()) {
     if (sample.unix_ms > from_unix_ms) {
       to_wire(sample, reply->add_samples());
     }
@@ -68,7 +68,7 @@ Status list_events(OperationContext& operation, const v1::EventsRequest& request
   LM_ASSIGN_OR_RETURN(filter.before, id_in(request.page_token()));
   LM_ASSIGN_OR_RETURN(const int size, page_size_of(request.page_size()));
   const FarmEvents::Page page = operation.context.activity.events.find(filter, static_cast<std::size_t>(size));
-  for (const FarmEvent& event : page.events) {
+  for (const RecordedEvent& event : page.events) {
     to_wire(event, reply->add_events());
   }
   if (page.next > 0) {

@@ -22,7 +22,7 @@
 namespace lightmill {
 
 /// History and events since the coordinator started.
-struct FarmActivity {
+struct Activity {
   FarmHistory history;
   FarmEvents events;
 };
@@ -48,7 +48,7 @@ class FarmLoop {
     ActionLog& actions;
     std::map<InspectionId, InspectionReply>& inspections;
     FilmTasks& films;
-    FarmActivity& activity;
+    Activity& activity;
     Time now;
     std::int64_t unix_ms;
     Effects effects;                   ///< filled by the coordinator
@@ -131,7 +131,7 @@ class FarmLoop {
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::map<InspectionId, InspectionReply> inspections_;  ///< only for the farm thread
   FilmTasks films_;                                      ///< only for the farm thread
-  FarmActivity activity_;                                ///< only for the farm thread
+  Activity activity_;                                    ///< only for the farm thread
   std::string no_store_;                                 ///< why nothing can be stored; only for the farm thread
   std::string no_space_;                                 ///< why leasing is stopped; only for the farm thread
   std::thread thread_;

@@ -7,7 +7,7 @@
 
 #include "common/base/log.h"
 #include "server/store/check_rows.h"
-#include "server/store/row_values.h"
+#include "server/store/load_state.h"
 
 namespace lightmill {
 namespace {
@@ -46,7 +46,7 @@ Status check_films(Store& store, StoredState& state, std::vector<StoreOp>& repai
   };
   for (StoredState::StoredJob& job : state.jobs) {
     if (has_ended(job.record.state)) {
-      LM_RETURN_IF_ERROR(stored::load_values(job, state, repairs, read));
+      LM_RETURN_IF_ERROR(stored::load_values(read, job, state, repairs));
     }
   }
   return ok_status();

@@ -1,13 +1,11 @@
 #include "server/store/old_rows.h"
 
-#include <optional>
-
-#include "common/base/check.h"
 #include "common/base/log.h"
 #include "common/base/text.h"
-#include "common/farm/job_rules.h"
+#include "common/wire/enum_table.h"
+#include "server/store/load_state.h"
 
-namespace lightmill::stored::old {
+namespace lightmill::stored {
 namespace {
 
 /// Hash of a row's values in order. Numbers are 8 bytes; texts and bytes follow their lengths.
@@ -34,45 +32,23 @@ class RowHasher {
   Xxh3Hasher hasher_;
 };
 
-constexpr std::array<std::pair<JobState, std::string_view>, 6> kStateNames{{{JobState::queued, "queued"},
-                                                                            {JobState::running, "running"},
-                                                                            {JobState::paused, "paused"},
-                                                                            {JobState::done, "done"},
-                                                                            {JobState::failed, "failed"},
-                                                                            {JobState::cancelled, "cancelled"}}};
-constexpr std::array<std::pair<GoalLimit, std::string_view>, 4> kLimitNames{{{GoalLimit::none, ""},
-                                                                             {GoalLimit::samples, "samples"},
-                                                                             {GoalLimit::seconds, "seconds"},
-                                                                             {GoalLimit::error, "error"}}};
-constexpr std::array<std::pair<LayerKind, std::string_view>, 4> kLayerKinds{
-    {{LayerKind::summed, "summed"},
-     {LayerKind::first_mean, "first_mean"},
-     {LayerKind::first_nearest, "first_nearest"},
-     {LayerKind::first_samples, "first_samples"}}};
+constexpr EnumTable<JobState, std::string_view, 6> kStateNames{{{JobState::queued, "queued"},
+                                                                {JobState::running, "running"},
+                                                                {JobState::paused, "paused"},
+                                                                {JobState::done, "done"},
+                                                                {JobState::failed, "failed"},
+                                                                {JobState::cancelled, "cancelled"}}};
+constexpr EnumTable<GoalLimit, std::string_view, 4> kLimitNames{{{GoalLimit::none, ""},
+                                                                 {GoalLimit::samples, "samples"},
+                                                                 {GoalLimit::seconds, "seconds"},
+                                                                 {GoalLimit::error, "error"}}};
+constexpr EnumTable<LayerKind, std::string_view, 4> kLayerKinds{{{LayerKind::summed, "summed"},
+                                                                 {LayerKind::first_mean, "first_mean"},
+                                                                 {LayerKind::first_nearest, "first_nearest"},
+                                                                 {LayerKind::first_samples, "first_samples"}}};
 
-constexpr std::array<std::pair<Proof, std::string_view>, 3> kProofNames{
+constexpr EnumTable<Proof, std::string_view, 3> kProofNames{
     {{Proof::none, ""}, {Proof::certificate, "certificate"}, {Proof::token, "token"}}};
-
-template <class Names, class Value>
-std::string_view name_in(const Names& names, Value value) {
-  for (const auto& [each, name] : names) {
-    if (each == value) {
-      return name;
-    }
-  }
-  LM_CHECK(false, "value {} has no name", static_cast<int>(value));
-}
-
-template <class Value, std::size_t kCount>
-std::optional<Value> value_in(const std::array<std::pair<Value, std::string_view>, kCount>& names,
-                              std::string_view text) {
-  for (const auto& [value, name] : names) {
-    if (name == text) {
-      return value;
-    }
-  }
-  return std::nullopt;
-}
 
 template <class Number>
 std::uint64_t number(Number value) {
@@ -96,7 +72,7 @@ Hash128 checksum_of(const JobRecord& job) {
   RowHasher row;
   row.add(job.id.value, spec.request_id, spec.name, spec.owner, spec.host, spec.parent.value, number(spec.priority),
           spec.verify_share, number(spec.allow_mixed), spec.goal.samples, spec.goal.seconds, spec.goal.error,
-          number(spec.goal.adaptive), name_in(kStateNames, job.state), job.reason, name_in(kLimitNames, job.reached),
+          number(spec.goal.adaptive), code_of(kStateNames, job.state), job.reason, code_of(kLimitNames, job.reached),
           job.fingerprint_class, number(job.submitted_unix_ms), number(job.finished_unix_ms));
   row.add(as_byte_view(settings.scene), number(settings.width), number(settings.height), number(settings.crop.x),
           number(settings.crop.y), number(settings.crop.width), number(settings.crop.height), settings.seed,
@@ -109,56 +85,12 @@ Hash128 checksum_of(const JobRecord& job) {
   }
   row.add(number(settings.layers.size()));
   for (const LayerSpec& layer : settings.layers) {
-    row.add(layer.name, number(layer.channels), name_in(kLayerKinds, layer.kind));
+    row.add(layer.name, number(layer.channels), code_of(kLayerKinds, layer.kind));
   }
   return row.finish();
 }
 
-}  // namespace
-
-Result<JobState> state_named(std::string_view name) {
-  if (const auto state = value_in(kStateNames, name)) {
-    return *state;
-  }
-  return data_loss("unknown job state '{}' in the store", name);
-}
-
-Result<GoalLimit> limit_named(std::string_view name) {
-  if (const auto limit = value_in(kLimitNames, name)) {
-    return *limit;
-  }
-  return data_loss("unknown limit '{}' in the store", name);
-}
-
-Result<Proof> proof_named(std::string_view name) {
-  if (const auto proof = value_in(kProofNames, name)) {
-    return *proof;
-  }
-  return data_loss("unknown proof '{}' in the store", name);
-}
-
-Result<LayerKind> layer_kind_named(std::string_view name, std::uint64_t job) {
-  if (const auto kind = value_in(kLayerKinds, name)) {
-    return *kind;
-  }
-  return data_loss("job {} has a layer of unknown kind '{}' in the store", job, name);
-}
-
-Result<Allocation> allocation_in(std::string_view bytes, const JobRecord& job) {
-  if (const Status status = check_grid(job.spec.settings); !status.ok()) {
-    return data_loss("job {}: {}", job.id.value, message_of(status));
-  }
-  const std::uint64_t tiles = grid_of(job.spec.settings).tile_count();
-  if (!bytes.empty() && bytes.size() != tiles) {
-    return data_loss("job {}: allocation: {} tiles in the store, not {}", job.id.value, bytes.size(), tiles);
-  }
-  Result<Allocation> allocation = Allocation::of({bytes.begin(), bytes.end()});
-  if (!allocation.ok()) {
-    return data_loss("job {}: {}", job.id.value, message_of(allocation.status()));
-  }
-  return allocation;
-}
-
+/// Texts, one per line.
 std::vector<std::string> lines_in(std::string_view text) {
   std::vector<std::string> lines;
   for (std::size_t at = 0; at < text.size();) {
@@ -169,40 +101,222 @@ std::vector<std::string> lines_in(std::string_view text) {
   return lines;
 }
 
-Result<Roles> roles_in(std::string_view text, std::string_view token) {
-  const Result<Roles> roles = parse_roles(text);
-  return roles.ok() ? roles : data_loss("token {}: in the store, {}", token, message_of(roles.status()));
-}
-
-std::int64_t checksum_of(const NodeKey& key, const Hash128& hash, const Renderer& by) {
+/// Whether the checksum of a result's row is right. It does not cover the audit state.
+bool is_sound_result(const NodeKey& key, const Hash128& hash, const Renderer& by, std::int64_t /*audit*/,
+                     std::int64_t checksum) {
   RowHasher row;
   row.add(key.job.value, number(key.tile.value), number(key.range.level), number(key.range.index), hash.high, hash.low,
           by.worker, by.identity, by.fingerprint_class);
-  const auto checksum = static_cast<std::int64_t>(row.finish().low);
-  return checksum == 0 ? 1 : checksum;
+  const auto right = static_cast<std::int64_t>(row.finish().low);
+  return checksum == (right == 0 ? 1 : right);
 }
 
-void JobCheck::finish(StoredState& state) {
-  for (const StoredState::StoredJob& job : state.jobs) {
+class OldRows {
+ public:
+  OldRows(RowSource& rows, StoredState& state) : rows_(rows), state_(state) {}
+  Status load();
+
+ private:
+  Status load_jobs();
+  Status load_settings(JobRecord& job);
+  Status load_lists(JobRecord& job);
+  Status load_results(StoredState::StoredJob& job, RendererTable& renderers);
+  Status load_quarantine();
+  Status load_tokens();
+  Status load_actions();
+  /// Returns the value. A row without a valid value makes its job damaged.
+  template <class T>
+  T sound(JobId job, Result<T> value) {
+    if (!value.ok()) {
+      mark_damaged(job, value.status());
+    }
+    return value.ok() ? *std::move(value) : T{};
+  }
+  void mark_damaged(JobId job, const Status& why) { damaged_.try_emplace(job, message_of(why)); }
+  /// Moves damaged jobs from `jobs` to `damaged_jobs`, and logs them. A job without a checksum is damaged.
+  void remove_damaged_jobs();
+  /// Records a token, or an entry of the farm's log, that cannot be read.
+  void leave_out(std::string_view what, const Status& why);
+
+  RowSource& rows_;
+  StoredState& state_;
+  std::map<JobId, std::string> expected_;  ///< checksums
+  std::map<JobId, std::string> damaged_;   ///< with the reason
+};
+
+Status OldRows::load_jobs() {
+  return rows_.for_each(
+      "SELECT id, request_id, name, owner, host, parent, priority, goal_samples, goal_seconds, goal_error, "
+      "goal_adaptive, state, reason, reached, fingerprint_class, active_seconds, worker_seconds, results_merged, "
+      "results_duplicate, leases_lost, copies_leased, non_finite, submitted_unix_ms, finished_unix_ms, verify_share, "
+      "results_verified, nodes_dropped, allow_mixed, checksum FROM jobs ORDER BY id",
+      [&](const Row& row) {
+        JobRecord job;
+        JobSpec& spec = job.spec;
+        JobCounters& counters = job.counters;
+        std::string state, reached, checksum;
+        read_columns(row, job.id.value, spec.request_id, spec.name, spec.owner, spec.host, spec.parent.value,
+                     spec.priority, spec.goal.samples, spec.goal.seconds, spec.goal.error, spec.goal.adaptive, state,
+                     job.reason, reached, job.fingerprint_class, job.active_seconds, job.worker_seconds,
+                     counters.results_merged, counters.results_duplicate, counters.leases_lost, counters.copies_leased,
+                     counters.non_finite, job.submitted_unix_ms, job.finished_unix_ms, spec.verify_share,
+                     counters.results_verified, counters.nodes_dropped, spec.allow_mixed, checksum);
+        job.state = sound(job.id, value_of(kStateNames, state, "state"));
+        job.reached = sound(job.id, value_of(kLimitNames, reached, "reached"));
+        expected_[job.id] = checksum;
+        state_.jobs.push_back({std::move(job), {}});
+      });
+}
+
+Status OldRows::load_settings(JobRecord& job) {
+  bool found = false;
+  LM_RETURN_IF_ERROR(rows_.for_each(
+      fmt::format("SELECT scene, width, height, crop_x, crop_y, crop_width, crop_height, seed, max_bounces, "
+                  "renderer_version, meters, method, method_chosen, method_reasons, method_notices, method_candidates, "
+                  "allocation FROM job_settings WHERE job = {}",
+                  job.id.value),
+      [&](const Row& row) {
+        RenderSettings& settings = job.spec.settings;
+        PixelRect& crop = settings.crop;
+        MethodNotes& notes = job.method_notes;
+        std::string reasons, notices, candidates, shares;
+        read_columns(row, settings.scene, settings.width, settings.height, crop.x, crop.y, crop.width, crop.height,
+                     settings.seed, settings.max_bounces, settings.renderer_version, settings.meters, settings.method,
+                     notes.chosen, reasons, notices, candidates, shares);
+        notes.reasons = lines_in(reasons);
+        notes.notices = lines_in(notices);
+        notes.candidates = lines_in(candidates);
+        job.allocation = sound(job.id, allocation_in(shares, settings));
+        found = true;
+      }));
+  if (!found) {
+    mark_damaged(job.id, data_loss("it has no settings"));
+  }
+  return ok_status();
+}
+
+Status OldRows::load_lists(JobRecord& job) {
+  RenderSettings& settings = job.spec.settings;
+  const std::uint64_t id = job.id.value;
+  LM_RETURN_IF_ERROR(rows_.for_each(
+      fmt::format("SELECT digest FROM job_assets WHERE job = {} ORDER BY position", id),
+      [&](const Row& row) { settings.assets.push_back(sound(job.id, digest_in(row.view(0), "an asset's digest"))); }));
+  settings.layers.clear();
+  LM_RETURN_IF_ERROR(
+      rows_.for_each(fmt::format("SELECT name, channels, kind FROM job_layers WHERE job = {} ORDER BY position", id),
+                     [&](const Row& row) {
+                       const LayerKind kind = sound(job.id, value_of(kLayerKinds, row.view(2), "kind of a layer"));
+                       settings.layers.push_back({row.text(0), static_cast<std::uint32_t>(row.natural(1)), kind});
+                     }));
+  return rows_.for_each(
+      fmt::format("SELECT samples, worker_seconds, rel_mse, half_width FROM job_errors WHERE job = {} ORDER BY samples",
+                  id),
+      [&](const Row& row) {
+        job.history.push_back({row.real(0), row.real(1), row.real(2), row.real(3)});
+      });
+}
+
+Status OldRows::load_results(StoredState::StoredJob& job, RendererTable& renderers) {
+  const JobId id = job.record.id;
+  return rows_.for_each(
+      fmt::format("SELECT tile, level, range_index, hash, worker, machine, verification, fingerprint_class, checksum "
+                  "FROM results WHERE job = {} ORDER BY tile, level, range_index",
+                  id.value),
+      [&](const Row& row) {
+        if (!take_result(row, job, renderers, is_sound_result)) {
+          state_.damaged_results.push_back({id, row.integer(0), row.integer(1), row.integer(2)});
+        }
+      });
+}
+
+Status OldRows::load_quarantine() {
+  return rows_.for_each("SELECT worker, machine, reason, since_unix_ms FROM quarantine ORDER BY worker",
+                        [&](const Row& row) {
+                          QuarantineRecord record;
+                          read_columns(row, record.of.worker, record.of.identity, record.reason, record.since_unix_ms);
+                          state_.quarantine.push_back(std::move(record));
+                        });
+}
+
+Status OldRows::load_tokens() {
+  return rows_.for_each(
+      "SELECT id, name, roles, hash, made_by, made_unix_s, until_unix_s FROM tokens ORDER BY id", [&](const Row& row) {
+        TokenRecord token;
+        std::string roles, hash;
+        read_columns(row, token.id, token.name, roles, hash, token.made_by, token.made_unix_s, token.until_unix_s);
+        const Result<Roles> parsed = parse_roles(roles);
+        const Result<Sha256> digest = digest_in(hash, "its hash");
+        if (!parsed.ok() || !digest.ok()) {
+          leave_out("token " + token.id, parsed.ok() ? digest.status() : parsed.status());
+          return;
+        }
+        token.roles = *parsed;
+        token.hash = *digest;
+        state_.tokens.push_back(std::move(token));
+      });
+}
+
+Status OldRows::load_actions() {
+  return rows_.for_each(
+      "SELECT number, unix_ms, who, proof, token, peer, what, job, about, outcome, message FROM actions ORDER BY number",
+      [&](const Row& row) {
+        Action action;
+        std::string proof;
+        read_columns(row, action.number, action.unix_ms, action.caller, proof, action.token, action.peer,
+                     action.operation, action.job, action.about, action.outcome, action.message);
+        const Result<Proof> known = value_of(kProofNames, proof, "proof");
+        if (!known.ok()) {
+          leave_out(fmt::format("entry {} of the log", action.number), known.status());
+          return;
+        }
+        action.proof = *known;
+        state_.actions.push_back(std::move(action));
+      });
+}
+
+void OldRows::remove_damaged_jobs() {
+  for (const StoredState::StoredJob& job : state_.jobs) {
     const JobId id = job.record.id;
     const std::string& expected = expected_[id];
-    const std::array<std::uint8_t, 16> actual = bytes_of(checksum_of(job.record));
     if (expected.empty()) {
       mark_damaged(id, data_loss("its checksum is missing"));
-    } else if (expected != std::string_view(reinterpret_cast<const char*>(actual.data()), actual.size())) {
+    } else if (expected != hash_bytes(checksum_of(job.record))) {
       mark_damaged(id, data_loss("its checksum is wrong"));
     }
   }
   for (const auto& [job, why] : damaged_) {
     spdlog::error("job {} is left out: its stored data is damaged: {}", job.value, why);
-    state.damaged_jobs.push_back(job);
+    state_.damaged_jobs.push_back(job);
   }
-  std::erase_if(state.jobs, [&](const auto& job) { return damaged_.contains(job.record.id); });
+  std::erase_if(state_.jobs, [&](const auto& job) { return damaged_.contains(job.record.id); });
 }
 
-void leave_out(std::string what, const Status& why, StoredState& state) {
-  state.damaged_entries.push_back(fmt::format("{}: {}", what, message_of(why)));
-  spdlog::error("{}", state.damaged_entries.back());
+void OldRows::leave_out(std::string_view what, const Status& why) {
+  state_.damaged_entries.push_back(fmt::format("{}: {}", what, message_of(why)));
+  spdlog::error("{}", state_.damaged_entries.back());
 }
 
-}  // namespace lightmill::stored::old
+Status OldRows::load() {
+  LM_RETURN_IF_ERROR(load_jobs());
+  for (StoredState::StoredJob& job : state_.jobs) {
+    LM_RETURN_IF_ERROR(load_settings(job.record));
+    LM_RETURN_IF_ERROR(load_lists(job.record));
+  }
+  remove_damaged_jobs();
+  RendererTable renderers;
+  for (StoredState::StoredJob& job : state_.jobs) {
+    LM_RETURN_IF_ERROR(load_results(job, renderers));
+  }
+  state_.renderers = renderers.take();
+  LM_RETURN_IF_ERROR(load_quarantine());
+  LM_RETURN_IF_ERROR(load_tokens());
+  return load_actions();
+}
+
+}  // namespace
+
+Status load_old_rows(RowSource& rows, StoredState& state) {
+  return OldRows(rows, state).load();
+}
+
+}  // namespace lightmill::stored

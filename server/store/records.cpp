@@ -6,16 +6,17 @@
 #include "common/base/log.h"
 #include "common/base/overloaded.h"
 #include "common/base/text.h"
-#include "common/farm/job_rules.h"
 #include "common/wire/bytes.h"
 #include "common/wire/deterministic.h"
+#include "common/wire/enum_table.h"
 #include "common/wire/farm_messages.h"
 #include "lightmill/stored/v1/stored.pb.h"
+#include "server/store/row_values.h"
 
 namespace lightmill::stored {
 namespace {
 
-constexpr std::array<std::pair<Proof, v1::StoredAction::Proof>, 3> kProofs{
+constexpr EnumTable<Proof, v1::StoredAction::Proof, 3> kProofs{
     {{Proof::none, v1::StoredAction::PROOF_NONE},
      {Proof::certificate, v1::StoredAction::PROOF_CERTIFICATE},
      {Proof::token, v1::StoredAction::PROOF_TOKEN}}};
@@ -75,7 +76,7 @@ std::string message_of(const Action& action) {
   v1::StoredAction out;
   out.set_unix_ms(action.unix_ms);
   out.set_caller(action.caller);
-  out.set_proof(std::ranges::find(kProofs, action.proof, [](const auto& each) { return each.first; })->second);
+  out.set_proof(code_of(kProofs, action.proof));
   out.set_token(action.token);
   out.set_peer(action.peer);
   out.set_operation(action.operation);
@@ -111,12 +112,7 @@ Status read_spec(std::string_view bytes, JobRecord& job) {
   job.spec = std::move(spec);
   job.spec.ends_with_page = in.ends_with_page();
   LM_ASSIGN_OR_RETURN(job.method_notes, from_wire(in.method_notes()));
-  LM_RETURN_IF_ERROR(check_grid(job.spec.settings));
-  const std::string& shares = in.allocation();
-  if (const std::uint64_t tiles = grid_of(job.spec.settings).tile_count(); !shares.empty() && shares.size() != tiles) {
-    return data_loss("its allocation has {} tiles, not {}", shares.size(), tiles);
-  }
-  LM_ASSIGN_OR_RETURN(job.allocation, Allocation::of({shares.begin(), shares.end()}));
+  LM_ASSIGN_OR_RETURN(job.allocation, allocation_in(in.allocation(), job.spec.settings));
   return ok_status();
 }
 
@@ -162,12 +158,9 @@ Result<Action> read_action(std::uint64_t number, std::string_view bytes) {
   if (!parse_bytes(bytes, &in)) {
     return kNoMessage;
   }
-  const auto proof = std::ranges::find(kProofs, in.proof(), [](const auto& each) { return each.second; });
-  if (proof == kProofs.end()) {
-    return data_loss("it has the unknown proof {}", static_cast<int>(in.proof()));
-  }
-  return Action{number,       in.unix_ms(),   in.caller(), proof->first, in.token(),
-                in.peer(),    in.operation(), in.job(),    in.about(),   static_cast<StatusCode>(in.outcome()),
+  LM_ASSIGN_OR_RETURN(const Proof proof, value_of(kProofs, in.proof(), "proof"));
+  return Action{number,       in.unix_ms(),   in.caller(), proof,      in.token(),
+                in.peer(),    in.operation(), in.job(),    in.about(), static_cast<StatusCode>(in.outcome()),
                 in.message(), in.change()};
 }
 

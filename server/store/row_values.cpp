@@ -3,37 +3,18 @@
 #include <cstring>
 
 #include "common/base/log.h"
+#include "common/farm/job_rules.h"
 
 namespace lightmill::stored {
 
 Result<Sha256> digest_in(std::string_view bytes, std::string_view what) {
-  Sha256 digest;
-  if (bytes.size() != digest.bytes.size()) {
-    return data_loss("{} has {} bytes in the store, not 32", what, bytes.size());
-  }
-  std::memcpy(digest.bytes.data(), bytes.data(), bytes.size());
-  return digest;
-}
-
-std::array<std::uint8_t, 16> bytes_of(const Hash128& hash) {
-  std::array<std::uint8_t, 16> bytes;
-  for (int i = 0; i < 8; ++i) {
-    bytes[i] = static_cast<std::uint8_t>(hash.high >> (56 - 8 * i));
-    bytes[8 + i] = static_cast<std::uint8_t>(hash.low >> (56 - 8 * i));
-  }
-  return bytes;
+  const Result<Sha256> digest = digest_from_bytes(bytes);
+  return digest.ok() ? digest : data_loss("{} has {} bytes in the store, not 32", what, bytes.size());
 }
 
 Result<Hash128> hash_in(std::string_view bytes) {
-  if (bytes.size() != 16) {
-    return data_loss("a result's hash has {} bytes in the store, not 16", bytes.size());
-  }
-  Hash128 hash;
-  for (int i = 0; i < 8; ++i) {
-    hash.high = hash.high << 8 | static_cast<std::uint8_t>(bytes[i]);
-    hash.low = hash.low << 8 | static_cast<std::uint8_t>(bytes[8 + i]);
-  }
-  return hash;
+  const Result<Hash128> hash = hash_from_bytes(bytes);
+  return hash.ok() ? hash : data_loss("a result's hash has {} bytes in the store, not 16", bytes.size());
 }
 
 std::int64_t checksum_of(const NodeKey& key, const Hash128& hash, const Renderer& by, Audit audit) {
@@ -48,9 +29,24 @@ std::int64_t checksum_of(const NodeKey& key, const Hash128& hash, const Renderer
   return (static_cast<std::int64_t>(hasher.finish().low) & ~kAuditBits) | static_cast<std::int64_t>(audit);
 }
 
-bool is_key(std::int64_t tile, std::int64_t level, std::int64_t index) {
+bool is_key(const FilmPosition& position) {
   constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
-  return std::ranges::all_of(std::array{tile, level, index}, [](std::int64_t n) { return n >= 0 && n <= kMost; });
+  return std::ranges::all_of(std::array{position.tile, position.level, position.index},
+                             [](std::int64_t n) { return n >= 0 && n <= kMost; });
+}
+
+NodeKey key_of(JobId job, const FilmPosition& position) {
+  return {job,
+          TileId{static_cast<std::uint32_t>(position.tile)},
+          {static_cast<std::uint32_t>(position.level), static_cast<std::uint32_t>(position.index)}};
+}
+
+Result<Allocation> allocation_in(std::string_view shares, const RenderSettings& settings) {
+  LM_RETURN_IF_ERROR(check_grid(settings));
+  if (const std::uint64_t tiles = grid_of(settings).tile_count(); !shares.empty() && shares.size() != tiles) {
+    return data_loss("its allocation has {} tiles, not {}", shares.size(), tiles);
+  }
+  return Allocation::of({shares.begin(), shares.end()});
 }
 
 void leave_out_result(const DropResultRow& row, StoredState& state, std::vector<StoreOp>& repairs) {
@@ -90,21 +86,16 @@ std::shared_ptr<const Node> node_of(const NodeKey& key, std::uint64_t non_finite
     std::memcpy(node->values.data(), values.data(), node->values.size() * sizeof(float));
   }
   const Hash128 plain = hash_of(*node);
-  const bool sound = std::ranges::any_of(std::array{at_place(key.job, key.tile, plain), plain}, [&](const auto& each) {
-    const std::array<std::uint8_t, 16> bytes = bytes_of(each);
-    return hash == std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  });
-  return sound ? node : nullptr;
+  return hash == hash_bytes(at_place(key.job, key.tile, plain)) || hash == hash_bytes(plain) ? node : nullptr;
 }
 
 std::size_t take_node(JobId job, const FilmPosition& position, std::uint64_t non_finite, std::string_view hash,
                       std::string_view values, FilmPiece& piece) {
-  const TileId tile{static_cast<std::uint32_t>(position.tile)};
-  const SampleRange range{static_cast<std::uint32_t>(position.level), static_cast<std::uint32_t>(position.index)};
-  if (std::shared_ptr<const Node> node = node_of({job, tile, range}, non_finite, hash, values)) {
-    piece.nodes.emplace_back(tile, std::move(node));
+  const NodeKey key = key_of(job, position);
+  if (std::shared_ptr<const Node> node = node_of(key, non_finite, hash, values)) {
+    piece.nodes.emplace_back(key.tile, std::move(node));
   } else {
-    log_damage({job, tile, range});
+    log_damage(key);
   }
   return values.size();
 }

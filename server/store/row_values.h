@@ -14,6 +14,7 @@
 #include "common/base/status.h"
 #include "common/farm/messages.h"
 #include "common/film/node.h"
+#include "common/wire/bytes.h"
 #include "server/store/store.h"
 
 namespace lightmill::stored {
@@ -23,7 +24,7 @@ static_assert(std::endian::native == std::endian::little, "sums are stored as li
 /// A digest from its bytes. DATA_LOSS unless there are 32.
 Result<Sha256> digest_in(std::string_view bytes, std::string_view what);
 
-/// A hash from the output of bytes_of(). DATA_LOSS unless there are 16 bytes.
+/// A hash from the output of hash_bytes(). DATA_LOSS unless there are 16 bytes.
 Result<Hash128> hash_in(std::string_view bytes);
 
 /// Whether another worker has to render a result again, or has done so.
@@ -38,7 +39,10 @@ constexpr bool is_audit(std::int64_t number) {
 }
 
 /// Whether these numbers form a valid NodeKey.
-bool is_key(std::int64_t tile, std::int64_t level, std::int64_t index);
+bool is_key(const FilmPosition& position);
+NodeKey key_of(JobId job, const FilmPosition& position);
+/// Allocation of a job, one byte per tile. DATA_LOSS if the number of tiles differs or a share is invalid.
+Result<Allocation> allocation_in(std::string_view shares, const RenderSettings& settings);
 /// Drops a damaged row of a result with `repairs`. remove_invalid_rows() later drops the node that contains it, because
 /// the origin of its samples is unknown. If a worker is found guilty, nothing could tell whether they were its samples.
 void leave_out_result(const DropResultRow& row, StoredState& state, std::vector<StoreOp>& repairs);
@@ -53,9 +57,6 @@ class RendererTable {
   std::vector<Renderer> renderers_;
   std::map<Renderer, std::uint32_t> indices_;
 };
-
-/// High word first, big-endian.
-std::array<std::uint8_t, 16> bytes_of(const Hash128& hash);
 
 /// Hash in the row of a node: hash_of(node), combined with the job and the tile. A row in the place of another one is
 /// damaged.
@@ -72,29 +73,6 @@ inline constexpr std::size_t kFilmPieceBytes = std::size_t{16} << 20;
 /// Adds the node of a row to `piece`, unless it is damaged. Returns the size of its values in bytes.
 std::size_t take_node(JobId job, const FilmPosition& position, std::uint64_t non_finite, std::string_view hash,
                       std::string_view values, FilmPiece& piece);
-/// Loads the values of all nodes of an unfinished job. `read` works like Store::read_film(). Drops damaged nodes with
-/// `repairs`.
-template <class Read>
-Status load_values(StoredState::StoredJob& job, StoredState& state, std::vector<StoreOp>& repairs, const Read& read) {
-  std::set<std::pair<TileId, SampleRange>> lost;
-  for (const StoredState::StoredNode& node : job.nodes) {
-    lost.emplace(node.tile, node.outline.range);
-  }
-  job.nodes.clear();
-  for (std::optional<FilmPosition> last = FilmPosition{}; last;) {
-    LM_ASSIGN_OR_RETURN(FilmPiece piece, read(job.record.id, *last));
-    for (StoredState::StoredNode& node : piece.nodes) {
-      lost.erase({node.tile, node.outline.range});
-      job.nodes.push_back(std::move(node));
-    }
-    last = piece.last;
-  }
-  for (const auto& [tile, range] : lost) {
-    state.damaged.push_back({job.record.id, tile, range});
-    repairs.push_back(DropNode{state.damaged.back()});
-  }
-  return ok_status();
-}
 
 /// The bytes of an array of numbers.
 template <class T>

@@ -21,7 +21,7 @@ PendingReply FarmRequests::expect(Reply reply) {
   return {on_web_thread_, waiting_, next_id_++};
 }
 
-void FarmRequests::post(Reply reply, FarmTask task) {
+void FarmRequests::post(Reply reply, Task task) {
   const PendingReply back = expect(std::move(reply));
   if (!loop_.post([task = std::move(task), back](FarmLoop::TaskContext& context) { task(context, back); })) {
     back(error_reply(busy()));

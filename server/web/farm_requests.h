@@ -41,8 +41,8 @@ class FarmRequests {
   PendingReply expect(Reply reply);
 
   /// Runs `task` on the farm thread. The task calls the reply at once, or after the commit.
-  using FarmTask = std::function<void(FarmLoop::TaskContext&, const PendingReply&)>;
-  void post(Reply reply, FarmTask task);
+  using Task = std::function<void(FarmLoop::TaskContext&, const PendingReply&)>;
+  void post(Reply reply, Task task);
 
  private:
   FarmLoop& loop_;

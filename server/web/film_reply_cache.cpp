@@ -6,7 +6,7 @@
 #include "common/scene/meter_reading.h"
 #include "lightmill/v1/web.pb.h"
 #include "server/runtime/records.h"
-#include "server/web/farm_changes.h"
+#include "server/web/list_changes.h"
 
 namespace lightmill {
 namespace {

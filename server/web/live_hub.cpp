@@ -143,9 +143,9 @@ void LiveHub::poll_farm() {
       ended.push_back(key.first);
     }
   }
-  polling_ = loop_.post([tracker = farm_changes_, ended = std::move(ended), hub = std::weak_ptr<LiveHub*>(self_),
+  polling_ = loop_.post([tracker = list_tracker_, ended = std::move(ended), hub = std::weak_ptr<LiveHub*>(self_),
                          on_web_thread = on_web_thread_](FarmLoop::TaskContext& context) {
-    auto changes = std::make_shared<const FarmChanges>(tracker->poll(context.farm, context.now, ended));
+    auto changes = std::make_shared<const ListChanges>(tracker->poll(context.farm, context.now, ended));
     on_web_thread([changes, hub] {
       if (const auto here = hub.lock(); here != nullptr) {
         (*here)->take(*changes);
@@ -155,7 +155,7 @@ void LiveHub::poll_farm() {
   next_poll_ = now + kPollInterval;
 }
 
-void LiveHub::take(const FarmChanges& changes) {
+void LiveHub::take(const ListChanges& changes) {
   polling_ = false;
   polled_ = true;
   for (auto job = changes.jobs.rbegin(); job != changes.jobs.rend(); ++job) {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "server/access/rights.h"
-#include "server/web/farm_changes.h"
 #include "server/web/job_feed.h"
+#include "server/web/list_changes.h"
 #include "server/web/page_jobs.h"
 
 namespace lightmill {
@@ -84,7 +84,7 @@ class LiveHub {
     bool any = false;
   };
   void poll_farm();
-  void take(const FarmChanges& changes);
+  void take(const ListChanges& changes);
   std::shared_ptr<JobFeed> feed_of(JobId job, const std::string& layer);
   void watch(Viewer& viewer, const ViewRequest& request);
   void drop_unwatched_feeds();
@@ -113,7 +113,7 @@ class LiveHub {
   const std::shared_ptr<TileBudget> tile_budget_;
   ChangeLog<JobId> jobs_;
   ChangeLog<std::string> workers_;
-  const std::shared_ptr<FarmChangeTracker> farm_changes_ = std::make_shared<FarmChangeTracker>();
+  const std::shared_ptr<ListTracker> list_tracker_ = std::make_shared<ListTracker>();
   bool polling_ = false, polled_ = false;
   Time next_poll_{}, next_retry_{}, next_check_{};
 };

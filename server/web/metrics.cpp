@@ -84,7 +84,7 @@ void add_work(const FarmTotals& totals, MetricLines& out) {
                 "Time from a job's submission until each of its pixels had a sample.", totals.first_picture);
 }
 
-void add_farm(const FarmMetrics& farm, MetricLines& out) {
+void add_farm(const MetricValues& farm, MetricLines& out) {
   const FarmGauges& gauges = farm.gauges;
   out.begin("lightmill_jobs", "Jobs by state.", "gauge");
   for (std::size_t i = 0; i < gauges.jobs.size(); ++i) {
@@ -163,7 +163,7 @@ ProcessFigures process_figures() {
   return figures;
 }
 
-std::string metrics_text(const FarmMetrics& farm, const Histogram& commit_seconds, const Traffic& traffic,
+std::string metrics_text(const MetricValues& farm, const Histogram& commit_seconds, const Traffic& traffic,
                          const ProcessFigures& process, std::string_view version) {
   MetricLines out;
   out.gauges("lightmill_build_info", "1, with the program's version.", "version", {{version, 1.0}});

@@ -15,7 +15,7 @@ inline constexpr std::string_view kMetricsPath = "/metrics";
 inline constexpr std::string_view kMetricsType = "text/plain; version=0.0.4; charset=utf-8";
 
 /// Values from the farm thread.
-struct FarmMetrics {
+struct MetricValues {
   FarmTotals totals;
   FarmGauges gauges;
   std::uint32_t wanted_workers = 0;
@@ -32,7 +32,7 @@ struct ProcessFigures {
 ProcessFigures process_figures();
 
 /// Prometheus text format, version 0.0.4.
-std::string metrics_text(const FarmMetrics& farm, const Histogram& commit_seconds, const Traffic& traffic,
+std::string metrics_text(const MetricValues& farm, const Histogram& commit_seconds, const Traffic& traffic,
                          const ProcessFigures& process, std::string_view version);
 
 }  // namespace lightmill

@@ -15,7 +15,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "common/base/file_limit.h"
+#include "common/base/machine_memory.h"
 #include "tests/bench/cpu_share.h"
 #include "tests/support/farm.h"
 

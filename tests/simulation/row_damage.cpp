@@ -145,7 +145,7 @@ bool forge_node(const std::filesystem::path& database, Random& random) {
              std::memcpy(node.values.data(), bytes.data(), bytes.size());
            });
   node.values.at(random.below(node.values.size())) += 1;
-  const auto hash = stored::bytes_of(stored::row_hash_of(job, tile, node));
+  const std::string hash = hash_bytes(stored::row_hash_of(job, tile, node));
   file.run(
       "UPDATE nodes SET samples = ?1, hash = ?2 WHERE id = " + id,
       [&](sqlite3_stmt* update) {

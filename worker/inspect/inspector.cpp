@@ -3,7 +3,7 @@
 #include <exception>
 
 #include "common/base/log.h"
-#include "worker/render/within_limits.h"
+#include "worker/render/scene_limits.h"
 
 namespace lightmill {
 namespace {

@@ -5,7 +5,7 @@
 #include "common/planner/pilot.h"
 #include "common/planner/tile_noise.h"
 #include "common/wire/scene_proto.h"
-#include "worker/render/within_limits.h"
+#include "worker/render/scene_limits.h"
 
 namespace lightmill {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "common/base/check.h"
-#include "worker/render/within_limits.h"
+#include "worker/render/scene_limits.h"
 
 namespace lightmill {
 namespace {

@@ -6,7 +6,7 @@
 #include "client/cli/farm_choice.h"
 #include "client/cli/film_fetch.h"
 #include "client/cli/job_json.h"
-#include "client/cli/meter_report.h"
+#include "client/cli/job_report.h"
 #include "client/cli/progress.h"
 #include "client/cli/table.h"
 #include "client/cli/units.h"

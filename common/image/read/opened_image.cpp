@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "common/base/library_text.h"
-#include "common/image/exr_header.h"
+#include "common/image/exr.h"
 #include "common/image/read/image_format.h"
 #include "common/image/texel_checks.h"
 

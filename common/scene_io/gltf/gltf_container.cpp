@@ -1,4 +1,6 @@
 // The container of GltfData, with its buffers and uris.
+#include <absl/strings/escaping.h>
+
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -56,38 +58,6 @@ Result<Chunks> read_glb(std::string_view bytes) {
     return invalid_argument("the GLB file has no JSON");
   }
   return chunks;
-}
-
-/// Decodes base64 (RFC 4648), with or without padding. Nothing if it is invalid.
-std::optional<std::string> decode_base64(std::string_view text) {
-  while (text.ends_with('=')) {
-    text.remove_suffix(1);
-  }
-  std::string out;
-  out.reserve(text.size() / 4 * 3 + 2);
-  std::uint32_t bits = 0;
-  int count = 0;
-  for (const char c : text) {
-    int value = -1;
-    if (c >= 'A' && c <= 'Z') {
-      value = c - 'A';
-    } else if (c >= 'a' && c <= 'z') {
-      value = c - 'a' + 26;
-    } else if (c >= '0' && c <= '9') {
-      value = c - '0' + 52;
-    } else if (c == '+' || c == '/') {
-      value = c == '+' ? 62 : 63;
-    } else {
-      return std::nullopt;
-    }
-    bits = bits << 6 | static_cast<std::uint32_t>(value);
-    count += 6;
-    if (count >= 8) {
-      count -= 8;
-      out.push_back(static_cast<char>(bits >> count & 0xff));
-    }
-  }
-  return text.size() % 4 == 1 ? std::nullopt : std::optional(std::move(out));
 }
 
 int hex_digit(char c) {
@@ -246,14 +216,13 @@ Result<std::string> GltfData::uri_bytes(const JsonNode& node) const {
   if (uri.starts_with("data:")) {
     const std::size_t comma = uri.find(',');
     const bool base64 = comma != std::string::npos && std::string_view(uri).substr(0, comma).ends_with(";base64");
-    std::optional<std::string> bytes =
-        base64 ? decode_base64(std::string_view(uri).substr(comma + 1)) : std::optional<std::string>();
-    if (!bytes) {
+    std::string bytes;
+    if (!base64 || !absl::Base64Unescape(absl::string_view(uri).substr(comma + 1), &bytes)) {
       const Status wrong = invalid_argument("a data URI with base64 is expected");
       node.fail(message_of(wrong));
       return wrong;
     }
-    return *std::move(bytes);
+    return bytes;
   }
   if (uri.empty() || uri.find("://") != std::string::npos) {
     const Status wrong = invalid_argument("a file or a data URI is expected, got \"{}\"", uri.substr(0, 100));

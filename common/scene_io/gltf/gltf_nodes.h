@@ -1,10 +1,12 @@
-// The nodes of a glTF scene and their places.
+// The nodes of a glTF scene: their places, lights and cameras.
 #pragma once
 
 #include <vector>
 
 #include "common/scene/document.h"
 #include "common/scene_io/gltf/gltf_data.h"
+#include "common/scene_io/gltf/gltf_mesh.h"
+#include "common/scene_io/load.h"
 
 namespace lightmill {
 
@@ -23,5 +25,11 @@ struct PlacedNode {
 /// The nodes of the file's scene, parents before children. All trees if the file names no scene. A node that is in the
 /// scene twice is an error. Empty after an error.
 std::vector<PlacedNode> placed_nodes(const GltfData& data);
+
+/// The light of a node (KHR_lights_punctual), if it has one and its type is known. 683 lm/W converts candelas and lux to W/sr and W/m².
+std::optional<Light> read_light(const GltfData& data, const PlacedNode& placed, Notices& notices);
+
+/// The camera of a node, if it has a perspective camera.
+std::optional<NamedCamera> read_camera(const GltfData& data, const PlacedNode& placed, Notices& notices);
 
 }  // namespace lightmill

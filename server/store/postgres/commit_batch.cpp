@@ -1,13 +1,9 @@
 #include "server/store/postgres/commit_batch.h"
 
-#include "common/base/check.h"
-#include "server/store/row_values.h"
+#include "server/store/row_writer.h"
 
 namespace lightmill::postgres {
 namespace {
-
-using stored::bytes_of;
-using stored::view_of;
 
 /// PostgreSQL limits a value to 1 GiB.
 constexpr std::size_t kMostNodeBytes = std::size_t{512} << 20;
@@ -19,15 +15,8 @@ enum Sql : int {
   kTakeTurn,
   kHighestJob,
   kPutSummary,
-  kPutNode,
-  kDropNode,
-  kPutResult,
-  kPutVerified,
-  kDropResults,
-  kDropResultRow,
-  kPutRecord,  ///< the first of one per table (stored::Table)
-  kDropRecord = kPutRecord + static_cast<int>(stored::kTableCount),
-  kSqlCount = kDropRecord + static_cast<int>(stored::kTableCount)
+  kRows,  ///< the first of stored::RowStatement
+  kSqlCount = kRows + static_cast<int>(stored::kRowStatementCount)
 };
 
 constexpr std::array<const char*, kSqlCount> kStatements{
@@ -61,86 +50,6 @@ constexpr std::array<const char*, kSqlCount> kStatements{
     "DELETE FROM quarantine WHERE worker = $1",
 };
 
-/// Converts writes to calls of `Sink::add(statement, parameters)`.
-template <class Sink>
-class Sender {
- public:
-  Sender(Sink& sink, stored::StoredSpecs& specs, stored::RowKeys& keys) : sink_(sink), specs_(specs), keys_(keys) {}
-
-  template <class Op>
-  void operator()(const Op& op) {
-    for (const stored::RowChange& change : stored::changes_of(op, specs_)) {
-      change.message ? keys_.put(change.table, change.key) : keys_.drop(change.table, change.key);
-      if (stored::info_of(change.table).numbered) {
-        send(change, change.key.number);
-      } else {
-        send(change, as_byte_view(change.key.name));
-      }
-    }
-  }
-  void operator()(const PutNode& op) {
-    const std::array<std::uint8_t, 16> hash = bytes_of(stored::row_hash_of(op.job, op.tile, *op.node));
-    sink_.add(kPutNode, Parameters(op.job.value, op.tile.value, op.node->range.level, op.node->range.index,
-                                   op.node->non_finite, view_of(hash), view_of(op.node->values)));
-  }
-  void operator()(const DropNode& op) { add_key(kDropNode, op.key); }
-  void operator()(const PutResult& op) {
-    const std::array<std::uint8_t, 16> hash = bytes_of(op.hash);
-    const stored::Audit audit = op.to_verify ? stored::Audit::wanted : stored::Audit::none;
-    sink_.add(kPutResult,
-              Parameters(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index, view_of(hash),
-                         as_byte_view(op.by.worker), as_byte_view(op.by.identity), static_cast<int>(audit),
-                         as_byte_view(op.by.fingerprint_class), stored::checksum_of(op.key, op.hash, op.by, audit)));
-  }
-  void operator()(const PutVerified& op) { add_key(kPutVerified, op.key); }
-  void operator()(const DropResults& op) { add_key(kDropResults, op.key); }
-  void operator()(const DropResultRow& op) {
-    sink_.add(kDropResultRow, Parameters(op.job.value, op.tile, op.level, op.index));
-  }
-
- private:
-  void send(const stored::RowChange& change, const auto& key) {
-    const int table = static_cast<int>(change.table);
-    if (change.message) {
-      sink_.add(kPutRecord + table, Parameters(key, as_byte_view(*change.message),
-                                               stored::checksum_of(change.table, change.key, *change.message)));
-    } else {
-      sink_.add(kDropRecord + table, Parameters(key));
-    }
-  }
-  void add_key(Sql statement, const NodeKey& key) {
-    sink_.add(statement, Parameters(key.job.value, key.tile.value, key.range.level, key.range.index));
-  }
-
-  Sink& sink_;
-  stored::StoredSpecs& specs_;
-  stored::RowKeys& keys_;
-};
-
-/// Runs each statement at once, unprepared.
-class OneByOne {
- public:
-  explicit OneByOne(Session& session) : session_(session) {}
-  void add(int statement, const Parameters& parameters) {
-    if (status_.ok()) {
-      status_ = session_.query(kStatements[static_cast<std::size_t>(statement)], parameters).status();
-    }
-  }
-  const Status& status() const { return status_; }
-
- private:
-  Session& session_;
-  Status status_;
-};
-
-template <class Sink>
-void add_writes(Sink& sink, std::span<const StoreOp> ops, stored::StoredSpecs& specs, stored::RowKeys& keys) {
-  Sender sender(sink, specs, keys);
-  for (const StoreOp& op : ops) {
-    std::visit(sender, op);
-  }
-}
-
 Status check_sizes(std::span<const StoreOp> ops) {
   for (const StoreOp& op : ops) {
     const auto* put = std::get_if<PutNode>(&op);
@@ -164,19 +73,27 @@ Status send_commit(Session& session, Summary after, std::span<const StoreOp> ops
   LM_RETURN_IF_ERROR(session.begin_batch());
   session.add(kBegin);
   session.add(kTakeTurn, Parameters(after.epoch, after.commits));
-  add_writes(session, ops, specs, keys);
+  for (const StoreOp& op : ops) {
+    LM_RETURN_IF_ERROR(stored::write_rows(op, specs, keys, [&](int statement, const auto&... values) {
+      session.add(kRows + statement, Parameters(values...));
+      return ok_status();
+    }));
+  }
   after.keys = keys.sums();
   session.add(kHighestJob, Parameters(after.highest_job));
-  session.add(kPutSummary,
-              Parameters(after.epoch, after.commits, after.highest_job, view_of(after.keys), checksum_of(after)));
+  session.add(kPutSummary, Parameters(after.epoch, after.commits, after.highest_job, stored::view_of(after.keys),
+                                      checksum_of(after)));
   session.add(kCommit);
   return session.finish_batch();
 }
 
 Status send_writes(Session& session, std::span<const StoreOp> ops, stored::StoredSpecs& specs, stored::RowKeys& keys) {
-  OneByOne sink(session);
-  add_writes(sink, ops, specs, keys);
-  return sink.status();
+  for (const StoreOp& op : ops) {
+    LM_RETURN_IF_ERROR(stored::write_rows(op, specs, keys, [&](int statement, const auto&... values) {
+      return session.query(kStatements[static_cast<std::size_t>(kRows + statement)], Parameters(values...)).status();
+    }));
+  }
+  return ok_status();
 }
 
 }  // namespace lightmill::postgres

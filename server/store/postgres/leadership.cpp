@@ -6,8 +6,7 @@
 
 #include "common/base/log.h"
 #include "server/store/migration.h"
-#include "server/store/postgres/format_6.h"
-#include "server/store/postgres/format_7.h"
+#include "server/store/postgres/migrations.h"
 #include "server/store/postgres/schema.h"
 #include "server/store/postgres/summary.h"
 

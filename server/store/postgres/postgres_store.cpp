@@ -4,10 +4,11 @@
 
 #include "common/base/check.h"
 #include "common/base/log.h"
+#include "server/store/load_state.h"
 #include "server/store/postgres/commit_batch.h"
 #include "server/store/postgres/leadership.h"
-#include "server/store/postgres/load_state.h"
 #include "server/store/postgres/postgres_assets.h"
+#include "server/store/postgres/summary.h"
 
 namespace lightmill {
 namespace {
@@ -25,6 +26,45 @@ std::uint64_t highest_job_in(std::span<const StoreOp> ops) {
     highest = put != nullptr ? std::max(highest, put->record.id.value) : highest;
   }
   return highest;
+}
+
+/// Nodes have about 100 KB, or several MB with many layers.
+constexpr std::int64_t kNodesAtOnce = 32;
+
+Status load_secret(Session& session, StoredState& state) {
+  LM_ASSIGN_OR_RETURN(const postgres::Rows rows, session.query("SELECT secret, checksum FROM audit_secret"));
+  LM_ASSIGN_OR_RETURN(state.secret, stored::digest_in(rows.size() == 1 ? rows.view(0, 0) : "", "the secret of audits"));
+  LM_ASSIGN_OR_RETURN(const Sha256 checksum, stored::digest_in(rows.view(0, 1), "its checksum"));
+  return checksum == sha256(rows.view(0, 0))
+             ? ok_status()
+             : data_loss("the secret of audits in the database is damaged; restore a backup");
+}
+
+Result<FilmPiece> read_nodes(Session& session, JobId job, const FilmPosition& after) {
+  LM_ASSIGN_OR_RETURN(
+      const postgres::Rows rows,
+      session.query("SELECT tile, level, range_index, non_finite, hash, samples FROM nodes WHERE job = $1 AND (tile, "
+                    "level, range_index) > ($2, $3, $4) ORDER BY tile, level, range_index LIMIT $5",
+                    postgres::Parameters(job.value, after.tile, after.level, after.index, kNodesAtOnce)));
+  FilmPiece piece;
+  for (int row = 0; row < rows.size(); ++row) {
+    const FilmPosition position{rows.integer(row, 0), rows.integer(row, 1), rows.integer(row, 2)};
+    stored::take_node(job, position, rows.natural(row, 3), rows.view(row, 4), rows.view(row, 5), piece);
+    piece.last = position;
+  }
+  if (rows.size() < kNodesAtOnce) {
+    piece.last.reset();
+  }
+  return piece;
+}
+
+Result<StoredState> load_state(Session& session, stored::StoredSpecs& specs, std::vector<StoreOp>& repairs) {
+  const auto read = [&](JobId job, const FilmPosition& after) { return read_nodes(session, job, after); };
+  LM_ASSIGN_OR_RETURN(StoredState state, stored::load_state(session, read, specs, repairs));
+  LM_ASSIGN_OR_RETURN(const postgres::Rows highest, session.query("SELECT highest_job FROM turn"));
+  state.next_job_id = highest.natural(0, 0) + 1;
+  LM_RETURN_IF_ERROR(load_secret(session, state));
+  return state;
 }
 
 class PostgresStore final : public Store {
@@ -57,7 +97,7 @@ class PostgresStore final : public Store {
 
 Status PostgresStore::open() {
   LM_ASSIGN_OR_RETURN(const postgres::Summary summary, postgres::read_summary(session_));
-  LM_ASSIGN_OR_RETURN(keys_, postgres::load_keys(session_));
+  LM_ASSIGN_OR_RETURN(keys_, stored::load_keys(session_));
   highest_job_ = std::max(summary.highest_job, leadership_->highest_job());
   const Status complete = stored::check_keys(keys_.sums(), summary.keys);
   if (complete.ok()) {
@@ -74,10 +114,10 @@ Result<StoredState> PostgresStore::load() {
     undecided_.reset();
   }
   std::vector<StoreOp> repairs;
-  Result<StoredState> state = postgres::load_state(session_, specs_, repairs);
+  Result<StoredState> state = load_state(session_, specs_, repairs);
   if (!state.ok() && !session_.connected()) {
     repairs.clear();
-    state = postgres::load_state(session_, specs_, repairs);
+    state = load_state(session_, specs_, repairs);
   }
   LM_RETURN_IF_ERROR(state.status());
   state->epoch = leadership_->epoch();
@@ -91,9 +131,9 @@ Result<StoredState> PostgresStore::load() {
 
 Result<FilmPiece> PostgresStore::read_film(JobId job, const FilmPosition& after) {
   const bool was_connected = session_.connected();
-  Result<FilmPiece> piece = postgres::read_film(session_, job, after);
+  Result<FilmPiece> piece = read_nodes(session_, job, after);
   if (!piece.ok() && was_connected && !session_.connected()) {
-    piece = postgres::read_film(session_, job, after);  // the connection may have been dead for a long time
+    piece = read_nodes(session_, job, after);  // the connection may have been dead for a long time
   }
   return piece;
 }

@@ -230,11 +230,7 @@ Result<PGresult*> Session::next_result() {
 
 // ---- one at a time ----
 
-Status Session::execute(const std::string& sql) {
-  LM_RETURN_IF_ERROR(connect());
-  if (PQsendQuery(connection_, sql.c_str()) == 0) {
-    return lost("cannot send");
-  }
+Status Session::receive(const std::function<void(Rows)>& take) {
   LM_RETURN_IF_ERROR(flush());
   Status status;
   for (;;) {
@@ -242,39 +238,47 @@ Status Session::execute(const std::string& sql) {
     if (result == nullptr) {
       return status;
     }
-    const Rows owner(result);
+    Rows rows(result);
     if (PQresultStatus(result) == PGRES_FATAL_ERROR && status.ok()) {
       status = failure_of(result);
       if (connection_ == nullptr) {
         return status;
       }
     }
+    take(std::move(rows));
   }
 }
 
-Result<Rows> Session::query(const char* sql, const Parameters& parameters) {
+Status Session::execute(const std::string& sql) {
   LM_RETURN_IF_ERROR(connect());
-  if (PQsendQueryParams(connection_, sql, parameters.count(), nullptr, parameters.values(), parameters.lengths(),
-                        parameters.formats(), 1) == 0) {
-    return lost("cannot send");
-  }
-  LM_RETURN_IF_ERROR(flush());
+  return PQsendQuery(connection_, sql.c_str()) == 0 ? lost("cannot send") : receive([](const Rows&) {});
+}
+
+Status Session::send(const char* sql, const Parameters& parameters) {
+  LM_RETURN_IF_ERROR(connect());
+  return PQsendQueryParams(connection_, sql, parameters.count(), nullptr, parameters.values(), parameters.lengths(),
+                           parameters.formats(), 1) == 0
+             ? lost("cannot send")
+             : ok_status();
+}
+
+Result<Rows> Session::query(const char* sql, const Parameters& parameters) {
+  LM_RETURN_IF_ERROR(send(sql, parameters));
   Rows rows(nullptr);
-  Status status;
-  for (;;) {
-    LM_ASSIGN_OR_RETURN(PGresult * result, next_result());
-    if (result == nullptr) {
-      return status.ok() ? Result<Rows>(std::move(rows)) : status;
-    }
-    Rows owner(result);
-    if (PQresultStatus(result) == PGRES_FATAL_ERROR) {
-      status = failure_of(result);
-      if (connection_ == nullptr) {
-        return status;
-      }
-    }
-    rows = std::move(owner);
+  LM_RETURN_IF_ERROR(receive([&](Rows received) { rows = std::move(received); }));
+  return rows;
+}
+
+Status Session::for_each(const std::string& select, const std::function<void(const stored::Row&)>& read) {
+  LM_RETURN_IF_ERROR(send(select.c_str(), Parameters()));
+  if (PQsetSingleRowMode(connection_) == 0) {
+    return lost("cannot read single rows");
   }
+  return receive([&](const Rows& rows) {
+    for (int row = 0; row < rows.size(); ++row) {
+      read(RowOf(rows, row));
+    }
+  });
 }
 
 // ---- batches ----

@@ -29,7 +29,7 @@ struct Target {
 ///
 /// Errors: UNAVAILABLE if another attempt may help (no connection, a server that stops, a deadlock), RESOURCE_EXHAUSTED
 /// for a full disk, PERMISSION_DENIED, DATA_LOSS for damage, otherwise INTERNAL. The message names the database.
-class Session {
+class Session final : public stored::RowSource {
  public:
   /// Prepares `statements` for batches. A server that is silent for `patience` during a call counts as dead.
   Session(Target target, std::span<const char* const> statements, std::chrono::milliseconds patience);
@@ -42,8 +42,8 @@ class Session {
   bool connected() const { return connection_ != nullptr; }
   void close();
 
-  /// Runs statements without parameters, and ignores their rows.
-  Status execute(const std::string& sql);
+  Status execute(const std::string& sql) override;
+  Status for_each(const std::string& select, const std::function<void(const stored::Row&)>& read) override;
   Result<Rows> query(const char* sql, const Parameters& parameters);
   Result<Rows> query(const char* sql) { return query(sql, Parameters()); }
 
@@ -60,6 +60,9 @@ class Session {
 
  private:
   Status set_up();
+  Status send(const char* sql, const Parameters& parameters);
+  /// Sends what waits, and passes on each result until the statement ends. Returns the first error.
+  Status receive(const std::function<void(Rows)>& take);
   Status prepare_all();
   Status lost(std::string_view what);
   Status failure_of(const pg_result* result);

@@ -55,20 +55,6 @@ Status check_turn(Session& session) {
                                             epoch, commits, rows.natural(0, 2)));
 }
 
-Result<stored::RowKeys> load_keys(Session& session) {
-  stored::RowKeys keys;
-  for (std::size_t i = 0; i < stored::kTableCount; ++i) {
-    const stored::TableInfo& info = stored::kTables[i];
-    LM_ASSIGN_OR_RETURN(const Rows rows, session.query(fmt::format("SELECT {} FROM {}", info.key, info.name).c_str()));
-    for (int row = 0; row < rows.size(); ++row) {
-      keys.put(static_cast<stored::Table>(i),
-               info.numbered ? stored::Key{rows.natural(row, 0)} : stored::Key{0, rows.text(row, 0)});
-    }
-  }
-  keys.keep();
-  return keys;
-}
-
 Status create_summary(Session& session, const stored::RowKeys::Sums& keys) {
   LM_ASSIGN_OR_RETURN(const Rows turn, session.query("SELECT epoch, commits, highest_job FROM turn"));
   if (turn.size() != 1) {

@@ -22,9 +22,6 @@ Result<Summary> read_summary(Session& session);
 /// The summary does not know an epoch without commits.
 Status check_turn(Session& session);
 
-/// Keys of all small rows.
-Result<stored::RowKeys> load_keys(Session& session);
-
 /// Creates the row from `turn`.
 Status create_summary(Session& session, const stored::RowKeys::Sums& keys);
 

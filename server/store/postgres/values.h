@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "common/base/digest.h"
+#include "server/store/row_source.h"
 
 struct pg_result;
 
@@ -75,6 +76,19 @@ class Rows {
 
  private:
   pg_result* result_;
+};
+
+/// One of the rows.
+class RowOf final : public stored::Row {
+ public:
+  RowOf(const Rows& rows, int row) : rows_(rows), row_(row) {}
+  std::int64_t integer(int column) const override { return rows_.integer(row_, column); }
+  double real(int column) const override { return rows_.real(row_, column); }
+  std::string_view view(int column) const override { return rows_.view(row_, column); }
+
+ private:
+  const Rows& rows_;
+  int row_;
 };
 
 }  // namespace lightmill::postgres

@@ -77,6 +77,17 @@ Status Database::execute(const std::string& sql) {
   return code == SQLITE_OK ? ok_status() : error_of(code, handle_, sql.substr(0, 60));
 }
 
+Status Database::for_each(const std::string& select, const std::function<void(const stored::Row&)>& read) {
+  LM_ASSIGN_OR_RETURN(Statement rows, prepare(select));
+  for (;;) {
+    LM_ASSIGN_OR_RETURN(const bool more, rows.step());
+    if (!more) {
+      return ok_status();
+    }
+    read(rows);
+  }
+}
+
 Result<Statement> Database::prepare(std::string_view sql) {
   sqlite3_stmt* statement = nullptr;
   const int code = sqlite3_prepare_v3(handle_, sql.data(), static_cast<int>(sql.size()), SQLITE_PREPARE_PERSISTENT,

@@ -10,6 +10,7 @@
 
 #include "common/base/digest.h"
 #include "common/base/status.h"
+#include "server/store/row_source.h"
 
 namespace lightmill::sqlite {
 
@@ -18,7 +19,7 @@ namespace lightmill::sqlite {
 Status error_of(int code, sqlite3* database, std::string_view what);
 
 /// One prepared statement. Bound views must stay alive until the next reset. Not thread-safe.
-class Statement {
+class Statement final : public stored::Row {
  public:
   Statement() = default;
   explicit Statement(sqlite3_stmt* statement) : statement_(statement) {}
@@ -46,12 +47,9 @@ class Statement {
   Status run();
   void reset();
 
-  std::int64_t integer(int column) const { return sqlite3_column_int64(statement_, column); }
-  std::uint64_t natural(int column) const { return static_cast<std::uint64_t>(integer(column)); }
-  double real(int column) const { return sqlite3_column_double(statement_, column); }
-  std::string text(int column) const { return std::string(view(column)); }
-  /// The bytes of a text or blob; valid until the next step or reset.
-  std::string_view view(int column) const;
+  std::int64_t integer(int column) const override { return sqlite3_column_int64(statement_, column); }
+  double real(int column) const override { return sqlite3_column_double(statement_, column); }
+  std::string_view view(int column) const override;
 
  private:
   void bind(int index, std::int64_t value) { sqlite3_bind_int64(statement_, index, value); }
@@ -73,7 +71,7 @@ class Statement {
 };
 
 /// One connection. Not thread-safe.
-class Database {
+class Database final : public stored::RowSource {
  public:
   Database() = default;
   explicit Database(sqlite3* handle) : handle_(handle) {}
@@ -87,8 +85,8 @@ class Database {
   /// Opens or creates the file.
   static Result<Database> open(const std::filesystem::path& path);
 
-  /// Runs statements and ignores their rows.
-  Status execute(const std::string& sql);
+  Status for_each(const std::string& select, const std::function<void(const stored::Row&)>& read) override;
+  Status execute(const std::string& sql) override;
   Result<Statement> prepare(std::string_view sql);
   /// The first column of the only row of `sql`.
   Result<std::int64_t> number(std::string_view sql);

@@ -6,6 +6,9 @@ namespace lightmill::sqlite {
 /// "LMIL": the PRAGMA application_id of our files.
 inline constexpr int kApplicationId = 0x4C4D494C;
 
+/// Id of the last job, even of a deleted one.
+inline constexpr const char* kHighestJob = "SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name = 'jobs'";
+
 // AUTOINCREMENT keeps the highest id ever used, even after deletes. Small rows have one form (server/store/records.h).
 // A job's specification can be several MB large, and is written once or twice. Its progress is small, and changes with
 // every commit. Unsigned 64-bit numbers keep their bits.

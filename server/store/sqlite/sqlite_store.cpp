@@ -4,13 +4,12 @@
 #include "common/base/file.h"
 #include "common/base/log.h"
 #include "server/store/commit_chain.h"
+#include "server/store/load_state.h"
 #include "server/store/migration.h"
-#include "server/store/records.h"
-#include "server/store/row_values.h"
+#include "server/store/row_writer.h"
 #include "server/store/sqlite/database.h"
 #include "server/store/sqlite/format_12.h"
 #include "server/store/sqlite/journal_scan.h"
-#include "server/store/sqlite/load_state.h"
 #include "server/store/sqlite/schema.h"
 #include "server/store/sqlite/store_row.h"
 
@@ -20,8 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 using sqlite::Database;
 using sqlite::Statement;
-using stored::bytes_of;
-using stored::view_of;
 
 constexpr const char* kLossAdvice =
     "Restore a backup of the whole data folder, or start once with --accept-loss to continue with what is left";
@@ -35,10 +32,12 @@ constexpr const char* kTruncate = "PRAGMA wal_checkpoint(TRUNCATE)";
 /// All statements of a commit, prepared once.
 struct Statements {
   Statement begin, commit, rollback;
-  std::array<Statement, stored::kTableCount> put_record, drop_record;
-  Statement put_node, drop_node, put_result, put_verified, drop_results, drop_result_row;
+  std::array<Statement, stored::kRowStatementCount> rows;
   sqlite::StoreRowWriter store_row;
 };
+
+/// Of a value, in the running hash. Rows with longer values have a hash or checksum of them.
+constexpr std::size_t kMostHashedBytes = 4096;
 
 class SqliteStore final : public Store {
  public:
@@ -52,9 +51,7 @@ class SqliteStore final : public Store {
         keys_(std::move(keys)) {}
 
   Result<StoredState> load() override;
-  Result<FilmPiece> read_film(JobId job, const FilmPosition& after) override {
-    return sqlite::read_film(database_, job, after);
-  }
+  Result<FilmPiece> read_film(JobId job, const FilmPosition& after) override;
   Status commit(std::span<const StoreOp> ops) override;
   Status check_structure() override;
   bool tidy() override;
@@ -63,22 +60,13 @@ class SqliteStore final : public Store {
   Result<StoredState> load_in_transaction();
   Status write(std::span<const StoreOp> ops);
   Status finish(sqlite::StoreRow next);
-  template <class Op>
-  Status apply(const Op& op);
-  Status apply(const PutNode& op);
-  Status apply(const DropNode& op);
-  Status apply(const PutResult& op);
-  Status apply(const PutVerified& op);
-  Status apply(const DropResults& op);
-  Status apply(const DropResultRow& op);
-  Status run(Statement& statement, const NodeKey& key);
   Status chain();
   Status roll_back(Status cause);
-  /// Adds numbers of the current commit to the running hash.
-  template <class... Numbers>
-  void add_to_hash(Numbers... numbers) {
-    const std::array<std::uint64_t, sizeof...(Numbers)> all{static_cast<std::uint64_t>(numbers)...};
-    writes_->append(view_of(all));
+  /// Adds a value of the current commit to the running hash.
+  void add_to_hash(std::uint64_t number) { writes_->append(std::as_bytes(std::span(&number, 1))); }
+  void add_to_hash(ByteView bytes) {
+    add_to_hash(bytes.size());
+    writes_->append(bytes.first(std::min(bytes.size(), kMostHashedBytes)));
   }
 
   Database database_;
@@ -101,13 +89,14 @@ Result<StoredState> SqliteStore::load() {
   if (!state.ok()) {
     return roll_back(state.status());
   }
-  state->next_job_id = std::max(state->next_job_id, next_job_id_);
+  state->next_job_id = next_job_id_;
   return state;
 }
 
 Result<StoredState> SqliteStore::load_in_transaction() {
   std::vector<StoreOp> repairs;
-  LM_ASSIGN_OR_RETURN(StoredState state, sqlite::load_state(database_, specs_, repairs));
+  const auto read = [this](JobId job, const FilmPosition& after) { return read_film(job, after); };
+  LM_ASSIGN_OR_RETURN(StoredState state, stored::load_state(database_, read, specs_, repairs));
   LM_RETURN_IF_ERROR(write(repairs));
   sqlite::StoreRow next = row_;
   state.epoch = ++next.epoch;
@@ -116,18 +105,31 @@ Result<StoredState> SqliteStore::load_in_transaction() {
   return state;
 }
 
-Status SqliteStore::check_structure() {
-  LM_ASSIGN_OR_RETURN(Statement rows, database_.prepare("PRAGMA integrity_check(10)"));
-  std::vector<std::string> wrong;
-  for (;;) {
+Result<FilmPiece> SqliteStore::read_film(JobId job, const FilmPosition& after) {
+  LM_ASSIGN_OR_RETURN(Statement rows, database_.prepare("SELECT tile, level, range_index, non_finite, hash, samples "
+                                                        "FROM nodes WHERE job = ?1 AND (tile, level, range_index) > "
+                                                        "(?2, ?3, ?4) ORDER BY tile, level, range_index"));
+  rows.bind_all(job.value, after.tile, after.level, after.index);
+  FilmPiece piece;
+  for (std::size_t size_bytes = 0; size_bytes < stored::kFilmPieceBytes;) {
     LM_ASSIGN_OR_RETURN(const bool more, rows.step());
     if (!more) {
+      piece.last.reset();
       break;
     }
-    if (rows.view(0) != "ok") {
-      wrong.push_back(rows.text(0));
-    }
+    piece.last = {rows.integer(0), rows.integer(1), rows.integer(2)};
+    size_bytes += stored::take_node(job, *piece.last, rows.natural(3), rows.view(4), rows.view(5), piece);
   }
+  return piece;
+}
+
+Status SqliteStore::check_structure() {
+  std::vector<std::string> wrong;
+  LM_RETURN_IF_ERROR(database_.for_each("PRAGMA integrity_check(10)", [&](const stored::Row& row) {
+    if (row.view(0) != "ok") {
+      wrong.push_back(row.text(0));
+    }
+  }));
   return wrong.empty() ? ok_status() : data_loss("the database file is damaged: {}", fmt::join(wrong, "; "));
 }
 
@@ -166,12 +168,21 @@ Status SqliteStore::commit(std::span<const StoreOp> ops) {
 
 Status SqliteStore::write(std::span<const StoreOp> ops) {
   writes_.emplace();
-  add_to_hash(row_.hash.high, row_.hash.low);
+  add_to_hash(row_.hash.high);
+  add_to_hash(row_.hash.low);
   highest_job_ = next_job_id_ - 1;
   writes_in_commit_ = ops.size();
   for (const StoreOp& op : ops) {
-    add_to_hash(op.index());
-    LM_RETURN_IF_ERROR(std::visit([&](const auto& each) { return apply(each); }, op));
+    if (const auto* put = std::get_if<PutJob>(&op)) {
+      highest_job_ = std::max(highest_job_, put->record.id.value);
+    }
+    LM_RETURN_IF_ERROR(stored::write_rows(op, specs_, keys_, [&](int statement, const auto&... values) {
+      add_to_hash(static_cast<std::uint64_t>(statement));
+      (add_to_hash(values), ...);
+      Statement& row = statements_.rows[static_cast<std::size_t>(statement)];
+      row.bind_all(values...);
+      return row.run();
+    }));
   }
   return ok_status();
 }
@@ -210,78 +221,6 @@ Status SqliteStore::roll_back(Status cause) {
     (void)database_.execute(kTruncate);  // frees the journal's space for the next attempt
   }
   return cause;
-}
-
-template <class Op>
-Status SqliteStore::apply(const Op& op) {
-  if constexpr (std::is_same_v<Op, PutJob>) {
-    highest_job_ = std::max(highest_job_, op.record.id.value);
-  }
-  for (const stored::RowChange& change : stored::changes_of(op, specs_)) {
-    const bool puts = change.message.has_value();
-    const auto table = static_cast<std::size_t>(change.table);
-    Statement& statement = (puts ? statements_.put_record : statements_.drop_record)[table];
-    if (stored::info_of(change.table).numbered) {
-      statement.bind_all(change.key.number);
-    } else {
-      statement.bind_all(as_byte_view(change.key.name));
-    }
-    puts ? keys_.put(change.table, change.key) : keys_.drop(change.table, change.key);
-    add_to_hash(table, change.key.number, puts);
-    writes_->append(as_byte_view(change.key.name));
-    if (puts) {
-      writes_->append(as_byte_view(*change.message));
-      statement.bind_from(2, as_byte_view(*change.message),
-                          stored::checksum_of(change.table, change.key, *change.message));
-    }
-    LM_RETURN_IF_ERROR(statement.run());
-  }
-  return ok_status();
-}
-
-Status SqliteStore::apply(const PutNode& op) {
-  const Hash128 hash = stored::row_hash_of(op.job, op.tile, *op.node);
-  const std::array<std::uint8_t, 16> bytes = bytes_of(hash);
-  const SampleRange& range = op.node->range;
-  add_to_hash(op.job.value, op.tile.value, range.level, range.index, op.node->non_finite, hash.high, hash.low);
-  statements_.put_node.bind_all(op.job.value, op.tile.value, range.level, range.index, op.node->non_finite,
-                                view_of(bytes), view_of(op.node->values));
-  return statements_.put_node.run();
-}
-
-Status SqliteStore::run(Statement& statement, const NodeKey& key) {
-  add_to_hash(key.job.value, key.tile.value, key.range.level, key.range.index);
-  statement.bind_all(key.job.value, key.tile.value, key.range.level, key.range.index);
-  return statement.run();
-}
-
-Status SqliteStore::apply(const DropNode& op) {
-  return run(statements_.drop_node, op.key);
-}
-
-Status SqliteStore::apply(const PutResult& op) {
-  const std::array<std::uint8_t, 16> hash = bytes_of(op.hash);
-  const stored::Audit audit = op.to_verify ? stored::Audit::wanted : stored::Audit::none;
-  const std::int64_t checksum = stored::checksum_of(op.key, op.hash, op.by, audit);
-  add_to_hash(checksum);
-  statements_.put_result.bind_all(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index,
-                                  view_of(hash), as_byte_view(op.by.worker), as_byte_view(op.by.identity),
-                                  static_cast<int>(audit), as_byte_view(op.by.fingerprint_class), checksum);
-  return statements_.put_result.run();
-}
-
-Status SqliteStore::apply(const PutVerified& op) {
-  return run(statements_.put_verified, op.key);
-}
-
-Status SqliteStore::apply(const DropResults& op) {
-  return run(statements_.drop_results, op.key);
-}
-
-Status SqliteStore::apply(const DropResultRow& op) {
-  add_to_hash(op.job.value, op.tile, op.level, op.index);
-  statements_.drop_result_row.bind_all(op.job.value, op.tile, op.level, op.index);
-  return statements_.drop_result_row.run();
 }
 
 // ---- opening ----
@@ -330,41 +269,37 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
              : check_store_format(file.string(), version, kSqliteFormatVersion, "another directory with --data");
 }
 
+/// In the order of stored::RowStatement.
+constexpr std::array<const char*, stored::kPutRecord> kRowStatements{
+    "INSERT OR REPLACE INTO nodes (job, tile, level, range_index, non_finite, hash, samples) VALUES (?1,?2,?3,?4,?5,?6,"
+    "?7)",
+    "DELETE FROM nodes WHERE job = ?1 AND tile = ?2 AND level = ?3 AND range_index = ?4",
+    "INSERT OR REPLACE INTO results VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10)",
+    "UPDATE results SET audit = 2, checksum = (checksum & ~3) | 2 WHERE job = ?1 AND tile = ?2 AND level = ?3 AND "
+    "range_index = ?4",
+    "DELETE FROM results WHERE job = ?1 AND tile = ?2 AND level <= ?3 AND range_index >> (?3 - level) = ?4",
+    "DELETE FROM results WHERE job = ?1 AND tile = ?2 AND level = ?3 AND range_index = ?4"};
+
 Result<Statements> prepare_statements(Database& database) {
   Statements all;
   LM_ASSIGN_OR_RETURN(all.begin, database.prepare("BEGIN IMMEDIATE"));
   LM_ASSIGN_OR_RETURN(all.commit, database.prepare("COMMIT"));
   LM_ASSIGN_OR_RETURN(all.rollback, database.prepare("ROLLBACK"));
+  LM_ASSIGN_OR_RETURN(all.store_row, sqlite::StoreRowWriter::prepare(database));
+  for (std::size_t i = 0; i < kRowStatements.size(); ++i) {
+    LM_ASSIGN_OR_RETURN(all.rows[i], database.prepare(kRowStatements[i]));
+  }
   for (std::size_t i = 0; i < stored::kTableCount; ++i) {
     const stored::Table table{static_cast<std::uint8_t>(i)};
     const stored::TableInfo& info = stored::info_of(table);
     // Entries of the log never change.
     const char* const again = table == stored::Table::actions ? "NOTHING" : "UPDATE SET message = ?2, checksum = ?3";
-    LM_ASSIGN_OR_RETURN(all.put_record[i],
+    LM_ASSIGN_OR_RETURN(all.rows[stored::kPutRecord + i],
                         database.prepare(fmt::format("INSERT INTO {} VALUES (?1,?2,?3) ON CONFLICT ({}) DO {}",
                                                      info.name, info.key, again)));
-    LM_ASSIGN_OR_RETURN(all.drop_record[i],
+    LM_ASSIGN_OR_RETURN(all.rows[stored::kDropRecord + i],
                         database.prepare(fmt::format("DELETE FROM {} WHERE {} = ?1", info.name, info.key)));
   }
-  LM_ASSIGN_OR_RETURN(all.store_row, sqlite::StoreRowWriter::prepare(database));
-  LM_ASSIGN_OR_RETURN(all.put_node,
-                      database.prepare("INSERT OR REPLACE INTO nodes (job, tile, level, range_index, non_finite, hash, "
-                                       "samples) VALUES (?1,?2,?3,?4,?5,?6,?7)"));
-  LM_ASSIGN_OR_RETURN(
-      all.drop_node,
-      database.prepare("DELETE FROM nodes WHERE job = ?1 AND tile = ?2 AND level = ?3 AND range_index = ?4"));
-  LM_ASSIGN_OR_RETURN(all.put_result,
-                      database.prepare("INSERT OR REPLACE INTO results VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10)"));
-  LM_ASSIGN_OR_RETURN(
-      all.put_verified,
-      database.prepare("UPDATE results SET audit = 2, checksum = (checksum & ~3) | 2 WHERE job = ?1 AND "
-                       "tile = ?2 AND level = ?3 AND range_index = ?4"));
-  LM_ASSIGN_OR_RETURN(all.drop_results,
-                      database.prepare("DELETE FROM results WHERE job = ?1 AND tile = ?2 AND level <= ?3 AND "
-                                       "range_index >> (?3 - level) = ?4"));
-  LM_ASSIGN_OR_RETURN(
-      all.drop_result_row,
-      database.prepare("DELETE FROM results WHERE job = ?1 AND tile = ?2 AND level = ?3 AND range_index = ?4"));
   return all;
 }
 
@@ -393,10 +328,9 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
   database.checkpoint_at_close(false);  // a refused store is not changed
   LM_RETURN_IF_ERROR(prepare_file(database, file, is_new, !chain.last() || options.accept_loss, first));
   LM_ASSIGN_OR_RETURN(const sqlite::StoreRow row, sqlite::read_store_row(database));
-  LM_ASSIGN_OR_RETURN(const std::int64_t highest,
-                      database.number("SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name = 'jobs'"));
+  LM_ASSIGN_OR_RETURN(const std::int64_t highest, database.number(sqlite::kHighestJob));
   CommitMark found{row.id, row.commits, row.hash, static_cast<std::uint64_t>(highest)};
-  LM_ASSIGN_OR_RETURN(stored::RowKeys keys, sqlite::load_keys(database));
+  LM_ASSIGN_OR_RETURN(stored::RowKeys keys, stored::load_keys(database));
   Status complete = check_chain(chain.last(), found);
   complete = complete.ok() ? stored::check_keys(keys.sums(), row.keys) : complete;
   if (!complete.ok() && !options.accept_loss) {

@@ -70,8 +70,8 @@ Result<StoreRowWriter> StoreRowWriter::prepare(Database& database) {
 }
 
 Status StoreRowWriter::write(const StoreRow& row) {
-  const std::array<std::uint8_t, 16> hash = stored::bytes_of(row.hash);
-  update_.bind_all(row.epoch, row.commits, stored::view_of(hash), stored::view_of(row.keys), checksum_of(row));
+  const std::string hash = hash_bytes(row.hash);
+  update_.bind_all(row.epoch, row.commits, as_byte_view(hash), stored::view_of(row.keys), checksum_of(row));
   return update_.run();
 }
 

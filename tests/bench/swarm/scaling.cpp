@@ -10,7 +10,7 @@
 #include "client/chart/chart.h"
 #include "common/base/check.h"
 #include "common/base/file.h"
-#include "common/base/file_limit.h"
+#include "common/base/machine_memory.h"
 #include "common/base/quantities.h"
 #include "tests/bench/swarm/swarm.h"
 #include "tests/support/farm.h"

@@ -8,7 +8,7 @@
 #include <future>
 
 #include "common/base/check.h"
-#include "common/base/file_limit.h"
+#include "common/base/machine_memory.h"
 #include "common/base/mutex.h"
 #include "common/base/quantities.h"
 #include "common/film/tile_grid.h"

@@ -9,8 +9,7 @@
 #include "common/base/file.h"
 #include "server/store/commit_chain.h"
 #include "server/store/postgres/commit_batch.h"
-#include "server/store/postgres/format_6.h"
-#include "server/store/postgres/format_7.h"
+#include "server/store/postgres/migrations.h"
 #include "server/store/postgres/schema.h"
 #include "server/store/row_values.h"
 #include "tests/support/fault_proxy.h"
@@ -164,7 +163,7 @@ TEST_F(PostgresStoreTest, ADatabaseOfThePreviousFormatIsMigratedAndKept) {
 /// "'\\x…'"
 std::string literal_of(const Hash128& hash) {
   std::string text;
-  for (const std::uint8_t byte : stored::bytes_of(hash)) {
+  for (const std::uint8_t byte : hash_bytes(hash)) {
     text += fmt::format("{:02x}", byte);
   }
   return "'\\x" + text + "'";

@@ -1,4 +1,4 @@
-#include "client/cli/image_check.h"
+#include "client/cli/scene_options.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "client/lab/analysis.h"
-#include "client/lab/difference.h"
 #include "client/lab/experiment.h"
 #include "client/lab/page.h"
 #include "client/lab/report.h"

@@ -1,5 +1,5 @@
 // Text of meter readings.
-#include "client/cli/meter_report.h"
+#include "client/cli/job_report.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "common/command_line/completions.h"
-#include "common/command_line/man_page.h"
-#include "common/command_line/markdown_page.h"
+#include "common/command_line/descriptions.h"
 
 namespace lightmill::test {
 namespace {

@@ -7,7 +7,6 @@
 #include <functional>
 
 #include "common/image/exr.h"
-#include "common/image/exr_header.h"
 #include "common/image/read/read_image.h"
 #include "tests/support/image_files.h"
 

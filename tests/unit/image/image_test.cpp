@@ -10,7 +10,6 @@
 #include "common/image/color.h"
 #include "common/image/error_metrics.h"
 #include "common/image/exr.h"
-#include "common/image/exr_header.h"
 #include "common/image/film_picture.h"
 #include "common/image/picture_file.h"
 #include "common/image/png.h"

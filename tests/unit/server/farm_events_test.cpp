@@ -10,7 +10,7 @@ using Numbers = std::vector<std::uint64_t>;
 
 Numbers numbers(const FarmEvents::Page& page) {
   Numbers all;
-  for (const FarmEvent& event : page.events) {
+  for (const RecordedEvent& event : page.events) {
     all.push_back(event.number);
   }
   return all;

@@ -29,7 +29,7 @@ TEST_F(FarmHistoryTest, ASampleHasTheWorkOfItsIntervalAndTheCurrentFarm) {
   load_ = {800, 2, 1, {{"a", 4, 3, 0, 0, 0}, {"b", 2, 0, 0, 0, 0}}};
   look(12);
   ASSERT_EQ(history_.fine().size(), 1u);
-  EXPECT_EQ(history_.fine()[0], (FarmSample{22'000, 12, 300, 2, 6, 4, 3, 2, 1}));
+  EXPECT_EQ(history_.fine()[0], (HistorySample{22'000, 12, 300, 2, 6, 4, 3, 2, 1}));
   EXPECT_EQ(history_.next(), now_ + FarmHistory::kInterval);
 }
 
@@ -41,7 +41,7 @@ TEST_F(FarmHistoryTest, FiveMinutesSumTheWorkAndWeightMeansByLength) {
     look(i < 15 ? 10 : 20);
   }
   ASSERT_EQ(history_.coarse().size(), 1u);
-  const FarmSample& all = history_.coarse()[0];
+  const HistorySample& all = history_.coarse()[0];
   EXPECT_EQ(all.unix_ms, to_unix_ms());
   EXPECT_DOUBLE_EQ(all.seconds, 450);
   EXPECT_DOUBLE_EQ(all.pixel_samples, 3000);

@@ -162,7 +162,7 @@ TEST_F(SqliteStoreTest, AStoreOfFormat13IsReadAsItIs) {
   const std::string before = test::describe(test::load_with_films(*open()).value());
   // There, hashes of nodes are without their place.
   std::string hash;
-  for (const std::uint8_t byte : stored::bytes_of(hash_of(*node))) {
+  for (const std::uint8_t byte : hash_bytes(hash_of(*node))) {
     hash += fmt::format("{:02x}", byte);
   }
   sql(fmt::format("PRAGMA user_version = {}; UPDATE nodes SET hash = x'{}'", kSameTablesVersion, hash));

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "server/store/coalesce.h"
-#include "server/store/row_values.h"
+#include "server/store/load_state.h"
 
 namespace lightmill::test {
 namespace {
@@ -101,8 +101,8 @@ Result<StoredState> load_with_films(Store& store) {
   LM_ASSIGN_OR_RETURN(StoredState state, store.load());
   std::vector<StoreOp> repairs;
   for (StoredState::StoredJob& job : state.jobs) {
-    LM_RETURN_IF_ERROR(stored::load_values(
-        job, state, repairs, [&](JobId id, const FilmPosition& after) { return store.read_film(id, after); }));
+    const auto read = [&](JobId id, const FilmPosition& after) { return store.read_film(id, after); };
+    LM_RETURN_IF_ERROR(stored::load_values(read, job, state, repairs));
   }
   if (!repairs.empty()) {
     LM_RETURN_IF_ERROR(store.commit(repairs));

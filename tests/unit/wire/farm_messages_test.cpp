@@ -387,7 +387,7 @@ TEST(FarmMessages, BadSettingsAreNamed) {
   EXPECT_EQ(refused([](auto& w) { w.mutable_layers(0)->set_channels(0); }),
             "settings.layers: a layer needs a name and at least one channel, got 'beauty' with 0");
   EXPECT_EQ(refused([](auto& w) { w.mutable_layers(0)->clear_kind(); }),
-            "settings.layers: layer 'beauty' has the unknown kind 0");
+            "settings.layers: kind of 'beauty': unknown value 0");
   EXPECT_EQ(refused([](auto& w) { w.set_meters(kMaxMeters + 1); }), "settings.meters: at most 256, got 257");
   EXPECT_EQ(refused([](auto& w) { w.set_method(std::string(2000, 'x')); }),
             "settings.method: 2000 bytes are more than the limit of 1024");

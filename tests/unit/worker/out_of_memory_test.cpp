@@ -12,7 +12,7 @@
 #include "tests/support/render_document.h"
 #include "worker/render/preparer.h"
 #include "worker/render/render_pool.h"
-#include "worker/render/within_limits.h"
+#include "worker/render/scene_limits.h"
 
 namespace lightmill {
 namespace {

@@ -28,7 +28,7 @@ TEST(Histogram, AValueBelongsToTheFirstBucketThatHoldsIt) {
 }
 
 TEST(Metrics, FollowTheTextFormat) {
-  FarmMetrics farm;
+  MetricValues farm;
   farm.totals.units_leased = 3;
   farm.totals.pixel_samples = 123'456'789'012;
   farm.totals.first_picture.add(0.2);

@@ -1,4 +1,4 @@
-#include "server/web/farm_changes.h"
+#include "server/web/list_changes.h"
 
 namespace lightmill {
 namespace {
@@ -8,8 +8,8 @@ constexpr Duration kReviewInterval = std::chrono::seconds(2);
 
 }  // namespace
 
-FarmChanges FarmChangeTracker::poll(const Coordinator& farm, Time now, std::span<const JobId> ended) {
-  FarmChanges changes;
+ListChanges ListTracker::poll(const Coordinator& farm, Time now, std::span<const JobId> ended) {
+  ListChanges changes;
   const bool review = now >= next_review_;
   next_review_ = review ? now + kReviewInterval : next_review_;
   std::map<JobId, Known> listed;

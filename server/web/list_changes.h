@@ -10,7 +10,7 @@
 
 namespace lightmill {
 
-struct FarmChanges {
+struct ListChanges {
   std::vector<JobStatus> jobs;  ///< new and changed ones
   std::vector<JobId> removed;
   std::vector<WorkerStatus> workers;  ///< all
@@ -18,13 +18,13 @@ struct FarmChanges {
 };
 
 /// Used on the farm thread.
-class FarmChangeTracker {
+class ListTracker {
  public:
   /// Jobs in the list. The newest ones are listed.
   static constexpr std::size_t kMostJobs = 1'000;
 
   /// `ended`: ended jobs that the caller watches, in case they are resumed.
-  FarmChanges poll(const Coordinator& farm, Time now, std::span<const JobId> ended);
+  ListChanges poll(const Coordinator& farm, Time now, std::span<const JobId> ended);
 
  private:
   struct Known {

@@ -1,0 +1,44 @@
+// Loads the coordinator's state from the tables that all databases share.
+#pragma once
+
+#include "server/store/records.h"
+#include "server/store/row_source.h"
+#include "server/store/row_values.h"
+#include "server/store/store.h"
+
+namespace lightmill::stored {
+
+/// Implements Store::read_film().
+using ReadFilm = std::function<Result<FilmPiece>(JobId job, const FilmPosition& after)>;
+
+/// Reads all jobs with their nodes and results, and all small rows. It does not read the epoch, the secret, the next job
+/// id, or the values of ended jobs' nodes. Damaged rows are logged; such jobs are left out, and such nodes are removed.
+/// The caller applies `repairs`. `specs` learns which specifications are stored. Nothing else may write meanwhile.
+Result<StoredState> load_state(RowSource& rows, const ReadFilm& read_film, StoredSpecs& specs,
+                               std::vector<StoreOp>& repairs);
+
+/// Loads the values of all nodes of a job. Drops damaged nodes with `repairs`.
+Status load_values(const ReadFilm& read_film, StoredState::StoredJob& job, StoredState& state,
+                   std::vector<StoreOp>& repairs);
+
+/// Keys of all small rows.
+Result<RowKeys> load_keys(RowSource& rows);
+
+/// Adds a result to its job. `row` has tile, level, range_index, hash, worker, machine, audit, fingerprint_class and
+/// checksum. False if the row is damaged: its numbers are invalid, or is_sound(key, hash, by, audit, checksum) is false.
+template <class IsSound>
+bool take_result(const Row& row, StoredState::StoredJob& job, RendererTable& renderers, const IsSound& is_sound) {
+  std::int64_t tile, level, index, audit, checksum;
+  std::string hash_bytes;
+  Renderer by;
+  read_columns(row, tile, level, index, hash_bytes, by.worker, by.identity, audit, by.fingerprint_class, checksum);
+  const NodeKey key = key_of(job.record.id, {tile, level, index});
+  const Result<Hash128> hash = hash_in(hash_bytes);
+  if (!is_key({tile, level, index}) || !hash.ok() || !is_sound(key, *hash, by, audit, checksum)) {
+    return false;
+  }
+  job.results.push_back({key.tile, key.range, *hash, renderers.index_of(std::move(by)), audit == 1});
+  return true;
+}
+
+}  // namespace lightmill::stored
