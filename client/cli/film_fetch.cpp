@@ -3,10 +3,12 @@
 #include <unistd.h>
 
 #include <set>
+#include <thread>
 
 #include "client/cli/console.h"
 #include "common/base/clock.h"
 #include "common/base/file.h"
+#include "common/film/reconstruct.h"
 #include "common/image/picture_file.h"
 
 namespace lightmill::cli {
@@ -23,6 +25,19 @@ Result<AssembledFilm> fetch_film(CoordinatorClient& connection, std::uint64_t id
     return film ? film->add(part.tile()) : data_loss("the farm sent a tile before the film's header");
   }));
   return film ? film->finish() : data_loss("the farm sent no film for job {}", id);
+}
+
+Status denoise(FilmPicture& picture) {
+  const auto features = std::ranges::find(picture.layers, kFeaturesLayer, &PictureLayer::name);
+  if (features == picture.layers.end()) {
+    return failed_precondition(
+        "job {} cannot be denoised, because its film has no layer \"features\": submit it with --denoise",
+        picture.receipt.job);
+  }
+  const ReconstructionInput film{picture.data.width, picture.data.height, picture.half_a,  picture.half_b,
+                                 picture.samples_a,  picture.samples_b,   features->values};
+  picture.denoised = reconstruct(film, {.threads = static_cast<int>(std::thread::hardware_concurrency())});
+  return ok_status();
 }
 
 Status check_outputs(const std::vector<std::string>& paths) {

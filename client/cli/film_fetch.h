@@ -13,6 +13,16 @@ namespace lightmill::cli {
 /// The film as it is now, with its receipt. DATA_LOSS if what the farm sends cannot be a film.
 Result<AssembledFilm> fetch_film(CoordinatorClient& connection, std::uint64_t id);
 
+/// Where a job's picture goes, and what is done to it.
+struct PictureOutputs {
+  std::vector<std::string> paths;
+  ViewSettings view;     ///< of PNG files
+  bool denoise = false;  ///< add the reconstructed picture
+};
+
+/// Adds the reconstructed picture (common/film/reconstruct.h). FAILED_PRECONDITION if the film has no layer `features`.
+Status denoise(FilmPicture& picture);
+
 /// Checks that each path can be written: it ends in .exr or .png, and its folder exists and is writable.
 Status check_outputs(const std::vector<std::string>& paths);
 

@@ -86,14 +86,29 @@ void explain_layers(const Console& console) {
                {"light:NAME", "Light.NAME.R/G/B", "light of the light group NAME; Light.rest has all other light"},
                {"albedo", "Albedo.R/G/B", "the reflectance of the first surface"},
                {"normal", "N.X/Y/Z", "its shading normal, in scene coordinates"},
+               {"features", "Features.A/B...", "sums of albedo, normal and 1/depth, for --denoise"},
                {"depth", "Z", "its distance from the camera's plane, in scene units"},
                {"id", "CryptoObject.., CryptoMaterial..", "objects and materials as Cryptomatte"}});
   console.result("");
   print_table(console, {{"METHOD", "LAYERS"},
                         {"caustic", "all"},
                         {"auto, path, vcm", "all but caustic"},
-                        {"ppm", "bias, albedo, normal, depth, id"},
-                        {"others", "albedo, normal, depth, id"}});
+                        {"ppm", "bias, albedo, normal, features, depth, id"},
+                        {"others", "albedo, normal, features, depth, id"}});
+}
+
+void explain_denoise(const Console& console) {
+  print_text(console,
+             "--denoise reconstructs a picture with less noise. It fits simple models of the surfaces to the samples "
+             "around each pixel. It helps most at few samples per pixel, and blurs what the models miss, such as "
+             "caustics, reflections and fine shadows.\n\n"
+             "`render --denoise` and `submit --denoise` add the layer \"features\" to the job. `render`, `fetch` and "
+             "`watch` with --denoise write the reconstructed picture to PNG files. In EXR files it is Denoised.R/G/B, "
+             "beside the raw picture. The film on the farm stays as it is.\n\n"
+             "The stated error is that of the raw picture. The error of the denoised picture is not known.\n\n"
+             "  lightmill render scene.json --spp 16 --denoise\n"
+             "  lightmill submit scene.json --denoise\n"
+             "  lightmill fetch 5 --denoise -o picture.png");
 }
 
 void explain_limits(const Console& console) {
@@ -184,9 +199,10 @@ void explain_scenes(const Console& console) {
   print_text(console, "\n`lightmill check SCENE` shows what is in a scene, and what is wrong with it.");
 }
 
-constexpr std::array<HelpTopic, 10> kTopics{{
+constexpr std::array<HelpTopic, 11> kTopics{{
     {"access", "certificates, tokens and roles", explain_access},
     {"audits", "how the farm checks its workers", explain_audits},
+    {"denoise", "pictures with less noise", explain_denoise},
     {"exit-codes", "exit codes of all commands", explain_exit_codes},
     {"farm", "which farm a command uses, and what Ctrl-C does", explain_farm},
     {"layers", "layers of EXR files", explain_layers},

@@ -29,9 +29,8 @@ std::string black_notice(const FilmPicture& picture, const ViewSettings& view) {
 }  // namespace
 
 ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection, std::uint64_t id,
-                          const std::vector<std::string>& outputs, const ViewSettings& view,
-                          const std::vector<std::string>& scene_notices) {
-  const Result<AssembledFilm> film = fetch_film(connection, id);
+                          const PictureOutputs& outputs, const std::vector<std::string>& scene_notices) {
+  Result<AssembledFilm> film = fetch_film(connection, id);
   if (!film.ok()) {
     return console.fail(film.status());
   }
@@ -39,17 +38,21 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
     return console.fail(make_error(StatusCode::kFailedPrecondition, "job {} has no samples yet: it is {}", id,
                                    state_name(film->job.state())));
   }
-  if (const Status status = write_outputs(film->picture, outputs, view); !status.ok()) {
+  if (const Status status = outputs.denoise ? denoise(film->picture) : ok_status(); !status.ok()) {
+    return console.fail(status);
+  }
+  if (const Status status = write_outputs(film->picture, outputs.paths, outputs.view); !status.ok()) {
     return console.fail(status);
   }
   std::vector<std::string> notices = scene_notices;
-  const std::string black = black_notice(film->picture, view);
+  const std::string black = black_notice(film->picture, outputs.view);
   if (!black.empty()) {
     notices.push_back(black);
   }
   nlohmann::json object = to_json(film->job, notices);
   object["film_hash"] = film->picture.receipt.film_hash;
-  object["outputs"] = outputs;
+  object["outputs"] = outputs.paths;
+  object["denoised"] = outputs.denoise;
   if (!film->meters.empty()) {
     object["meters"] = to_json(film->meters);
   }
@@ -61,9 +64,12 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
                              tell_limit ? film->job.reason() + "; " : "",
                              samples_per_pixel(film->picture.receipt.min_samples, film->picture.receipt.max_samples),
                              error.empty() ? "" : ", error " + error, human_seconds(film->job.active_seconds()),
-                             outputs.empty() ? "" : fmt::format(" -> {}", fmt::join(outputs, ", "))));
+                             outputs.paths.empty() ? "" : fmt::format(" -> {}", fmt::join(outputs.paths, ", "))));
   if (!black.empty()) {
     console.result("note: " + black);
+  }
+  if (outputs.denoise) {
+    console.result("note: the error is that of the raw picture; that of the denoised one is not known");
   }
   for (const std::string& notice : film->job.method_notes().notices()) {
     console.result("note: " + notice);
@@ -81,10 +87,9 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
 }
 
 ExitCode report_ended_job(const Console& console, CoordinatorClient& connection, const v1::Job& job,
-                          const std::vector<std::string>& outputs, const ViewSettings& view,
-                          const std::vector<std::string>& scene_notices) {
+                          const PictureOutputs& outputs, const std::vector<std::string>& scene_notices) {
   if (job.state() == v1::JOB_STATE_DONE) {
-    return fetch_and_report(console, connection, job.id(), outputs, view, scene_notices);
+    return fetch_and_report(console, connection, job.id(), outputs, scene_notices);
   }
   if (job.state() == v1::JOB_STATE_CANCELLED) {
     return console.fail(make_error(StatusCode::kAborted, "job {} was cancelled", job.id()),

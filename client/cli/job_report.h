@@ -6,7 +6,7 @@
 
 #include "client/cli/console.h"
 #include "client/cli/coordinator_client.h"
-#include "common/image/color.h"
+#include "client/cli/film_fetch.h"
 #include "common/wire/film_assembly.h"
 
 namespace lightmill::cli {
@@ -14,13 +14,11 @@ namespace lightmill::cli {
 /// Fetches the film as it is now, writes it to `outputs` and reports this. With --json the report includes the scene's
 /// notices.
 ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection, std::uint64_t id,
-                          const std::vector<std::string>& outputs, const ViewSettings& view,
-                          const std::vector<std::string>& scene_notices = {});
+                          const PictureOutputs& outputs, const std::vector<std::string>& scene_notices = {});
 
 /// The same for a done job. For a failed or cancelled job, reports the reason and returns kJobFailed.
 ExitCode report_ended_job(const Console& console, CoordinatorClient& connection, const v1::Job& job,
-                          const std::vector<std::string>& outputs, const ViewSettings& view,
-                          const std::vector<std::string>& scene_notices = {});
+                          const PictureOutputs& outputs, const std::vector<std::string>& scene_notices = {});
 
 /// "0.1807 ± 0.0003 W/m², 123.4 ± 0.2 lx".
 std::string reading_text(const NamedReading& reading);

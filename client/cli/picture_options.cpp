@@ -5,15 +5,16 @@
 
 namespace lightmill::cli {
 
-Result<ViewSettings> PictureOptions::view_settings() const {
-  ViewSettings settings;
-  settings.exposure_stops = exposure_stops;
-  settings.gamma = gamma;
-  LM_ASSIGN_OR_RETURN(settings.view, parse_view(view));
+Result<PictureOutputs> PictureOptions::checked() const {
+  PictureOutputs checked{outputs, {}, denoise};
+  checked.view.exposure_stops = exposure_stops;
+  checked.view.gamma = gamma;
+  LM_ASSIGN_OR_RETURN(checked.view.view, parse_view(view));
   if (!png_option.empty() && png_outputs().empty()) {
     return invalid_argument("{} applies only to PNG files, and none is written: add -o FILE.png", png_option);
   }
-  return settings;
+  LM_RETURN_IF_ERROR(check_outputs(outputs));
+  return checked;
 }
 
 std::vector<std::string> PictureOptions::png_outputs() const {
@@ -31,6 +32,10 @@ void add_picture_options(CLI::App& command, PictureOptions& options) {
                   "output picture, .exr (linear, with all layers and the receipt) or .png; may be repeated")
       ->type_name("FILE")
       ->allow_extra_args(false);
+  command.add_flag(
+      "--denoise", options.denoise,
+      "reconstruct the picture with less noise: PNG files show it, and EXR files have it beside the raw one "
+      "(`lightmill help denoise`)");
   const auto note = [&options](const char* name) {
     return [&options, name](const std::string&) { options.png_option = name; };
   };

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/image/color.h"
+#include "client/cli/film_fetch.h"
 
 namespace lightmill::cli {
 
@@ -14,10 +14,12 @@ struct PictureOptions {
   double exposure_stops = 0;
   double gamma = 1;
   std::string view = "plain";
+  bool denoise = false;
   std::string png_option;  ///< the last given option that applies only to PNG files
 
-  /// INVALID_ARGUMENT for an unknown view, or for an option of PNG files if `outputs` has no PNG file.
-  Result<ViewSettings> view_settings() const;
+  /// INVALID_ARGUMENT for a file that cannot be written, an unknown view, or an option of PNG files if `outputs` has no
+  /// PNG file.
+  Result<PictureOutputs> checked() const;
   /// The outputs that are PNG files.
   std::vector<std::string> png_outputs() const;
 };

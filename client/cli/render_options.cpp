@@ -11,6 +11,7 @@
 #include "client/cli/units.h"
 #include "common/base/text.h"
 #include "common/farm/job_rules.h"
+#include "common/film/reconstruct.h"
 #include "common/film/sample_range.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/scene_io/assets.h"
@@ -74,12 +75,15 @@ Result<MethodSpec> checked_method(const RenderSettings& settings) {
   return status.ok() ? std::move(method) : Result<MethodSpec>(with_context(status, "--max-bounces"));
 }
 
-Result<std::vector<LayerSpec>> make_layers(std::string_view text, std::string_view method) {
+Result<std::vector<LayerSpec>> make_layers(std::string_view text, bool denoise, std::string_view method) {
   std::vector<std::string> names;
   for (std::size_t at = 0; at <= text.size() && !text.empty();) {
     const std::size_t end = std::min(text.find(',', at), text.size());
     names.emplace_back(text.substr(at, end - at));
     at = end + 1;
+  }
+  if (denoise && std::ranges::find(names, kFeaturesLayer) == names.end()) {
+    names.emplace_back(kFeaturesLayer);
   }
   Result<std::vector<LayerSpec>> layers = film_layers(names);
   const Status status = layers.ok() ? check_method_layers(method, *layers) : layers.status();
@@ -135,8 +139,8 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
                    "test every triangle for every ray, to measure what the BVH saves");
   command
       .add_option("--layers", options.layers,
-                  "more layers in the EXR: direct, indirect, caustic, bias, albedo, normal, depth, id, and "
-                  "light:NAME for a light group (`lightmill help layers`)")
+                  "more layers in the EXR: direct, indirect, caustic, bias, albedo, normal, features, depth, id, "
+                  "and light:NAME for a light group (`lightmill help layers`)")
       ->type_name("A,B,...");
   command
       .add_option("--max-bounces", settings.max_bounces,
@@ -171,7 +175,7 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
   LM_RETURN_IF_ERROR(check_name("--owner", job.spec.owner));
   LM_ASSIGN_OR_RETURN(job.spec.goal, checked_goal(job.spec.goal));
   LM_ASSIGN_OR_RETURN(const MethodSpec spec, checked_method(settings));
-  LM_ASSIGN_OR_RETURN(settings.layers, make_layers(options.layers, spec.name));
+  LM_ASSIGN_OR_RETURN(settings.layers, make_layers(options.layers, options.denoise, spec.name));
   LM_ASSIGN_OR_RETURN(job.scene, load_scene(options.scene, signals));
   if (const Status status = check_method_media(spec.name, has_scattering_media(job.scene.scene)); !status.ok()) {
     return with_context(status, "--method");

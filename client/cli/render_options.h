@@ -19,7 +19,8 @@ struct RenderOptions {
   SceneOptions scene;
   std::string size, crop, layers;  ///< as typed; make_job reads them together with the scene
   bool brute_force = false;
-  JobSpec spec;  ///< values of the other options
+  bool denoise = false;  ///< add the layer `features`
+  JobSpec spec;          ///< values of the other options
 };
 
 /// Used when none of --spp, --seconds and --error is given.

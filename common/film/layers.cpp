@@ -9,12 +9,13 @@ namespace lightmill {
 namespace {
 
 /// Layers with fixed names, in film order. Light groups precede the first layer that is not summed.
-const std::array<LayerSpec, 8> kNamedLayers{{{"direct", 3, LayerKind::summed},
+const std::array<LayerSpec, 9> kNamedLayers{{{"direct", 3, LayerKind::summed},
                                              {"indirect", 3, LayerKind::summed},
                                              {"caustic", 3, LayerKind::summed},
                                              {std::string(kBiasLayer), 3, LayerKind::summed},
                                              {"albedo", 3, LayerKind::summed},
                                              {"normal", 3, LayerKind::first_mean},
+                                             {"features", 20, LayerKind::first_mean},
                                              {"depth", 1, LayerKind::first_nearest},
                                              {"id", 1, LayerKind::first_samples}}};
 
@@ -29,8 +30,8 @@ bool is_named_layer(std::string_view name) {
 Status check_name_of_layer(std::string_view name, std::span<const std::string> before) {
   if (!is_named_layer(name) && name != "beauty" && name != kRestLayer && !is_light_group_name(light_group_of(name))) {
     return invalid_argument(
-        "unknown layer \"{}\"; the layers are direct, indirect, caustic, bias, albedo, normal, depth, id, and "
-        "light:NAME for a light group",
+        "unknown layer \"{}\"; the layers are direct, indirect, caustic, bias, albedo, normal, features, depth, id, "
+        "and light:NAME for a light group",
         printable(name));
   }
   if (std::ranges::find(before, name) != before.end()) {
@@ -96,8 +97,8 @@ Status check_layers(const std::vector<LayerSpec>& layers) {
 }
 
 Status check_method_layers(std::string_view method, const std::vector<LayerSpec>& layers) {
-  constexpr std::array<std::string_view, 8> kAll{"caustic", "direct", "indirect", kBiasLayer,
-                                                 "albedo",  "normal", "depth",    "id"};
+  constexpr std::array<std::string_view, 9> kAll{"caustic", "direct",   "indirect", kBiasLayer, "albedo",
+                                                 "normal",  "features", "depth",    "id"};
   const bool all = method_follows_all_light(method);
   const std::span<const std::string_view> known = std::span(kAll).subspan(method == "caustic" ? 0
                                                                           : all               ? 1

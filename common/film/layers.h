@@ -1,7 +1,7 @@
 // Layers of a film: those that a job can have besides beauty, and the layout of their values in a node.
 //
 // Summed layers merge like beauty. The others come only from samples 0 to 15 of a pixel:
-//   normal  mean of the visible shading normals
+//   normal  mean of the visible shading normals. features: moments per half (methods/film_channels.h)
 //   depth   smallest visible depth
 //   id      the object of each sample
 #pragma once
@@ -55,8 +55,8 @@ std::string_view light_group_of(std::string_view layer);
 bool is_light_group_name(std::string_view name);
 
 /// The film's layers for these names, in the only order of films: beauty, direct, indirect, caustic, bias, albedo,
-/// light groups as given and the rest of the light, normal, depth, id. INVALID_ARGUMENT for an unknown or repeated
-/// name, or too many groups.
+/// light groups as given and the rest of the light, normal, features, depth, id. INVALID_ARGUMENT for an unknown or
+/// repeated name, or too many groups.
 Result<std::vector<LayerSpec>> film_layers(std::span<const std::string> names);
 
 /// INVALID_ARGUMENT unless film_layers can return this list.

@@ -11,6 +11,7 @@ namespace lightmill {
 namespace {
 
 constexpr std::array<const char*, 3> kRgb{"R", "G", "B"};
+constexpr const char* kDenoisedPrefix = "Denoised.";
 constexpr const char* kLayersAttribute = "lightmill.layers";  ///< names, separated by spaces
 
 std::uint64_t parse_count(const std::string& text) {
@@ -341,6 +342,10 @@ Image to_image(const FilmPicture& picture) {
           {layer.channels[i], std::vector<float>(first, first + static_cast<std::ptrdiff_t>(pixels))});
     }
   }
+  if (!picture.denoised.empty()) {
+    add_rgb(image, kDenoisedPrefix, picture.denoised, pixels);
+    image.attributes["lightmill.denoised"] = "first-order feature regression of R, G, B; its error is not known";
+  }
   if (!names.empty()) {
     image.attributes[kLayersAttribute] = fmt::format("{}", fmt::join(names, " "));
   }
@@ -359,11 +364,18 @@ Result<FilmPicture> from_image(const Image& image) {
   for (const std::string& name : split_words(image.text(kLayersAttribute))) {
     LM_RETURN_IF_ERROR(take_layer(image, name, picture));
   }
+  if (!image.text("lightmill.denoised").empty()) {
+    LM_RETURN_IF_ERROR(take_rgb(image, kDenoisedPrefix, picture.denoised));
+  }
   return picture;
 }
 
 RgbImage cropped_frame(const FilmPicture& picture) {
   return {picture.data.width, picture.data.height, picture.beauty};
+}
+
+RgbImage shown_frame(const FilmPicture& picture) {
+  return {picture.data.width, picture.data.height, picture.denoised.empty() ? picture.beauty : picture.denoised};
 }
 
 }  // namespace lightmill

@@ -2,7 +2,7 @@
 //
 // Channels: `R G B` (mean of all samples), `A.R A.G A.B` and `B.R B.G B.B` (means of the two independent halves),
 // `StdErr.R StdErr.G StdErr.B` (standard error of the mean, smoothed), `samples`, `A.samples` and `B.samples` (per
-// pixel), and those of other layers (picture_layers.h). All are float32 or uint32, with lossless compression. The
+// pixel), those of other layers (picture_layers.h), and `Denoised.R/G/B` if the picture was reconstructed. All are float32 or uint32, with lossless compression. The
 // receipt is in attributes named `lightmill.*`.
 #pragma once
 
@@ -44,6 +44,7 @@ struct FilmPicture {
   std::vector<float> beauty, half_a, half_b;
   std::vector<std::uint32_t> samples_a, samples_b;   ///< per pixel
   std::vector<PictureLayer> layers;                  ///< in the film's order
+  std::vector<float> denoised;                       ///< the reconstructed picture; empty without
   std::map<std::string, ImageAttribute> attributes;  ///< of the EXR, without the receipt's
   Receipt receipt;
 
@@ -85,5 +86,8 @@ Result<FilmPicture> from_image(const Image& image);
 
 /// The beauty of the data window.
 RgbImage cropped_frame(const FilmPicture& picture);
+
+/// The reconstructed picture, if there is one, else beauty.
+RgbImage shown_frame(const FilmPicture& picture);
 
 }  // namespace lightmill

@@ -41,7 +41,7 @@ Result<std::string> encode_picture(const FilmPicture& picture, PictureFormat for
   if (format == PictureFormat::exr) {
     return encode_exr(to_image(picture));
   }
-  return encode_png(picture.data.width, picture.data.height, to_srgb8(cropped_frame(picture), view));
+  return encode_png(picture.data.width, picture.data.height, to_srgb8(shown_frame(picture), view));
 }
 
 Result<RgbImage> load_rgb(const fs::path& path) {

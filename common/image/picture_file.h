@@ -15,7 +15,7 @@ enum class PictureFormat { exr, png };
 /// By extension, upper or lower case. INVALID_ARGUMENT names the path and the two formats.
 Result<PictureFormat> picture_format(const std::filesystem::path& path);
 
-/// The file's bytes: EXR with all layers and the receipt, or PNG of the data window through `view`.
+/// The file's bytes: EXR with all layers and the receipt, or PNG of the shown frame through `view`.
 Result<std::string> encode_picture(const FilmPicture& picture, PictureFormat format, const ViewSettings& view);
 
 /// Linear RGB of an EXR's `R G B` (its data window) or of a PNG. Errors name the path.

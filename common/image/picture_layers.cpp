@@ -21,6 +21,16 @@ std::vector<std::string> channels_of(std::string_view name) {
   if (name == "normal") {
     return {"N.X", "N.Y", "N.Z"};
   }
+  if (name == "features") {
+    std::vector<std::string> channels;
+    for (const char* half : {"A", "B"}) {
+      for (const char* channel : {"Albedo.R", "Albedo.G", "Albedo.B", "N.X", "N.Y", "N.Z", "InverseZ", "Square.Albedo",
+                                  "Square.N", "Square.InverseZ"}) {
+        channels.push_back(fmt::format("Features.{}.{}", half, channel));
+      }
+    }
+    return channels;
+  }
   if (name == "depth") {
     return {"Z"};
   }
@@ -96,7 +106,7 @@ std::set<std::string> PictureIds::seen(Kind kind) const {
 }
 
 bool is_mean_layer(std::string_view name) {
-  return name != "normal" && name != "depth" && name != "id";
+  return name != "normal" && name != "features" && name != "depth" && name != "id";
 }
 
 PictureLayer make_picture_layer(const std::string& name, std::size_t pixels) {
@@ -111,19 +121,19 @@ bool place_first_samples(std::vector<PictureLayer>& layers, const ImageWindow& d
   const auto pixels = static_cast<std::size_t>(data.pixel_count());
   std::size_t expected = 0;
   for (const PictureLayer& layer : layers) {
-    expected += layer.name == "normal" ? 3 : layer.name == "depth" ? 1 : layer.name == "id" ? samples : 0;
+    expected += is_mean_layer(layer.name) ? 0 : layer.name == "id" ? samples : layer.channels.size();
   }
   if (samples == 0 || samples > kMaxCryptomatteSamples || values.size() != expected * tile_pixels) {
     return samples == 0 && values.empty();
   }
   for (PictureLayer& layer : layers) {
-    if (layer.name == "normal") {
+    if (layer.name == "normal" || layer.name == "features") {
       for_each_pixel(data, rect, [&](std::size_t from, std::size_t to) {
-        for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t c = 0; c < layer.channels.size(); ++c) {
           layer.values[c * pixels + to] = values[c * tile_pixels + from] / static_cast<float>(samples);
         }
       });
-      values = values.subspan(3 * tile_pixels);
+      values = values.subspan(layer.channels.size() * tile_pixels);
     } else if (layer.name == "depth") {
       for_each_pixel(data, rect, [&](std::size_t from, std::size_t to) {
         layer.values[to] = values[from] == 0 ? kNoDepth : values[from];

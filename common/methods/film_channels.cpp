@@ -37,6 +37,7 @@ FilmChannels::FilmChannels(const std::vector<LayerSpec>& layers, const std::vect
                                         {kBiasLayer, &bias},
                                         {"albedo", &albedo},
                                         {"normal", &normal},
+                                        {"features", &features},
                                         {"depth", &depth},
                                         {"id", &id}}) {
       if (layer.name == name) {
@@ -59,25 +60,51 @@ FilmChannels::FilmChannels(const std::vector<LayerSpec>& layers, const std::vect
 void store_surfaces(const FilmChannels& channels, const CompiledScene& scene, const Hit8& hits, const Surface8& surface,
                     U8 pixel, const SamplePlanes& planes) {
   const M8 lanes = hits.hit;
+  const bool features = channels.features >= 0 && planes.first != nullptr;
+  const V8 albedo = channels.albedo >= 0 || features ? scene.materials().albedo(surface, lanes) : V8();
   if (channels.albedo >= 0) {
-    store_vector(lanes, pixel, scene.materials().albedo(surface, lanes),
-                 planes.summed + channels.albedo * planes.summed_stride, planes.summed_stride);
+    store_vector(lanes, pixel, albedo, planes.summed + channels.albedo * planes.summed_stride, planes.summed_stride);
   }
   if (planes.first == nullptr) {
     return;
   }
   const auto plane = [&](int channel) { return planes.first + channel * planes.first_stride; };
+  const V8 normal = select(surface.front, surface.shading_normal, -surface.shading_normal);
   if (channels.normal >= 0) {
-    const V8 normal = select(surface.front, surface.shading_normal, -surface.shading_normal);
     store_vector(lanes, pixel, normal, plane(channels.normal), planes.first_stride);
   }
+  const CameraBasis& camera = scene.camera();
+  const F8 depth = dot(surface.point - broadcast(camera.position), broadcast(camera.forward)) *
+                   F8(static_cast<float>(1 / scene.frame().scale()));
   if (channels.depth >= 0) {
-    const CameraBasis& camera = scene.camera();
-    const F8 depth = dot(surface.point - broadcast(camera.position), broadcast(camera.forward));
-    store_plane(lanes, pixel, depth * F8(static_cast<float>(1 / scene.frame().scale())), plane(channels.depth));
+    store_plane(lanes, pixel, depth, plane(channels.depth));
+  }
+  if (features) {
+    store_vector(lanes, pixel, albedo, plane(channels.features), planes.first_stride);
+    store_vector(lanes, pixel, normal, plane(channels.features + 3), planes.first_stride);
+    store_plane(lanes & (depth > F8(0.0f)), pixel, F8(1.0f) / depth, plane(channels.features + 6));
   }
   if (channels.id >= 0) {
     store_plane(lanes, pixel, to_float(hits.geometry + U8(1u)), plane(channels.id));
+  }
+}
+
+void complete_features(const FilmChannels& channels, bool half_b, std::size_t pixels, std::span<float> first) {
+  if (channels.features < 0 || first.empty()) {
+    return;
+  }
+  float* const half = first.data() + static_cast<std::size_t>(channels.features) * pixels;
+  constexpr std::array<std::size_t, 4> kBegin{0, 3, 6, 7};  // albedo, normal, 1/depth
+  for (std::size_t feature = 0; feature < 3; ++feature) {
+    float* const square = half + (7 + feature) * pixels;
+    for (std::size_t channel = kBegin[feature]; channel < kBegin[feature + 1]; ++channel) {
+      for (std::size_t i = 0; i < pixels; ++i) {
+        square[i] += half[channel * pixels + i] * half[channel * pixels + i];
+      }
+    }
+  }
+  if (half_b) {
+    std::swap_ranges(half, half + 10 * pixels, half + 10 * pixels);
   }
 }
 

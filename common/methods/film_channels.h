@@ -8,9 +8,11 @@
 //   light:G   light of light group G. light:rest is the light of all lights in no requested group
 //   albedo    reflectance of the first surface, whatever its kind (1 for clear glass)
 //   normal    its shading normal on the camera's side, in the scene's frame. With `flat`, the geometric normal
+//   features  what a reconstruction needs of it: for half A, then for half B, the sums of its albedo, of its normal and of
+//             1/depth (7 channels), and of their squared lengths (3 channels)
 //   depth     its distance from the camera's plane, along the view direction ("camera z"), in scene units
 //   id        1 + the index of its object in the document
-// The last four are 0 where a camera ray hits nothing.
+// The last five are 0 where a camera ray hits nothing.
 #pragma once
 
 #include <vector>
@@ -29,7 +31,7 @@ struct FilmChannels {
 
   NodeLayout layout;
   int direct = -1, indirect = -1, caustic = -1, bias = -1, albedo = -1;
-  int normal = -1, depth = -1, id = -1;
+  int normal = -1, features = -1, depth = -1, id = -1;
 
   /// First channel of a light group's layer, or of light:rest, by the group's number. Empty without such layers.
   std::vector<int> light;
@@ -50,5 +52,9 @@ struct SamplePlanes {
 /// Stores the surfaces that camera rays hit first, at the pixels `pixel`.
 void store_surfaces(const FilmChannels& channels, const CompiledScene& scene, const Hit8& hits, const Surface8& surface,
                     U8 pixel, const SamplePlanes& planes);
+
+/// Completes the layer `features` of one sample: `first` has its 7 channels of half A, and gets the squared lengths.
+/// Moves them to half B for a sample of that half.
+void complete_features(const FilmChannels& channels, bool half_b, std::size_t pixels, std::span<float> first);
 
 }  // namespace lightmill

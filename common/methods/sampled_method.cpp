@@ -19,6 +19,7 @@ Node SampledMethod::render(const PixelRect& tile, SampleRange range, Workspace& 
     if (ws.stop.stop_requested()) {
       return {};
     }
+    complete_features(channels_, sample % 2 == 1, pixels, ws.first);
     ws.sums.add(std::span(ws.radiance).first(channels_.layout.summed * pixels), ws.first);
   }
   ws.counters.samples += pixels * range.count();

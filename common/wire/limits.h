@@ -11,7 +11,7 @@ namespace lightmill {
 inline constexpr std::size_t kMaxSceneBytes = std::size_t{16} << 20;  ///< of a packed scene document
 inline constexpr std::size_t kMaxAssets = 10'000;                     ///< of one scene
 inline constexpr std::size_t kMaxLayers = 64;                         ///< of one film
-inline constexpr std::size_t kMaxChannels = 64;                       ///< of all layers of one film together
+inline constexpr std::size_t kMaxChannels = 96;                       ///< of all layers of one film together
 inline constexpr std::size_t kMaxNodeValues = 2 * kMaxChannels;       ///< per pixel, whatever the layers are
 inline constexpr std::size_t kMaxUnitTiles = std::size_t{1} << 20;    ///< tiles of a film of 65536² pixels
 inline constexpr std::size_t kMaxListedLeases = 10'000;               ///< in one hello, heartbeat or cancel

@@ -40,9 +40,8 @@ void print_notices(const Console& console, const PreparedJob& job) {
 
 /// Saves the picture of a private farm before the farm ends, if every tile has a sample. Returns what happened, and
 /// puts the file names into `object`.
-std::string save_interrupted(Farm& farm, std::uint64_t id, const std::vector<std::string>& outputs,
-                             const ViewSettings& view, nlohmann::json& object) {
-  const Result<AssembledFilm> film = fetch_film(*farm.connection, id);
+std::string save_interrupted(Farm& farm, std::uint64_t id, const PictureOutputs& outputs, nlohmann::json& object) {
+  Result<AssembledFilm> film = fetch_film(*farm.connection, id);
   if (!film.ok()) {
     return fmt::format("nothing is written: {}", message_of(film.status()));
   }
@@ -50,23 +49,25 @@ std::string save_interrupted(Farm& farm, std::uint64_t id, const std::vector<std
   if (receipt.min_samples == 0) {
     return "nothing is written, because parts of the picture have no samples yet";
   }
-  if (const Status status = write_outputs(film->picture, outputs, view); !status.ok()) {
+  if (const Status status = outputs.denoise ? denoise(film->picture) : ok_status(); !status.ok()) {
     return message_of(status);
   }
-  object["outputs"] = outputs;
+  if (const Status status = write_outputs(film->picture, outputs.paths, outputs.view); !status.ok()) {
+    return message_of(status);
+  }
+  object["outputs"] = outputs.paths;
   return fmt::format("the picture so far ({} per pixel) -> {}",
-                     samples_per_pixel(receipt.min_samples, receipt.max_samples), fmt::join(outputs, ", "));
+                     samples_per_pixel(receipt.min_samples, receipt.max_samples), fmt::join(outputs.paths, ", "));
 }
 
 /// Handles an interruption. On a shared farm Ctrl-C cancels the job, and its film stays. A closed terminal or a SIGTERM
 /// leaves it running, because the user did not decide. A private farm's film is saved, and `object` gets the file
 /// names. `server`: the end of commands that reach the same farm.
 void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::string& server,
-                     const std::vector<std::string>& outputs, const ViewSettings& view, const Console& console,
-                     nlohmann::json& object) {
+                     const PictureOutputs& outputs, const Console& console, nlohmann::json& object) {
   if (farm.local_farm) {
     console.notice(
-        fmt::format("interrupted; {}; the local farm is stopped", save_interrupted(farm, id, outputs, view, object)));
+        fmt::format("interrupted; {}; the local farm is stopped", save_interrupted(farm, id, outputs, object)));
     return;
   }
   if (!by_user) {
@@ -96,13 +97,11 @@ ExitCode render(Context& context, const Console& console, RenderCommandOptions o
     const std::string stem = std::filesystem::path(options.render.scene.scenes.front()).stem().string();
     outputs = {stem + ".exr", stem + ".png"};
   }
-  const Result<ViewSettings> view = options.picture.view_settings();
-  if (!view.ok()) {
-    return console.fail(view.status());
+  const Result<PictureOutputs> checked = options.picture.checked();
+  if (!checked.ok()) {
+    return console.fail(checked.status());
   }
-  if (const Status status = check_outputs(outputs); !status.ok()) {
-    return console.fail(status);
-  }
+  options.render.denoise = options.picture.denoise;
   const Result<PreparedJob> prepared = make_job(options.render, context.signals);
   if (!prepared.ok()) {
     return console.fail(prepared.status());
@@ -132,11 +131,11 @@ ExitCode render(Context& context, const Console& console, RenderCommandOptions o
     nlohmann::json object{{"id", submitted->id()}};
     if (context.signals.interrupted()) {
       end_interrupted(*farm, submitted->id(), context.signals.interrupted_by_user(), context.common.server_words(),
-                      outputs, *view, console, object);
+                      *checked, console, object);
     }
     return console.fail(job.status(), std::move(object));
   }
-  return report_ended_job(console, *farm->connection, *job, outputs, *view, prepared->scene.notices);
+  return report_ended_job(console, *farm->connection, *job, *checked, prepared->scene.notices);
 }
 
 ExitCode submit(Context& context, const Console& console, const RenderOptions& options) {
@@ -179,6 +178,11 @@ void add_render_commands(CLI::App& app, Context& context) {
   CLI::App* submit_command = app.add_subcommand("submit", "Queue a render on a farm and print the job's number.");
   submit_command->footer(kSubmitMore);
   add_render_options(*submit_command, options->render);
+  submit_command
+      ->add_flag("--denoise", options->render.denoise,
+                 "add the layer features, so that `fetch --denoise` can reconstruct the picture (`lightmill help "
+                 "denoise`)")
+      ->group("Picture");
   add_common_options(*submit_command, context);
   submit_command->callback([&context, options] {
     context.run = [&context, options](const Console& console) { return submit(context, console, options->render); };

@@ -41,10 +41,10 @@ bool finish_showing(TevViewer& viewer, Signals& signals) {
 }
 
 /// Follows the job until it has ended and is reported. `viewer`: can be null.
-ExitCode follow(Context& context, const Console& console, const WatchOptions& options, const ViewSettings& view,
+ExitCode follow(Context& context, const Console& console, const WatchOptions& options, const PictureOutputs& outputs,
                 Farm& farm, TevViewer* viewer) {
   ProgressPrinter progress(console, system_clock());
-  LivePicture live(options.picture.png_outputs(), view, system_clock());
+  LivePicture live(options.picture.png_outputs(), outputs.view, system_clock());
   Status live_status = ok_status();
   const Result<v1::Job> job = follow_job(farm, options.job, live.wanted() || viewer != nullptr, context.signals,
                                          console, [&](const v1::WatchJobResponse& response) {
@@ -66,16 +66,13 @@ ExitCode follow(Context& context, const Console& console, const WatchOptions& op
   if (!live_status.ok()) {
     return console.fail(live_status);
   }
-  return report_ended_job(console, *farm.connection, *job, options.picture.outputs, view);
+  return report_ended_job(console, *farm.connection, *job, outputs);
 }
 
 ExitCode watch(Context& context, const Console& console, const WatchOptions& options) {
-  const Result<ViewSettings> view = options.picture.view_settings();
-  if (!view.ok()) {
-    return console.fail(view.status());
-  }
-  if (const Status status = check_outputs(options.picture.outputs); !status.ok()) {
-    return console.fail(status);
+  const Result<PictureOutputs> outputs = options.picture.checked();
+  if (!outputs.ok()) {
+    return console.fail(outputs.status());
   }
   Result<std::unique_ptr<CoordinatorClient>> connection = connect(context.common);
   if (!connection.ok()) {
@@ -86,27 +83,24 @@ ExitCode watch(Context& context, const Console& console, const WatchOptions& opt
     return console.fail(job.status());
   }
   if (options.tev.empty()) {
-    return follow(context, console, options, *view, farm, nullptr);
+    return follow(context, console, options, *outputs, farm, nullptr);
   }
   TevViewer viewer(*parse_host_port(options.tev), options.job, console);
-  const ExitCode code = follow(context, console, options, *view, farm, &viewer);
+  const ExitCode code = follow(context, console, options, *outputs, farm, &viewer);
   const bool shown = finish_showing(viewer, context.signals);
   return code == kDone && !shown ? kJobFailed : code;
 }
 
 ExitCode fetch(Context& context, const Console& console, const WatchOptions& options) {
-  const Result<ViewSettings> view = options.picture.view_settings();
-  if (!view.ok()) {
-    return console.fail(view.status());
-  }
-  if (const Status status = check_outputs(options.picture.outputs); !status.ok()) {
-    return console.fail(status);
+  const Result<PictureOutputs> outputs = options.picture.checked();
+  if (!outputs.ok()) {
+    return console.fail(outputs.status());
   }
   const Result<std::unique_ptr<CoordinatorClient>> connection = connect(context.common);
   if (!connection.ok()) {
     return console.fail(connection.status());
   }
-  return fetch_and_report(console, **connection, options.job, options.picture.outputs, *view);
+  return fetch_and_report(console, **connection, options.job, *outputs);
 }
 
 using WatchAction = ExitCode (*)(Context&, const Console&, const WatchOptions&);

@@ -18,7 +18,7 @@ function filled(rgb: [number, number, number], samples: [number, number]): Film 
 }
 
 test('layers that are pictures, and those that are light', () => {
-  const layers = ['direct', 'light:key', 'light:rest', 'normal', 'id'];
+  const layers = ['direct', 'light:key', 'light:rest', 'normal', 'features', 'id'];
   expect(shownLayers(layers)).toEqual(['direct', 'light:key', 'light:rest', 'normal']);
   expect(lightLayers(layers)).toEqual(['light:key', 'light:rest']);
   expect(['', 'direct', 'light:key', 'light:rest'].map(layerLabel)).toEqual(['Beauty', 'Direct light', 'Light: key', 'All other light']);

@@ -72,7 +72,7 @@ TEST_F(SharedFarmTest, LayersAreWrittenAndTheHashCoversThem) {
   const std::vector<std::string> render{
       "render", scene("cornell-bench-balls.json"), "--size", "70x66", "--spp", "20", "-o", file("a.exr")};
   std::vector<std::string> layered = render;
-  layered.insert(layered.end(), {"--layers", "id,direct,indirect,albedo,normal,depth"});
+  layered.insert(layered.end(), {"--layers", "id,direct,indirect,albedo,normal,depth", "--denoise"});
   const nlohmann::json done = on_farm(layered);
   const nlohmann::json again = json({"error", file("a.exr"), file("a.exr")});
   EXPECT_EQ(again["rel_mse"], 0);
@@ -88,10 +88,25 @@ TEST_F(SharedFarmTest, LayersAreWrittenAndTheHashCoversThem) {
   ASSERT_NE(camera, nullptr);
   EXPECT_EQ(*camera, (ImageMatrix{-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 278, -273, 800, 1}));
   EXPECT_TRUE(image->attributes.contains("worldToNDC"));
-  EXPECT_NE(on_farm(render)["film_hash"], done["film_hash"]);
+  const nlohmann::json undenoisable = on_farm(render);
+  EXPECT_NE(undenoisable["film_hash"], done["film_hash"]);
   const Result<FilmPicture> plain = load_film_picture(file("a.exr"));
   ASSERT_TRUE(plain.ok()) << plain.status();
   EXPECT_EQ(plain->beauty, picture->beauty);
+
+  // The film has features, and can be denoised. This does not change the raw picture and its hash.
+  const auto fetch = [&](const nlohmann::json& job) {
+    return std::vector<std::string>{"fetch", std::to_string(job["id"].get<int>()), "--denoise", "-o", file("b.exr")};
+  };
+  EXPECT_EQ(on_farm(fetch(done))["film_hash"], done["film_hash"]);
+  const Result<FilmPicture> denoised = load_film_picture(file("b.exr"));
+  ASSERT_TRUE(denoised.ok()) << denoised.status();
+  EXPECT_EQ(denoised->beauty, picture->beauty);
+  EXPECT_EQ(denoised->denoised.size(), picture->beauty.size());
+  EXPECT_EQ(denoised->denoised, picture->denoised);
+  EXPECT_TRUE(plain->denoised.empty());
+  const nlohmann::json refused = on_farm(fetch(undenoisable), 2);
+  EXPECT_NE(refused["failure"].value("message", "").find("its film has no layer"), std::string::npos) << refused;
 
   // Each pixel that shows something is covered by objects that the manifest names.
   const auto manifest = nlohmann::json::parse(image->text("cryptomatte/3ae39a5/manifest"));

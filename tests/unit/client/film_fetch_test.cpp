@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/base/file.h"
 #include "common/film/film_hash.h"
 #include "common/image/picture_file.h"
 #include "tests/support/temporary_folder.h"
@@ -48,7 +49,7 @@ TEST(FilmFile, HashComputedFromTheFileEqualsItsStatedHash) {
 
 TEST(FilmFile, LayersAreInTheFileAndInItsHash) {
   auto [picture, plain_hash] = example_film();
-  for (const char* name : {"direct", "light:key", "normal", "depth", "id"}) {
+  for (const char* name : {"direct", "light:key", "normal", "features", "depth", "id"}) {
     picture.layers.push_back(make_picture_layer(name, picture.pixels()));
     for (float& value : picture.layers.back().values) {
       value = 0.25f * static_cast<float>(&value - picture.layers.back().values.data());
@@ -60,10 +61,35 @@ TEST(FilmFile, LayersAreInTheFileAndInItsHash) {
   ASSERT_TRUE(write_outputs(picture, {path}, {}).ok());
   const Result<FilmPicture> back = load_film_picture(path);
   ASSERT_TRUE(back.ok()) << back.status();
-  ASSERT_EQ(back->layers.size(), 5u);
+  ASSERT_EQ(back->layers.size(), 6u);
   EXPECT_EQ(back->layers[1].channels[2], "Light.key.B");
-  EXPECT_EQ(back->layers[4].values, picture.layers[4].values);
+  EXPECT_EQ(back->layers[5].values, picture.layers[5].values);
   EXPECT_EQ(film_hash_of(*back).hex(), film_hash_of(picture).hex());
+}
+
+TEST(FilmFile, ADenoisedPictureIsBesideTheRawOneAndNotInItsHash) {
+  auto [picture, hash] = example_film();
+  EXPECT_EQ(message_of(denoise(picture)),
+            "job 0 cannot be denoised, because its film has no layer \"features\": submit it with --denoise");
+  picture.layers.push_back(make_picture_layer("features", picture.pixels()));
+  const std::string raw_hash = film_hash_of(picture).hex();
+  ASSERT_TRUE(denoise(picture).ok());
+  EXPECT_NE(picture.denoised, picture.beauty);
+  EXPECT_EQ(film_hash_of(picture).hex(), raw_hash);
+  const test::TemporaryFolder folder;
+  const std::string path = (folder.path() / "film.exr").string(), png = (folder.path() / "film.png").string();
+  ASSERT_TRUE(write_outputs(picture, {path, png}, {}).ok());
+  const Result<FilmPicture> back = load_film_picture(path);
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->beauty, picture.beauty);
+  EXPECT_EQ(back->denoised, picture.denoised);
+  EXPECT_EQ(to_image(*back).text(kFileChecksum), to_image(picture).text(kFileChecksum));
+  // The PNG shows the denoised picture.
+  FilmPicture only(picture.display, picture.data);
+  only.beauty = picture.denoised;
+  EXPECT_EQ(encode_picture(only, PictureFormat::png, {}).value(),
+            encode_picture(picture, PictureFormat::png, {}).value());
+  EXPECT_EQ(read_file(png).value(), encode_picture(picture, PictureFormat::png, {}).value());
 }
 
 TEST(FilmFile, OneChangedBitIsDetected) {

@@ -225,7 +225,7 @@ TEST_P(LightLayers, LightScatteredOnceIsDirect) {
 class SurfaceLayers : public testing::TestWithParam<std::string> {};
 
 TEST_P(SurfaceLayers, ShowTheFirstVisibleSurface) {
-  const Layers layers = render(tilted_quad(), {"albedo", "normal", "depth", "id"}, {5, 0}, GetParam());
+  const Layers layers = render(tilted_quad(), {"albedo", "normal", "features", "depth", "id"}, {5, 0}, GetParam());
   const double pixel_size = 2 * std::tan(10 * M_PI / 180) / 64;  // at distance 1
   for (const std::size_t row : {5u, 40u}) {
     for (const std::size_t column : {3u, 20u, 30u}) {
@@ -242,6 +242,19 @@ TEST_P(SurfaceLayers, ShowTheFirstVisibleSurface) {
       const double t_left = (static_cast<double>(column) - 32) * pixel_size;
       EXPECT_GE(layers.first("depth", 0, pixel), 4 / (1 - std::abs(t_right)) - 1e-4);
       EXPECT_LE(layers.first("depth", 0, pixel), 4 / (1 - std::abs(t_left)) + 1e-4);
+      // Each half has eight samples.
+      for (const std::size_t half : {0u, 10u}) {
+        EXPECT_NEAR(layers.first("features", half, pixel), 8 * 0.5, 1e-6);
+        EXPECT_NEAR(layers.first("features", half + 2, pixel), 8 * 0.125, 1e-6);
+        EXPECT_NEAR(layers.first("features", half + 3, pixel), -8 * std::sqrt(0.5), 1e-4);
+        EXPECT_NEAR(layers.first("features", half + 5, pixel), 8 * std::sqrt(0.5), 1e-4);
+        const double inverse = static_cast<double>(layers.first("features", half + 6, pixel)) / 8;
+        EXPECT_GE(inverse, (1 - std::abs(t_left)) / 4 - 1e-6);
+        EXPECT_LE(inverse, (1 - std::abs(t_right)) / 4 + 1e-6);
+        EXPECT_NEAR(layers.first("features", half + 7, pixel), 8 * (0.25 + 0.0625 + 0.015625), 1e-5);
+        EXPECT_NEAR(layers.first("features", half + 8, pixel), 8, 1e-4);
+        EXPECT_NEAR(layers.first("features", half + 9, pixel), 8 * inverse * inverse, 1e-3);
+      }
       for (std::size_t sample = 0; sample < 16; ++sample) {
         EXPECT_EQ(layers.first("id", sample, pixel), 2.0f);  // objects[1]
       }
@@ -249,6 +262,9 @@ TEST_P(SurfaceLayers, ShowTheFirstVisibleSurface) {
     const std::size_t sky = row * 64 + 50;
     EXPECT_EQ(layers.mean("albedo", 0, sky), 0);
     EXPECT_EQ(layers.first("normal", 2, sky), 0);
+    for (std::size_t channel = 0; channel < 20; ++channel) {
+      EXPECT_EQ(layers.first("features", channel, sky), 0);
+    }
     EXPECT_EQ(layers.first("depth", 0, sky), 0);
     EXPECT_EQ(layers.first("id", 15, sky), 0);
   }
@@ -277,7 +293,8 @@ TEST(Layers, AnUnsupportedLayerIsRefused) {
   const auto scene = balls();
   const auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   const auto method = make_method(*compiled, {"preview", 0, 0, *film_layers(std::vector<std::string>{"direct"})});
-  EXPECT_EQ(message_of(method.status()), "method preview has no layer \"direct\"; it has albedo, normal, depth, id");
+  EXPECT_EQ(message_of(method.status()),
+            "method preview has no layer \"direct\"; it has albedo, normal, features, depth, id");
 }
 
 }  // namespace

@@ -300,10 +300,10 @@ TEST(FilmLayers, HaveOneOrderAndLightGroupsAddTheRest) {
 
 TEST(FilmLayers, BadListsAreRefusedWithTheReason) {
   const auto error = [](std::vector<std::string> names) { return message_of(film_layers(names).status()); };
-  EXPECT_EQ(error({"normals"}),
-            "unknown layer \"normals\"; the layers are direct, indirect, caustic, bias, albedo, normal, depth, id, and "
-            "light:NAME for a "
-            "light group");
+  EXPECT_EQ(
+      error({"normals"}),
+      "unknown layer \"normals\"; the layers are direct, indirect, caustic, bias, albedo, normal, features, depth, id, "
+      "and light:NAME for a light group");
   EXPECT_EQ(error({"depth", "id", "depth"}), "layer \"depth\" is named twice");
   EXPECT_NE(error({"light:a b"}), "");
   std::vector<std::string> many;

@@ -355,17 +355,25 @@ TEST(PictureLayers, IdsOfOneNameShareARank) {
 
 TEST(PictureLayers, ComeFromSamples0To15) {
   std::vector<PictureLayer> layers{make_picture_layer("direct", 2), make_picture_layer("normal", 2),
-                                   make_picture_layer("depth", 2), make_picture_layer("id", 2)};
+                                   make_picture_layer("features", 2), make_picture_layer("depth", 2),
+                                   make_picture_layer("id", 2)};
   PictureIds ids({"cup", "table"}, {"glass", "wood"});
   // The second of two pixels. Two samples saw the table, the others nothing.
-  const std::vector<float> values{0, 1, -2, 3.5f, 2, 0};
+  std::vector<float> values{0, 1, -2};
+  for (int i = 0; i < 20; ++i) {
+    values.push_back(static_cast<float>(i));
+  }
+  values.insert(values.end(), {3.5f, 2, 0});
   ASSERT_TRUE(place_first_samples(layers, {0, 0, 2, 1}, {1, 0, 1, 1}, 2, values, ids));
   EXPECT_EQ(layers[1].values, (std::vector<float>{0, 0, 0, 0.5f, 0, -1}));
-  EXPECT_EQ(layers[2].values, (std::vector<float>{kNoDepth, 3.5f}));
-  EXPECT_EQ(layers[3].channels.size(), 24u);
-  EXPECT_EQ(layers[3].values[1], cryptomatte_id("table"));
-  EXPECT_EQ(layers[3].values[3], 0.5f);
-  EXPECT_EQ(layers[3].values[2 * 12 + 1], cryptomatte_id("wood"));
+  EXPECT_EQ(layers[2].channels[16], "Features.B.InverseZ");
+  EXPECT_EQ(layers[2].values[2 * 16], 0);
+  EXPECT_EQ(layers[2].values[2 * 16 + 1], 8);
+  EXPECT_EQ(layers[3].values, (std::vector<float>{kNoDepth, 3.5f}));
+  EXPECT_EQ(layers[4].channels.size(), 24u);
+  EXPECT_EQ(layers[4].values[1], cryptomatte_id("table"));
+  EXPECT_EQ(layers[4].values[3], 0.5f);
+  EXPECT_EQ(layers[4].values[2 * 12 + 1], cryptomatte_id("wood"));
   EXPECT_EQ(ids.seen(PictureIds::kObject), std::set<std::string>{"table"});
   EXPECT_EQ(ids.seen(PictureIds::kMaterial), std::set<std::string>{"wood"});
   EXPECT_FALSE(place_first_samples(layers, {0, 0, 2, 1}, {1, 0, 1, 1}, 3, values, ids));

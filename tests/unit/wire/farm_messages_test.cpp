@@ -382,8 +382,8 @@ TEST(FarmMessages, BadSettingsAreNamed) {
   EXPECT_EQ(refused([](auto& w) { w.set_assets(1, w.assets(0)); }),
             "settings.assets[1]: digests must be sorted, each once");
   EXPECT_EQ(refused([](auto& w) { w.clear_layers(); }), "settings.layers: 1 to 64 are expected, got 0");
-  EXPECT_EQ(refused([](auto& w) { w.mutable_layers(0)->set_channels(57); }),
-            "settings.layers: 65 channels in all are more than the limit of 64");
+  EXPECT_EQ(refused([](auto& w) { w.mutable_layers(0)->set_channels(89); }),
+            "settings.layers: 97 channels in all are more than the limit of 96");
   EXPECT_EQ(refused([](auto& w) { w.mutable_layers(0)->set_channels(0); }),
             "settings.layers: a layer needs a name and at least one channel, got 'beauty' with 0");
   EXPECT_EQ(refused([](auto& w) { w.mutable_layers(0)->clear_kind(); }),
@@ -427,8 +427,8 @@ TEST(FarmMessages, BadResultsAreNamed) {
   EXPECT_EQ(refused([&](auto& w) { w.set_values(float_bytes(infinite)); }), "values: a node's sums must be finite");
   const std::vector<float> nan{std::numeric_limits<float>::quiet_NaN()};
   EXPECT_EQ(refused([&](auto& w) { w.set_values(float_bytes(nan)); }), "values: a node's sums must be finite");
-  EXPECT_EQ(refused([](auto& w) { w.set_values(std::string(3'000'000, '\0')); }),
-            "values: 3000000 bytes are more than the limit of 2097152");
+  EXPECT_EQ(refused([](auto& w) { w.set_values(std::string(4'000'000, '\0')); }),
+            "values: 4000000 bytes are more than the limit of 3145728");
   EXPECT_EQ(refused([](auto& w) { w.set_hash("x"); }), "an XXH3-128 has 16 bytes, got 1");
   EXPECT_EQ(refused([](auto& w) { w.set_seconds(-0.5); }), "seconds: must be finite and not negative, got -0.5");
   EXPECT_EQ(refused([](auto& w) { w.mutable_key()->mutable_range()->set_level(40); }),

@@ -78,7 +78,7 @@ function layersFor(method: string, layers: readonly LayerSpec[]): LayerSpec[] {
   const all = followsAllLight(method);
   const has = (name: string) =>
     name === 'beauty' ||
-    ['albedo', 'normal', 'depth', 'id'].includes(name) ||
+    ['albedo', 'normal', 'features', 'depth', 'id'].includes(name) ||
     (name === 'bias' && (all || method === 'ppm')) ||
     (all && (name === 'direct' || name === 'indirect' || name.startsWith('light:'))) ||
     (name === 'caustic' && method === 'caustic');

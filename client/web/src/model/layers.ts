@@ -17,9 +17,9 @@ const kLabels = new Map([
 const kLight = 'light:';
 export const kRest = 'light:rest';
 
-/** The layers that are pictures: ids are not. */
+/** The layers that are pictures: ids and features are not. */
 export function shownLayers(layers: readonly string[]): string[] {
-  return layers.filter((layer) => layer !== 'id');
+  return layers.filter((layer) => layer !== 'id' && layer !== 'features');
 }
 
 /** The light layers, which add up to all of the light. Empty if the job has no light groups. */
