@@ -142,9 +142,13 @@ TEST(Table, PadsColumns) {
   EXPECT_EQ(format_table({{"A", "", "NAME"}, {"", "", "box"}}, 0), (Lines{"A    NAME", "     box"}));
 }
 
-TEST(Table, RowsOfLinesAreCutToTheWidth) {
-  EXPECT_EQ(format_table_in_lines({{"A", "ERROR", "NAME"}, {"10", "±2%", "box"}}, 9),
-            (Lines{"A   ERROR", "10  ±2%  "}));
+TEST(Table, RowsOfLinesLoseTheMiddleOfLongCellsThenTheLastColumns) {
+  EXPECT_EQ(format_table_in_lines({{"A", "ERROR", "NAME"}, {"10", "±2%", "box"}}, 9), (Lines{"A   ERROR", "10  ±2%"}));
+  const Rows rows{{"A", "NAME", "OWNER"}, {"1", "the first picture of the second act", "ada"}};
+  EXPECT_EQ(format_table_in_lines(rows, 37),
+            (Lines{"A  NAME                         OWNER", "1  the first pic…he second act  ada"}));
+  EXPECT_EQ(format_table_in_lines(rows, 28), (Lines{"A  NAME", "1  the first pi…e second act"}));
+  EXPECT_EQ(format_table_in_lines(rows, 0), format_table(rows, 0));
 }
 
 TEST(Table, WrapsItsWidestColumn) {
