@@ -8,8 +8,10 @@
 namespace lightmill {
 
 std::string significant(double value, int digits) {
-  std::string text = fmt::format("{:#.{}g}", value, digits);
-  return text.ends_with('.') ? text.substr(0, text.size() - 1) : text;
+  std::string text = fmt::format("{:.{}e}", value, digits - 1);
+  const std::size_t at = text.find('e');
+  const int exponent = at == std::string::npos ? digits : std::stoi(text.substr(at + 1));
+  return exponent < -4 || exponent >= digits ? text : fmt::format("{:.{}f}", value, digits - 1 - exponent);
 }
 
 std::string interval_text(double value, double half_width) {
