@@ -1,4 +1,4 @@
-// Loads the coordinator's state from a PostgreSQL store.
+// Loader of the coordinator's state from a PostgreSQL store.
 #pragma once
 
 #include "server/store/postgres/session.h"

@@ -1,4 +1,4 @@
-// Loads the coordinator's state from an SQLite store.
+// Loader of the coordinator's state from an SQLite store.
 #pragma once
 
 #include "server/store/records.h"
