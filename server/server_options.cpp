@@ -30,7 +30,7 @@ void add_access_options(CLI::App& app, ServerOptions& options) {
                  "the coordinator's certificate: encrypts connections, and callers must authenticate")
       ->type_name("FILE")
       ->group(group);
-  app.add_option(kKeyOption, options.tls.key, "its private key (default: in the certificate's file)")
+  app.add_option(kKeyOption, options.tls.key, "its private key, if it is in a file of its own")
       ->type_name("FILE")
       ->group(group);
   app.add_option(kAuthorityOption, options.tls.authority,
@@ -171,7 +171,10 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
       "render SCENE`.\nStop it with Ctrl-C or SIGTERM. Started again on the same directory, it resumes.\n\nSeveral "
       "coordinators can share one --store: one is active, and a standby takes over within seconds.\n",
       "lightmill-server"};
-  app.footer("Exit codes: 0 it was stopped, 1 it cannot start or continue, 2 bad usage, 130 stopped at once.");
+  app.footer(
+      "Exit codes: 0 it was stopped, 1 it cannot start or continue, 2 bad usage, 130 stopped at once.\n\nExamples:\n"
+      "  lightmill-server --http 127.0.0.1:7380\n"
+      "  lightmill-server --listen 0.0.0.0:7350 --tls-cert server.pem --tls-ca ca.pem");
   app.set_help_flag("-h,--help", "print this help");
   app.set_version_flag("--version", fmt::format("lightmill-server {} ({})", LIGHTMILL_VERSION, kRendererVersion),
                        "print the version");
@@ -223,9 +226,9 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
   add_limit(app, "--user-jobs", options.user_jobs, "N", {1, 1'000'000}, "stored jobs of one user");
   add_limit(app, "--caller-requests", options.calls.requests_per_second, "N", {1.0, 1e6},
             "requests per second of one caller, ten times as many at once");
-  add_limit(
-      app, "--caller-streams", options.calls.streams_per_caller, "N", {1, 1'000'000},
-      "limit of one caller for each of: asset transfers, film transfers, watched jobs, open pages, listening scalers");
+  add_limit(app, "--caller-streams", options.calls.streams_per_caller, "N", {1, 1'000'000},
+            "limit of one caller for each of: asset transfers, film transfers, watched jobs, open pages, listening "
+            "autoscalers");
   add_limit(app, "--streams", options.calls.streams, "N", {1, 1'000'000},
             "asset transfers of all callers; fewer if the process may open few files");
   add_limit(app, "--wire-gib", options.wire_gib, "GIB", {kLeastWireGib, 65536.0},
@@ -247,7 +250,8 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
   add_log_options(*check, options.log);
   check->footer(
       "No coordinator may be active. Damaged data is removed. The next coordinator has it rendered again, if possible."
-      "\nExit codes: 0 nothing is lost, 1 something is lost or cannot be checked, 2 bad usage.");
+      "\nExit codes: 0 nothing is lost, 1 something is lost or cannot be checked, 2 bad usage.\n\nExamples:\n"
+      "  lightmill-server check --data /var/lib/lightmill");
   return parse_options(app, argc, argv, [&] {
     options.check = check->parsed();
     if (options.data.empty() && options.store.empty()) {

@@ -136,7 +136,10 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
       "any number of workers on any number of machines, at any time.\nAfter Ctrl-C or SIGTERM, a worker finishes "
       "what it has begun, gives back the rest and leaves. A second signal ends it at once.\n",
       "lightmill-worker"};
-  app.footer("Exit codes: 0 it has left the farm, 1 it cannot start or continue, 2 bad usage, 130 stopped at once.");
+  app.footer(
+      "Exit codes: 0 it has left the farm, 1 it cannot start or continue, 2 bad usage, 130 stopped at once.\n\nExamples:\n"
+      "  lightmill-worker --server 127.0.0.1:7350\n"
+      "  lightmill-worker --server farm.example:7350 --tls-ca ca.pem --enrol-file render.enrol");
   app.set_help_flag("-h,--help", "print this help");
   app.set_version_flag("--version", fmt::format("lightmill-worker {} ({})", LIGHTMILL_VERSION, kRendererVersion),
                        "print the version");

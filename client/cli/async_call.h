@@ -1,4 +1,4 @@
-// A question to a farm on a thread of its own, which can be cancelled.
+// A call to a farm on a thread of its own. It can be cancelled.
 #pragma once
 
 #include <functional>

@@ -11,11 +11,34 @@
 
 #include "common/base/openjd.h"
 #include "common/base/text.h"
+#include "common/base/text_width.h"
 
 namespace lightmill::cli {
 namespace {
 
 constexpr int kDefaultColumns = 80;
+/// Narrower terminals break lines themselves.
+constexpr int kLeastWrappedColumns = 20;
+
+/// The text, broken between words to fit the stream's terminal. Unchanged without one. Lines with a word that is wider
+/// than the terminal are unchanged too, because people copy addresses and tokens.
+std::string wrapped(std::FILE* stream, std::string_view text) {
+  const int columns = terminal_columns(::fileno(stream));
+  if (columns < kLeastWrappedColumns) {
+    return std::string(text);
+  }
+  std::string lines;
+  for (;;) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    const bool kept = columns_of(line) <= columns || widest_word(line) > columns;
+    lines += kept ? std::string(line) : fmt::format("{}", fmt::join(wrap_to_columns(line, columns), "\n"));
+    if (line.size() == text.size()) {
+      return lines;
+    }
+    lines += '\n';
+    text.remove_prefix(line.size() + 1);
+  }
+}
 
 /// Returns 0 or the errno of the failed call.
 int write_line(std::FILE* stream, std::string_view line) {
@@ -78,7 +101,7 @@ int Console::width() const {
 }
 
 void Console::result(std::string_view line) const {
-  styled_result(printable(line, true));
+  styled_result(wrapped(stdout, printable(line, true)));
 }
 
 void Console::styled_result(std::string_view line) const {
@@ -99,7 +122,7 @@ void Console::object(const nlohmann::json& object) const {
 void Console::notice(std::string_view line) const {
   const MutexLock lock(mutex_);
   end_redrawn();
-  write_line(stderr, printable(line, true));
+  write_line(stderr, wrapped(stderr, printable(line, true)));
 }
 
 void Console::notices(std::span<const std::string> lines) const {
@@ -138,8 +161,8 @@ ExitCode Console::fail(const Status& status, nlohmann::json object) const {
   if (openjd_) {
     write_result(openjd_fail(message_of(status)));
   }
-  write_line(stderr, fmt::format("{}lightmill: {}{}", color_ ? "\x1b[31m" : "", printable(message_of(status), true),
-                                 color_ ? "\x1b[0m" : ""));
+  const std::string text = wrapped(stderr, "lightmill: " + printable(message_of(status), true));
+  write_line(stderr, fmt::format("{}{}{}", color_ ? "\x1b[31m" : "", text, color_ ? "\x1b[0m" : ""));
   return code;
 }
 

@@ -1,4 +1,4 @@
-// What every command shares: common options, and how a parsed command runs.
+// Parts that every command shares: common options, and the run of a parsed command.
 #pragma once
 
 #include <CLI/CLI.hpp>

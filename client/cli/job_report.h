@@ -1,4 +1,4 @@
-// What is printed and written once a job was fetched or has ended.
+// Report and pictures of a job that was fetched or has ended.
 #pragma once
 
 #include <string>

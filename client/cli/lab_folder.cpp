@@ -3,6 +3,7 @@
 #include "client/cli/console.h"
 #include "client/lab/page.h"
 #include "common/base/file.h"
+#include "common/base/number_text.h"
 #include "common/image/film_picture.h"
 #include "common/image/picture_file.h"
 
@@ -142,7 +143,7 @@ Status LabFolder::write_report(const LabPlan& plan, const std::vector<LabReferen
   }
   const auto picture_of = [&](const lab::LabResult& result, const std::string& name) {
     return lab::ReportPicture{
-        fmt::format("{}, {} samples, relMSE {:.3g}", result.method, result.samples, result.error.rel_mse),
+        fmt::format("{}, {} samples, relMSE {}", result.method, result.samples, significant(result.error.rel_mse, 3)),
         bytes_if_there(path_ / "pictures" / (name + ".png")),
         bytes_if_there(path_ / "pictures" / (name + "-difference.png"))};
   };

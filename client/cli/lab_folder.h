@@ -1,6 +1,6 @@
 // The folder of an experiment: results, references, pictures and the report.
 //
-//   results.jsonl    measurements, one JSON object a line; a later run continues from them
+//   results.jsonl    measurements, one JSON object a line, from which a later run resumes
 //   references/      KEY.exr, rendered references
 //   pictures/        those of the first seed
 //   charts/          the report's charts as files

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstring>
 #include <iostream>
+#include <map>
 #include <new>
 #include <nlohmann/json.hpp>
 
@@ -20,13 +21,66 @@ namespace {
 
 constexpr const char* kAbout =
     "Lightmill renders one picture on many machines.\n\n"
-    "  lightmill render scene.json -o picture.png  render and wait for the picture\n"
-    "  lightmill submit scene.json                 queue a render, print its number\n"
-    "  lightmill watch 7                           follow a job\n"
-    "  lightmill fetch 7 -o picture.exr            write its current picture\n\n"
     "A farm is one lightmill-server and any number of lightmill-worker processes. Commands use the farm given by "
     "--server or the environment variable LIGHTMILL_SERVER, else 127.0.0.1:7350. Without a farm `render` starts a local "
     "one.";
+
+constexpr const char* kMoreHelp =
+    "`lightmill help COMMAND` explains a command, and `lightmill help TOPIC` a topic: {}.\n\nExamples:\n"
+    "  lightmill render scene.json -o picture.png  render and wait for the picture\n"
+    "  lightmill submit scene.json                 queue a render, print its number\n"
+    "  lightmill watch 7                           follow a job\n"
+    "  lightmill fetch 7 -o picture.exr            write its current picture";
+
+/// Examples at the end of each command's help.
+const std::map<std::string, const char*> kExamples{
+    {"cancel", "  lightmill cancel 7"},
+    {"certs", "  lightmill certs init certs"},
+    {"certs init", "  lightmill certs init certs"},
+    {"certs person", "  lightmill certs person certs ada --roles admin"},
+    {"certs server", "  lightmill certs server certs farm.example 10.0.0.5"},
+    {"certs show", "  lightmill certs show certs/server.pem"},
+    {"certs worker", "  lightmill certs worker certs render-1"},
+    {"check", "  lightmill check scenes/cornell-bench-balls.json"},
+    {"delete", "  lightmill delete 7 8"},
+    {"error", "  lightmill error picture.exr reference.exr"},
+    {"extend", "  lightmill extend 7 --spp 1024"},
+    {"fetch", "  lightmill fetch 7 -o picture.exr -o picture.png --exposure 1"},
+    {"help", "  lightmill help workers drain\n  lightmill help methods"},
+    {"jobs", "  lightmill jobs --state queued,running --owner ada"},
+    {"lab", "  lightmill lab docs/experiments/boxes.json -o boxes"},
+    {"log", "  lightmill log --job 7\n  lightmill log --caller ada --since 7d"},
+    {"pause", "  lightmill pause 7 8 9"},
+    {"priority", "  lightmill priority 7 8 --to 10"},
+    {"render",
+     "  lightmill render scenes/cornell-bench-blocks.json -o box.png --spp 256\n"
+     "  lightmill render CornellBox.obj CornellBlocks.obj -o box.exr -o box.png --seconds 2m"},
+    {"resume", "  lightmill resume 7 8 9"},
+    {"show", "  lightmill show 7 --chart error.svg"},
+    {"submit", "  lightmill submit scene.json --error 0.001"},
+    {"tokens", "  lightmill tokens"},
+    {"tokens create",
+     "  lightmill tokens create ada --roles view,submit --out ada.token\n"
+     "  lightmill tokens create render --enrol 10 --out render.enrol"},
+    {"tokens revoke", "  lightmill tokens revoke 3f2a9c01b7de"},
+    {"top", "  lightmill top --interval 0.5s"},
+    {"verify", "  lightmill verify picture.exr scenes/cornell-bench-blocks.json --share 5%"},
+    {"watch", "  lightmill watch 7 -o live.png"},
+    {"workers", "  lightmill workers --wanted"},
+    {"workers drain", "  lightmill workers drain render-1"},
+    {"workers quarantine", "  lightmill workers quarantine render-1 --reason overheated"},
+    {"workers release", "  lightmill workers release render-1"},
+};
+
+/// `words`: those of `app`, each with a space behind it.
+void add_examples(CLI::App& app, const std::string& words = "") {
+  for (CLI::App* command : app.get_subcommands([](CLI::App* each) { return !each->get_name().empty(); })) {
+    add_examples(*command, words + command->get_name() + " ");
+    // A command without a footer has its parent's.
+    const std::string own = command->get_footer() == app.get_footer() ? "" : command->get_footer() + "\n\n";
+    command->footer(own + "Examples:\n" + kExamples.at(words + command->get_name()));
+  }
+}
 
 ExitCode usage_error(std::string_view message, int argc, char** argv) {
   const Console console(has_flag(argc, argv, "--json"), has_flag(argc, argv, "--openjd"));
@@ -53,8 +107,7 @@ int run(int argc, char** argv) {
   Signals signals;
   Context context{signals, {}, {}};
   CLI::App app(kAbout, "lightmill");
-  app.footer(fmt::format("`lightmill help COMMAND` explains a command, and `lightmill help TOPIC` a topic: {}.",
-                         fmt::join(help_topic_names(), ", ")));
+  app.footer(fmt::format(kMoreHelp, fmt::join(help_topic_names(), ", ")));
   app.set_help_flag("-h,--help", "print this help");
   app.set_version_flag("--version", "lightmill " LIGHTMILL_VERSION, "print the version");
   add_describe_option(app, LIGHTMILL_VERSION);
@@ -74,6 +127,7 @@ int run(int argc, char** argv) {
   add_certs_command(app, context);
   add_help_command(app, context);
   group_commands(app);
+  add_examples(app);
   use_help_pages(app);
   refuse_empty_values(app);
   try {

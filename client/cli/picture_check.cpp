@@ -101,15 +101,17 @@ Result<RenderSettings> settings_of(const FilmPicture& picture, const std::string
                                    const std::vector<Sha256>& assets) {
   const Receipt& receipt = picture.receipt;
   if (const std::string digest = sha256(scene).hex(); digest != receipt.scene_digest) {
-    return invalid_argument("this is not the scene of the picture: its digest is {}, not {}", digest,
-                            receipt.scene_digest);
+    return data_loss(
+        "this is not the scene of the picture: its digest is {:.12}…, not {:.12}…. Give the scene, --camera, --mtl and "
+        "--sky of the render",
+        digest, receipt.scene_digest);
   }
   std::vector<std::string> digests;
   for (const Sha256& asset : assets) {
     digests.push_back(asset.hex());
   }
   if (digests != receipt.asset_digests) {
-    return invalid_argument("the scene's meshes or images are not those of the picture");
+    return data_loss("the scene's meshes or images are not those of the picture");
   }
   RenderSettings settings;
   settings.scene = scene;

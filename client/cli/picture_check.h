@@ -17,7 +17,7 @@ namespace lightmill::cli {
 Result<FilmPicture> load_sound_picture(const std::string& path);
 
 /// The settings with which the picture was rendered, if it is of `scene` (packed by pack_scene) and these assets.
-/// INVALID_ARGUMENT if scene or assets differ. DATA_LOSS if the receipt contradicts itself: its render digest does not
+/// DATA_LOSS if scene or assets differ, or if the receipt contradicts itself: its render digest does not
 /// match its fields.
 Result<RenderSettings> settings_of(const FilmPicture& picture, const std::string& scene,
                                    const std::vector<Sha256>& assets);

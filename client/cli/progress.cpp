@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "client/cli/units.h"
+#include "common/base/number_text.h"
 #include "common/base/text_width.h"
 #include "common/wire/bytes.h"
 
@@ -101,7 +102,7 @@ double fraction_done(const v1::Job& job) {
 
 std::string error_goal_text(const v1::Job& job) {
   return job.goal().error() > 0 && job.has_error()
-             ? fmt::format("relMSE {:.2g}/{:g}", stated_error(job), job.goal().error())
+             ? fmt::format("relMSE {}/{:g}", significant(stated_error(job), 2), job.goal().error())
              : "";
 }
 
@@ -110,7 +111,7 @@ std::string error_text(const v1::Job& job) {
     return "";
   }
   const double percent = 100 * std::sqrt(std::max(job.error().rel_mse(), 0.0));
-  return percent >= 9.95 ? fmt::format("±{:.0f}%", percent) : fmt::format("±{:.2g}%", percent);
+  return percent >= 9.95 ? fmt::format("±{:.0f}%", percent) : fmt::format("±{}%", significant(percent, 2));
 }
 
 std::string trace_text(const v1::Job& job) {
@@ -197,11 +198,13 @@ std::vector<std::string> method_lines(const v1::Job& job) {
   return lines;
 }
 
+std::string samples_count(const v1::Job& job) {
+  return job.goal().samples() > 0 ? fmt::format("{}/{}", job.frame_samples(), job.goal().samples())
+                                  : std::to_string(job.frame_samples());
+}
+
 std::string samples_text(const v1::Job& job) {
-  if (job.goal().samples() > 0) {
-    return fmt::format("{}/{} spp", job.frame_samples(), job.goal().samples());
-  }
-  return fmt::format("{} spp", job.frame_samples());
+  return samples_count(job) + " spp";
 }
 
 namespace {

@@ -17,7 +17,7 @@ std::string limit_name(v1::GoalLimit limit);
 bool has_ended(v1::JobState state);
 /// The fraction done of the nearest limit, in [0, 1].
 double fraction_done(const v1::Job& job);
-/// "±1.2%": the frame's relative root-mean-square error, √relMSE. Empty while it is unknown.
+/// "±1.2%", "±12%": the frame's relative root-mean-square error, √relMSE. Empty while it is unknown.
 std::string error_text(const v1::Job& job);
 /// "relMSE 0.012/0.01": the upper end of the estimate, and the goal. Empty for a job without an error goal.
 std::string error_goal_text(const v1::Job& job);
@@ -31,7 +31,9 @@ std::string method_name(const v1::Job& job);
 std::string how_chosen(const v1::Job& job);
 /// Lines for users who wait for the picture: how the method was chosen, the light that it misses, and mixed_text.
 std::vector<std::string> method_lines(const v1::Job& job);
-/// "12/64 spp", or "12 spp" without a sample goal. These are samples that every pixel has.
+/// "12/64", or "12" without a sample goal: the samples that every pixel has.
+std::string samples_count(const v1::Job& job);
+/// The same with a unit: "12/64 spp".
 std::string samples_text(const v1::Job& job);
 
 /// "3 of 412 results were audited by another identity, with the same bits", or "unaudited: " and the reason.

@@ -36,16 +36,6 @@ struct Widths {
   int least = 0;  ///< it is not wrapped to less, unless it is alone in its block
 };
 
-int widest_word(std::string_view text) {
-  int widest = 0;
-  while (!text.empty()) {
-    const std::string_view word = text.substr(0, text.find(' '));
-    widest = std::max(widest, columns_of(word));
-    text.remove_prefix(std::min(word.size() + 1, text.size()));
-  }
-  return widest;
-}
-
 std::vector<Widths> widths_of(const Rows& rows) {
   std::vector<Widths> widths;
   for (const auto& row : rows) {
@@ -139,6 +129,19 @@ void add_block(const std::vector<std::string>& row, const Block& block, const Co
   std::ranges::transform(block_lines, std::back_inserter(lines), [](Line& line) { return std::move(line.text); });
 }
 
+/// "cornell-be…blocks": the first and the last characters.
+std::string shortened(std::string_view text, int columns) {
+  if (columns_of(text) <= columns) {
+    return std::string(text);
+  }
+  const std::string head = cut_to_columns(text, columns / 2);
+  while (!text.empty() && columns_of(text) > columns - 1 - columns_of(head)) {
+    const std::string first = cut_to_columns(text, 1);
+    text.remove_prefix(first.empty() ? std::max<std::size_t>(cut_to_columns(text, 2).size(), 1) : first.size());
+  }
+  return cut_to_columns(fmt::format("{}…{}", head, text), columns);
+}
+
 }  // namespace
 
 std::vector<std::string> format_table(Rows rows, int width, const Coloring& coloring) {
@@ -154,9 +157,31 @@ std::vector<std::string> format_table(Rows rows, int width, const Coloring& colo
 }
 
 std::vector<std::string> format_table_in_lines(Rows rows, int width) {
-  std::vector<std::string> lines = format_table(std::move(rows), 0);
-  if (width > 0) {
-    std::ranges::transform(lines, lines.begin(), [&](const std::string& line) { return cut_to_columns(line, width); });
+  if (width <= 0) {
+    return format_table(std::move(rows), 0);
+  }
+  escape(rows);
+  const std::vector<Widths> widths = widths_of(rows);
+  Block block;
+  for (std::size_t i = 0, used = 0; i < widths.size(); ++i) {
+    const auto least = static_cast<std::size_t>(std::min(widths[i].all, kLeastWrapped));
+    if (i > 0 && used + kGap + least > static_cast<std::size_t>(width)) {
+      break;
+    }
+    used += least + (i > 0 ? kGap : 0);
+    block.columns.emplace_back(i, widths[i].all);
+  }
+  for (int over = width_of(block) - width; over > 0; --over) {
+    --std::ranges::max_element(block.columns, {}, &std::pair<std::size_t, int>::second)->second;
+  }
+  std::vector<std::string> lines;
+  for (auto& row : rows) {
+    for (const auto& [column, most] : block.columns) {
+      if (column < row.size()) {
+        row[column] = shortened(row[column], most);
+      }
+    }
+    add_block(row, block, {}, lines);
   }
   return lines;
 }

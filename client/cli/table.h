@@ -24,7 +24,8 @@ struct Coloring {
 /// takes several lines. No text is left out.
 std::vector<std::string> format_table(Rows rows, int width, const Coloring& coloring = {});
 
-/// A line for each row, cut at `width` columns (0: no limit).
+/// A line for each row, of at most `width` columns (0: no limit). If they are too few, the widest cells lose their
+/// middle. If that is not enough, the last columns are left out.
 std::vector<std::string> format_table_in_lines(Rows rows, int width);
 
 /// Prints rows for people. In a terminal they are fitted to it, and coloured unless NO_COLOR is set.

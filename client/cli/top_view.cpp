@@ -14,6 +14,9 @@
 namespace lightmill::cli {
 namespace {
 
+/// The lines above the tables are wrapped on screens of this size or larger, and cut on smaller ones.
+constexpr int kRowsForWrapping = 16, kColumnsForWrapping = 40;
+
 /// The place of a state in the list.
 int rank_of(v1::JobState state) {
   return state == v1::JOB_STATE_RUNNING ? 0 : state == v1::JOB_STATE_QUEUED ? 1 : 2;
@@ -38,25 +41,25 @@ std::string counts_text(const std::vector<std::string>& kinds) {
 }
 
 Rows job_rows(const std::vector<v1::Job>& jobs) {
-  Rows rows{{"JOB", "STATE", "DONE", "SAMPLES", "ERROR", "RATE", "ETA", "OWNER", "NAME"}};
+  Rows rows{{"JOB", "STATE", "DONE", "NAME", "ERROR", "ETA", "RATE", "SAMPLES", "OWNER"}};
   for (const v1::Job& job : jobs) {
     const bool running = job.state() == v1::JOB_STATE_RUNNING;
     rows.push_back({std::to_string(job.id()), state_name(job.state()),
-                    fmt::format("{:.0f}%", std::floor(100 * fraction_done(job))), samples_text(job),
+                    fmt::format("{:.0f}%", std::floor(100 * fraction_done(job))),
+                    job.reason().empty() ? job.name() : fmt::format("{} ({})", job.name(), job.reason()),
                     error_text(job).empty() ? "-" : error_text(job),
-                    running ? human_rate(job.samples_per_second()) : "-",
                     running && job.reason().empty() && job.eta_seconds() >= 0 ? human_seconds(job.eta_seconds()) : "-",
-                    job.owner(), job.reason().empty() ? job.name() : fmt::format("{} ({})", job.name(), job.reason())});
+                    running ? human_rate(job.samples_per_second()) : "-", samples_count(job), job.owner()});
   }
   return rows;
 }
 
 Rows worker_rows(const std::vector<v1::Worker>& workers) {
-  Rows rows{{"WORKER", "HOST", "THREADS", "STATE", "RATE", "RESULTS", "LOST", "UP"}};
+  Rows rows{{"WORKER", "STATE", "THREADS", "RATE", "RESULTS", "LOST", "UP", "HOST"}};
   for (const v1::Worker& worker : workers) {
-    rows.push_back({worker.name(), worker.host(), std::to_string(worker.threads()), activity(worker),
+    rows.push_back({worker.name(), activity(worker), std::to_string(worker.threads()),
                     human_rate(worker.samples_per_second()), std::to_string(worker.results()),
-                    std::to_string(worker.leases_lost()), human_seconds(worker.connected_seconds())});
+                    std::to_string(worker.leases_lost()), human_seconds(worker.connected_seconds()), worker.host()});
   }
   return rows;
 }
@@ -131,7 +134,8 @@ std::vector<std::string> top_lines(const TopSnapshot& snapshot, int columns, int
   }
   std::vector<std::string> fitting;
   for (const std::string& line : lines) {
-    const bool wrapped = rows == 0 && columns > 0 && columns_of(line) > columns;
+    const bool wrapped = columns > 0 && columns_of(line) > columns &&
+                         (rows == 0 || (rows >= kRowsForWrapping && columns >= kColumnsForWrapping));
     std::ranges::move(wrapped ? wrap_to_columns(line, columns) : std::vector{fitted(line, columns)},
                       std::back_inserter(fitting));
   }

@@ -7,6 +7,7 @@
 #include "client/chart/chart.h"
 #include "client/lab/analysis.h"
 #include "client/lab/page.h"
+#include "common/base/number_text.h"
 
 namespace lightmill::lab {
 namespace {
@@ -25,13 +26,22 @@ double flip(const LabResult& result) {
   return result.flip;
 }
 
+/// Three significant digits, or a whole number.
 std::string number(double value) {
-  return std::isfinite(value) ? fmt::format("{:.3g}", value) : "∞";
+  if (!std::isfinite(value)) {
+    return "∞";
+  }
+  return value >= 999.5 && value < 1e6 ? fmt::format("{:.0f}", value) : significant(value, 3);
+}
+
+/// Means of counts have fractions.
+std::string count_text(double value) {
+  return fmt::format("{:.6g}", value);
 }
 
 /// "1.23×", with "≈" for extrapolated curves.
 std::string factor_text(double factor, bool about) {
-  return fmt::format("{}{:.3g}×", about ? "≈ " : "", factor);
+  return fmt::format("{}{}×", about ? "≈ " : "", number(factor));
 }
 
 std::string row(const char* cell, const std::vector<std::string>& cells) {
@@ -89,7 +99,7 @@ Chart chart_for(const ReportInput& input, const ReportScene& scene, const std::s
     for (const CurvePoint& point : curve_of(input.results, scene.name, method, metric)) {
       series.points.push_back(
           {point.seconds.median, point.error.median, point.error.least, point.error.most,
-           fmt::format("{}: {} samples, {} thread seconds, {} ({} to {}, {} seeds)", method, number(point.samples),
+           fmt::format("{}: {} samples, {} thread seconds, {} ({} to {}, {} seeds)", method, count_text(point.samples),
                        number(point.seconds.median), number(point.error.median), number(point.error.least),
                        number(point.error.most), point.seeds)});
     }
@@ -149,7 +159,7 @@ std::string method_table(const ReportInput& input, const ReportScene& scene, con
     const std::optional<double> slope = slope_of(curve);
     const std::optional<SpeedUp>& gain = facts.speed_ups[m];
     rows.push_back(
-        {methods[m], std::to_string(curve.back().seeds), number(curve.back().samples),
+        {methods[m], std::to_string(curve.back().seeds), count_text(curve.back().samples),
          number(curve.back().seconds.median), number(curve.back().error.median), number(curve.back().error.most),
          number(last(trimmed).median), fmt::format("{:.5f}", energy.median),
          number(last([](const LabResult& result) { return result.error.smape; }).median), number(last(flip).median),

@@ -1,4 +1,4 @@
-// Whether this build has sanitizers, whose runtimes need more memory and system calls.
+// Constants that say whether this build has sanitizers. Their runtimes need more memory and system calls.
 #pragma once
 
 namespace lightmill {

@@ -67,6 +67,16 @@ int columns_of(std::string_view text) {
   return columns;
 }
 
+int widest_word(std::string_view text) {
+  int widest = 0;
+  while (!text.empty()) {
+    const std::string_view word = text.substr(0, text.find(' '));
+    widest = std::max(widest, columns_of(word));
+    text.remove_prefix(std::min(word.size() + 1, text.size()));
+  }
+  return widest;
+}
+
 std::string cut_to_columns(std::string_view text, int columns) {
   const UnicodeTables tables;
   std::size_t end = 0;

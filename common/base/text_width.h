@@ -13,6 +13,9 @@ int terminal_columns(int descriptor);
 /// Columns of UTF-8 text: two for a wide character (CJK, emoji), none for a combining one.
 int columns_of(std::string_view text);
 
+/// Columns of the widest word; words end at spaces.
+int widest_word(std::string_view text);
+
 /// As many of the first characters as fit into `columns`.
 std::string cut_to_columns(std::string_view text, int columns);
 

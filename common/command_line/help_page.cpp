@@ -14,6 +14,24 @@ namespace {
 constexpr int kMostColumns = 100;
 constexpr int kLeastColumns = 40;
 
+constexpr std::string_view kNoBreak = "\u00a0";
+
+/// The command with no-break spaces between options and their values.
+std::string glued(std::string_view command) {
+  std::string text;
+  bool after_option = false;
+  for (const std::string& word : CLI::detail::split(std::string(command), ' ')) {
+    text += text.empty() ? "" : after_option && !word.starts_with('-') ? kNoBreak : " ";
+    text += word;
+    after_option = word.starts_with('-');
+  }
+  return text;
+}
+
+std::string unglued(std::string text) {
+  return CLI::detail::find_and_replace(std::move(text), std::string(kNoBreak), " ");
+}
+
 void add_example(std::string_view line, int columns, std::string& page) {
   if (columns_of(line) <= columns) {
     page += fmt::format("{}\n", line);
@@ -23,9 +41,10 @@ void add_example(std::string_view line, int columns, std::string& page) {
   const std::string_view command = line.substr(indent, end - indent), comment = line.substr(end);
   const int room = columns - static_cast<int>(indent);
   const std::vector<std::string> lines =
-      columns_of(command) <= room ? std::vector{std::string(command)} : wrap_to_columns(command, room - 4);
+      columns_of(command) <= room ? std::vector{std::string(command)} : wrap_to_columns(glued(command), room - 4);
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    page += fmt::format("{:{}}{}{}\n", "", indent + (i > 0 ? 2 : 0), lines[i], i + 1 < lines.size() ? " \\" : "");
+    page +=
+        fmt::format("{:{}}{}{}\n", "", indent + (i > 0 ? 2 : 0), unglued(lines[i]), i + 1 < lines.size() ? " \\" : "");
   }
   for (const std::string& part :
        wrap_to_columns(comment.substr(std::min(comment.find_first_not_of(' '), comment.size())), room - 4)) {
@@ -94,11 +113,11 @@ Entry entry_of(const OptionDoc& option) {
   if (option.required) {
     entry.text += " (must be given)";
   }
-  if (!option.default_value.empty()) {
-    entry.text += fmt::format(" [{}]", option.default_value);
-  }
+  const std::string& value = option.default_value;
   if (!option.variable.empty()) {
-    entry.text += fmt::format(" (or ${})", option.variable);
+    entry.text += fmt::format(" (default: ${}{}{})", option.variable, value.empty() ? "" : ", else ", value);
+  } else if (!value.empty()) {
+    entry.text += fmt::format(" [{}]", value);
   }
   return entry;
 }

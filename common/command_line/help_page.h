@@ -8,8 +8,8 @@
 
 namespace lightmill {
 
-/// Paragraphs and indented lines, such as examples. Wrapped to `columns` columns: an example goes on after a backslash, as
-/// a shell reads it, and its comment, which two or more spaces separate, is below it.
+/// Paragraphs and indented lines, such as examples, wrapped to `columns` columns. An example continues after a
+/// backslash, as a shell reads it. Its comment, which two or more spaces separate, is below it.
 std::string wrapped_text(std::string_view text, int columns);
 
 /// Wrapped to the width of standard output's terminal, else to 100 columns.

@@ -15,7 +15,7 @@ struct EmissiveSphere {
   float exponent = 0;  ///< radiance falls off with this power of the cosine
 };
 
-/// From outside, spheres are sampled uniformly in the cone that they subtend; from inside, uniformly by area.
+/// From outside, spheres are sampled uniformly in the cone that they subtend. From inside, uniformly by area.
 class SphereLights {
  public:
   void add(const EmissiveSphere& sphere);

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "common/base/check.h"
+#include "common/base/number_text.h"
 
 namespace lightmill {
 namespace {
@@ -24,6 +25,13 @@ double gain(const PilotMeasure& simplest, const PilotMeasure& other) {
   return least;
 }
 
+/// "for the same error, path needs 3.1 to 3.4 times the work of caustic".
+std::string needs(const std::string& method, double least, double most, const std::string& other) {
+  const std::string from = significant(least, 2), to = significant(most, 2);
+  return fmt::format("for the same error, {} needs {} times the work of {}", method,
+                     from == to ? to : fmt::format("{} to {}", from, to), other);
+}
+
 std::string compare(const std::string& simplest, const PilotMeasure& its, const std::string& other,
                     const PilotMeasure& others) {
   const auto silent = [](const PilotMeasure& of) {
@@ -35,13 +43,15 @@ std::string compare(const std::string& simplest, const PilotMeasure& its, const 
     }
   }
   const std::array ratios{its.inefficiency(0) / others.inefficiency(0), its.inefficiency(1) / others.inefficiency(1)};
+  const auto [least, most] = std::ranges::minmax(ratios);
+  if (most <= 1) {
+    return needs(other, 1 / most, 1 / least, simplest);
+  }
   // States that a gain by one batch, or a small one, does not decide.
-  const bool some = std::ranges::max(ratios) > 1, clear = std::ranges::min(ratios) > kClearGain;
-  return fmt::format(
-      "for equal error {} needs {:.2g} and {:.2g} times the work of {} in two pilots{}", simplest, ratios[0], ratios[1],
-      other,
-      some && !clear ? fmt::format("; a clear gain is more than {} in both, and {} is simpler", kClearGain, simplest)
-                     : "");
+  return needs(simplest, least, most, other) +
+         (least > kClearGain
+              ? ""
+              : fmt::format("; a gain must be above {} in both pilots, and {} is simpler", kClearGain, simplest));
 }
 
 bool misses_light(const PilotMeasure& one, const PilotMeasure& other) {
@@ -67,9 +77,10 @@ PilotChoice choose(std::span<const std::string> methods, std::span<const PilotMe
       continue;
     }
     const auto percent = [&](std::size_t batch) { return 100 * (1 - measures[i].light[batch] / richer->light[batch]); };
-    result.reasons.push_back(fmt::format(
-        "{} missed {:.2g} % and {:.2g} % of the light that {} found, in two pilots: its paths hit it too rarely",
-        methods[i], percent(0), percent(1), methods[static_cast<std::size_t>(richer - measures.begin())]));
+    result.reasons.push_back(
+        fmt::format("{} missed {} and {} % of the light that {} found in two pilots: its paths hit it too rarely",
+                    methods[i], significant(percent(0), 2), significant(percent(1), 2),
+                    methods[static_cast<std::size_t>(richer - measures.begin())]));
   }
   // The method with the most light on a batch misses nothing, so there is at least one.
   const std::size_t simplest = complete.front();

@@ -8,8 +8,8 @@ namespace lightmill {
 
 /// Notices, if:
 /// - nothing emits light. Only with `needs_light`: the method needs lights.
-/// - the camera sees no object, or all objects together are a mere dot. Not with a plane or an environment, because the
-///   picture may be meant to show that.
+/// - the camera sees no object, or all objects together fill only a few pixels. Not with a plane or an environment,
+///   because the picture may be meant to show that.
 /// - a sphere is too large for what is near it
 /// - a medium scatters so densely that paths of `max_bounces` end inside (0: the method follows no paths)
 std::vector<std::string> picture_notices(const LoadedScene& loaded, bool needs_light, std::uint32_t max_bounces = 0);

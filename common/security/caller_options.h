@@ -29,9 +29,9 @@ inline void add_caller_options(CLI::App& app, CallerFiles& files) {
   add(kAuthorityOption, files.tls.authority, "the authority of the coordinator's certificate; encrypts the connection",
       kAuthorityVariable);
   add(kCertificateOption, files.tls.certificate, "the certificate that authenticates the caller", kCertificateVariable);
-  add(kKeyOption, files.tls.key, "its private key (default: in the certificate's file)", kKeyVariable);
+  add(kKeyOption, files.tls.key, "its private key, if it is in a file of its own", kKeyVariable);
   add(kTokenFileOption, files.token_file,
-      "a file with a token, instead of a certificate (default: the token in LIGHTMILL_TOKEN)", kTokenFileVariable);
+      "a file with a token, instead of a certificate; LIGHTMILL_TOKEN can hold the token itself", kTokenFileVariable);
 }
 
 }  // namespace lightmill

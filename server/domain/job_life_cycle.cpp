@@ -1,5 +1,6 @@
 #include "server/domain/job_life_cycle.h"
 
+#include "common/base/number_text.h"
 #include "server/domain/eligibility.h"
 
 namespace lightmill {
@@ -84,8 +85,9 @@ void JobLifeCycle::finish(Job& job, JobState state, std::string reason, const Ev
   }
   workers_.forget_job(job.id());
   job.store(event);
-  event.note(state == JobState::failed ? Note::Level::warning : Note::Level::info, about(job.id()), "job {} is {}: {}",
-             job.id().value, name_of(state), job.record().reason);
+  const std::string& reason_given = job.record().reason;
+  event.note(state == JobState::failed ? Note::Level::warning : Note::Level::info, about(job.id()), "job {} is {}{}",
+             job.id().value, name_of(state), reason_given == name_of(state) ? "" : ": " + reason_given);
 }
 
 bool JobLifeCycle::complete(Job& job, GoalLimit limit, std::string reason, const Event& event) {

@@ -74,14 +74,6 @@ bool has_error(const JobSpec& spec) {
   return !method.ok() || method->name != "photon-map";
 }
 
-std::string interval_text(double value, double half_width) {
-  // Enough decimals for two digits of the half width, unless these are none or more than seven.
-  const int decimals = half_width > 0 ? 1 - static_cast<int>(std::floor(std::log10(half_width))) : 0;
-  return half_width > 0 && decimals > 0 && decimals <= 7
-             ? fmt::format("{:.{}f} ± {:.{}f}", value, decimals, half_width, decimals)
-             : fmt::format("{:.3g} ± {:.2g}", value, half_width);
-}
-
 Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
   Goal goal = job.spec().goal;
   // Reached limits would end the job at once.

@@ -18,8 +18,6 @@ class Job;
 std::uint64_t finished_bytes(const JobSpec& spec);
 std::string_view name_of(JobState state);
 std::string describe(const Goal& goal);
-/// "0.00980 ± 0.00030": a number and its half width. The half width has two digits.
-std::string interval_text(double value, double half_width);
 
 /// Goal of an extended job. INVALID_ARGUMENT unless it asks for more than before.
 Result<Goal> extended_goal(const Job& job, const Extension& to, Time now);

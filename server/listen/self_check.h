@@ -22,8 +22,8 @@ class PortHealth {
 
   /// Failed dials in a row until the port is doubtful.
   static constexpr int kDoubtful = 3;
-  /// Failed dials in a row until the port is deaf, if it has answered before and is silent for kPatience. A machine may
-  /// stop for a while.
+  /// Failed dials in a row until the port is unresponsive, if it has answered before and is silent for kPatience. A
+  /// machine may stop for a while.
   static constexpr int kUnresponsive = 10;
   static constexpr Duration kPatience = std::chrono::minutes(2);
 
@@ -40,7 +40,7 @@ class SelfCheck {
   static constexpr Duration kPause = std::chrono::seconds(5);
 
   /// `on_answering` is called when the port becomes doubtful, and when it answers again. `on_unresponsive` is called
-  /// once, when the port is deaf. Both run on the thread.
+  /// once, when the port is unresponsive. Both run on the thread.
   SelfCheck(Listener& listener, bool encrypted, const Clock& clock, std::function<void(bool)> on_answering,
             std::function<void(const Status&)> on_unresponsive, Duration pause = kPause);
   ~SelfCheck();

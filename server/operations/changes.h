@@ -1,4 +1,4 @@
-// What a call changed, in words for the action log (Action::change). Empty: nothing.
+// Text of what a call changed, for the action log (Action::change). Empty: nothing.
 #pragma once
 
 #include <string>

@@ -30,7 +30,7 @@ class Store {
   /// Reads the next nodes of a job's film after `after`, some MiB at a time. Commits may come between two calls.
   /// Damaged nodes are logged and left out.
   virtual Result<FilmPiece> read_film(JobId job, const FilmPosition& after) = 0;
-  /// DATA_LOSS with the reason if the database itself is damaged; it does not check what rows contain. Takes as long as
+  /// DATA_LOSS with the reason if the database itself is damaged. It does not check what rows contain. Takes as long as
   /// reading the whole database.
   virtual Status check_structure() = 0;
   /// Applies `ops` in order in one transaction, which is durable when it returns. After an error nothing is stored.

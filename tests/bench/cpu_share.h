@@ -1,4 +1,4 @@
-// Limits a process to a share of a core, whatever else the machine does.
+// Limiter of a process to a share of a core, whatever else the machine does.
 #pragma once
 
 #include <signal.h>

@@ -233,7 +233,7 @@ class StoredFuzz : public test::CoordinatorTest {
   }
 };
 
-TEST_F(StoredFuzz, DamagedRowsAreRefusedOrGoneOnFrom) {
+TEST_F(StoredFuzz, DamagedRowsAreRefusedOrACoordinatorStartsOnThem) {
   const test::TemporaryFolder folder;
   const fs::path sound = folder.path() / "sound.sqlite", damaged = folder.path() / "damaged.sqlite";
   make_jobs();

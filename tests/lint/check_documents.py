@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the links and blocks of documents. --sentences prints the lengths of the documents' sentences.
+"""Checks the links, blocks, file names and sentences of documents. --sentences prints the lengths of the documents' sentences.
 
   check_documents.py ROOT [--sentences]
 """
@@ -12,12 +12,18 @@ import sys
 
 LINK = re.compile(r"!?\[(?:[^\]\[]|\[[^\]]*\])*\]\(([^)\s]+)\)")
 CODE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+SOURCE_FILE = re.compile(r"`([\w./-]+\.(?:h|cpp|py|mjs|tsx?|proto))`")
 LEAST_WORDS = 5  # a bullet with as many words counts as a sentence
+MOST_MEDIAN, MOST_90_PERCENT = 14, 24  # words a sentence
+
+
+def names_of_files(root, *patterns):
+    listed = subprocess.run(["git", "-C", root, "ls-files", "-co", "--exclude-standard", *patterns], capture_output=True, text=True, check=True)
+    return [name for name in listed.stdout.splitlines() if (root / name).exists()]
 
 
 def documents(root):
-    listed = subprocess.run(["git", "-C", root, "ls-files", "-co", "--exclude-standard", "*.md"], capture_output=True, text=True, check=True)
-    return [root / name for name in listed.stdout.splitlines() if (root / name).exists()]
+    return [root / name for name in names_of_files(root, "*.md")]
 
 
 def anchors(text):
@@ -54,6 +60,15 @@ def unmarked_blocks(root, files):
                 yield f"{file.relative_to(root)}:{number}: a block without a language: sh for commands, text for what they print"
 
 
+def missing_files(root, files):
+    """Source files that a document names, and that are gone. A document may leave out their folders."""
+    ends = {name[at:] for name in names_of_files(root) for at in [0, *(slash.end() for slash in re.finditer("/", name))]}
+    for file in files:
+        for name in SOURCE_FILE.findall(CODE.sub("", file.read_text())):
+            if name.removeprefix("./") not in ends:
+                yield f"{file.relative_to(root)}: there is no file {name}"
+
+
 def sentences(text):
     """Word counts of sentences, without code, headings and tables. A bullet of a few words is none."""
     text = CODE.sub("\n\n", text)
@@ -68,14 +83,26 @@ def sentences(text):
                 yield words
 
 
-def show_sentences(root, files):
-    print(f"{'document':<28} {'words':>6} {'sentences':>9} {'median':>6} {'90 %':>5}")
+def sentence_lengths(root, files):
+    """(document, its words, its sentences, the median of words a sentence, and what 90 % of its sentences have at most)."""
     for file in files:
         text = file.read_text()
         lengths = sorted(sentences(text))
         if lengths:
             most = lengths[min(len(lengths) - 1, int(0.9 * len(lengths)))]
-            print(f"{str(file.relative_to(root)):<28} {len(text.split()):>6} {len(lengths):>9} {statistics.median(lengths):>6.0f} {most:>5}")
+            yield str(file.relative_to(root)), len(text.split()), len(lengths), statistics.median(lengths), most
+
+
+def long_sentences(root, files):
+    for name, _, _, median, most in sentence_lengths(root, files):
+        if median > MOST_MEDIAN or most > MOST_90_PERCENT:
+            yield f"{name}: the median is {median:.0f} words a sentence (at most {MOST_MEDIAN}), and 90 % have up to {most} (at most {MOST_90_PERCENT})"
+
+
+def show_sentences(root, files):
+    print(f"{'document':<28} {'words':>6} {'sentences':>9} {'median':>6} {'90 %':>5}")
+    for name, words, count, median, most in sentence_lengths(root, files):
+        print(f"{name:<28} {words:>6} {count:>9} {median:>6.0f} {most:>5}")
 
 
 def main():
@@ -88,8 +115,8 @@ def main():
     if options.sentences:
         show_sentences(root, files)
         return 0
-    faults = [*broken_links(root, files), *unmarked_blocks(root, files)]
-    print("\n".join(faults) if faults else f"{len(files)} documents: all links lead somewhere, and all blocks have a language")
+    faults = [fault for check in (broken_links, unmarked_blocks, missing_files, long_sentences) for fault in check(root, files)]
+    print("\n".join(faults) if faults else f"{len(files)} documents: all links and file names lead somewhere, all blocks have a language, sentences are short")
     return 1 if faults else 0
 
 

@@ -39,6 +39,16 @@ class Documents(unittest.TestCase):
         blocks = self.write(a="```sh\nls\n```\n\n```\nls\n```\n\n```text\na\n```\n")
         self.assertEqual([fault.split(": ")[0] for fault in check_documents.unmarked_blocks(*blocks)], ["a.md:5"])
 
+    def test_a_missing_source_file_is_found(self):
+        (self.root / "common").mkdir()
+        (self.root / "common/film.h").touch()
+        documents = self.write(a="`film.h`, `common/film.h`, `server/film.h`, `ilm.h`, `picture.png`\n```text\n`tile.h`\n```\n")
+        self.assertEqual(list(check_documents.missing_files(*documents)), ["a.md: there is no file server/film.h", "a.md: there is no file ilm.h"])
+
+    def test_long_sentences_are_found(self):
+        documents = self.write(a="A short sentence.\n", b=f"A{' long' * 14} sentence.\n", c=f"Short ones.{' Four words each here.' * 7}{' A' + ' b' * 24 + '.'}\n")
+        self.assertEqual([fault.split(":")[0] for fault in check_documents.long_sentences(*documents)], ["b.md", "c.md"])
+
     def test_words_of_sentences_are_counted(self):
         text = "# A heading counts as no sentence\n\nOne two three. Four five\nsix [seven eight](a.md) `nine ten`.\n\n- a bullet\n" \
                "- a bullet with five words\n\n| a | table |\n\n```\ncode is no sentence\n```\n"

@@ -36,7 +36,7 @@ def table(heads, rows):
 def commands(_root, programs):
     parts = [printed(programs / name, "--describe", "markdown") for name in PROGRAMS]
     parts.append("## Topics\n\n`lightmill help TOPIC` prints these.\n")
-    for topic, about in re.findall(r"^  ([a-z-]+) +(\S.*)$", printed(programs / "lightmill", "help", "--help").split("explains a topic:")[1], re.MULTILINE):
+    for topic, about in re.findall(r"^  ([a-z-]+)  +(\S.*)$", printed(programs / "lightmill", "help", "--help").split("explains a topic:")[1], re.MULTILINE):
         text = re.sub(r" +$", "", printed(programs / "lightmill", "help", topic), flags=re.MULTILINE)
         parts.append(f"### Topic {topic}\n\n{about[0].upper()}{about[1:]}.\n\n```text\n{text}```\n")
     return "\n".join(parts)
@@ -83,6 +83,13 @@ def values_of(schema):
     return ""
 
 
+def roles_of(call):
+    if "x-roles" not in call:
+        return "everyone"
+    own = call.get("x-own-roles", [])
+    return ", ".join(call["x-roles"] + [f"{role} (own jobs)" for role in own])
+
+
 def calls(root, _programs):
     description, rows = json.loads((root / "client/web/public/openapi.json").read_text()), []
     for path, methods in description["paths"].items():
@@ -95,8 +102,8 @@ def calls(root, _programs):
                      for each in call.get("parameters", [])]
             content = call.get("requestBody", {}).get("content", {})
             body = [field for each in content.values() for field in fields_of(each["schema"])]
-            rows.append([f"{method.upper()} `{base}{path}`", call["summary"], "<br>".join(query + body)])
-    return table(["call", "what it does", "query and body"], [[cell.replace("|", "\\|") for cell in row] for row in rows])
+            rows.append([f"{method.upper()} `{base}{path}`", call["summary"], roles_of(call), "<br>".join(query + body)])
+    return table(["call", "what it does", "roles", "query and body"], [[cell.replace("|", "\\|") for cell in row] for row in rows])
 
 
 def made_page(file, text, name, part):

@@ -30,7 +30,7 @@ TEST_F(Damages, OfAnyRowOrFileAreNeverSilent) {
   }
 }
 
-TEST_F(Damages, ThatNoHashShowsAreFoundInTheFilms) {
+TEST_F(Damages, WithAValidHashAreFoundInTheFilms) {
   std::uint64_t forged = 0, found = 0;
   for (std::uint64_t seed = 1; seed <= 64; ++seed) {
     const DamageReport report = damage_one(seed, true);

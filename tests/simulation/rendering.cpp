@@ -1,4 +1,4 @@
-// How simulated workers render: preparations, pilots, inspections, tiles, lies.
+// Rendering of simulated workers: preparations, pilots, inspections, tiles, lies.
 #include <algorithm>
 
 #include "server/domain/pending_audits.h"

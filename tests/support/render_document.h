@@ -1,4 +1,4 @@
-// Renders a scene document in this process, for tests that compare with exact answers.
+// Renderer of a scene document in this process, for tests that compare with exact answers.
 #pragma once
 
 #include <filesystem>

@@ -56,7 +56,7 @@ class CoordinatorLink {
   /// Starts to open a stream, and returns its number. Before it returns, an earlier stream is disconnected and its
   /// handler has returned. So handlers must not call it.
   std::uint64_t open();
-  /// Queues a message. It is dropped if the stream is down; the session sends it again on the next one.
+  /// Queues a message. It is dropped if the stream is down. The session sends it again on the next one.
   void send(std::shared_ptr<const WorkerMessage> message);
   /// Ends sending after all queued messages are written. Aborts transfers.
   void close();

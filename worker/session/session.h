@@ -60,7 +60,7 @@ struct SendMessage {
   std::shared_ptr<const WorkerMessage> message;
 };
 /// Fetch the job's assets and compile its scene. Report `job_ready`, `job_failed` or `job_unavailable`. It may come
-/// again for the same job; a cache by digest answers at once.
+/// again for the same job. A cache by digest answers at once.
 struct PrepareJob {
   std::shared_ptr<const JobDescription> description;
 };

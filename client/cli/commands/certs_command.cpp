@@ -150,7 +150,7 @@ Status make_authority_in(const CertsOptions& options, const Console& console) {
   object["key_file"] = (folder / kAuthorityKey).string();
   console.object(object);
   console.result(fmt::format("{}: '{}', an authority until {}", certificate.string(), facts.front().name,
-                             date_text(facts.front().until_unix_s)));
+                             human_date(1000 * facts.front().until_unix_s)));
   console.result(fmt::format("{}: its key. Anybody who has it can become admin: keep it secret, best offline",
                              (folder / kAuthorityKey).string()));
   return ok_status();
@@ -195,7 +195,7 @@ Status issue(const CertsOptions& options, const CertificateSubject& subject, con
   object["file"] = file.string();
   console.object(object);
   console.result(fmt::format("{}: '{}', {}, until {}; with its private key", file.string(), facts.front().name,
-                             what_for(facts.front()), date_text(facts.front().until_unix_s)));
+                             what_for(facts.front()), human_date(1000 * facts.front().until_unix_s)));
   return ok_status();
 }
 
@@ -206,11 +206,19 @@ Status show(const std::string& file, const Console& console) {
     return with_context(all.status(), file);
   }
   json objects = json::array();
-  std::vector<std::vector<std::string>> rows{{"NAME", "FOR", "FROM", "UNTIL", "SIGNED BY", "SHA-256"}};
+  Rows rows;
   for (const CertificateFacts& facts : *all) {
     objects.push_back(certificate_json(facts));
-    rows.push_back({facts.name, what_for(facts), date_text(facts.from_unix_s), date_text(facts.until_unix_s),
-                    facts.issuer, facts.fingerprint.hex()});
+    if (!rows.empty()) {
+      rows.push_back({""});
+    }
+    std::ranges::move(Rows{{"name", facts.name},
+                           {"for", what_for(facts)},
+                           {"from", human_date(1000 * facts.from_unix_s)},
+                           {"until", human_date(1000 * facts.until_unix_s)},
+                           {"signed by", facts.issuer},
+                           {"SHA-256", facts.fingerprint.hex()}},
+                      std::back_inserter(rows));
     if (facts.until_unix_s <= now_unix_s()) {
       console.notice(fmt::format("the certificate of '{}' has expired", facts.name));
     }

@@ -4,6 +4,7 @@
 
 #include "client/cli/context.h"
 #include "client/cli/table.h"
+#include "common/base/number_text.h"
 #include "common/image/error_metrics.h"
 #include "common/image/flip.h"
 #include "common/image/picture_file.h"
@@ -66,7 +67,7 @@ ExitCode show_error(const Console& console, const ErrorOptions& options) {
                                            {"FLIP", comparison->flip, ""},
                                            {"HDR-FLIP", comparison->flip_hdr, "the worst of several exposures"},
                                            {"largest", error->max_abs, "the largest difference"}}) {
-    rows.push_back({name, fmt::format("{:.6g}", number), note});
+    rows.push_back({name, significant(number, 4), note});
   }
   print_table(console, rows);
   return kDone;

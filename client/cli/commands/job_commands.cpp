@@ -28,16 +28,16 @@ struct JobOptions {
 std::vector<std::string> table_row(const v1::Job& job) {
   const bool running = job.state() == v1::JOB_STATE_RUNNING;
   return {std::to_string(job.id()),
+          job.name(),
           state_name(job.state()),
           fmt::format("{:.0f}%", std::floor(100 * fraction_done(job))),
-          samples_text(job),
+          samples_count(job),
           error_text(job).empty() ? "-" : error_text(job),
           running && job.reason().empty() && job.eta_seconds() >= 0 ? human_seconds(job.eta_seconds()) : "-",
-          fmt::format("{}x{}", job.width(), job.height()),
           method_text(job),
+          fmt::format("{}x{}", job.width(), job.height()),
           job.owner(),
-          human_date(job.submitted_unix_ms()),
-          job.name()};
+          human_date(job.submitted_unix_ms())};
 }
 
 /// Green, blue, yellow, red.
@@ -98,7 +98,7 @@ Status list_jobs(CoordinatorClient& connection, const Console& console, const Li
   const std::vector<v1::Job>& jobs = listed.items;
   json objects = json::array();
   std::vector<std::vector<std::string>> rows{
-      {"JOB", "STATE", "DONE", "SAMPLES", "ERROR", "ETA", "SIZE", "METHOD", "OWNER", "SUBMITTED", "NAME"}};
+      {"JOB", "NAME", "STATE", "DONE", "SAMPLES", "ERROR", "ETA", "METHOD", "SIZE", "OWNER", "SUBMITTED"}};
   for (const v1::Job& job : jobs) {
     objects.push_back(to_json(job));
     rows.push_back(table_row(job));
@@ -109,7 +109,7 @@ Status list_jobs(CoordinatorClient& connection, const Console& console, const Li
   if (jobs.empty()) {
     console.result(chosen ? "no job matches" : "no jobs yet: `lightmill submit SCENE` queues one");
   } else {
-    print_table(console, rows, {1, color_of_state});
+    print_table(console, rows, {2, color_of_state});
     if (jobs.size() < listed.total) {
       console.notice(fmt::format("{} of {} jobs; --all lists all", jobs.size(), listed.total));
     }

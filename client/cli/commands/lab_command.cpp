@@ -10,6 +10,7 @@
 #include "client/cli/progress.h"
 #include "client/cli/submission.h"
 #include "client/cli/units.h"
+#include "common/base/number_text.h"
 
 namespace lightmill::cli {
 namespace {
@@ -130,8 +131,8 @@ class Lab {
   std::string last_text(const LabRun& run) const {
     const std::size_t end = plan_.missing(run, folder_.results()).second;
     const lab::LabResult& last = folder_.results().at(run.level_keys[end - 1]);
-    return fmt::format("{} samples, {} of threads, relMSE {:.3g}", last.samples, human_seconds(last.thread_seconds),
-                       last.error.rel_mse);
+    return fmt::format("{} samples, {} of threads, relMSE {}", last.samples, human_seconds(last.thread_seconds),
+                       significant(last.error.rel_mse, 3));
   }
 
   Status reach_levels(const LabRun& run, std::uint64_t id, const RgbImage& reference, const std::string& label) {

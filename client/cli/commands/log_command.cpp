@@ -76,12 +76,13 @@ Status show_log(CoordinatorClient& connection, const Console& console, const Log
   LM_ASSIGN_OR_RETURN(std::vector<v1::Action> actions, connection.list_actions(request, options.last));
   std::ranges::reverse(actions);  // oldest first, as in a log
   json objects = json::array();
-  std::vector<std::vector<std::string>> rows{{"WHEN", "CALLER", "BY", "FROM", "OPERATION", "JOB", "ABOUT", "OUTCOME"}};
+  std::vector<std::vector<std::string>> rows{{"WHEN", "CALLER", "OPERATION", "JOB", "ABOUT", "OUTCOME", "BY", "FROM"}};
   for (const v1::Action& action : actions) {
     objects.push_back(action_json(action));
-    rows.push_back({human_moment(action.unix_ms()), action.caller().empty() ? "-" : action.caller(), proof_of(action),
-                    action.peer(), action.operation(), action.job() == 0 ? "-" : std::to_string(action.job()),
-                    action.about().empty() ? "-" : action.about(), outcome_of(action)});
+    rows.push_back({human_moment(action.unix_ms()), action.caller().empty() ? "-" : action.caller(), action.operation(),
+                    action.job() == 0 ? "-" : std::to_string(action.job()),
+                    action.about().empty() ? "-" : action.about(), outcome_of(action), proof_of(action),
+                    action.peer()});
   }
   console.object(json{{"actions", objects}});
   if (actions.empty()) {

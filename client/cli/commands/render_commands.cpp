@@ -18,9 +18,7 @@ namespace {
 
 constexpr const char* kRenderMore =
     "Without -o the pictures are SCENE.exr and SCENE.png in the current folder. `lightmill help farm` says which farm\n"
-    "renders it, and what Ctrl-C does. Use `lightmill submit` for jobs that outlive the command.\n\n"
-    "  lightmill render scenes/cornell-bench-blocks.json -o box.png --spp 256\n"
-    "  lightmill render CornellBox.obj CornellBlocks.obj -o box.exr -o box.png --seconds 2m";
+    "renders it, and what Ctrl-C does. Use `lightmill submit` for jobs that outlive the command.";
 
 constexpr const char* kSubmitMore =
     "`lightmill watch JOB` follows the job, and `lightmill fetch JOB -o FILE` writes its picture.";
@@ -150,7 +148,6 @@ ExitCode submit(Context& context, const Console& console, const RenderOptions& o
     for (const std::string& line : method_lines(job)) {
       console.notice(line);
     }
-    console.notice(fmt::format("job {} has the trace id {} in the farm's logs", job.id(), trace_text(job)));
     console.result(std::to_string(job.id()));
     return ok_status();
   });

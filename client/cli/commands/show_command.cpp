@@ -11,6 +11,7 @@
 #include "client/cli/table.h"
 #include "client/cli/units.h"
 #include "common/base/file.h"
+#include "common/base/number_text.h"
 #include "common/scene_io/load.h"
 
 namespace lightmill::cli {
@@ -38,7 +39,8 @@ std::vector<std::string> layer_names(const FilmPicture& picture) {
   return names;
 }
 
-std::vector<std::vector<std::string>> describe(const AssembledFilm& film) {
+/// `verbose`: with what only helps to find a problem.
+std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool verbose) {
   const v1::Job& job = film.job;
   const v1::JobCounters& counters = job.counters();
   const v1::PixelRect& crop = job.crop();
@@ -59,14 +61,12 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film) {
                               human_count(static_cast<double>(job.samples_done())))},
       {"rendering", human_seconds(job.active_seconds())},
       {"worker time", human_seconds(job.worker_seconds()) + " over all threads"},
-      {"results", fmt::format("{} merged, {} repeated, {} leases lost", counters.results_merged(),
-                              counters.results_duplicate(), counters.leases_lost())},
       {"audits", verification_text(job)},
       {"film hash", film.picture.receipt.film_hash},
   };
   if (job.has_error()) {
-    rows.push_back({"error", fmt::format("{} (relMSE {:.4g} ± {:.2g})", error_text(job), job.error().rel_mse(),
-                                         job.error().half_width())});
+    rows.push_back({"error", fmt::format("{} (relMSE {})", error_text(job),
+                                         interval_text(job.error().rel_mse(), job.error().half_width()))});
   }
   if (job.allow_mixed()) {
     rows.push_back({"class", mixed_text(job)});
@@ -86,16 +86,19 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film) {
   if (counters.non_finite() > 0) {
     rows.push_back({"non-finite", fmt::format("{} samples counted as zero", counters.non_finite())});
   }
-  if (!film.picture.receipt.render_digest.empty()) {
+  if (verbose) {
+    rows.push_back({"results", fmt::format("{} merged, {} repeated, {} leases lost", counters.results_merged(),
+                                           counters.results_duplicate(), counters.leases_lost())});
     rows.push_back({"render digest", film.picture.receipt.render_digest});
+    rows.push_back({"trace id", trace_text(job)});
   }
-  rows.push_back({"trace", trace_text(job)});
   return rows;
 }
 
 struct ShowOptions {
   std::uint64_t job = 0;
   std::string chart;
+  bool verbose = false;
 };
 
 /// Its error against time. Each point is an estimate with its confidence interval.
@@ -108,8 +111,8 @@ Chart job_chart(const v1::Job& job) {
   for (const v1::ErrorPoint& point : job.history()) {
     const double error = point.error().rel_mse(), half_width = point.error().half_width();
     series.points.push_back({point.worker_seconds(), error, error - half_width, error + half_width,
-                             fmt::format("{:.6g} samples per pixel, {} of threads, {:.3g} ± {:.2g}", point.samples(),
-                                         human_seconds(point.worker_seconds()), error, half_width)});
+                             fmt::format("{:.6g} samples per pixel, {} of threads, {}", point.samples(),
+                                         human_seconds(point.worker_seconds()), interval_text(error, half_width))});
   }
   chart.series.push_back(std::move(series));
   chart.guides = {{-1, "slope −1"}};
@@ -134,7 +137,7 @@ Status show_job(CoordinatorClient& connection, const Console& console, const Sho
   object["layers"] = layer_names(film.picture);
   object["meters"] = to_json(film.meters);
   console.object(object);
-  print_table(console, describe(film));
+  print_table(console, describe(film, options.verbose));
   return ok_status();
 }
 
@@ -152,6 +155,7 @@ void add_show_command(CLI::App& app, Context& context) {
                                                 : fmt::format("a file that ends in .svg is expected, got '{}'", file);
           },
           ""));
+  command->add_flag("--verbose", options->verbose, "also show counts of results, the render digest, and the trace id");
   add_common_options(*command, context);
   command->callback([&context, options] {
     context.run = [&context, options](const Console& console) {

@@ -92,7 +92,8 @@ Status create(CoordinatorClient& connection, const Console& console, const Token
   object[options.out.empty() ? "token" : "file"] = options.out.empty() ? made.text : options.out;
   console.object(object);
   console.notice(fmt::format("token {} {} until {}{}", made.id, purpose_of(*token, roles),
-                             date_text(token->until_unix_s()), options.out.empty() ? "; it is shown only once" : ""));
+                             human_date(1000 * token->until_unix_s()),
+                             options.out.empty() ? "; it is shown only once" : ""));
   console.result(options.out.empty() ? made.text : fmt::format("{}: the token", options.out));
   return ok_status();
 }
@@ -109,11 +110,12 @@ Status list(CoordinatorClient& connection, const Console& console) {
     const std::string uses = roles.has(Role::enrol)
                                  ? fmt::format(" ({} of {})", token.enrolment().enrolled(), token.enrolment().workers())
                                  : "";
-    rows.push_back({token.id(), token.name(), names_of(roles) + uses, date_text(token.made_unix_s()),
-                    !token.enrolled_by().empty() ? "token " + token.enrolled_by()
-                    : token.made_by().empty()    ? "-"
-                                                 : token.made_by(),
-                    date_text(token.until_unix_s()) + (token.until_unix_s() <= now_unix_s() ? " (expired)" : "")});
+    rows.push_back(
+        {token.id(), token.name(), names_of(roles) + uses, human_date(1000 * token.made_unix_s()),
+         !token.enrolled_by().empty() ? "token " + token.enrolled_by()
+         : token.made_by().empty()    ? "-"
+                                      : token.made_by(),
+         human_date(1000 * token.until_unix_s()) + (token.until_unix_s() <= now_unix_s() ? " (expired)" : "")});
   }
   console.object(json{{"tokens", objects}});
   if (tokens.empty()) {

@@ -20,8 +20,7 @@ namespace {
 constexpr const char* kVerifyFooter =
     "SCENE is the scene of the render, with the same --camera, --mtl and --sky. First the file and its receipt are\n"
     "checked. Then random tiles are rendered again and compared bit for bit. `lightmill help receipts` explains what\n"
-    "this finds.\n\n"
-    "  lightmill verify picture.exr scenes/cornell-bench-blocks.json --share 5%";
+    "this finds.";
 
 constexpr std::uint64_t kMostSeed = (std::uint64_t{1} << 53) - 1;  ///< every reader of JSON has such numbers exactly
 

@@ -21,12 +21,12 @@ Status list_workers(CoordinatorClient& connection, const Console& console, const
   const std::vector<v1::Worker>& workers = listed.items;
   json objects = json::array();
   std::vector<std::vector<std::string>> rows{
-      {"NAME", "HOST", "THREADS", "STATE", "RATE", "RESULTS", "LOST", "UP", "CLASS"}};
+      {"NAME", "STATE", "THREADS", "RATE", "RESULTS", "LOST", "UP", "HOST", "CLASS"}};
   for (const v1::Worker& worker : workers) {
     objects.push_back(to_json(worker));
-    rows.push_back({worker.name(), worker.host(), std::to_string(worker.threads()), activity(worker),
+    rows.push_back({worker.name(), activity(worker), std::to_string(worker.threads()),
                     human_rate(worker.samples_per_second()), std::to_string(worker.results()),
-                    std::to_string(worker.leases_lost()), human_seconds(worker.connected_seconds()),
+                    std::to_string(worker.leases_lost()), human_seconds(worker.connected_seconds()), worker.host(),
                     worker.fingerprint_class()});
   }
   console.notices(listed.notices);
@@ -44,7 +44,7 @@ Status list_workers(CoordinatorClient& connection, const Console& console, const
   if (workers.empty()) {
     console.result(fmt::format("no workers: start one with `lightmill-worker --server {}`", connection.address()));
   } else {
-    print_table(console, rows, {3, [](std::string_view activity) {
+    print_table(console, rows, {1, [](std::string_view activity) {
                                   return activity.starts_with("quarantine") ? 31 : activity == "working" ? 32 : 0;
                                 }});
     if (listed.wanted > workers.size()) {
@@ -110,9 +110,9 @@ void add_worker_commands(CLI::App& app, Context& context) {
 
   const auto suspect = std::make_shared<v1::QuarantineWorkerRequest>();
   CLI::App* quarantine = workers->add_subcommand(
-      "quarantine",
-      "Give no work to a worker and all others of its identity until they are released. Their units go to other "
-      "workers at once. The farm itself quarantines a worker that differs from two others.");
+      "quarantine", "Give no work to a worker and all others of its identity until they are released.");
+  quarantine->footer(
+      "Their units go to other workers at once. The farm itself quarantines a worker that differs from two others.");
   quarantine->add_option("NAME", *suspect->mutable_name(), "the worker's name, as `workers` prints it")->required();
   quarantine->add_option("--reason", *suspect->mutable_reason(), "the reason that others see, one line");
   quarantine->add_flag_function(

@@ -15,7 +15,7 @@ using tracer::decide;
 using tracer::light_decision;
 
 constexpr std::uint32_t kBatchPhotons = 1024;  ///< photons that start together
-constexpr int kSplitBelow = 2048;              ///< photons in flight, up to which each may go on as four
+constexpr int kSplitBelow = 2048;              ///< photons in flight, up to which each may continue as four
 
 /// Eight photons in the queue.
 struct PhotonPath8 {

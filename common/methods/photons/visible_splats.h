@@ -25,7 +25,7 @@ struct VisibleSplat8 {
   F8 film_pdf_area;  ///< the same without the filter: density of camera rays, one per pixel
 };
 
-/// A ray that connects a point with a photon. It goes on beyond, to meet the photon's surface.
+/// A ray that connects a point with a photon. It extends beyond the photon, to meet the photon's surface.
 struct Connection8 {
   Arrival8 arrival;
   Surface8 surface;

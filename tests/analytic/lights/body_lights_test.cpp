@@ -11,7 +11,7 @@ namespace {
 ///   - the samples' distribution is that of the density over cells of direction, and the rest is unlit;
 ///   - a ray towards a sample meets the light there, with the sample's radiance and density.
 /// `axis`: towards the light; `cos_around`: of a cone that contains it.
-void expect_body_is_sampled_as_met(LightTable table, const Vec3& p, const Vec3& axis, double cos_around) {
+void expect_body_is_sampled_as_rays_meet_it(LightTable table, const Vec3& p, const Vec3& axis, double cos_around) {
   table.build();
   ASSERT_EQ(table.bodies().size(), 1u);
   constexpr int kCells = 12;
@@ -73,26 +73,26 @@ float one_minus_cos(double degrees) {
   return static_cast<float>(1 - std::cos(degrees * M_PI / 180));
 }
 
-TEST(BodyLights, ASunsDiskIsSampledAsMet) {
+TEST(BodyLights, ASunsDiskIsSampledAsRaysMeetIt) {
   for (const double half : {0.26, 5.0, 60.0, 90.0}) {
     LightTable table;
     const Vec3 direction = glm::normalize(Vec3(0.3f, -1, 0.2f));
     table.directional.add({direction, {2, 3, 4}, one_minus_cos(half)});
-    expect_body_is_sampled_as_met(table, {1, 2, 3}, -direction, std::cos(half * M_PI / 180));
+    expect_body_is_sampled_as_rays_meet_it(table, {1, 2, 3}, -direction, std::cos(half * M_PI / 180));
   }
 }
 
-TEST(BodyLights, ABallIsSampledAsMet) {
+TEST(BodyLights, ABallIsSampledAsRaysMeetIt) {
   for (const double distance : {1.001, 1.5, 20.0, 3000.0}) {
     LightTable table;
     const Vec3 towards = glm::normalize(Vec3(0.3f, -1, 0.2f)), p(0.1f, 0.2f, 0.3f);
     const float radius = 2;
     table.points.add({p + towards * static_cast<float>(distance * radius), {2, 3, 4}, radius});
-    expect_body_is_sampled_as_met(table, p, towards, std::sqrt(1 - 1 / (distance * distance)));
+    expect_body_is_sampled_as_rays_meet_it(table, p, towards, std::sqrt(1 - 1 / (distance * distance)));
   }
 }
 
-TEST(BodyLights, ASpotsBallIsSampledAsMet) {
+TEST(BodyLights, ASpotsBallIsSampledAsRaysMeetIt) {
   // From the middle of its cone, where all directions are lit, and near its rim, where some are.
   for (const double degrees : {0.0, 25.0, 33.0}) {
     LightTable table;
@@ -105,34 +105,34 @@ TEST(BodyLights, ASpotsBallIsSampledAsMet) {
                      one_minus_cos(20),
                      one_minus_cos(30),
                      0.5f});
-    expect_body_is_sampled_as_met(table, p, towards, std::sqrt(0.99));
+    expect_body_is_sampled_as_rays_meet_it(table, p, towards, std::sqrt(0.99));
   }
 }
 
-TEST(BodyLights, ADiskIsSampledAsMet) {
+TEST(BodyLights, ADiskIsSampledAsRaysMeetIt) {
   const Vec3 normal = glm::normalize(Vec3(0.3f, -1, 0.2f)), first = glm::normalize(glm::cross(normal, Vec3(1, 0, 0)));
   const Vec3 second = glm::cross(normal, first), center(0.5f, 2, 0.3f);
   for (const Vec3& p : {center + normal * 3.0f, center + normal * 0.5f + first, center + normal + second * 4.0f}) {
     LightTable table;
     table.disks.add({center, first * 0.8f, second * 0.8f, {2, 3, 4}});
     const double distance = glm::length(center - p);
-    expect_body_is_sampled_as_met(table, p, center - p,
-                                  distance > 0.8 ? std::sqrt(1 - 0.64 / (distance * distance)) : 0);
+    expect_body_is_sampled_as_rays_meet_it(table, p, center - p,
+                                           distance > 0.8 ? std::sqrt(1 - 0.64 / (distance * distance)) : 0);
   }
 }
 
-TEST(BodyLights, AnEllipseIsSampledAsMet) {
+TEST(BodyLights, AnEllipseIsSampledAsRaysMeetIt) {
   LightTable table;
   table.disks.add({{0.5f, 2, 0.3f}, {0.9f, 0, 0}, {0, 0, 0.2f}, {2, 3, 4}});  // shines down
-  expect_body_is_sampled_as_met(table, {0.1f, 0.2f, 0.6f}, {0.4f, 1.8f, -0.3f}, std::cos(0.5));
+  expect_body_is_sampled_as_rays_meet_it(table, {0.1f, 0.2f, 0.6f}, {0.4f, 1.8f, -0.3f}, std::cos(0.5));
 }
 
-TEST(BodyLights, ADiskWithASpreadIsSampledAsMet) {
+TEST(BodyLights, ADiskWithASpreadIsSampledAsRaysMeetIt) {
   // From within the cone of every point, and from where only some of the disk shines.
   for (const float x : {0.1f, 2.2f}) {
     LightTable table;
     table.disks.add({{0, 2, 0}, {0.8f, 0, 0}, {0, 0, 0.8f}, {2, 3, 4}, M_PI / 2});  // shines down
-    expect_body_is_sampled_as_met(table, {x, 0.2f, 0}, {-x, 1.8f, 0}, std::cos(0.6));
+    expect_body_is_sampled_as_rays_meet_it(table, {x, 0.2f, 0}, {-x, 1.8f, 0}, std::cos(0.6));
   }
 }
 
@@ -166,7 +166,7 @@ TEST(BodyLights, ABallThatShrinksBecomesAPoint) {
   }
 }
 
-TEST(BodyLights, ParallelLightIsNoBody) {
+TEST(BodyLights, LightsWithoutASizeAreNoBodies) {
   LightTable table;
   table.directional.add({{0, -1, 0}, {2, 3, 4}});
   table.points.add({{0, 1, 0}, Vec3(1)});

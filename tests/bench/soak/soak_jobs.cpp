@@ -13,7 +13,7 @@ namespace lightmill::soak {
 namespace {
 
 constexpr std::size_t kMostListed = 1000;
-constexpr std::uint64_t kCommandOnceIn = 100;  // a job gets a command once in so many steps
+constexpr std::uint64_t kCommandOnceIn = 100;  // a job gets a command once in this many steps
 
 /// Words separated by spaces. The first one is the scene.
 std::vector<std::string> words_of(const Kind& kind, int samples) {

@@ -60,6 +60,7 @@ TEST_F(SecureCliTest, CertificatesAreSecretAndNotOverwritten) {
   EXPECT_TRUE(says(failure({"certs", "person", certs(), "ada"}), "--replace"));
   EXPECT_TRUE(says(failure({"certs", "init", certs()}), "--replace"));
   EXPECT_EQ(json({"certs", "show", pem("ada")})["certificates"][0], before);
+  EXPECT_FALSE(says(lightmill({"certs", "show", pem("ada")}).out, "UTC")) << "times are local, as in all commands";
   json({"certs", "person", certs(), "ada", "--replace", "--roles", "admin", "--days", "7"});
   const nlohmann::json after = json({"certs", "show", pem("ada")})["certificates"][0];
   EXPECT_EQ(after["roles"], nlohmann::json{"admin"});
@@ -165,6 +166,7 @@ TEST_F(SecureCliTest, TokensAreCreatedListedAndRevoked) {
   EXPECT_FALSE(says(shown.out + shown.err, "lightmill_")) << "it is in the file alone";
   const nlohmann::json listed = json(as("root", {"tokens"}))["tokens"];
   ASSERT_EQ(listed.size(), 2u);
+  EXPECT_FALSE(says(lightmill(as("root", {"tokens"})).out, "UTC")) << "times are local, as in all commands";
   EXPECT_EQ(listed[0]["id"], made["id"]);
   EXPECT_EQ(listed[0]["name"], "carl");
   EXPECT_EQ(listed[0]["made_by"], "root");

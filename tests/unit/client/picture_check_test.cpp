@@ -176,8 +176,8 @@ TEST_F(PictureFile, AContradictoryReceiptIsFoundUnderAnyChecksum) {
 
 TEST(PictureSettings, AnotherSceneOrAssetIsRefused) {
   const FilmPicture picture = example(kSixTiles);
-  EXPECT_EQ(settings_of(picture, "another scene", {}).status().code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(settings_of(picture, "scene", {sha256("asset")}).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(settings_of(picture, "another scene", {}).status().code(), StatusCode::kDataLoss);
+  EXPECT_EQ(settings_of(picture, "scene", {sha256("asset")}).status().code(), StatusCode::kDataLoss);
 }
 
 TEST(DrawnTiles, AreAShareOfAtLeastOneWithEqualChances) {

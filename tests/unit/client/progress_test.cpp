@@ -28,7 +28,7 @@ v1::Job running_job() {
 
 TEST(Progress, ShowsShareErrorSpeedAndTimeLeft) {
   const std::string text = progress_text(running_job(), 200);
-  for (const char* part : {"25%", "16/64 spp", "±2%", "3.20 Msamples/s", "ETA 1 min 23 s"}) {
+  for (const char* part : {"25%", "16/64 spp", "±2.0%", "3.20 Msamples/s", "ETA 1 min 23 s"}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
   }
 }
@@ -103,7 +103,7 @@ TEST(Progress, ProgressToAnErrorFollowsOneOverSamples) {
   job.mutable_goal()->set_error(0.0002);  // 0.0004 ± 0.0001 is known
   EXPECT_DOUBLE_EQ(fraction_done(job), 0.4);
   const std::string text = progress_text(job, 200);
-  for (const char* part : {"40%", "16 spp", "relMSE 0.0005/0.0002", "±2%"}) {
+  for (const char* part : {"40%", "16 spp", "relMSE 0.00050/0.0002", "±2.0%"}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
   }
   job.mutable_error()->set_rel_mse(0.00001);
@@ -113,6 +113,19 @@ TEST(Progress, ProgressToAnErrorFollowsOneOverSamples) {
   EXPECT_DOUBLE_EQ(fraction_done(job), 1);
   job.clear_error();
   EXPECT_EQ(error_goal_text(job), "");
+}
+
+TEST(Progress, ErrorHasTwoDigitsOrIsWhole) {
+  v1::Job job = running_job();
+  for (const auto& [rel_mse, text] : {std::pair{4.0, "±200%"},
+                                      {0.015, "±12%"},
+                                      {0.00995, "±10%"},
+                                      {0.0049, "±7.0%"},
+                                      {0.00001764, "±0.42%"},
+                                      {9.92e-7, "±0.10%"}}) {
+    job.mutable_error()->set_rel_mse(rel_mse);
+    EXPECT_EQ(error_text(job), text);
+  }
 }
 
 TEST(Progress, UnknownErrorIsNotShown) {

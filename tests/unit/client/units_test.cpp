@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "client/cli/table.h"
+#include "common/base/number_text.h"
 #include "common/base/text.h"
 #include "common/base/text_width.h"
 
@@ -25,6 +26,17 @@ TEST(Units, OneIsSingular) {
   EXPECT_EQ(counted(0, "plane"), "0 planes");
   EXPECT_EQ(counted(1, "plane"), "1 plane");
   EXPECT_EQ(counted(2, "plane"), "2 planes");
+}
+
+TEST(Units, SignificantDigitsIncludeTrailingZeros) {
+  EXPECT_EQ(significant(7, 2), "7.0");
+  EXPECT_EQ(significant(9.96, 2), "10");
+  EXPECT_EQ(significant(25, 2), "25");
+  EXPECT_EQ(significant(0.0996, 2), "0.10");
+  EXPECT_EQ(significant(0, 3), "0.00");
+  EXPECT_EQ(significant(16, 4), "16.00");
+  EXPECT_EQ(significant(12'345, 4), "1.234e+04");
+  EXPECT_EQ(significant(0.0000123, 2), "1.2e-05");
 }
 
 TEST(Units, CountsKeepThreeDigits) {
@@ -142,9 +154,13 @@ TEST(Table, PadsColumns) {
   EXPECT_EQ(format_table({{"A", "", "NAME"}, {"", "", "box"}}, 0), (Lines{"A    NAME", "     box"}));
 }
 
-TEST(Table, RowsOfLinesAreCutToTheWidth) {
-  EXPECT_EQ(format_table_in_lines({{"A", "ERROR", "NAME"}, {"10", "±2%", "box"}}, 9),
-            (Lines{"A   ERROR", "10  ±2%  "}));
+TEST(Table, RowsOfLinesLoseTheMiddleOfLongCellsThenTheLastColumns) {
+  EXPECT_EQ(format_table_in_lines({{"A", "ERROR", "NAME"}, {"10", "±2%", "box"}}, 9), (Lines{"A   ERROR", "10  ±2%"}));
+  const Rows rows{{"A", "NAME", "OWNER"}, {"1", "the first picture of the second act", "ada"}};
+  EXPECT_EQ(format_table_in_lines(rows, 37),
+            (Lines{"A  NAME                         OWNER", "1  the first pic…he second act  ada"}));
+  EXPECT_EQ(format_table_in_lines(rows, 28), (Lines{"A  NAME", "1  the first pi…e second act"}));
+  EXPECT_EQ(format_table_in_lines(rows, 0), format_table(rows, 0));
 }
 
 TEST(Table, WrapsItsWidestColumn) {

@@ -51,7 +51,7 @@ Options:
   --size SIZE  how large the pieces are that come out [fine]
 
 Stones:
-  --stones N  how many stones (or $MILL_STONES)
+  --stones N  how many stones (default: $MILL_STONES)
 )");
 }
 
@@ -79,7 +79,7 @@ Options:
 )");
 }
 
-TEST(HelpPage, ALongExampleGoesOnAsAShellReadsIt) {
+TEST(HelpPage, ALongExampleStaysACommandThatAShellReads) {
   const std::string text =
       "  mill grind wheat                fine flour\n"
       "  mill grind wheat rye --size fine --stones 3  flour for bread that is baked tomorrow\n";
@@ -94,6 +94,23 @@ TEST(HelpPage, ALongExampleGoesOnAsAShellReadsIt) {
       flour for bread that is baked
       tomorrow
 )");
+}
+
+TEST(HelpPage, AnExampleIsNotBrokenBetweenAnOptionAndItsValue) {
+  EXPECT_EQ(wrapped_text("  mill grind wheat barley oats -o flour --fast --size fine", 40),
+            R"(  mill grind wheat barley oats \
+    -o flour --fast --size fine
+)");
+}
+
+TEST(HelpPage, AVariableComesBeforeTheDefault) {
+  Mill mill;
+  mill.app.add_option("--stream", mill.size, "drives it")
+      ->type_name("NAME")
+      ->envname("MILL_STREAM")
+      ->default_str("brook");
+  const std::string page = help_page(command_of(mill.app), 80);
+  EXPECT_NE(page.find("  --stream NAME  drives it (default: $MILL_STREAM, else brook)\n"), std::string::npos) << page;
 }
 
 TEST(HelpPage, ShowsSeveralValuesWithOneEllipsis) {

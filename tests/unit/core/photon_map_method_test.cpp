@@ -35,7 +35,7 @@ double sum_of(const HalfImages& image, int channel = 0) {
 // All photons with power fall on the floor and are seen, so the picture's sum is their number. Light within 15 degrees
 // of the axis falls within 0.81 of the middle. The light is inside the sphere around the scene, so photons start in all
 // directions alike. The light's cone has the share (1 − cos 15°)/2 of them.
-TEST(PhotonMapMethod, CountEachPhotonOnAFloorOnce) {
+TEST(PhotonMapMethod, CountsEachPhotonOnAFloorOnce) {
   const TestScene scene = floor_under_lamp();
   const HalfImages image = scene.render({"photon-map:photons=100000", 1, 1}, 1);
   double largest = 0;
@@ -48,7 +48,7 @@ TEST(PhotonMapMethod, CountEachPhotonOnAFloorOnce) {
   EXPECT_NEAR(sum_of(image), expected, 5 * std::sqrt(expected));
 }
 
-TEST(PhotonMapMethod, DoNotDependOnTheNumberOfSamples) {
+TEST(PhotonMapMethod, DoesNotDependOnTheNumberOfSamples) {
   const TestScene scene = floor_under_lamp();
   const HalfImages few = scene.render({"photon-map:photons=2000", 1, 0}, 1);
   const HalfImages many = scene.render({"photon-map:photons=2000", 1, 0}, 4);
@@ -66,7 +66,7 @@ TEST(PhotonMapMethod, CausticPhotonsNeedGlass) {
 }
 
 /// Light passes an absorbing slab of index 1 twice: on its way to the floor, and back to the camera above.
-TEST(PhotonMapMethod, AbsorptionDarkensThemUnlessDisabled) {
+TEST(PhotonMapMethod, AbsorptionDarkensPhotonsUnlessDisabled) {
   const std::string amber =
       also(named("amber", R"("dielectric": {"ior": 1}, "interior": {"absorption": {"rgb": [0.1, 1, 0]}})"));
   const std::map<std::string, std::string> slab{{"slab.obj", box(-3, 3, 1, 2, -3, 3)}};

@@ -48,7 +48,14 @@ TEST(PilotChoice, TheSimplestStaysWithoutNoise) {
 TEST(PilotChoice, ReasonsStateTheGain) {
   const PilotChoice made = choose(kTwo, std::vector<PilotMeasure>{measure(1, 1), {{0.25, 0.2}, {1, 1}, {1, 1}, {}}});
   ASSERT_EQ(made.reasons.size(), 1u);
-  EXPECT_NE(made.reasons[0].find("path needs 4 and 5 times the work of other"), std::string::npos) << made.reasons[0];
+  EXPECT_NE(made.reasons[0].find("for the same error, path needs 4.0 to 5.0 times the work of other"),
+            std::string::npos)
+      << made.reasons[0];
+}
+
+TEST(PilotChoice, ReasonsStateTheLoss) {
+  const PilotChoice made = choose(kTwo, std::vector<PilotMeasure>{measure(1, 1), measure(2, 1)});
+  EXPECT_EQ(made.reasons, std::vector<std::string>{"for the same error, other needs 2.0 times the work of path"});
 }
 
 TEST(PilotChoice, ReasonsExplainAnUnclearGain) {
@@ -57,7 +64,7 @@ TEST(PilotChoice, ReasonsExplainAnUnclearGain) {
     return choose(kTwo, std::vector<PilotMeasure>{measure(1, 1), other}).reasons.at(0);
   };
   for (const auto& [first, second] : {std::pair(1.19, 1.19), {5.0, 1.19}, {0.5, 3.0}}) {
-    EXPECT_NE(reason(first, second).find("a clear gain is more than 1.2 in both, and path is simpler"),
+    EXPECT_NE(reason(first, second).find("a gain must be above 1.2 in both pilots, and path is simpler"),
               std::string::npos)
         << reason(first, second);
   }
@@ -106,7 +113,7 @@ TEST(PilotChoice, AMethodThatMissesLightIsRejectedAtAnyCost) {
 TEST(PilotChoice, ReasonsStateTheMissedLight) {
   const PilotChoice made = choose(kTwo, std::vector<PilotMeasure>{with_light(measure(1, 1), 0.75, 0.5), measure(1, 1)});
   ASSERT_EQ(made.reasons.size(), 1u);
-  EXPECT_NE(made.reasons[0].find("path missed 25 % and 50 % of the light that other found"), std::string::npos)
+  EXPECT_NE(made.reasons[0].find("path missed 25 and 50 % of the light that other found"), std::string::npos)
       << made.reasons[0];
 }
 

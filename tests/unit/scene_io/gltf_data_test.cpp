@@ -309,7 +309,7 @@ TEST(Gltf, OddTrianglesAreSkippedAndNamed) {
                          "are skipped"}));
 }
 
-// Each of many vertices without a normal gets that of a face; once, a thousand was the limit.
+// Each of many vertices without a normal gets that of a face, also beyond a thousand.
 TEST(Gltf, AnyNumberOfNormalsMayBeMissing) {
   constexpr int kSide = 100;
   std::vector<float> positions, normals(3 * kSide * kSide);

@@ -61,7 +61,7 @@ TEST_F(LoadMany, AnObjFileSearchesNoListOfMaterials) {
   EXPECT_EQ(loaded.scene.materials[loaded.scene.objects[0].material].name, nth_name(2 * test::kManyNames - 1));
 }
 
-TEST_F(LoadMany, FaultsAreNoListsThatAreSearched) {
+TEST_F(LoadMany, FaultsSearchNoList) {
   const LoadedScene loaded = expect_no_list_is_searched([&](int count) {
     std::string mtl = "newmtl known\n", obj = "mtllib A.MTL\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     for (int i = 0; i < count; ++i) {

@@ -45,7 +45,7 @@ TEST(ConnectionLimiterTest, StrangersOfOneAddressGetAQuarterOfThePlacesAndTheRes
       << "another address waits for none of them";
 }
 
-TEST(ConnectionLimiterTest, NewcomersToAFullBookDisplaceTheLargestAddress) {
+TEST(ConnectionLimiterTest, NewcomersToAFullPortDisplaceTheLargestAddress) {
   ConnectionLimiter limiter(40);
   const auto arrivals = arrive_from(limiter, "10.0.0.1", 40);
   const auto of_the_largest = limiter.arrive("10.0.0.1:99", limiter_time(1));

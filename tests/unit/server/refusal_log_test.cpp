@@ -21,7 +21,7 @@ Call call_of(const std::string& name, Rpc rpc = Rpc::work, const std::string& pe
 
 const Status kRevoked = make_error(StatusCode::kUnauthenticated, "revoked");
 
-TEST(RefusalBookTest, EqualRefusalsAreWrittenOnceAnHourWithTheirCount) {
+TEST(RefusalLogTest, EqualRefusalsAreWrittenOnceAnHourWithTheirCount) {
   RefusalLog log;
   const std::optional<SuppressedRefusals> first = log.take(call_of("render-1"), {}, kRevoked, at(0));
   ASSERT_TRUE(first);
@@ -37,7 +37,7 @@ TEST(RefusalBookTest, EqualRefusalsAreWrittenOnceAnHourWithTheirCount) {
   EXPECT_FALSE(log.take(call_of("render-1"), {}, kRevoked, at(3'601)));
 }
 
-TEST(RefusalBookTest, DifferentRefusalsAreWrittenSeparately) {
+TEST(RefusalLogTest, DifferentRefusalsAreWrittenSeparately) {
   RefusalLog log;
   EXPECT_TRUE(log.take(call_of("ada", Rpc::cancel_job), {7}, kRevoked, at(0)));
   EXPECT_TRUE(log.take(call_of("ada", Rpc::cancel_job), {8}, kRevoked, at(0)));
@@ -51,7 +51,7 @@ TEST(RefusalBookTest, DifferentRefusalsAreWrittenSeparately) {
   EXPECT_FALSE(log.take(call_of("ada", Rpc::cancel_job), {7}, kRevoked, at(0)));
 }
 
-TEST(RefusalBookTest, AFloodLeavesAHundredThenTenAMinuteOfKnownAndUnknownCallers) {
+TEST(RefusalLogTest, AFloodLeavesAHundredThenTenAMinuteOfKnownAndUnknownCallers) {
   RefusalLog log;
   const auto written = [&](const std::string& name, double from, int count) {
     int lines = 0;

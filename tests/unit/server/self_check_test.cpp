@@ -17,7 +17,7 @@ Time health_time(double seconds) {
   return Time{from_seconds(1'000 + seconds)};
 }
 
-TEST(PortHealth, AnAnswerEndsTheDoubtOfSomeUnansweredDials) {
+TEST(PortHealth, AnAnswerResetsTheCountOfUnansweredDials) {
   PortHealth health(health_time(0));
   EXPECT_EQ(health.note(true, health_time(0)), Verdict::answering);
   for (int i = 1; i < PortHealth::kDoubtful; ++i) {
@@ -28,7 +28,7 @@ TEST(PortHealth, AnAnswerEndsTheDoubtOfSomeUnansweredDials) {
   EXPECT_EQ(health.note(false, health_time(12)), Verdict::answering);
 }
 
-TEST(PortHealth, ManyUnansweredDialsOverALongTimeAreDeaf) {
+TEST(PortHealth, APortIsUnresponsiveAfterManyUnansweredDialsOverALongTime) {
   PortHealth health(health_time(0));
   EXPECT_EQ(health.note(true, health_time(0)), Verdict::answering);
   EXPECT_NE(health.note(false, health_time(10'000)), Verdict::unresponsive) << "the machine stood still";
@@ -44,7 +44,7 @@ TEST(PortHealth, ManyUnansweredDialsOverALongTimeAreDeaf) {
   }
 }
 
-TEST(PortHealth, APortThatHasNeverAnsweredIsNotDeaf) {
+TEST(PortHealth, APortThatHasNeverAnsweredIsNotUnresponsive) {
   PortHealth health(health_time(0));
   for (int i = 0; i < 10 * PortHealth::kUnresponsive; ++i) {
     EXPECT_NE(health.note(false, health_time(1'000.0 * i)), Verdict::unresponsive);
@@ -110,11 +110,11 @@ TEST(SelfCheck, ReportsWhenAPortStopsAnsweringAndResumes) {
   Said said;
   const SelfCheck check(
       port.listener(), false, system_clock(), [&](bool answering) { said.add(answering ? "hears" : "doubts"); },
-      [&](const Status&) { said.add("deaf"); }, Duration::zero());
+      [&](const Status&) { said.add("unresponsive"); }, Duration::zero());
   EXPECT_EQ(said.first(2), (std::vector<std::string>{"doubts", "hears"}));
 }
 
-TEST(SelfCheck, APortThatStaysDeafEndsTheProgram) {
+TEST(SelfCheck, APortThatStaysUnresponsiveEndsTheProgram) {
   MoodyPort port([](int dial) { return dial < 1; });
   Said said;
   const LeapingClock clock;
@@ -122,10 +122,10 @@ TEST(SelfCheck, APortThatStaysDeafEndsTheProgram) {
       port.listener(), false, clock, [&](bool answering) { said.add(answering ? "hears" : "doubts"); },
       [&](const Status& why) {
         EXPECT_EQ(why.code(), StatusCode::kUnavailable);
-        said.add("deaf");
+        said.add("unresponsive");
       },
       Duration::zero());
-  EXPECT_EQ(said.first(2), (std::vector<std::string>{"doubts", "deaf"}));
+  EXPECT_EQ(said.first(2), (std::vector<std::string>{"doubts", "unresponsive"}));
 }
 
 }  // namespace

@@ -228,7 +228,7 @@ TEST_F(SessionTest, UnacknowledgedBytesAreBounded) {
   while (done < asked<RenderTile>().size()) {
     rendered(asked<RenderTile>()[done++]);
   }
-  EXPECT_EQ(done, 5u);  // 4 out at first, one more when the first result came; then the bound was reached
+  EXPECT_EQ(done, 5u);  // 4 out at first, and one more when the first result came. Then the bound was reached
   say(ack(said<WorkerResult>()[0]));
   say(ack(said<WorkerResult>()[1]));
   EXPECT_EQ(asked<RenderTile>().size(), 5u);

@@ -128,7 +128,7 @@ async function inflated(bytes: Uint8Array<ArrayBuffer>, size: number): Promise<U
   return out.subarray(0, filled);
 }
 
-/** Decodes RLE. A count of 0 to 127 repeats the next byte once more often. A negative count copies so many bytes. */
+/** Decodes RLE. A count of 0 to 127 repeats the next byte once more often. A negative count -n copies n bytes. */
 function unpackedRuns(bytes: Uint8Array, size: number): Uint8Array {
   const out = new Uint8Array(size);
   let filled = 0;

@@ -59,13 +59,13 @@ export function humanRate(samplesPerSecond: number): string {
   return /[kMGTPE]$/.test(text) ? `${text}samples/s` : `${text} samples/s`;
 }
 
-/** "±1.2%": √relMSE; empty while it is unknown. */
+/** "±1.2%", "±12%": √relMSE; empty while it is unknown. */
 export function errorText(relMse: number | undefined): string {
   if (relMse === undefined) {
     return '';
   }
   const percent = 100 * Math.sqrt(Math.max(relMse, 0));
-  return percent >= 9.95 ? `±${percent.toFixed(0)}%` : `±${Number(percent.toPrecision(2))}%`;
+  return percent >= 9.95 ? `±${percent.toFixed(0)}%` : `±${percent.toPrecision(2)}%`;
 }
 
 /** A pixel's value in five significant digits. */
@@ -115,7 +115,7 @@ export function methodName(job: Job): string {
 /** The disadvantage of a job that allows mixed fingerprint classes. */
 export const kMixed = 'Workers of every fingerprint class may render it. If they round differently, its bits cannot be reproduced';
 
-/** "64 samples, ±1% or 2 min 00 s". */
+/** "64 samples or ±1.0% or 2 min 00 s". */
 export function goalText(job: Job): string {
   const parts: string[] = [];
   if (job.goal?.samples) {

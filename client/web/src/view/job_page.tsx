@@ -2,7 +2,7 @@
 import {useEffect, useMemo, useRef, useState} from 'preact/hooks';
 import type {Point} from '../model/camera';
 import type {Film} from '../model/film';
-import {reachedName} from '../model/format';
+import {reachedName, stateName} from '../model/format';
 import {kHalfValues} from '../model/half';
 import {failureOf, lightLayers} from '../model/layers';
 import {routeHash, type JobView} from '../model/route';
@@ -40,7 +40,8 @@ function someLuminances(film: Film): Float32Array {
 
 function endText(job: Job): string {
   const reached = reachedName(job.reached);
-  return job.reason || (reached && `reached its goal in ${reached}`);
+  const reason = job.reason === stateName(job.state) ? '' : job.reason;
+  return reason || (reached && `reached its goal in ${reached}`);
 }
 
 function ViewerKeys({comparing}: {comparing: boolean}) {
