@@ -116,12 +116,16 @@ started_server=no
 started_worker=no
 once=no
 [ -t 1 ] || once=yes
-case "${1:-}" in
+case "$*" in
   '') ;;
   --once) once=yes ;;
   --stop)
     stop_farm
     echo 'The farm is stopped.'
+    exit 0
+    ;;
+  -h | --help)
+    sed -n '2,9s/^# \{0,1\}//p' "$0"
     exit 0
     ;;
   *)
@@ -166,11 +170,15 @@ show_progress() {
 # build TARGET...: builds all targets it can. Fails if one of them failed.
 build() {
   rm -f build/quickstart.failed
-  { NINJA_STATUS='[%f/%t] ' ninja -k 0 -C build/release "$@" 2>&1 || : >build/quickstart.failed; } | show_progress
+  { NINJA_STATUS='[%f/%t] ' flock -n build/test.lock ninja -k 0 -C build/release "$@" 2>&1 || : >build/quickstart.failed; } | show_progress
   [ ! -e build/quickstart.failed ]
 }
 
 mkdir -p build
+if ! flock -n build/test.lock true; then
+  echo 'Tests of this checkout are running, in the same build folder. Start again when they have ended.' >&2
+  exit 1
+fi
 log=build/quickstart.log
 : >"$log"
 phase=

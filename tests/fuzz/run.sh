@@ -82,7 +82,7 @@ deploy/setup --tests
 cmake --preset fuzz >/dev/null
 cmake --build --preset fuzz
 if [ "${limit#-runs}" != "$limit" ]; then
-  cmake --preset release -DLIGHTMILL_TESTS=ON >/dev/null
+  cmake --preset release >/dev/null
   # shellcheck disable=SC2046,SC2086  # one word per program
   cmake --build build/release --target $(printf '%s_fuzz_tests ' $seeded)
 fi

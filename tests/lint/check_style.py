@@ -253,6 +253,16 @@ def check_shell(root, path, text, report):
             report.add(path, 1, f"{command[0]} finds faults:\n{done.stdout}{done.stderr}")
 
 
+def check_listed(root, files, report):
+    """Each test file is in the CMakeLists.txt of its folder, or of one above. Otherwise it never runs."""
+    lists = {str(pathlib.PurePath(path).parent): set(re.split(r"[\s()\"]+", (root / path).read_text()))
+             for path in files if pathlib.PurePath(path).name == "CMakeLists.txt"}
+    for path in files:
+        file = pathlib.PurePath(path)
+        if path.endswith("_test.cpp") and not any(str(file.relative_to(folder)) in lists.get(str(folder), ()) for folder in file.parents):
+            report.add(path, 1, "is in no CMakeLists.txt of its folder or above, so it never runs")
+
+
 def check_tree(root):
     report = Report()
     files = tree_files(root)
@@ -273,6 +283,7 @@ def check_tree(root):
     for path, text in sources.items():
         check_parameterised_tests(path, text, all_code, report)
     check_proto(root, files, report)
+    check_listed(root, files, report)
     return report
 
 

@@ -32,6 +32,8 @@ class CheckerFinds(unittest.TestCase):
         self.plant("server/store/sqlite/x.cpp", "#include <sqlite3.h>\n")
         self.plant("server/domain/x.h", "#include <map>\n// std::thread is not used here, nor steady_clock\n")
         self.plant("run.sh", "#!/bin/sh\necho ok\n")
+        self.plant("tests/unit/CMakeLists.txt", "lightmill_test(unit_tests LABELS unit SOURCES a_test.cpp b/b_test.cpp DEPS x)\n")
+        self.plant("tests/unit/b/b_test.cpp", "TEST(B, IsListedAbove) {}\n")
         self.plant("tests/unit/a_test.cpp", """
 struct Case {
   std::string name;
@@ -88,6 +90,10 @@ INSTANTIATE_TEST_SUITE_P(All, B, kPairs, name_of<const char*, int>);
 
     def test_standard_distributions(self):
         self.assert_finds("common/sampling/a.cpp", "std::uniform_real_distribution<float> u;\n", "not standardised")
+
+    def test_test_files_that_nothing_compiles(self):
+        self.plant("tests/unit/CMakeLists.txt", "lightmill_test(unit_tests LABELS unit SOURCES a_test.cpp DEPS x)\n")
+        self.assert_finds("tests/unit/b_test.cpp", "TEST(B, IsNotListed) {}\n", "b_test.cpp:1: is in no CMakeLists.txt")
 
     def test_parameterised_tests_without_names(self):
         for values in ['testing::Values("a, b", "c")', "testing::Range<std::uint64_t>(0, 8)",

@@ -10,7 +10,7 @@ from coverage import run_coverage
 from named import run_named
 from process import BUILD, Failed, interrupt_on_signals
 from session import go_to_background, lock_holder, only_one, temporary_folder
-from state import State
+from state import State, sources_id
 
 
 def parse():
@@ -30,10 +30,14 @@ def parse():
     given = {name for name in ("names", "all", "repeat", "coverage", "status", "list") if getattr(options, name) not in ([], None, False)}
     if len(given) > 1 and given != {"all", "coverage"}:
         parser.error("one of NAME, --all, --repeat, --coverage, --status and --list; only --coverage and --all go together")
+    if any(not name.strip() for name in options.names):
+        parser.error("an empty NAME")
     if options.background and given not in ({"all"}, {"repeat"}):
         parser.error("--background goes with --all or --repeat")
     if (options.minutes is not None or options.in_turn) and given != {"all"}:
         parser.error("--minutes and --in-turn go with --all")
+    if options.minutes is not None and not 0 < options.minutes < float("inf"):
+        parser.error("--minutes takes a number above 0")
     if options.repeat is not None and options.repeat < 1 or not 0 <= options.busy <= (options.repeat or 0):
         parser.error("--repeat takes a number from 1 on, and --busy one up to that")
     return options
@@ -63,7 +67,6 @@ def main():
     for name in list(os.environ):  # settings of single tests
         if name.startswith("GTEST_") or name.startswith("LIGHTMILL_SIMULATION_") and not options.names:
             del os.environ[name]
-    os.environ["GTEST_BRIEF"] = "1"
     try:
         if options.status:
             signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # so that head can end it
@@ -74,6 +77,7 @@ def main():
                 pieces.show_pieces()
                 return True
             if options.background:
+                sources_id()  # fails here, rather than in the background
                 if not go_to_background(BUILD / ("all" if options.all else "repeat") / "log"):
                     return True
                 note()

@@ -31,7 +31,7 @@ def configure(preset):
     command = ["ninja", "-C", f"build/{preset}", "build.ninja"]
     if not used.exists() or used.read_text() != presets:
         (folder / "CMakeCache.txt").unlink(missing_ok=True)
-        command = ["cmake", "--preset", preset, "-DLIGHTMILL_TESTS=ON"]
+        command = ["cmake", "--preset", preset]
     log = folder / "configure.log"
     if run_logged(command, log) != 0:
         show_end_of(log)

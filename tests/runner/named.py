@@ -97,6 +97,7 @@ def run_named(words):
             print(f"{name}: no program that was built has a test of this name.")
             return False
         for program, pattern in found.items():
+            print(f"{name} in {program}: {', '.join(tests[program])}", flush=True)
             filters[program] = ":".join([pattern, *([filters[program]] if program in filters else [])])
     results = Results(rows=[watch.row("build")])
     if chosen:

@@ -10,7 +10,8 @@ from process import ROOT, SHOWN_LINES, Row, Stopwatch, run_logged, show_end_of
 CORES = len(os.sched_getaffinity(0))
 SLOTS = 4 * CORES  # runs at once; at most CORES of them compute (cmake/tests.cmake)
 KINDS_OF_RUN = ("asan", "long", "threads", "tsan")  # labels that say when a run runs; the others say what it is
-ENDED = re.compile(r" *\d+/\d+ Test +#\d+: (\S+) \.* *(Passed|\*\*\*.*?) +([\d.]+) sec")
+# A crash has its reason before the asterisks: "Subprocess aborted***Exception:".
+ENDED = re.compile(r" *\d+/\d+ Test +#\d+: (\S+) \.* *(Passed|[^*]*\*\*\*.*?) +([\d.]+) sec")
 STARTED = re.compile(r" *Start +\d+: ")
 PASSED, SKIPPED = "Passed", "***Skipped"
 DISABLED = "disabled"
@@ -86,7 +87,7 @@ def judge(run, end, output, reason):
     if end == SKIPPED and not run.report:
         return Row(run.name, 0, 0, 1), [], [(run.name, reason or "exit code 77")]
     if end != PASSED and not failed:
-        failed = [(run.name, "\n".join([end.strip("*"), *output[-SHOWN_LINES:]]))]
+        failed = [(run.name, "\n".join([end.replace("***", " ").strip(" :"), *output[-SHOWN_LINES:]]))]
     elif run.report and all(case.skipped == DISABLED for case in cases):
         failed = [(run.name, f"no test ran: {run.report.name} " + ("names none that is enabled" if cases else "was not written"))]
     tests = len(cases) - len(skipped) if run.report else 1
@@ -117,7 +118,8 @@ def run_tests(test_folder, runs, folder, part, deadline=None):
         end, seconds, output = ends.get(run.name, ("ctest did not run it", 0, []))
         row, failed, skipped = judge(run, end, output, last_line_of(test_folder, run.name) if end == SKIPPED else "")
         for name, text in failed:
-            print(f"\nfailed: {name}\n" + "\n".join(f"    {line}" for line in text.splitlines()[:SHOWN_LINES]))
+            lines = [re.sub(r"^(\.\./)+", "", line) for line in text.splitlines()]  # ctest runs in the build folder
+            print(f"\nfailed: {name}\n" + "\n".join(f"    {line}" for line in lines[:SHOWN_LINES + 1]))
         results.failed += [name for name, _ in failed]
         results.skipped += skipped
         label = next((label for label in run.labels if label not in KINDS_OF_RUN), "other")
@@ -128,6 +130,8 @@ def run_tests(test_folder, runs, folder, part, deadline=None):
         show_end_of(log)
         print(f"ctest ended with exit code {code}: {log.relative_to(ROOT)}")
         results.failed.append("ctest")
+    if results.failed:
+        print(f"\nlog: {log.relative_to(ROOT)}")
     for report in reports:
         if report.exists():
             report.replace(folder / report.name)

@@ -148,6 +148,8 @@ class Runner(unittest.TestCase):
         for name in ("Toy.Fails", "crashes_tests", "ends_early_tests", "matches_nothing_tests", "all_off_tests", "missing.program",
                      "too.late"):
             self.assertRegex(listed, rf"\n? *{re.escape(name)}\n")
+        self.assertRegex(said, r"\nfailed: crashes_tests\n    Subprocess aborted Exception\n(    .*\n)*    .*Toy.Crashes")
+        self.assertRegex(said, r"\nlog: build/results/release/test.log\n")
         self.assertRegex(said, r"\nskipped:\n(.*\n)*  Toy.IsSkipped: no such tool\n")
         self.assertRegex(said, r"  skips.script: exit code 77\n")
         self.assertRegex(said, r"  lacks.shell: zsh is not installed\n")
@@ -188,7 +190,8 @@ class Runner(unittest.TestCase):
 
     def test_the_name_of_a_test_selects_it(self):
         self.plant_runs("")
-        self.assert_passes(["Toy.Passes"], r"\n4 passed")  # two programs, and the typed one
+        # Two programs, and the typed one.
+        self.assert_passes(["Toy.Passes"], "Toy.Passes in asan_tests: Toy.Passes, TypedToy.PassesToo\n", r"\n4 passed")
         self.assert_passes(["PassesToo"], r"\n2 passed")
         self.assert_fails(["Toy.Fails"], r"failed:\n  Toy.Fails")
         self.assert_fails(["EndsTheProgram"], "was not written")
@@ -204,7 +207,7 @@ class Runner(unittest.TestCase):
 
     def test_pieces_after_the_deadline_are_not_reached(self):
         self.plant_runs('script(lasts "sleep 600" long)\n')
-        self.assert_fails(["--all", "--in-turn", "--minutes", "0"], "not reached +long: lasts")
+        self.assert_fails(["--all", "--in-turn", "--minutes", "0.0001"], "not reached +long: lasts")
 
     def test_finished_pieces_are_remembered(self):
         self.plant_runs('''
@@ -225,7 +228,9 @@ class Runner(unittest.TestCase):
     def test_without_git_nothing_can_be_remembered(self):
         self.plant_runs("")
         shutil.rmtree(self.root / ".git")
-        self.assert_fails(["--all"], "git .*not a git repository")
+        for arguments in (["--all"], ["--all", "--background"], ["--status"]):
+            self.assert_fails(arguments, "git .*not a git repository.*\n--all, --repeat and --status need a git checkout")
+        self.assert_passes(["Toy.Passes"])
 
     def test_new_runs_and_presets_are_seen(self):
         self.plant_runs("")
@@ -281,7 +286,8 @@ class Runner(unittest.TestCase):
 
     def test_wrong_arguments_print_the_usage(self):
         for arguments in (["--repeat", "0"], ["--repeat", "-1"], ["--repeat", "1", "--busy", "2"], ["--backg", "--all"],
-                          ["--coverage", "--all", "--background"], ["--minutes", "1"], ["--all", "film"]):
+                          ["--coverage", "--all", "--background"], ["--minutes", "1"], ["--all", "film"], [""],
+                          ["--all", "--minutes", "0"], ["--all", "--minutes", "nan"]):
             with self.subTest(arguments):
                 self.assert_fails(arguments, "usage:")
 

@@ -9,7 +9,8 @@ from process import ROOT, Failed
 def git(*arguments):
     said = subprocess.run(["git", *arguments], cwd=ROOT, check=False, capture_output=True)
     if said.returncode != 0:
-        print(f"git {' '.join(arguments)}: {said.stderr.decode(errors='replace').strip()}")
+        print(f"git {' '.join(arguments)}: {said.stderr.decode(errors='replace').strip()}\n"
+              "--all, --repeat and --status need a git checkout, because they remember results by it. Names of tests do not.")
         raise Failed
     return said.stdout
 
