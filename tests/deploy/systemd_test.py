@@ -186,7 +186,7 @@ class Units(unittest.TestCase):
         worker_help = " ".join(" ".join(help_text.help_of(BIN, ["lightmill-worker"])).split())
         for name in re.findall(r"(?m)^#?(LIGHTMILL_\w+)=", (UNITS / "worker.conf").read_text()):
             if name != "LIGHTMILL_WORKER_OPTIONS":
-                self.assertIn(f"(or ${name})", worker_help)
+                self.assertRegex(worker_help, rf"\(default: \${name}[,)]")
 
     def test_both_run_as_users_that_the_packages_create(self):
         for program in PROGRAMS:

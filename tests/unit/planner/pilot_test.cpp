@@ -30,7 +30,7 @@ TEST_F(PilotRun, TheFirstOfTwoEqualMethodsWins) {
   const Result<PilotChoice> made = run({"path", "path"});
   ASSERT_TRUE(made.ok()) << made.status();
   EXPECT_EQ(made->choice, 0u);
-  EXPECT_NE(made->reasons.at(0).find("needs 1 and 1 times"), std::string::npos) << made->reasons[0];
+  EXPECT_NE(made->reasons.at(0).find("needs 1.0 times the work"), std::string::npos) << made->reasons[0];
 }
 
 TEST_F(PilotRun, AStoppedRunReturnsCancelled) {
