@@ -229,7 +229,7 @@ class Runner(unittest.TestCase):
         self.plant_runs("")
         shutil.rmtree(self.root / ".git")
         for arguments in (["--all"], ["--all", "--background"], ["--status"]):
-            self.assert_fails(arguments, "git .*not a git repository.*\n--all, --repeat and --status need a git checkout")
+            self.assert_fails(arguments, "git .*not a git repository", "\n--all, --repeat and --status need a git checkout")
         self.assert_passes(["Toy.Passes"])
 
     def test_new_runs_and_presets_are_seen(self):
