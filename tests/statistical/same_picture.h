@@ -2,7 +2,7 @@
 //
 // The check compares 48 block means and the means of the whole picture, from 16 seeds each. Standard errors come from
 // the spread over seeds, so |z| follows Student's distribution with about 30 degrees of freedom. Above 6 anywhere in a
-// scene is a false alarm once in 2,600 runs. Above 5 for a whole picture is one once in 16,000. The seeds are fixed, so
+// scene is a false alarm once in 10,000 runs. Above 5 for a whole picture is one once in 16,000. The seeds are fixed, so
 // a run that passes stays so.
 #pragma once
 

@@ -15,7 +15,7 @@ struct PbrtShape {
   std::optional<double> ball;  ///< a full sphere around the origin: its radius. Else the mesh counts
   Mesh mesh;
   Transform to_object = kIdentityTransform;  ///< from the mesh's coordinates
-  /// Triangles of what pbrt calls a shape, of which each has a light's power. 0: it is unknown.
+  /// Triangles of one pbrt shape. Each of them has the full power of its light. 0: unknown.
   std::uint32_t triangles_per_shape = 1;
 };
 

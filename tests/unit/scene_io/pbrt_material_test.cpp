@@ -154,7 +154,7 @@ Material "diffuse" "texture reflectance" "t" Shape "bilinearmesh" "point3 P" [0 
   EXPECT_EQ(image.filter, TextureImage::Filter::nearest);
   EXPECT_EQ(image.scale, (std::array<double, 2>{2, 0.5}));
   const std::string bytes = loaded.assets.at(image.asset);
-  // Row by row from the top: RGBE, of which 129 is an exponent of 1. The largest component is 1.
+  // RGBE, row by row from the top. The byte 129 is an exponent of 1. The largest component is 1.
   const std::string a("\x80\x40\0\x81", 4), b("\0\0\x80\x81", 4);
   EXPECT_EQ(bytes.substr(bytes.size() - 16), b + a + a + b);
   EXPECT_EQ(std::get<DiffuseMaterial>(loaded.scene.materials[0].kind).reflectance.rgb, (RgbColor{0.5f, 0.5f, 0.5f}));

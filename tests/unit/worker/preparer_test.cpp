@@ -110,7 +110,7 @@ TEST_F(PreparerTest, DestructionDoesNotWaitForAPilot) {
 /// A preparer whose assets arrive when the test says so.
 class SlowAssets : public PreparerTest {
  protected:
-  /// A job whose scene has so many images, none of which can be decoded.
+  /// A job whose scene has so many images. No image can be decoded.
   std::shared_ptr<const JobDescription> job_with_images(std::uint64_t id, std::size_t images) const {
     Scene scene;
     scene.materials.emplace_back().name = "grey";
