@@ -8,7 +8,7 @@ import pieces
 import repeat
 from coverage import run_coverage
 from named import run_named
-from process import BUILD, Failed, interrupt_on_signals
+from process import BUILD, INTERRUPTS, Failed
 from session import go_to_background, lock_holder, only_one, temporary_folder
 from state import State, sources_id
 
@@ -63,7 +63,7 @@ def run(options):
 
 def main():
     options = parse()
-    interrupt_on_signals()
+    INTERRUPTS.enable()
     for name in list(os.environ):  # settings of single tests
         if name.startswith("GTEST_") or name.startswith("LIGHTMILL_SIMULATION_") and not options.names:
             del os.environ[name]

@@ -5,7 +5,7 @@ import os
 import pathlib
 import subprocess
 
-from process import BUILD, ROOT, Failed, run_logged, show_end_of
+from process import BUILD, ROOT, Failed, run_logged, show_end_of, show_progress
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,6 +33,7 @@ def configure(preset):
         (folder / "CMakeCache.txt").unlink(missing_ok=True)
         command = ["cmake", "--preset", preset]
     log = folder / "configure.log"
+    show_progress(f"configuring {preset}")
     if run_logged(command, log) != 0:
         show_end_of(log)
         print(f"{' '.join(command)} failed: {log.relative_to(ROOT)}")

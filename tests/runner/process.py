@@ -8,6 +8,7 @@ import re
 import resource
 import signal
 import subprocess
+import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
@@ -54,17 +55,38 @@ class Stopwatch:
         return Row(part, tests, failed, skipped, time.monotonic() - self.begun, self.cpu_of_children() - self.cpu_begun)
 
 
-def interrupt_on_signals():
+class Interrupts:
     """The first SIGINT, SIGTERM or SIGHUP raises KeyboardInterrupt. Later ones are ignored, because they must not interrupt the
     cleanup."""
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    NUMBERS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
-    def interrupt(*_):
-        for number in numbers:
+    def __init__(self):
+        self.is_delayed = self.is_due = False
+
+    def enable(self):
+        for number in self.NUMBERS:
+            signal.signal(number, self.receive)
+
+    def receive(self, *_):
+        for number in self.NUMBERS:
             signal.signal(number, signal.SIG_IGN)
-        raise KeyboardInterrupt
-    for number in numbers:
-        signal.signal(number, interrupt)
+        if not self.is_delayed:
+            raise KeyboardInterrupt
+        self.is_due = True
+
+    @contextlib.contextmanager
+    def delayed(self):
+        """The block starts a process. An interrupt comes after it, when the process is known and can be ended."""
+        self.is_delayed = True
+        try:
+            yield
+        finally:
+            self.is_delayed = False
+        if self.is_due:
+            raise KeyboardInterrupt
+
+
+INTERRUPTS = Interrupts()
 
 
 def processes_of(session):
@@ -72,7 +94,7 @@ def processes_of(session):
     for pid in filter(str.isdigit, os.listdir("/proc")):
         with contextlib.suppress(OSError):  # it has just ended
             state, _, _, its_session = pathlib.Path("/proc", pid, "stat").read_text().rpartition(")")[2].split()[:4]
-            if int(its_session) == session and state != "Z":
+            if int(its_session) == session and state not in "ZX":
                 found.append(int(pid))
     return found
 
@@ -89,35 +111,54 @@ def end(process):
             time.sleep(0.02)
 
 
+def show_progress(text):
+    """Replaces the last line of a terminal."""
+    if sys.stdout.isatty():
+        print(f"\r\033[K{text}", end="", flush=True)
+
+
 def run_logged(command, log, show=None, deadline=None):
-    """Runs a command with its output in a file, and prints the lines that match `show`. Returns its exit code, or None if the
-    deadline ended it. An interrupt ends it too."""
+    """Runs a command with its output in a file, and prints the lines that match `show`. A terminal also shows what ninja has
+    built so far. Returns the command's exit code, or None if the deadline ended it. An interrupt ends it too."""
     log.parent.mkdir(parents=True, exist_ok=True)
-    is_late = False
-    with open(log, "wb") as out, subprocess.Popen(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                                  stderr=subprocess.STDOUT, start_new_session=True) as process:
-        def end_late(*_):
-            nonlocal is_late
-            is_late = True
-            end(process)
-        previous = signal.signal(signal.SIGALRM, end_late)
-        try:
+    process, is_late = None, False
+
+    def end_late(*_):
+        nonlocal is_late
+        is_late = True
+        end(process)
+    previous = signal.signal(signal.SIGALRM, end_late)
+    try:
+        with open(log, "wb") as out:
+            with INTERRUPTS.delayed():
+                process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                           stderr=subprocess.STDOUT, start_new_session=True)
             if deadline is not None:
                 signal.setitimer(signal.ITIMER_REAL, max(deadline - time.monotonic(), 0.01))
             with contextlib.suppress(OSError):  # if the kernel shares time between sessions, `nice` counts only within one
                 pathlib.Path(f"/proc/{process.pid}/autogroup").write_text(str(os.nice(0)))
+            begun = time.monotonic()
             for line in process.stdout:
                 out.write(line)
                 out.flush()
-                if show is not None and re.search(show, line.decode(errors="replace")):
-                    print(line.decode(errors="replace").rstrip(), flush=True)
+                text = line.decode(errors="replace").rstrip()
+                if show is not None and re.search(show, text):
+                    show_progress("")
+                    print(text, flush=True)
+                elif match := re.match(r"\[([1-9]\d*)/(\d+)\] ", text):
+                    done, steps = map(int, match.groups())
+                    minutes = (time.monotonic() - begun) / done * (steps - done) / 60
+                    show_progress(f"built {done} of {steps} steps, about {minutes:.0f} min left")
             code = process.wait()
-        except BaseException:
+    except BaseException:
+        if process is not None:
             end(process)
-            raise
-        finally:
-            signal.setitimer(signal.ITIMER_REAL, 0)
-            signal.signal(signal.SIGALRM, previous)
+            process.wait()
+        raise
+    finally:
+        show_progress("")
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, previous)
     return None if is_late else code
 
 
@@ -131,6 +172,7 @@ def beside(work, log):
     receiver, sender = multiprocessing.Pipe(duplex=False)
 
     def run():
+        INTERRUPTS.is_delayed = False
         log.parent.mkdir(parents=True, exist_ok=True)
         with open(log, "wb") as out:
             os.dup2(out.fileno(), 1)
@@ -151,9 +193,10 @@ def beside(work, log):
             print(log.read_text(errors="replace"), end="", flush=True)
 
     process = multiprocessing.get_context("fork").Process(target=run)
-    process.start()
-    sender.close()
     try:
+        with INTERRUPTS.delayed():
+            process.start()
+        sender.close()
         yield result
     finally:
         process.terminate()

@@ -54,8 +54,10 @@ endforeach()
 
 
 def is_alive(pid):
-    stat = pathlib.Path("/proc", pid, "stat")
-    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
+    try:
+        return pathlib.Path("/proc", pid, "stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except OSError:
+        return False
 
 
 class Runner(unittest.TestCase):
@@ -276,6 +278,25 @@ class Runner(unittest.TestCase):
         process.send_signal(signal.SIGTERM)
         self.assertIn("interrupted", self.end(process)[1])
         self.assertFalse(is_alive(pid))
+
+    def test_a_signal_ends_a_command_that_has_just_started(self):
+        script = """
+import os, pathlib, signal, subprocess, process
+
+class Interrupted(subprocess.Popen):
+    def __init__(self, *words, **options):
+        super().__init__(*words, **options)
+        print(self.pid, flush=True)
+        os.kill(os.getpid(), signal.SIGTERM)
+
+subprocess.Popen = Interrupted
+process.INTERRUPTS.enable()
+process.run_logged(["sleep", "600"], pathlib.Path("log"))
+"""
+        said = subprocess.run([sys.executable, "-B", "-c", script], cwd=self.root, env={"PYTHONPATH": "tests/runner"},
+                              capture_output=True, text=True)
+        self.assertIn("KeyboardInterrupt", said.stderr)
+        self.assertFalse(is_alive(said.stdout.strip()))
 
     def test_it_runs_in_the_background(self):
         self.plant_runs("")
