@@ -1,4 +1,4 @@
-// Dispatch from a material's kind to its BSDF. Only this file lists all materials.
+// Dispatch from a material's kind to its BSDF of eight lanes.
 #pragma once
 
 #include "common/base/check.h"
