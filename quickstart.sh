@@ -67,16 +67,16 @@ start_server() {
   start server --data "$data" --listen 127.0.0.1:7350 --port-file "$run/port" \
     --http 127.0.0.1:7380 --http-port-file "$run/http"
   started_server=yes
-  if ! wait_for_server; then
+  if ! wait_for_server && tail -n 3 "$run/server.log" | grep -q 'using the port'; then
     echo 'Port 7350 or 7380 is in use. The farm listens on free ports instead.'
     stop server
     start server --data "$data" --listen 127.0.0.1:0 --port-file "$run/port" \
       --http 127.0.0.1:0 --http-port-file "$run/http"
-    if ! wait_for_server; then
-      echo "the coordinator did not start. The last lines of $run/server.log:" >&2
-      tail -n 5 "$run/server.log" >&2
-      exit 1
-    fi
+  fi
+  if ! wait_for_server; then
+    echo "the coordinator did not start. The last lines of $run/server.log:" >&2
+    tail -n 5 "$run/server.log" >&2
+    exit 1
   fi
 }
 
@@ -97,11 +97,13 @@ start_farm() {
 # wait_for_worker: waits until the farm has a worker. Fails if the worker has ended.
 wait_for_worker() {
   until "$bin/lightmill" workers --server "$farm" --json | grep -q '"name"'; do
-    if ! alive worker; then
-      echo "the worker did not start. The last lines of $run/worker.log:" >&2
-      tail -n 5 "$run/worker.log" >&2
-      exit 1
-    fi
+    for program in server worker; do
+      if ! alive "$program"; then
+        echo "the $program has stopped. The last lines of $run/$program.log:" >&2
+        tail -n 5 "$run/$program.log" >&2
+        exit 1
+      fi
+    done
     sleep 0.2
   done
 }
@@ -154,11 +156,11 @@ show_progress() {
   shown=0
   while IFS= read -r line; do
     printf '%s\n' "$line" >>"$log"
-    case "$line" in '['*/*']'*) ;; *) continue ;; esac
+    case "$line" in '['[1-9]*/[1-9]*'] '*) ;; *) continue ;; esac
     step=${line#[}
     step=${step%%]*}
     if [ -t 1 ]; then
-      printf '\rbuild: %s of %s ' "${step%/*}" "${step#*/}"
+      printf '\r\033[Kbuild: %s of %s, %s s (details: %s)' "${step%/*}" "${step#*/}" $(($(date +%s) - phase_began)) "$log"
     elif [ $((${step%/*} * 4 / ${step#*/})) -gt "$shown" ]; then
       shown=$((${step%/*} * 4 / ${step#*/}))
       echo "build: ${step%/*} of ${step#*/}"
@@ -170,7 +172,7 @@ show_progress() {
 # build TARGET...: builds all targets it can. Fails if one of them failed.
 build() {
   rm -f build/quickstart.failed
-  { NINJA_STATUS='[%f/%t] ' flock -n build/test.lock ninja -k 0 -C build/release "$@" 2>&1 || : >build/quickstart.failed; } | show_progress
+  { NINJA_STATUS='[%f/%t] ' flock -n build/test.lock sh -c 'echo $$ >build/test.lock; exec ninja -k 0 -C build/release "$@"' ninja "$@" 2>&1 || : >build/quickstart.failed; } | show_progress
   [ ! -e build/quickstart.failed ]
 }
 

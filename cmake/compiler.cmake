@@ -14,8 +14,8 @@ add_compile_options(-march=x86-64-v3 -ffp-contract=off -fno-math-errno -Wall -We
 set(CMAKE_CXX_FLAGS_RELEASE "-O2")  # no -DNDEBUG, because checks stay on
 set(CMAKE_CXX_FLAGS_DEBUG "-O1 -g1")
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  # Sanitized code compiles in half the time. Kernels have -O1 (cmake/targets.cmake). Without optimisation GCC does not see
-  # that a function cannot return after LM_CHECK(false). Release builds have the warning.
+  # Sanitized code compiles in half the time. Without optimisation GCC does not see that a function cannot return after
+  # LM_CHECK(false). Release builds have the warning.
   set(CMAKE_CXX_FLAGS_DEBUG "-O0 -g1 -Wno-return-type")
   # GCC's garbage collector takes a seventh of the time if its heap starts below a gigabyte.
   add_compile_options(--param=ggc-min-heapsize=1000000)
@@ -40,8 +40,9 @@ endif()
 
 find_program(LIGHTMILL_CCACHE ccache)
 if(LIGHTMILL_CCACHE)
-  # ccache needs these to cache files with precompiled headers.
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1
+  # With the dependencies from the compiler, ccache does not preprocess a file first. It needs the sloppiness for files with
+  # precompiled headers.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1 CCACHE_DEPEND=1
                                   CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
                                   ${LIGHTMILL_CCACHE})
   add_compile_options(-fpch-preprocess)

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "common/command_line/daemon_options.h"
 #include "common/base/machine_memory.h"
+#include "common/command_line/daemon_options.h"
 #include "common/security/tls_files.h"
 #include "server/access/call_limits.h"
 

@@ -26,9 +26,10 @@ Result<LoadedScene> load_within_memory(const std::vector<std::filesystem::path>&
 void add_scene_options(CLI::App& command, SceneOptions& options) {
   command.option_defaults()->group("Scene");
   command
-      .add_option("SCENE", options.scenes,
-                  "a scene document (.json), Wavefront OBJ files, a glTF file, a pbrt scene, or a .blend file (`lightmill "
-                  "help scenes`)")
+      .add_option(
+          "SCENE", options.scenes,
+          "a scene document (.json), Wavefront OBJ files, a glTF file, a pbrt scene, or a .blend file (`lightmill "
+          "help scenes`)")
       ->type_name("FILE")
       ->required();
   command

@@ -310,7 +310,7 @@ void Listener::sweep(Time now) {
     return;
   }
   swept_at_ = now;
-  std::erase_if(open_, [this](const auto& entry) {
+  std::erase_if(open_, [this](const auto& entry) LM_REQUIRES(mutex_) {
     const auto& [id, socket] = entry;
     struct stat about {};
     const bool there = ::fstat(socket.fd, &about) == 0 && about.st_dev == socket.device && about.st_ino == socket.inode;

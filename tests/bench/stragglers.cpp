@@ -130,7 +130,9 @@ int main(int argc, char** argv) {
   app.add_option("--size", options.size, "film width and height in pixels")
       ->capture_default_str()
       ->check(CLI::Range(64, 4096));
-  app.add_option("--samples", options.samples, "samples per pixel")->capture_default_str()->check(CLI::Range(16, 1 << 20));
+  app.add_option("--samples", options.samples, "samples per pixel")
+      ->capture_default_str()
+      ->check(CLI::Range(16, 1 << 20));
   app.add_option("--runs", options.runs, "runs with and without the slow worker, in turn")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));

@@ -86,7 +86,6 @@ asked() {
 
 # Each by itself, to check that its dependencies are enough, and that the coordinator needs no library that reads images. The
 # image decoder, which two others need, comes after the coordinator and stays.
-# decoder, which two others depend on, comes after the coordinator, and stays.
 for package in "$server" "$worker" "$client"; do
   program=$(dpkg-deb -f "$package" Package)
   version=$(dpkg-deb -f "$package" Version)

@@ -11,7 +11,7 @@ import re
 import subprocess
 import sys
 
-COMMON_ORDER = ["base", "command_line", "security", "math", "geometry", "sampling", "image", "materials", "film", "lights", "scene", "photons",
+COMMON_ORDER = ["base", "command_line", "security", "math", "geometry", "sampling", "image", "materials", "film", "lights", "scene",
                 "methods", "planner", "farm", "wire", "scene_io"]
 SERVER_ORDER = ["access", "scheduling", "domain", "store", "assembly", "listen", "runtime", "operations", "api", "web"]
 SIBLINGS = [{"api", "web"}]  # these do not include each other
@@ -259,7 +259,8 @@ def check_listed(root, files, report):
              for path in files if pathlib.PurePath(path).name == "CMakeLists.txt"}
     for path in files:
         file = pathlib.PurePath(path)
-        if path.endswith("_test.cpp") and not any(str(file.relative_to(folder)) in lists.get(str(folder), ()) for folder in file.parents):
+        named = {"_test.cpp": str, "_test.mjs": lambda name: str(name).removesuffix("_test.mjs")}.get(file.name[file.name.rfind("_test"):])
+        if named and not any(named(file.relative_to(folder)) in lists.get(str(folder), ()) for folder in file.parents):
             report.add(path, 1, "is in no CMakeLists.txt of its folder or above, so it never runs")
 
 

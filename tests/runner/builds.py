@@ -5,7 +5,7 @@ import os
 import pathlib
 import subprocess
 
-from process import BUILD, ROOT, Failed, run_logged, show_end_of, show_progress
+from process import BUILD, ROOT, Failed, compilers, run_logged, show_end_of, show_progress
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,7 +46,7 @@ def build(preset, targets, log, deadline=None):
     configure(preset)
     code = 0
     if targets:  # without targets ninja would build everything
-        code = run_logged(["ninja", "-C", f"build/{preset}", *targets], log, show=r"^FAILED|error:", deadline=deadline)
+        code = run_logged(["ninja", "-j", str(compilers()), "-C", f"build/{preset}", *targets], log, show=r"^FAILED|error:", deadline=deadline)
     if code:
         show_end_of(log)
         print(f"the build failed: {log.relative_to(ROOT)}")

@@ -4,8 +4,8 @@ import shutil
 import subprocess
 
 from builds import build, files_of, runs_of
-from process import BUILD, ROOT, Failed, Stopwatch, run_logged, show_end_of
-from results import CORES, print_end, run_tests
+from process import BUILD, CORES, ROOT, Failed, Stopwatch, run_logged, show_end_of
+from results import print_end, run_tests
 
 FOLDERS = ("common", "server", "worker", "client")
 
@@ -26,7 +26,8 @@ def run_coverage(everything):
     if shutil.which("gcovr") is None:
         subprocess.run(["deploy/setup", "--coverage"], cwd=ROOT, check=True)
     preset, folder, watch = "coverage", BUILD / "results" / "coverage", Stopwatch()
-    runs = [run for run in runs_of(preset) if everything or "long" not in run.labels]
+    # A long run without files builds what it tests elsewhere.
+    runs = [run for run in runs_of(preset) if "long" not in run.labels or everything and run.files]
     build(preset, files_of(runs), folder / "build.log")
     for counts in (BUILD / preset).rglob("*.gcda"):
         counts.unlink()

@@ -16,6 +16,8 @@ BUILD = ROOT / "build"
 SHOWN_LINES = 40  # of a failed command
 SECONDS_TO_END = 10  # from SIGTERM to SIGKILL
 LOW_PRIORITY = 10
+CORES = len(os.sched_getaffinity(0))
+is_beside = False  # in the process of `beside`
 
 
 class Failed(Exception):
@@ -87,6 +89,13 @@ class Interrupts:
 
 
 INTERRUPTS = Interrupts()
+
+
+def compilers():
+    """How many run at once: one a core, and half of that beside others. Each may take 2 GiB of memory."""
+    free_kib = int(re.search(r"^MemAvailable: *(\d+)", pathlib.Path("/proc/meminfo").read_text(), re.M).group(1))
+    most = min(CORES, free_kib // (2 << 20))
+    return max(1, most // 2 if is_beside else most)
 
 
 def processes_of(session):
@@ -172,7 +181,10 @@ def beside(work, log):
     receiver, sender = multiprocessing.Pipe(duplex=False)
 
     def run():
-        INTERRUPTS.is_delayed = False
+        global is_beside
+        is_beside, INTERRUPTS.is_delayed = True, False
+        if INTERRUPTS.is_due:  # interrupted before it began
+            return
         log.parent.mkdir(parents=True, exist_ok=True)
         with open(log, "wb") as out:
             os.dup2(out.fileno(), 1)
@@ -184,7 +196,9 @@ def beside(work, log):
         try:
             return receiver.recv()
         except EOFError:
-            raise Failed from None  # it has printed the reason
+            process.join()
+            print(f"a part ended without a result, with exit code {process.exitcode}")
+            raise Failed from None
         except BaseException:
             process.terminate()
             raise

@@ -4,8 +4,7 @@ import sys
 import time
 
 from pieces import DEFAULT_PIECES, do_piece, print_outcomes
-from process import BUILD, Stopwatch
-from results import CORES
+from process import BUILD, CORES, Stopwatch
 from state import State
 
 STATE = BUILD / "repeat" / "state.json"

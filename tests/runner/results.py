@@ -1,13 +1,11 @@
 """Runs tests with ctest, and reports their results."""
 import dataclasses
 import json
-import os
 import re
 import xml.etree.ElementTree
 
-from process import ROOT, SHOWN_LINES, Row, Stopwatch, run_logged, show_end_of
+from process import CORES, ROOT, SHOWN_LINES, Row, Stopwatch, run_logged, show_end_of
 
-CORES = len(os.sched_getaffinity(0))
 SLOTS = 4 * CORES  # runs at once; at most CORES of them compute (cmake/tests.cmake)
 KINDS_OF_RUN = ("asan", "long", "threads", "tsan")  # labels that say when a run runs; the others say what it is
 # A crash has its reason before the asterisks: "Subprocess aborted***Exception:".

@@ -203,9 +203,14 @@ class Runner(unittest.TestCase):
     def test_a_failure_before_the_deadline_is_reported(self):
         self.plant_runs('''
             script(a.fails "exit 1" lint)
-            script(b.lasts "touch ${CMAKE_BINARY_DIR}/begun; sleep 600" lint)
+            script(b.lasts "kill -ALRM $(cat ${CMAKE_SOURCE_DIR}/build/test.lock); sleep 600" lint)
+            set_tests_properties(b.lasts PROPERTIES DEPENDS a.fails)
         ''')
-        self.assert_fails(["--all", "--minutes", "0.2"], r"failed:\n  a.fails", r"\nfailed +release\n", r"\nnot reached +fuzzers\n")
+        self.assert_fails(["--all", "--minutes", "600"], r"failed:\n  a.fails", r"\nfailed +release\n")
+
+    def test_an_unfinished_suite_fails(self):
+        self.plant_runs('script(lasts "kill -ALRM $(cat ${CMAKE_SOURCE_DIR}/build/test.lock); sleep 600" lint)\n' + OTHERS)
+        self.assert_fails(["--all", "--minutes", "600"], r"\nnot reached +release\n", r"\n1 pieces were not reached\n")
 
     def test_pieces_after_the_deadline_are_not_reached(self):
         self.plant_runs('script(lasts "sleep 600" long)\n')
@@ -217,14 +222,14 @@ class Runner(unittest.TestCase):
             script(lacks.tool "exit 77" long)
         ''' + OTHERS)
         for state in ("failed", "failed, then passed"):
-            self.run_it("--all", "--minutes", "0.5")
+            self.run_it("--all")
             self.assert_passes(["--status"], "no run is active", f"\n{state} +release\n", "passed +thread sanitizer\n",
                                "skipped +long: lacks.tool\n")
-        self.assert_fails(["--all", "--minutes", "0.5"], "failed, then passed +release\n")
+        self.assert_fails(["--all"], "failed, then passed +release\n")
 
     def test_sources_that_change_during_a_run_fail_it(self):
         self.plant_runs('script(edits "echo >>${CMAKE_SOURCE_DIR}/runs.cmake" lint)\n')
-        self.assert_fails(["--all", "--minutes", "1"], "The sources have changed")
+        self.assert_fails(["--all"], "The sources have changed")
         self.assert_passes(["--status"], r"state +piece\n(\n|$)")
 
     def test_without_git_nothing_can_be_remembered(self):
@@ -297,6 +302,24 @@ process.run_logged(["sleep", "600"], pathlib.Path("log"))
                               capture_output=True, text=True)
         self.assertIn("KeyboardInterrupt", said.stderr)
         self.assertFalse(is_alive(said.stdout.strip()))
+
+    def test_a_signal_ends_a_part_that_has_not_begun(self):
+        script = """
+import os, pathlib, signal, process
+
+def work():
+    print("begun", flush=True)
+
+process.INTERRUPTS.enable()
+process.INTERRUPTS.is_delayed = True
+os.kill(os.getpid(), signal.SIGTERM)
+with process.beside(work, pathlib.Path("log")):
+    pass
+"""
+        said = subprocess.run([sys.executable, "-B", "-c", script], cwd=self.root, env={"PYTHONPATH": "tests/runner"},
+                              capture_output=True, text=True)
+        self.assertIn("KeyboardInterrupt", said.stderr)
+        self.assertFalse((self.root / "log").exists())
 
     def test_it_runs_in_the_background(self):
         self.plant_runs("")

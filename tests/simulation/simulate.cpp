@@ -237,7 +237,7 @@ int run_all(Options options) {
       return 1;
     }
   }
-  return !sum.failures.empty() ? 1 : interrupted != 0 ? 130 : 0;
+  return !sum.failures.empty() || notes.failed > 0 ? 1 : interrupted != 0 ? 130 : 0;
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "common/base/address.h"
-#include "common/command_line/daemon_options.h"
 #include "common/base/library_text.h"
+#include "common/command_line/daemon_options.h"
 
 namespace lightmill::test {
 namespace {
