@@ -328,6 +328,14 @@ with process.beside(work, pathlib.Path("log")):
             time.sleep(0.2)
         self.assertRegex(said, r"\n1 +4 +\d+  \n")
 
+    def test_repeated_runs_are_remembered(self):
+        self.plant_runs('script(counts "echo >>${CMAKE_SOURCE_DIR}/build/count" lint)\n')
+        for times in (1, 2, 2):
+            busy = str(times - 1)
+            self.assert_passes(["--repeat", str(times), "--busy", busy], r"\n1 +5 +\d+  \n")
+        self.assert_passes(["--status"], r"\n2 beside busy loops +5 +\d+  \n")
+        self.assertEqual((self.root / "build" / "count").read_text(), "\n\n")
+
     def test_wrong_arguments_print_the_usage(self):
         for arguments in (["--repeat", "0"], ["--repeat", "-1"], ["--repeat", "1", "--busy", "2"], ["--backg", "--all"],
                           ["--coverage", "--all", "--background"], ["--minutes", "1"], ["--all", "film"], [""],
