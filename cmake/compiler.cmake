@@ -23,6 +23,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   add_compile_options(-Wno-array-bounds -Wno-stringop-overflow -Wno-maybe-uninitialized -Wno-psabi)
 else()
   add_compile_options(-Wthread-safety)
+  add_compile_options(-Wno-inconsistent-missing-override)  # a template overrides members of some of its bases
 endif()
 
 if(CMAKE_CXX_FLAGS MATCHES "--coverage")

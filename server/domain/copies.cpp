@@ -82,7 +82,7 @@ void Copies::tick(const Event& event) {
   std::vector<std::pair<double, LeaseId>> late = late_leases(event.now);
   next_check_ = event.now + kCheckInterval * static_cast<int>(1 + leases_.all().size() / kLeasesPerCheck);
   std::vector<std::string> waiting(workers_.idle().begin(), workers_.idle().end());
-  std::ranges::rotate(waiting, std::ranges::upper_bound(waiting, last_worker_));
+  std::rotate(waiting.begin(), std::ranges::upper_bound(waiting, last_worker_), waiting.end());
   waiting.resize(std::min(waiting.size(), kPairsPerCheck / std::max<std::size_t>(late.size(), 1)));
   for (const std::string& name : waiting) {
     last_worker_ = name;

@@ -70,8 +70,9 @@ std::uint32_t FarmView::wanted_workers(Time now) const {
     }
     waiting = true;
     // If no connected worker can render it, more of their kind do not help. One new worker may be of another kind.
-    const bool suited = std::ranges::any_of(
-        kinds, [&](const Kind& kind) { return suits(kind.fingerprint_class, kind.renderer_version, *job); });
+    const bool suited = std::ranges::any_of(kinds, [&, &job = job](const Kind& kind) {
+      return suits(kind.fingerprint_class, kind.renderer_version, *job);
+    });
     if (!job->leases().empty() || (suited && any_may_render(*job))) {
       const std::optional<double> keeps_busy = threads_for(*job, now);
       threads += keeps_busy.value_or(0);

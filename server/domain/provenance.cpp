@@ -42,7 +42,7 @@ void Provenance::merged(const NodeKey& key, const Renderer& by, const MergeOutco
     of_job.erase(found);
   }
   std::ranges::sort(parts);
-  parts.erase(std::ranges::unique(parts).begin(), parts.end());
+  parts.erase(std::unique(parts.begin(), parts.end()), parts.end());
   for (const NodePtr& node : outcome.added) {
     of_job[{key.tile, node->range}] = parts;
   }

@@ -66,7 +66,8 @@ def later_pieces(after_default):
         for label in labels:
             pieces.append(Piece(f"{preset}: {label}", preset, labelled(label, without=tuple(done))))
             done.append(label)
-    return [*pieces, Piece("fuzzers", "fuzz", labelled("fuzz")), Piece("each file compiled by itself", "plain")]
+    return [*pieces, Piece("fuzzers", "fuzz", labelled("fuzz")), Piece("programs by clang", "fuzz", target="programs"),
+            Piece("each file compiled by itself", "plain")]
 
 
 def show_pieces():

@@ -39,6 +39,7 @@ function(script name text)
   lightmill_run(${name} LABELS ${ARGN} COMMAND sh ${CMAKE_BINARY_DIR}/${name}.sh)
 endfunction()
 
+add_custom_target(programs)
 include(runs.cmake)
 lightmill_write_test_programs()
 """
