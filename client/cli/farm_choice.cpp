@@ -76,6 +76,25 @@ ExitCode with_farm(const Console& console, const CommonOptions& options,
   return status.ok() ? kDone : console.fail(status);
 }
 
+void ask_farm(CLI::App& command, Context& context, std::function<Status(CoordinatorClient&, const Console&)> action) {
+  command.callback([&command, &context, action = std::move(action)] {
+    if (!command.get_subcommands().empty()) {
+      return;  // the subcommand's callback has run
+    }
+    context.run = [&context, action](const Console& console) {
+      return with_farm(console, context.common,
+                       [&](CoordinatorClient& connection) { return action(connection, console); });
+    };
+  });
+}
+
+void add_local_farm_options(CLI::App& command, bool& local, unsigned& threads) {
+  command.add_flag("--local", local, "use a local farm, even if another one answers");
+  command.add_option("--threads", threads, "threads of a local farm (default: one per core)")
+      ->type_name("N")
+      ->check(whole_number(1, 4096));
+}
+
 Result<Farm> choose_farm(const CommonOptions& options, bool local, const LocalFarmOptions& local_options,
                          Signals& signals, const Console& console) {
   Farm farm;

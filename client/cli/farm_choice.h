@@ -29,6 +29,12 @@ Result<std::unique_ptr<CoordinatorClient>> connect(const CommonOptions& options)
 ExitCode with_farm(const Console& console, const CommonOptions& options,
                    const std::function<Status(CoordinatorClient&)>& action);
 
+/// Has the command call `action` with the farm, unless one of its subcommands was given.
+void ask_farm(CLI::App& command, Context& context, std::function<Status(CoordinatorClient&, const Console&)> action);
+
+/// Adds --local and --threads, for commands that may start a farm of their own.
+void add_local_farm_options(CLI::App& command, bool& local, unsigned& threads);
+
 /// The farm for `render`. This is the given farm; else one that answers on the default port, unless `local`; else a
 /// private one with `local_options`. The console says which. INVALID_ARGUMENT if a farm is named together with
 /// `local` or a number of threads.

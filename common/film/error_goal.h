@@ -24,9 +24,6 @@ inline std::uint64_t first_error_count(const Allocation& allocation) {
 /// The next count from `samples` on at which the error is read: 16, 24, 32, 48, 64, 96, … from `first` on. At most
 /// 2·kMaxSamples.
 std::uint64_t next_error_count(std::uint64_t samples, std::uint64_t first = kFirstErrorCount);
-inline bool is_error_count(std::uint64_t samples, std::uint64_t first = kFirstErrorCount) {
-  return next_error_count(samples, first) == samples;
-}
 
 /// Whether the error is at most `goal`, including the confidence interval.
 inline bool meets(const FrameError& error, double goal) {

@@ -63,33 +63,8 @@ inline double spread_exitance_per_radiance(double spread) {
   return kPiDouble * (1 - half * cos_fixed(half) / sin_fixed(half));
 }
 
-inline constexpr double sphere_area_of_diameter(double diameter) {
-  return kPiDouble * diameter * diameter;
-}
-
 /// Irradiance of a surface under constant radiance L from its whole hemisphere, over L.
 inline constexpr double kHemisphereIrradiance = kPiDouble;
-
-/// Irradiance at a distance from a source of this intensity, on a surface inclined by θ.
-inline constexpr double irradiance_at(double intensity, double distance, double cos_theta = 1) {
-  return intensity * cos_theta / (distance * distance);
-}
-
-/// Energy of a flux over a time, in J.
-inline constexpr double radiant_energy(double watt, double seconds) {
-  return watt * seconds;
-}
-
-/// Photons per second in a flux of one wavelength: P λ / (h c), with the exact constants of the SI.
-inline constexpr double photons_per_second(double watt, double wavelength_m) {
-  constexpr double kPlanck = 6.62607015e-34, kLightSpeed = 299'792'458;
-  return watt * wavelength_m / (kPlanck * kLightSpeed);
-}
-
-/// Electrical power of a lamp, which is its light if nothing is lost: V · A.
-inline constexpr double electrical_watt(double volt, double ampere) {
-  return volt * ampere;
-}
 
 // ---- strengths as users give them ----
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <unordered_map>
 
-#include "common/materials/texture.h"
 #include "common/scene/document.h"
+#include "common/scene_io/obj_colors.h"
 #include "common/scene_io/polygon.h"
 #include "common/scene_io/smoothing.h"
 #include "common/scene_io/text_lines.h"
@@ -14,7 +14,6 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<double, 3> kUnreadable{kNaN, kNaN, kNaN};  ///< position of a vertex that cannot be read
-constexpr std::array<float, 3> kNoColor{-1, -1, -1};            ///< of a vertex that has none
 
 /// One pass over the file. Faces that name what follows them wait for its end.
 class ObjReader {
@@ -30,7 +29,7 @@ class ObjReader {
     }
     add_late_faces();
     smooth_normals(file_, smooth_runs_);
-    decode_colors();
+    file_.colors = colors_.take_linear(lines_.file_name(), file_.notices);
     if (text_.find("#MRGB ") != std::string_view::npos) {
       say_once(fmt::format("left out: vertex colours in \"#MRGB\" comments of {}", lines_.file_name()));
     }
@@ -110,54 +109,8 @@ class ObjReader {
     std::array<double, 3> read;
     LM_RETURN_IF_ERROR(read_numbers("v", rest, kMaxCoordinate, read));
     position = read;
-    read_color(rest);
+    colors_.read(file_.positions.size() - 1, rest);
     return ok_status();
-  }
-
-  /// What may follow a position: a weight, or a colour, or a colour and its alpha. Other rests do not count.
-  void read_color(std::string_view rest) {
-    std::array<float, 4> values{};
-    std::size_t count = 0;
-    for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
-      const std::optional<double> value = parse_number(word);
-      if (!value || count == values.size()) {
-        return;
-      }
-      values[count++] = static_cast<float>(*value);
-    }
-    if (count < 3) {
-      return;
-    }
-    file_.colors.resize(file_.positions.size() - 1, kNoColor);
-    file_.colors.push_back({values[0], values[1], values[2]});
-    has_alpha_ = has_alpha_ || (count == 4 && values[3] < 1);
-  }
-
-  /// Makes the file's colours linear.
-  void decode_colors() {
-    bool bytes = false, whole = true;
-    for (const auto& color : file_.colors) {
-      for (const float value : color) {
-        bytes = bytes || value > 1.001f;
-        whole = whole && value == std::floor(value);
-      }
-    }
-    if (bytes && !whole) {
-      say_once(fmt::format("vertex colours of {} that are above 1 were cut", lines_.file_name()));
-    }
-    const double unit = bytes && whole ? 255 : 1;
-    for (auto& color : file_.colors) {
-      if (color == kNoColor) {
-        color = {1, 1, 1};
-        continue;
-      }
-      for (float& value : color) {
-        value = static_cast<float>(srgb_decode_fixed(std::clamp(value / unit, 0.0, 1.0)));
-      }
-    }
-    if (has_alpha_) {
-      say_once(fmt::format("left out: alpha of vertex colours of {}", lines_.file_name()));
-    }
   }
 
   Status read_normal(std::string_view rest) {
@@ -327,6 +280,12 @@ class ObjReader {
       return invalid_argument("{}:{}: f: index {} is out of range, there are {} {}", lines_.file_name(), line,
                               std::uint64_t{index} + 1, count, what);
     };
+    const auto drop_unless_there = [&](std::uint32_t& index, std::size_t count, std::string_view what) {
+      if (index != kNoIndex && index >= count) {
+        faults_.add("obj corner", message_of(out_of_range(index, count, what)), "the index does not count");
+        index = kNoIndex;
+      }
+    };
     for (ObjCorner& corner : corners_) {
       if (corner.position >= file_.positions.size()) {
         return out_of_range(corner.position, file_.positions.size(), "vertices");
@@ -335,17 +294,8 @@ class ObjReader {
         return invalid_argument("{}:{}: f: vertex {} cannot be read", lines_.file_name(), line,
                                 std::uint64_t{corner.position} + 1);
       }
-      if (corner.texture != kNoIndex && corner.texture >= file_.texture_coordinates.size()) {
-        faults_.add("obj corner",
-                    message_of(out_of_range(corner.texture, file_.texture_coordinates.size(), "texture coordinates")),
-                    "the index does not count");
-        corner.texture = kNoIndex;
-      }
-      if (corner.normal != kNoIndex && corner.normal >= file_.normals.size()) {
-        faults_.add("obj corner", message_of(out_of_range(corner.normal, file_.normals.size(), "normals")),
-                    "the index does not count");
-        corner.normal = kNoIndex;
-      }
+      drop_unless_there(corner.texture, file_.texture_coordinates.size(), "texture coordinates");
+      drop_unless_there(corner.normal, file_.normals.size(), "normals");
       if (corner.normal != kNoIndex && file_.normals[corner.normal] == std::array<float, 3>{0, 0, 0}) {
         corner.normal = kNoIndex;
       }
@@ -414,8 +364,8 @@ class ObjReader {
   Faults& faults_;
   Status first_odd_;         ///< the first fault of a statement
   int first_face_line_ = 0;  ///< of those that are not skipped
-  bool has_alpha_ = false;   ///< vertices have an alpha below 1
   ObjFile file_;
+  ObjColors colors_;
   std::size_t part_ = 0;  ///< index of the part to which faces are added
   std::unordered_map<std::string, std::size_t> part_of_;
   SmoothRun smooth_run_{};              ///< the faces since the last s or usemtl: their begin and group

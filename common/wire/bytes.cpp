@@ -56,4 +56,12 @@ Result<Hash128> hash_from_bytes(std::string_view bytes) {
   return hash;
 }
 
+Result<Hash128> trace_from_bytes(std::string_view bytes) {
+  if (bytes.empty()) {
+    return Hash128{};
+  }
+  Result<Hash128> trace = hash_from_bytes(bytes);
+  return trace.ok() ? std::move(trace) : with_context(trace.status(), "trace_id");
+}
+
 }  // namespace lightmill

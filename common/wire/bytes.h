@@ -29,4 +29,7 @@ std::string hash_bytes(const Hash128& hash);
 /// Fails unless there are 16 bytes.
 Result<Hash128> hash_from_bytes(std::string_view bytes);
 
+/// The `trace_id` of a message. Zero if the other program does not send traces.
+Result<Hash128> trace_from_bytes(std::string_view bytes);
+
 }  // namespace lightmill

@@ -24,7 +24,9 @@ class InspectGrant;
 class InspectReport;
 class InspectSceneRequest;
 class InspectSceneResponse;
+class HeldLease;
 class JobSpec;
+class LeaseGrant;
 class NodeKey;
 class PixelRect;
 class RenderSettings;
@@ -86,11 +88,15 @@ Result<InspectionRequest> from_wire(const v1::InspectSceneRequest& request);
 void to_wire(const WorkerMessage& message, v1::WorkRequest* out);
 void to_wire(const CoordinatorMessage& message, v1::WorkResponse* out);
 
+void to_wire(const HeldLease& held, v1::HeldLease* out);
+void to_wire(const LeaseGrant& grant, v1::LeaseGrant* out);
 void to_wire(const InspectReport& report, v1::InspectReport* out);
 void to_wire(const InspectGrant& grant, v1::InspectGrant* out);
 
 Result<WorkerMessage> from_wire(const v1::WorkRequest& request);
 Result<CoordinatorMessage> from_wire(const v1::WorkResponse& response);
+Result<HeldLease> from_wire(const v1::HeldLease& held);
+Result<LeaseGrant> from_wire(const v1::LeaseGrant& grant);
 Result<InspectReport> from_wire(const v1::InspectReport& report);
 Result<InspectGrant> from_wire(const v1::InspectGrant& grant);
 

@@ -321,11 +321,8 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
     const pb::Reflection& reflection = *target_->GetReflection();
     switch (field_->cpp_type()) {
       case pb::FieldDescriptor::CPPTYPE_DOUBLE:
-        if (field_->is_repeated()) {
-          reflection.AddDouble(target_, field_, value);
-        } else {
-          reflection.SetDouble(target_, field_, value);
-        }
+        field_->is_repeated() ? reflection.AddDouble(target_, field_, value)
+                              : reflection.SetDouble(target_, field_, value);
         return true;
       case pb::FieldDescriptor::CPPTYPE_FLOAT:
         if (std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {

@@ -32,4 +32,12 @@ inline Status check_length(std::string_view field, std::string_view text, std::s
   return ok_status();
 }
 
+/// INVALID_ARGUMENT unless a list of `count` entries is within `limit`.
+inline Status check_count(std::string_view field, int count, std::size_t limit) {
+  if (static_cast<std::size_t>(count) > limit) {
+    return invalid_argument("{}: {} entries are more than the limit of {}", field, count, limit);
+  }
+  return ok_status();
+}
+
 }  // namespace lightmill

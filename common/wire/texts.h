@@ -24,9 +24,7 @@ Result<std::vector<std::string>> texts_from_wire(std::string_view field, const R
     return invalid_argument("{}: {} are more than the limit of {}", field, texts.size(), kMaxMethodNotes);
   }
   for (const std::string& text : texts) {
-    if (text.size() > kMaxReasonBytes) {
-      return invalid_argument("{}: {} bytes are more than the limit of {}", field, text.size(), kMaxReasonBytes);
-    }
+    LM_RETURN_IF_ERROR(check_length(field, text, kMaxReasonBytes));
   }
   return std::vector<std::string>(texts.begin(), texts.end());
 }

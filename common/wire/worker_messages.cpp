@@ -1,5 +1,6 @@
+#include <google/protobuf/util/time_util.h>
+
 #include <cmath>
-#include <cstring>
 
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
@@ -10,17 +11,8 @@
 namespace lightmill {
 namespace {
 
-Status check_count(std::string_view field, int count, std::size_t limit) {
-  if (static_cast<std::size_t>(count) > limit) {
-    return invalid_argument("{}: {} entries are more than the limit of {}", field, count, limit);
-  }
-  return ok_status();
-}
-
-void to_wire_duration(Duration duration, google::protobuf::Duration* out) {
-  const auto nanoseconds = duration.count();
-  out->set_seconds(nanoseconds / 1'000'000'000);
-  out->set_nanos(static_cast<int>(nanoseconds % 1'000'000'000));
+google::protobuf::Duration to_wire(Duration duration) {
+  return google::protobuf::util::TimeUtil::NanosecondsToDuration(duration.count());
 }
 
 constexpr std::chrono::hours kMostDuration(24);
@@ -67,26 +59,6 @@ Result<std::vector<LeaseId>> lease_list(const T& leases) {
   return out;
 }
 
-/// The tags of a unit that is granted or held.
-void to_wire(const std::vector<Sha256>& tags, google::protobuf::RepeatedPtrField<std::string>* out) {
-  for (const Sha256& tag : tags) {
-    *out->Add() = digest_bytes(tag);
-  }
-}
-
-Result<std::vector<Sha256>> tags_from_wire(const google::protobuf::RepeatedPtrField<std::string>& tags,
-                                           const Unit& unit) {
-  if (static_cast<std::size_t>(tags.size()) != unit.tiles.size()) {
-    return invalid_argument("tags: {} of {} tiles", tags.size(), unit.tiles.size());
-  }
-  std::vector<Sha256> out;
-  out.reserve(unit.tiles.size());
-  for (const std::string& tag : tags) {
-    LM_ASSIGN_OR_RETURN(out.emplace_back(), digest_from_bytes(tag));
-  }
-  return out;
-}
-
 /// A message of one kind as a variant of all.
 template <class Message, class One>
 Result<Message> as_message(Result<One> one) {
@@ -107,12 +79,7 @@ struct RequestWriter {
     wire->set_fingerprint_class(hello.fingerprint_class);
     wire->set_renderer_version(hello.renderer_version);
     for (const HeldLease& held : hello.held) {
-      v1::HeldLease* lease = wire->add_held();
-      lease->set_lease(held.lease.value);
-      lease->set_epoch(held.epoch);
-      lease->set_render_digest(digest_bytes(held.render_digest));
-      to_wire(held.unit, lease->mutable_unit());
-      to_wire(held.tags, lease->mutable_tags());
+      to_wire(held, wire->add_held());
     }
     wire->set_draining(hello.draining);
     wire->set_machine(hello.machine);
@@ -124,7 +91,7 @@ struct RequestWriter {
       wire->add_leases(lease.value);
     }
     if (heartbeat.longest_wait) {
-      to_wire_duration(std::min<Duration>(*heartbeat.longest_wait, kMostDuration), wire->mutable_longest_wait());
+      *wire->mutable_longest_wait() = to_wire(std::min<Duration>(*heartbeat.longest_wait, kMostDuration));
     }
     for (const TileAtWork& tile : heartbeat.at_work) {
       v1::TileAtWork* at_work = wire->add_at_work();
@@ -190,21 +157,32 @@ Result<WorkerMessage> hello_from_wire(const v1::WorkerHello& hello) {
                   hello.inspects()};
   out.held.reserve(hello.held_size());
   for (const v1::HeldLease& held : hello.held()) {
-    LM_ASSIGN_OR_RETURN(Unit unit, from_wire(held.unit()));
-    LM_ASSIGN_OR_RETURN(const Sha256 digest, digest_from_bytes(held.render_digest()));
-    LM_ASSIGN_OR_RETURN(std::vector<Sha256> tags, tags_from_wire(held.tags(), unit));
-    out.held.push_back({LeaseId{held.lease()}, held.epoch(), digest, std::move(unit), std::move(tags)});
+    LM_ASSIGN_OR_RETURN(out.held.emplace_back(), from_wire(held));
   }
   return WorkerMessage(std::move(out));
 }
 
-/// Zero if the other program does not send traces.
-Result<Hash128> trace_from_wire(std::string_view bytes) {
-  if (bytes.empty()) {
-    return Hash128{};
+Result<WorkerMessage> heartbeat_from_wire(const v1::WorkerHeartbeat& heartbeat) {
+  WorkerHeartbeat out;
+  LM_ASSIGN_OR_RETURN(out.leases, lease_list(heartbeat.leases()));
+  if (heartbeat.has_longest_wait()) {
+    LM_ASSIGN_OR_RETURN(out.longest_wait, duration_from_wire("heartbeat.longest_wait", heartbeat.longest_wait()));
   }
-  Result<Hash128> trace = hash_from_bytes(bytes);
-  return trace.ok() ? std::move(trace) : with_context(trace.status(), "trace_id");
+  LM_RETURN_IF_ERROR(check_count("heartbeat.at_work", heartbeat.at_work_size(), kMaxListedLeases));
+  for (const v1::TileAtWork& tile : heartbeat.at_work()) {
+    if (!(tile.cpu_seconds() >= 0)) {
+      return invalid_argument("heartbeat.at_work.cpu_seconds: must not be negative, got {}", tile.cpu_seconds());
+    }
+    out.at_work.push_back({LeaseId{tile.lease()}, TileId{tile.tile()}, tile.cpu_seconds()});
+  }
+  return WorkerMessage(std::move(out));
+}
+
+Result<double> seconds_from_wire(std::string_view field, double seconds) {
+  if (!std::isfinite(seconds) || seconds < 0) {
+    return invalid_argument("{}: must be finite and not negative, got {}", field, seconds);
+  }
+  return seconds;
 }
 
 Result<WorkerMessage> result_from_wire(const v1::WorkerResult& result) {
@@ -215,12 +193,9 @@ Result<WorkerMessage> result_from_wire(const v1::WorkerResult& result) {
   LM_ASSIGN_OR_RETURN(out.node.values, node_values(result.values()));
   out.node.non_finite = result.non_finite();
   LM_ASSIGN_OR_RETURN(out.hash, hash_from_bytes(result.hash()));
-  if (!std::isfinite(result.seconds()) || result.seconds() < 0) {
-    return invalid_argument("seconds: must be finite and not negative, got {}", result.seconds());
-  }
-  out.seconds = result.seconds();
+  LM_ASSIGN_OR_RETURN(out.seconds, seconds_from_wire("seconds", result.seconds()));
   LM_ASSIGN_OR_RETURN(out.render_digest, digest_from_bytes(result.render_digest()));
-  LM_ASSIGN_OR_RETURN(out.trace, trace_from_wire(result.trace_id()));
+  LM_ASSIGN_OR_RETURN(out.trace, trace_from_bytes(result.trace_id()));
   LM_ASSIGN_OR_RETURN(out.tag, digest_from_bytes(result.tag()));
   return WorkerMessage(std::move(out));
 }
@@ -230,10 +205,7 @@ Result<WorkerMessage> pilot_from_wire(const v1::PilotReport& report) {
   out.lease = LeaseId{report.lease()};
   out.choice = report.choice();
   LM_ASSIGN_OR_RETURN(out.reasons, texts_from_wire("pilot.reasons", report.reasons()));
-  if (!std::isfinite(report.seconds()) || report.seconds() < 0) {
-    return invalid_argument("pilot.seconds: must be finite and not negative, got {}", report.seconds());
-  }
-  out.seconds = report.seconds();
+  LM_ASSIGN_OR_RETURN(out.seconds, seconds_from_wire("pilot.seconds", report.seconds()));
   std::vector<std::int8_t> shifts;
   for (const std::int32_t shift : report.shifts()) {
     shifts.push_back(static_cast<std::int8_t>(std::clamp(shift, -128, 127)));
@@ -250,8 +222,8 @@ struct ResponseWriter {
   void operator()(const Welcome& welcome) const {
     v1::Welcome* wire = out->mutable_welcome();
     wire->set_epoch(welcome.epoch);
-    to_wire_duration(welcome.heartbeat_interval, wire->mutable_heartbeat_interval());
-    to_wire_duration(welcome.lease_duration, wire->mutable_lease_duration());
+    *wire->mutable_heartbeat_interval() = to_wire(welcome.heartbeat_interval);
+    *wire->mutable_lease_duration() = to_wire(welcome.lease_duration);
     wire->set_farm(hash_bytes(welcome.farm));
   }
   void operator()(const JobDescription& job) const {
@@ -260,12 +232,7 @@ struct ResponseWriter {
     wire->set_render_digest(digest_bytes(job.render_digest));
     to_wire(job.settings, wire->mutable_settings());
   }
-  void operator()(const LeaseGrant& grant) const {
-    out->mutable_lease()->set_lease(grant.lease.value);
-    to_wire(grant.unit, out->mutable_lease()->mutable_unit());
-    out->mutable_lease()->set_trace_id(hash_bytes(grant.trace));
-    to_wire(grant.tags, out->mutable_lease()->mutable_tags());
-  }
+  void operator()(const LeaseGrant& grant) const { to_wire(grant, out->mutable_lease()); }
   void operator()(const ResultAck& ack) const {
     v1::ResultAck* wire = out->mutable_ack();
     for (const NodeKey& key : ack.keys) {
@@ -327,63 +294,13 @@ Result<CoordinatorMessage> ack_from_wire(const v1::ResultAck& ack) {
   LM_RETURN_IF_ERROR(check_count("ack.keys", ack.keys_size(), kMaxListedNodes));
   ResultAck out;
   out.keys.reserve(ack.keys_size());
-  for (const v1::NodeKey& wire : ack.keys()) {
-    LM_ASSIGN_OR_RETURN(const NodeKey key, from_wire(wire));
-    out.keys.push_back(key);
+  for (const v1::NodeKey& key : ack.keys()) {
+    LM_ASSIGN_OR_RETURN(out.keys.emplace_back(), from_wire(key));
   }
   return CoordinatorMessage(std::move(out));
 }
 
 }  // namespace
-
-void to_wire(const SampleRange& range, v1::SampleRange* out) {
-  out->set_level(range.level);
-  out->set_index(range.index);
-}
-
-Result<SampleRange> from_wire(const v1::SampleRange& range) {
-  if (range.level() > kMaxRangeLevel) {
-    return invalid_argument("range.level: must be at most {}, got {}", kMaxRangeLevel, range.level());
-  }
-  const SampleRange out{range.level(), range.index()};
-  if (out.end() > kMaxSamples) {
-    return invalid_argument("range.index: {} at level {} is beyond sample {}", range.index(), range.level(),
-                            kMaxSamples);
-  }
-  return out;
-}
-
-void to_wire(const NodeKey& key, v1::NodeKey* out) {
-  out->set_job(key.job.value);
-  out->set_tile(key.tile.value);
-  to_wire(key.range, out->mutable_range());
-}
-
-Result<NodeKey> from_wire(const v1::NodeKey& key) {
-  LM_ASSIGN_OR_RETURN(const SampleRange range, from_wire(key.range()));
-  return NodeKey{JobId{key.job()}, TileId{key.tile()}, range};
-}
-
-void to_wire(const Unit& unit, v1::Unit* out) {
-  out->set_job(unit.job.value);
-  to_wire(unit.range, out->mutable_range());
-  out->mutable_tiles()->Reserve(static_cast<int>(unit.tiles.size()));
-  for (const TileId tile : unit.tiles) {
-    out->add_tiles(tile.value);
-  }
-}
-
-Result<Unit> from_wire(const v1::Unit& unit) {
-  LM_RETURN_IF_ERROR(check_count("unit.tiles", unit.tiles_size(), kMaxUnitTiles));
-  Unit out;
-  out.job = JobId{unit.job()};
-  LM_ASSIGN_OR_RETURN(out.range, from_wire(unit.range()));
-  out.tiles.reserve(unit.tiles_size());
-  for (const std::uint32_t tile : unit.tiles()) {
-    out.tiles.push_back(TileId{tile});
-  }
-  return out;
-}
 
 void to_wire(const WorkerMessage& message, v1::WorkRequest* out) {
   std::visit(RequestWriter{out}, message);
@@ -393,22 +310,8 @@ Result<WorkerMessage> from_wire(const v1::WorkRequest& request) {
   switch (request.message_case()) {
     case v1::WorkRequest::kHello:
       return hello_from_wire(request.hello());
-    case v1::WorkRequest::kHeartbeat: {
-      LM_ASSIGN_OR_RETURN(std::vector<LeaseId> leases, lease_list(request.heartbeat().leases()));
-      WorkerHeartbeat heartbeat{std::move(leases)};
-      if (request.heartbeat().has_longest_wait()) {
-        LM_ASSIGN_OR_RETURN(heartbeat.longest_wait,
-                            duration_from_wire("heartbeat.longest_wait", request.heartbeat().longest_wait()));
-      }
-      LM_RETURN_IF_ERROR(check_count("heartbeat.at_work", request.heartbeat().at_work_size(), kMaxListedLeases));
-      for (const v1::TileAtWork& tile : request.heartbeat().at_work()) {
-        if (!(tile.cpu_seconds() >= 0)) {
-          return invalid_argument("heartbeat.at_work.cpu_seconds: must not be negative, got {}", tile.cpu_seconds());
-        }
-        heartbeat.at_work.push_back({LeaseId{tile.lease()}, TileId{tile.tile()}, tile.cpu_seconds()});
-      }
-      return WorkerMessage(std::move(heartbeat));
-    }
+    case v1::WorkRequest::kHeartbeat:
+      return heartbeat_from_wire(request.heartbeat());
     case v1::WorkRequest::kResult:
       return result_from_wire(request.result());
     case v1::WorkRequest::kLeaseReturn:
@@ -439,12 +342,8 @@ Result<CoordinatorMessage> from_wire(const v1::WorkResponse& response) {
       return welcome_from_wire(response.welcome());
     case v1::WorkResponse::kJob:
       return job_from_wire(response.job());
-    case v1::WorkResponse::kLease: {
-      LM_ASSIGN_OR_RETURN(Unit unit, from_wire(response.lease().unit()));
-      LM_ASSIGN_OR_RETURN(const Hash128 trace, trace_from_wire(response.lease().trace_id()));
-      LM_ASSIGN_OR_RETURN(std::vector<Sha256> tags, tags_from_wire(response.lease().tags(), unit));
-      return CoordinatorMessage(LeaseGrant{LeaseId{response.lease().lease()}, std::move(unit), trace, std::move(tags)});
-    }
+    case v1::WorkResponse::kLease:
+      return as_message<CoordinatorMessage>(from_wire(response.lease()));
     case v1::WorkResponse::kAck:
       return ack_from_wire(response.ack());
     case v1::WorkResponse::kCancel: {

@@ -1,61 +1,9 @@
-// The coordinator's parts, and the order in which they see each event.
-#include "server/domain/coordinator.h"
-
+// The order in which the coordinator's parts see each event.
 #include "common/base/check.h"
 #include "common/base/overloaded.h"
-#include "server/domain/copies.h"
-#include "server/domain/farm_view.h"
-#include "server/domain/result_intake.h"
+#include "server/domain/coordinator_parts.h"
 
 namespace lightmill {
-
-/// Each part knows only parts above it.
-struct Coordinator::Parts {
-  Parts(const CoordinatorLimits& the_limits, StoredState& stored, Time now)
-      : limits(the_limits),
-        epoch(stored.epoch),
-        clock_time(now),
-        signer(stored.secret),
-        jobs(limits, stored.next_job_id),
-        quarantined(std::move(stored.quarantine)),
-        audits(limits, stored.secret, now, workers, quarantined, leases, provenance, totals) {}
-
-  /// Event of a call that brings both times. Detects that the coordinator stood still.
-  Event at(Time now, std::int64_t unix_ms, Effects& effects);
-  Event at(Time now, Effects& effects) const { return {now, unix_ms(now), effects}; }
-  std::int64_t unix_ms(Time now) const;
-  std::optional<Time> next_deadline() const;
-  Status serve_if(const Result<bool>& changed, const Event& event);
-  void pilot_reported(SessionId session, Worker& worker, const PilotReport& report, const Event& event);
-  void take_film(Job& job, StoredFilm film, const Event& event);
-
-  const CoordinatorLimits limits;
-  const std::uint64_t epoch;
-  Time clock_time;  ///< of the last call that brought both times
-  std::int64_t clock_unix_ms = 0;
-  FarmTotals totals;
-
-  const GrantSigner signer;
-  JobTable jobs;
-  Films films{limits, jobs};
-  WorkerRegistry workers{limits};
-  QuarantineList quarantined;
-  Provenance provenance;
-  JobQueue queue{limits, workers};
-  LeaseTable leases{limits, epoch, signer, workers, jobs, queue, totals};
-  Inspections inspections{workers, epoch << 32 | 1};  // ids that no other coordinator uses
-
-  Audits audits;
-  JobLifeCycle life_cycle{limits, jobs, films, leases, workers, queue, audits, provenance, totals};
-  Pilots pilots{leases, jobs, queue, life_cycle};
-  Scheduler scheduler{limits, clock_time, jobs, leases, workers, queue, life_cycle, pilots};
-  Copies copies{limits, jobs, leases, workers, pilots, scheduler};
-  Quarantine quarantine{quarantined, jobs, leases, workers, queue, provenance, life_cycle, scheduler, totals};
-  Sessions sessions{limits, signer, jobs, leases, workers, quarantined, queue, life_cycle, scheduler, inspections};
-  ResultIntake intake{signer,     jobs,      leases, workers,    quarantined, queue, provenance,
-                      life_cycle, scheduler, audits, quarantine, sessions,    totals};
-  FarmView view{limits, jobs, leases, workers, quarantined, audits, scheduler, totals};
-};
 
 Coordinator::Coordinator(const CoordinatorLimits& limits, StoredState state, Time now)
     : parts_(std::make_unique<Parts>(limits, state, now)) {
@@ -71,26 +19,6 @@ Coordinator::~Coordinator() = default;
 
 // ---- time ----
 
-std::int64_t Coordinator::Parts::unix_ms(Time now) const {
-  return clock_unix_ms + std::chrono::duration_cast<std::chrono::milliseconds>(now - clock_time).count();
-}
-
-Event Coordinator::Parts::at(Time now, std::int64_t unix_ms, Effects& effects) {
-  Event event{now, unix_ms, effects};
-  const Duration late = now - std::max(next_deadline().value_or(now), clock_time);
-  if (late > limits.lease_duration / 2) {
-    // Stopped, suspended or out of memory: the messages of workers from this time are not read yet.
-    event.warn({}, "the coordinator stood still for {:.0f} s: workers get their full time again", to_seconds(late));
-    leases.extend_all(now);
-    workers.note_stall(late, now);
-    audits.note_stall(late);
-    scheduler.note_stall(now);
-  }
-  clock_time = now;
-  clock_unix_ms = unix_ms;
-  return event;
-}
-
 void Coordinator::tick(Time now, std::int64_t unix_ms, Effects& effects) {
   const Event event = parts_->at(now, unix_ms, effects);
   parts_->workers.forget_absent(now);
@@ -101,16 +29,6 @@ void Coordinator::tick(Time now, std::int64_t unix_ms, Effects& effects) {
   parts_->sessions.end_silent(event);
   parts_->inspections.tick(event);
   parts_->inspections.serve(event);
-}
-
-std::optional<Time> Coordinator::Parts::next_deadline() const {
-  std::optional<Time> next;
-  for (const std::optional<Time>& time :
-       {leases.next_deadline(), life_cycle.next_deadline(), films.next_deadline(), copies.next_deadline(),
-        workers.next_silence_check(), inspections.next_deadline()}) {
-    next = next && time ? std::min(*next, *time) : next ? next : time;
-  }
-  return next;
 }
 
 std::optional<Time> Coordinator::next_deadline() const {
@@ -151,14 +69,6 @@ Status Coordinator::cancel(JobId job, Time now, std::int64_t unix_ms, Effects& e
 
 Status Coordinator::pause(JobId job, Time now, Effects& effects) {
   return parts_->life_cycle.pause(job, parts_->at(now, effects));
-}
-
-Status Coordinator::Parts::serve_if(const Result<bool>& changed, const Event& event) {
-  LM_RETURN_IF_ERROR(changed.status());
-  if (*changed) {
-    scheduler.serve_all(event);
-  }
-  return ok_status();
 }
 
 Status Coordinator::resume(JobId job, Time now, Effects& effects) {
@@ -262,17 +172,6 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
   }
 }
 
-void Coordinator::Parts::pilot_reported(SessionId session, Worker& worker, const PilotReport& report,
-                                        const Event& event) {
-  const Result<bool> chosen = pilots.report(worker, report, event);
-  if (!chosen.ok()) {
-    sessions.distrust(session, report.lease, chosen.status(), event);
-  } else if (*chosen) {
-    scheduler.serve(worker, event);
-    scheduler.serve_all(event);
-  }
-}
-
 bool Coordinator::is_full(const std::string& worker) const {
   return parts_->workers.is_full(worker);
 }
@@ -309,28 +208,6 @@ void Coordinator::ends_stored(std::span<const JobId> jobs) {
   }
 }
 
-std::vector<JobId> ends_in(std::span<const StoreOp> writes) {
-  std::vector<JobId> ended;
-  for (const StoreOp& op : writes) {
-    if (const auto* put = std::get_if<PutJob>(&op); put != nullptr && has_ended(put->record.state)) {
-      ended.push_back(put->record.id);
-    }
-  }
-  return ended;
-}
-
-std::vector<LeaseId> leases_granted(std::span<const Outgoing> messages) {
-  std::vector<LeaseId> leases;
-  for (const Outgoing& each : messages) {
-    if (const auto* grant = std::get_if<LeaseGrant>(&each.message)) {
-      leases.push_back(grant->lease);
-    } else if (const auto* pilot = std::get_if<PilotGrant>(&each.message)) {
-      leases.push_back(pilot->lease);
-    }
-  }
-  return leases;
-}
-
 // ---- films ----
 
 Result<bool> Coordinator::use_film(JobId id, Time now, Effects& effects) {
@@ -352,22 +229,6 @@ void Coordinator::film_read(JobId id, Result<StoredFilm> film, Time now, Effects
     event.warn(about(id), "the film of job {} cannot be read: {}", id.value, message_of(film.status()));
   }
   parts_->films.answered(id, job == nullptr ? not_found("there is no job {}", id.value) : film.status(), event);
-}
-
-void Coordinator::Parts::take_film(Job& job, StoredFilm film, const Event& event) {
-  const std::vector<NodeKey> missing = job.missing_from(film);
-  for (const NodeKey& key : missing) {
-    quarantine.drop_node(job, key.tile, key.range, event);
-  }
-  job.take_film(std::move(film));
-  if (!missing.empty()) {
-    event.warn(about(job.id()), "job {}: {} of its stored nodes {} damaged: {}", job.id().value, missing.size(),
-               missing.size() == 1 ? "was" : "were",
-               job.state() == JobState::done ? "they are rendered again" : "its picture lacks them");
-  }
-  life_cycle.film_loaded(job, missing.empty(), event);
-  queue.refresh(job);
-  scheduler.serve_all(event);
 }
 
 // ---- queries ----

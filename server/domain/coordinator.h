@@ -1,6 +1,6 @@
 // Coordinator without clock, threads, sockets or disk. It takes events with their time, and returns effects.
 //
-// Routes each event to the parts that own jobs, leases, workers and audits. coordinator.cpp has the order. Not
+// Routes each event to the parts that own jobs, leases, workers and audits. coordinator_parts.h has them. Not
 // thread-safe: the server calls it from one thread, the simulation from one seed. After a crash its state comes from
 // the store, and from what workers send again.
 #pragma once

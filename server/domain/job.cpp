@@ -230,10 +230,6 @@ FrameError Job::frame_error() const {
   return {record_.history.back().rel_mse, record_.history.back().half_width, true};
 }
 
-double Job::mean_samples() const {
-  return static_cast<double>(outline().pixel_samples()) / static_cast<double>(outline().grid().pixel_count());
-}
-
 // ---- class and method ----
 
 void Job::choose_method(const PilotReport& report, double seconds, const std::string& identity) {
@@ -261,12 +257,6 @@ void Job::lease_opened(const Lease& lease, Time now) {
   leases_.insert(lease.id);
   record_.counters.copies_leased += lease.copy ? lease.unit.tiles.size() : 0;
   lease_sent(now);
-}
-
-void Job::lease_waits() {
-  if (--leases_sent_ == 0) {
-    active_since_.reset();
-  }
 }
 
 void Job::lease_sent(Time now) {
@@ -381,10 +371,6 @@ bool Job::record_error(bool at_end) {
     record_.history.push_back({samples, record_.worker_seconds, frame.rel_mse, frame.half_width});
   }
   return known;
-}
-
-std::uint64_t Job::reserved_bytes() const {
-  return std::max(outline().bytes(), finished_bytes(spec()));
 }
 
 // ---- end ----

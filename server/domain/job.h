@@ -126,7 +126,11 @@ class Job {
   const std::set<LeaseId>& leases() const { return leases_; }
   void lease_opened(const Lease& lease, Time now);
   /// The grant waits for a commit. No worker renders it yet.
-  void lease_waits();
+  void lease_waits() {
+    if (--leases_sent_ == 0) {
+      active_since_.reset();
+    }
+  }
   void lease_sent(Time now);
   void lease_ended(const Lease& lease, bool lost, Time now);
   double active_seconds(Time now) const {
@@ -169,7 +173,7 @@ class Job {
   /// Smallest count that has all merged and leased samples; 0 if there are none.
   std::uint64_t samples_end() const;
   /// Most bytes of its film while it is active.
-  std::uint64_t reserved_bytes() const;
+  std::uint64_t reserved_bytes() const { return std::max(outline().bytes(), finished_bytes(spec())); }
   /// Whether a tile has samples beyond missing ones.
   bool has_gaps() const;
   /// Adds an error to its history at certain counts, or, `at_end`, at any higher count. If the film at the end has the
@@ -188,7 +192,9 @@ class Job {
 
  private:
   void make_plan(Time now);
-  double mean_samples() const;  ///< over the film's pixels
+  double mean_samples() const {  ///< over the film's pixels
+    return static_cast<double>(outline().pixel_samples()) / static_cast<double>(outline().grid().pixel_count());
+  }
 
   const CoordinatorLimits& limits_;
   JobRecord record_;

@@ -269,18 +269,6 @@ std::uint64_t JobPlan::out_end() const {
   return end;
 }
 
-std::uint32_t JobPlan::holders(TileId tile, SampleRange range) const {
-  const auto found = out_.find(tile);
-  if (found != out_.end()) {
-    for (const OutRange& each : found->second) {
-      if (each.range == range) {
-        return static_cast<std::uint32_t>(each.holders.size());
-      }
-    }
-  }
-  return 0;
-}
-
 void JobPlan::release(LeaseId lease, TileId tile, SampleRange range) {
   const auto found = out_.find(tile);
   if (found == out_.end()) {

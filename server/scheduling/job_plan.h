@@ -86,7 +86,6 @@ class JobPlan {
   std::uint64_t free_pixel_samples() const;
   bool nothing_out() const { return out_.empty(); }
   std::uint64_t out_pixel_samples() const { return out_pixel_samples_; }  ///< copies counted once
-  std::uint32_t holders(TileId tile, SampleRange range) const;
 
  private:
   struct OutRange {

@@ -100,6 +100,7 @@ std::string message_of(const QuarantineRecord& record) {
 // ---- messages to values ----
 
 const Status kNoMessage = data_loss("it is not a valid message");
+const Status kWrongChecksum = data_loss("its checksum is wrong");
 
 Status read_spec(std::string_view bytes, JobRecord& job) {
   v1::StoredSpec in;
@@ -164,10 +165,6 @@ Result<Action> read_action(std::uint64_t number, std::string_view bytes) {
                 in.message(), in.change()};
 }
 
-std::string damage_of(bool sound, const Status& status) {
-  return sound ? lightmill::message_of(status) : "its checksum is wrong";
-}
-
 }  // namespace
 
 std::int64_t checksum_of(Table table, const Key& key, std::string_view message) {
@@ -202,45 +199,40 @@ void StoredSpecs::keep() {
 
 std::vector<RowChange> changes_of(const StoreOp& op, StoredSpecs& specs) {
   std::vector<RowChange> changes;
-  std::visit(Overloaded{[&](const PutJob& put) {
-                          const JobRecord& job = put.record;
-                          const Key key{job.id.value};
-                          changes.push_back({Table::jobs, key, state_message(job)});
-                          if (specs.is_missing(job)) {
-                            specs.put(job);
-                            changes.push_back({Table::job_specs, key, spec_message(job)});
-                          }
-                          changes.push_back({Table::job_progress, key,
-                                             progress_message(job.active_seconds, job.worker_seconds, job.counters)});
-                        },
-                        [&](const PutProgress& put) {
-                          changes.push_back({Table::job_progress, Key{put.job.value},
-                                             progress_message(put.active_seconds, put.worker_seconds, put.counters)});
-                        },
-                        [&](const DeleteJobRows& drop) {
-                          specs.drop(drop.job);
-                          changes.push_back({Table::jobs, Key{drop.job.value}, std::nullopt});
-                        },
-                        [&](const PutToken& put) {
-                          changes.push_back({Table::tokens, Key{0, put.token.id}, message_of(put.token)});
-                        },
-                        [&](const DropToken& drop) {
-                          changes.push_back({Table::tokens, Key{0, drop.id}, std::nullopt});
-                        },
-                        [&](const PutAction& put) {
-                          changes.push_back({Table::actions, Key{put.action.number}, message_of(put.action)});
-                        },
-                        [&](const DropAction& drop) {
-                          changes.push_back({Table::actions, Key{drop.number}, std::nullopt});
-                        },
-                        [&](const PutQuarantine& put) {
-                          changes.push_back({Table::quarantine, Key{0, put.record.of.worker}, message_of(put.record)});
-                        },
-                        [&](const DropQuarantine& drop) {
-                          changes.push_back({Table::quarantine, Key{0, drop.worker}, std::nullopt});
-                        },
-                        [](const auto&) {}},
-             op);
+  const auto put = [&](Table table, Key key, std::string message) {
+    changes.push_back({table, std::move(key), std::move(message)});
+  };
+  const auto drop = [&](Table table, Key key) { changes.push_back({table, std::move(key), std::nullopt}); };
+  const auto put_progress = [&](JobId job, double active_seconds, double worker_seconds, const JobCounters& counters) {
+    put(Table::job_progress, {job.value}, progress_message(active_seconds, worker_seconds, counters));
+  };
+  std::visit(
+      Overloaded{[&](const PutJob& write) {
+                   const JobRecord& job = write.record;
+                   put(Table::jobs, {job.id.value}, state_message(job));
+                   if (specs.is_missing(job)) {
+                     specs.put(job);
+                     put(Table::job_specs, {job.id.value}, spec_message(job));
+                   }
+                   put_progress(job.id, job.active_seconds, job.worker_seconds, job.counters);
+                 },
+                 [&](const PutProgress& write) {
+                   put_progress(write.job, write.active_seconds, write.worker_seconds, write.counters);
+                 },
+                 [&](const DeleteJobRows& write) {
+                   specs.drop(write.job);
+                   drop(Table::jobs, {write.job.value});
+                 },
+                 [&](const PutToken& write) { put(Table::tokens, {.name = write.token.id}, message_of(write.token)); },
+                 [&](const DropToken& write) { drop(Table::tokens, {.name = write.id}); },
+                 [&](const PutAction& write) { put(Table::actions, {write.action.number}, message_of(write.action)); },
+                 [&](const DropAction& write) { drop(Table::actions, {write.number}); },
+                 [&](const PutQuarantine& write) {
+                   put(Table::quarantine, {.name = write.record.of.worker}, message_of(write.record));
+                 },
+                 [&](const DropQuarantine& write) { drop(Table::quarantine, {.name = write.worker}); },
+                 [](const auto&) {}},
+      op);
   return changes;
 }
 
@@ -322,16 +314,16 @@ void StateReader::take_job(JobId job, std::string_view message, bool sound) {
   places_[job] = state_.jobs.size();
   JobRecord& record = state_.jobs.emplace_back().record;
   record.id = job;
-  if (const Status status = sound ? read_state(message, record) : kNoMessage; !status.ok()) {
-    mark_damaged(job, damage_of(sound, status));
+  if (const Status status = sound ? read_state(message, record) : kWrongChecksum; !status.ok()) {
+    mark_damaged(job, lightmill::message_of(status));
   }
 }
 
 void StateReader::take_spec(JobId job, std::string_view message, bool sound) {
   if (JobRecord* const record = find(job)) {
     has_spec_[job] = true;
-    if (const Status status = sound ? read_spec(message, *record) : kNoMessage; !status.ok()) {
-      mark_damaged(job, damage_of(sound, status));
+    if (const Status status = sound ? read_spec(message, *record) : kWrongChecksum; !status.ok()) {
+      mark_damaged(job, lightmill::message_of(status));
     }
   }
 }
@@ -348,22 +340,22 @@ void StateReader::take_progress(JobId job, std::string_view message, bool sound)
 }
 
 void StateReader::take_token(const std::string& id, std::string_view message, bool sound) {
-  Result<TokenRecord> token = sound ? read_token(id, message) : kNoMessage;
+  Result<TokenRecord> token = sound ? read_token(id, message) : kWrongChecksum;
   if (token.ok()) {
     state_.tokens.push_back(*std::move(token));
     return;
   }
-  report(fmt::format("token {} is no longer valid: {}", printable(id, true), damage_of(sound, token.status())));
+  report(fmt::format("token {} is no longer valid: {}", printable(id, true), lightmill::message_of(token.status())));
   repairs_.push_back(DropToken{id});
 }
 
 void StateReader::take_action(std::uint64_t number, std::string_view message, bool sound) {
-  Result<Action> action = sound ? read_action(number, message) : kNoMessage;
+  Result<Action> action = sound ? read_action(number, message) : kWrongChecksum;
   if (action.ok()) {
     state_.actions.push_back(*std::move(action));
     return;
   }
-  report(fmt::format("entry {} of the log is removed: {}", number, damage_of(sound, action.status())));
+  report(fmt::format("entry {} of the log is removed: {}", number, lightmill::message_of(action.status())));
   repairs_.push_back(DropAction{number});
 }
 

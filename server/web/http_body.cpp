@@ -4,7 +4,6 @@
 #include <boost/beast/core/string.hpp>
 #include <boost/beast/http/read.hpp>
 
-#include <string_view>
 #include <utility>
 
 #include "common/base/text.h"
@@ -19,9 +18,9 @@ Status check_framing(const RequestHead& request) {
   if (request.count(http::field::host) > 1 || (request.version() >= 11 && request.count(http::field::host) == 0)) {
     return invalid_argument("Host: a request has exactly one, this one has {}", request.count(http::field::host));
   }
-  if (const auto host = request[http::field::host];
-      request.count(http::field::host) > 0 && !is_host({host.data(), host.size()})) {
-    return invalid_argument("Host: '{}' is not HOST or HOST:PORT", printable({host.data(), host.size()}));
+  if (const std::string_view host = as_std(request[http::field::host]);
+      request.count(http::field::host) > 0 && !is_host(host)) {
+    return invalid_argument("Host: '{}' is not HOST or HOST:PORT", printable(host));
   }
   if (request.count(http::field::content_length) > 1) {
     return invalid_argument("Content-Length: a request has at most one, this one has {}",

@@ -8,6 +8,7 @@
 
 #include <chrono>
 #include <functional>
+#include <string_view>
 
 #include "common/base/status.h"
 #include "server/web/web_stream.h"
@@ -26,6 +27,10 @@ inline constexpr auto kRequestTimeout = std::chrono::seconds(30);
 inline constexpr std::uint64_t kLeastBytesPerSecondSent = std::uint64_t{128} << 10;
 inline std::chrono::seconds body_timeout(std::uint64_t bytes) {
   return kRequestTimeout + std::chrono::seconds(bytes / kLeastBytesPerSecondSent);
+}
+
+inline std::string_view as_std(boost::beast::string_view text) {
+  return {text.data(), text.size()};
 }
 
 /// INVALID_ARGUMENT if a proxy in front of this server could read another host or another end of the body from the head

@@ -1,19 +1,16 @@
 // HTTP requests of one connection: the page's files, the API, and the upgrade to a WebSocket.
 
-#include <boost/asio/write.hpp>
-#include <boost/beast/core/buffers_to_string.hpp>
 #include <boost/beast/core/detect_ssl.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/http/span_body.hpp>
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
 
-#include <array>
 #include <limits>
 
 #include "common/base/text.h"
 #include "server/runtime/stream_slots.h"
 #include "server/web/asset_upload.h"
+#include "server/web/http_response.h"
 #include "server/web/live_session.h"
 #include "server/web/metrics.h"
 #include "server/web/web_parts.h"
@@ -21,7 +18,6 @@
 namespace lightmill {
 namespace {
 
-namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
@@ -33,8 +29,6 @@ constexpr std::uint64_t kMostBodyBytes = 16 << 10;
 constexpr auto kTlsPatience = std::chrono::seconds(5);
 /// Step in which a body reserves memory for large bodies.
 constexpr std::uint64_t kHeldAtOnce = 1 << 20;
-/// A connection that reads a large file more slowly is closed.
-constexpr std::size_t kLeastBytesPerSecond = 1 << 20;
 /// Limits for reading a refused body.
 constexpr std::size_t kMostThrownAway = std::size_t{64} << 20;
 constexpr auto kThrowAwayPatience = std::chrono::seconds(10);
@@ -42,22 +36,6 @@ constexpr std::string_view kApi = "/api/v1/";
 constexpr std::string_view kAssets = "/api/v1/assets/";
 constexpr std::string_view kJson = "application/json", kBytes = "application/octet-stream";
 constexpr std::string_view kLive = "/api/v1/live";
-/// Allows only the page's own files, no inline code, and no frames.
-constexpr std::string_view kContentPolicy =
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-/// For a year, browsers use only https:// for this host.
-constexpr std::string_view kAlwaysEncrypted = "max-age=31536000";
-
-std::string_view as_std(beast::string_view text) {
-  return {text.data(), text.size()};
-}
-beast::string_view as_beast(std::string_view text) {
-  return {text.data(), text.size()};
-}
-
-/// Does not own its body, so files are not copied.
-using Response = http::response<http::span_body<const char>>;
 
 RequestOrigin origin_of(const RequestHead& request) {
   return {as_std(request[http::field::host]), as_std(request[http::field::origin]), as_std(request["Sec-Fetch-Site"])};
@@ -95,18 +73,12 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     read();
   }
   void point_to_https() {
-    const std::string_view host = as_std(request_[http::field::host]);
-    if (const Status status = check_rules(false, ""); !status.ok() || host.empty()) {
+    if (const Status status = check_rules(false, ""); !status.ok() || request_[http::field::host].empty()) {
       return refuse_rest(error_reply(status.ok() ? invalid_argument("use https://") : status));
     }
-    Response response = response_of(http::status::temporary_redirect);
-    response.keep_alive(false);
+    request_.keep_alive(false);
     body_read_ = head_->is_done();  // there is no body
-    const std::string_view target = as_std(request_.target());
-    response.set(http::field::location, fmt::format("https://{}{}", host, target.starts_with('/') ? target : "/"));
-    set_body(response, "text/plain; charset=utf-8",
-             shared("this address accepts only encrypted connections: use https://\n"));
-    write(std::move(response));
+    responder_.send_to_https(request_, when_sent());
   }
   void read() {
     head_.emplace();
@@ -321,101 +293,25 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   }
 
   void send_page(std::string_view path) {
-    const PageFile* const file = parts_.pages.find(path);
     if (request_.method() != http::verb::get && request_.method() != http::verb::head) {
       return answer(error_reply(make_error(StatusCode::kUnimplemented, "pages must be requested with GET")));
     }
-    if (file == nullptr) {
-      return write_missing_page(path);
-    }
-    const bool same = as_std(request_[http::field::if_none_match]) == file->etag;
-    Response response = response_of(same ? http::status::not_modified : http::status::ok);
-    response.set(http::field::etag, as_beast(file->etag));
-    response.set(http::field::vary, "Accept-Encoding");
-    response.set(http::field::cache_control, file->immutable ? "public, max-age=31536000, immutable" : "no-cache");
-    const bool packed =
-        file->gzip != nullptr && as_std(request_[http::field::accept_encoding]).find("gzip") != std::string_view::npos;
-    if (packed) {
-      response.set(http::field::content_encoding, "gzip");
-    }
-    set_body(response, file->content_type, same ? shared("") : packed ? file->gzip : file->bytes);
-    write(std::move(response));
-  }
-
-  /// "/docs/" leads to "/docs", where the links of that page fit. The location is relative, because a proxy may serve the
-  /// page below a folder.
-  void write_missing_page(std::string_view path) {
-    const std::string_view page = path.substr(0, std::max<std::size_t>(path.size(), 1) - 1);
-    const bool slash = path.ends_with('/') && parts_.pages.find(page) != nullptr;
-    Response response = response_of(slash ? http::status::permanent_redirect : http::status::not_found);
-    if (slash) {
-      response.set(http::field::location, fmt::format("..{}", page.substr(page.rfind('/'))));
-    }
-    set_body(response, "text/plain; charset=utf-8", shared(fmt::format("there is no {}\n", printable(path))));
-    write(std::move(response));
+    responder_.send_page(request_, parts_.pages, path, when_sent());
   }
 
   void answer(const ApiReply& reply) {
-    Response response = response_of(static_cast<http::status>(reply.status));
-    response.set(http::field::cache_control, "no-store");
-    if (reply.status == static_cast<unsigned>(http::status::unauthorized)) {
-      response.set(http::field::www_authenticate, "Bearer");
-    }
-    if (!reply.set_cookie.empty()) {
-      response.set(http::field::set_cookie, as_beast(reply.set_cookie));
-    }
-    if (!reply.file_name.empty()) {
-      response.set(http::field::content_disposition, fmt::format("attachment; filename=\"{}\"", reply.file_name));
-    }
-    set_body(response, reply.content_type, reply.file == nullptr ? shared(reply.body) : reply.file);
-    parts_.traffic.answers_out += body_->size();
-    write(std::move(response));
+    parts_.traffic.answers_out += reply.file == nullptr ? reply.body.size() : reply.file->size();
+    responder_.send_reply(request_, reply, when_sent());
   }
 
-  Response response_of(http::status status) const {
-    Response response(status, request_.version());
-    response.keep_alive(request_.keep_alive());
-    response.set("Content-Security-Policy", as_beast(kContentPolicy));
-    if (stream_.encrypted()) {
-      response.set("Strict-Transport-Security", as_beast(kAlwaysEncrypted));
-    }
-    response.set("X-Content-Type-Options", "nosniff");
-    response.set("X-Frame-Options", "DENY");
-    response.set("Referrer-Policy", "no-referrer");
-    response.set("Cross-Origin-Opener-Policy", "same-origin");
-    response.set("Cross-Origin-Resource-Policy", "same-origin");
-    return response;
-  }
-  static SharedBytes shared(std::string text) { return std::make_shared<const std::string>(std::move(text)); }
-  void set_body(Response& response, std::string_view type, SharedBytes body) {
-    body_ = std::move(body);
-    response.set(http::field::content_type, as_beast(type));
-    response.body() = {body_->data(), body_->size()};
-    response.prepare_payload();
-  }
-  void write(Response response) {
-    // A reply to HEAD has the length of the body, but no body.
-    const bool head = request_.method() == http::verb::head;
-    response_ = std::move(response);
-    if (head) {
-      response_.body() = {};
-    }
-    response_head_ = beast::buffers_to_string(
-        Response::fields_type::writer(response_, response_.version(), response_.result_int()).get());
-    stream_.tcp().expires_after(kRequestTimeout + std::chrono::seconds(response_.body().size() / kLeastBytesPerSecond));
-    const std::array<asio::const_buffer, 2> parts{asio::buffer(response_head_),
-                                                  asio::buffer(response_.body().data(), response_.body().size())};
-    asio::async_write(stream_, parts, [self = shared_from_this()](error_code error, std::size_t) {
-      self->body_ = nullptr;
-      if (error) {
-        return;
-      }
-      if (self->response_.keep_alive()) {
+  HttpResponder::Sent when_sent() {
+    return [self = shared_from_this()](bool keep_alive) {
+      if (keep_alive) {
         return self->read();
       }
       self->stream_.tcp().expires_after(kThrowAwayPatience);
       self->throw_away(kMostThrownAway);
-    });
+    };
   }
   /// Reads the rest of the request for a while. If the connection closed while the client sends, the client might not
   /// see the reply.
@@ -432,6 +328,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
 
   WebParts& parts_;
   WebStream stream_;
+  HttpResponder responder_{stream_};
   const std::string peer_;  ///< ADDRESS:PORT
   beast::flat_buffer buffer_{kMostHeaderBytes + kMostBodyBytes};
   std::optional<HeadParser> head_;
@@ -442,10 +339,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   std::uint64_t held_bytes_ = 0;         ///< of its body: bytes that may arrive before the next reservation
   ByteBudget::Reservation reservation_;  ///< of its body, if it is large
   std::optional<Call> call_;             ///< if it was admitted before its body arrived, as with large bodies
-  SharedBytes body_;                     ///< of the response
-  Response response_;
-  std::string response_head_;  ///< as sent
-  bool to_https_ = false;      ///< an unencrypted request to an encrypted server
+  bool to_https_ = false;                ///< an unencrypted request to an encrypted server
 };
 
 }  // namespace

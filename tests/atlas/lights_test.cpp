@@ -1,8 +1,8 @@
 // The failure atlas for lights: shrinking, many, at and in surfaces, grazing, and environments of one bright pixel.
-#include "common/image/read/read_image.h"
 #include "tests/analytic/meter_text.h"
 #include "tests/atlas/atlas.h"
 #include "tests/atlas/cases/light_scenes.h"
+#include "tests/support/read_image.h"
 
 namespace lightmill::test {
 namespace {

@@ -1,8 +1,8 @@
 // The failure atlas for textures: odd sizes, seams, coordinates outside the image, huge coordinates, and invalid
 // images, each with its right outcome.
 #include "common/image/exr.h"
-#include "common/image/read/read_image.h"
 #include "tests/atlas/atlas.h"
+#include "tests/support/read_image.h"
 
 namespace lightmill::test {
 namespace {

@@ -11,10 +11,10 @@
 #include <cstdio>
 #include <thread>
 
-#include "common/image/read/read_image.h"
 #include "common/methods/factories.h"
 #include "tests/bench/measure.h"
 #include "tests/support/places.h"
+#include "tests/support/read_image.h"
 #include "tests/support/render_document.h"
 
 namespace {

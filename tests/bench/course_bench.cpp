@@ -12,12 +12,12 @@
 #include <numeric>
 
 #include "common/base/check.h"
-#include "common/image/read/read_image.h"
 #include "common/methods/method.h"
 #include "common/scene/mesh.h"
 #include "common/scene_io/load.h"
 #include "tests/bench/measure.h"
 #include "tests/support/places.h"
+#include "tests/support/read_image.h"
 
 namespace {
 

@@ -9,8 +9,8 @@
 #include "common/image/decoder/decoder_process.h"
 #include "common/image/exr.h"
 #include "common/image/png.h"
-#include "common/image/read/read_image.h"
 #include "tests/support/places.h"
+#include "tests/support/read_image.h"
 
 namespace {
 

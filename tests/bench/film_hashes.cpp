@@ -6,10 +6,10 @@
 #include <cstdio>
 
 #include "common/base/digest.h"
-#include "common/image/read/read_image.h"
 #include "common/methods/fingerprint.h"
 #include "common/methods/spec/method_spec.h"
 #include "tests/atlas/cases/atlas_case.h"
+#include "tests/support/read_image.h"
 
 namespace {
 

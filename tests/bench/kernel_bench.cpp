@@ -6,10 +6,10 @@
 #include <cstdio>
 
 #include "common/base/digest.h"
-#include "common/image/read/read_image.h"
 #include "tests/bench/embree_share.h"
 #include "tests/bench/measure.h"
 #include "tests/support/places.h"
+#include "tests/support/read_image.h"
 #include "tests/support/render_document.h"
 
 namespace {

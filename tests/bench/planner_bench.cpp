@@ -13,7 +13,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include "common/image/read/read_image.h"
 #include "common/methods/method.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/counted_cost.h"
@@ -22,6 +21,7 @@
 #include "common/scene_io/load.h"
 #include "tests/bench/measure.h"
 #include "tests/support/places.h"
+#include "tests/support/read_image.h"
 
 namespace {
 

@@ -11,9 +11,9 @@
 #include "common/film/reconstruct.h"
 #include "common/image/color.h"
 #include "common/image/png.h"
-#include "common/image/read/read_image.h"
 #include "tests/bench/measure.h"
 #include "tests/support/places.h"
+#include "tests/support/read_image.h"
 #include "tests/support/render_document.h"
 
 namespace {

@@ -10,11 +10,11 @@
 
 #include "common/image/exr.h"
 #include "common/image/png.h"
-#include "common/image/read/read_image.h"
 #include "common/scene/compiled/compiled_scene.h"
 #include "common/scene/compiled/scene_memory.h"
 #include "common/scene/mesh.h"
 #include "common/scene_io/load.h"
+#include "tests/support/read_image.h"
 
 namespace {
 

@@ -8,12 +8,12 @@
 #include "common/image/exr.h"
 #include "common/image/film_picture.h"
 #include "common/image/png.h"
-#include "common/image/read/read_image.h"
 #include "common/lights/ies_profile.h"
 #include "common/security/certificate.h"
 #include "common/security/openssl_handles.h"
 #include "common/security/roles.h"
 #include "common/security/token.h"
+#include "tests/support/read_image.h"
 
 namespace lightmill::fuzz {
 namespace {

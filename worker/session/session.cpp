@@ -1,8 +1,6 @@
 // Leases, jobs, tiles and results of the worker's session.
 #include "worker/session/session.h"
 
-#include <algorithm>
-
 #include "common/base/check.h"
 #include "common/base/overloaded.h"
 
@@ -39,8 +37,7 @@ void Session::message(const CoordinatorMessage& message, Time now, SessionAction
 }
 
 void Session::describe_job(const JobDescription& description, SessionActions& actions) {
-  const auto found = jobs_.find(description.job);
-  if (found != jobs_.end()) {
+  if (const auto found = jobs_.find(description.job); found != jobs_.end()) {
     if (found->second.description->render_digest == description.render_digest) {
       return;
     }
@@ -66,8 +63,7 @@ void Session::grant_lease(const LeaseGrant& grant, SessionActions& actions) {
   }
   const auto job = jobs_.find(grant.unit.job);
   if (draining_ || job == jobs_.end() || leases_.size() >= config_.max_leases) {
-    send(WorkerReturn{grant.lease}, actions);
-    return;
+    return send(WorkerReturn{grant.lease}, actions);
   }
   ++job->second.leases;
   Lease& lease = leases_[grant.lease];
@@ -125,8 +121,7 @@ void Session::grant_pilot(const PilotGrant& grant, SessionActions& actions) {
     return;
   }
   if (draining_ || pilots_.size() >= config_.max_leases) {
-    send(WorkerReturn{grant.lease}, actions);
-    return;
+    return send(WorkerReturn{grant.lease}, actions);
   }
   Pilot& pilot = pilots_[grant.lease];
   pilot.grant = std::make_shared<const PilotGrant>(grant);
@@ -149,19 +144,15 @@ void Session::pilot_done(PilotReport report, Time now, SessionActions& actions) 
   advance(actions);
 }
 
-void Session::pilot_failed(LeaseId lease, const JobRefusal& refused, Time now, SessionActions& actions) {
-  (void)now;
-  const auto found = pilots_.find(lease);
-  if (exited_ || found == pilots_.end()) {
-    return;
+void Session::pilot_failed(LeaseId lease, const JobRefusal& refused, Time, SessionActions& actions) {
+  if (const auto found = pilots_.find(lease); !exited_ && found != pilots_.end()) {
+    send(WorkerRefusal{found->second.grant->job, refused.reason, refused.own_limits}, actions);
+    pilots_.erase(found);
+    advance(actions);
   }
-  send(WorkerRefusal{found->second.grant->job, refused.reason, refused.own_limits}, actions);
-  pilots_.erase(found);
-  advance(actions);
 }
 
-void Session::pilot_unavailable(LeaseId lease, Time now, SessionActions& actions) {
-  (void)actions;
+void Session::pilot_unavailable(LeaseId lease, Time now, SessionActions&) {
   if (const auto found = pilots_.find(lease); found != pilots_.end()) {
     found->second.retry = now + config_.prepare_retry;
   }
@@ -193,36 +184,34 @@ void Session::inspection_done(InspectReport report, SessionActions& actions) {
 
 // ---- jobs ----
 
-void Session::job_ready(JobId id, Time now, SessionActions& actions) {
-  (void)now;
+Session::Job* Session::preparing_job(JobId id) {
   const auto found = jobs_.find(id);
-  if (exited_ || found == jobs_.end() || found->second.state != Job::State::preparing) {
-    return;
+  const bool preparing = !exited_ && found != jobs_.end() && found->second.state == Job::State::preparing;
+  return preparing ? &found->second : nullptr;
+}
+
+void Session::job_ready(JobId id, Time, SessionActions& actions) {
+  if (Job* const job = preparing_job(id)) {
+    job->state = Job::State::ready;
+    forget_job_if_idle(id, actions);
+    advance(actions);
   }
-  found->second.state = Job::State::ready;
-  forget_job_if_idle(id, actions);
-  advance(actions);
 }
 
 void Session::job_unavailable(JobId id, Time now, SessionActions& actions) {
-  const auto found = jobs_.find(id);
-  if (exited_ || found == jobs_.end() || found->second.state != Job::State::preparing) {
-    return;
+  if (Job* const job = preparing_job(id)) {
+    job->state = Job::State::unavailable;
+    job->retry = now + config_.prepare_retry;
+    forget_job_if_idle(id, actions);
+    advance(actions);
   }
-  found->second.state = Job::State::unavailable;
-  found->second.retry = now + config_.prepare_retry;
-  forget_job_if_idle(id, actions);
-  advance(actions);
 }
 
-void Session::job_failed(JobId id, const JobRefusal& refused, Time now, SessionActions& actions) {
-  (void)now;
-  const auto found = jobs_.find(id);
-  if (exited_ || found == jobs_.end() || found->second.state != Job::State::preparing) {
-    return;
+void Session::job_failed(JobId id, const JobRefusal& refused, Time, SessionActions& actions) {
+  if (preparing_job(id) != nullptr) {
+    refuse(id, refused, actions);
+    advance(actions);
   }
-  refuse(id, refused, actions);
-  advance(actions);
 }
 
 void Session::refuse(JobId id, const JobRefusal& refused, SessionActions& actions) {
@@ -308,8 +297,7 @@ bool Session::hand_out(LeaseId id, Lease& lease, SessionActions& actions) {
          result_bytes_ < config_.unacknowledged_bytes) {
     const TileId tile = lease.queued.front();
     lease.queued.pop_front();
-    // may be rendered already, for an earlier lease
-    if (!results_.contains({lease.unit.job, tile, lease.unit.range})) {
+    if (!results_.contains({lease.unit.job, tile, lease.unit.range})) {  // rendered for an earlier lease
       render(lease, id, tile, actions);
     }
   }
@@ -347,26 +335,25 @@ void Session::tile_rendered(RenderedTile tile, Time now, SessionActions& actions
   }
   const Rendering rendering = found->second;
   rendering_.erase(found);
-  if (!rendering.wanted) {
-    extend_drain(now);
-    advance(actions);
-    return;
+  if (rendering.wanted) {
+    rendering_ticket_.erase(rendering.key);
+    if (tile.lacks.empty()) {
+      take_result(rendering, std::move(tile), now, actions);
+    } else {
+      refuse(rendering.key.job, {std::move(tile.lacks), true}, actions);
+    }
   }
-  rendering_ticket_.erase(rendering.key);
-  if (!tile.lacks.empty()) {
-    refuse(rendering.key.job, {std::move(tile.lacks), true}, actions);
-    extend_drain(now);
-    advance(actions);
-    return;
-  }
+  extend_drain(now);
+  advance(actions);
+}
+
+void Session::take_result(const Rendering& rendering, RenderedTile tile, Time now, SessionActions& actions) {
   ++tiles_rendered_;
   const Duration took = from_seconds(tile.seconds);
   longest_tile_ = took > longest_tile_ ? took : longest_tile_ + (took - longest_tile_) / 16;
-  extend_drain(now);
   const auto at = leases_.find(rendering.lease);
   if (at == leases_.end()) {
-    advance(actions);  // its lease is gone
-    return;
+    return;  // its lease is gone
   }
   const NodeKey key = rendering.key;
   Lease& lease = at->second;
@@ -384,7 +371,6 @@ void Session::tile_rendered(RenderedTile tile, Time now, SessionActions& actions
   }
   result_bytes_ += result.bytes;
   results_[key] = std::move(result);
-  advance(actions);
 }
 
 void Session::at_work(std::uint64_t ticket, double cpu_seconds) {

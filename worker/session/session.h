@@ -242,6 +242,7 @@ class Session {
   /// Whether no tile of the lease waits for a thread any more.
   bool hand_out(LeaseId id, Lease& lease, SessionActions& actions);
   void render(Lease& lease, LeaseId id, TileId tile, SessionActions& actions);
+  void take_result(const Rendering& rendering, RenderedTile tile, Time now, SessionActions& actions);
   /// Stops the current tiles for which `unwanted` is true.
   void stop_tiles(const std::function<bool(const Rendering&)>& unwanted, SessionActions& actions);
   void erase_lease(LeaseId lease, SessionActions& actions);
@@ -249,6 +250,7 @@ class Session {
   void erase_leases_of(JobId job, SessionActions& actions);
   /// Drops the job, and tells the coordinator why.
   void refuse(JobId job, const JobRefusal& refused, SessionActions& actions);
+  Job* preparing_job(JobId job);  ///< null unless it is being prepared
   void forget_job(JobId job, SessionActions& actions);
   void forget_job_if_idle(JobId job, SessionActions& actions);
   void exit(const std::string& reason, bool failed, SessionActions& actions);

@@ -210,11 +210,8 @@ void add_job_commands(CLI::App& app, Context& context) {
                                  ->capture_default_str();
   jobs->add_flag("--all", list->all, "list all jobs")->excludes(limit);
   add_common_options(*jobs, context);
-  jobs->callback([&context, list] {
-    context.run = [&context, list](const Console& console) {
-      return with_farm(console, context.common,
-                       [&](CoordinatorClient& connection) { return list_jobs(connection, console, *list); });
-    };
+  ask_farm(*jobs, context, [list](CoordinatorClient& connection, const Console& console) {
+    return list_jobs(connection, console, *list);
   });
 
   const auto add = [&](const char* name, const char* about, const JobCall& call) {

@@ -259,10 +259,7 @@ void add_lab_command(CLI::App& app, Context& context) {
   command->add_option("-o,--output", options->folder, "folder for results and report; made if needed")
       ->required()
       ->type_name("DIR");
-  command->add_flag("--local", options->local, "use a local farm, even if another one answers");
-  command->add_option("--threads", options->threads, "threads of a local farm (default: one per core)")
-      ->type_name("N")
-      ->check(whole_number(1, 4096));
+  add_local_farm_options(*command, options->local, options->threads);
   add_common_options(*command, context);
   command->callback([&context, options] {
     context.run = [&context, options](const Console& console) { return run_lab(context, console, *options); };

@@ -109,11 +109,8 @@ void add_log_command(CLI::App& app, Context& context) {
       ->type_name("N")
       ->check(whole_number(1, kMostLast))
       ->capture_default_str();
-  command->callback([&context, options] {
-    context.run = [&context, options](const Console& console) {
-      return with_farm(console, context.common,
-                       [&](CoordinatorClient& connection) { return show_log(connection, console, *options); });
-    };
+  ask_farm(*command, context, [options](CoordinatorClient& connection, const Console& console) {
+    return show_log(connection, console, *options);
   });
 }
 

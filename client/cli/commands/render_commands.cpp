@@ -162,10 +162,7 @@ void add_render_commands(CLI::App& app, Context& context) {
   render_command->footer(kRenderMore);
   add_render_options(*render_command, options->render);
   add_picture_options(*render_command, options->picture);
-  render_command->add_flag("--local", options->local, "use a local farm, even if another one answers");
-  render_command->add_option("--threads", options->threads, "threads of a local farm (default: one per core)")
-      ->type_name("N")
-      ->check(whole_number(1, 4096));
+  add_local_farm_options(*render_command, options->local, options->threads);
   add_common_options(*render_command, context);
   add_openjd_option(*render_command, context);
   render_command->callback([&context, options] {

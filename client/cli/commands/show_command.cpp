@@ -157,11 +157,8 @@ void add_show_command(CLI::App& app, Context& context) {
           ""));
   command->add_flag("--verbose", options->verbose, "also show counts of results, the render digest, and the trace id");
   add_common_options(*command, context);
-  command->callback([&context, options] {
-    context.run = [&context, options](const Console& console) {
-      return with_farm(console, context.common,
-                       [&](CoordinatorClient& connection) { return show_job(connection, console, *options); });
-    };
+  ask_farm(*command, context, [options](CoordinatorClient& connection, const Console& console) {
+    return show_job(connection, console, *options);
   });
 }
 

@@ -153,20 +153,6 @@ Status revoke(CoordinatorClient& connection, const Console& console, const Token
   return ok_status();
 }
 
-void run_it(CLI::App* command, Context& context,
-            const std::function<Status(CoordinatorClient&, const Console&)>& action) {
-  add_common_options(*command, context);
-  command->callback([&context, command, action] {
-    if (!command->get_subcommands().empty()) {
-      return;  // the subcommand's callback has run
-    }
-    context.run = [&context, action](const Console& console) {
-      return with_farm(console, context.common,
-                       [&](CoordinatorClient& connection) { return action(connection, console); });
-    };
-  });
-}
-
 }  // namespace
 
 void add_token_commands(CLI::App& app, Context& context) {
@@ -175,7 +161,8 @@ void add_token_commands(CLI::App& app, Context& context) {
       app.add_subcommand("tokens", "List, make or revoke tokens, for users and workers without a certificate.");
   tokens->require_subcommand(0, 1);
   tokens->footer("Needs the role admin. `lightmill help access` says how programs show a token.");
-  run_it(tokens, context, list);
+  add_common_options(*tokens, context);
+  ask_farm(*tokens, context, list);
 
   CLI::App* made = tokens->add_subcommand("create", "Make a token, and print it once.");
   made->add_option("NAME", options->name, "name of the user or worker, the owner of jobs submitted with it")
@@ -202,7 +189,8 @@ void add_token_commands(CLI::App& app, Context& context) {
       ->needs("--enrol");
   made->add_option("--out", options->out, "write it to this file, readable only by its owner, instead of printing it")
       ->type_name("FILE");
-  run_it(made, context, [options](CoordinatorClient& connection, const Console& console) {
+  add_common_options(*made, context);
+  ask_farm(*made, context, [options](CoordinatorClient& connection, const Console& console) {
     return create(connection, console, *options);
   });
 
@@ -210,7 +198,8 @@ void add_token_commands(CLI::App& app, Context& context) {
   revoked->add_option("ID", options->id, "its id, as `tokens` prints it")->required();
   revoked->add_flag("--enrolled", options->enrolled,
                     "also revoke the tokens of all workers that it enrolled; the token itself may be revoked already");
-  run_it(revoked, context, [options](CoordinatorClient& connection, const Console& console) {
+  add_common_options(*revoked, context);
+  ask_farm(*revoked, context, [options](CoordinatorClient& connection, const Console& console) {
     return revoke(connection, console, *options);
   });
 }

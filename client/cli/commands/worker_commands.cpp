@@ -86,26 +86,16 @@ void add_worker_commands(CLI::App& app, Context& context) {
   const auto wanted = std::make_shared<bool>(false);
   workers->add_flag("--wanted", *wanted, "print only how many workers the farm could use now, for autoscalers");
   add_common_options(*workers, context);
-  workers->callback([&context, workers, wanted] {
-    if (!workers->get_subcommands().empty()) {
-      return;  // the subcommand's callback has run
-    }
-    context.run = [&context, wanted](const Console& console) {
-      return with_farm(console, context.common, [&](CoordinatorClient& connection) {
-        return list_workers(connection, console, context.common.server_words(), *wanted);
-      });
-    };
+  ask_farm(*workers, context, [&context, wanted](CoordinatorClient& connection, const Console& console) {
+    return list_workers(connection, console, context.common.server_words(), *wanted);
   });
 
   const auto name = std::make_shared<std::string>();
   CLI::App* drain = workers->add_subcommand("drain", "Let a worker finish its units and leave.");
   drain->add_option("NAME", *name, "the worker's name, as `workers` prints it")->required();
   add_common_options(*drain, context);
-  drain->callback([&context, name] {
-    context.run = [&context, name](const Console& console) {
-      return with_farm(console, context.common,
-                       [&](CoordinatorClient& connection) { return drain_worker(connection, console, *name); });
-    };
+  ask_farm(*drain, context, [name](CoordinatorClient& connection, const Console& console) {
+    return drain_worker(connection, console, *name);
   });
 
   const auto suspect = std::make_shared<v1::QuarantineWorkerRequest>();
@@ -119,22 +109,16 @@ void add_worker_commands(CLI::App& app, Context& context) {
       "--render-again", [suspect](std::int64_t) { suspect->set_render_again(true); },
       "also remove their results from all pictures, and render them again, also of done jobs");
   add_common_options(*quarantine, context);
-  quarantine->callback([&context, suspect] {
-    context.run = [&context, suspect](const Console& console) {
-      return with_farm(console, context.common,
-                       [&](CoordinatorClient& connection) { return quarantine_worker(connection, console, *suspect); });
-    };
+  ask_farm(*quarantine, context, [suspect](CoordinatorClient& connection, const Console& console) {
+    return quarantine_worker(connection, console, *suspect);
   });
 
   CLI::App* release =
       workers->add_subcommand("release", "Release a worker and all others of its identity from quarantine.");
   release->add_option("NAME", *name, "the worker's name, as `workers` prints it")->required();
   add_common_options(*release, context);
-  release->callback([&context, name] {
-    context.run = [&context, name](const Console& console) {
-      return with_farm(console, context.common,
-                       [&](CoordinatorClient& connection) { return release_worker(connection, console, *name); });
-    };
+  ask_farm(*release, context, [name](CoordinatorClient& connection, const Console& console) {
+    return release_worker(connection, console, *name);
   });
 }
 

@@ -44,7 +44,11 @@ class DecoderProcess {
   void set_stop(std::stop_token stop) { stop_ = std::move(stop); }
   /// Size as in the file's header.
   Result<ImageSize> size(ByteView bytes, const std::string& name);
-  /// Result as of read_image_within (image/read/read_image.h). Pixels are received while the next ones are decoded.
+  /// Decodes the bytes of an image file. `name` is only for messages, which begin with it. Files with 8 bits per
+  /// channel give bytes, others floats. 8- and 16-bit integers count as encoded, floats as linear. Colours are not
+  /// multiplied by alpha. What headers say about pixels is applied (OpenedImage). Of several images or mip levels, the
+  /// first is read. Fails for files that are no image, for more than `max_pixels` and for values that are not finite.
+  /// Pixels are received while the next ones are decoded.
   Result<Texels> decode(ByteView bytes, const std::string& name, std::int64_t max_pixels = kMaxTexturePixels);
 
   /// Id of the running process; 0 if there is none.

@@ -1,6 +1,5 @@
 #include "server/store/postgres/postgres_assets.h"
 
-#include <cstring>
 #include <map>
 #include <optional>
 #include <vector>
@@ -60,6 +59,7 @@ class Borrowed {
   Borrowed& operator=(const Borrowed&) = delete;
   const std::string& last_state() const { return session_->last_state(); }
 
+  Status run(const char* sql, const Parameters& parameters) { return query(sql, parameters).status(); }
   /// Reconnects if the connection has died since its last use.
   Result<Rows> query(const char* sql, const Parameters& parameters) {
     const bool was_connected = session_->connected();
@@ -108,7 +108,11 @@ class PostgresAssets final : public AssetStore {
  private:
   friend class PostgresUpload;
   Result<Entry> find(const Sha256& digest) const;
-  Status remove(Borrowed& session, const Entry& entry) const;
+  /// Removes the rows of an asset.
+  Status remove(Borrowed& session, std::uint64_t id) const {
+    return session.run("WITH own AS MATERIALIZED (SELECT fence($1)) DELETE FROM assets USING own WHERE id = $2",
+                       Parameters(leadership_->epoch(), id));
+  }
   void insert(const Sha256& digest, Entry entry) {
     const MutexLock lock(mutex_);
     entries_.insert_or_assign(digest, entry);
@@ -203,12 +207,8 @@ void PostgresUpload::remove() {
   if (!id_) {
     return;
   }
-  const Status status =
-      Borrowed(store_.pool_)
-          .query("WITH own AS MATERIALIZED (SELECT fence($1)) DELETE FROM assets USING own WHERE id = $2",
-                 Parameters(store_.leadership_->epoch(), *id_))
-          .status();
-  if (!status.ok()) {
+  Borrowed session(store_.pool_);
+  if (const Status status = store_.remove(session, *id_); !status.ok()) {
     spdlog::warn("the incomplete asset {} stays in the database until a coordinator starts: {}", digest_.hex(),
                  message_of(status));
   }
@@ -240,15 +240,10 @@ Status PostgresUpload::send_piece(std::string_view piece) {
     id_ = made->natural(0, 0);
   }
   // A piece that is sent twice, because the reply was lost, is stored once.
-  const Status status =
-      session
-          .query(
-              "WITH own AS MATERIALIZED (SELECT fence($1)) INSERT INTO asset_pieces (asset, position, bytes) SELECT "
-              "$2, $3, $4 FROM own ON CONFLICT DO NOTHING",
-              Parameters(epoch, *id_, next_position_, as_byte_view(piece)))
-          .status();
-  ++next_position_;
-  return store_.explain(status);
+  return store_.explain(
+      session.run("WITH own AS MATERIALIZED (SELECT fence($1)) INSERT INTO asset_pieces (asset, position, bytes) "
+                  "SELECT $2, $3, $4 FROM own ON CONFLICT DO NOTHING",
+                  Parameters(epoch, *id_, next_position_++, as_byte_view(piece))));
 }
 
 Status PostgresUpload::finish() {
@@ -262,12 +257,10 @@ Status PostgresUpload::finish() {
   const ByteView digest = stored::view_of(digest_.bytes);
   for (int tries = 0; tries < kMostTries; ++tries) {
     Borrowed session(store_.pool_);
-    const Status status = session
-                              .query(
-                                  "WITH own AS MATERIALIZED (SELECT fence($1)) UPDATE assets SET digest = $3, "
-                                  "size_bytes = $4, stored = clock_timestamp() FROM own WHERE id = $2",
-                                  Parameters(store_.leadership_->epoch(), *id_, digest, size_bytes_))
-                              .status();
+    const Status status = session.run(
+        "WITH own AS MATERIALIZED (SELECT fence($1)) UPDATE assets SET digest = $3, size_bytes = $4, "
+        "stored = clock_timestamp() FROM own WHERE id = $2",
+        Parameters(store_.leadership_->epoch(), *id_, digest, size_bytes_));
     if (status.ok()) {
       kept_ = true;
       store_.insert(digest_, {*id_, size_bytes_});
@@ -331,18 +324,16 @@ std::uint64_t PostgresAssets::collect(const std::set<Sha256>& wanted, std::int64
       Parameters(static_cast<double>(spare_age_seconds)));
   std::uint64_t freed_bytes = 0;
   for (int row = 0; old.ok() && row < old->size(); ++row) {
-    Sha256 digest;
-    const std::string_view bytes = old->view(row, 0);
-    std::memcpy(digest.bytes.data(), bytes.data(), std::min(bytes.size(), digest.bytes.size()));
-    const Result<Entry> entry = find(digest);
-    if (!entry.ok() || wanted.contains(digest)) {
+    const Result<Sha256> digest = digest_from_bytes(old->view(row, 0));
+    const Result<Entry> entry = digest.ok() ? find(*digest) : digest.status();
+    if (!entry.ok() || wanted.contains(*digest)) {
       continue;
     }
     Status failure;
-    const bool removed = remove_unless_kept(digest, spare_age_seconds, [&] {
-      failure = remove(session, *entry);
+    const bool removed = remove_unless_kept(*digest, spare_age_seconds, [&] {
+      failure = remove(session, entry->id);
       if (failure.ok()) {
-        erase(digest, *entry);
+        erase(*digest, *entry);
       }
       return failure.ok();
     });
@@ -356,17 +347,10 @@ std::uint64_t PostgresAssets::collect(const std::set<Sha256>& wanted, std::int64
   return freed_bytes;
 }
 
-Status PostgresAssets::remove(Borrowed& session, const Entry& entry) const {
-  return session
-      .query("WITH own AS MATERIALIZED (SELECT fence($1)) DELETE FROM assets USING own WHERE id = $2",
-             Parameters(leadership_->epoch(), entry.id))
-      .status();
-}
-
 void PostgresAssets::forget(const Reader& damaged) {
   const auto& read = static_cast<const PostgresReader&>(damaged);
   Borrowed session(pool_);
-  if (const Status status = remove(session, read.entry()); !status.ok()) {
+  if (const Status status = remove(session, read.entry().id); !status.ok()) {
     spdlog::warn("cannot delete asset {}: {}", read.digest().hex(), message_of(status));
     return;
   }
@@ -389,13 +373,11 @@ Result<std::unique_ptr<AssetStore>> open_postgres_assets(std::shared_ptr<Leaders
   std::map<Sha256, Entry> entries;
   std::uint64_t total_bytes = 0;
   for (int row = 0; row < rows.size(); ++row) {
-    Sha256 digest;
-    const std::string_view bytes = rows.view(row, 0);
-    if (bytes.size() != digest.bytes.size()) {
-      return data_loss("{}: the digest of an asset has {} bytes, not 32", session.place(), bytes.size());
+    const Result<Sha256> digest = digest_from_bytes(rows.view(row, 0));
+    if (!digest.ok()) {
+      return data_loss("{}: the digest of an asset has {} bytes, not 32", session.place(), rows.view(row, 0).size());
     }
-    std::memcpy(digest.bytes.data(), bytes.data(), bytes.size());
-    entries.emplace(digest, Entry{rows.natural(row, 1), rows.natural(row, 2)});
+    entries.emplace(*digest, Entry{rows.natural(row, 1), rows.natural(row, 2)});
     total_bytes += rows.natural(row, 2);
   }
   return std::unique_ptr<AssetStore>(

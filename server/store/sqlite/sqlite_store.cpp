@@ -20,9 +20,6 @@ namespace fs = std::filesystem;
 using sqlite::Database;
 using sqlite::Statement;
 
-constexpr const char* kLossAdvice =
-    "Restore a backup of the whole data folder, or start once with --accept-loss to continue with what is left";
-
 /// Free pages that the file keeps for later writes.
 constexpr std::int64_t kSparePages = 1024;  // 16 MiB
 constexpr const char* kGiveBack = "PRAGMA incremental_vacuum(512)";
@@ -157,13 +154,9 @@ Status SqliteStore::commit(std::span<const StoreOp> ops) {
     return chain();
   }
   LM_RETURN_IF_ERROR(statements_.begin.run());
-  if (Status status = write(ops); !status.ok()) {
-    return roll_back(std::move(status));
-  }
-  if (Status status = finish(row_); !status.ok()) {
-    return roll_back(std::move(status));
-  }
-  return ok_status();
+  Status status = write(ops);
+  status = status.ok() ? finish(row_) : std::move(status);
+  return status.ok() ? std::move(status) : roll_back(std::move(status));
 }
 
 Status SqliteStore::write(std::span<const StoreOp> ops) {
@@ -225,50 +218,6 @@ Status SqliteStore::roll_back(Status cause) {
 
 // ---- opening ----
 
-/// An exclusive lock on the file avoids shared memory. secure_delete (on in Debian) would overwrite every dropped node.
-/// Large pages and rare checkpoints suit short-lived rows of 100 KB.
-constexpr const char* kSettings = R"sql(
-PRAGMA locking_mode = EXCLUSIVE;
-PRAGMA journal_mode = WAL;
-PRAGMA synchronous = FULL;
-PRAGMA secure_delete = OFF;
-PRAGMA foreign_keys = ON;
-PRAGMA wal_autocheckpoint = 4096;
-PRAGMA journal_size_limit = 134217728;
-PRAGMA cache_size = -32768;
-PRAGMA temp_store = MEMORY;
-)sql";
-
-/// `may_be_new`: nothing was ever acknowledged here, so an empty file gets its tables and the values of `first`.
-Status prepare_file(Database& database, const std::filesystem::path& file, bool is_new, bool may_be_new,
-                    const sqlite::Beginning& first) {
-  if (is_new) {
-    LM_RETURN_IF_ERROR(database.execute("PRAGMA page_size = 16384; PRAGMA auto_vacuum = INCREMENTAL;"));
-  }
-  LM_RETURN_IF_ERROR(database.execute(kSettings));
-  LM_ASSIGN_OR_RETURN(const std::int64_t application, database.number("PRAGMA application_id"));
-  LM_ASSIGN_OR_RETURN(const std::int64_t version, database.number("PRAGMA user_version"));
-  LM_ASSIGN_OR_RETURN(const std::int64_t tables, database.number("SELECT count(*) FROM sqlite_schema"));
-  if (tables == 0 && version == 0 && may_be_new) {
-    LM_RETURN_IF_ERROR(
-        database.execute(fmt::format("BEGIN IMMEDIATE; PRAGMA application_id = {}; PRAGMA user_version = {}; {}",
-                                     sqlite::kApplicationId, kSqliteFormatVersion, sqlite::kSchema)));
-    LM_RETURN_IF_ERROR(sqlite::create_store_row(database, first));
-    return database.execute("COMMIT");
-  }
-  if (tables == 0 && version == 0) {
-    return failed_precondition("{} is empty, but commits were acknowledged. {}", file.string(), kLossAdvice);
-  }
-  if (application != sqlite::kApplicationId) {
-    return failed_precondition(
-        "{} is not a Lightmill store (application id {:#x}): choose another directory with --data", file.string(),
-        application);
-  }
-  return version == kSameTablesVersion
-             ? ok_status()
-             : check_store_format(file.string(), version, kSqliteFormatVersion, "another directory with --data");
-}
-
 /// In the order of stored::RowStatement.
 constexpr std::array<const char*, stored::kPutRecord> kRowStatements{
     "INSERT OR REPLACE INTO nodes (job, tile, level, range_index, non_finite, hash, samples) VALUES (?1,?2,?3,?4,?5,?6,"
@@ -322,11 +271,12 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
   LM_ASSIGN_OR_RETURN(CommitChain chain, CommitChain::open(with_suffix(file, "-chain")));
   const sqlite::JournalScan journal = sqlite::scan_journal(with_suffix(file, "-wal"));
   if (is_new && chain.last() && !options.accept_loss) {  // SQLite would delete its journal
-    return failed_precondition("{} is empty or gone, but commits were acknowledged. {}", file.string(), kLossAdvice);
+    return failed_precondition("{} is empty or gone, but commits were acknowledged. {}", file.string(),
+                               sqlite::kLossAdvice);
   }
   LM_ASSIGN_OR_RETURN(Database database, Database::open(file));
   database.checkpoint_at_close(false);  // a refused store is not changed
-  LM_RETURN_IF_ERROR(prepare_file(database, file, is_new, !chain.last() || options.accept_loss, first));
+  LM_RETURN_IF_ERROR(sqlite::prepare_file(database, file, is_new, !chain.last() || options.accept_loss, first));
   LM_ASSIGN_OR_RETURN(const sqlite::StoreRow row, sqlite::read_store_row(database));
   LM_ASSIGN_OR_RETURN(const std::int64_t highest, database.number(sqlite::kHighestJob));
   CommitMark found{row.id, row.commits, row.hash, static_cast<std::uint64_t>(highest)};
@@ -334,7 +284,8 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
   Status complete = check_chain(chain.last(), found);
   complete = complete.ok() ? stored::check_keys(keys.sums(), row.keys) : complete;
   if (!complete.ok() && !options.accept_loss) {
-    return failed_precondition("{}: {}.{} {}", file.string(), message_of(complete), damage_of(journal), kLossAdvice);
+    return failed_precondition("{}: {}.{} {}", file.string(), message_of(complete), damage_of(journal),
+                               sqlite::kLossAdvice);
   }
   if (chain.last()) {
     found.highest_job = std::max(found.highest_job, chain.last()->highest_job);  // also of lost jobs

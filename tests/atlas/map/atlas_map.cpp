@@ -4,11 +4,11 @@
 #include <cmath>
 
 #include "common/base/check.h"
-#include "common/image/read/read_image.h"
 #include "common/methods/photons/photon_passes.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/method_plan.h"
 #include "tests/bench/measure.h"
+#include "tests/support/read_image.h"
 #include "tests/support/render_document.h"
 
 namespace lightmill::test {

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "common/image/read/read_image.h"
 #include "common/scene_io/gltf/gltf.h"
+#include "tests/support/read_image.h"
 #include "tests/support/render_document.h"
 #include "tests/unit/scene_io/gltf_text.h"
 

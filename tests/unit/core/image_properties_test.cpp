@@ -7,8 +7,8 @@
 #include <functional>
 
 #include "common/image/exr.h"
-#include "common/image/read/read_image.h"
 #include "tests/support/image_files.h"
+#include "tests/support/read_image.h"
 
 namespace lightmill::test {
 namespace {

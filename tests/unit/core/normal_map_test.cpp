@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 
 #include "common/image/png.h"
-#include "common/image/read/read_image.h"
 #include "common/scene/compiled/transform.h"
+#include "tests/support/read_image.h"
 #include "tests/support/render_document.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/scene_io/gltf_text.h"

@@ -7,8 +7,8 @@
 
 #include "common/image/exr.h"
 #include "common/image/png.h"
-#include "common/image/read/read_image.h"
 #include "tests/analytic/meter_text.h"
+#include "tests/support/read_image.h"
 #include "tests/support/render_document.h"
 
 namespace lightmill::test {

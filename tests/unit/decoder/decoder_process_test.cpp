@@ -20,10 +20,10 @@
 #include "common/image/exr.h"
 #include "common/image/png.h"
 #include "common/image/read/image_format.h"
-#include "common/image/read/read_image.h"
 #include "tests/support/image_files.h"
 #include "tests/support/places.h"
 #include "tests/support/process.h"
+#include "tests/support/read_image.h"
 
 namespace lightmill::test {
 namespace {

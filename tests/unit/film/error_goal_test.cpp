@@ -19,10 +19,10 @@ TEST(ErrorGoal, CountsArePowersOfTwoAndHalfwayBetween) {
   }
   for (std::uint64_t samples = 0; samples < 10'000; ++samples) {
     EXPECT_EQ(next_error_count(samples), *counts.lower_bound(samples)) << samples;
-    EXPECT_EQ(is_error_count(samples), counts.contains(samples)) << samples;
+    EXPECT_EQ(next_error_count(samples) == samples, counts.contains(samples)) << samples;
   }
   for (const std::uint64_t count : counts) {
-    EXPECT_TRUE(is_error_count(count)) << count;
+    EXPECT_EQ(next_error_count(count), count) << count;
     EXPECT_EQ(next_error_count(count - 1), count);
   }
   EXPECT_EQ(next_error_count(kMaxSamples), kMaxSamples);

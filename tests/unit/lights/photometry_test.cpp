@@ -20,6 +20,31 @@ double over_solid_angle(const std::function<double(double)>& f, double end) {
   return sum * end / kSteps;
 }
 
+double sphere_area_of_diameter(double diameter) {
+  return kPiDouble * diameter * diameter;
+}
+
+/// Irradiance at a distance from a source of this intensity, on a surface inclined by θ.
+double irradiance_at(double intensity, double distance, double cos_theta = 1) {
+  return intensity * cos_theta / (distance * distance);
+}
+
+/// Energy of a flux over a time, in J.
+double radiant_energy(double watt, double seconds) {
+  return watt * seconds;
+}
+
+/// Photons per second in a flux of one wavelength: P λ / (h c), with the exact constants of the SI.
+double photons_per_second(double watt, double wavelength_m) {
+  constexpr double kPlanck = 6.62607015e-34, kLightSpeed = 299'792'458;
+  return watt * wavelength_m / (kPlanck * kLightSpeed);
+}
+
+/// Electrical power of a lamp, which is its light if nothing is lost: V · A.
+double electrical_watt(double volt, double ampere) {
+  return volt * ampere;
+}
+
 TEST(Photometry, ABulbHasKnownPowerIntensityAndExitance) {
   const double watt = electrical_watt(2.4, 0.7);
   EXPECT_NEAR(watt, 1.68, 1e-12);

@@ -68,7 +68,7 @@ TEST_F(AllocationTest, TheErrorIsReadWhenAllTilesHaveTheirParts) {
   work(a);
   EXPECT_EQ(status(job).reached, GoalLimit::error);
   const auto [quiet, noisy] = samples(job);
-  EXPECT_TRUE(is_error_count(4 * quiet)) << quiet;
+  EXPECT_EQ(next_error_count(4 * quiet), 4 * quiet) << quiet;
   EXPECT_EQ(noisy, 8 * quiet);
   EXPECT_LE(status(job).error.rel_mse + status(job).error.half_width, 0.02);
 }

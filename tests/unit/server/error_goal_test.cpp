@@ -230,7 +230,7 @@ TEST_F(ErrorGoalTest, NoErrorIsReadOverAGap) {
   const auto gap_at_a_count = [&] {
     const NodePtr& last = coordinator->film(job)->forest(TileId{0}).back();
     const std::uint64_t samples = status(job).min_tile_samples;
-    return is_error_count(samples) && last->range.end() != samples;
+    return next_error_count(samples) == samples && last->range.end() != samples;
   };
   bool found = false;
   for (int round = 0; round < 60 && !found; ++round) {
@@ -263,7 +263,8 @@ TEST_F(ErrorGoalTest, NoErrorIsReadOverAGap) {
   }
   EXPECT_EQ(status(job).state, JobState::done);
   EXPECT_EQ(status(job).reached, GoalLimit::error);
-  EXPECT_TRUE(is_error_count(status(job).min_tile_samples)) << status(job).min_tile_samples;
+  EXPECT_EQ(next_error_count(status(job).min_tile_samples), status(job).min_tile_samples)
+      << status(job).min_tile_samples;
   EXPECT_EQ(coordinator->film(job)->forest(TileId{0}).back()->range.end(), status(job).min_tile_samples);
 }
 
@@ -336,7 +337,7 @@ TEST_F(ErrorGoalTest, ARunningJobIsExtendedBeyondItsLeases) {
   EXPECT_EQ(status(job).state, JobState::done);
   EXPECT_EQ(status(job).reached, GoalLimit::error);
   EXPECT_EQ(status(job).min_tile_samples, status(job).max_tile_samples);
-  EXPECT_TRUE(is_error_count(status(job).min_tile_samples));
+  EXPECT_EQ(next_error_count(status(job).min_tile_samples), status(job).min_tile_samples);
   EXPECT_LE(status(job).min_tile_samples, next_error_count(out));
   EXPECT_EQ(status(job).counters.results_duplicate, 0u);
 }

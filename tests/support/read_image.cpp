@@ -1,4 +1,4 @@
-#include "common/image/read/read_image.h"
+#include "tests/support/read_image.h"
 
 #include <algorithm>
 
