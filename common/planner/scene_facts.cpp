@@ -238,9 +238,11 @@ void read_light(const Light& light, const Regions& narrow, SceneFacts& facts) {
                         },
                         [&](const CosinePowerLight& l) { delta("cosine light", is_black(l.intensity)); },
                         [&](const DiskLight& l) {
-                          const Extent extent{vector(l.position), std::max(l.radius, l.second_radius),
-                                              kPiDouble * l.radius * l.second_radius};
-                          sized("disk light", is_black(l.radiance), is_small_from(narrow, nullptr, extent));
+                          const double reach = l.rectangular ? std::hypot(l.radius, l.second_radius)
+                                                             : std::max(l.radius, l.second_radius);
+                          const Extent extent{vector(l.position), reach, l.area()};
+                          sized(l.rectangular ? "rectangle light" : "disk light", is_black(l.radiance),
+                                is_small_from(narrow, nullptr, extent));
                         },
                         [&](const IesLight& l) { delta("IES light", !(l.scale > 0)); },
                         [&](const EnvironmentLight& l) {

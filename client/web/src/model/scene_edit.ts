@@ -264,6 +264,14 @@ function lightSlots(scene: Scene, index: number): Slot[] {
         .point('direction', 'Direction')
         .number('radius', 'Radius', 1, 0.001, 2 ** 100, 0.01)
         .number('spreadDegrees', 'Spread, degrees', 180, 1, 180, 1).found;
+    case 'rectangle':
+      return new Slots(kind.value, (value) => put({case: 'rectangle', value}))
+        .light('radiance', 'Strength', 'W/(m² sr)')
+        .point('position', 'Position')
+        .point('direction', 'Direction')
+        .number('width', 'Width', 1, 0.001, 2 ** 100, 0.01)
+        .number('height', 'Height', kind.value.width ?? 1, 0.001, 2 ** 100, 0.01)
+        .number('spreadDegrees', 'Spread, degrees', 180, 1, 180, 1).found;
     case 'environment':
       return new Slots(kind.value, (value) => put({case: 'environment', value}))
         .light('radiance', 'Strength', kind.value.asset ? 'times its image' : 'W/(m² sr)', kWhite)
