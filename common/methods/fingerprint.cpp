@@ -152,7 +152,7 @@ TestScene make_test_scene(const Rendered& rendered) {
       {"holdout", HoldoutMaterial{}, {}, false},
       {"gauze", DiffuseMaterial{{0.8f, 0.7f, 0.6f}}, {}, false},
       {"leaf", PhongMaterial{{0.2f, 0.5f, 0.2f}, {0.2f, 0.2f, 0.2f}, 5}, {}, false},
-      {"dented", PrincipledMaterial{{0.9f, 0.8f, 0.7f}, 0.2, 0.4, 0.6, 0.5, 1.5, 0.6, 0.1}, {}, false},
+      {"dented", PrincipledMaterial{{0.9f, 0.8f, 0.7f}, 0.2, 0.4, 0.6, 0.5, 1.5, 0.6, 0.1, true}, {}, false},
       {"hammered", MirrorMaterial{{0.8f, 0.9f, 0.9f}}, {}, false},
   };
   scene.materials[9].single_scattering = true;

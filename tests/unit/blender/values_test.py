@@ -13,8 +13,10 @@ from mathutils import Euler, Matrix, Vector
 
 from lightmill_export import camera, lights, world
 from lightmill_export.images import ImageFiles
+from lightmill_export.materials import MaterialMaker
 from lightmill_export.notices import Notices
 from lightmill_export.render_engine import export
+from lightmill_export.textures import Textures
 
 FOLDER = tempfile.mkdtemp(prefix="lightmill-values-")
 
@@ -79,6 +81,21 @@ class Lights(unittest.TestCase):
         np.testing.assert_allclose(made["direction"], to_document(turn @ Vector((0, 0, -1))), atol=1e-6)
         np.testing.assert_allclose(made["up"], to_document(turn @ Vector((0, 1, 0))), atol=1e-6)
         np.testing.assert_allclose((made["width"], made["height"]), (3, 1), rtol=1e-6)
+
+
+class Materials(unittest.TestCase):
+    def test_a_principled_shader_keeps_its_colour_and_its_diffuse_part(self):
+        made = bpy.data.materials.new("m")
+        made.use_nodes = True
+        shader = made.node_tree.nodes["Principled BSDF"]
+        shader.inputs["Base Color"].default_value = (0.9, 0.5, 0.2, 1)
+        for metallic, burley in ((0.0, bpy.app.version < (4, 0, 0)), (0.4, bpy.app.version < (4, 0, 0)), (1.0, False)):
+            shader.inputs["Metallic"].default_value = metallic
+            notices = Notices()
+            document = MaterialMaker("m", Textures(ImageFiles(FOLDER), notices), notices).make(made).document["principled"]
+            np.testing.assert_allclose(document["base_color"]["rgb"], (0.9, 0.5, 0.2), rtol=1e-6)
+            self.assertEqual(document.get("burley_diffuse", False), burley)
+            self.assertEqual(notices.texts, [])
 
 
 class Cameras(unittest.TestCase):

@@ -188,7 +188,8 @@ function kindSlots({kind}: Material, put: (kind: Material['kind']) => Scene): Sl
         .share('transmission', 'Transmission')
         .number('ior', 'Index of refraction', 1.5, kLeastIor, kMostIor, 0.01)
         .share('coat', 'Coat')
-        .share('coatRoughness', 'Coat roughness', 0.03).found;
+        .share('coatRoughness', 'Coat roughness', 0.03)
+        .flag('burleyDiffuse', "Burley's diffuse part").found;
     case 'holdout':
     case undefined:
       return [];
