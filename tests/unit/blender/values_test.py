@@ -203,3 +203,27 @@ class Meshes(unittest.TestCase):
             uv = Vector(((x + 1) / 2 * 2, (y + 1) / 2 * 3, 0))  # the plane's own coordinates, scaled
             expected = Euler((0, 0, 0.5)).to_matrix() @ uv + Vector((0.1, 0.2, 0))
             np.testing.assert_allclose(coordinates[coordinate], expected[:2], atol=1e-5)
+
+    def test_a_normal_map_under_different_scales_is_named(self):
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        scene = bpy.context.scene
+        scene.camera = bpy.data.objects.new("view", bpy.data.cameras.new("view"))
+        made = bpy.data.materials.new("bumpy")
+        made.use_nodes = True
+        tree = made.node_tree
+        image, bent = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeNormalMap")
+        image.image = bpy.data.images.new("picture", 2, 2)
+        image.image.pack()
+        tree.links.new(image.outputs[0], bent.inputs["Color"])
+        tree.links.new(bent.outputs[0], tree.nodes["Principled BSDF"].inputs["Normal"])
+        for name, scale, bumpy in (("even", (2, 2, -2), True), ("long", (1, 1, 3), True), ("smooth", (1, 1, 3), False)):
+            bpy.ops.mesh.primitive_plane_add(size=2)
+            plane = bpy.context.object
+            plane.name, plane.scale = name, scale
+            if bumpy:
+                plane.data.materials.append(made)
+        bpy.context.view_layer.update()
+        export(FOLDER)
+        with open(os.path.join(FOLDER, "report.json"), encoding="utf-8") as file:
+            notices = json.load(file)["notices"]
+        self.assertEqual([text.split(":")[0] for text in notices if "same scale" in text], ["object long"])
