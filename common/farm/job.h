@@ -34,7 +34,7 @@ inline TileGrid grid_of(const RenderSettings& settings) {
 }
 
 /// Raised whenever any sample's bits change.
-inline constexpr const char* kRendererVersion = "lightmill-core-11";
+inline constexpr const char* kRendererVersion = "lightmill-core-12";
 
 /// The class of a job whose samples workers of any class may render. No worker has it.
 inline constexpr const char* kMixedClass = "mixed";

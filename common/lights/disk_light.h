@@ -1,4 +1,4 @@
-// Disks and ellipses that shine on one side.
+// Disks, ellipses and rectangles that shine on one side.
 #pragma once
 
 #include "common/lights/emission_point.h"
@@ -12,6 +12,7 @@ struct DiskEmitter {
   Vec3 half_axis1, half_axis2;  ///< from the centre to the edge, perpendicular; shines to the side of 1 × 2
   Vec3 radiance;                ///< W/(m² sr) along the normal
   double spread = kPiDouble;    ///< opening of the cone of light, in radians; the radiance falls off to its rim
+  bool rectangular = false;     ///< reaches to the corners ±1 ± 2
 };
 
 /// At θ to the normal, the radiance is 1 − tan θ / tan(spread/2) of that along the normal, or 0. This is the share of
@@ -41,18 +42,23 @@ class DiskLights {
   /// Density per solid angle of a point of `sample`, met by a ray of this length.
   F8 pdf_solid_angle(U8 index, F8 distance, F8 cos_light, M8 lanes) const;
 
-  /// Irradiance on a surface at p with unit normal n, without occlusion. The edge counts as a polygon of equal area,
+  /// Irradiance on a surface at p with unit normal n, without occlusion. A round edge counts as a polygon of equal area,
   /// which is accurate to 1e-3. The spread must be π.
   Vec3d irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const;
 
  private:
   double area(std::size_t i) const { return 1.0 / static_cast<double>(density_[i]); }
+  M8 rectangular(U8 index, M8 lanes) const {
+    return has_rectangles_ ? gather(rectangular_.data(), index, lanes) == U8(1u) : M8();
+  }
+  V8 point(U8 index, M8 lanes, Pair8 u) const;
 
   VectorRows center_, half_axis1_, half_axis2_, normal_, radiance_;
   std::vector<float> density_;  ///< 1 / area
   std::vector<double> spread_;
-  std::vector<float> cot_;  ///< of half the spread
-  bool has_spread_ = false;
+  std::vector<float> cot_;                  ///< of half the spread
+  std::vector<std::uint32_t> rectangular_;  ///< 1 or 0
+  bool has_spread_ = false, has_rectangles_ = false;
 };
 
 }  // namespace lightmill

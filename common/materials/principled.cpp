@@ -32,6 +32,24 @@ F8 alpha_of(F8 roughness) {
   return masked(alpha >= F8(ggx::kSmoothAlpha), alpha);
 }
 
+/// Burley's diffuse part over Lambert's.
+F8 burley(const V8& wo, const V8& wi, F8 roughness) {
+  const F8 r = roughness * (F8(1.0f) + dot(wo, wi)) - F8(0.5f);
+  return (F8(1.0f) + r * schlick_weight(wo.z)) * (F8(1.0f) + r * schlick_weight(wi.z));
+}
+
+/// Share of even light that Burley's diffuse part reflects to wo. It is a polynomial of cos, because wo·wi and its square
+/// have the means cos μ and (cos² μ² + (1 − cos²)(1 − μ²)/2) over the azimuth of wi, and because 2∫μⁿ⁺¹(1 − μ)⁵ dμ is 1/21,
+/// 1/84 and 1/252 for n = 0, 1, 2.
+F8 burley_albedo(F8 cos_o, F8 roughness) {
+  const F8 f = schlick_weight(cos_o), c = cos_o, c2 = c * c;
+  const F8 r = roughness * (F8(1.0f) + c * F8(2.0f / 3));                      // mean of r
+  const F8 rf = roughness * (F8(1.0f / 21) + c * F8(1.0f / 84));               // of r F(wi)
+  const F8 squared = F8(1.0f / 21) + c * F8(1.0f / 42) + c2 * F8(1.0f / 252);  // of r² F(wi)/roughness²
+  const F8 r2f = roughness * roughness * (squared + (F8(1.0f) - c2) * F8(11.0f / 504));
+  return (F8(1.0f) - F8(0.5f) * f) * F8(41.0f / 42) + f * r + (F8(1.0f) - f) * rf + f * r2f;
+}
+
 M8 is_rough(F8 alpha) {
   return alpha >= F8(ggx::kSmoothAlpha);
 }
@@ -48,7 +66,8 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
       compensated_(p.compensated & is_rough(alpha_) & (plastic_ < F8(1.0f))),
       glass_bsdf_{eta, alpha_, base_, compensated_},
       has_glass_((glass_ > F8(0.0f)).any()),
-      has_coat_((p.coat > F8(0.0f)).any()) {
+      has_coat_((p.coat > F8(0.0f)).any()),
+      has_burley_(p.burley.any()) {
   const F8 root = (p.ior - F8(1.0f)) / (p.ior + F8(1.0f));
   f0_ = min(root * root * F8(2.0f) * p.specular, F8(1.0f));
   f90_ = min(min(F8(2.0f) * p.specular, F8(50.0f) * f0_), F8(1.0f));  // no gloss for an index of 1
@@ -67,6 +86,12 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
   gloss_albedo_ = terms_.of(f0_, f90_);
   // Slightly below 1 at most, because 1 − albedo is a divisor.
   gloss_albedo_mean_ = min(ggx::mean_albedo(alpha_).of(f0_, f90_), F8(0.9999f));
+  diffuse_albedo_ = F8(1.0f) - gloss_albedo_;
+  if (has_burley_) {
+    burley_ = p.burley;
+    roughness_ = p.roughness;
+    diffuse_albedo_ = select(burley_, burley_albedo(wo.z, p.roughness), diffuse_albedo_);
+  }
   if (has_coat_) {
     coat_albedo_ = coat_ * coat_albedo(ggx::albedo(wo.z, coat_alpha_));
     coat_mean_ = coat_ * coat_albedo(ggx::mean_albedo(coat_alpha_));
@@ -79,7 +104,7 @@ void Principled8::set_probabilities(const V8& wo) {
   const F8 base = average(base_);
   p_coat_ = coat_albedo_;
   p_gloss_ = left * (metal_ * average(metal_albedo_) + plastic_ * gloss_albedo_) + average(inner_coat(wo.z));
-  p_diffuse_ = left * plastic_ * (F8(1.0f) - gloss_albedo_) * base;
+  p_diffuse_ = left * plastic_ * diffuse_albedo_ * base;
   p_glass_ = left * glass_ * (F8(0.5f) + F8(0.5f) * base);
   const F8 sum = p_coat_ + p_gloss_ + p_diffuse_ + p_glass_;
   const F8 scale = masked(sum > F8(0.0f), F8(1.0f) / sum);
@@ -140,7 +165,10 @@ V8 Principled8::eval(const V8& wo, const V8& wi) const {
   }
   V8 f = gloss_fresnel(cos_o, balance) * gloss;
   const F8 albedo_i = ggx::albedo(wi.z, alpha_).of(f0_, f90_);
-  const F8 diffuse = plastic_ * (F8(1.0f) - gloss_albedo_) * (F8(1.0f) - albedo_i) / (F8(1.0f) - gloss_albedo_mean_);
+  F8 diffuse = plastic_ * (F8(1.0f) - gloss_albedo_) * (F8(1.0f) - albedo_i) / (F8(1.0f) - gloss_albedo_mean_);
+  if (has_burley_) {
+    diffuse = select(burley_, plastic_ * burley(wo, wi, roughness_), diffuse);
+  }
   const V8 below = base_ * (diffuse * masked(above, wi.z * F8(kInvPi)));
   if (has_glass_) {
     f = f + glass_bsdf_.eval(wo, wi) * glass_;
@@ -185,7 +213,7 @@ SmoothLobes8 Principled8::smooth(const V8& wo, const dielectric::Fresnel8& f) co
 V8 Principled8::rough_albedo() const {
   const F8 white_gloss = plastic_ * gloss_albedo_;
   const V8 gloss = metal_albedo_ * metal_ + V8{white_gloss, white_gloss, white_gloss};
-  const V8 diffuse = base_ * (plastic_ * (F8(1.0f) - gloss_albedo_));
+  const V8 diffuse = base_ * (plastic_ * diffuse_albedo_);
   const V8 glass = base_ * masked(glass_bsdf_.rough(), glass_);
   const V8 sum = diffuse + masked(is_rough(alpha_), gloss) + glass;
   if (!has_coat_) {

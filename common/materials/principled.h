@@ -12,6 +12,10 @@
 // E' is the mean of E where the layer below scatters to: E_mean for diffuse, E for smooth, and a table for rough layers
 // (ggx_albedo.h). Through glass, T = 1 − cE on the outside, and the facets send cE' of the rest back on the inside.
 //
+// `burley` replaces T'·diffuse by that of Burley (Physically-Based Shading at Disney, 2012, 5.3), as in Blender before 4.0:
+//   base/π · (1 + (r − ½)F(wo))(1 + (r − ½)F(wi)),  F(w) = (1 − cos)⁵,  r = roughness·(1 + wo·wi)
+// The gloss takes no light from it. So gloss and a bright base can reflect more light than arrives.
+//
 // The facets of metal and glass give back the light of several bounces (ggx_albedo.h). Those of gloss leave it to the
 // diffuse part.
 #pragma once
@@ -28,6 +32,7 @@ struct PrincipledParameters8 {
   F8 ior;                                          ///< of the inside
   F8 coat, coat_roughness;                         ///< each in [0, 1]
   M8 compensated;                                  ///< metal and glass, for the light of several bounces
+  M8 burley = M8();                                ///< Burley's diffuse part
 };
 
 /// Lobes with alpha below ggx::kSmoothAlpha are delta. They are sampled, but omitted by eval and pdf. A lobe is chosen
@@ -82,9 +87,12 @@ class Principled8 {
   F8 coat_, coat_beyond_;  ///< on wo's side, and on the other side of glass
   ggx::Albedo8 terms_;     ///< of gloss, from wo
   F8 gloss_albedo_, gloss_albedo_mean_;
+  M8 burley_;
+  F8 roughness_;
+  F8 diffuse_albedo_;  ///< of the plastic's white diffuse part, from wo
   F8 coat_albedo_, coat_mean_;
   RoughDielectric8 glass_bsdf_;
-  bool has_glass_, has_coat_;                  ///< in any lane
+  bool has_glass_, has_coat_, has_burley_;     ///< in any lane
   F8 p_diffuse_, p_gloss_, p_glass_, p_coat_;  ///< probabilities, whose sum is 1 where anything is reflected
 };
 

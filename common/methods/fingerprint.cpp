@@ -98,6 +98,9 @@ void add_lights(TestScene& test, bool many, bool sky_image, double spread_degree
   lights.back().hidden_from_camera = true;
   lights.push_back(
       {"disk", DiskLight{{-0.5, 2.4, 1.2}, {0.2, -1, -0.3}, {3, 2, 2}, 0.2, 0.1, {1, 0, 1}, spread_degrees}});
+  lights.push_back(
+      {"rectangle",
+       DiskLight{{0.6, 2.3, 1.1}, {-0.1, -1, -0.2}, {1, 2, 2}, 0.1, 0.3, {1, 1, 0}, spread_degrees, true}});
   lights.push_back({"spot", SpotLight{{1.5, 2.5, 1.5}, {-1, -2, -1}, {9, 8, 7}, 35, 0.4}});
   lights.push_back({"wide spot", SpotLight{{-1.2, 2.5, 0.5}, {1, -2, 0}, {2, 3, 2}, 30, 0.6, 0.2}});
   lights.push_back({"cosine", CosinePowerLight{{0, 2.5, 0}, {0.3, -1, 0.2}, {2, 3, 4}, 7.5}});
@@ -149,7 +152,7 @@ TestScene make_test_scene(const Rendered& rendered) {
       {"holdout", HoldoutMaterial{}, {}, false},
       {"gauze", DiffuseMaterial{{0.8f, 0.7f, 0.6f}}, {}, false},
       {"leaf", PhongMaterial{{0.2f, 0.5f, 0.2f}, {0.2f, 0.2f, 0.2f}, 5}, {}, false},
-      {"dented", PrincipledMaterial{{0.9f, 0.8f, 0.7f}, 0.2, 0.4, 0.6, 0.5, 1.5, 0.6, 0.1}, {}, false},
+      {"dented", PrincipledMaterial{{0.9f, 0.8f, 0.7f}, 0.2, 0.4, 0.6, 0.5, 1.5, 0.6, 0.1, true}, {}, false},
       {"hammered", MirrorMaterial{{0.8f, 0.9f, 0.9f}}, {}, false},
   };
   scene.materials[9].single_scattering = true;

@@ -37,6 +37,15 @@ std::string_view noun_of(const Material& material) {
       material.kind);
 }
 
+/// The gloss is added to the diffuse part. In even light, its Fresnel term is at most f0 + (1 − f0)/21 on average.
+std::array<double, 3> burley_bound(const PrincipledMaterial& m) {
+  constexpr double kMostDiffuse = 1.07;  // in even light, at roughness 1
+  const double root = (m.ior - 1) / (m.ior + 1), f0 = std::min(root * root * 2 * m.specular, 1.0);
+  const double gloss = m.specular > 0 || m.coat > 0 ? std::max(f0, 0.04) + (1 - f0) / 21 : 0;
+  const RgbColor& base = m.base_color.rgb;
+  return {base.r * kMostDiffuse + gloss, base.g * kMostDiffuse + gloss, base.b * kMostDiffuse + gloss};
+}
+
 /// Upper bound of a surface's albedo, by channel.
 std::array<double, 3> albedo_of(const Material& material) {
   const auto of = [](const RgbColor& c) { return std::array<double, 3>{c.r, c.g, c.b}; };
@@ -58,6 +67,9 @@ std::array<double, 3> albedo_of(const Material& material) {
                                                 at_normal(m.eta.b, m.k.b)};
                  },
                  [&](const PrincipledMaterial& m) {
+                   if (m.burley_diffuse) {
+                     return burley_bound(m);
+                   }
                    // A white coat or gloss raises a dark base.
                    const bool layers = m.coat > 0 || m.specular > 0;
                    return layers ? of({std::max(m.base_color.rgb.r, 0.04f), std::max(m.base_color.rgb.g, 0.04f),
@@ -238,9 +250,11 @@ void read_light(const Light& light, const Regions& narrow, SceneFacts& facts) {
                         },
                         [&](const CosinePowerLight& l) { delta("cosine light", is_black(l.intensity)); },
                         [&](const DiskLight& l) {
-                          const Extent extent{vector(l.position), std::max(l.radius, l.second_radius),
-                                              kPiDouble * l.radius * l.second_radius};
-                          sized("disk light", is_black(l.radiance), is_small_from(narrow, nullptr, extent));
+                          const double reach = l.rectangular ? std::hypot(l.radius, l.second_radius)
+                                                             : std::max(l.radius, l.second_radius);
+                          const Extent extent{vector(l.position), reach, l.area()};
+                          sized(l.rectangular ? "rectangle light" : "disk light", is_black(l.radiance),
+                                is_small_from(narrow, nullptr, extent));
                         },
                         [&](const IesLight& l) { delta("IES light", !(l.scale > 0)); },
                         [&](const EnvironmentLight& l) {

@@ -49,7 +49,8 @@ Status count(const LoadedScene& loaded, SceneReport& report) {
     report.emissive_objects += emits(loaded.scene.materials[object.material]) ? 1 : 0;
   }
   for (const Light& light : loaded.scene.lights) {
-    ++report.lights[kLightKinds[light.kind.index()]];
+    const auto* const disk = std::get_if<DiskLight>(&light.kind);
+    ++report.lights[disk != nullptr ? disk->kind_name() : kLightKinds[light.kind.index()]];
   }
   for (const Material& material : loaded.scene.materials) {
     ++report.materials[kMaterialKinds[material.kind.index()]];

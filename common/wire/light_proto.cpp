@@ -144,24 +144,41 @@ Point3d up_from_wire(bool given, const v1::Vec3& up, const Point3d& direction) {
   return direction[1] == 0 && direction[2] == 0 ? Point3d{0, 0, 1} : Point3d{1, 0, 0};
 }
 
-Result<DiskLight> disk_light(const std::string& path, const v1::Light& light) {
-  const v1::Light::Disk& wire = light.disk();
-  DiskLight out;
-  LM_ASSIGN_OR_RETURN(out.position, point_from_wire(path + ".disk.position", wire.has_position(), wire.position()));
-  LM_ASSIGN_OR_RETURN(out.direction, point_from_wire(path + ".disk.direction", wire.has_direction(), wire.direction()));
-  out.radius = wire.has_radius() ? wire.radius() : out.radius;
-  out.second_radius = wire.has_second_radius() ? wire.second_radius() : out.radius;
+/// The fields that disks and rectangles share. `out` has its size.
+template <class Wire>
+Result<DiskLight> one_sided_light(const std::string& path, const v1::Light& light, const Wire& wire, DiskLight out) {
+  const std::string field = fmt::format(".{}.", out.kind_name());
+  LM_ASSIGN_OR_RETURN(out.position, point_from_wire(path + field + "position", wire.has_position(), wire.position()));
+  LM_ASSIGN_OR_RETURN(out.direction,
+                      point_from_wire(path + field + "direction", wire.has_direction(), wire.direction()));
   out.up = up_from_wire(wire.has_up(), wire.up(), out.direction);
   out.spread_degrees = wire.has_spread_degrees() ? wire.spread_degrees() : out.spread_degrees;
   // Values out of range are reported later, by validate.
   const bool has_area = out.radius > 0 && out.second_radius > 0;
-  const double area = has_area ? kPiDouble * out.radius * out.second_radius : 1;
+  const double area = has_area ? out.area() : 1;
   const double spread = std::clamp(out.spread_degrees, kLeastSpreadDegrees, 180.0);
   const double exitance = spread_exitance_per_radiance(spread * kPiDouble / 180);
   LM_ASSIGN_OR_RETURN(out.radiance,
-                      light_strength(path, ".disk.radiance", light, wire.has_radiance(), wire.radiance(),
+                      light_strength(path, field + "radiance", light, wire.has_radiance(), wire.radiance(),
                                      {.flux = 1 / (exitance * area), .irradiance = 1 / exitance, .radiance = 1}));
   return out;
+}
+
+Result<DiskLight> disk_light(const std::string& path, const v1::Light& light) {
+  const v1::Light::Disk& wire = light.disk();
+  DiskLight out;
+  out.radius = wire.has_radius() ? wire.radius() : out.radius;
+  out.second_radius = wire.has_second_radius() ? wire.second_radius() : out.radius;
+  return one_sided_light(path, light, wire, out);
+}
+
+Result<DiskLight> rectangle_light(const std::string& path, const v1::Light& light) {
+  const v1::Light::Rectangle& wire = light.rectangle();
+  DiskLight out;
+  out.rectangular = true;
+  out.second_radius = wire.has_width() ? wire.width() / 2 : 0.5;
+  out.radius = wire.has_height() ? wire.height() / 2 : out.second_radius;
+  return one_sided_light(path, light, wire, out);
 }
 
 Result<IesLight> ies_light(const std::string& path, const v1::Light& light) {
@@ -232,6 +249,8 @@ Result<Light> light_from_wire(const std::string& path, const v1::Light& light) {
         return take(cosine_power_light(path, light), out);
       case v1::Light::kDisk:
         return take(disk_light(path, light), out);
+      case v1::Light::kRectangle:
+        return take(rectangle_light(path, light), out);
       case v1::Light::kIes:
         return take(ies_light(path, light), out);
       case v1::Light::kEnvironment:
@@ -240,8 +259,8 @@ Result<Light> light_from_wire(const std::string& path, const v1::Light& light) {
         break;
     }
     return invalid_argument(
-        "{}: a kind of light must be given; the kinds are point, directional, spot, cosine_power, disk, ies, "
-        "environment",
+        "{}: a kind of light must be given; the kinds are point, directional, spot, cosine_power, disk, rectangle, "
+        "ies, environment",
         path);
   };
   LM_RETURN_IF_ERROR(read());
@@ -289,14 +308,22 @@ void to_wire_light(const Light& light, v1::Light* out) {
                    wire->set_exponent(cosine_power.exponent);
                  },
                  [&](const DiskLight& disk) {
-                   v1::Light::Disk* wire = out->mutable_disk();
-                   to_wire_point(disk.position, wire->mutable_position());
-                   to_wire_point(disk.direction, wire->mutable_direction());
-                   to_wire_color(disk.radiance, wire->mutable_radiance());
-                   wire->set_radius(disk.radius);
-                   wire->set_second_radius(disk.second_radius);
-                   to_wire_point(disk.up, wire->mutable_up());
-                   wire->set_spread_degrees(disk.spread_degrees);
+                   const auto set = [&](auto* wire) {
+                     to_wire_point(disk.position, wire->mutable_position());
+                     to_wire_point(disk.direction, wire->mutable_direction());
+                     to_wire_color(disk.radiance, wire->mutable_radiance());
+                     to_wire_point(disk.up, wire->mutable_up());
+                     wire->set_spread_degrees(disk.spread_degrees);
+                   };
+                   if (disk.rectangular) {
+                     set(out->mutable_rectangle());
+                     out->mutable_rectangle()->set_width(2 * disk.second_radius);
+                     out->mutable_rectangle()->set_height(2 * disk.radius);
+                   } else {
+                     set(out->mutable_disk());
+                     out->mutable_disk()->set_radius(disk.radius);
+                     out->mutable_disk()->set_second_radius(disk.second_radius);
+                   }
                  },
                  [&](const IesLight& ies) {
                    to_wire_point(ies.position, out->mutable_ies()->mutable_position());

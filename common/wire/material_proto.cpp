@@ -40,6 +40,7 @@ void to_wire_kind(const PrincipledMaterial& m, const Textures& textures, v1::Mat
   p->set_ior(m.ior);
   p->set_coat(m.coat);
   p->set_coat_roughness(m.coat_roughness);
+  p->set_burley_diffuse(m.burley_diffuse);
 }
 void to_wire_kind(const HoldoutMaterial&, const Textures&, v1::Material* out) {
   out->mutable_holdout();
@@ -107,6 +108,7 @@ Result<PrincipledMaterial> principled_from_wire(const std::string& path, const v
   out.ior = p.has_ior() ? p.ior() : out.ior;
   out.coat = p.coat();
   out.coat_roughness = p.has_coat_roughness() ? p.coat_roughness() : out.coat_roughness;
+  out.burley_diffuse = p.burley_diffuse();
   return out;
 }
 

@@ -1,4 +1,4 @@
-// Lights with a size, through public scene documents: suns, spheres, spots, disks and ellipses.
+// Lights with a size, through public scene documents: suns, spheres, spots, disks, ellipses and rectangles.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -272,9 +272,67 @@ TEST(DiskLight, ASpreadKeepsThePower) {
   expect_reading(read_meters(scene, 6).front(), 1, 2e-2);
 }
 
+std::string rectangle_light(const std::string& fields) {
+  return fmt::format(R"({{"rectangle": {{"position": [0, 2, 0], "direction": [0, -1, 0], {}}}}})", fields);
+}
+
+/// Form factor from a point to a parallel rectangle that has a corner at height 1 above it, and the sides a and b.
+double corner_factor(double a, double b) {
+  const double p = std::sqrt(1 + a * a), q = std::sqrt(1 + b * b);
+  return (a / p * std::atan(b / p) + b / q * std::atan(a / q)) / (2 * M_PI);
+}
+
+TEST(RectangleLight, ItsFormFactor) {
+  // 0.8 along z (its `up`) and 3 along x, at height 2: E = πLF, and a white floor shows LF. Off the centre, four corners
+  // are above the point, two of them with a negative part.
+  const std::string light =
+      rectangle_light(R"("width": 3, "height": 0.8, "up": [0, 1, 1], "radiance": {"rgb": [4, 4, 4]})");
+  for (const double x : {0.0, 2.5}) {
+    const double factor = 2 * (corner_factor((1.5 + x) / 2, 0.2) + corner_factor((1.5 - x) / 2, 0.2));
+    expect_answer(lit_floor(x, light, 12), 4 * factor, 5e-3);
+  }
+}
+
+TEST(RectangleLight, PathsAndPhotonsBringItsFormFactor) {
+  // Unit squares: parallel at distance 1, and perpendicular with a common edge. Meters need no photon radius.
+  for (const auto& [place, factor] : {std::pair(R"("position": [0.5, 1, 0.5], "direction": [0, -1, 0])", 0.1998249),
+                                      {R"("position": [0, 0.5, 0.5], "direction": [1, 0, 0])", 0.2000438}}) {
+    const auto scene = scene_with(fmt::format(
+        R"("materials": [{}], "objects": [{}], "lights": [{{"rectangle": {{{}, "radiance": {}}}}}],
+           "meters": [{{"name": "m", "patch": {{"corner": [0, 0, 0], "edge1": [0, 0, 1], "edge2": [1, 0, 0]}}}}])",
+        diffuse("black", 0), sphere("black", "[0, -3, 0]", 1), place, gray(2)));
+    for (const char* method : {"path", "ppm:photons=20000", "vcm:photons=20000"}) {
+      SCOPED_TRACE(method);
+      const auto reading = read_meters(scene, 6, 1, nullptr, method).front();
+      expect_reading(reading, 2 * M_PI * factor, 3e-2);
+    }
+  }
+}
+
+TEST(RectangleLight, ShowsItsCornersToAllMethods) {
+  const std::string light =
+      rectangle_light(R"("width": 1, "height": 0.6, "up": [0, 0, 1], "radiance": {"rgb": [4, 4, 4]})");
+  for (const char* method : {"path", "caustic", "ppm", "vcm"}) {
+    EXPECT_NEAR(seen_towards("[0.24, 1, 0.14]", light, "", "", method), 4, 1e-4) << method;
+    EXPECT_EQ(seen_towards("[0.26, 1, 0]", light, "", "", method), 0) << method;
+    EXPECT_EQ(seen_towards("[0, 1, 0.16]", light, "", "", method), 0) << method;
+  }
+}
+
+TEST(RectangleLight, ASpreadKeepsThePower) {
+  // 1 W in a cone of 60° reaches a patch that holds all of it.
+  const auto scene = scene_with(
+      R"("materials": [{"name": "m", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}}],
+         "objects": [{"material": "m", "sphere": {"center": [0, -3, 0], "radius": 1}}],
+         "lights": [{"rectangle": {"position": [0, 2, 0], "direction": [0, -1, 0], "width": 0.5, "spread_degrees": 60},
+                     "strength": {"watt": 1}}],
+         "meters": [{"name": "m", "flux": {"patch": {"corner": [-2, 0, -2], "edge1": [0, 0, 4], "edge2": [4, 0, 0]}}}])");
+  expect_reading(read_meters(scene, 6).front(), 1, 2e-2);
+}
+
 TEST(SizedLights, HiddenFromTheCameraTheyShowInMirrorsAlone) {
   for (const std::string& shown :
-       {sun_disk(90, 10, 7), disk_light(R"("radius": 0.5)", 4),
+       {sun_disk(90, 10, 7), disk_light(R"("radius": 0.5)", 4), rectangle_light(R"("radiance": {"rgb": [4, 4, 4]})"),
         std::string(R"({"point": {"position": [0, 9, 0], "intensity": {"rgb": [6, 6, 6]}, "radius": 0.5}})")}) {
     std::string hidden = shown;
     hidden.insert(1, R"("hidden_from_camera": true, )");

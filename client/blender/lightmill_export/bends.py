@@ -17,6 +17,7 @@ def bend(maker, inside):
     if node.type not in ("NORMAL_MAP", "BUMP"):
         maker.notices.node(node, "left out: only normal maps and bumps change normals here")
         return
+    maker.notices.add("Normal maps and bumps lose no light here. In Blender, diffuse surfaces that they bend are darker")
     (normal_map if node.type == "NORMAL_MAP" else bump)(maker, inside)
     inside.name_unread(maker.notices)
 

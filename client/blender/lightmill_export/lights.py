@@ -160,8 +160,7 @@ def area(data, color, axes, notices):
              "radiance": rgb(color, 1 / (4 * surface * kept)), "spread_degrees": spread}
     if round_shape:
         return "disk", {**shape, "radius": height / 2, "second_radius": width / 2}, True
-    notices.here("its rectangle is an ellipse of the same area here")
-    return "disk", {**shape, "radius": height / math.sqrt(math.pi), "second_radius": width / math.sqrt(math.pi)}, True
+    return "rectangle", {**shape, "width": width, "height": height}, True
 
 
 KINDS = {"POINT": point, "SPOT": spot, "SUN": sun, "AREA": area}

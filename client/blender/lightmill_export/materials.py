@@ -239,36 +239,40 @@ class MaterialMaker:
 
     def principled(self, node, color, numbers):
         metallic, ior, specular = numbers["metallic"], numbers["ior"], numbers["specular"]
-        factor = 1.0
-        if not numbers.get("lambert"):
-            factor, ior, specular = self.old_principled(node, color, numbers)
-        out = {"base_color": self.color(Value(color.rgb * factor, color.image, color.colors), node, vertex=True),
+        burley = OLD and not numbers.get("lambert")
+        if burley:
+            ior, specular = self.old_gloss(numbers)
+        out = {"base_color": self.color(color, node, vertex=True),
                "specular": specular, "transmission": numbers["transmission"], "ior": fitting_ior(ior),
                "coat": numbers["coat"], "coat_roughness": numbers["coat_roughness"],
                **self.scalar(numbers["roughness"], node, "roughness"), **self.scalar(metallic, node, "metallic")}
+        if burley and numbers["transmission"] < 1 and float(metallic.mean()[0]) < 1:
+            out["burley_diffuse"] = True
         self.document["principled"] = out
         if numbers["transmission"] > 0:
             self.without_holes(node)
         self.rough(numbers["multiple"])
 
-    def old_principled(self, node, color, numbers):
-        """The factor of the base colour, ior and specular of a principled shader of Blender before 4.0."""
+    def old_gloss(self, numbers):
+        """The index and specular of a principled shader of Blender before 4.0, whose gloss has an index of its own."""
         ior, specular, transmission = numbers["ior"], numbers["specular"], numbers["transmission"]
-        if not OLD:
-            return 1.0, ior, specular
         if transmission == 0:
-            ior = 1.5  # the gloss has an index of its own
+            ior = 1.5
         elif transmission < 1 and abs(ior - 1) > 1e-3:
             specular = min(specular * 0.04 / ((ior - 1) / (ior + 1)) ** 2, 1.0)
-        diffuse_share = (1 - float(numbers["metallic"].mean()[0])) * (1 - transmission)
+        return ior, specular
+
+    def lambert_factor(self, color, numbers):
+        """What the base colour of a principled shader is scaled with in a mixture."""
+        diffuse_share = (1 - float(numbers["metallic"].mean()[0])) * (1 - numbers["transmission"])
         rough = float(numbers["roughness"].mean()[0])
         factor = 1 + diffuse_share * (diffuse_factor(rough, numbers["specular"]) - 1)
         if abs(factor - 1) > 5e-3 and np.any(color.rgb > 0):
-            self.notices.add("Principled shaders have Lambert's diffuse part here, and not Burley's as in this version of Blender. "
-                             "Their colours are scaled so that they reflect as much even light")
+            self.notices.add("Principled shaders in mixtures have Lambert's diffuse part here, and not Burley's as in this version "
+                             "of Blender. Their colours are scaled so that they reflect as much even light")
         if color.image is None and np.any(color.rgb * factor > 1):
             self.notices.here("its colour is so bright that it reflects more light in Blender than arrives. Here it does not")
-        return factor, ior, specular
+        return factor
 
     def mixture(self, parts):
         """One principled material for several closures: shares and colours are added, and the rest is averaged."""
@@ -292,7 +296,7 @@ class MaterialMaker:
         for p, share, closure in params:
             own = closure.color
             if not p.get("lambert"):
-                factor = self.old_principled(closure.node, own, p)[0]
+                factor = self.lambert_factor(own, p)
                 own = Value(own.rgb * factor, own.image, own.colors)
             color = self.reader.combine(lambda a, b, share=share: a + share * b, [color, own], closure.node)
         scale = min(total, 1.0)

@@ -1,7 +1,8 @@
 """Blender's principled shader as parameters of ours.
 
 Before Blender 4.0 it is Burley's: its diffuse part is not Lambert's, and does not lose the light that the gloss above it
-reflects. Ours loses it. So the base colour is scaled until both parts reflect the same share of even light.
+reflects. Documents can say so, but a mixture of it with others has a diffuse part that loses it. There the base colour is
+scaled until both parts reflect the same share of even light.
 """
 from functools import lru_cache
 

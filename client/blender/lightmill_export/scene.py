@@ -87,8 +87,8 @@ class SceneExport:
         written = self.shared[key]
         if written is None:
             return
-        self.check_object(item, matrix)
         file, used = written
+        self.check_object(item, matrix, used)
         out = {"name": item.name, "mesh": {"file": file}, "transform": {"matrix": space.matrix(matrix)}}
         if len(used) == 1:
             out["material"] = used[0].document["name"]
@@ -99,11 +99,14 @@ class SceneExport:
 
     # What a document cannot say.
 
-    def check_object(self, item, matrix):
+    def check_object(self, item, matrix, used):
         kinds = ("camera", "diffuse", "glossy", "transmission", "volume_scatter", "shadow")
         unseen = [kind for kind in kinds if not getattr(item, f"visible_{kind}")]
         if unseen:
             self.notices.here(f"it is hidden from {', '.join(unseen)} rays in Blender, but not here")
+        scales = [axis.length for axis in space.axes(matrix)[:3]]
+        if max(scales) > 1.01 * min(scales) and any("normal_map" in made.document for made in used):
+            self.notices.here("its normal map bends normals as if the object had the same scale along all axes")
         if item.is_shadow_catcher:
             self.notices.here("it is a shadow catcher in Blender, and an ordinary surface here")
         if item.is_holdout:

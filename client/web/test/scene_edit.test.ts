@@ -31,6 +31,8 @@ const kJson = {
     {directional: {direction: at(0, -1, 0), irradiance: rgb(1, 1, 1)}},
     {name: 's', spot: {position: at(0, 2, 0), direction: at(0, -1, 0), intensity: rgb(5, 5, 5), cutoffDegrees: 30, blend: 0.5}},
     {name: 's', cosinePower: {position: at(0, 2, 0), direction: at(0, -1, 0), intensity: rgb(5, 5, 5), exponent: 3}},
+    {name: 'd', disk: {position: at(0, 2, 0), direction: at(0, -1, 0), radiance: rgb(5, 5, 5), radius: 0.3, secondRadius: 0.2, spreadDegrees: 90}},
+    {name: 'r', rectangle: {position: at(0, 2, 0), direction: at(0, -1, 0), radiance: rgb(5, 5, 5), width: 0.3}},
     {name: 'i', ies: {position: at(0, 2, 0), direction: at(0, -1, 0), up: at(1, 0, 0), asset: 'cd'.repeat(32), scale: 2, color: rgb(1, 1, 1)}},
     {name: 'e', environment: {radiance: rgb(1, 1, 1), asset: 'ef'.repeat(32), rotationDegrees: 90}, group: 'sky'},
   ],
@@ -93,7 +95,7 @@ test('every kind has its slots, and each changes its own value alone', () => {
   expect(slots).toBeGreaterThan(45);
   const count = (title: string) => groupsOf(scene).find((group) => group.title === title)!.slots.map((slot) => slot.label);
   expect(count('glass')).toEqual(['Index of refraction', 'Roughness', 'Absorption per unit', 'Scattering per unit', 'Anisotropy', 'Emission']);
-  expect(count('paint')).toEqual(['Colour', 'Metallic', 'Roughness', 'Specular', 'Transmission', 'Index of refraction', 'Coat', 'Coat roughness', 'Emission']);
+  expect(count('paint')).toEqual(['Colour', 'Metallic', 'Roughness', 'Specular', 'Transmission', 'Index of refraction', 'Coat', 'Coat roughness', "Burley's diffuse part", 'Emission']);
   expect(count('lamp')).toEqual(['Colour', 'Emission', 'Emission exponent', 'Emits on both sides']);
 });
 

@@ -178,7 +178,7 @@ void LightBuilder::add_disk(const DiskLight& disk, const Light& light) {
   const Vec3d first = across(normal, disk.up);
   lights_.disks.add({to_frame(disk.position), Vec3(first * static_cast<double>(radius)),
                      Vec3(glm::cross(normal, first) * static_cast<double>(second_radius)), to_vec(disk.radiance),
-                     degrees_to_radians(disk.spread_degrees)});
+                     degrees_to_radians(disk.spread_degrees), disk.rectangular});
   note_group(LightKind::disk, light.group, light.hidden_from_camera);
 }
 

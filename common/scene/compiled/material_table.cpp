@@ -109,6 +109,8 @@ void MaterialTable::add(const Material& material, const Vec3& radiance) {
                    push(principled_.transmission, m.transmission);
                    push(principled_.coat, m.coat);
                    push(principled_.coat_roughness, m.coat_roughness);
+                   principled_.burley.push_back(m.burley_diffuse ? 1 : 0);
+                   has_burley_ |= m.burley_diffuse;
                    return {MaterialKind::principled, m.base_color, {}, m.ior};
                  }},
       material.kind);

@@ -93,7 +93,8 @@ class MaterialTable {
             ior(surface, lanes),
             principled_.coat.at(row, lanes),
             principled_.coat_roughness.at(row, lanes),
-            compensated(surface, lanes)};
+            compensated(surface, lanes),
+            has_burley_ ? lanes & (principled_.burley.at(row, lanes) == U8(1u)) : M8()};
   }
   /// Emitted radiance at this positive cosine to the normal.
   V8 emission(const Surface8& surface, F8 cosine, M8 lanes) const {
@@ -190,7 +191,9 @@ class MaterialTable {
   } phong_;
   struct {
     Column<float> metallic, roughness, specular, transmission, coat, coat_roughness;
+    Column<std::uint32_t> burley;  ///< 0 or 1
   } principled_;
+  bool has_burley_ = false;
 };
 
 }  // namespace lightmill

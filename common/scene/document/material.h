@@ -113,6 +113,7 @@ struct PrincipledMaterial {
   double metallic = 0, roughness = 0.5, specular = 0.5, transmission = 0;  ///< each in [0, 1]
   double ior = 1.5;                                                        ///< in (0, 10]
   double coat = 0, coat_roughness = 0.03;                                  ///< each in [0, 1]
+  bool burley_diffuse = false;
 };
 
 /// A surface that shows the environment behind it, darkened by the scene's shadows.

@@ -36,14 +36,21 @@ Status check_cosine_power(const std::string& path, const CosinePowerLight& light
 }
 
 Status check_disk(const std::string& path, const DiskLight& disk) {
-  LM_RETURN_IF_ERROR(check_point(path + ".disk.position", disk.position));
-  LM_RETURN_IF_ERROR(check_direction(path + ".disk.direction", disk.direction));
-  LM_RETURN_IF_ERROR(check_power(path + ".disk.radiance", disk.radiance));
-  LM_RETURN_IF_ERROR(check_length(path + ".disk.radius", disk.radius));
-  LM_RETURN_IF_ERROR(check_length(path + ".disk.second_radius", disk.second_radius));
-  LM_RETURN_IF_ERROR(check_direction(path + ".disk.up", disk.up));
-  LM_RETURN_IF_ERROR(check_range(path + ".disk.spread_degrees", disk.spread_degrees, kLeastSpreadDegrees, 180));
-  return check_up(path + ".disk.up", disk.up, disk.direction);
+  const std::string field = fmt::format("{}.{}.", path, disk.kind_name());
+  LM_RETURN_IF_ERROR(check_point(field + "position", disk.position));
+  LM_RETURN_IF_ERROR(check_direction(field + "direction", disk.direction));
+  LM_RETURN_IF_ERROR(check_power(field + "radiance", disk.radiance));
+  if (disk.rectangular) {
+    LM_RETURN_IF_ERROR(
+        check_length(field + "width", 2 * disk.second_radius));  // first, because height is width by default
+    LM_RETURN_IF_ERROR(check_length(field + "height", 2 * disk.radius));
+  } else {
+    LM_RETURN_IF_ERROR(check_length(field + "radius", disk.radius));
+    LM_RETURN_IF_ERROR(check_length(field + "second_radius", disk.second_radius));
+  }
+  LM_RETURN_IF_ERROR(check_direction(field + "up", disk.up));
+  LM_RETURN_IF_ERROR(check_range(field + "spread_degrees", disk.spread_degrees, kLeastSpreadDegrees, 180));
+  return check_up(field + "up", disk.up, disk.direction);
 }
 
 Status check_ies(const std::string& path, const IesLight& ies) {

@@ -37,8 +37,8 @@ Status check_holdouts(const Scene& scene) {
     const auto* const disk = std::get_if<DiskLight>(&scene.lights[i].kind);
     if (disk != nullptr && disk->spread_degrees != 180) {
       return invalid_argument(
-          "lights[{}].disk.spread_degrees: must be 180 in a scene with a holdout (objects[{}]), got {}", i,
-          holdout - scene.objects.begin(), disk->spread_degrees);
+          "lights[{}].{}.spread_degrees: must be 180 in a scene with a holdout (objects[{}]), got {}", i,
+          disk->kind_name(), holdout - scene.objects.begin(), disk->spread_degrees);
     }
   }
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {

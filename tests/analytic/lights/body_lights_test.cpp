@@ -136,6 +136,12 @@ TEST(BodyLights, ADiskWithASpreadIsSampledAsRaysMeetIt) {
   }
 }
 
+TEST(BodyLights, ARectangleIsSampledAsRaysMeetIt) {
+  LightTable table;
+  table.disks.add({{0.5f, 2, 0.3f}, {0.9f, 0, 0}, {0, 0, 0.2f}, {2, 3, 4}, M_PI, true});  // shines down
+  expect_body_is_sampled_as_rays_meet_it(table, {0.1f, 0.2f, 0.6f}, {0.4f, 1.8f, -0.3f}, std::cos(0.6));
+}
+
 TEST(BodyLights, ADiskIsDarkBehind) {
   LightTable table;
   table.disks.add({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 3, 4}});

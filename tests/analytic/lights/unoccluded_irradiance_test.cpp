@@ -91,6 +91,17 @@ TEST(UnoccludedIrradiance, OfADiskIsItsFormFactor) {
   }
 }
 
+TEST(UnoccludedIrradiance, OfARectangleIsItsFormFactor) {
+  // Each quarter has a corner above the point: E/(πL) = 4/(2π) (a/√(1 + a²) atan(b/√(1 + a²)) + the same of (b, a)).
+  LightTable table;
+  table.disks.add({{0, 0, 0}, {2, 0, 0}, {0, 0.5f, 0}, {1, 1, 1}, M_PI, true});
+  const auto half = [](double a, double b) { return a / std::hypot(1, a) * std::atan(b / std::hypot(1, a)); };
+  for (const double h : {0.3, 1.0, 7.0}) {
+    EXPECT_NEAR(table.disks.irradiance(0, {0, 0, h}, {0, 0, -1}).x / M_PI,
+                2 / M_PI * (half(2 / h, 0.5 / h) + half(0.5 / h, 2 / h)), 1e-12);
+  }
+}
+
 TEST(UnoccludedIrradiance, MatchesSamplesOfABall) {
   for (const Vec3& normal : {Vec3(0, 1, 0), Vec3(1, 0.1f, 0), Vec3(0.3f, 0, 1), Vec3(0, -1, 0.4f)}) {
     LightTable table;

@@ -10,11 +10,11 @@ namespace {
 struct Parameters {
   Vec3 base_color{0.8f};
   float metallic = 0, roughness = 0.5f, specular = 0.5f, transmission = 0, ior = 1.5f, coat = 0, coat_roughness = 0.1f;
-  bool compensated = true;
+  bool compensated = true, burley = false;
 
   Principled8 seen_from(const V8& wo, M8 front = M8(true)) const {
     return {{broadcast(base_color), F8(metallic), F8(roughness), F8(specular), F8(transmission), F8(ior), F8(coat),
-             F8(coat_roughness), M8(compensated)},
+             F8(coat_roughness), M8(compensated), M8(burley)},
             select(front, F8(ior), F8(1 / ior)),
             wo,
             front};
@@ -161,6 +161,74 @@ void expect_same(const Parameters& p, const Bsdf& other, bool transmits, double 
 TEST(Principled, WithoutGlossItIsLambert) {
   expect_same({.specular = 0}, Diffuse8{broadcast(Vec3(0.8f))}, false, 1e-6);
   expect_same({.ior = 1}, Diffuse8{broadcast(Vec3(0.8f))}, false, 1e-6);
+}
+
+/// Burley's diffuse part alone and below layers.
+std::vector<Parameters> with_burley() {
+  std::vector<Parameters> all;
+  for (const float roughness : {0.2f, 0.5f, 1.0f}) {
+    all.push_back({.roughness = roughness, .specular = 0, .burley = true});
+    all.push_back({.roughness = roughness, .burley = true});
+    all.push_back({.metallic = 0.3f, .roughness = roughness, .transmission = 0.4f, .coat = 0.6f, .burley = true});
+  }
+  return all;
+}
+
+/// f · cos of a white surface, as Burley writes it (2012, 5.3), with the angle between the half vector and wi.
+double published_burley(const Vec3d& wo, const Vec3d& wi, double roughness) {
+  const double cos_d = glm::dot(glm::normalize(wo + wi), wi), f90 = 0.5 + 2 * roughness * cos_d * cos_d;
+  const auto schlick = [&](double cosine) { return 1 + (f90 - 1) * std::pow(1 - cosine, 5); };
+  return schlick(wo.z) * schlick(wi.z) * wi.z / M_PI;
+}
+
+TEST(Principled, BurleysDiffusePartIsThePublishedOne) {
+  for (const float roughness : {0.0f, 0.4f, 1.0f}) {
+    const Parameters p{.base_color = Vec3(1), .roughness = roughness, .specular = 0, .burley = true};
+    for (const double degrees : kPrincipledAngles) {
+      const Vec3d wo = tilted(degrees);
+      const Principled8 bsdf = p.seen_from(to_lanes(wo));
+      double albedo = 0;
+      constexpr int kSteps = 200;
+      for (int i = 0; i < kSteps * kSteps; ++i) {
+        const double z = (i / kSteps + 0.5) / kSteps, phi = M_PI * (i % kSteps + 0.5) / kSteps,
+                     r = std::sqrt(1 - z * z);
+        const Vec3d wi(r * std::cos(phi), r * std::sin(phi), z);
+        const double f = published_burley(wo, wi, roughness);
+        albedo += f * 2 * M_PI / (kSteps * kSteps);
+        if (i % 100 == 0) {
+          ASSERT_NEAR(Lanes(bsdf.eval(to_lanes(wo), to_lanes(wi)).x)[0], f, 1e-5 * f + 1e-6) << degrees << " " << i;
+        }
+      }
+      EXPECT_NEAR(Lanes(bsdf.rough_albedo().x)[0], albedo, 1e-4) << roughness << " " << degrees;
+      EXPECT_NEAR(even_albedo(bsdf, wo), albedo, 2e-3) << roughness << " " << degrees;
+    }
+  }
+}
+
+TEST(Principled, BurleysDiffusePartIsSampledAndReciprocal) {
+  std::uint32_t seed = 2000;
+  for (const Parameters& p : with_burley()) {
+    for (const double degrees : {40.0, 88.0}) {
+      const Vec3d wo = tilted(degrees);
+      EXPECT_LT(sample_z(p.seen_from(to_lanes(wo)), wo, grid_for(p, wo, p.ior), ++seed, 1e-2), kChiSquaredThreshold)
+          << seed << " " << degrees;
+    }
+    expect_reciprocity([&](const V8& wo, M8 front) { return p.seen_from(wo, front); }, p.ior, p.transmission > 0, 1e-2);
+  }
+}
+
+TEST(Principled, GlossTakesNoLightFromBurleysDiffusePart) {
+  const Parameters all{.roughness = 0.5f, .burley = true};
+  Parameters gloss = all, diffuse = all;
+  gloss.base_color = Vec3(0);
+  diffuse.specular = 0;
+  for (int i = 0; i < 500; ++i) {
+    const Vec3d wo = tilted(89.0 * (i % 23) / 23);
+    const double z = ((i % 31) + 0.5) / 31, r = std::sqrt(1 - z * z), phi = i * 2.399963;
+    const V8 wi = to_lanes({r * std::cos(phi), r * std::sin(phi), z});
+    const auto f = [&](const Parameters& p) { return Lanes(p.seen_from(to_lanes(wo)).eval(to_lanes(wo), wi).x)[0]; };
+    ASSERT_NEAR(f(all), f(gloss) + f(diffuse), 1e-5 * f(all)) << i;
+  }
 }
 
 TEST(Principled, WhiteMetalIsAConductorThatReflectsAll) {

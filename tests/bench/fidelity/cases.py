@@ -322,6 +322,10 @@ def principled_glass():
 def floor_alone(degrees):
     """A principled floor in an even sky, which fills the picture, seen from this height above the horizon."""
     floor(material("floor", "BSDF_PRINCIPLED", Base_Color=gray(0.6), Roughness=1.0)).scale = (100, 100, 1)
+    from_height(degrees)
+
+
+def from_height(degrees):
     sky(1.0)
     camera = bpy.context.scene.camera
     camera.location, camera.rotation_euler, camera.data.lens = (0, 0, 2), (math.radians(90 - degrees), 0, 0), 200
@@ -446,6 +450,18 @@ def normal_map():
                     data=True)
     textured(bumpy, picture, node.inputs["Color"])
     under_the_sky(floor=bumpy, block=bumpy)
+
+
+@case
+def normals_alone():
+    """A floor in an even sky, which fills the picture. Its normals lean by 40°."""
+    leaning = material("leaning", Color=gray(0.6))
+    lean = math.radians(40)
+    node = insert(leaning, "ShaderNodeNormalMap", shader_of(leaning).inputs["Normal"])
+    textured(leaning, image("normal", 2, lambda x, y: (0.5 + 0.5 * math.sin(lean), 0.5, 0.5 + 0.5 * math.cos(lean), 1), data=True,
+                            float_buffer=True), node.inputs["Color"])
+    floor(leaning)
+    from_height(90)
 
 
 @case

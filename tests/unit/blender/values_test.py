@@ -13,8 +13,10 @@ from mathutils import Euler, Matrix, Vector
 
 from lightmill_export import camera, lights, world
 from lightmill_export.images import ImageFiles
+from lightmill_export.materials import MaterialMaker
 from lightmill_export.notices import Notices
 from lightmill_export.render_engine import export
+from lightmill_export.textures import Textures
 
 FOLDER = tempfile.mkdtemp(prefix="lightmill-values-")
 
@@ -62,8 +64,9 @@ class Lights(unittest.TestCase):
                 ("DISK", {"size": 2}, math.pi * 1.5 * 0.5), ("ELLIPSE", {"size": 2, "size_y": 1}, math.pi / 2 * 1.5 * 0.5)):
             for spread in (math.pi, 2.0, 0.6):
                 made = light("AREA", Matrix.Diagonal((1.5, 0.5, 1, 1)), energy=10, shape=shape, spread=spread, **properties)
-                kind = made["disk"]
-                own = math.pi * kind["radius"] * kind["second_radius"]
+                kind = made.get("rectangle") or made["disk"]
+                own = (kind["width"] * kind["height"] if "width" in kind
+                       else math.pi * kind["radius"] * kind["second_radius"])
                 self.assertAlmostEqual(own / area, 1, 5)
                 exitance, half = 0.0, math.radians(kind["spread_degrees"]) / 2
                 for i in range(20000):
@@ -74,10 +77,25 @@ class Lights(unittest.TestCase):
 
     def test_an_area_light_lies_as_in_blender(self):
         turn = Euler((0.3, 0.7, -0.4)).to_matrix().to_4x4()
-        made = light("AREA", turn, shape="ELLIPSE", size=3, size_y=1)["disk"]
+        made = light("AREA", turn, shape="RECTANGLE", size=3, size_y=1)["rectangle"]
         np.testing.assert_allclose(made["direction"], to_document(turn @ Vector((0, 0, -1))), atol=1e-6)
         np.testing.assert_allclose(made["up"], to_document(turn @ Vector((0, 1, 0))), atol=1e-6)
-        np.testing.assert_allclose((made["second_radius"], made["radius"]), (1.5, 0.5), rtol=1e-6)
+        np.testing.assert_allclose((made["width"], made["height"]), (3, 1), rtol=1e-6)
+
+
+class Materials(unittest.TestCase):
+    def test_a_principled_shader_keeps_its_colour_and_its_diffuse_part(self):
+        made = bpy.data.materials.new("m")
+        made.use_nodes = True
+        shader = made.node_tree.nodes["Principled BSDF"]
+        shader.inputs["Base Color"].default_value = (0.9, 0.5, 0.2, 1)
+        for metallic, burley in ((0.0, bpy.app.version < (4, 0, 0)), (0.4, bpy.app.version < (4, 0, 0)), (1.0, False)):
+            shader.inputs["Metallic"].default_value = metallic
+            notices = Notices()
+            document = MaterialMaker("m", Textures(ImageFiles(FOLDER), notices), notices).make(made).document["principled"]
+            np.testing.assert_allclose(document["base_color"]["rgb"], (0.9, 0.5, 0.2), rtol=1e-6)
+            self.assertEqual(document.get("burley_diffuse", False), burley)
+            self.assertEqual(notices.texts, [])
 
 
 class Cameras(unittest.TestCase):
@@ -185,3 +203,27 @@ class Meshes(unittest.TestCase):
             uv = Vector(((x + 1) / 2 * 2, (y + 1) / 2 * 3, 0))  # the plane's own coordinates, scaled
             expected = Euler((0, 0, 0.5)).to_matrix() @ uv + Vector((0.1, 0.2, 0))
             np.testing.assert_allclose(coordinates[coordinate], expected[:2], atol=1e-5)
+
+    def test_a_normal_map_under_different_scales_is_named(self):
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        scene = bpy.context.scene
+        scene.camera = bpy.data.objects.new("view", bpy.data.cameras.new("view"))
+        made = bpy.data.materials.new("bumpy")
+        made.use_nodes = True
+        tree = made.node_tree
+        image, bent = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeNormalMap")
+        image.image = bpy.data.images.new("picture", 2, 2)
+        image.image.pack()
+        tree.links.new(image.outputs[0], bent.inputs["Color"])
+        tree.links.new(bent.outputs[0], tree.nodes["Principled BSDF"].inputs["Normal"])
+        for name, scale, bumpy in (("even", (2, 2, -2), True), ("long", (1, 1, 3), True), ("smooth", (1, 1, 3), False)):
+            bpy.ops.mesh.primitive_plane_add(size=2)
+            plane = bpy.context.object
+            plane.name, plane.scale = name, scale
+            if bumpy:
+                plane.data.materials.append(made)
+        bpy.context.view_layer.update()
+        export(FOLDER)
+        with open(os.path.join(FOLDER, "report.json"), encoding="utf-8") as file:
+            notices = json.load(file)["notices"]
+        self.assertEqual([text.split(":")[0] for text in notices if "same scale" in text], ["object long"])

@@ -21,7 +21,7 @@ TEST(MaterialTable, ReturnsTheParametersOfEachMaterial) {
       scene.materials.emplace_back().kind = ConductorMaterial{{x, 2 * x, 3 * x}, {4 * x, 5 * x, 6 * x}, x};
       scene.materials.emplace_back().kind = PhongMaterial{{x, 0, 0}, {0, x, 0}, 64 * x};
       scene.materials.emplace_back().kind =
-          PrincipledMaterial{{x, 0, 0}, x, x / 2, x / 4, x / 8, 1 + x, x / 16, x / 32};
+          PrincipledMaterial{{x, 0, 0}, x, x / 2, x / 4, x / 8, 1 + x, x / 16, x / 32, i % 2 == 1};
     }
     const MaterialTable table(scene, {}, std::vector<Vec3>(scene.materials.size()));
     for (std::uint32_t i = 0; i < of_each_kind; ++i) {
@@ -47,6 +47,7 @@ TEST(MaterialTable, ReturnsTheParametersOfEachMaterial) {
       for (std::size_t j = 0; j < found.size(); ++j) {
         EXPECT_EQ((found[j] == F8(expected[j])).bits(), 0xff) << j;
       }
+      EXPECT_EQ(p.burley.bits(), i % 2 == 1 ? 0xff : 0);
     }
   }
 }

@@ -59,5 +59,17 @@ TEST(Facts, ASceneThatLosesNoLightIsFlagged) {
   EXPECT_EQ(read_facts(scene_of({snow, kWhite}, {kSky})).largest_albedo, 1);
 }
 
+TEST(Facts, GlossOnBurleysDiffusePartAddsToItsAlbedo) {
+  // Gray of 0.95 reflects 0.95 · 1.0652 of even light without gloss (the mean of principled_test's formula, roughness 1).
+  PrincipledMaterial chalk{{0.95f, 0.95f, 0.95f}, 0, 1, 0};
+  const auto most = [&] { return read_facts(scene_of({material("chalk", chalk)}, {kSky})).largest_albedo; };
+  EXPECT_NEAR(most(), 0.95, 1e-6);
+  chalk.burley_diffuse = true;
+  EXPECT_GT(most(), 0.95 * 1.0652);
+  const double matt = most();
+  chalk.specular = 0.5;  // whose mean Fresnel term is .04 + .96/21
+  EXPECT_NEAR(most(), matt + 0.04 + 0.96 / 21, 1e-6);
+}
+
 }  // namespace
 }  // namespace lightmill

@@ -36,6 +36,28 @@ Kind light_of(const std::string& light) {
   return scene.lights.empty() ? Kind() : std::get<Kind>(scene.lights[0].kind);
 }
 
+TEST(LightJson, ARectangleHasAWidthAndAHeight) {
+  const auto size = [](const std::string& fields) {
+    const auto light = light_of<DiskLight>(fmt::format(
+        R"({{"rectangle": {{"position": [1, 2, 3], "direction": [0, -1, 0], "radiance": {{"rgb": [1, 1, 1]}}{}}}}})",
+        fields));
+    EXPECT_TRUE(light.rectangular);
+    return std::array{2 * light.second_radius, 2 * light.radius};
+  };
+  EXPECT_EQ(size(""), (std::array{1.0, 1.0}));
+  EXPECT_EQ(size(R"(, "width": 3)"), (std::array{3.0, 3.0}));
+  EXPECT_EQ(size(R"(, "width": 3, "height": 2)"), (std::array{3.0, 2.0}));
+  // Φ = πL · 3 · 2
+  const auto lamp = light_of<DiskLight>(
+      R"({"rectangle": {"position": [1, 2, 3], "direction": [0, -1, 0], "width": 3, "height": 2}, "strength": {"watt": 12}})");
+  EXPECT_NEAR(lamp.radiance.r, 2 / M_PI, 1e-6);
+  EXPECT_NE(light_error(light_document(
+                            R"({"rectangle": {"position": [0, 2, 0], "direction": [0, -1, 0], "width": -1,
+                                "radiance": {"rgb": [1, 1, 1]}}})"))
+                .find("lights[0].rectangle.width: must be positive"),
+            std::string::npos);
+}
+
 TEST(LightJson, DefaultsAreThoseOfTheSchema) {
   const auto spot = light_of<SpotLight>(
       R"({"spot": {"position": [1, 2, 3], "direction": [0, -1, 0], "intensity": {"rgb": [1, 2, 3]}}})");

@@ -67,7 +67,7 @@ TEST(MaterialJson, ConductorsAreReadByNumbersOrByName) {
 TEST(MaterialJson, PrincipledMaterialsAreRead) {
   const auto all = std::get<PrincipledMaterial>(
       read(R"("principled": {"base_color": {"rgb": [0.1, 0.2, 0.3]}, "metallic": 0.1, "roughness": 0, "specular": 0,
-"transmission": 0.2, "ior": 1.3, "coat": 0.4, "coat_roughness": 0})")
+"transmission": 0.2, "ior": 1.3, "coat": 0.4, "coat_roughness": 0, "burley_diffuse": true})")
           .kind);
   EXPECT_EQ(all.base_color, (RgbColor{0.1f, 0.2f, 0.3f}));
   EXPECT_EQ(all.metallic, 0.1);
@@ -77,11 +77,13 @@ TEST(MaterialJson, PrincipledMaterialsAreRead) {
   EXPECT_EQ(all.ior, 1.3);
   EXPECT_EQ(all.coat, 0.4);
   EXPECT_EQ(all.coat_roughness, 0);
+  EXPECT_TRUE(all.burley_diffuse);
   const auto none = std::get<PrincipledMaterial>(read(R"("principled": {})").kind);
   EXPECT_EQ(none.roughness, 0.5);
   EXPECT_EQ(none.specular, 0.5);
   EXPECT_EQ(none.ior, 1.5);
   EXPECT_EQ(none.coat_roughness, 0.03);
+  EXPECT_FALSE(none.burley_diffuse);
   EXPECT_EQ(material_error(R"("principled": {"coat": 2})"),
             "m.json:2:52: materials[0].principled.coat: must be in [0, 1], got 2");
   EXPECT_EQ(material_error(R"("principled": {"ior": 0})"),

@@ -265,7 +265,7 @@ TEST(SceneJson, MissingFieldsAreNamed) {
       "box.json:5:43: objects[0].sphere.radius: must be positive and at most 1000000000000, got 0");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, kObjects, ",\n\"lights\": [{\"name\": \"x\"}]")),
             "box.json:6:12: lights[0]: a kind of light must be given; the kinds are point, directional, spot, "
-            "cosine_power, disk, ies, environment");
+            "cosine_power, disk, rectangle, ies, environment");
 }
 
 TEST(SceneJson, BrokenJsonIsReportedWithItsPlace) {

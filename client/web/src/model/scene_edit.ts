@@ -188,7 +188,8 @@ function kindSlots({kind}: Material, put: (kind: Material['kind']) => Scene): Sl
         .share('transmission', 'Transmission')
         .number('ior', 'Index of refraction', 1.5, kLeastIor, kMostIor, 0.01)
         .share('coat', 'Coat')
-        .share('coatRoughness', 'Coat roughness', 0.03).found;
+        .share('coatRoughness', 'Coat roughness', 0.03)
+        .flag('burleyDiffuse', "Burley's diffuse part").found;
     case 'holdout':
     case undefined:
       return [];
@@ -263,6 +264,14 @@ function lightSlots(scene: Scene, index: number): Slot[] {
         .point('position', 'Position')
         .point('direction', 'Direction')
         .number('radius', 'Radius', 1, 0.001, 2 ** 100, 0.01)
+        .number('spreadDegrees', 'Spread, degrees', 180, 1, 180, 1).found;
+    case 'rectangle':
+      return new Slots(kind.value, (value) => put({case: 'rectangle', value}))
+        .light('radiance', 'Strength', 'W/(m² sr)')
+        .point('position', 'Position')
+        .point('direction', 'Direction')
+        .number('width', 'Width', 1, 0.001, 2 ** 100, 0.01)
+        .number('height', 'Height', kind.value.width ?? 1, 0.001, 2 ** 100, 0.01)
         .number('spreadDegrees', 'Spread, degrees', 180, 1, 180, 1).found;
     case 'environment':
       return new Slots(kind.value, (value) => put({case: 'environment', value}))
