@@ -36,6 +36,9 @@ void HostMonitor::check_certificate(std::int64_t now_unix_s) {
       spdlog::warn("new connections may fail, or use the certificate that was read before: {}", wrong);
     }
   }
+  if (texts.ok()) {
+    tell_renewal(*texts);
+  }
   if (!texts.ok() || now_unix_s - end_told_at_unix_s_ < kDaySeconds) {
     return;
   }
@@ -44,6 +47,26 @@ void HostMonitor::check_certificate(std::int64_t now_unix_s) {
     end_told_at_unix_s_ = now_unix_s;
     spdlog::warn("{} {}: the certificate expires {}: renew it", kCertificateOption, tls_.certificate,
                  date_text(facts->front().until_unix_s));
+  }
+}
+
+void HostMonitor::tell_renewal(const TlsTexts& texts) {
+  const auto is_new = [](std::string& known, const std::string& text) {
+    const std::string before = std::exchange(known, text);
+    return !before.empty() && before != text;
+  };
+  if (is_new(certificate_, texts.certificate)) {
+    if (const auto all = read_certificates(texts.certificate); all.ok()) {
+      spdlog::info("read the new certificate of {} {}: '{}', valid until {}", kCertificateOption, tls_.certificate,
+                   all->front().name, date_text(all->front().until_unix_s));
+    }
+  }
+  if (is_new(authority_, texts.authority)) {
+    std::vector<std::string> names;
+    if (const auto all = read_certificates(texts.authority); all.ok()) {
+      std::ranges::transform(*all, std::back_inserter(names), &CertificateFacts::name);
+    }
+    spdlog::info("read the new authorities of {} {}: {}", kAuthorityOption, tls_.authority, fmt::join(names, ", "));
   }
 }
 

@@ -22,6 +22,7 @@ class HostMonitor {
 
  private:
   void check_certificate(std::int64_t now_unix_s);
+  void tell_renewal(const TlsTexts& texts);
   void check_disk();
 
   const TlsFiles tls_;
@@ -29,6 +30,7 @@ class HostMonitor {
   const std::uint64_t reserve_bytes_;
   const std::function<void(const std::string&)> set_space_;
   std::string wrong_;                    ///< problem with the certificate, as last reported
+  std::string certificate_, authority_;  ///< as last read, PEM
   std::int64_t end_told_at_unix_s_ = 0;  ///< when its coming expiry was last reported
   bool full_ = false;
 };

@@ -200,6 +200,35 @@ TEST(Access, RenewedCertificatesComeIntoUseWithoutARestart) {
   secure.renew_server(today());
   EXPECT_TRUE(eventually(listed));
   EXPECT_TRUE(says("the files of the certificate are in order again"));
+  EXPECT_TRUE(says("read the new certificate of --tls-cert " + secure.path("server.pem") + ": 'farm', valid until"));
+  secure.write("ca.pem", secure.authority().certificate + make_authority("Next farm", today())->certificate);
+  EXPECT_TRUE(says("read the new authorities of --tls-ca " + secure.path("ca.pem") + ": Test farm, Next farm"));
+}
+
+TEST(Access, AWorkerLogsEachNewReasonWhyItIsNotConnected) {
+  SecureFarm secure;
+  Farm& farm = secure.farm();
+  const KeyAndCertificate own = secure.person("render-1", {Role::worker});
+  const BackgroundProcess worker({program("lightmill-worker"), "--server", farm.address(), "--threads", "1", "--tls-ca",
+                                  secure.write("known.pem", secure.authority().certificate), "--tls-cert",
+                                  secure.write("render-1.pem", own.certificate + own.key), "--log-level", "debug"},
+                                 (farm.folder() / "worker.log").string());
+  const auto said = [&](const std::string& words, int times) {
+    return eventually([&] { return farm.times_said("worker", words) >= times; });
+  };
+  ASSERT_TRUE(said("connected to", 1)) << farm.log("worker");
+  kill_at_once(farm.server());
+  EXPECT_TRUE(said(": Connection refused; tries again", 1)) << farm.log("worker");
+  EXPECT_TRUE(said("still no connection to", 2)) << farm.log("worker");
+  const KeyAndCertificate other = make_authority("Other farm", today()).value();
+  const KeyAndCertificate server = issue_certificate(other, {"farm", {"127.0.0.1"}, {}}, today()).value();
+  secure.write("server.pem", server.certificate + server.key);
+  farm.start_server();
+  EXPECT_TRUE(said("its certificate is signed by 'Other farm', which is not the authority", 1)) << farm.log("worker");
+  secure.renew_server(today());
+  EXPECT_TRUE(said("connected to", 2)) << farm.log("worker");
+  EXPECT_EQ(farm.times_said("worker", ": Connection refused; tries again"), 1) << farm.log("worker");
+  EXPECT_EQ(farm.times_said("worker", "signed by 'Other farm'"), 1) << farm.log("worker");
 }
 
 TEST(Access, AWorkerWithACertificateRendersAndOneWithoutIsToldWhy) {

@@ -42,6 +42,13 @@ std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const Tl
                                    arguments);
 }
 
+/// The reason at the end of "failed to connect to all addresses; last error: UNKNOWN: ipv4:…: Connection refused".
+std::string without_grpc_prefix(const std::string& text) {
+  const std::size_t colon =
+      text.starts_with("failed to connect to all addresses") ? text.rfind(": ") : std::string::npos;
+  return colon == std::string::npos ? text : text.substr(colon + 2);
+}
+
 }  // namespace
 
 struct CoordinatorLink::Connection {
@@ -197,8 +204,8 @@ Status CoordinatorLink::enrol(const std::string& server) {
     return with_context(status, fmt::format("enrolment with {} {}", kEnrolFileOption, enrolment.file));
   }
   LM_RETURN_IF_ERROR(enrolment.state->commit_pending_token());
-  spdlog::info("enrolled at {} as '{}': the token {} is in {}", server, token.name(), token.id(),
-               enrolment.state->token_file().string());
+  spdlog::info("enrolled at {} as '{}': the token {}, valid until {}, is in {}", server, token.name(), token.id(),
+               date_text(token.until_unix_s()), enrolment.state->token_file().string());
   const MutexLock lock(mutex_);
   token_refused_ = false;
   return ok_status();
@@ -211,7 +218,7 @@ std::string CoordinatorLink::explain(const std::string& server, const Status& fa
       return *std::move(problem);
     }
   }
-  return failure.message().empty() ? "it closed the stream" : message_of(failure);
+  return failure.message().empty() ? "it closed the stream" : without_grpc_prefix(message_of(failure));
 }
 
 void CoordinatorLink::send(std::shared_ptr<const WorkerMessage> message) {

@@ -26,7 +26,10 @@ void Session::message(const CoordinatorMessage& message, Time now, SessionAction
                  [&](const LeaseGrant& grant) { grant_lease(grant, actions); },
                  [&](const ResultAck& ack) { acknowledge(ack, now, actions); },
                  [&](const LeaseCancel& cancel) { cancel_leases(cancel, actions); },
-                 [&](const DrainRequest&) { begin_drain(false, now, actions); },
+                 [&](const DrainRequest&) {
+                   actions.push_back(LogNotice{"drain: finish what you have begun, and leave"});
+                   begin_drain(false, now, actions);
+                 },
                  [&](const PilotGrant& grant) { grant_pilot(grant, actions); },
                  [&](const InspectGrant& grant) { grant_inspection(grant, actions); },
                  [&](const Notice& notice) { actions.push_back(LogNotice{notice.text}); },

@@ -98,7 +98,7 @@ LinkHandlers WorkerLoop::link_handlers() {
     post([this, stream, message = std::move(message)](Time now) {
       if (stream == stream_ && stream_open_) {
         if (std::holds_alternative<Welcome>(message)) {
-          refusals_.clear();
+          troubles_.clear();
         }
         session_.message(message, now, actions_);
       }
@@ -295,31 +295,54 @@ void WorkerLoop::pilot_done(LeaseId lease, const Result<PilotReport>& report, Ti
 void WorkerLoop::stream_broke(const std::string& address, const Status& status, Time now) {
   stream_open_ = false;
   const bool refused = is_refusal(status);
-  if (refused && !exit_) {
-    std::string why = message_of(status);
-    if (std::string& said = refusals_[address]; said != why) {
-      spdlog::warn(
-          "refused by {}: {}; tries again in {:.0f} s, then less often, up to every {:.0f} s, and logs only a new "
-          "reason",
-          address, printable(why), to_seconds(refused_least_), to_seconds(refused_most_));
-      said = std::move(why);
-    } else {
-      spdlog::debug("refused again, by {}", address);
-    }
-  } else if ((failures_ == 0 || refused_last_) && !refused && !exit_) {
-    // This may take seconds. Meanwhile the session has to find another coordinator.
-    try {
-      explaining_ = std::jthread([this, address, status] {
-        spdlog::warn("no connection to {}: {}; trying again", address, link_.explain(address, status));
-      });
-    } catch (const std::system_error&) {  // no thread can start now
-      spdlog::warn("no connection to {}: {}; trying again", address, message_of(status));
-    }
+  if (!exit_) {
+    log_failure(address, status, refused);
   }
-  refused_last_ = refused;
   ++failures_;
   failures_ = std::min(failures_, 1'000);
   session_.disconnected(now, actions_, refused);
+}
+
+/// Logs each new reason.
+void WorkerLoop::log_failure(const std::string& address, const Status& status, bool refused) {
+  Trouble& trouble = troubles_[address];
+  const std::string text = message_of(status);
+  if (trouble.status == text) {
+    spdlog::debug("{} {}", refused ? "refused again, by" : "still no connection to", address);
+  } else if (refused) {
+    trouble = {text, ""};
+    spdlog::warn(
+        "refused by {}: {}; tries again in {:.0f} s, then less often, up to every {:.0f} s, and logs only a new reason",
+        address, printable(text), to_seconds(refused_least_), to_seconds(refused_most_));
+  } else if (!explaining_now_) {
+    trouble.status = text;
+    explain(address, status);
+  }
+}
+
+/// Logs why there is no connection. This may take seconds. Meanwhile the session has to find another coordinator.
+void WorkerLoop::explain(const std::string& address, const Status& status) {
+  try {
+    explaining_ = std::jthread([this, address, status] {
+      post([this, address, why = link_.explain(address, status)](Time) {
+        explaining_now_ = false;
+        log_trouble(address, why);
+      });
+    });
+    explaining_now_ = true;
+  } catch (const std::system_error&) {  // no thread can start now
+    log_trouble(address, message_of(status));
+  }
+}
+
+void WorkerLoop::log_trouble(const std::string& address, const std::string& why) {
+  const auto trouble = troubles_.find(address);  // none if the worker is connected meanwhile
+  if (trouble == troubles_.end() || trouble->second.why != why) {
+    spdlog::warn("no connection to {}: {}; tries again, and logs only a new reason", address, printable(why));
+  }
+  if (trouble != troubles_.end()) {
+    trouble->second.why = why;
+  }
 }
 
 }  // namespace lightmill

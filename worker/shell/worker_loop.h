@@ -60,6 +60,9 @@ class WorkerLoop {
   void tile_rendered(RenderedTile tile, Time now);
   void pilot_done(LeaseId lease, const Result<PilotReport>& report, Time now);
   void stream_broke(const std::string& address, const Status& status, Time now);
+  void log_failure(const std::string& address, const Status& status, bool refused);
+  void explain(const std::string& address, const Status& status);
+  void log_trouble(const std::string& address, const std::string& why);
   Duration jitter();
   LinkHandlers link_handlers();
 
@@ -73,13 +76,17 @@ class WorkerLoop {
     std::optional<PreparedJob> prepared;
   };
   std::map<JobId, Job> jobs_;
-  std::optional<Time> open_at_;                  ///< when to open the requested stream
-  std::uint64_t stream_ = 0;                     ///< number of the current stream
-  bool stream_open_ = false;                     ///< not disconnected yet
-  bool refused_last_ = false;                    ///< the last disconnection was a refusal
-  int failures_ = 0;                             ///< failed attempts to connect in a row
-  std::map<std::string, std::string> refusals_;  ///< by address: the reason of the last refusal
-  std::uint64_t random_ = 0;                     ///< state of the jitter's generator
+  std::optional<Time> open_at_;  ///< when to open the requested stream
+  std::uint64_t stream_ = 0;     ///< number of the current stream
+  bool stream_open_ = false;     ///< not disconnected yet
+  int failures_ = 0;             ///< failed attempts to connect in a row
+  struct Trouble {
+    std::optional<std::string> status;  ///< message of the stream's last failure
+    std::string why;                    ///< the last reason in the log
+  };
+  std::map<std::string, Trouble> troubles_;  ///< by address, since the last connection
+  bool explaining_now_ = false;              ///< explaining_ has not posted its result yet
+  std::uint64_t random_ = 0;                 ///< state of the jitter's generator
   std::optional<Exit> exit_;
   std::optional<Time> exit_by_;
 

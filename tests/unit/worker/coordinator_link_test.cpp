@@ -44,6 +44,15 @@ TEST(FarmLinkTest, AStreamEndsBeforeTheNextBegins) {
   EXPECT_EQ(returned, kStreams);
 }
 
+TEST(FarmLinkTest, TheReasonOfAFailureIsInPlainWords) {
+  std::promise<Status> ended;
+  LinkHandlers handlers;
+  handlers.disconnected = [&](std::uint64_t, const std::string&, const Status& status) { ended.set_value(status); };
+  CoordinatorLink link({{"127.0.0.1:1"}, {}}, handlers);
+  link.open();
+  EXPECT_EQ(link.explain("127.0.0.1:1", ended.get_future().get()), "Connection refused");
+}
+
 /// A worker without a token, with an enrolment file.
 class EnrollingLinkTest : public ::testing::Test {
  protected:

@@ -552,6 +552,13 @@ TEST_F(SessionTest, ADrainDeliversWhenTheCoordinatorReturns) {
   EXPECT_EQ(asked<Exit>()[0].reason, "drained");
 }
 
+TEST_F(SessionTest, ARequestedDrainIsLogged) {
+  begin(1);
+  say(DrainRequest{});
+  ASSERT_EQ(asked<LogNotice>().size(), 1u);
+  EXPECT_EQ(asked<LogNotice>()[0].text, "drain: finish what you have begun, and leave");
+}
+
 TEST_F(SessionTest, ADrainDropsUnacknowledgedResults) {
   begin(1);
   rendered(asked<RenderTile>()[0]);
