@@ -64,7 +64,10 @@ std::span<const std::uint32_t> Provenance::parts(const NodeKey& node) const {
 }
 
 std::optional<Renderer> Provenance::find(const std::string& worker) const {
-  const auto found = std::ranges::find(renderers_, worker, &Renderer::worker);
+  auto found = std::ranges::find(renderers_, worker, &Renderer::worker);
+  if (found == renderers_.end()) {
+    found = std::ranges::find(renderers_, worker, &Renderer::identity);
+  }
   return found == renderers_.end() ? std::nullopt : std::optional(*found);
 }
 

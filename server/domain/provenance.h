@@ -34,7 +34,7 @@ class Provenance {
   /// Indices for renderer(), ascending; empty if unknown.
   std::span<const std::uint32_t> parts(const NodeKey& node) const;
   const Renderer& renderer(std::uint32_t index) const { return renderers_.at(index); }
-  /// A renderer of this name.
+  /// A renderer of this name, or else of this identity.
   std::optional<Renderer> find(const std::string& worker) const;
   /// Nodes of the job with parts of renderers that share the guilt of this one.
   std::vector<Place> nodes_of(JobId job, const Renderer& guilty) const;

@@ -140,8 +140,14 @@ Status Quarantine::put(const std::string& name, const std::string& reason, bool 
     of = known->of;
   } else if (const std::optional<Renderer> rendered = provenance_.find(name); rendered && !name.empty()) {
     of.identity = rendered->identity;
+  } else if (!name.empty() &&
+             std::ranges::any_of(workers_.all(), [&](const auto& each) { return each.second.identity() == name; })) {
+    of.identity = name;
   } else {
-    return not_found("there is no worker '{}', and the farm has no results of one", name);
+    return not_found(
+        "there is no worker '{}', none with a certificate or token of this name, and the farm has no results of one: "
+        "`lightmill workers` lists names. A machine that has never connected cannot be put into quarantine",
+        name);
   }
   put(of, reason, event);
   if (render_again) {
@@ -160,6 +166,8 @@ Status Quarantine::release(const std::string& name, const Event& event) {
   } else if (const QuarantineRecord* const known = list_.find(name)) {
     host = known->host;
     of.identity = known->of.identity;  // it is gone, but others of its identity may be connected
+  } else {
+    of.identity = name;
   }
   const std::vector<std::string> released = list_.release(of, host);
   if (released.empty()) {

@@ -30,6 +30,9 @@ std::string QuarantineList::reason_for(const Renderer& renderer, std::string_vie
   }
   for (const auto& [worker, record] : records_) {
     if (shares_guilt(record, renderer, host)) {
+      if (record.of.worker == renderer.identity) {  // the identity itself was put there
+        return record.reason;
+      }
       return fmt::format("it has {} in common with {}: {}",
                          record.of.identity == renderer.identity ? renderer.identity : "its host", record.of.worker,
                          record.reason);

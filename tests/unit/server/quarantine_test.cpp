@@ -172,6 +172,36 @@ TEST_F(QuarantineTest, AManualQuarantineStopsAWorkerAndItsMachineUntilRelease) {
   EXPECT_EQ(worker("suspect").quarantine, "");
 }
 
+TEST_F(QuarantineTest, AnIdentityIsPutThereAndReleasedByItsName) {
+  JobSpec job = spec("r1", 8, {0, 0, 64, 64});
+  job.verify_share = 0;
+  const JobId id = submit(job);
+  const SessionId a = connect_with("render-3", "a", "m1", "h1");
+  answer_one(a);
+  connect_with("render-4", "a", "m2", "h2");
+  ASSERT_TRUE(coordinator->quarantine_worker("render-3", "put there by ada: smoke", true, now, effects).ok());
+  flush();
+  EXPECT_EQ(worker("render-3/a").quarantine, "put there by ada: smoke");
+  EXPECT_EQ(worker("render-4/a").quarantine, "");
+  EXPECT_GT(status(id).counters.nodes_dropped, 0u) << "also what its workers rendered";
+  ASSERT_TRUE(coordinator->release_worker("render-3", now, effects).ok());
+  flush();
+  EXPECT_EQ(worker("render-3/a").quarantine, "");
+
+  coordinator->worker_disconnected(a, now, effects);
+  flush();
+  ASSERT_TRUE(coordinator->quarantine_worker("render-3/a", "put there by ada: gone", false, now, effects).ok());
+  flush();
+  connect_with("render-3", "another", "m1", "h1");
+  EXPECT_NE(worker("render-3/another").quarantine, "");
+  ASSERT_TRUE(coordinator->release_worker("render-3", now, effects).ok()) << "it ends what one of its workers began";
+  flush();
+  EXPECT_EQ(worker("render-3/another").quarantine, "");
+  const Status unknown = coordinator->quarantine_worker("render-7", "put there by ada", false, now, effects);
+  EXPECT_EQ(unknown.code(), StatusCode::kNotFound);
+  EXPECT_NE(message_of(unknown).find("has never connected"), std::string::npos);
+}
+
 TEST_F(QuarantineTest, AJobWithoutOtherWorkersNamesTheQuarantinedOnesAndTheRemedy) {
   const JobId job = submit_verified(0);
   const SessionId first = connect_on("m1", "first"), beside = connect_on("m1", "beside");
