@@ -1,5 +1,6 @@
 // lightmill-server: the coordinator of a farm.
 #include <absl/synchronization/mutex.h>
+#include <sys/stat.h>
 
 #include <iostream>
 
@@ -297,6 +298,7 @@ int run(int argc, char** argv) {
 }  // namespace lightmill
 
 int main(int argc, char** argv) {
+  ::umask(0077);  // pictures, assets and hashes of tokens are only for callers that the coordinator admits
   lightmill::exit_on_out_of_memory("lightmill-server", 1);
   return lightmill::run(argc, argv);
 }

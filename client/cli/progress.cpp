@@ -127,7 +127,7 @@ std::string verification_text(const v1::Job& job) {
     text = fmt::format("{} of {} results were audited by another identity, with the same bits", verified, merged);
   } else if (job.verify_share() <= 0) {
     text = "unaudited: not requested";
-  } else if (unverified == 0) {
+  } else if (unverified == 0 && merged > 0) {
     text =
         fmt::format("unaudited: none of {} results was drawn at a share of {:.3g} %", merged, 100 * job.verify_share());
   } else if (job.one_identity()) {

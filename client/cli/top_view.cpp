@@ -54,16 +54,6 @@ Rows job_rows(const std::vector<v1::Job>& jobs) {
   return rows;
 }
 
-Rows worker_rows(const std::vector<v1::Worker>& workers) {
-  Rows rows{{"WORKER", "STATE", "THREADS", "RATE", "RESULTS", "LOST", "UP", "HOST"}};
-  for (const v1::Worker& worker : workers) {
-    rows.push_back({worker.name(), activity(worker), std::to_string(worker.threads()),
-                    human_rate(worker.samples_per_second()), std::to_string(worker.results()),
-                    std::to_string(worker.leases_lost()), human_seconds(worker.connected_seconds()), worker.host()});
-  }
-  return rows;
-}
-
 /// Cuts a line to `columns`; 0: no limit.
 std::string fitted(const std::string& line, int columns) {
   return columns > 0 ? cut_to_columns(line, columns) : line;
@@ -94,6 +84,31 @@ std::string activity(const v1::Worker& worker) {
     return "draining";
   }
   return worker.leases() > 0 ? "working" : "idle";
+}
+
+Rows worker_rows(const std::vector<v1::Worker>& workers) {
+  Rows rows{{"WORKER", "STATE", "THREADS", "RATE", "RESULTS", "LOST", "UP"}};
+  const bool hosts = std::ranges::any_of(workers, [](const v1::Worker& worker) {
+    return !worker.away() && worker.name().find(worker.host()) == std::string::npos;
+  });
+  if (hosts) {
+    rows.front().emplace_back("HOST");
+  }
+  for (const v1::Worker& worker : workers) {
+    std::vector<std::string>& row = rows.emplace_back();
+    row = worker.away() ? std::vector<std::string>{worker.name(), activity(worker), "-", "-", "-", "-", "-"}
+                        : std::vector<std::string>{worker.name(),
+                                                   activity(worker),
+                                                   std::to_string(worker.threads()),
+                                                   human_rate(worker.samples_per_second()),
+                                                   std::to_string(worker.results()),
+                                                   std::to_string(worker.leases_lost()),
+                                                   human_seconds(worker.connected_seconds())};
+    if (hosts) {
+      row.push_back(worker.away() ? "-" : worker.host());
+    }
+  }
+  return rows;
 }
 
 std::vector<std::string> top_lines(const TopSnapshot& snapshot, int columns, int rows) {

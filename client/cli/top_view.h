@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "client/cli/table.h"
 #include "lightmill/v1/farm.pb.h"
 
 namespace lightmill::cli {
@@ -20,6 +21,9 @@ struct TopSnapshot {
 
 /// A worker's activity: "working", "idle", "draining", "quarantine", "quarantine, away".
 std::string activity(const v1::Worker& worker);
+
+/// A header, and a row for each worker. HOST is there only if a worker's name does not have its host.
+Rows worker_rows(const std::vector<v1::Worker>& workers);
 
 /// The lines: trouble, the farm's totals, its jobs that have not ended (active ones first, each state by number), its
 /// workers (the fastest first). They fit `columns` and `rows`; 0: no limit. Without a limit of rows, lines are wrapped

@@ -77,7 +77,7 @@ std::string human_date(std::int64_t unix_ms) {
 }
 
 std::string human_moment(std::int64_t unix_ms) {
-  return local_time(unix_ms, "%Y-%m-%d %H:%M:%S %z");
+  return local_time(unix_ms, "%Y-%m-%d %H:%M:%S%z");
 }
 
 Result<std::pair<int, int>> parse_size(std::string_view text) {
@@ -159,8 +159,8 @@ Result<double> parse_share(std::string_view text) {
 }
 
 Result<double> parse_seconds(std::string_view text) {
-  constexpr std::string_view kUnits = "smhd";
-  constexpr std::array<double, 4> kSeconds{1, 60, 3600, 86400};
+  constexpr std::string_view kUnits = "smhdw";
+  constexpr std::array<double, 5> kSeconds{1, 60, 3600, 86400, 7 * 86400};
   std::string_view digits = text;
   double unit = 1;
   if (!text.empty()) {
@@ -172,7 +172,7 @@ Result<double> parse_seconds(std::string_view text) {
   const auto number = parse_number<double>(digits);
   if (!number || !std::isfinite(*number) || *number <= 0) {
     return invalid_argument(
-        "a time is a number of seconds above 0, or one with s, m, h or d (as in 90, 1.5m, 2h), got '{}'", text);
+        "a time is a number of seconds above 0, or one with s, m, h, d or w (as in 90, 1.5m, 2h), got '{}'", text);
   }
   if (*number * unit > kMaxGoalSeconds) {
     return invalid_argument("a time is at most {} seconds, got '{}'", kMaxGoalSeconds, text);

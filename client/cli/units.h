@@ -31,7 +31,7 @@ std::string human_rate(double samples_per_second);
 
 /// "2026-11-21 08:15" in local time; "-" for 0.
 std::string human_date(std::int64_t unix_ms);
-/// "2026-11-26 01:13:05 +0100"; local time, as human_date.
+/// "2026-11-26 01:13:05+0100"; local time, as human_date.
 std::string human_moment(std::int64_t unix_ms);
 
 /// "WxH", each 1 to kMaxFilmSide.
@@ -53,7 +53,7 @@ Result<double> parse_error(std::string_view text);
 /// A share: "1%", "0.5%", "all" (1), "none" (0).
 Result<double> parse_share(std::string_view text);
 
-/// Seconds from "90", "90s", "1.5m", "2h" or "1d"; more than 0, at most kMaxGoalSeconds.
+/// Seconds from "90", "90s", "1.5m", "2h", "1d" or "1w"; more than 0, at most kMaxGoalSeconds.
 Result<double> parse_seconds(std::string_view text);
 
 }  // namespace lightmill::cli

@@ -20,9 +20,10 @@ constexpr std::uint64_t kMaxFileBytes = 1 << 20;
 constexpr std::uint64_t kMaxCertificateDays = 36'500;
 constexpr const char* kAuthorityCertificate = "ca.pem";
 constexpr const char* kAuthorityKey = "ca.key";
+constexpr const char* kDefaultRoles = "view,submit";
 
 struct CertsOptions {
-  std::string folder, file, out, roles = "view,submit";
+  std::string folder, file, out, roles;
   std::string name = "Lightmill farm";
   std::vector<std::string> hosts;
   std::uint64_t days = 365, authority_days = 3'650;
@@ -63,6 +64,13 @@ std::string what_is(const std::string& pem) {
   }
   return fmt::format("{} certificate, of '{}'{}", kind_of(all->front()), all->front().name,
                      holds_key(pem) ? "" : " and without its key");
+}
+
+/// The certificate in a file; empty if there is none.
+std::optional<CertificateFacts> certificate_in(const fs::path& path) {
+  const Result<std::string> pem = read_file(path, kMaxFileBytes);
+  const auto all = pem.ok() ? read_certificates(*pem) : Result<std::vector<CertificateFacts>>(pem.status());
+  return all.ok() ? std::optional(all->front()) : std::nullopt;
 }
 
 /// Whether this is a certificate with its key for the same subject. Names must match except for coordinators.
@@ -160,10 +168,15 @@ Result<KeyAndCertificate> read_authority(const fs::path& folder) {
   KeyAndCertificate authority;
   const Result<std::string> key = read_file(folder / kAuthorityKey),
                             certificate = read_file(folder / kAuthorityCertificate);
-  if (!key.ok() || !certificate.ok()) {
+  if (!certificate.ok()) {
+    return with_context(certificate.status(), fmt::format("no authority in {}: make one with `lightmill certs init {}`",
+                                                          folder.string(), folder.string()));
+  }
+  if (!key.ok()) {
     return with_context(
-        key.ok() ? certificate.status() : key.status(),
-        fmt::format("no authority in {}: make one with `lightmill certs init {}`", folder.string(), folder.string()));
+        key.status(), fmt::format("the key of the authority in {} is missing: put {} back. If it is lost, see \"The CA "
+                                  "key is lost\" in docs/operate/security.md",
+                                  folder.string(), kAuthorityKey));
   }
   return KeyAndCertificate{*key, *certificate};
 }
@@ -183,10 +196,11 @@ Status issue(const CertsOptions& options, const CertificateSubject& subject, con
              const Console& console) {
   LM_ASSIGN_OR_RETURN(const KeyAndCertificate authority, read_authority(options.folder));
   LM_ASSIGN_OR_RETURN(const fs::path file, own_file(options, file_name));
+  const std::optional<CertificateFacts> former = certificate_in(file);
   if (options.replace) {
     LM_RETURN_IF_ERROR(check_replaceable(
         file, [&](const std::string& pem) { return is_former_of(subject, pem); },
-        fmt::format("{} certificate, of '{}',", kind_of(subject), subject.name)));
+        fmt::format("{} certificate, of '{}'", kind_of(subject), subject.name)));
   }
   LM_ASSIGN_OR_RETURN(const KeyAndCertificate made, issue_certificate(authority, subject, days_from_now(options.days)));
   LM_RETURN_IF_ERROR(write(file, made.certificate + made.key, options.replace));
@@ -196,7 +210,21 @@ Status issue(const CertsOptions& options, const CertificateSubject& subject, con
   console.object(object);
   console.result(fmt::format("{}: '{}', {}, until {}; with its private key", file.string(), facts.front().name,
                              what_for(facts.front()), human_date(1000 * facts.front().until_unix_s)));
+  if (former && what_for(*former) != what_for(facts.front())) {
+    console.notice(fmt::format("it was: {}", what_for(*former)));
+  }
   return ok_status();
+}
+
+/// The roles of a person's certificate: those given, or those of the certificate that it replaces.
+Result<Roles> roles_for(const CertsOptions& options) {
+  if (options.roles.empty() && options.replace) {
+    LM_ASSIGN_OR_RETURN(const fs::path file, own_file(options, options.name));
+    if (const auto former = certificate_in(file); former && kind_of(*former) == "a person's") {
+      return former->roles;
+    }
+  }
+  return parse_roles(options.roles.empty() ? kDefaultRoles : options.roles);
 }
 
 Status show(const std::string& file, const Console& console) {
@@ -292,9 +320,9 @@ void add_certs_command(CLI::App& app, Context& context) {
   person->add_option("--roles", options->roles, "roles: view, submit, operate, worker, admin; with commas")
       ->type_name("ROLE[,ROLE]")
       ->check(readable(parse_roles))
-      ->capture_default_str();
+      ->default_str(fmt::format("{}; with --replace, those of the old certificate", kDefaultRoles));
   run_it(person, context, options, [](const CertsOptions& given, const Console& console) -> Status {
-    LM_ASSIGN_OR_RETURN(const Roles roles, parse_roles(given.roles));
+    LM_ASSIGN_OR_RETURN(const Roles roles, roles_for(given));
     if (roles.has(Role::enrol)) {
       return invalid_argument("--roles: the role enrol is only for tokens (lightmill tokens create NAME --enrol N)");
     }

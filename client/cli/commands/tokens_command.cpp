@@ -19,6 +19,8 @@ using nlohmann::json;
 
 constexpr std::uint64_t kMaxTokenDays = 3'650, kMaxEnrolments = 10'000;
 constexpr std::uint64_t kDays = 90, kEnrolmentDays = 7;
+/// A token with less time left is announced.
+constexpr std::int64_t kSoonSeconds = 14 * kDaySeconds;
 
 struct TokenOptions {
   std::string name, id, roles = "view,submit", out;
@@ -78,7 +80,12 @@ Status create(CoordinatorClient& connection, const Console& console, const Token
   const std::uint64_t days = options.days > 0 ? options.days : enrols ? kEnrolmentDays : kDays;
   request.set_until_unix_s(now_unix_s() + static_cast<std::int64_t>(days) * kDaySeconds);
   if (!options.out.empty()) {  // checked first, because a token that cannot be written is useless
-    LM_RETURN_IF_ERROR(write_secret_file(options.out, as_byte_view(made.text + "\n"), false));
+    const Status written = write_secret_file(options.out, as_byte_view(made.text + "\n"), false);
+    if (written.code() == StatusCode::kAlreadyExists) {
+      return already_exists("{}: give another file with --out, or move it away first. No token was made",
+                            message_of(written));
+    }
+    LM_RETURN_IF_ERROR(written);
   }
   const Result<v1::Token> token = connection.create_token(request);
   if (!token.ok()) {
@@ -104,12 +111,17 @@ Status list(CoordinatorClient& connection, const Console& console) {
                     [](const v1::Token& token) { return std::tuple(token.name(), token.made_unix_s(), token.id()); });
   json objects = json::array();
   std::vector<std::vector<std::string>> rows{{"ID", "NAME", "ROLES", "MADE", "BY", "UNTIL"}};
+  std::vector<std::string> ending;
   for (const v1::Token& token : tokens) {
     LM_ASSIGN_OR_RETURN(objects.emplace_back(), token_json(token));
     LM_ASSIGN_OR_RETURN(const Roles roles, roles_from_wire(token.roles()));
     const std::string uses = roles.has(Role::enrol)
                                  ? fmt::format(" ({} of {})", token.enrolment().enrolled(), token.enrolment().workers())
                                  : "";
+    const std::int64_t left_s = token.until_unix_s() - now_unix_s();
+    if (!roles.has(Role::enrol) && left_s > 0 && left_s < kSoonSeconds) {
+      ending.push_back(token.name());
+    }
     rows.push_back(
         {token.id(), token.name(), names_of(roles) + uses, human_date(1000 * token.made_unix_s()),
          !token.enrolled_by().empty() ? "token " + token.enrolled_by()
@@ -122,6 +134,11 @@ Status list(CoordinatorClient& connection, const Console& console) {
     console.result("no tokens: make one with `lightmill tokens create NAME`");
   } else {
     print_table(console, rows);
+  }
+  if (!ending.empty()) {
+    console.notice(fmt::format("{} within {} days: {}. docs/operate/security.md, \"Renew tokens\", says what to do",
+                               ending.size() == 1 ? "a token expires" : fmt::format("{} tokens expire", ending.size()),
+                               kSoonSeconds / kDaySeconds, fmt::join(ending, ", ")));
   }
   return ok_status();
 }

@@ -1,5 +1,6 @@
 // lightmill workers [drain NAME | quarantine NAME | release NAME]
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "client/cli/context.h"
 #include "client/cli/farm_choice.h"
@@ -14,20 +15,27 @@ namespace {
 
 using nlohmann::json;
 
-/// `server`: the end of commands that reach the same farm.
-Status list_workers(CoordinatorClient& connection, const Console& console, const std::string& server,
+/// How to start the first worker. `authority`: the file of --tls-ca, if connections are encrypted.
+std::string no_workers(const std::string& address, const std::string& authority) {
+  return authority.empty()
+             ? fmt::format("no workers: start one with `lightmill-worker --server {}`", address)
+             : fmt::format(
+                   "no workers: make a token with `lightmill tokens create render --enrol 1 --out render.enrol`, "
+                   "and start one with `lightmill-worker --server {} --tls-ca {} --enrol-file render.enrol`",
+                   address, authority);
+}
+
+Status list_workers(CoordinatorClient& connection, const Console& console, const CommonOptions& common,
                     bool only_wanted) {
   LM_ASSIGN_OR_RETURN(const ListedWorkers listed, connection.list_workers());
   const std::vector<v1::Worker>& workers = listed.items;
   json objects = json::array();
-  std::vector<std::vector<std::string>> rows{
-      {"NAME", "STATE", "THREADS", "RATE", "RESULTS", "LOST", "UP", "HOST", "CLASS"}};
+  std::set<std::string> classes;
   for (const v1::Worker& worker : workers) {
     objects.push_back(to_json(worker));
-    rows.push_back({worker.name(), activity(worker), std::to_string(worker.threads()),
-                    human_rate(worker.samples_per_second()), std::to_string(worker.results()),
-                    std::to_string(worker.leases_lost()), human_seconds(worker.connected_seconds()), worker.host(),
-                    worker.fingerprint_class()});
+    if (!worker.away()) {
+      classes.insert(worker.fingerprint_class());
+    }
   }
   console.notices(listed.notices);
   console.object(json{{"workers", objects}, {"wanted_workers", listed.wanted}, {"notices", listed.notices}});
@@ -38,12 +46,19 @@ Status list_workers(CoordinatorClient& connection, const Console& console, const
   for (const v1::Worker& worker : workers) {
     if (!worker.quarantine().empty()) {
       console.notice(fmt::format("{} is in quarantine: {}; release it with `lightmill workers release {}{}`",
-                                 worker.name(), worker.quarantine(), worker.name(), server));
+                                 worker.name(), worker.quarantine(), worker.name(), common.server_words()));
     }
   }
   if (workers.empty()) {
-    console.result(fmt::format("no workers: start one with `lightmill-worker --server {}`", connection.address()));
+    console.result(no_workers(connection.address(), common.caller.tls.authority));
   } else {
+    Rows rows = worker_rows(workers);
+    if (classes.size() > 1) {
+      rows.front().emplace_back("CLASS");
+      for (std::size_t i = 0; i < workers.size(); ++i) {
+        rows[i + 1].push_back(workers[i].away() ? "-" : workers[i].fingerprint_class());
+      }
+    }
     print_table(console, rows, {1, [](std::string_view activity) {
                                   return activity.starts_with("quarantine") ? 31 : activity == "working" ? 32 : 0;
                                 }});
@@ -87,7 +102,7 @@ void add_worker_commands(CLI::App& app, Context& context) {
   workers->add_flag("--wanted", *wanted, "print only how many workers the farm could use now, for autoscalers");
   add_common_options(*workers, context);
   ask_farm(*workers, context, [&context, wanted](CoordinatorClient& connection, const Console& console) {
-    return list_workers(connection, console, context.common.server_words(), *wanted);
+    return list_workers(connection, console, context.common, *wanted);
   });
 
   const auto name = std::make_shared<std::string>();
@@ -103,7 +118,10 @@ void add_worker_commands(CLI::App& app, Context& context) {
       "quarantine", "Give no work to a worker and all others of its identity until they are released.");
   quarantine->footer(
       "Their units go to other workers at once. The farm itself quarantines a worker that differs from two others.");
-  quarantine->add_option("NAME", *suspect->mutable_name(), "the worker's name, as `workers` prints it")->required();
+  quarantine
+      ->add_option("NAME", *suspect->mutable_name(),
+                   "the worker's name, as `workers` prints it, or the name of its certificate or token")
+      ->required();
   quarantine->add_option("--reason", *suspect->mutable_reason(), "the reason that others see, one line");
   quarantine->add_flag_function(
       "--render-again", [suspect](std::int64_t) { suspect->set_render_again(true); },

@@ -72,6 +72,30 @@ TEST_F(SecureCliTest, CertificatesAreSecretAndNotOverwritten) {
   EXPECT_TRUE(says(failure({"certs", "person", file("none"), "eve"}), "lightmill certs init"));
 }
 
+TEST_F(SecureCliTest, ReplacingKeepsThePersonsRolesAndSaysWhatChanged) {
+  const auto replaced = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "certs");
+    arguments.emplace_back("--replace");
+    const CommandResult result = lightmill(arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.err;
+  };
+  EXPECT_FALSE(says(replaced({"person", certs(), "bob"}), "it was"));
+  EXPECT_EQ(json({"certs", "show", pem("bob")})["certificates"][0]["roles"], nlohmann::json{"submit"});
+  EXPECT_TRUE(says(replaced({"person", certs(), "bob", "--roles", "view"}), "it was: roles submit"));
+  EXPECT_EQ(json({"certs", "show", pem("bob")})["certificates"][0]["roles"], nlohmann::json{"view"});
+  EXPECT_FALSE(says(replaced({"server", certs(), "127.0.0.1"}), "it was"));
+  EXPECT_TRUE(says(replaced({"server", certs(), "farm.example"}), "it was: coordinator at 127.0.0.1"));
+}
+
+TEST_F(SecureCliTest, WithoutTheAuthoritysKeyTheCommandNamesTheWayOut) {
+  std::filesystem::remove(certs() + "/ca.key");
+  const std::string why = failure({"certs", "person", certs(), "zed"});
+  EXPECT_TRUE(says(why, "the key of the authority in " + certs() + " is missing: put ca.key back")) << why;
+  EXPECT_TRUE(says(why, "\"The CA key is lost\"")) << why;
+  EXPECT_FALSE(says(why, "certs init")) << why;
+}
+
 TEST_F(SecureCliTest, ReplacingTouchesNothingElse) {
   struct stat info {};
   ASSERT_EQ(::stat(pem("ca").c_str(), &info), 0);
@@ -92,8 +116,8 @@ TEST_F(SecureCliTest, ReplacingTouchesNothingElse) {
   kept({"certs", "server", certs(), "127.0.0.1", "--out", pem("ada"), "--replace"}, pem("ada"));
   kept({"certs", "person", certs(), "ada", "--out", pem("ca"), "--replace"}, pem("ca"));
   kept({"certs", "worker", certs(), "ada", "--replace"}, pem("ada"));
-  EXPECT_TRUE(
-      says(failure({"certs", "worker", certs(), "ada", "--replace"}), "holds a person's certificate, of 'ada'"));
+  EXPECT_TRUE(says(failure({"certs", "worker", certs(), "ada", "--replace"}),
+                   "holds a person's certificate, of 'ada', not a worker's certificate, of 'ada': move it away first"));
   kept({"certs", "person", certs(), "render-1", "--replace"}, pem("render-1"));
   EXPECT_TRUE(says(failure({"certs", "person", certs(), "render-1", "--replace"}), "holds a worker's certificate"));
   EXPECT_TRUE(says(failure({"certs", "server", certs(), "300.1.1.1", "--replace"}), "nor an IP address"));
@@ -112,6 +136,21 @@ TEST_F(SecureCliTest, PeopleUseTheFarmByTheirRoles) {
   EXPECT_TRUE(says(failure(as("", {"jobs"})), "give a certificate (--tls-cert)"));
   EXPECT_TRUE(says(failure(as("render-1", {"jobs"})), "'render-1' (roles: worker; by certificate) does not have"));
   EXPECT_EQ(json(as("ada", {"cancel", "1"}))["state"], "cancelled");
+  const CommandResult workers = lightmill(as("ada", {"workers"}));
+  EXPECT_TRUE(says(workers.out, "--tls-ca " + pem("ca") + " --enrol-file render.enrol")) << workers.out;
+}
+
+TEST_F(SecureCliTest, OnlyTheCoordinatorsUserReadsItsState) {
+  std::filesystem::create_directory(file("data"));
+  ::chmod(file("data").c_str(), 0755);
+  start_server("127.0.0.1:0", {});
+  json({"submit", scene("cornell-bench-blocks.json"), "--spp", "1", "--server", "127.0.0.1:" + port()});
+  int files = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(file("data"))) {
+    ++files;
+    EXPECT_EQ(entry.status().permissions() & std::filesystem::perms(077), std::filesystem::perms::none) << entry.path();
+  }
+  EXPECT_GE(files, 2);
 }
 
 TEST_F(SecureCliTest, MismatchedCertificatesAndTokensAreReported) {
@@ -164,6 +203,10 @@ TEST_F(SecureCliTest, TokensAreCreatedListedAndRevoked) {
   const CommandResult shown = lightmill(as("root", {"tokens", "create", "dora", "--out", file("dora")}));
   EXPECT_EQ(shown.exit_code, 0) << shown.err;
   EXPECT_FALSE(says(shown.out + shown.err, "lightmill_")) << "it is in the file alone";
+  EXPECT_TRUE(says(failure(as("root", {"tokens", "create", "dora", "--out", file("dora")})),
+                   file("dora") + " exists already: give another file with --out, or move it away first"));
+  const CommandResult soon = lightmill(as("root", {"tokens"}));
+  EXPECT_TRUE(says(soon.err, "a token expires within 14 days: carl.")) << soon.err;
   const nlohmann::json listed = json(as("root", {"tokens"}))["tokens"];
   ASSERT_EQ(listed.size(), 2u);
   EXPECT_FALSE(says(lightmill(as("root", {"tokens"})).out, "UTC")) << "times are local, as in all commands";

@@ -33,6 +33,14 @@ TEST(Progress, ShowsShareErrorSpeedAndTimeLeft) {
   }
 }
 
+TEST(Progress, AJobWithoutResultsHasNoVerdictOnItsAudits) {
+  v1::Job job = running_job();
+  job.set_verify_share(0.01);
+  EXPECT_EQ(verification_text(job), "no audits yet");
+  job.mutable_counters()->set_results_merged(3);
+  EXPECT_EQ(verification_text(job), "unaudited: none of 3 results was drawn at a share of 1 %");
+}
+
 TEST(Progress, SamplesAreThoseOfTheFrame) {
   v1::Job adaptive = running_job();
   adaptive.mutable_goal()->set_adaptive(true);

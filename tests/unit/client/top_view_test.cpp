@@ -63,6 +63,24 @@ TEST(Top, RunningJobsAndTheFastestWorkersComeFirst) {
   }
 }
 
+TEST(Top, WorkersThatAreAwayHaveNoNumbersAndHostsAreNamedOnce) {
+  std::vector<v1::Worker> workers(2);
+  workers[0].set_name("render-1/vm-20320");
+  workers[0].set_host("vm");
+  workers[0].set_threads(4);
+  workers[1].set_name("render-3");
+  workers[1].set_host("identity");
+  workers[1].set_away(true);
+  workers[1].set_quarantine("smoke");
+  EXPECT_EQ(worker_rows(workers), (Rows{{"WORKER", "STATE", "THREADS", "RATE", "RESULTS", "LOST", "UP"},
+                                        {"render-1/vm-20320", "idle", "4", "0 samples/s", "0", "0", "0.0 s"},
+                                        {"render-3", "quarantine, away", "-", "-", "-", "-", "-"}}));
+  workers[0].set_host("big");
+  EXPECT_EQ(worker_rows(workers)[0].back(), "HOST");
+  EXPECT_EQ(worker_rows(workers)[1].back(), "big");
+  EXPECT_EQ(worker_rows(workers)[2].back(), "-");
+}
+
 TEST(Top, JobsWithWorkersComeFirstThenHigherPriorities) {
   TopSnapshot snapshot;
   for (int i = 1; i <= 30; ++i) {
