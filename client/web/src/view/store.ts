@@ -125,7 +125,7 @@ class FarmStore {
     if (update.job && update.job.id === this.watched) {
       next.job = update.job;
       next.jobFailure = '';
-      if (this.state.film?.job !== update.job.id) {
+      if (!this.state.film?.isOf(update.job)) {
         next.film = Film.of(update.job);
         next.layers = kNoLayers;
       }
