@@ -267,6 +267,22 @@ TEST_F(ErrorGoalTest, NoErrorIsReadOverAGap) {
   EXPECT_EQ(coordinator->film(job)->forest(TileId{0}).back()->range.end(), status(job).min_tile_samples);
 }
 
+TEST_F(ErrorGoalTest, AJobThatEndedBelowItsLimitOfSamplesIsExtendedFromItsSamples) {
+  const JobId job = submit(error_spec(0.03, 256));
+  const SessionId session = connect("w");
+  work(session);
+  ASSERT_EQ(status(job).min_tile_samples, 48u);
+  EXPECT_EQ(coordinator->extend(job, {48}, now, effects).code(), StatusCode::kInvalidArgument);
+  ASSERT_TRUE(coordinator->extend(job, {96}, now, effects).ok());
+  flush();
+  EXPECT_EQ(status(job).goal, (Goal{96, 0, 0}));
+  EXPECT_EQ(coordinator->extend(job, {96}, now, effects).code(), StatusCode::kInvalidArgument) << "it has not ended";
+  work(session);
+  EXPECT_EQ(status(job).reached, GoalLimit::samples);
+  EXPECT_EQ(status(job).min_tile_samples, 96u);
+  EXPECT_EQ(status(job).max_tile_samples, 96u);
+}
+
 TEST_F(ErrorGoalTest, ExtendingAsksForLessErrorOrForMoreSamples) {
   const JobId job = submit(error_spec(0.02));
   const SessionId session = connect("w");
