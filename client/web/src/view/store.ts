@@ -169,6 +169,16 @@ class FarmStore {
 
 export const farm = new FarmStore();
 
+/** Whether the film has a tile. */
+export function useHasTiles(film: Film | undefined): boolean {
+  const [has, setHas] = useState(false);
+  useEffect(() => {
+    setHas(film?.counts.some((count) => count > 0) ?? false);
+    return farm.onTiles((changed) => changed === film && setHas(true));
+  }, [film]);
+  return has;
+}
+
 export function useFarm(): FarmState {
   const [state, setState] = useState(farm.state);
   useEffect(() => {
