@@ -5,6 +5,7 @@
 #include <map>
 
 #include "client/cli/coordinators.h"
+#include "client/cli/known_jobs.h"
 #include "common/base/mutex.h"
 #include "common/wire/bytes.h"
 
@@ -107,12 +108,35 @@ Result<Response> call_with_retries(State& state, UnaryMethod<Service, Request, R
   }
 }
 
-/// The job after an operation whose request has only its id.
+/// The job after an operation, if it is the job that the client knows by this number.
 template <class State, class Service, class Request>
-Result<v1::Job> call_for_job(State& state, UnaryMethod<Service, Request, v1::Job> method, std::uint64_t id) {
+Result<v1::Job> call_for_job(State& state, UnaryMethod<Service, Request, v1::Job> method, const Request& request) {
+  Result<v1::Job> job = call(state, method, request);
+  LM_RETURN_IF_ERROR(state.known.about(request.id(), job.status()));
+  LM_RETURN_IF_ERROR(state.known.meet(*job));
+  return job;
+}
+
+/// A request that has only the id of a job.
+template <class Request>
+Request about_job(std::uint64_t id) {
   Request request;
   request.set_id(id);
-  return call(state, method, request);
+  return request;
+}
+
+/// An error if the client knows the job, and the farm does not have it any more. Changes ask this first, so that they do
+/// not change a job of another farm.
+template <class State>
+Status check_still_there(State& state, std::uint64_t id) {
+  return state.known.has(id) ? call_for_job(state, &Stub::GetJob, about_job<v1::GetJobRequest>(id)).status()
+                             : ok_status();
+}
+
+template <class State, class Service, class Request>
+Result<v1::Job> change_job(State& state, UnaryMethod<Service, Request, v1::Job> method, const Request& request) {
+  LM_RETURN_IF_ERROR(check_still_there(state, request.id()));
+  return call_for_job(state, method, request);
 }
 
 /// Gives each page to `take`, until it returns false.
@@ -130,8 +154,10 @@ Status read_pages(State& state, UnaryMethod<Service, Request, Response> method, 
 }  // namespace
 
 struct CoordinatorClient::State {
-  State(const std::string& addresses, CallerTexts caller) : coordinators(addresses, std::move(caller)) {}
+  State(const std::string& addresses, CallerTexts caller)
+      : coordinators(addresses, std::move(caller)), known(addresses) {}
   Coordinators coordinators;
+  KnownJobs known;
   RunningCalls calls;
 };
 
@@ -190,11 +216,15 @@ Status CoordinatorClient::upload_asset(const Sha256& digest, ByteView bytes,
 }
 
 Result<v1::Job> CoordinatorClient::submit(const v1::SubmitJobRequest& request) {
-  return call_with_retries(*state_, &Stub::SubmitJob, request);
+  Result<v1::Job> job = call_with_retries(*state_, &Stub::SubmitJob, request);
+  if (job.ok()) {
+    LM_RETURN_IF_ERROR(state_->known.meet(*job));
+  }
+  return job;
 }
 
 Result<v1::Job> CoordinatorClient::get_job(std::uint64_t id) {
-  return call_for_job(*state_, &Stub::GetJob, id);
+  return call_for_job(*state_, &Stub::GetJob, about_job<v1::GetJobRequest>(id));
 }
 
 Result<ListedJobs> CoordinatorClient::list_jobs(v1::ListJobsRequest request, std::size_t limit) {
@@ -214,15 +244,15 @@ Result<ListedJobs> CoordinatorClient::list_jobs(v1::ListJobsRequest request, std
 }
 
 Result<v1::Job> CoordinatorClient::cancel_job(std::uint64_t id) {
-  return call_for_job(*state_, &Stub::CancelJob, id);
+  return change_job(*state_, &Stub::CancelJob, about_job<v1::CancelJobRequest>(id));
 }
 
 Result<v1::Job> CoordinatorClient::pause_job(std::uint64_t id) {
-  return call_for_job(*state_, &Stub::PauseJob, id);
+  return change_job(*state_, &Stub::PauseJob, about_job<v1::PauseJobRequest>(id));
 }
 
 Result<v1::Job> CoordinatorClient::resume_job(std::uint64_t id) {
-  return call_for_job(*state_, &Stub::ResumeJob, id);
+  return change_job(*state_, &Stub::ResumeJob, about_job<v1::ResumeJobRequest>(id));
 }
 
 Result<v1::Job> CoordinatorClient::extend_job(std::uint64_t id, std::uint64_t samples, double error) {
@@ -230,17 +260,18 @@ Result<v1::Job> CoordinatorClient::extend_job(std::uint64_t id, std::uint64_t sa
   request.set_id(id);
   request.set_samples(samples);
   request.set_error(error);
-  return call(*state_, &Stub::ExtendJob, request);
+  return change_job(*state_, &Stub::ExtendJob, request);
 }
 
 Result<v1::Job> CoordinatorClient::set_priority(std::uint64_t id, std::int32_t priority) {
   v1::SetPriorityRequest request;
   request.set_id(id);
   request.set_priority(priority);
-  return call(*state_, &Stub::SetPriority, request);
+  return change_job(*state_, &Stub::SetPriority, request);
 }
 
 Status CoordinatorClient::delete_job(std::uint64_t id, bool cancel) {
+  LM_RETURN_IF_ERROR(check_still_there(*state_, id));
   v1::DeleteJobRequest request;
   request.set_id(id);
   request.set_cancel(cancel);
@@ -249,6 +280,7 @@ Status CoordinatorClient::delete_job(std::uint64_t id, bool cancel) {
 
 Status CoordinatorClient::watch(std::uint64_t id, bool tiles, const std::function<bool()>& stop,
                                 const std::function<void(const v1::WatchJobResponse&)>& changed) {
+  Status failed = ok_status();
   bool begun = false;
   const auto watch_one = [&](const Stubs& stubs) {
     OpenCall open(*state_);
@@ -260,14 +292,21 @@ Status CoordinatorClient::watch(std::uint64_t id, bool tiles, const std::functio
     request.set_tiles(tiles);
     const auto reader = stubs.render->WatchJob(&open.context, request);
     v1::WatchJobResponse response;
-    while (reader->Read(&response)) {
+    while (failed.ok() && reader->Read(&response)) {
       begun = true;
-      changed(response);
+      failed = state_->known.meet(response.job());
+      if (failed.ok()) {
+        changed(response);
+      }
       response.Clear();
+    }
+    if (!failed.ok()) {
+      open.context.TryCancel();
     }
     return reader->Finish();
   };
-  return state_->coordinators.ask(watch_one, begun);
+  const Status status = state_->known.about(id, state_->coordinators.ask(watch_one, begun));
+  return failed.ok() ? status : failed;
 }
 
 Status CoordinatorClient::get_film(std::uint64_t id, const std::function<Status(const v1::GetFilmResponse&)>& part) {
@@ -281,14 +320,15 @@ Status CoordinatorClient::get_film(std::uint64_t id, const std::function<Status(
     v1::GetFilmResponse response;
     while (failed.ok() && reader->Read(&response)) {
       begun = true;
-      failed = part(response);
+      failed = response.has_header() ? state_->known.meet(response.header().job()) : ok_status();
+      failed = failed.ok() ? part(response) : failed;
     }
     if (!failed.ok()) {
       open.context.TryCancel();
     }
     return open.answer(reader->Finish());
   };
-  const Status status = state_->coordinators.ask(get_from, begun);
+  const Status status = state_->known.about(id, state_->coordinators.ask(get_from, begun));
   return failed.ok() ? status : failed;
 }
 

@@ -2,7 +2,8 @@
 //
 // cancel_calls may come from another thread. A coordinator that cannot be reached gives UNAVAILABLE with its address.
 // It gives FAILED_PRECONDITION where the cause is known and waiting does not help (certificates). Errors of the
-// coordinator itself keep their code and message.
+// coordinator itself keep their code and message. A job that the client has seen is ABORTED once another farm answers,
+// or the farm does not have it any more (KnownJobs).
 #pragma once
 
 #include <functional>

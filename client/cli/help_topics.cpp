@@ -118,14 +118,14 @@ void explain_limits(const Console& console) {
                         {"--spp N", "at N samples per pixel"},
                         {"--seconds T", "after T of rendering (90, 1.5m, 2h), with a sample for each pixel"},
                         {"--error E", "when the error (relMSE) is at most E, with 95 % confidence"}});
-  print_text(
-      console,
-      "\nAn error is checked when each pixel has 2^k or 3·2^k samples, from 16. The counts follow from the film "
-      "alone, so a job stops with the same picture on any farm. An error of 0.01 is slightly noisy, 0.001 is smooth.\n\n"
-      "With --adaptive, a pilot measures the noise first. Then noisy tiles get up to 4 times as many samples, "
-      "and smooth tiles down to a quarter. The average stays the same. The pilot's samples do not enter the "
-      "picture.\n\n"
-      "`lightmill extend JOB` raises a limit, also of a finished job.");
+  print_text(console,
+             "\nAn error is checked when each pixel has 2^k or 3·2^k samples, from 16. The counts follow from the film "
+             "alone, so a job stops with the same picture on any farm. "
+             "An error of 0.01 is ±10% and slightly noisy, 0.001 is ±3% and smooth.\n\n"
+             "With --adaptive, a pilot measures the noise first. Then noisy tiles get up to 4 times as many samples, "
+             "and smooth tiles down to a quarter. The average stays the same. The pilot's samples do not enter the "
+             "picture.\n\n"
+             "`lightmill extend JOB` raises a limit, also of a finished job.");
 }
 
 void explain_measures(const Console& console) {

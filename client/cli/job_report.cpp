@@ -60,9 +60,13 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
   const std::string error = error_text(film->job);
   const v1::Goal& goal = film->job.goal();
   const bool tell_limit = film->job.state() == v1::JOB_STATE_DONE && (goal.seconds() > 0 || goal.error() > 0);
-  console.result(fmt::format("job {} {}: {}{} per pixel{}, {} of rendering{}", id, state_name(film->job.state()),
-                             tell_limit ? film->job.reason() + "; " : "",
-                             samples_per_pixel(film->picture.receipt.min_samples, film->picture.receipt.max_samples),
+  const std::string samples =
+      samples_per_pixel(film->picture.receipt.min_samples, film->picture.receipt.max_samples) + " per pixel";
+  const std::string reached = tell_limit ? film->job.reason() : "";
+  console.result(fmt::format("job {} {}: {}{}, {} of rendering{}", id, state_name(film->job.state()),
+                             reached.ends_with(samples) ? reached
+                             : reached.empty()          ? samples
+                                                        : reached + "; " + samples,
                              error.empty() ? "" : ", error " + error, human_seconds(film->job.active_seconds()),
                              outputs.paths.empty() ? "" : fmt::format(" -> {}", fmt::join(outputs.paths, ", "))));
   if (!black.empty()) {

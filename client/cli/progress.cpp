@@ -4,7 +4,9 @@
 
 #include "client/cli/units.h"
 #include "common/base/number_text.h"
+#include "common/base/quantities.h"
 #include "common/base/text_width.h"
+#include "common/film/error_goal.h"
 #include "common/wire/bytes.h"
 
 namespace lightmill::cli {
@@ -101,9 +103,12 @@ double fraction_done(const v1::Job& job) {
 }
 
 std::string error_goal_text(const v1::Job& job) {
-  return job.goal().error() > 0 && job.has_error()
-             ? fmt::format("relMSE {}/{:g}", significant(stated_error(job), 2), job.goal().error())
-             : "";
+  if (job.goal().error() <= 0 || !job.has_error()) {
+    return "";
+  }
+  const bool waits = stated_error(job) <= job.goal().error() && !has_ended(job.state());
+  return fmt::format("relMSE ≤{} (goal {:g}{})", significant(stated_error(job), 2), job.goal().error(),
+                     waits ? fmt::format(", next checked at {} spp", next_error_count(job.frame_samples() + 1)) : "");
 }
 
 std::string error_text(const v1::Job& job) {
@@ -138,8 +143,10 @@ std::string verification_text(const v1::Job& job) {
     text = "no audits yet";
   }
   if (unverified > 0) {
-    text += fmt::format("; {} {}", unverified,
-                        job.state() == v1::JOB_STATE_DONE ? "could not be audited" : "wait for an audit");
+    text += fmt::format("; {} {}", counted(unverified, "result"),
+                        job.state() == v1::JOB_STATE_DONE ? "could not be audited"
+                        : unverified == 1                 ? "waits for an audit"
+                                                          : "wait for an audit");
   }
   if (job.counters().nodes_dropped() > 0) {
     text += fmt::format("; {} nodes with results of wrong workers were rendered again", job.counters().nodes_dropped());
@@ -222,7 +229,7 @@ std::vector<Field> fields_of(const v1::Job& job) {
       {rated ? human_rate(job.samples_per_second()) : "",
        static_cast<int>(std::string_view("1.23 Msamples/s").size())}};
   if (job.goal().error() > 0) {
-    const int columns = static_cast<int>(fmt::format("relMSE 0.0012/{:g}", job.goal().error()).size());
+    const int columns = columns_of(fmt::format("relMSE ≤0.0012 (goal {:g})", job.goal().error()));
     fields.insert(fields.begin() + 2, {error_goal_text(job), columns});
   }
   return fields;

@@ -116,9 +116,10 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   add_parsed(command, "--seconds", spec.goal.seconds, parse_seconds,
              "stop after this rendering time (90, 1.5m, 2h); each pixel gets at least one sample")
       ->type_name("T");
-  add_parsed(command, "--error", spec.goal.error, parse_error,
-             "stop when the picture's error (relMSE) is at most E with 95 % confidence: 0.01 is slightly noisy, "
-             "0.001 smooth")
+  add_parsed(
+      command, "--error", spec.goal.error, parse_error,
+      "stop when the picture's error (relMSE) is at most E with 95 % confidence: 0.01 is ±10% and slightly noisy, "
+      "0.001 smooth")
       ->type_name("E");
   command.add_flag("--adaptive", spec.goal.adaptive,
                    "adaptive sampling: noisy tiles get up to 4 times as many samples, smooth tiles as few as a quarter "

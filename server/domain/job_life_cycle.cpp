@@ -123,10 +123,11 @@ bool JobLifeCycle::finish_if_complete(Job& job, const Event& event) {
   }
   if (job.error_met()) {
     const FrameError error = job.frame_error();
-    return complete(job, GoalLimit::error,
-                    fmt::format("reached relMSE {} at {} samples per pixel",
-                                interval_text(error.rel_mse, error.half_width), job.film().frame_samples()),
-                    event);
+    return complete(
+        job, GoalLimit::error,
+        fmt::format("reached relMSE {} (95 %: at most {}) at {} samples per pixel", significant(error.rel_mse, 2),
+                    significant(error.rel_mse + error.half_width, 2), job.film().frame_samples()),
+        event);
   }
   if (job.film().frame_samples() >= job.sample_limit()) {
     return complete(job, GoalLimit::samples, reached(job.sample_limit(), "sample", " per pixel"), event);

@@ -100,8 +100,8 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
   }
   if (to.samples > 0) {
     // A goal must not lie below samples that are leased, or merged beyond a gap. Else a count n would not mean samples
-    // [0, n).
-    const std::uint64_t before = std::max(goal.samples, job.samples_end());
+    // [0, n). A done job may have ended before its limit of samples.
+    const std::uint64_t before = std::max(has_ended(job.state()) ? 0 : goal.samples, job.samples_end());
     if (to.samples <= before || to.samples > most_samples(goal)) {
       return invalid_argument("samples must be the new total, more than {} and at most {}, got {}", before,
                               most_samples(goal), to.samples);

@@ -59,6 +59,10 @@ ExitCode show_error(const Console& console, const ErrorOptions& options) {
                                 {"flip", comparison->flip},
                                 {"flip_hdr", comparison->flip_hdr},
                                 {"max_abs", error->max_abs}});
+  if (error->max_abs == 0) {
+    console.result("the pictures are equal: all pixels have the same values");
+    return kDone;
+  }
   Rows rows;
   for (const auto& [name, number, note] : {std::tuple{"relMSE", error->rel_mse, ""},
                                            {"trimmed", error->rel_mse_trimmed, "without the worst 0.1 % of the pixels"},

@@ -62,7 +62,7 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
       {"rendering", human_seconds(job.active_seconds())},
       {"worker time", human_seconds(job.worker_seconds()) + " over all threads"},
       {"audits", verification_text(job)},
-      {"film hash", film.picture.receipt.film_hash},
+      {"film hash", film.picture.receipt.film_hash + (film.picture.layers.empty() ? "" : " (of picture and layers)")},
   };
   if (job.has_error()) {
     rows.push_back({"error", fmt::format("{} (relMSE {})", error_text(job),

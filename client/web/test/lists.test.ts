@@ -1,6 +1,6 @@
 import {create} from '@bufbuild/protobuf';
 import {expect, test} from 'vitest';
-import {filterCounts, fractionDone, kNewestFirst, listedJobs, withJobs, withWorkers, type JobList} from '../src/model/jobs';
+import {emptyText, filterCounts, fractionDone, kNewestFirst, listedJobs, withJobs, withWorkers, type JobList} from '../src/model/jobs';
 import {healthOf} from '../src/model/workers';
 import {JobSchema, JobState, WorkerSchema, type Job} from '../src/wire/lightmill/v1/farm_pb';
 import {JobChangesSchema, WorkerChangesSchema} from '../src/wire/lightmill/v1/web_pb';
@@ -69,4 +69,11 @@ test('who is in quarantine does not pass for idle', () => {
   expect(health({draining: true, leases: 1})).toBe('draining');
   expect(health({quarantine: 'wrong', draining: true})).toBe('quarantine');
   expect(health({quarantine: 'wrong', away: true})).toBe('quarantine, away');
+});
+
+test('a page without pixels says why', () => {
+  expect(emptyText(undefined)).toBe('Loading…');
+  expect(emptyText(job(1, {samplesDone: 5n}))).toBe('Loading…');
+  expect(emptyText(job(1))).toBe('No samples yet.');
+  expect(emptyText(job(1, {state: JobState.CANCELLED}))).toBe('This job has no picture: it ended before its first sample.');
 });

@@ -4,7 +4,7 @@ import {fit, kMostZoom, pan, toPicture, toScreen, zoomAt} from '../src/model/cam
 import {Film, histogramOf} from '../src/model/film';
 import {halfValue, kHalfValues} from '../src/model/half';
 import {displayed, exposureFor, filmicCurve, luminance, srgbEncode} from '../src/model/tone';
-import {PixelRectSchema} from '../src/wire/lightmill/v1/farm_pb';
+import {JobSchema, JobState, PixelRectSchema} from '../src/wire/lightmill/v1/farm_pb';
 import {ViewTileSchema, type ViewTile} from '../src/wire/lightmill/v1/web_pb';
 
 const kOne = 0x3c00;
@@ -32,6 +32,15 @@ test('halves have the values of IEEE 754', () => {
   expect(halfValue(0x7c00)).toBe(Infinity);
   expect(halfValue(0x7e00)).toBeNaN();
   expect(kHalfValues.length).toBe(65536);
+});
+
+test("a film is of its job in every state, and not of another farm's job with the same number", () => {
+  const job = create(JobSchema, {id: 7n, width: 4, height: 4, traceId: new Uint8Array([1, 2]), submittedUnixMs: 5n});
+  const film = Film.of(job);
+  expect(film.isOf({...job, state: JobState.DONE, name: 'renamed'})).toBe(true);
+  expect(film.isOf({...job, id: 8n})).toBe(false);
+  expect(film.isOf({...job, traceId: new Uint8Array([1, 3])})).toBe(false);
+  expect(film.isOf({...job, submittedUnixMs: 6n})).toBe(false);
 });
 
 test('tiles land in the crop where the film has them', () => {

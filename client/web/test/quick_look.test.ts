@@ -109,3 +109,14 @@ test('a job that cannot be discarded at once holds nothing up, and goes the next
   await jobs.settle();
   expect([...jobs.there.values()]).toEqual(['c']);
 });
+
+test('a forgotten job is not discarded, because another farm has its number', async () => {
+  const {jobs, look} = looking();
+  look.want('a');
+  await jobs.settle();
+  look.forget();
+  look.want('b');
+  await jobs.settle();
+  expect([...jobs.there.values()]).toEqual(['a', 'b']);
+  expect(look.current).toBe(2n);
+});

@@ -143,6 +143,50 @@ TEST_F(FarmCliTest, CancellingAJobOfEndlessPathsFreesItsWorker) {
   EXPECT_EQ(workers_[0]->wait(), 0);
 }
 
+TEST_F(FarmCliTest, CommandsNeitherFollowNorCancelAJobOfAnotherFarmWithTheSameNumber) {
+  const std::string address = server();
+  const auto replace_data = [&](const char* put_away, const char* taken) {
+    server_->send(SIGKILL);
+    server_->wait();
+    std::filesystem::rename(file("data"), file(put_away));
+    if (std::filesystem::exists(file(taken))) {
+      std::filesystem::rename(file(taken), file("data"));
+    }
+  };
+  const auto start = [&](std::vector<std::string> arguments, const std::string& log) {
+    arguments.insert(arguments.begin(), program("lightmill"));
+    arguments.insert(arguments.end(), {"--server", address});
+    return std::make_unique<BackgroundProcess>(arguments, file(log), environment());
+  };
+  const auto said = [&](const std::string& log, const std::string& text) {
+    return eventually([&] {
+      std::ifstream in(file(log));
+      return std::string(std::istreambuf_iterator<char>(in), {}).find(text) != std::string::npos;
+    });
+  };
+  ASSERT_EQ(submit(with({scene("cornell-bench-blocks.json"), "--name", "other"}, kSmall)), "1");
+  replace_data("other farm", "none");
+  ASSERT_NO_FATAL_FAILURE(start_server(address));
+  const auto render =
+      start(with({"render", scene("cornell-bench-blocks.json"), "-o", file("a.png")}, kSmall), "render");
+  ASSERT_TRUE(said("render", "job 1: waits for a worker"));
+  const auto watch = start({"watch", "1", "-o", file("w.png")}, "watch");
+  ASSERT_TRUE(said("watch", "job 1: waits for a worker"));
+  replace_data("this farm", "other farm");
+  const std::string lost = "lost the connection to " + address;
+  ASSERT_TRUE(said("render", lost) && said("watch", lost));
+  render->send(SIGSTOP);
+  ASSERT_NO_FATAL_FAILURE(start_server(address));
+  EXPECT_TRUE(said("watch", "job 1 is not the same job as before: another farm answers at " + address));
+  EXPECT_EQ(watch->wait(), 1);
+  render->send(SIGINT);  // it would cancel its job
+  render->send(SIGCONT);
+  EXPECT_NE(render->wait(), 0);
+  const nlohmann::json other = on_farm({"show", "1"});
+  EXPECT_EQ(other["name"], "other");
+  EXPECT_EQ(other["state"], "queued");
+}
+
 TEST_F(FarmCliTest, WatchingSurvivesARestartOfTheCoordinator) {
   const std::string id = submit({scene("cornell-bench-blocks.json"), "--size", "96x80", "--spp", "8"});
   BackgroundProcess watch({program("lightmill"), "watch", id, "--server", server(), "-o", file("live.png")},

@@ -303,6 +303,9 @@ TEST_F(SharedFarmTest, TheFirstOfThreeLimitsEndsTheJobAndIsNamed) {
   EXPECT_EQ(by_samples["reached"], "samples");
   EXPECT_EQ(by_samples["min_tile_samples"], 20);
   EXPECT_EQ(ended(), "reached 20 samples per pixel");
+  const CommandResult fetched =
+      lightmill({"fetch", by_samples["id"].dump(), "-o", file("fetched.png"), "--server", server()});
+  EXPECT_NE(fetched.out.find(" done: reached 20 samples per pixel, error ±"), std::string::npos) << fetched.out;
 
   const CommandResult by_seconds =
       lightmill(with(render({"--error", "1e-9", "--spp", "1000000000", "--seconds", "1"}), {"--server", server()}));

@@ -48,8 +48,7 @@ TEST_F(ErrorGoalTest, AJobEndsAtTheFirstCountThatMeetsItsError) {
     EXPECT_LE(status(job).error.rel_mse + status(job).error.half_width, error);
     EXPECT_EQ(status(job).counters.results_duplicate, 0u);
   }
-  EXPECT_TRUE(status(JobId{1}).reason.ends_with(" at 96 samples per pixel")) << status(JobId{1}).reason;
-  EXPECT_TRUE(status(JobId{1}).reason.starts_with("reached relMSE 0.0059")) << status(JobId{1}).reason;
+  EXPECT_EQ(status(JobId{1}).reason, "reached relMSE 0.0059 (95 %: at most 0.0065) at 96 samples per pixel");
 }
 
 TEST_F(ErrorGoalTest, AJobKeepsItsErrorHistory) {
@@ -266,6 +265,22 @@ TEST_F(ErrorGoalTest, NoErrorIsReadOverAGap) {
   EXPECT_EQ(next_error_count(status(job).min_tile_samples), status(job).min_tile_samples)
       << status(job).min_tile_samples;
   EXPECT_EQ(coordinator->film(job)->forest(TileId{0}).back()->range.end(), status(job).min_tile_samples);
+}
+
+TEST_F(ErrorGoalTest, AJobThatEndedBelowItsLimitOfSamplesIsExtendedFromItsSamples) {
+  const JobId job = submit(error_spec(0.03, 256));
+  const SessionId session = connect("w");
+  work(session);
+  ASSERT_EQ(status(job).min_tile_samples, 48u);
+  EXPECT_EQ(coordinator->extend(job, {48}, now, effects).code(), StatusCode::kInvalidArgument);
+  ASSERT_TRUE(coordinator->extend(job, {96}, now, effects).ok());
+  flush();
+  EXPECT_EQ(status(job).goal, (Goal{96, 0, 0}));
+  EXPECT_EQ(coordinator->extend(job, {96}, now, effects).code(), StatusCode::kInvalidArgument) << "it has not ended";
+  work(session);
+  EXPECT_EQ(status(job).reached, GoalLimit::samples);
+  EXPECT_EQ(status(job).min_tile_samples, 96u);
+  EXPECT_EQ(status(job).max_tile_samples, 96u);
 }
 
 TEST_F(ErrorGoalTest, ExtendingAsksForLessErrorOrForMoreSamples) {

@@ -1,6 +1,7 @@
 /** The pixels of the watched job: linear RGB, standard error, and counts by tile. */
 import type {Job, PixelRect} from '../wire/lightmill/v1/farm_pb';
 import type {ViewTile} from '../wire/lightmill/v1/web_pb';
+import {hexOf} from './bytes';
 import {kHalfValues, toHalf} from './half';
 import {luminance, type Rgb} from './tone';
 
@@ -27,6 +28,11 @@ export interface Pixel {
   samples: number;
 }
 
+/** The same across restarts of the coordinator. */
+function identityOf(job: Job): string {
+  return `${hexOf(job.traceId)} ${job.submittedUnixMs}`;
+}
+
 export class Film {
   /** R, G, B, E of each pixel as half floats, rows from the top. E is −1 where it is unknown. */
   readonly rgbe: Uint16Array;
@@ -42,6 +48,8 @@ export class Film {
     readonly crop: Rect,
     /** Empty: beauty. */
     readonly layer = '',
+    /** Of the job. After a reconnection another farm may answer, whose job with this number is another one. */
+    private readonly identity = '',
   ) {
     this.rgbe = new Uint16Array(4 * crop.width * crop.height);
     this.firstColumn = Math.floor(crop.x / kTileSide);
@@ -53,7 +61,12 @@ export class Film {
 
   static of(job: Job, layer = ''): Film {
     const crop = job.crop ?? {x: 0, y: 0, width: job.width, height: job.height};
-    return new Film(job.id, {x: crop.x, y: crop.y, width: crop.width, height: crop.height}, layer);
+    return new Film(job.id, {x: crop.x, y: crop.y, width: crop.width, height: crop.height}, layer, identityOf(job));
+  }
+
+  /** Whether this is the job of the film, and not just one with its number. */
+  isOf(job: Job): boolean {
+    return job.id === this.job && identityOf(job) === this.identity;
   }
 
   /** A film of a still picture. Each pixel counts as one sample, and errors are unknown. `rgb` is as in ExrPicture. */

@@ -32,6 +32,14 @@ export function hasEnded(state: JobState): boolean {
   return state === JobState.DONE || state === JobState.FAILED || state === JobState.CANCELLED;
 }
 
+/** Why the page shows no pixels of a job's picture. Undefined: the job has not arrived. */
+export function emptyText(job: Job | undefined): string {
+  if (job && job.samplesDone === 0n) {
+    return hasEnded(job.state) ? 'This job has no picture: it ended before its first sample.' : 'No samples yet.';
+  }
+  return 'Loading…';
+}
+
 /** The fraction done of the nearest limit, in [0, 1]. Errors fall as 1/samples. */
 export function fractionDone(job: Job): number {
   if (job.state === JobState.DONE) {

@@ -38,6 +38,12 @@ export class QuickLook<Wish> {
     return this.job;
   }
 
+  /** Leaves its jobs alone: another farm answers now. */
+  forget(): void {
+    this.job = undefined;
+    this.left.clear();
+  }
+
   /** Resolves once none of its jobs is left. */
   async close(): Promise<void> {
     this.closed = true;

@@ -4,6 +4,7 @@ import type {Point} from '../model/camera';
 import type {Film} from '../model/film';
 import {reachedName, stateName} from '../model/format';
 import {kHalfValues} from '../model/half';
+import {emptyText} from '../model/jobs';
 import {failureOf, lightLayers} from '../model/layers';
 import {routeHash, type JobView} from '../model/route';
 import {exposureFor, luminance} from '../model/tone';
@@ -25,7 +26,7 @@ import {MetersPanel, useMeters, type MeterRow} from './meters';
 import {RegionPanel} from './region_panel';
 import {useRelit} from './relight';
 import {RelightPanel} from './relight_panel';
-import {farm, useFarm} from './store';
+import {farm, useFarm, useHasTiles} from './store';
 import {Viewer} from './viewer';
 
 /** Luminances of evenly spaced pixels. */
@@ -110,6 +111,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
   const notShown = failureOf(layerFailures, layer ? [layer] : mixing ? ['', ...lights] : ['']);
   const look = useMemo(() => (layer === kDirections ? {...view.look, signed: true} : view.look), [layer, view.look]);
   const seen = editor?.film ?? film;
+  const empty = !useHasTiles(seen) && !notShown;
   const meters = useMeters(job);
   const photonMap = usePhotonOverlay(id, editing || !job ? 'none' : view.photons);
   const change = (by: Partial<JobView>) => setView((before) => ({...before, ...by}));
@@ -166,7 +168,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
           ‹ Jobs
         </a>
         <h1 id="job-title" ref={title}>
-          {job ? job.name || `job ${job.id}` : `Job ${id}`} <span class="muted">#{String(id)}</span>
+          {job?.name || `Job ${id}`} {job?.name && <span class="muted">#{String(id)}</span>}
         </h1>
         {job && <StateBadge state={job.state} />}
         {job && <Progress job={job} />}
@@ -212,6 +214,11 @@ export function JobPage({id, linked, theme}: JobPageProps) {
         {fileFailure && (
           <p class="notice failure" role="alert">
             {fileFailure}
+          </p>
+        )}
+        {empty && (
+          <p class="notice" role="status">
+            {emptyText(job)}
           </p>
         )}
         <Viewer

@@ -29,7 +29,7 @@ export function useOtherJob(id: bigint | undefined): OtherJob {
           now = {...now, failure: jobFailure};
           setState(now);
         } else if (job && job.id === id) {
-          now = {job, film: now.film ?? Film.of(job), failure: noPicture};
+          now = {job, film: now.film?.isOf(job) ? now.film : Film.of(job), failure: noPicture};
           setState(now);
         }
         if (layerFailures.length > 0) {

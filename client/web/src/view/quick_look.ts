@@ -24,7 +24,14 @@ class LivePreview {
       if (jobFailure && this.spec && this.look.current === this.job) {
         this.look.want(this.spec); // it was deleted while the page was not connected
       }
-      if (job && job.id === this.job) {
+      if (job && this.spec && this.film?.job === job.id && !this.film.isOf(job)) {
+        // Another farm answers, and the job with this number is not the page's.
+        this.film = undefined;
+        this.job = 0n;
+        this.look.forget();
+        this.look.want(this.spec);
+        this.onPicture();
+      } else if (job && job.id === this.job) {
         this.film ??= Film.of(job);
         if (job.state === JobState.FAILED) {
           this.fault = job.reason;
@@ -66,6 +73,9 @@ class LivePreview {
       this.onPicture = resolve;
       setTimeout(resolve, kPictureMs);
     });
+    if (this.job !== job) {
+      throw new Error('another farm answers now');
+    }
     if (this.fault) {
       await discardJob(job);
       throw new Error(this.fault);

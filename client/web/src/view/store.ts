@@ -125,7 +125,7 @@ class FarmStore {
     if (update.job && update.job.id === this.watched) {
       next.job = update.job;
       next.jobFailure = '';
-      if (this.state.film?.job !== update.job.id) {
+      if (!this.state.film?.isOf(update.job)) {
         next.film = Film.of(update.job);
         next.layers = kNoLayers;
       }
@@ -168,6 +168,16 @@ class FarmStore {
 }
 
 export const farm = new FarmStore();
+
+/** Whether the film has a tile. */
+export function useHasTiles(film: Film | undefined): boolean {
+  const [has, setHas] = useState(false);
+  useEffect(() => {
+    setHas(film?.counts.some((count) => count > 0) ?? false);
+    return farm.onTiles((changed) => changed === film && setHas(true));
+  }, [film]);
+  return has;
+}
 
 export function useFarm(): FarmState {
   const [state, setState] = useState(farm.state);
