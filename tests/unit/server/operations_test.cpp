@@ -243,6 +243,20 @@ TEST_F(OperationCallTest, AnInvalidCallLeavesNoRecord) {
   EXPECT_TRUE(actions().empty());
 }
 
+TEST_F(OperationCallTest, TheListOfWorkersSaysWhyAllWorkIsHeld) {
+  const auto notices = [&] {
+    const auto asked = call(Rpc::list_workers);
+    EXPECT_TRUE(start(asked, user("ada")).get().ok());
+    const auto& told = static_cast<const v1::ListWorkersResponse&>(asked->reply()).notices();
+    return std::vector<std::string>(told.begin(), told.end());
+  };
+  EXPECT_EQ(notices(), std::vector<std::string>{});
+  runtime->loop().set_space("waits for space: the disk is full");
+  EXPECT_EQ(notices(), std::vector<std::string>{"all work waits for space: the disk is full"});
+  runtime->loop().set_space("");
+  EXPECT_EQ(notices(), std::vector<std::string>{});
+}
+
 TEST_F(OperationCallTest, AnInspectionIsForgottenWithItsCaller) {
   on_farm([](FarmLoop::TaskContext& context) {
     context.farm.worker_connected(SessionId{1}, {"w", "h", 1, 1, "class-a", kRendererVersion, {}, false, "m", true},
