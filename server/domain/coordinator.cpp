@@ -295,11 +295,13 @@ Result<std::string> Coordinator::owner(JobId id) const {
   return job->spec().owner;
 }
 
-std::set<Sha256> Coordinator::assets() const {
+std::set<Sha256> Coordinator::assets(const std::optional<Sha256>& of_jobs_with) const {
   std::set<Sha256> assets;
   for (const auto& [id, job] : parts_->jobs.all()) {
     const std::vector<Sha256>& named = job->spec().settings.assets;
-    assets.insert(named.begin(), named.end());
+    if (!of_jobs_with || std::ranges::count(named, *of_jobs_with) > 0) {
+      assets.insert(named.begin(), named.end());
+    }
   }
   return assets;
 }

@@ -272,6 +272,37 @@ TEST_F(CheckStateTest, DamagedAndMissingAssetsAreFoundAndForgotten) {
   EXPECT_FALSE(again.whole) << "and still an asset is missing";
 }
 
+TEST_F(CheckStateTest, AMissingAssetOfADoneJobBlocksNothing) {
+  {
+    const auto store = open_store();
+    std::vector<StoreOp> ends;
+    const StoredState state = store->load().value();
+    for (const StoredState::StoredJob& stored : state.jobs) {
+      JobRecord ended = stored.record;
+      ended.state = JobState::done;
+      ended.reached = GoalLimit::samples;
+      ends.push_back(PutJob{std::move(ended)});
+    }
+    ASSERT_TRUE(store->commit(ends).ok());
+  }
+  std::ofstream(asset_file("two")) << "tWo";
+  const StateCheck found = check().value();
+  EXPECT_FALSE(found.sound);
+  EXPECT_TRUE(found.whole);
+  EXPECT_EQ(found.report.back(),
+            "asset " + sha256("two").hex() +
+                " is missing. It blocks nothing: jobs 1, 2 have ended, and need it only to be extended");
+  damage("job = 2 AND tile = 1");
+  const StateCheck incomplete = check().value();
+  EXPECT_FALSE(incomplete.whole);
+  EXPECT_NE(incomplete.report.back().find("It blocks the samples that job 2 has not rendered yet"), std::string::npos)
+      << incomplete.report.back();
+}
+
+TEST_F(CheckStateTest, SizesHaveAUnitThatFits) {
+  EXPECT_TRUE(check()->report[0].ends_with("and 3 assets of 11 B have correct checksums")) << check()->report[0];
+}
+
 /// Breaks the chain of pages that hold the values of the node that was stored last.
 void damage_last_page_of_values(const std::filesystem::path& path) {
   constexpr std::streamoff kPageBytes = 16384;
