@@ -45,11 +45,12 @@ Status check_structure(Database& database) {
   for (std::string& table : tables) {
     table = describe(database, table);
   }
+  const std::string why = fmt::format("{}", fmt::join(found, "; "));  // below a headline
   return data_loss("pages of the database are damaged{}{} (SQLite: {})",
                    tables.empty()       ? ""
                    : tables.size() == 1 ? ", in the table "
                                         : ", in the tables ",
-                   fmt::join(tables, ", "), fmt::join(found, "; "));
+                   fmt::join(tables, ", "), why.substr(why.rfind('\n') + 1));
 }
 
 }  // namespace lightmill::sqlite

@@ -330,6 +330,7 @@ TEST_F(CheckStateTest, ADamagedPageIsNamedByTableAndJob) {
   EXPECT_EQ(status.code(), StatusCode::kDataLoss);
   EXPECT_NE(message_of(status).find("pages of the database are damaged, in the table nodes (job 2)"), std::string::npos)
       << status;
+  EXPECT_EQ(message_of(status).find('\n'), std::string::npos) << status;
   const Status loaded = open_store()->load().status();
   EXPECT_EQ(loaded.code(), StatusCode::kDataLoss);
   EXPECT_TRUE(message_of(loaded).starts_with("table nodes, job 2: ")) << loaded;
