@@ -80,11 +80,10 @@ void HostMonitor::check_disk() {
   if (full != full_) {
     full_ = full;
     set_space_(
-        !full
-            ? ""
-            : fmt::format("waits for space: the disk of {} has less than --reserve-gib {:.3g} left: delete ended jobs, "
-                          "or free space",
-                          disk_.string(), gib(reserve_bytes_)));
+        !full ? ""
+              : fmt::format("waits for space: the disk of {} has less than --reserve-gib {:g} left: delete ended jobs, "
+                            "or free space",
+                            disk_.string(), gib(reserve_bytes_)));
   }
 }
 

@@ -125,7 +125,7 @@ Status with_advice(const Status& status) {
     case StatusCode::kResourceExhausted:
       return resource_exhausted("{}; free space there and start again: nothing is lost", message_of(status));
     case StatusCode::kDataLoss:
-      return data_loss("{}; the database itself is damaged: restore a backup (docs/operate/backup.md)",
+      return data_loss("{}. Restore a backup. docs/operate/backup.md (A damaged page) says when less is enough",
                        message_of(status));
     default:
       return status;

@@ -159,4 +159,12 @@ std::filesystem::path own_folder() {
   return std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
 }
 
+void give_to_owner_of_folder(int file, const fs::path& path) {
+  struct stat own {
+  }, folder{};
+  if (::fstat(file, &own) == 0 && own.st_uid == 0 && ::stat(path.parent_path().c_str(), &folder) == 0) {
+    [[maybe_unused]] const int failed = ::fchown(file, folder.st_uid, folder.st_gid);
+  }
+}
+
 }  // namespace lightmill

@@ -27,6 +27,9 @@ Status write_file_atomically(const std::filesystem::path& path, ByteView bytes);
 /// can do that.
 void sync_folder_of(const std::filesystem::path& path);
 
+/// Gives an open file of root to its folder's owner, if this process may. Root may work in the folder of a service.
+void give_to_owner_of_folder(int file, const std::filesystem::path& path);
+
 /// The folder of the running program.
 std::filesystem::path own_folder();
 

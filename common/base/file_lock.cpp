@@ -9,6 +9,8 @@
 #include <cstring>
 #include <utility>
 
+#include "common/base/file.h"
+
 namespace lightmill {
 
 Result<FileLock> FileLock::acquire(const std::filesystem::path& path, std::string_view in_use) {
@@ -16,6 +18,7 @@ Result<FileLock> FileLock::acquire(const std::filesystem::path& path, std::strin
   if (lock.fd_ < 0) {
     return make_error(StatusCode::kPermissionDenied, "cannot write {}: {}", path.string(), std::strerror(errno));
   }
+  give_to_owner_of_folder(lock.fd_, path);
   if (::flock(lock.fd_, LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK) {
       return make_error(StatusCode::kUnavailable, "cannot lock {}: {}", path.string(), std::strerror(errno));

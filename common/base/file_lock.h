@@ -12,7 +12,7 @@ namespace lightmill {
 /// holder's process. It is never deleted.
 class FileLock {
  public:
-  /// Creates the file if needed. FAILED_PRECONDITION if another process holds the lock: `in_use`, and the number of
+  /// Creates the file if needed. It belongs to its folder's owner, also if root creates it. FAILED_PRECONDITION if another process holds the lock: `in_use`, and the number of
   /// that process. PERMISSION_DENIED or UNAVAILABLE, with the file's name, if it cannot be written or its file system
   /// has no locks.
   static Result<FileLock> acquire(const std::filesystem::path& path, std::string_view in_use);

@@ -68,19 +68,19 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
 /// Sends one asset. gRPC calls it with one event at a time. Deletes itself.
 class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetResponse> {
  public:
-  DownloadStream(AssetStore& assets, Call call, FarmLoop& loop, const std::string& digest_bytes)
-      : assets_(assets), call_(std::move(call)), traffic_(loop.traffic()) {
+  DownloadStream(Runtime& runtime, Call call, const std::string& digest_bytes)
+      : runtime_(runtime), call_(std::move(call)) {
     const Result<Sha256> digest = digest_from_bytes(digest_bytes);
     if (!digest.ok()) {
       Finish(to_grpc(with_context(digest.status(), "digest")));
       return;
     }
-    Result<std::unique_ptr<AssetStore::Reader>> reader = assets.open_asset(*digest);
+    Result<std::unique_ptr<AssetStore::Reader>> reader = runtime.assets().open_asset(*digest);
     digest_ = *digest;
     if (!reader.ok()) {
       const bool missing = reader.status().code() == StatusCode::kNotFound;
       if (missing) {
-        (void)loop.post([digest = *digest](FarmLoop::TaskContext& context) {
+        (void)runtime.loop().post([digest = *digest](FarmLoop::TaskContext& context) {
           context.farm.asset_is_missing(digest, context.now, context.effects);
         });
       }
@@ -117,17 +117,18 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
       return;
     }
     sent_.append(*chunk);
-    traffic_.assets_out += chunk->size();
+    runtime_.loop().traffic().assets_out += chunk->size();
     response_.set_chunk(std::move(*chunk));
     call_.slot->set_stalled();
     StartWrite(&response_);
   }
 
-  /// Deletes a damaged asset, so that clients send it again.
+  /// Deletes a damaged asset, so that clients send it again. Others of the same jobs may be damaged, too.
   Status forget() {
     spdlog::error("asset {} was damaged in the store and is deleted: the next job with the same file uploads it again",
                   digest_.hex());
-    assets_.forget(*reader_);
+    runtime_.assets().forget(*reader_);
+    runtime_.check_assets_beside(digest_);
     return unavailable("asset {} was damaged in the farm's store: submit a job with the same file again",
                        digest_.hex());
   }
@@ -137,9 +138,8 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
     return unavailable("asset {} cannot be read from the farm's store: {}", digest_.hex(), message_of(why));
   }
 
-  AssetStore& assets_;
+  Runtime& runtime_;
   const Call call_;
-  Traffic& traffic_;
   Sha256 digest_;
   Sha256Hasher sent_;
   std::unique_ptr<AssetStore::Reader> reader_;
@@ -163,7 +163,7 @@ grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::Download
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerWriteReactor<v1::DownloadAssetResponse>>(call.status());
   }
-  return new DownloadStream(runtime_.assets(), *call, runtime_.loop(), request->digest());
+  return new DownloadStream(runtime_, *call, request->digest());
 }
 
 }  // namespace lightmill

@@ -223,12 +223,18 @@ Result<bool> Coordinator::use_film(JobId id, Time now, Effects& effects) {
 void Coordinator::film_read(JobId id, Result<StoredFilm> film, Time now, Effects& effects) {
   const Event event = parts_->at(now, effects);
   Job* const job = parts_->jobs.find(id);
+  Status status = job == nullptr ? not_found("there is no job {}", id.value) : film.status();
   if (job != nullptr && film.ok()) {
     parts_->take_film(*job, *std::move(film), event);
   } else if (job != nullptr) {
-    event.warn(about(id), "the film of job {} cannot be read: {}", id.value, message_of(film.status()));
+    event.warn(about(id), "the film of job {} cannot be read: table nodes: {}. Restore a backup, or delete the job",
+               id.value, message_of(status));
+    status = make_error(status.code(),
+                        "the film of job {} cannot be read from the farm's store: ask the farm's administrator, who "
+                        "finds the reason in the coordinator's log",
+                        id.value);
   }
-  parts_->films.answered(id, job == nullptr ? not_found("there is no job {}", id.value) : film.status(), event);
+  parts_->films.answered(id, status, event);
 }
 
 // ---- queries ----
@@ -289,11 +295,13 @@ Result<std::string> Coordinator::owner(JobId id) const {
   return job->spec().owner;
 }
 
-std::set<Sha256> Coordinator::assets() const {
+std::set<Sha256> Coordinator::assets(const std::optional<Sha256>& of_jobs_with) const {
   std::set<Sha256> assets;
   for (const auto& [id, job] : parts_->jobs.all()) {
     const std::vector<Sha256>& named = job->spec().settings.assets;
-    assets.insert(named.begin(), named.end());
+    if (!of_jobs_with || std::ranges::count(named, *of_jobs_with) > 0) {
+      assets.insert(named.begin(), named.end());
+    }
   }
   return assets;
 }

@@ -156,8 +156,8 @@ class Coordinator {
   const std::string& held() const;
   /// Valid until the next event.
   Result<const JobSpec*> spec(JobId job) const;
-  /// Assets of all jobs.
-  std::set<Sha256> assets() const;
+  /// Assets of all jobs, or of the jobs that name `of_jobs_with`.
+  std::set<Sha256> assets(const std::optional<Sha256>& of_jobs_with = {}) const;
   Result<std::string> owner(JobId job) const;
   /// Sample ranges of a job's film; null if there is no such job. Valid until the next event.
   const FilmOutline* outline(JobId job) const;

@@ -46,6 +46,7 @@ class FarmView {
   /// Empty if the job does not wait, because a connected worker may render it.
   std::string reason_to_wait(const Job& job, Time now) const;
   std::string reason_of_missing(const Job& job, Time now) const;
+  static std::string wait_for_lost(const Sha256& asset);
   /// Why the job stands still, if no lease of it has brought a result for long.
   std::string reason_of_standstill(const Job& job, Time now) const;
   std::string why_none_may(const Job& job) const;

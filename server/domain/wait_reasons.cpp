@@ -24,7 +24,7 @@ void FarmView::asset_is_missing(const Sha256& digest, const Event& event) {
     if (job->in_progress() && std::ranges::count(job->spec().settings.assets, digest) > 0) {
       missing_assets_[digest] = event.now;
       job->touch();
-      event.warn(about(id), "job {} {}", id.value, reason_to_wait(*job, event.now));
+      event.warn(about(id), "job {} {}", id.value, wait_for_lost(digest));
     }
   }
 }
@@ -55,11 +55,15 @@ std::string FarmView::reason_of_missing(const Job& job, Time now) const {
   for (const Sha256& asset : job.spec().settings.assets) {
     if (const auto missing = missing_assets_.find(asset);
         missing != missing_assets_.end() && now - missing->second < kMissingPatience) {
-      return fmt::format("waits for a file that was lost ({}): submit the same scene again, which sends it",
-                         asset.hex().substr(0, 12));
+      return wait_for_lost(asset);
     }
   }
   return "";
+}
+
+std::string FarmView::wait_for_lost(const Sha256& asset) {
+  return fmt::format("waits for a file that was lost ({}): submit the same scene again, which sends it",
+                     asset.hex().substr(0, 12));
 }
 
 std::string FarmView::reason_of_standstill(const Job& job, Time now) const {

@@ -37,6 +37,9 @@ Status change_worker(OperationContext& operation, const std::string& name, v1::W
 Status list(OperationContext& operation, const WorkerFilter& filter, v1::ListWorkersResponse* reply) {
   const std::vector<std::string>& notices = operation.runtime.options().notices;
   reply->mutable_notices()->Add(notices.begin(), notices.end());
+  if (const std::string& held = operation.context.farm.held(); !held.empty()) {
+    reply->add_notices("all work " + held);
+  }
   for (const WorkerStatus& worker : operation.context.farm.workers(operation.context.now, filter)) {
     to_wire(worker, reply->add_workers());
   }

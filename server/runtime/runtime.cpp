@@ -75,6 +75,7 @@ Runtime::Runtime(const RuntimeOptions& options, std::unique_ptr<Store> store, st
     : options_(options),
       store_(std::move(store)),
       assets_(std::move(assets)),
+      asset_checker_(*assets_),
       start_(fmt::format("epoch {}, process {}", state.epoch, ::getpid())),
       of_pages_(jobs_of_pages(state)),
       gate_(options.gate, std::move(state.tokens), system_clock()),
@@ -107,6 +108,11 @@ void Runtime::forget_unused_assets() {
       answer.wait_for(kFarmPatience) == std::future_status::ready) {
     forget_others(*assets_, answer.get());
   }
+}
+
+void Runtime::check_assets_beside(const Sha256& damaged) {
+  (void)loop_.post(
+      [this, damaged](FarmLoop::TaskContext& context) { asset_checker_.check(context.farm.assets(damaged)); });
 }
 
 Status Runtime::stop() {

@@ -9,6 +9,7 @@
 #include "common/base/status.h"
 #include "server/access/action_log.h"
 #include "server/domain/coordinator.h"
+#include "server/runtime/asset_checker.h"
 #include "server/runtime/farm_loop.h"
 #include "server/runtime/gate.h"
 #include "server/store/asset_store.h"
@@ -39,6 +40,8 @@ class Runtime {
   Gate& gate() { return gate_; }
   FarmLoop& loop() { return loop_; }
   AssetStore& assets() { return *assets_; }
+  /// Has all assets of the jobs that name this damaged one compared with their digests, in the background.
+  void check_assets_beside(const Sha256& damaged);
   const RuntimeOptions& options() const { return options_; }
 
   /// Callers are served from now on. Records the start in the action log.
@@ -57,6 +60,7 @@ class Runtime {
   const RuntimeOptions options_;
   const std::unique_ptr<Store> store_;
   const std::unique_ptr<AssetStore> assets_;
+  AssetChecker asset_checker_;
   const std::string start_;            ///< text of the start in the action log
   const std::vector<JobId> of_pages_;  ///< jobs of pages of the coordinator before
   Gate gate_;

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "common/base/log.h"
+#include "common/base/quantities.h"
 #include "server/store/check_rows.h"
 #include "server/store/load_state.h"
 
@@ -14,25 +15,20 @@ namespace {
 
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 
-double mib(std::uint64_t bytes) {
-  return static_cast<double>(bytes) / (1 << 20);
-}
-
 /// Whether a job in this state has its lost nodes rendered again.
 bool goes_on(JobState state) {
   return state != JobState::failed && state != JobState::cancelled;
 }
 
-/// "job 1 has", "jobs 1, 2, 3 and 5 more have".
-std::string who_has(std::span<const JobId> jobs) {
+/// "job 1", "jobs 1, 2, 3 and 5 more".
+std::string named(std::span<const JobId> jobs) {
   constexpr std::size_t kNamed = 3;
-  std::vector<std::uint64_t> named;
+  std::vector<std::uint64_t> numbers;
   for (const JobId job : jobs.first(std::min(jobs.size(), kNamed))) {
-    named.push_back(job.value);
+    numbers.push_back(job.value);
   }
   const std::string others = jobs.size() > kNamed ? fmt::format(" and {} more", jobs.size() - kNamed) : "";
-  return fmt::format("{} {}{} {}", jobs.size() == 1 ? "job" : "jobs", fmt::join(named, ", "), others,
-                     jobs.size() == 1 ? "has" : "have");
+  return fmt::format("{} {}{}", jobs.size() == 1 ? "job" : "jobs", fmt::join(numbers, ", "), others);
 }
 
 /// Reads the films of ended jobs. load() does not read their pixels.
@@ -86,29 +82,49 @@ void report_nodes(const StoredState& state, StateCheck& check) {
   check.sound = check.sound && state.damaged.empty() && state.damaged_results.empty() && state.damaged_entries.empty();
 }
 
+std::string blocked_text(std::span<const JobId> jobs) {
+  return fmt::format("It blocks the samples that {} {} not rendered yet. Submit a job with the same file", named(jobs),
+                     jobs.size() == 1 ? "has" : "have");
+}
+
+std::string ended_text(std::span<const JobId> jobs) {
+  return jobs.size() == 1
+             ? fmt::format("It blocks nothing: {} has ended, and needs it only to be extended", named(jobs))
+             : fmt::format("It blocks nothing: {} have ended, and need it only to be extended", named(jobs));
+}
+
 void report_assets(const StoredState& state, const AssetStore& assets, const AssetCheck& found, StateCheck& check) {
   const std::set<Sha256> damaged(found.damaged.begin(), found.damaged.end());
   check.sound = check.sound && damaged.empty();
   for (const Sha256& digest : damaged) {
     check.report.push_back(fmt::format("asset {}: damaged and deleted", digest.hex()));
   }
-  std::map<Sha256, std::vector<JobId>> missing;
+  std::set<JobId> incomplete;  // ended jobs that render lost samples again
+  for (const NodeKey& key : state.damaged) {
+    incomplete.insert(key.job);
+  }
+  struct Users {
+    std::vector<JobId> blocked, ended;
+  };
+  std::map<Sha256, Users> missing;
   for (const StoredState::StoredJob& job : state.jobs) {
+    const bool renders =
+        !has_ended(job.record.state) || (goes_on(job.record.state) && incomplete.contains(job.record.id));
     for (const Sha256& digest : job.record.spec.settings.assets) {
       if (!assets.has(digest)) {
-        missing[digest].push_back(job.record.id);
+        (renders ? missing[digest].blocked : missing[digest].ended).push_back(job.record.id);
       }
     }
   }
-  for (const auto& [digest, jobs] : missing) {
-    check.report.push_back(fmt::format(
-        "asset {} is missing. It blocks the samples that {} not rendered yet. Submit a job with the same file",
-        digest.hex(), who_has(jobs)));
-    check.whole = false;
+  for (const auto& [digest, users] : missing) {
+    const bool blocks = !users.blocked.empty();
+    check.report.push_back(fmt::format("asset {} is missing. {}", digest.hex(),
+                                       blocks ? blocked_text(users.blocked) : ended_text(users.ended)));
+    check.whole = check.whole && !blocks;
   }
 }
 
-/// Size of the asset in bytes. DATA_LOSS if its bytes do not match its digest.
+/// Like check_asset(), and deletes nothing.
 Result<std::uint64_t> read_through(AssetStore::Reader& reader, const Sha256& digest) {
   Sha256Hasher hasher;
   std::uint64_t size_bytes = 0;
@@ -128,19 +144,26 @@ Result<std::uint64_t> read_through(AssetStore::Reader& reader, const Sha256& dig
 
 }  // namespace
 
+Result<std::uint64_t> check_asset(AssetStore& store, const Sha256& digest) {
+  LM_ASSIGN_OR_RETURN(std::unique_ptr<AssetStore::Reader> reader, store.open_asset(digest));
+  Result<std::uint64_t> size_bytes = read_through(*reader, digest);
+  if (size_bytes.status().code() == StatusCode::kDataLoss) {
+    spdlog::warn("asset {} is damaged and was deleted: {}", digest.hex(), message_of(size_bytes.status()));
+    store.forget(*reader);
+  }
+  return size_bytes;
+}
+
 Result<AssetCheck> check_assets(AssetStore& store) {
   AssetCheck check;
   for (const Sha256& digest : store.digests()) {
-    LM_ASSIGN_OR_RETURN(std::unique_ptr<AssetStore::Reader> reader, store.open_asset(digest));
-    if (const Result<std::uint64_t> size_bytes = read_through(*reader, digest); size_bytes.ok()) {
+    if (const Result<std::uint64_t> size_bytes = check_asset(store, digest); size_bytes.ok()) {
       ++check.assets;
       check.bytes += *size_bytes;
     } else if (size_bytes.status().code() != StatusCode::kDataLoss) {
       return with_context(size_bytes.status(), fmt::format("asset {}", digest.hex()));
     } else {
-      spdlog::warn("asset {} is damaged and was deleted: {}", digest.hex(), message_of(size_bytes.status()));
       check.damaged.push_back(digest);
-      store.forget(*reader);
     }
   }
   return check;
@@ -168,9 +191,9 @@ Result<StateCheck> check_state(Store& store, AssetStore& assets) {
     }
   }
   StateCheck check;
-  check.report.push_back(
-      fmt::format("{} jobs with {} nodes of {:.1f} MiB and {} assets of {:.1f} MiB have correct checksums",
-                  state.jobs.size(), nodes, mib(bytes), found.assets, mib(found.bytes)));
+  check.report.push_back(fmt::format("{} jobs with {} nodes of {} and {} assets of {} have correct checksums",
+                                     state.jobs.size(), nodes, human_bytes(bytes), found.assets,
+                                     human_bytes(found.bytes)));
   LM_RETURN_IF_ERROR(report_jobs(state, store, check));
   report_nodes(state, check);
   report_assets(state, assets, found, check);

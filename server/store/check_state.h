@@ -9,6 +9,10 @@
 
 namespace lightmill {
 
+/// Size of an asset in bytes. DATA_LOSS if it differed from its digest, or bytes were missing: then it is logged and
+/// deleted, unless a newer copy is in its place.
+Result<std::uint64_t> check_asset(AssetStore& store, const Sha256& digest);
+
 struct AssetCheck {
   std::uint64_t assets = 0, bytes = 0;  ///< sound assets
   std::vector<Sha256> damaged;          ///< deleted: their digest differed, or bytes were missing

@@ -8,6 +8,8 @@
 #include <span>
 #include <utility>
 
+#include "common/base/file.h"
+
 namespace lightmill {
 namespace {
 
@@ -45,6 +47,7 @@ Result<CommitChain> CommitChain::open(const std::filesystem::path& path) {
   if (file < 0) {
     return unavailable("cannot open {}: {}", path.string(), std::strerror(errno));
   }
+  give_to_owner_of_folder(file, path);
   CommitChain chain(path, file);
   for (const int number : {0, 1}) {
     const std::optional<CommitMark> mark = read_slot(file, number);

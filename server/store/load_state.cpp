@@ -7,10 +7,17 @@ Key key_in(const Row& row, const TableInfo& info) {
   return info.numbered ? Key{row.natural(0)} : Key{0, row.text(0)};
 }
 
+/// Names the rows that cannot be read.
+Status in_table(const Status& status, std::string_view table, std::optional<JobId> job = {}) {
+  return with_context(status, fmt::format("table {}{}", table, job ? fmt::format(", job {}", job->value) : ""));
+}
+
 Status load_records(RowSource& rows, Table table, StateReader& reader) {
   const TableInfo& info = info_of(table);
-  return rows.for_each(fmt::format("SELECT {0}, message, checksum FROM {1} ORDER BY {0}", info.key, info.name),
-                       [&](const Row& row) { reader.take(table, key_in(row, info), row.view(1), row.integer(2)); });
+  return in_table(
+      rows.for_each(fmt::format("SELECT {0}, message, checksum FROM {1} ORDER BY {0}", info.key, info.name),
+                    [&](const Row& row) { reader.take(table, key_in(row, info), row.view(1), row.integer(2)); }),
+      info.name);
 }
 
 /// Reads nodes without their values. Databases know the length of a BLOB without reading it. Removes rows that are no
@@ -93,11 +100,12 @@ Result<StoredState> load_state(RowSource& rows, const ReadFilm& read_film, Store
   reader.finish(specs);
   RendererTable renderers;
   for (StoredState::StoredJob& job : state.jobs) {
-    LM_RETURN_IF_ERROR(load_outlines(rows, job, state));
+    const JobId id = job.record.id;
+    LM_RETURN_IF_ERROR(in_table(load_outlines(rows, job, state), "nodes", id));
     if (!has_ended(job.record.state)) {
-      LM_RETURN_IF_ERROR(load_values(read_film, job, state, repairs));
+      LM_RETURN_IF_ERROR(in_table(load_values(read_film, job, state, repairs), "nodes", id));
     }
-    LM_RETURN_IF_ERROR(load_results(rows, job, state, renderers, repairs));
+    LM_RETURN_IF_ERROR(in_table(load_results(rows, job, state, renderers, repairs), "results", id));
   }
   state.renderers = renderers.take();
   return state;
@@ -107,8 +115,10 @@ Result<RowKeys> load_keys(RowSource& rows) {
   RowKeys keys;
   for (std::size_t i = 0; i < kTableCount; ++i) {
     const TableInfo& info = kTables[i];
-    LM_RETURN_IF_ERROR(rows.for_each(fmt::format("SELECT {} FROM {}", info.key, info.name),
-                                     [&](const Row& row) { keys.put(static_cast<Table>(i), key_in(row, info)); }));
+    LM_RETURN_IF_ERROR(
+        in_table(rows.for_each(fmt::format("SELECT {} FROM {}", info.key, info.name),
+                               [&](const Row& row) { keys.put(static_cast<Table>(i), key_in(row, info)); }),
+                 info.name));
   }
   keys.keep();
   return keys;

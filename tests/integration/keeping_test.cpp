@@ -305,22 +305,23 @@ TEST(Storage, ADatabaseThatHasLostCommitsIsRefusedUntilThatIsAccepted) {
   expect_reference_film(farm.client(), lost + 1, kSmall);
 }
 
-TEST(Storage, ADamagedAssetIsForgottenAndSentAgain) {
+TEST(Storage, DamagedAssetsAreForgottenTogetherAndSentAgain) {
   Farm farm;
   FarmClient client = farm.client();
   const Picture picture = kSmall;
   const std::uint64_t waiting = client.submit(picture, "waiting").id();
-  fs::path damaged;
+  std::vector<fs::path> damaged;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(farm.data() / "assets")) {
-    damaged = entry.is_regular_file() ? entry.path() : damaged;
+    if (entry.is_regular_file()) {
+      std::fstream file(damaged.emplace_back(entry.path()), std::ios::in | std::ios::out | std::ios::binary);
+      file.seekp(-1, std::ios::end);
+      file << '\x01';
+    }
   }
-  {
-    std::fstream file(damaged, std::ios::in | std::ios::out | std::ios::binary);
-    file.seekp(-1, std::ios::end);
-    file << '\x01';
-  }
+  ASSERT_GE(damaged.size(), 1u);
   farm.add_worker(1, "w1");
-  EXPECT_TRUE(eventually([&] { return !fs::exists(damaged); }));
+  EXPECT_TRUE(
+      eventually([&] { return std::ranges::none_of(damaged, [](const fs::path& file) { return fs::exists(file); }); }));
   EXPECT_TRUE(eventually([&] { return says(client.job(waiting).reason(), "waits for a file that was lost"); }));
   EXPECT_NE(client.job(waiting).state(), v1::JOB_STATE_FAILED) << client.job(waiting).reason();
   client.submit(picture, "with the same files");

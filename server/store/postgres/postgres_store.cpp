@@ -35,9 +35,8 @@ Status load_secret(Session& session, StoredState& state) {
   LM_ASSIGN_OR_RETURN(const postgres::Rows rows, session.query("SELECT secret, checksum FROM audit_secret"));
   LM_ASSIGN_OR_RETURN(state.secret, stored::digest_in(rows.size() == 1 ? rows.view(0, 0) : "", "the secret of audits"));
   LM_ASSIGN_OR_RETURN(const Sha256 checksum, stored::digest_in(rows.view(0, 1), "its checksum"));
-  return checksum == sha256(rows.view(0, 0))
-             ? ok_status()
-             : data_loss("the secret of audits in the database is damaged; restore a backup");
+  return checksum == sha256(rows.view(0, 0)) ? ok_status()
+                                             : data_loss("the secret of audits in the database is damaged");
 }
 
 Result<FilmPiece> read_nodes(Session& session, JobId job, const FilmPosition& after) {

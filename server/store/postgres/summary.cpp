@@ -8,7 +8,7 @@ namespace lightmill::postgres {
 namespace {
 
 Status damaged(const Session& session, std::string_view what) {
-  return data_loss("{}: {}; restore a backup", session.place(), what);
+  return data_loss("{}: {}", session.place(), what);
 }
 
 }  // namespace

@@ -1,10 +1,8 @@
 #include "server/store/sqlite/database.h"
 
-#include <algorithm>
-
 namespace lightmill::sqlite {
 
-Status error_of(int code, sqlite3* database, std::string_view what) {
+Status error_of(int code, sqlite3* database) {
   StatusCode status = StatusCode::kInternal;
   switch (code & 0xff) {
     case SQLITE_FULL:
@@ -26,9 +24,8 @@ Status error_of(int code, sqlite3* database, std::string_view what) {
   }
   const char* file = database != nullptr ? sqlite3_db_filename(database, "main") : nullptr;
   const char* message = database != nullptr ? sqlite3_errmsg(database) : sqlite3_errstr(code);
-  std::string at(what.substr(0, 60));
-  std::ranges::replace(at, '\n', ' ');
-  return make_error(status, "{}: {} (SQLite code {}, at {})", file != nullptr ? file : "database", message, code, at);
+  return make_error(status, "{}: {}{} (SQLite code {})", file != nullptr ? file : "database",
+                    (code & 0xff) == SQLITE_CORRUPT ? "a page of the database is damaged: " : "", message, code);
 }
 
 Result<bool> Statement::step() {
@@ -39,7 +36,7 @@ Result<bool> Statement::step() {
   if (code == SQLITE_DONE) {
     return false;
   }
-  return error_of(code, sqlite3_db_handle(statement_), sqlite3_sql(statement_));
+  return error_of(code, sqlite3_db_handle(statement_));
 }
 
 Status Statement::run() {
@@ -74,7 +71,7 @@ Result<Database> Database::open(const std::filesystem::path& path) {
 
 Status Database::execute(const std::string& sql) {
   const int code = sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr);
-  return code == SQLITE_OK ? ok_status() : error_of(code, handle_, sql.substr(0, 60));
+  return code == SQLITE_OK ? ok_status() : error_of(code, handle_);
 }
 
 Status Database::for_each(const std::string& select, const std::function<void(const stored::Row&)>& read) {
@@ -93,7 +90,7 @@ Result<Statement> Database::prepare(std::string_view sql) {
   const int code = sqlite3_prepare_v3(handle_, sql.data(), static_cast<int>(sql.size()), SQLITE_PREPARE_PERSISTENT,
                                       &statement, nullptr);
   if (code != SQLITE_OK) {
-    return error_of(code, handle_, sql.substr(0, 60));
+    return error_of(code, handle_);
   }
   return Statement(statement);
 }

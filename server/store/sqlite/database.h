@@ -16,7 +16,7 @@ namespace lightmill::sqlite {
 
 /// The Status of an SQLite error code: RESOURCE_EXHAUSTED for a full disk, UNAVAILABLE for I/O errors and locks,
 /// DATA_LOSS for a damaged file, otherwise INTERNAL.
-Status error_of(int code, sqlite3* database, std::string_view what);
+Status error_of(int code, sqlite3* database);
 
 /// One prepared statement. Bound views must stay alive until the next reset. Not thread-safe.
 class Statement final : public stored::Row {

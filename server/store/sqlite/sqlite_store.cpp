@@ -12,6 +12,7 @@
 #include "server/store/sqlite/journal_scan.h"
 #include "server/store/sqlite/schema.h"
 #include "server/store/sqlite/store_row.h"
+#include "server/store/sqlite/structure.h"
 
 namespace lightmill {
 namespace {
@@ -50,7 +51,7 @@ class SqliteStore final : public Store {
   Result<StoredState> load() override;
   Result<FilmPiece> read_film(JobId job, const FilmPosition& after) override;
   Status commit(std::span<const StoreOp> ops) override;
-  Status check_structure() override;
+  Status check_structure() override { return sqlite::check_structure(database_); }
   bool tidy() override;
 
  private:
@@ -118,16 +119,6 @@ Result<FilmPiece> SqliteStore::read_film(JobId job, const FilmPosition& after) {
     size_bytes += stored::take_node(job, *piece.last, rows.natural(3), rows.view(4), rows.view(5), piece);
   }
   return piece;
-}
-
-Status SqliteStore::check_structure() {
-  std::vector<std::string> wrong;
-  LM_RETURN_IF_ERROR(database_.for_each("PRAGMA integrity_check(10)", [&](const stored::Row& row) {
-    if (row.view(0) != "ok") {
-      wrong.push_back(row.text(0));
-    }
-  }));
-  return wrong.empty() ? ok_status() : data_loss("the database file is damaged: {}", fmt::join(wrong, "; "));
 }
 
 bool SqliteStore::tidy() {

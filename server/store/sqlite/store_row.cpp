@@ -18,7 +18,7 @@ std::int64_t checksum_of(const StoreRow& row) {
 }
 
 Status damaged(std::string_view what) {
-  return data_loss("the row that identifies the store is damaged: {}; restore a backup", what);
+  return data_loss("the row that identifies the store is damaged: {}", what);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "common/base/file_lock.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "tests/support/temporary_folder.h"
@@ -22,6 +23,24 @@ TEST(FileLockTest, HasOneHolderAtATime) {
     EXPECT_FALSE(FileLock::acquire(path, "").ok());
   }
   EXPECT_TRUE(FileLock::acquire(path, "").ok());
+}
+
+TEST(FileLockTest, AFileOfRootBelongsToTheFoldersOwner) {
+  if (::geteuid() != 0) {
+    GTEST_SKIP() << "only root can give files away";
+  }
+  constexpr uid_t kUser = 65534;
+  const test::TemporaryFolder folder;
+  ASSERT_EQ(::chown(folder.path().c_str(), kUser, kUser), 0);
+  const auto path = folder.path() / "lock";
+  struct stat info {};
+  for (const bool made_before : {false, true}) {
+    ASSERT_TRUE(!made_before || ::chown(path.c_str(), 0, 0) == 0);
+    ASSERT_TRUE(FileLock::acquire(path, "").ok());
+    ASSERT_EQ(::stat(path.c_str(), &info), 0);
+    EXPECT_EQ(info.st_uid, kUser) << made_before;
+    EXPECT_EQ(info.st_gid, kUser) << made_before;
+  }
 }
 
 TEST(FileLockTest, AMissingFolderIsNamed) {

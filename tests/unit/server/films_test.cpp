@@ -238,10 +238,14 @@ TEST_F(FilmsTest, AnUnreadableFilmIsReported) {
   forget_films();
   use(job);
   film_reads.clear();
-  coordinator->film_read(job, data_loss("a page is damaged"), now, effects);
+  coordinator->film_read(job, data_loss("/var/lib/farm.sqlite: a page is damaged"), now, effects);
   flush();
   ASSERT_EQ(films_told.size(), 1u);
   EXPECT_EQ(films_told[0].status.code(), StatusCode::kDataLoss);
+  EXPECT_EQ(
+      message_of(films_told[0].status),
+      "the film of job 1 cannot be read from the farm's store: ask the farm's administrator, who finds the reason "
+      "in the coordinator's log");
   EXPECT_EQ(status(job).state, JobState::done);
   use(job);
   EXPECT_EQ(film_reads, std::vector{job}) << "whoever asks again has it tried again";

@@ -2,6 +2,7 @@
 #include <google/protobuf/descriptor.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <future>
 #include <map>
 
@@ -10,6 +11,7 @@
 #include "server/operations/handlers.h"
 #include "server/operations/operation_call.h"
 #include "server/store/asset_folder.h"
+#include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lightmill::test {
@@ -241,6 +243,47 @@ TEST_F(OperationCallTest, AnInvalidCallLeavesNoRecord) {
   static_cast<v1::PauseJobRequest&>(asked->request()).set_id(7);
   EXPECT_EQ(start(asked, anybody()).get().code(), StatusCode::kNotFound);
   EXPECT_TRUE(actions().empty());
+}
+
+TEST_F(OperationCallTest, TheListOfWorkersSaysWhyAllWorkIsHeld) {
+  const auto notices = [&] {
+    const auto asked = call(Rpc::list_workers);
+    EXPECT_TRUE(start(asked, user("ada")).get().ok());
+    const auto& told = static_cast<const v1::ListWorkersResponse&>(asked->reply()).notices();
+    return std::vector<std::string>(told.begin(), told.end());
+  };
+  EXPECT_EQ(notices(), std::vector<std::string>{});
+  runtime->loop().set_space("waits for space: the disk is full");
+  EXPECT_EQ(notices(), std::vector<std::string>{"all work waits for space: the disk is full"});
+  runtime->loop().set_space("");
+  EXPECT_EQ(notices(), std::vector<std::string>{});
+}
+
+TEST_F(OperationCallTest, ADamagedAssetHasTheOthersOfItsJobsCompared) {
+  const std::vector<std::string> names{"one", "two", "three", "four"};
+  for (const std::string& name : names) {
+    const auto upload = runtime->assets().start_upload(sha256(name)).value();
+    ASSERT_TRUE(upload->append(as_byte_view(name)).ok());
+    ASSERT_TRUE(upload->finish().ok());
+    const std::string hex = sha256(name).hex();
+    if (name != "three") {
+      std::ofstream(folder.path() / hex.substr(0, 2) / hex.substr(2)) << "damaged";
+    }
+  }
+  const auto has = [&](const std::string& name) { return runtime->assets().has(sha256(name)); };
+  on_farm([&](FarmLoop::TaskContext& context) {
+    JobSpec spec = job_of("ada");
+    spec.settings.assets = {sha256("one"), sha256("two"), sha256("three")};
+    ASSERT_TRUE(context.farm.submit(spec, context.now, context.unix_ms, context.effects).ok());
+    spec.request_id = "another";
+    spec.settings.assets = {sha256("four")};
+    ASSERT_TRUE(context.farm.submit(spec, context.now, context.unix_ms, context.effects).ok());
+    EXPECT_EQ(context.farm.assets(sha256("one")), (std::set{sha256("one"), sha256("two"), sha256("three")}));
+  });
+  runtime->check_assets_beside(sha256("one"));
+  EXPECT_TRUE(eventually([&] { return !has("one") && !has("two"); }));
+  EXPECT_TRUE(has("three"));
+  EXPECT_TRUE(has("four")) << "no job names it beside the damaged one";
 }
 
 TEST_F(OperationCallTest, AnInspectionIsForgottenWithItsCaller) {

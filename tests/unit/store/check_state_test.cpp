@@ -272,6 +272,72 @@ TEST_F(CheckStateTest, DamagedAndMissingAssetsAreFoundAndForgotten) {
   EXPECT_FALSE(again.whole) << "and still an asset is missing";
 }
 
+TEST_F(CheckStateTest, AMissingAssetOfADoneJobBlocksNothing) {
+  {
+    const auto store = open_store();
+    std::vector<StoreOp> ends;
+    const StoredState state = store->load().value();
+    for (const StoredState::StoredJob& stored : state.jobs) {
+      JobRecord ended = stored.record;
+      ended.state = JobState::done;
+      ended.reached = GoalLimit::samples;
+      ends.push_back(PutJob{std::move(ended)});
+    }
+    ASSERT_TRUE(store->commit(ends).ok());
+  }
+  std::ofstream(asset_file("two")) << "tWo";
+  const StateCheck found = check().value();
+  EXPECT_FALSE(found.sound);
+  EXPECT_TRUE(found.whole);
+  EXPECT_EQ(found.report.back(),
+            "asset " + sha256("two").hex() +
+                " is missing. It blocks nothing: jobs 1, 2 have ended, and need it only to be extended");
+  damage("job = 2 AND tile = 1");
+  const StateCheck incomplete = check().value();
+  EXPECT_FALSE(incomplete.whole);
+  EXPECT_NE(incomplete.report.back().find("It blocks the samples that job 2 has not rendered yet"), std::string::npos)
+      << incomplete.report.back();
+}
+
+TEST_F(CheckStateTest, SizesHaveAUnitThatFits) {
+  EXPECT_TRUE(check()->report[0].ends_with("and 3 assets of 11 B have correct checksums")) << check()->report[0];
+}
+
+/// Breaks the chain of pages that hold the values of the node that was stored last.
+void damage_last_page_of_values(const std::filesystem::path& path) {
+  constexpr std::streamoff kPageBytes = 16384;
+  constexpr std::string_view kValue("\0\0\0\x3f", 4);  // 0.5f, which follows the number of the next page
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekg(0, std::ios::end);
+  for (std::streamoff at = file.tellg() - kPageBytes; at > 0; at -= kPageBytes) {
+    std::string head(64, '\0');
+    file.seekg(at).read(head.data(), 64);
+    bool values = head.substr(0, 2) == std::string(2, '\0') && head.substr(2, 2) != std::string(2, '\0');
+    for (std::size_t i = 0; i < 8; ++i) {
+      values = values && head.substr(4 + 4 * i).find(kValue) < 4;
+    }
+    if (values) {
+      file.seekp(at) << "\xff\xff\xff\xff";
+      return;
+    }
+  }
+  FAIL() << "no page has values and a successor";
+}
+
+TEST_F(CheckStateTest, ADamagedPageIsNamedByTableAndJob) {
+  damage_last_page_of_values(file_);
+  const Status status = check().status();
+  EXPECT_EQ(status.code(), StatusCode::kDataLoss);
+  EXPECT_NE(message_of(status).find("pages of the database are damaged, in the table nodes (job 2)"), std::string::npos)
+      << status;
+  EXPECT_EQ(message_of(status).find('\n'), std::string::npos) << status;
+  const Status loaded = open_store()->load().status();
+  EXPECT_EQ(loaded.code(), StatusCode::kDataLoss);
+  EXPECT_TRUE(message_of(loaded).starts_with("table nodes, job 2: ")) << loaded;
+  EXPECT_EQ(message_of(loaded).find("SELECT"), std::string::npos) << loaded;
+  EXPECT_TRUE(open_store()->read_film(JobId{1}, {}).ok());
+}
+
 TEST_F(CheckStateTest, ADamagedDatabaseIsFound) {
   std::fstream file(file_, std::ios::in | std::ios::out | std::ios::binary);
   file.seekp(16384);  // the second page, the head of a table
