@@ -94,7 +94,7 @@ start_farm() {
   fi
 }
 
-# wait_for_worker: waits until the farm has a worker. Fails if the worker has ended.
+# wait_for_worker: waits until the farm has a worker. Fails if the worker or the coordinator has ended.
 wait_for_worker() {
   until "$bin/lightmill" workers --server "$farm" --json | grep -q '"name"'; do
     for program in server worker; do

@@ -227,8 +227,8 @@ void Coordinator::film_read(JobId id, Result<StoredFilm> film, Time now, Effects
   if (job != nullptr && film.ok()) {
     parts_->take_film(*job, *std::move(film), event);
   } else if (job != nullptr) {
-    event.warn(about(id), "the film of job {} cannot be read: table nodes: {}. Restore a backup, or delete the job",
-               id.value, message_of(status));
+    event.warn(about(id), "the film of job {} cannot be read: table nodes: {}{}", id.value, message_of(status),
+               status.code() == StatusCode::kDataLoss ? ". Restore a backup, or delete the job" : "");
     status = make_error(status.code(),
                         "the film of job {} cannot be read from the farm's store: ask the farm's administrator, who "
                         "finds the reason in the coordinator's log",

@@ -259,6 +259,7 @@ def check_listed(root, files, report):
              for path in files if pathlib.PurePath(path).name == "CMakeLists.txt"}
     for path in files:
         file = pathlib.PurePath(path)
+        # A page test is listed by its name alone.
         named = {"_test.cpp": str, "_test.mjs": lambda name: str(name).removesuffix("_test.mjs")}.get(file.name[file.name.rfind("_test"):])
         if named and not any(named(file.relative_to(folder)) in lists.get(str(folder), ()) for folder in file.parents):
             report.add(path, 1, "is in no CMakeLists.txt of its folder or above, so it never runs")

@@ -94,6 +94,10 @@ INSTANTIATE_TEST_SUITE_P(All, B, kPairs, name_of<const char*, int>);
     def test_test_files_that_nothing_compiles(self):
         self.plant("tests/unit/CMakeLists.txt", "lightmill_test(unit_tests LABELS unit SOURCES a_test.cpp DEPS x)\n")
         self.assert_finds("tests/unit/b_test.cpp", "TEST(B, IsNotListed) {}\n", "b_test.cpp:1: is in no CMakeLists.txt")
+        self.plant("tests/e2e/CMakeLists.txt", "foreach(idea page chart)\n")
+        self.plant("tests/e2e/chart_test.mjs", "")
+        self.assert_finds("tests/e2e/edit_test.mjs", "", "edit_test.mjs:1: is in no CMakeLists.txt")
+        self.assertNotIn("chart_test.mjs", self.found())
 
     def test_parameterised_tests_without_names(self):
         for values in ['testing::Values("a, b", "c")', "testing::Range<std::uint64_t>(0, 8)",

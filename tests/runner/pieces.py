@@ -157,7 +157,7 @@ def run_all(minutes, rotate):
         show_states(state)
     states = list(state.done.values())
     if LATE in states:
-        print(f"\n{states.count(LATE)} pieces were not reached")
+        print(f"\npieces that were not reached: {states.count(LATE)}")
     # In turn, what was reached counts. Without a turn, everything does.
     return not {FAILED, FLAKY} & set(states) and (set(states) != {LATE} if rotate else LATE not in states)
 

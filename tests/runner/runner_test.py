@@ -211,7 +211,7 @@ class Runner(unittest.TestCase):
 
     def test_an_unfinished_suite_fails(self):
         self.plant_runs('script(lasts "kill -ALRM $(cat ${CMAKE_SOURCE_DIR}/build/test.lock); sleep 600" lint)\n' + OTHERS)
-        self.assert_fails(["--all", "--minutes", "600"], r"\nnot reached +release\n", r"\n1 pieces were not reached\n")
+        self.assert_fails(["--all", "--minutes", "600"], r"\nnot reached +release\n", r"\npieces that were not reached: 1\n")
 
     def test_pieces_after_the_deadline_are_not_reached(self):
         self.plant_runs('script(lasts "sleep 600" long)\n')

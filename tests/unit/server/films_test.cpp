@@ -233,6 +233,20 @@ TEST_F(FilmsTest, AFilmWaitsForRoomAndALongWaitIsReported) {
   EXPECT_FALSE(in_memory(jobs[1]));
 }
 
+TEST_F(FilmsTest, OnlyADamagedFilmIsToBeRestoredOrDeleted) {
+  const JobId job = done_job("r1");
+  forget_films();
+  for (const auto& [status, advises] :
+       {std::pair{data_loss("a page is damaged"), true}, {unavailable("no connection"), false}}) {
+    use(job);
+    effects.notes.clear();
+    coordinator->film_read(job, status, now, effects);
+    ASSERT_EQ(effects.notes.size(), 1u);
+    EXPECT_EQ(effects.notes[0].text.find("delete the job") != std::string::npos, advises) << effects.notes[0].text;
+    flush();
+  }
+}
+
 TEST_F(FilmsTest, AnUnreadableFilmIsReported) {
   const JobId job = done_job("r1");
   forget_films();
