@@ -124,8 +124,16 @@ struct InspectReport {
 /// The worker takes no more leases. It leaves after its last one.
 struct WorkerDraining {};
 
-using WorkerMessage = std::variant<WorkerHello, WorkerHeartbeat, WorkerResult, WorkerReturn, WorkerRefusal,
-                                   WorkerDraining, PilotReport, InspectReport>;
+// Copies of the two variants are compiled once, in messages.cpp: those of std::variant take seconds in each file.
+struct WorkerMessage : std::variant<WorkerHello, WorkerHeartbeat, WorkerResult, WorkerReturn, WorkerRefusal,
+                                    WorkerDraining, PilotReport, InspectReport> {
+  using variant::variant;
+  WorkerMessage(const WorkerMessage& other);
+  WorkerMessage(WorkerMessage&& other) noexcept;
+  WorkerMessage& operator=(const WorkerMessage& other);
+  WorkerMessage& operator=(WorkerMessage&& other) noexcept;
+  ~WorkerMessage();
+};
 
 // ---- coordinator → worker ----
 
@@ -193,7 +201,14 @@ struct Notice {
   std::string text;
 };
 
-using CoordinatorMessage = std::variant<Welcome, JobDescription, LeaseGrant, ResultAck, LeaseCancel, DrainRequest,
-                                        Dismissal, PilotGrant, Notice, InspectGrant>;
+struct CoordinatorMessage : std::variant<Welcome, JobDescription, LeaseGrant, ResultAck, LeaseCancel, DrainRequest,
+                                         Dismissal, PilotGrant, Notice, InspectGrant> {
+  using variant::variant;
+  CoordinatorMessage(const CoordinatorMessage& other);
+  CoordinatorMessage(CoordinatorMessage&& other) noexcept;
+  CoordinatorMessage& operator=(const CoordinatorMessage& other);
+  CoordinatorMessage& operator=(CoordinatorMessage&& other) noexcept;
+  ~CoordinatorMessage();
+};
 
 }  // namespace lightmill

@@ -2,6 +2,12 @@
 
 namespace lightmill {
 
+StoreOp::StoreOp(const StoreOp& other) = default;
+StoreOp::StoreOp(StoreOp&& other) noexcept = default;
+StoreOp& StoreOp::operator=(const StoreOp& other) = default;
+StoreOp& StoreOp::operator=(StoreOp&& other) noexcept = default;
+StoreOp::~StoreOp() = default;
+
 std::vector<JobId> ends_in(std::span<const StoreOp> writes) {
   std::vector<JobId> ended;
   for (const StoreOp& op : writes) {

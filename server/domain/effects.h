@@ -122,8 +122,16 @@ struct DropAction {
   std::uint64_t number = 0;
 };
 
-using StoreOp = std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, PutResult, PutVerified, DropResults,
-                             DropResultRow, PutQuarantine, DropQuarantine, PutToken, DropToken, PutAction, DropAction>;
+/// One write to the store. Its copies are compiled once, in effects.cpp: those of std::variant take seconds in each file.
+struct StoreOp : std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, PutResult, PutVerified, DropResults,
+                              DropResultRow, PutQuarantine, DropQuarantine, PutToken, DropToken, PutAction, DropAction> {
+  using variant::variant;
+  StoreOp(const StoreOp& other);
+  StoreOp(StoreOp&& other) noexcept;
+  StoreOp& operator=(const StoreOp& other);
+  StoreOp& operator=(StoreOp&& other) noexcept;
+  ~StoreOp();
+};
 
 /// A message for the worker of one session.
 struct Outgoing {
