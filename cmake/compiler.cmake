@@ -34,6 +34,9 @@ set(LIGHTMILL_SANITIZE "" CACHE STRING "sanitizers to build with, e.g. address,u
 if(LIGHTMILL_SANITIZE)
   add_compile_options(-fsanitize=${LIGHTMILL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${LIGHTMILL_SANITIZE})
+  if(LIGHTMILL_SANITIZE MATCHES "address")
+    add_compile_options(-fno-sanitize=object-size)  # the address sanitizer finds these faults, too
+  endif()
   if(LIGHTMILL_SANITIZE MATCHES "thread" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     add_compile_options(-Wno-tsan)  # it does not see the fences of Boost.Asio; all data that Asio passes on is under a mutex
   endif()

@@ -3,7 +3,7 @@
 # Headers that nearly every file includes, compiled once. A header file of ours would put its path into the precompiled header,
 # and ccache could not share results between checkouts.
 set(LIGHTMILL_PCH_HEADERS
-  <fmt/format.h> <algorithm> <array> <bit> <chrono> <cmath> <compare> <cstddef> <cstdint> <cstring> <deque>
+  <absl/status/statusor.h> <fmt/format.h> <algorithm> <array> <bit> <chrono> <cmath> <compare> <cstddef> <cstdint> <cstring> <deque>
   <filesystem> <functional> <limits> <map> <memory> <mutex> <numeric> <optional> <set> <span> <string> <string_view>
   <thread> <tuple> <unordered_map> <utility> <variant> <vector>)
 add_library(lightmill_pch STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
