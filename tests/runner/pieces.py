@@ -51,9 +51,8 @@ def labelled(*labels, without=()):
 
 
 DEFAULT_PIECES = [
-    Piece("release", "release", lambda run: "long" not in run.labels),
+    Piece("release", "release", lambda run: not {"long", "asan"} & set(run.labels)),
     Piece("address and undefined-behaviour sanitizers", "asan", labelled("asan")),
-    Piece("thread sanitizer", "tsan", labelled("tsan")),
 ]
 
 
@@ -61,8 +60,9 @@ def later_pieces(after_default):
     """All pieces except the default suite. After the default suite, nothing runs twice in the same build."""
     pieces = [Piece(f"long: {run.name}", "release", lambda each, name=run.name: each.name == name)
               for run in runs_of("release") if "long" in run.labels]
-    for preset, labels in (("asan", ("unit", "fuzz", "simulation")), ("tsan", ("threads", "unit", "simulation", "statistical"))):
-        done = [preset] if after_default else []
+    for preset, done, labels in (("release", [], ("asan",)),
+                                 ("asan", ["asan"] if after_default else [], ("unit", "fuzz", "simulation")),
+                                 ("tsan", [], ("threads", "unit", "simulation", "statistical"))):
         for label in labels:
             pieces.append(Piece(f"{preset}: {label}", preset, labelled(label, without=tuple(done))))
             done.append(label)
