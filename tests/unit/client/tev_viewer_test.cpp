@@ -37,7 +37,7 @@ constexpr int kSmallBuffer = 64 << 10;
 const TevPauses kQuick{milliseconds(100), milliseconds(300), seconds(20)};
 const TevPauses kPatient{milliseconds(100), milliseconds(300), std::chrono::hours(1)};
 /// A wait this long counts as a wait for the whole hour.
-constexpr seconds kHang{60};
+constexpr seconds kTimeLimit{60};
 
 /// All tiles of these rows, as the farm sends them for a job cropped at 100,200.
 v1::WatchJobResponse rows(int first, int last, float value) {
@@ -137,7 +137,7 @@ class TevViewerTest : public ::testing::Test {
 };
 
 bool is_ready(const std::future<void>& what) {
-  return what.wait_for(kHang) == std::future_status::ready;
+  return what.wait_for(kTimeLimit) == std::future_status::ready;
 }
 
 TEST_F(TevViewerTest, ASlowViewerGetsAllTilesWhileTheTopKeepsChanging) {

@@ -53,11 +53,11 @@ std::string bad_primitive(const GltfBuffer& buffer, const std::string& json) {
 }
 
 using Triangles = std::vector<std::array<std::uint32_t, 3>>;
-const std::vector<float> kSquare{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 2, 2};
+const std::vector<float> kSquarePositions{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 2, 2};
 
 TEST(Gltf, BuffersComeFromAnywhere) {
   GltfBuffer buffer;
-  buffer.positions(kSquare);
+  buffer.positions(kSquarePositions);
   const std::string mesh = R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}])";
   const auto first = [](const GltfData& data) {
     const auto positions = data.vectors<3>(data.root()["meshes"].at(0)["primitives"].at(0)["attributes"]["POSITION"]);
@@ -181,7 +181,7 @@ TEST(Gltf, ElementsMayBeInterleavedAndSparse) {
 
 TEST(Gltf, TrianglesStripsAndFansKeepTheirOrientation) {
   GltfBuffer b;
-  const int square = b.positions(kSquare);
+  const int square = b.positions(kSquarePositions);
   const int six = b.indices({0, 1, 2, 0, 2, 3});
   const int strip = b.indices({0, 1, 3, 2});
   const int fan = b.indices({0, 1, 2, 3});
@@ -294,7 +294,7 @@ TEST(Gltf, MeshOmissionsAreReportedOnce) {
 
 TEST(Gltf, OddTrianglesAreSkippedAndNamed) {
   GltfBuffer b;
-  b.positions(kSquare);
+  b.positions(kSquarePositions);
   const int more = b.indices({0, 1, 2, 0, 5, 3, 9, 9, 9, 0, 2, 3, 1});
   std::string error;
   std::vector<std::string> notices;
@@ -335,7 +335,7 @@ TEST(Gltf, AnyNumberOfNormalsMayBeMissing) {
 
 TEST(Gltf, LostGeometryIsAMistake) {
   GltfBuffer b;
-  b.positions(kSquare);
+  b.positions(kSquarePositions);
   b.positions({0, 0, 0, 1, 1, 1, 2, 2, 2});
   b.indices({0, 1, 2});
   const std::string at = "a.gltf: meshes[0].primitives[0]: ";
@@ -376,7 +376,7 @@ TEST(Gltf, LostGeometryIsAMistake) {
 
 TEST(Gltf, MeshMistakesAreNamed) {
   GltfBuffer b;
-  const int square = b.positions(kSquare);
+  const int square = b.positions(kSquarePositions);
   const int wild = b.indices({0, 1, 5});
   const int two = b.indices({0, 1});
   const int wide = b.add(packed<float>({std::numeric_limits<float>::infinity(), 0, 0}), "VEC3", 5126, 1);
