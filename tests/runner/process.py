@@ -92,10 +92,9 @@ INTERRUPTS = Interrupts()
 
 
 def compilers():
-    """How many run at once: one a core, and half of that beside others. Each may take 2 GiB of memory."""
+    """How many run at once: one a core, also beside others, if there is memory. Each may take 2 GiB."""
     free_kib = int(re.search(r"^MemAvailable: *(\d+)", pathlib.Path("/proc/meminfo").read_text(), re.M).group(1))
-    most = min(CORES, free_kib // (2 << 20))
-    return max(1, most // 2 if is_beside else most)
+    return max(1, min(CORES, free_kib // ((4 if is_beside else 2) << 20)))
 
 
 def processes_of(session):

@@ -4,6 +4,7 @@
   runner_test.py SOURCE-FOLDER TOY-PROGRAM
 """
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -216,6 +217,18 @@ class Runner(unittest.TestCase):
     def test_pieces_after_the_deadline_are_not_reached(self):
         self.plant_runs('script(lasts "sleep 600" long)\n')
         self.assert_fails(["--all", "--in-turn", "--minutes", "0.0001"], "not reached +long: lasts")
+
+    def test_over_many_commits_each_piece_gets_its_turn(self):
+        script = """
+import pieces, subprocess
+
+for _ in range(60):
+    subprocess.run(["git", "-c", "user.name=a", "-c", "user.email=a", "commit", "-q", "--allow-empty", "-m", "a"], check=True)
+    print(*pieces.in_turn([0, 1, 2, 3, 4]))
+"""
+        said = subprocess.run([sys.executable, "-B", "-c", script], cwd=self.root, env={**os.environ, "PYTHONPATH": "tests/runner"},
+                              check=True, capture_output=True, text=True).stdout
+        self.assertEqual(set(said.splitlines()), {"0 1 2 3 4", "1 2 3 4 0", "2 3 4 0 1", "3 4 0 1 2", "4 0 1 2 3"})
 
     def test_finished_pieces_are_remembered(self):
         self.plant_runs('''
