@@ -123,8 +123,9 @@ struct DropAction {
 };
 
 /// One write to the store. Its copies are compiled once, in effects.cpp: those of std::variant take seconds in each file.
-struct StoreOp : std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, PutResult, PutVerified, DropResults,
-                              DropResultRow, PutQuarantine, DropQuarantine, PutToken, DropToken, PutAction, DropAction> {
+struct StoreOp
+    : std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, PutResult, PutVerified, DropResults,
+                   DropResultRow, PutQuarantine, DropQuarantine, PutToken, DropToken, PutAction, DropAction> {
   using variant::variant;
   StoreOp(const StoreOp& other);
   StoreOp(StoreOp&& other) noexcept;
