@@ -6,15 +6,18 @@
 namespace lightmill::simulation {
 namespace {
 
-TEST(Attacks, LeaveNoWrongPixelUnnoticed) {
-  constexpr std::uint64_t kFarms = 60;
-  const AttackTable table = try_attacks(kFarms);
+class Attacks : public testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(Attacks, LeaveNoWrongPixelUnnoticed) {
+  const AttackTable table = try_attacks(GetParam());
   fmt::print("{}", table.text());
   for (const AttackTable::Row& row : table.rows) {
     EXPECT_EQ(row.unnoticed, 0u) << row.attack << ": " << row.failure;
-    EXPECT_GT(row.attacked, kFarms / 4) << row.attack;
+    EXPECT_GT(row.attacked, GetParam() / 4) << row.attack;
   }
 }
+INSTANTIATE_TEST_SUITE_P(Few, Attacks, testing::Values(20), testing::PrintToStringParamName());
+INSTANTIATE_TEST_SUITE_P(Many, Attacks, testing::Values(60), testing::PrintToStringParamName());
 
 /// Coordinator without the defence against an attack.
 struct Defenceless {

@@ -8,17 +8,19 @@ namespace lightmill::simulation {
 namespace {
 
 /// The log names the damage, so it is silenced.
-class Damages : public testing::Test {
- protected:
-  void SetUp() override { spdlog::set_level(spdlog::level::off); }
-  void TearDown() override { spdlog::set_level(spdlog::level::info); }
+class Silence {
+ public:
+  Silence() { spdlog::set_level(spdlog::level::off); }
+  ~Silence() { spdlog::set_level(spdlog::level::info); }
 };
 
-TEST_F(Damages, OfAnyRowOrFileAreNeverSilent) {
-  constexpr std::uint64_t kDamages = 500;
+class Damages : public testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(Damages, OfAnyRowOrFileAreNeverSilent) {
+  const Silence silence;
   DamageTable table;
   std::map<std::string, std::uint64_t> outcomes;
-  for (std::uint64_t seed = 1; seed <= kDamages; ++seed) {
+  for (std::uint64_t seed = 1; seed <= GetParam(); ++seed) {
     const DamageReport report = damage_one(seed);
     ASSERT_EQ(report.failure, "") << report.kind << ": replay it with simulate --damages 1 --first " << seed;
     table.add(report);
@@ -26,11 +28,14 @@ TEST_F(Damages, OfAnyRowOrFileAreNeverSilent) {
   }
   fmt::print("{}", table.text());
   for (const char* const outcome : kDamageOutcomes) {
-    EXPECT_GT(outcomes[outcome], kDamages / 50) << outcome;
+    EXPECT_GT(outcomes[outcome], GetParam() / 50) << outcome;
   }
 }
+INSTANTIATE_TEST_SUITE_P(Few, Damages, testing::Values(125), testing::PrintToStringParamName());
+INSTANTIATE_TEST_SUITE_P(Many, Damages, testing::Values(500), testing::PrintToStringParamName());
 
-TEST_F(Damages, WithAValidHashAreFoundInTheFilms) {
+TEST(ForgedDamages, AreFoundInTheFilms) {
+  const Silence silence;
   std::uint64_t forged = 0, found = 0;
   for (std::uint64_t seed = 1; seed <= 64; ++seed) {
     const DamageReport report = damage_one(seed, true);

@@ -218,9 +218,9 @@ TEST(Obj, FacesBackToBackHaveNoMeanNormal) {
   EXPECT_TRUE(mesh.normals.empty());  // nothing to smooth is left, so it stays flat
 }
 
-TEST(Obj, AMillionTrianglesShareTheirVertices) {
-  // 708×708 points of a flat field, a vertex for each, with faces in any order.
-  constexpr int kSide = 708;
+TEST(Obj, ManyTrianglesShareTheirVertices) {
+  // 300×300 points of a flat field, a vertex for each: more than 16 bits can number.
+  constexpr int kSide = 300;
   std::string text;
   for (int i = 0; i < kSide * kSide; ++i) {
     text += fmt::format("v {} 0 {}\n", i % kSide, i / kSide);
@@ -230,8 +230,8 @@ TEST(Obj, AMillionTrianglesShareTheirVertices) {
     text += fmt::format("f {} {} {} {}\n", a, a + 1, a + 1 + kSide, a + kSide);
   }
   const Mesh mesh = mesh_of(text);
-  EXPECT_EQ(mesh.triangles.size(), 999'698u);
-  EXPECT_EQ(mesh.positions.size(), 501'264u);
+  EXPECT_EQ(mesh.triangles.size(), 178'802u);
+  EXPECT_EQ(mesh.positions.size(), 90'000u);
 }
 
 using Texts = std::vector<std::string>;

@@ -1,0 +1,88 @@
+#!/usr/bin/env python3
+"""Runs quickstart.sh in a copy of the sources, as in a fresh clone: it builds, renders, and leaves nothing running. Takes minutes,
+and needs root to install packages, else exit code 77.
+
+  quickstart_test.py SOURCE-FOLDER BUILD-FOLDER
+"""
+import json
+import os
+import pathlib
+import re
+import socket
+import subprocess
+import sys
+import tempfile
+import unittest
+
+BUILD = pathlib.Path(sys.argv.pop()).absolute()
+SOURCE = pathlib.Path(sys.argv.pop()).absolute()
+PHASES = ["packages, download", "packages, installation", "build", "farm", "picture"]
+
+
+def copy_sources(folder):
+    """Copies the files that git tracks, as they are now."""
+    listed = subprocess.run(["git", "-C", SOURCE, "ls-files", "-z"], check=True, capture_output=True).stdout
+    packed = subprocess.run(["tar", "-C", SOURCE, "--null", "--files-from=-", "--create"], input=listed, check=True, capture_output=True)
+    subprocess.run(["tar", "-C", folder, "--extract"], input=packed.stdout, check=True)
+
+
+def processes_of(folder):
+    """Ids of the processes whose programs are in the folder."""
+    found = []
+    for process in pathlib.Path("/proc").glob("[0-9]*"):
+        try:
+            if pathlib.Path(os.readlink(process / "exe")).is_relative_to(folder):
+                found.append(process.name)
+        except OSError:
+            pass  # it has ended, or is the kernel's
+    return found
+
+
+class Quickstart(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.root = pathlib.Path(folder.name).resolve()
+        copy_sources(cls.root)
+        cls.addClassCleanup(cls.quickstart, "--stop")
+        cls.first = cls.quickstart("--once")
+
+    @classmethod
+    def quickstart(cls, *arguments):
+        """Its exit code and output, without the caller's environment."""
+        run = subprocess.run([cls.root / "quickstart.sh", *arguments], env={}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        return run.returncode, run.stdout
+
+    def test_all_phases_pass_and_have_their_seconds(self):
+        code, said = self.first
+        self.assertEqual(code, 0, said)
+        self.assertEqual(re.findall(r"(?m)^([a-z, ]+): \d+ s$", said), PHASES)
+
+    def test_the_picture_is_that_of_the_command_line(self):
+        here, lightmill = self.root / "here.exr", BUILD / "bin" / "lightmill"
+        subprocess.run([lightmill, "render", SOURCE / "scenes/cornell-bench-blocks.json", "--local", "--spp", "128", "-o", here],
+                       check=True, capture_output=True)
+        compared = subprocess.run([lightmill, "error", self.root / "cornell-box.exr", here, "--json"], check=True, capture_output=True)
+        self.assertEqual(json.loads(compared.stdout)["max_abs"], 0)
+        self.assertEqual((self.root / "cornell-box.png").read_bytes()[:4], b"\x89PNG")
+
+    def test_nothing_keeps_running(self):
+        self.assertEqual(processes_of(self.root), [])
+
+    def test_a_port_in_use_is_replaced(self):
+        with socket.create_server(("127.0.0.1", 0)) as other:
+            script = (self.root / "quickstart.sh").read_text()
+            self.assertIn("127.0.0.1:7350", script)
+            (self.root / "quickstart.sh").write_text(script.replace("127.0.0.1:7350", f"127.0.0.1:{other.getsockname()[1]}"))
+            code, said = self.quickstart("--once")
+        self.assertEqual(code, 0, said)
+        self.assertIn("is in use. The farm listens on free ports instead.", said)
+        self.assertEqual(processes_of(self.root), [])
+
+
+if __name__ == "__main__":
+    if os.geteuid() != 0:
+        print("quickstart_test.py: needs root")
+        sys.exit(77)
+    unittest.main()
