@@ -7,7 +7,7 @@ import xml.etree.ElementTree
 from process import CORES, ROOT, SHOWN_LINES, Row, Stopwatch, run_logged, show_end_of
 
 SLOTS = 4 * CORES  # runs at once; at most CORES of them compute (cmake/tests.cmake)
-KINDS_OF_RUN = ("asan", "long", "threads")  # labels that say when a run runs; the others say what it is
+KINDS_OF_RUN = ("asan", "both", "long", "threads")  # labels that say when a run runs; the others say what it is
 # A crash has its reason before the asterisks: "Subprocess aborted***Exception:".
 ENDED = re.compile(r" *\d+/\d+ Test +#\d+: (\S+) \.* *(Passed|[^*]*\*\*\*.*?) +([\d.]+) sec")
 STARTED = re.compile(r" *Start +\d+: ")
