@@ -21,8 +21,8 @@ class Faults {
   void add(std::string_view kind, std::string_view fault, std::string_view answer);
 
   bool empty() const { return kinds_.empty(); }
-  /// Whether there is a fault of this kind. Then the texts of further ones are not used.
-  bool has(std::string_view kind) const { return index_.contains(kind); }
+  /// Whether the text of another fault of this kind would be used: it is the first, and not too many kinds are named.
+  bool needs_text(std::string_view kind) const { return kinds_.size() < kMostKinds && !index_.contains(kind); }
   /// One for each kind, in the order of the first: "box.obj:12: f: …; the face is skipped (and 3 more like it)".
   std::vector<std::string> notices() const;
   /// The first fault as an error.

@@ -143,7 +143,7 @@ std::uint32_t part_material(const ObjWithMaterials& file, const ObjPart& part, M
   } else if (!part.material.empty() && !file.libraries_are_missing) {
     constexpr std::string_view kKind = "unknown material";
     std::string what;
-    if (!loaded.faults.has(kKind)) {
+    if (loaded.faults.needs_text(kKind)) {
       std::vector<Material> known;
       for (const MtlMaterial& material : file.materials) {
         known.emplace_back().name = material.name;
@@ -181,28 +181,27 @@ void find_maps(std::vector<MtlMaterial>& materials, FileFinder& finder, Faults& 
   }
 }
 
-/// The place that first names a texture.
-std::string place_of(const TextureImage& texture, const std::vector<MtlMaterial>& materials) {
+/// The place that first names each file of a map.
+std::map<std::string, std::string> places_of_maps(const std::vector<MtlMaterial>& materials) {
+  std::map<std::string, std::string> places;
   for (const MtlMaterial& material : materials) {
     for (const MtlMap& map : material.maps) {
-      if (map_path(material, map) == texture.file) {
-        return place_of(material, map);
-      }
+      places.try_emplace(map_path(material, map), place_of(material, map));
     }
   }
-  return texture.name;
+  return places;
 }
 
 /// Reads the images that maps name.
 Status load_textures(const std::vector<MtlMaterial>& materials, const SceneFiles& files, LoadedScene& loaded) {
+  const std::map<std::string, std::string> places = places_of_maps(materials);
   std::map<std::string, Sha256> read;
   for (TextureImage& texture : loaded.scene.textures) {
     const auto [known, added] = read.try_emplace(texture.file);
     if (added) {
-      LM_ASSIGN_OR_RETURN(
-          known->second,
-          add_image_file(files, texture.file, {.name = utf8_name(texture.file), .place = place_of(texture, materials)},
-                         loaded));
+      LM_ASSIGN_OR_RETURN(known->second,
+                          add_image_file(files, texture.file,
+                                         {.name = utf8_name(texture.file), .place = places.at(texture.file)}, loaded));
     }
     texture.asset = known->second;
     texture.file = utf8_name(texture.file);

@@ -234,6 +234,18 @@ TEST(Obj, ManyTrianglesShareTheirVertices) {
   EXPECT_EQ(mesh.positions.size(), 90'000u);
 }
 
+TEST(Faults, NeedTheTextOnlyOfTheFirstOfEachKindThatIsNamed) {
+  Faults faults;
+  EXPECT_TRUE(faults.needs_text("a"));
+  faults.add("a", "file:1: a", "b");
+  EXPECT_FALSE(faults.needs_text("a"));
+  for (std::size_t i = 1; i < Faults::kMostKinds; ++i) {
+    EXPECT_TRUE(faults.needs_text("another"));
+    faults.add(fmt::format("kind {}", i), "file:2: c", "d");
+  }
+  EXPECT_FALSE(faults.needs_text("another"));
+}
+
 using Texts = std::vector<std::string>;
 
 TEST(Obj, FilesWithoutAFaceAreMistakes) {
