@@ -122,6 +122,10 @@ case "$*" in
   '') ;;
   --once) once=yes ;;
   --stop)
+    if ! alive server && ! alive worker; then
+      echo 'No farm of this clone is running.'
+      exit 0
+    fi
     stop_farm
     echo 'The farm is stopped.'
     exit 0
@@ -178,7 +182,7 @@ build() {
 
 mkdir -p build
 if ! flock -n build/test.lock true; then
-  echo 'Tests of this checkout are running, in the same build folder. Start again when they have ended.' >&2
+  echo 'A build or test of this checkout is running, in the same build folder. Start again when it has ended.' >&2
   exit 1
 fi
 log=build/quickstart.log

@@ -1,5 +1,8 @@
 # Declarations of what ctest runs. A *run* is a test program, a share of one, or a script.
 
+# What a run is, and with what else it runs (docs/development.md).
+set(LIGHTMILL_LABELS analytic asan atlas both deploy e2e fuzz integration lint long simulation statistical threads unit web)
+
 # lightmill_run(RUN LABELS a b [NEEDS x y] [TIMEOUT s] [ENVIRONMENT V=w ...] COMMAND ...): NEEDS are programs of ours, or files
 # in the build folder. test.sh builds them first. Without them the run fails. Exit code 77 counts as skipped.
 function(lightmill_run run)
@@ -7,6 +10,11 @@ function(lightmill_run run)
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 600)
   endif()
+  foreach(label ${ARG_LABELS})
+    if(NOT label IN_LIST LIGHTMILL_LABELS)
+      message(FATAL_ERROR "${run}: unknown label ${label}; labels are ${LIGHTMILL_LABELS}")
+    endif()
+  endforeach()
   if(LIGHTMILL_SANITIZE OR CMAKE_CXX_FLAGS MATCHES "--coverage")
     math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 4")  # rendering is about four times slower
   endif()
@@ -62,6 +70,9 @@ endfunction()
 # COMPUTES: the code of the tests takes seconds, so it is optimised. Tests with many samples do.
 function(lightmill_test name)
   cmake_parse_arguments(ARG "COMPUTES" "TIMEOUT;SHARDS" "LABELS;SOURCES;DEPS" ${ARGN})
+  if(ARG_UNPARSED_ARGUMENTS)
+    message(FATAL_ERROR "${name}: unexpected ${ARG_UNPARSED_ARGUMENTS}")
+  endif()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} lightmill_test_places GTest::gtest GTest::gtest_main)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})

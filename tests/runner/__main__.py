@@ -68,8 +68,9 @@ def main():
         if name.startswith("GTEST_") or name.startswith("LIGHTMILL_SIMULATION_") and not options.names:
             del os.environ[name]
     try:
-        if options.status:
+        if options.status or options.list:
             signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # so that head can end it
+        if options.status:
             show_status()
             return True
         with only_one() as note:

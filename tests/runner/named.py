@@ -30,7 +30,8 @@ def runs_with(name, runs):
 
 
 def named_tests(sources, name):
-    """Tests (Suite.Name) in these files whose names contain `name`."""
+    """Tests (Suite.Name) in these files whose names contain `name`. It may be written as in reports: Instance/Suite.Name/parameter."""
+    name = re.sub(r"^(?:\w+/)?(\w+)(?:/\w+)?\.(\w+)(?:/.*)?$", r"\1.\2", name)
     macro = r"^(?:TYPED_)?TEST(?:_[FP])?\(\s*(\w+),\s*(\w+)\)"
     tests = [".".join(found) for source in sources for found in re.findall(macro, pathlib.Path(source).read_text(), re.M)]
     return [test for test in tests if name.lower() in test.lower()]

@@ -197,6 +197,8 @@ class Runner(unittest.TestCase):
         # Two programs, and the typed one.
         self.assert_passes(["Toy.Passes"], "Toy.Passes in asan_tests: Toy.Passes, TypedToy.PassesToo\n", r"\n4 passed")
         self.assert_passes(["PassesToo"], r"\n2 passed")
+        # As reports write it, with its instance and parameter.
+        self.assert_passes(["Few/Toy.Passes/3"], r"\n4 passed")
         self.assert_fails(["Toy.Fails"], r"failed:\n  Toy.Fails")
         self.assert_fails(["EndsTheProgram"], "was not written")
         self.assert_fails(["IsOff"], "names none that is enabled")
@@ -241,6 +243,14 @@ for _ in range(60):
                                "skipped +long: lacks.tool\n")
         self.assert_fails(["--all"], "failed, then passed +release\n")
 
+    def test_an_unknown_label_fails(self):
+        self.plant_runs('script(new.one "exit 0" uint)\n')
+        self.assert_fails(["new.one"], "new.one: unknown label uint")
+
+    def test_files_may_have_any_names(self):
+        (self.root / os.fsdecode(b"bad\xff.txt")).touch()
+        self.assert_passes(["--status"], "no run is active")
+
     def test_sources_that_change_during_a_run_fail_it(self):
         self.plant_runs('script(edits "echo >>${CMAKE_SOURCE_DIR}/runs.cmake" lint)\n')
         self.assert_fails(["--all"], "The sources have changed")
@@ -265,7 +275,7 @@ for _ in range(60):
         self.plant_runs('script(waits "touch ${CMAKE_BINARY_DIR}/begun; while [ ! -e ${CMAKE_BINARY_DIR}/go ]; do sleep 0.01; done" lint)\n')
         first = self.start("waits")
         self.wait_for("build/release/begun")
-        self.assert_fails(["asan_tests"], f"process {first.pid} tests this checkout already")
+        self.assert_fails(["asan_tests"], f"process {first.pid} works in this checkout already")
         self.assert_passes(["--status"], f"process {first.pid} is running")
         self.plant("build/release/go", "")
         self.assertTrue(self.end(first)[0])

@@ -16,12 +16,12 @@ LEFT_OVER = re.compile(r"(?:lightmill|faketime_shm|sem\.faketime_sem)[-_](\d+)")
 
 
 def lock_holder():
-    """The process that tests this checkout now, as text, or None."""
+    """The process that builds or tests in this checkout now, as text, or None."""
     with contextlib.suppress(FileNotFoundError), open(LOCK, encoding="ascii") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:
-            return lock.read()
+            return lock.read().strip()
     return None
 
 
@@ -34,7 +34,7 @@ def only_one():
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            print(f"process {lock_holder()} tests this checkout already. Wait for it, or use another one: git worktree add FOLDER")
+            print(f"process {lock_holder()} works in this checkout already. Wait for it, or use another one: git worktree add FOLDER")
             raise Failed from None
 
         def note():

@@ -1,6 +1,7 @@
 """Results that are kept between calls. A change of the sources starts a new record."""
 import hashlib
 import json
+import os
 import subprocess
 
 from process import ROOT, Failed
@@ -19,8 +20,9 @@ def sources_id():
     """Names the current sources, uncommitted changes included."""
     digest = hashlib.sha256(git("rev-parse", "HEAD^{tree}") + git("diff", "HEAD"))
     for name in git("ls-files", "--others", "--exclude-standard", "-z").split(b"\0"):
-        if name and (ROOT / name.decode()).is_file():
-            digest.update(name + (ROOT / name.decode()).read_bytes())
+        file = ROOT / os.fsdecode(name)
+        if name and file.is_file():
+            digest.update(name + file.read_bytes())
     return digest.hexdigest()
 
 
