@@ -25,7 +25,7 @@ def parse():
     parser.add_argument("--in-turn", action="store_true", help="with --all: without the default suite, from a piece on that "
                                                                "follows from the commit")
     parser.add_argument("--status", action="store_true", help="what --all and --repeat have done so far")
-    parser.add_argument("--list", action="store_true", help="the pieces of --all, and their tests")
+    parser.add_argument("--list", action="store_true", help="the pieces of --all, and the programs and scripts of each")
     options = parser.parse_args()
     given = {name for name in ("names", "all", "repeat", "coverage", "status", "list") if getattr(options, name) not in ([], None, False)}
     if len(given) > 1 and given != {"all", "coverage"}:
