@@ -1,6 +1,6 @@
 # Declarations of what ctest runs. A *run* is a test program, a share of one, or a script.
 
-# What a run is, and with what else it runs (docs/development.md).
+# What a run is, and when it runs (CONTRIBUTING.md).
 set(LIGHTMILL_LABELS analytic asan atlas both deploy e2e fuzz integration lint long simulation statistical threads unit web)
 
 # lightmill_run(RUN LABELS a b [NEEDS x y] [TIMEOUT s] [ENVIRONMENT V=w ...] COMMAND ...): NEEDS are programs of ours, or files

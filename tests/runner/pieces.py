@@ -60,7 +60,7 @@ def later_pieces(after_default):
     """All pieces except the default suite. After the default suite, nothing runs twice in the same build."""
     pieces = [Piece(f"long: {run.name}", "release", lambda each, name=run.name: each.name == name)
               for run in runs_of("release") if "long" in run.labels]
-    for preset, done, labels in (("release", [], ("asan",)),
+    for preset, done, labels in (("release", ["both"] if after_default else [], ("asan",)),
                                  ("asan", ["asan"] if after_default else [], ("unit", "fuzz", "simulation")),
                                  ("tsan", [], ("threads", "unit", "simulation", "statistical"))):
         for label in labels:

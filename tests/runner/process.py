@@ -92,7 +92,7 @@ INTERRUPTS = Interrupts()
 
 
 def compilers():
-    """How many run at once: one a core, also beside others, if there is memory. Each may take 2 GiB."""
+    """How many run at once: one a core, if each has 2 GiB of memory. Beside others, those need as much."""
     free_kib = int(re.search(r"^MemAvailable: *(\d+)", pathlib.Path("/proc/meminfo").read_text(), re.M).group(1))
     return max(1, min(CORES, free_kib // ((4 if is_beside else 2) << 20)))
 

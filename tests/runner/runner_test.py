@@ -132,6 +132,13 @@ class Runner(unittest.TestCase):
         self.plant_runs('program(good_tests Toy.Passes unit)\nprogram(long_tests Toy.Passes atlas)\nscript(good.script "exit 0" lint)\n')
         self.assert_passes([], r"\n5 passed, 0 failed, 0 skipped\n")
 
+    def test_readers_run_with_the_address_sanitizer_or_in_both_builds(self):
+        self.plant_runs("program(twice_tests Toy.Passes unit asan both)\n")
+        self.assert_passes([], r"\n4 passed, 0 failed, 0 skipped\n")
+        # The last one is a piece after the default suite, and repeats nothing.
+        self.assert_passes(["--list"], "release: other_tests twice_tests\n", "undefined-behaviour sanitizers: asan_tests twice_tests\n",
+                           "release: asan: asan_tests\n")
+
     def test_every_kind_of_failure_is_reported(self):
         self.plant_runs("""
             program(fails_tests Toy.Passes:Toy.Fails unit)
