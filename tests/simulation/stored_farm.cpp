@@ -13,7 +13,7 @@ namespace lightmill::simulation {
 namespace {
 
 constexpr std::uint64_t kWorkers = 2;
-constexpr int kPatience = 2000;  ///< steps
+constexpr int kMaxSteps = 2000;
 constexpr std::uint64_t kAll = ~std::uint64_t{0};
 
 std::int64_t unix_ms(Time now) {
@@ -239,7 +239,7 @@ void StoredFarm::work(std::uint64_t most_results) {
 
 std::string StoredFarm::finish() {
   std::string waits;
-  for (int step = 0; step < kPatience; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     waits.clear();
     for (const JobStatus& job : coordinator_->jobs(now_)) {
       if (!has_ended(job.state)) {
