@@ -64,7 +64,7 @@ target_link_libraries(lightmill_kernel_pch PUBLIC fmt::fmt)
 # lightmill_sources(TARGET KIND): sets how the sources of a target are compiled. KIND is KERNEL, SHELL (reads options and calls
 # the rest; optimised for compile time) or empty.
 function(lightmill_sources target kind)
-  lightmill_unity(${target} 16)
+  lightmill_unity(${target} 24)
   if(kind STREQUAL "KERNEL")
     target_compile_options(${target} PRIVATE ${LIGHTMILL_KERNEL_OPTIONS})
     target_precompile_headers(${target} REUSE_FROM lightmill_kernel_pch)
