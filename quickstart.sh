@@ -114,6 +114,16 @@ stop_started() {
   [ "$started_server" = no ] || stop server
 }
 
+# interrupted: what an interrupt does. The farm has a session of its own, so it stays.
+interrupted() {
+  trap '' INT TERM HUP
+  printf '\ninterrupted\n'
+  if [ "$once" = no ] && alive server; then
+    echo "The farm keeps running. ./quickstart.sh --stop stops it. The program lightmill is in $bin."
+  fi
+  exit 130
+}
+
 started_server=no
 started_worker=no
 once=no
@@ -176,15 +186,18 @@ show_progress() {
 # build TARGET...: builds all targets it can. Fails if one of them failed.
 build() {
   rm -f build/quickstart.failed
-  { NINJA_STATUS='[%f/%t] ' flock -n build/test.lock sh -c 'echo $$ >build/test.lock; exec ninja -k 0 -C build/release "$@"' ninja "$@" 2>&1 || : >build/quickstart.failed; } | show_progress
+  { NINJA_STATUS='[%f/%t] ' ninja -k 0 -C build/release "$@" 2>&1 || : >build/quickstart.failed; } | show_progress
   [ ! -e build/quickstart.failed ]
 }
 
 mkdir -p build
-if ! flock -n build/test.lock true; then
+exec 9>>build/test.lock
+if ! flock -n 9; then
   echo 'A build or test of this checkout is running, in the same build folder. Start again when it has ended.' >&2
   exit 1
 fi
+echo $$ >build/test.lock
+trap interrupted INT TERM HUP
 log=build/quickstart.log
 : >"$log"
 phase=
@@ -204,13 +217,11 @@ if ! build $programs lightmill-web; then
   grep -m 1 -A 5 '^FAILED:.*web' "$log" >&2 || :
   echo "The web page was not built, and the farm starts without it. The reason is in $log."
 fi
+exec 9>&- # tests may run from here on
 phase farm
 
 mkdir -p "$run"
-if [ "$once" = yes ]; then
-  trap stop_started EXIT
-  trap 'exit 130' INT TERM HUP
-fi
+[ "$once" = no ] || trap stop_started EXIT
 start_farm
 farm=127.0.0.1:$(cat "$run/port")
 wait_for_worker
