@@ -3,6 +3,7 @@
 #
 #   ./test.sh                     the default suite, before each commit
 #   ./test.sh NAME...             programs, labels or tests whose names match, e.g. film, web, SameBits, long, "asan film"
+#   ./test.sh 'PIECE'             a piece of --list, e.g. 'asan: unit'
 #   ./test.sh --all               everything, in pieces; a second call continues where the first one stopped
 #   ./test.sh --all --minutes N   stops after N minutes
 #   ./test.sh --repeat N --busy M the default suite N times, the last M beside busy loops

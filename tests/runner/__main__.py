@@ -1,6 +1,7 @@
 """Builds Lightmill and runs its tests. test.sh calls this."""
 import argparse
 import os
+import re
 import signal
 import sys
 
@@ -15,7 +16,7 @@ from state import State, sources_id
 
 def parse():
     parser = argparse.ArgumentParser(prog="./test.sh", description="Builds Lightmill and runs its tests.", allow_abbrev=False)
-    parser.add_argument("names", nargs="*", metavar="NAME", help="only programs, labels or tests whose names match")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="only programs, labels or tests whose names match, or a piece of --list")
     parser.add_argument("--all", action="store_true", help="everything, in pieces; continues where it stopped")
     parser.add_argument("--repeat", type=int, metavar="N", help="the default suite N times; continues where it stopped")
     parser.add_argument("--busy", type=int, default=0, metavar="M", help="with --repeat: the last M beside a busy loop on each core")
@@ -30,8 +31,8 @@ def parse():
     given = {name for name in ("names", "all", "repeat", "coverage", "status", "list") if getattr(options, name) not in ([], None, False)}
     if len(given) > 1 and given != {"all", "coverage"}:
         parser.error("one of NAME, --all, --repeat, --coverage, --status and --list; only --coverage and --all go together")
-    if any(not name.strip() for name in options.names):
-        parser.error("an empty NAME")
+    if not all(re.search(r"\w", name) for name in options.names):
+        parser.error("a NAME has letters or digits")
     if options.background and given not in ({"all"}, {"repeat"}):
         parser.error("--background goes with --all or --repeat")
     if (options.minutes is not None or options.in_turn) and given != {"all"}:
@@ -58,7 +59,10 @@ def run(options):
         return repeat.run_repeatedly(options.repeat, options.busy)
     if options.all:
         return pieces.run_all(options.minutes, options.in_turn)
-    return run_named(options.names) if options.names else pieces.run_default()
+    if not options.names:
+        return pieces.run_default()
+    piece = pieces.piece_named(options.names[0]) if len(options.names) == 1 else None
+    return pieces.run_piece(piece) if piece else run_named(options.names)
 
 
 def main():

@@ -3,9 +3,10 @@ import dataclasses
 import json
 import os
 import pathlib
-import subprocess
+import re
+import time
 
-from process import BUILD, ROOT, Failed, compilers, run_logged, show_end_of, show_progress
+from process import BUILD, ROOT, Failed, compilers, output_of, run_logged, show_end_of, show_progress
 
 
 @dataclasses.dataclass(frozen=True)
@@ -41,12 +42,27 @@ def configure(preset):
     used.write_text(presets)
 
 
+class Steps:
+    """Ninja's steps so far, and how long the others may take."""
+
+    def __init__(self):
+        self.begun = time.monotonic()
+
+    def __call__(self, line):
+        match = re.match(r"\[([1-9]\d*)/(\d+)\] ", line)
+        if not match:
+            return None
+        done, steps = map(int, match.groups())
+        minutes = (time.monotonic() - self.begun) / done * (steps - done) / 60
+        return f"built {done} of {steps} steps, about {minutes:.0f} min left"
+
+
 def build(preset, targets, log, deadline=None):
     """Returns False if the deadline came first."""
     configure(preset)
     code = 0
     if targets:  # without targets ninja would build everything
-        code = run_logged(["ninja", "-j", str(compilers()), "-C", f"build/{preset}", *targets], log, show=r"^FAILED|error:", deadline=deadline)
+        code = run_logged(["ninja", "-j", str(compilers()), "-C", f"build/{preset}", *targets], log, r"^FAILED|error:", Steps(), deadline)
     if code:
         show_end_of(log)
         print(f"the build failed: {log.relative_to(ROOT)}")
@@ -56,8 +72,7 @@ def build(preset, targets, log, deadline=None):
 
 def runs_of(preset):
     configure(preset)
-    listed = subprocess.run(["ctest", "--test-dir", f"build/{preset}", "--show-only=json-v1"], cwd=ROOT, check=True,
-                            capture_output=True, text=True).stdout
+    listed = output_of(["ctest", "--test-dir", f"build/{preset}", "--show-only=json-v1"])
     runs = []
     for test in json.loads(listed)["tests"]:
         properties = {each["name"]: each["value"] for each in test.get("properties", [])}

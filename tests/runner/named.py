@@ -4,10 +4,9 @@ import difflib
 import pathlib
 import re
 import shutil
-import subprocess
 
 from builds import build, files_of, programs_of, runs_of
-from process import BUILD, Stopwatch
+from process import BUILD, Stopwatch, output_of
 from results import Results, print_end, run_tests
 
 SANITIZERS = {"asan": "asan", "tsan": "threads"}  # presets, and the labels of the runs that gain most from them
@@ -48,8 +47,7 @@ def filter_of(tests):
 def tests_in(program, preset, tests):
     """The filter of these tests, or None if the program has none of them (not compiled or not instantiated)."""
     pattern = filter_of(tests)
-    listed = subprocess.run([BUILD / preset / "tests" / program, "--gtest_list_tests", f"--gtest_filter={pattern}"], check=True,
-                            capture_output=True, text=True).stdout
+    listed = output_of([BUILD / preset / "tests" / program, "--gtest_list_tests", f"--gtest_filter={pattern}"])
     return pattern if re.search(r"^  \S", listed, re.M) else None
 
 

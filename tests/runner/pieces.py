@@ -56,6 +56,13 @@ DEFAULT_PIECES = [
 ]
 
 
+LAST_PIECES = [
+    Piece("fuzzers", "fuzz", labelled("fuzz")),
+    Piece("programs by clang", "fuzz", target="programs"),
+    Piece("each file compiled by itself", "plain"),
+]
+
+
 def later_pieces(after_default):
     """All pieces except the default suite. After the default suite, nothing runs twice in the same build."""
     pieces = [Piece(f"long: {run.name}", "release", lambda each, name=run.name: each.name == name)
@@ -66,8 +73,19 @@ def later_pieces(after_default):
         for label in labels:
             pieces.append(Piece(f"{preset}: {label}", preset, labelled(label, without=tuple(done))))
             done.append(label)
-    return [*pieces, Piece("fuzzers", "fuzz", labelled("fuzz")), Piece("programs by clang", "fuzz", target="programs"),
-            Piece("each file compiled by itself", "plain")]
+    return pieces + LAST_PIECES
+
+
+def piece_named(name):
+    """None if no piece has this name."""
+    pieces = DEFAULT_PIECES + LAST_PIECES + (later_pieces(True) if ": " in name else [])
+    return next((piece for piece in pieces if piece.name == name), None)
+
+
+def run_piece(piece):
+    """Whether it passed. --all does not remember it."""
+    watch = Stopwatch()
+    return print_outcomes(do_piece(piece), watch)
 
 
 def show_pieces():

@@ -6,6 +6,7 @@ import os
 import pathlib
 import re
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -122,12 +123,30 @@ def end(process):
 def show_progress(text):
     """Replaces the last line of a terminal."""
     if sys.stdout.isatty():
-        print(f"\r\033[K{text}", end="", flush=True)
+        print(f"\r\033[K{text[:shutil.get_terminal_size().columns - 1]}", end="", flush=True)
 
 
-def run_logged(command, log, show=None, deadline=None):
-    """Runs a command with its output in a file, and prints the lines that match `show`. A terminal also shows what ninja has
-    built so far. Returns the command's exit code, or None if the deadline ended it. An interrupt ends it too."""
+def fail_to_run(command, error):
+    print(f"{command[0]} cannot be run: {error.strerror}")
+    raise Failed from None
+
+
+def output_of(command):
+    """What a command prints. It must succeed."""
+    try:
+        ended = subprocess.run(command, cwd=ROOT, check=False, capture_output=True, text=True)
+    except OSError as error:
+        fail_to_run(command, error)
+    if ended.returncode != 0:
+        print(f"{' '.join(map(str, command))} failed:\n{ended.stdout}{ended.stderr}")
+        raise Failed
+    return ended.stdout
+
+
+def run_logged(command, log, show=None, progress=None, deadline=None):
+    """Runs a command with its output in a file, and prints the lines that match `show`. `progress` gets each line, and returns the
+    text that a terminal is to show now, or None. Returns the command's exit code, or None if the deadline ended it. An interrupt
+    ends it too."""
     log.parent.mkdir(parents=True, exist_ok=True)
     process, is_late = None, False
 
@@ -138,14 +157,16 @@ def run_logged(command, log, show=None, deadline=None):
     previous = signal.signal(signal.SIGALRM, end_late)
     try:
         with open(log, "wb") as out:
-            with INTERRUPTS.delayed():
-                process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                           stderr=subprocess.STDOUT, start_new_session=True)
+            try:
+                with INTERRUPTS.delayed():
+                    process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                               stderr=subprocess.STDOUT, start_new_session=True)
+            except OSError as error:
+                fail_to_run(command, error)
             if deadline is not None:
                 signal.setitimer(signal.ITIMER_REAL, max(deadline - time.monotonic(), 0.01))
             with contextlib.suppress(OSError):  # if the kernel shares time between sessions, `nice` counts only within one
                 pathlib.Path(f"/proc/{process.pid}/autogroup").write_text(str(os.nice(0)))
-            begun = time.monotonic()
             for line in process.stdout:
                 out.write(line)
                 out.flush()
@@ -153,10 +174,8 @@ def run_logged(command, log, show=None, deadline=None):
                 if show is not None and re.search(show, text):
                     show_progress("")
                     print(text, flush=True)
-                elif match := re.match(r"\[([1-9]\d*)/(\d+)\] ", text):
-                    done, steps = map(int, match.groups())
-                    minutes = (time.monotonic() - begun) / done * (steps - done) / 60
-                    show_progress(f"built {done} of {steps} steps, about {minutes:.0f} min left")
+                if progress is not None and (now := progress(text)) is not None:
+                    show_progress(now)
             code = process.wait()
     except BaseException:
         if process is not None:

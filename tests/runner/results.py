@@ -2,6 +2,7 @@
 import dataclasses
 import json
 import re
+import time
 import xml.etree.ElementTree
 
 from process import CORES, ROOT, SHOWN_LINES, Row, Stopwatch, run_logged, show_end_of
@@ -10,8 +11,9 @@ SLOTS = 4 * CORES  # runs at once; at most CORES of them compute (cmake/tests.cm
 KINDS_OF_RUN = ("asan", "both", "long", "threads")  # labels that say when a run runs; the others say what it is
 # A crash has its reason before the asterisks: "Subprocess aborted***Exception:".
 ENDED = re.compile(r" *\d+/\d+ Test +#\d+: (\S+) \.* *(Passed|[^*]*\*\*\*.*?) +([\d.]+) sec")
-STARTED = re.compile(r" *Start +\d+: ")
+STARTED = re.compile(r" *Start +\d+: (\S+)")
 PASSED, SKIPPED = "Passed", "***Skipped"
+STEP = re.compile(r"\[ +(RUN|OK|FAILED|SKIPPED) +\] (\w[\w/]*\.[\w/]+)")  # of GoogleTest's output
 DISABLED = "disabled"
 
 
@@ -54,6 +56,34 @@ def cases_of(report):
     return cases
 
 
+def cases_of_output(output, reason):
+    """The tests of a program that ended without a report. Those that had not ended have failed for this reason."""
+    last = {match.group(2): match.group(1) for match in map(STEP.match, output) if match}
+    failures = {"RUN": [reason], "FAILED": ["its output is in the log"]}
+    return [Case(name, failures.get(step, []), "the reason is in the log" if step == "SKIPPED" else None) for name, step in last.items()]
+
+
+class Running:
+    """What ctest has started and not ended."""
+
+    def __init__(self):
+        self.begun = {}
+
+    def __call__(self, line):
+        """Reads a line of ctest's output. Returns the text for a terminal, or None if nothing has changed."""
+        if match := STARTED.match(line):
+            self.begun[match.group(1)] = time.monotonic()
+        elif match := ENDED.match(line):
+            self.begun.pop(match.group(1), None)
+        else:
+            return None
+        return f"running: {', '.join(self.begun)}" if self.begun else ""
+
+    def show(self, reason):
+        for name, begun in self.begun.items():
+            print(f"{reason}: {name} had run for {time.monotonic() - begun:.0f} s")
+
+
 def read_log(log):
     """ctest's result of each run: its end, its seconds, and the output of a failed one."""
     ends, output = {}, None
@@ -80,12 +110,15 @@ def judge(run, end, output, reason):
     """A row of the table, failed tests with their output, and skipped ones with the reason. A run passes only with proof: ctest
     says so, and a test program has a report of tests that ran."""
     cases = cases_of(run.report) if run.report else []
+    how = "\n".join([f"{run.name}: {end.replace('***', ' ').strip(' :')}", *output[-SHOWN_LINES:]])
+    if run.report and not cases and end != PASSED:
+        cases = cases_of_output(output, how)
     failed = [(case.name, "\n".join(case.failures)) for case in cases if case.failures]
     skipped = [(case.name, (case.skipped.strip().splitlines() or ["no reason given"])[-1]) for case in cases if case.skipped is not None]
     if end == SKIPPED and not run.report:
         return Row(run.name, 0, 0, 1), [], [(run.name, reason or "exit code 77")]
     if end != PASSED and not failed:
-        failed = [(run.name, "\n".join([end.replace("***", " ").strip(" :"), *output[-SHOWN_LINES:]]))]
+        failed = [(run.name, how)]
     elif run.report and all(case.skipped == DISABLED for case in cases):
         failed = [(run.name, f"no test ran: {run.report.name} " + ("names none that is enabled" if cases else "was not written"))]
     tests = len(cases) - len(skipped) if run.report else 1
@@ -105,9 +138,16 @@ def run_tests(test_folder, runs, folder, part, deadline=None):
     folder.mkdir(parents=True, exist_ok=True)
     cores.write_text(json.dumps({"version": {"major": 1, "minor": 0},
                                  "local": [{"cores": [{"id": str(core)} for core in range(CORES)]}]}))
-    code = run_logged(["ctest", "--test-dir", str(test_folder), "--output-on-failure", "--no-tests=error", "-j", str(SLOTS),
-                       "--resource-spec-file", str(cores), "-R", f"^({select})$"], log,
-                      show=r"^ *\d+/\d+ Test +#|% tests passed", deadline=deadline)
+    running = Running()
+    try:
+        code = run_logged(["ctest", "--test-dir", str(test_folder), "--output-on-failure", "--no-tests=error", "-j", str(SLOTS),
+                           "--resource-spec-file", str(cores), "-R", f"^({select})$"], log, r"^ *\d+/\d+ Test +#", running, deadline)
+    except KeyboardInterrupt:
+        print()
+        running.show("interrupted")
+        raise
+    if code is None:
+        running.show("the time is over")
     ends = read_log(log)
     results, by_label = Results(is_late=code is None), {}
     for run in runs:

@@ -97,9 +97,9 @@ class Runner(unittest.TestCase):
         self.git("add", ".")
         self.git("commit", "-q", "-m", "a", "--allow-empty")
 
-    def start(self, *arguments):
+    def start(self, *arguments, env=None):
         return subprocess.Popen([sys.executable, "-B", self.root / "tests" / "runner", *arguments], stdout=subprocess.PIPE,
-                                stderr=subprocess.STDOUT, text=True)
+                                stderr=subprocess.STDOUT, text=True, env=env)
 
     def end(self, process):
         """Whether it passed, and its output."""
@@ -135,9 +135,10 @@ class Runner(unittest.TestCase):
     def test_readers_run_with_the_address_sanitizer_or_in_both_builds(self):
         self.plant_runs("program(twice_tests Toy.Passes unit asan both)\n")
         self.assert_passes([], r"\n4 passed, 0 failed, 0 skipped\n")
-        # The last one is a piece after the default suite, and repeats nothing.
+        # After the default suite, nothing runs twice in the same build.
         self.assert_passes(["--list"], "release: other_tests twice_tests\n", "undefined-behaviour sanitizers: asan_tests twice_tests\n",
                            "release: asan: asan_tests\n")
+        self.assert_passes(["release: asan"], r"\n1 passed")
 
     def test_every_kind_of_failure_is_reported(self):
         self.plant_runs("""
@@ -156,15 +157,15 @@ class Runner(unittest.TestCase):
         passed, said = self.run_it()
         self.assertFalse(passed)
         listed = said.partition("\nfailed:\n")[2]
-        for name in ("Toy.Fails", "crashes_tests", "ends_early_tests", "matches_nothing_tests", "all_off_tests", "missing.program",
+        for name in ("Toy.Fails", "Toy.Crashes", "ends_early_tests", "matches_nothing_tests", "all_off_tests", "missing.program",
                      "too.late"):
             self.assertRegex(listed, rf"\n? *{re.escape(name)}\n")
-        self.assertRegex(said, r"\nfailed: crashes_tests\n    Subprocess aborted Exception\n(    .*\n)*    .*Toy.Crashes")
+        self.assertRegex(said, r"\nfailed: Toy.Crashes\n    crashes_tests: Subprocess aborted Exception\n(    .*\n)*    .*Toy.Crashes")
         self.assertRegex(said, r"\nlog: build/results/release/test.log\n")
         self.assertRegex(said, r"\nskipped:\n(.*\n)*  Toy.IsSkipped: no such tool\n")
         self.assertRegex(said, r"  skips.script: exit code 77\n")
         self.assertRegex(said, r"  lacks.shell: zsh is not installed\n")
-        self.assertRegex(said, r"\n4 passed, 7 failed, \d skipped\n")
+        self.assertRegex(said, r"\n5 passed, 7 failed, \d skipped\n")
 
     def test_a_part_without_tests_fails(self):
         self.plant("runs.cmake", "program(good_tests Toy.Passes unit)\n")
@@ -217,7 +218,8 @@ class Runner(unittest.TestCase):
             script(b.lasts "kill -ALRM $(cat ${CMAKE_SOURCE_DIR}/build/test.lock); sleep 600" lint)
             set_tests_properties(b.lasts PROPERTIES DEPENDS a.fails)
         ''')
-        self.assert_fails(["--all", "--minutes", "600"], r"failed:\n  a.fails", r"\nfailed +release\n")
+        self.assert_fails(["--all", "--minutes", "600"], r"the time is over: b.lasts had run for \d+ s\n", r"failed:\n  a.fails",
+                          r"\nfailed +release\n")
 
     def test_an_unfinished_suite_fails(self):
         self.plant_runs('script(lasts "kill -ALRM $(cat ${CMAKE_SOURCE_DIR}/build/test.lock); sleep 600" lint)\n' + OTHERS)
@@ -253,6 +255,9 @@ for _ in range(60):
     def test_an_unknown_label_fails(self):
         self.plant_runs('script(new.one "exit 0" uint)\n')
         self.assert_fails(["new.one"], "new.one: unknown label uint")
+
+    def test_missing_tools_are_named(self):
+        self.assertEqual(self.end(self.start("asan_tests", env={"PATH": "/nowhere"})), (False, "cmake cannot be run: No such file or directory\n"))
 
     def test_files_may_have_any_names(self):
         (self.root / os.fsdecode(b"bad\xff.txt")).touch()
@@ -298,7 +303,7 @@ for _ in range(60):
             begun = [self.root / "build" / preset / "begun" for preset in ("release", "asan")]
             pids = [self.wait_for(file).split() for file in begun]
             process.send_signal(number)
-            self.assertIn("interrupted", self.end(process)[1])
+            self.assertRegex(self.end(process)[1], r"\ninterrupted: stays.lint had run for \d+ s\n")
             for file, (pid, folder) in zip(begun, pids):
                 self.assertFalse(is_alive(pid))
                 self.assertFalse(pathlib.Path(folder).exists())
@@ -371,7 +376,7 @@ with process.beside(work, pathlib.Path("log")):
 
     def test_wrong_arguments_print_the_usage(self):
         for arguments in (["--repeat", "0"], ["--repeat", "-1"], ["--repeat", "1", "--busy", "2"], ["--backg", "--all"],
-                          ["--coverage", "--all", "--background"], ["--minutes", "1"], ["--all", "film"], [""],
+                          ["--coverage", "--all", "--background"], ["--minutes", "1"], ["--all", "film"], [""], ["."],
                           ["--all", "--minutes", "0"], ["--all", "--minutes", "nan"]):
             with self.subTest(arguments):
                 self.assert_fails(arguments, "usage:")

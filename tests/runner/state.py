@@ -4,11 +4,14 @@ import json
 import os
 import subprocess
 
-from process import ROOT, Failed
+from process import ROOT, Failed, fail_to_run
 
 
 def git(*arguments):
-    said = subprocess.run(["git", *arguments], cwd=ROOT, check=False, capture_output=True)
+    try:
+        said = subprocess.run(["git", *arguments], cwd=ROOT, check=False, capture_output=True)
+    except OSError as error:
+        fail_to_run(["git"], error)
     if said.returncode != 0:
         print(f"git {' '.join(arguments)}: {said.stderr.decode(errors='replace').strip()}\n"
               "--all, --repeat and --status need a git checkout, because they remember results by it. Names of tests do not.")
