@@ -83,8 +83,7 @@ bool LightBuilder::stand_at(Place& place, std::size_t number, std::uint32_t mate
   if (first) {
     place.number = static_cast<std::uint32_t>(number);
   }
-  if (std::ranges::find(place.materials, material) == place.materials.end()) {
-    place.materials.push_back(material);
+  if (place.materials.insert(material).second) {
     area_[material] += area;
   }
   return first;

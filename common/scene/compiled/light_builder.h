@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -92,8 +93,8 @@ class LightBuilder {
   std::vector<Facet> facets_;
   std::vector<Sphere> spheres_;
   struct Place {
-    std::uint32_t number = 0;              ///< of the facet or sphere in this place
-    std::vector<std::uint32_t> materials;  ///< of all shapes in this place
+    std::uint32_t number = 0;           ///< of the facet or sphere in this place
+    std::set<std::uint32_t> materials;  ///< of all shapes in this place
   };
   bool stand_at(Place& place, std::size_t number, std::uint32_t material, double area);
   std::map<std::array<float, 12>, Place> facet_places_;  ///< by corners
