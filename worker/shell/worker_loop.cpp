@@ -336,11 +336,11 @@ void WorkerLoop::explain(const std::string& address, const Status& status) {
 }
 
 void WorkerLoop::log_trouble(const std::string& address, const std::string& why) {
-  const auto trouble = troubles_.find(address);  // none if the worker is connected meanwhile
-  if (trouble == troubles_.end() || trouble->second.why != why) {
+  const auto trouble = troubles_.find(address);
+  if (trouble == troubles_.end()) {
+    spdlog::info("had no connection to {}: {}; now it is connected", address, printable(why));
+  } else if (trouble->second.why != why) {
     spdlog::warn("no connection to {}: {}; tries again, and logs only a new reason", address, printable(why));
-  }
-  if (trouble != troubles_.end()) {
     trouble->second.why = why;
   }
 }
