@@ -66,6 +66,18 @@ const LoadedScene& shipped_scene(const std::string& name) {
   return scenes.emplace(name, load_scene(std::vector{path}).value()).first->second;
 }
 
+namespace {
+
+/// The shipped scene in the picture's size.
+Scene scene_of(const Picture& picture) {
+  Scene scene = shipped_scene(picture.scene).scene;
+  scene.film.width = picture.side;
+  scene.film.height = picture.height > 0 ? picture.height : picture.side;
+  return scene;
+}
+
+}  // namespace
+
 JobSpec job_of(const Picture& picture, const std::string& request_id) {
   JobSpec spec;
   spec.request_id = request_id;
@@ -73,19 +85,15 @@ JobSpec job_of(const Picture& picture, const std::string& request_id) {
   spec.owner = "test";
   spec.goal.samples = picture.samples;
   spec.goal.error = picture.error;
-  const LoadedScene& loaded = shipped_scene(picture.scene);
-  Scene scene = loaded.scene;
-  const int height = picture.height > 0 ? picture.height : picture.side;
-  scene.film.width = picture.side;
-  scene.film.height = height;
+  const Scene scene = scene_of(picture);
   RenderSettings& settings = spec.settings;
   settings.scene = pack_scene(scene);
-  for (const auto& [digest, bytes] : loaded.assets) {
+  for (const auto& [digest, bytes] : shipped_scene(picture.scene).assets) {
     settings.assets.push_back(digest);
   }
-  settings.width = picture.side;
-  settings.height = height;
-  settings.crop = {0, 0, picture.side, height};
+  settings.width = scene.film.width;
+  settings.height = scene.film.height;
+  settings.crop = {0, 0, scene.film.width, scene.film.height};
   settings.seed = picture.seed;
   settings.method = picture.method;
   settings.renderer_version = kRendererVersion;
@@ -96,14 +104,11 @@ namespace {
 
 Hash128 render_reference(const Picture& picture) {
   const LoadedScene& loaded = shipped_scene(picture.scene);
-  Scene scene = loaded.scene;
-  const int height = picture.height > 0 ? picture.height : picture.side;
-  scene.film.width = picture.side;
-  scene.film.height = height;
+  const Scene scene = scene_of(picture);
   const auto compiled =
       CompiledScene::compile(scene, [&](const Sha256& digest) { return loaded.assets.at(digest); }).value();
   const auto method = make_method(compiled, {picture.method, picture.seed, 0}).value();
-  const TileGrid grid({0, 0, picture.side, picture.side});
+  const TileGrid grid({0, 0, scene.film.width, scene.film.height});
   std::vector<std::vector<std::shared_ptr<const Node>>> nodes(grid.tile_count());
   std::atomic<std::uint32_t> next = 0;
   {
@@ -313,9 +318,11 @@ Farm::~Farm() {
       continue;
     }
     const std::string said = read_file(entry.path()).value();
-    if (const std::size_t at = std::min(said.find("WARNING: ThreadSanitizer"), said.find("ERROR: AddressSanitizer"));
-        at != std::string::npos) {
-      ADD_FAILURE() << entry.path().filename() << ": " << said.substr(at, 4000);
+    for (const char* const fault : {"WARNING: ThreadSanitizer", "ERROR: AddressSanitizer",
+                                    ": runtime error: ", ": check failed: ", "terminate called"}) {
+      if (const std::size_t at = said.find(fault); at != std::string::npos) {
+        ADD_FAILURE() << entry.path().filename() << ": " << said.substr(at, 4000);
+      }
     }
   }
 }

@@ -57,7 +57,7 @@ class FarmClient {
   std::vector<std::uint64_t> jobs();
   std::vector<v1::Worker> workers();
   /// Returns the job when it has ended. Fails the test after `limit`.
-  v1::Job wait_until_ended(std::uint64_t id, std::chrono::seconds limit = std::chrono::seconds(120));
+  v1::Job wait_until_ended(std::uint64_t id, std::chrono::seconds limit = kPatience);
   /// Waits until the running job has merged `pixel_samples` more. A job that ends earlier gets more samples, and
   /// `picture` gets the new number.
   void wait_while_it_works(std::uint64_t id, Picture& picture, std::uint64_t pixel_samples);
@@ -83,7 +83,7 @@ class Farm {
  public:
   /// Starts the coordinator and waits until it listens. Its state is in data() unless the options have a --store.
   explicit Farm(std::vector<std::string> server_options = {}, Launch launch = {"127.0.0.1", {}, {}});
-  /// Fails the test if a sanitizer reported a fault in one of its processes.
+  /// Fails the test if one of its processes logged a failed check, an exception or a sanitizer's report.
   ~Farm();
   Farm(const Farm&) = delete;
   Farm& operator=(const Farm&) = delete;

@@ -1,6 +1,7 @@
 // A control group with little memory.
 #pragma once
 
+#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -8,11 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lightmill::test {
 
-/// Its processes end before it does. made() is false where control groups cannot be created. While it exists, temporary
+/// Its processes end before it. made() is false where control groups cannot be created. While it exists, temporary
 /// folders are on disk, because files in memory count as memory of their writer.
 class MemoryGroup {
  public:
@@ -23,7 +25,7 @@ class MemoryGroup {
       if (first_version || line.starts_with("0::")) {
         const std::filesystem::path top = first_version ? "/sys/fs/cgroup/memory" : "/sys/fs/cgroup";
         const std::filesystem::path group = line.substr(line.find('/') + 1);
-        try_to_make(top / group / ("lightmill-test-" + std::to_string(::getpid())),
+        try_to_make(top / group / ("lightmill-test-" + std::to_string(::getpid()) + "-" + std::to_string(next_++)),
                     first_version ? "memory.limit_in_bytes" : "memory.max", mebibytes);
       }
     }
@@ -32,7 +34,7 @@ class MemoryGroup {
   MemoryGroup& operator=(const MemoryGroup&) = delete;
   ~MemoryGroup() {
     if (made()) {
-      ::rmdir(folder_.c_str());
+      EXPECT_TRUE(eventually([&] { return ::rmdir(folder_.c_str()) == 0; })) << folder_ << " is in use";
     }
   }
 
@@ -57,6 +59,7 @@ class MemoryGroup {
     }
   }
 
+  inline static int next_ = 0;
   std::filesystem::path folder_;
   ScopedTmpdir tmpdir_{"/var/tmp"};
 };

@@ -8,7 +8,8 @@
 namespace lightmill::test {
 
 /// Moves this process, and the threads that it starts from now on, to a network of its own: a bridge with hosts behind
-/// it. Everything is removed at the end of the scope.
+/// it. Everything is removed at the end of the scope. The names of the networks are in a mount namespace, where this
+/// process stays. So nothing is left if it is killed.
 class Networks {
  public:
   /// Why this machine cannot have one (not root, no kernel support), or nothing.

@@ -80,10 +80,16 @@ CommandResult run_command(const std::vector<std::string>& arguments, const Envir
       }
     }
   }
-  int status = 0;
-  ::waitpid(pid, &status, 0);
   ::close(out[0]);
   ::close(err[0]);
+  int status = 0;
+  const bool ended =
+      eventually([&] { return ::waitpid(pid, &status, WNOHANG) == pid; },
+                 std::chrono::duration_cast<std::chrono::milliseconds>(until - std::chrono::steady_clock::now()));
+  if (!ended) {  // it has closed its output, and hangs
+    ::kill(pid, SIGKILL);
+    ::waitpid(pid, &status, 0);
+  }
   result.exit_code = exit_code_of(status);
   return result;
 }

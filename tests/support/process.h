@@ -25,7 +25,7 @@ struct CommandResult {
 
 /// Runs a program to its end. Kills it after `limit`.
 CommandResult run_command(const std::vector<std::string>& arguments, const Environment& environment = {},
-                          std::chrono::seconds limit = std::chrono::seconds(120));
+                          std::chrono::seconds limit = kPatience);
 
 /// A background program. It is killed and waited for at the end of its scope. The kernel kills it if the test dies.
 class BackgroundProcess {

@@ -1,11 +1,10 @@
 #include "tests/support/render_document.h"
 
-#include <unistd.h>
-
 #include <cmath>
 #include <fstream>
 
 #include "common/base/check.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lightmill::test {
 namespace fs = std::filesystem;
@@ -22,21 +21,20 @@ LoadedScene load(const fs::path& path) {
 
 /// Loads a document's text and its files from a temporary folder. Errors leave the folder's name out.
 Result<LoadedScene> read_text(const std::string& document, const std::map<std::string, std::string>& files) {
-  std::string folder = (fs::temp_directory_path() / "lightmill-test-XXXXXX").string();
-  LM_CHECK(::mkdtemp(folder.data()) != nullptr);
+  const TemporaryFolder folder;
   for (const auto& [name, text] : files) {
-    std::ofstream(fs::path(folder) / name) << text;
+    std::ofstream(folder.path() / name) << text;
   }
-  const fs::path path = fs::path(folder) / "scene.json";
+  const fs::path path = folder.path() / "scene.json";
   std::ofstream(path) << document;
   auto loaded = load_scene(std::span(&path, 1));
-  fs::remove_all(folder);
   if (loaded.ok()) {
     return loaded;
   }
   std::string message = message_of(loaded.status());
-  for (std::size_t at = 0; (at = message.find(folder + "/")) != std::string::npos;) {
-    message.erase(at, folder.size() + 1);
+  const std::string prefix = folder.path().string() + "/";
+  for (std::size_t at = 0; (at = message.find(prefix)) != std::string::npos;) {
+    message.erase(at, prefix.size());
   }
   return invalid_argument("{}", message);
 }

@@ -1,7 +1,6 @@
 // Temporary folders that are removed with their owners.
 #pragma once
 
-#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -9,13 +8,15 @@
 #include <optional>
 #include <string>
 
+#include "common/base/check.h"
+
 namespace lightmill::test {
 
 class TemporaryFolder {
  public:
   TemporaryFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "lightmill-test-XXXXXX").string();
-    EXPECT_NE(::mkdtemp(name.data()), nullptr);
+    LM_CHECK(::mkdtemp(name.data()) != nullptr, "{}", name);
     path_ = name;
   }
   ~TemporaryFolder() {
