@@ -67,17 +67,17 @@ start_server() {
   start server --data "$data" --listen 127.0.0.1:7350 --port-file "$run/port" \
     --http 127.0.0.1:7380 --http-port-file "$run/http"
   started_server=yes
-  if ! wait_for_server && tail -n 3 "$run/server.log" | grep -q 'using the port'; then
+  wait_for_server && return
+  if tail -n 3 "$run/server.log" | grep -q 'using the port'; then
     echo 'Port 7350 or 7380 is in use. The farm listens on free ports instead.'
     stop server
     start server --data "$data" --listen 127.0.0.1:0 --port-file "$run/port" \
       --http 127.0.0.1:0 --http-port-file "$run/http"
+    wait_for_server && return
   fi
-  if ! wait_for_server; then
-    echo "the coordinator did not start. The last lines of $run/server.log:" >&2
-    tail -n 5 "$run/server.log" >&2
-    exit 1
-  fi
+  echo "the coordinator did not start. The last lines of $run/server.log:" >&2
+  tail -n 5 "$run/server.log" >&2
+  exit 1
 }
 
 # start_farm: starts the coordinator and the worker, if they are not running.
@@ -85,7 +85,7 @@ start_farm() {
   if alive server && [ -s "$run/port" ] && [ -s "$run/http" ]; then
     echo "using the running farm of this clone, on port $(cat "$run/port")"
   else
-    stop server
+    stop_farm # its worker would look for the ended coordinator
     start_server
   fi
   if ! alive worker; then
@@ -94,16 +94,19 @@ start_farm() {
   fi
 }
 
-# wait_for_worker: waits until the farm has a worker. Fails if the worker or the coordinator has ended.
+# wait_for_worker: waits until the farm has a worker. Fails if the worker or the coordinator has ended, or after a minute.
 wait_for_worker() {
+  tries=0
   until "$bin/lightmill" workers --server "$farm" --json | grep -q '"name"'; do
+    tries=$((tries + 1))
     for program in server worker; do
-      if ! alive "$program"; then
-        echo "the $program has stopped. The last lines of $run/$program.log:" >&2
+      if [ "$tries" -gt 300 ] || ! kill -0 "$(cat "$run/$program.pid")" 2>/dev/null; then
+        echo "the farm has no worker. The last lines of $run/$program.log:" >&2
         tail -n 5 "$run/$program.log" >&2
-        exit 1
+        failed=yes
       fi
     done
+    [ "$failed" = no ] || exit 1
     sleep 0.2
   done
 }
@@ -126,6 +129,7 @@ interrupted() {
 
 started_server=no
 started_worker=no
+failed=no
 once=no
 [ -t 1 ] || once=yes
 case "$*" in
@@ -186,13 +190,13 @@ show_progress() {
 # build TARGET...: builds all targets it can. Fails if one of them failed.
 build() {
   rm -f build/quickstart.failed
-  { NINJA_STATUS='[%f/%t] ' ninja -k 0 -C build/release "$@" 2>&1 || : >build/quickstart.failed; } | show_progress
+  { NINJA_STATUS='[%f/%t] ' ninja -j "$compilers" -k 0 -C build/release "$@" 2>&1 || : >build/quickstart.failed; } | show_progress
   [ ! -e build/quickstart.failed ]
 }
 
 mkdir -p build
 exec 9>>build/test.lock
-if ! flock -n 9; then
+if ! flock -w 1 9; then
   echo 'A build or test of this checkout is running, in the same build folder. Start again when it has ended.' >&2
   exit 1
 fi
@@ -209,6 +213,8 @@ phase build
 if [ ! -e build/release/build.ninja ]; then
   cmake --preset release -DLIGHTMILL_TESTS=OFF >>"$log" 2>&1 || fail_build 'the build could not be configured'
 fi
+# One compiler a core, if each has 2 GiB of memory.
+compilers=$(awk -v cores="$(nproc)" '/^MemAvailable/ { most = int($2 / 2097152); print most < 1 ? 1 : most < cores ? most : cores }' /proc/meminfo)
 programs='lightmill lightmill-server lightmill-worker'
 # The page is built beside the programs. Without npm there is no such target.
 # shellcheck disable=SC2086  # one word per program
