@@ -244,10 +244,7 @@ def update_proto(root):
 def check_shell(root, path, text, report):
     if not (path.endswith(".sh") or re.match(r"#!.*\b(sh|bash)\b", text)):
         return
-    commands = [["sh", "-n", path]]
-    if subprocess.run(["sh", "-c", "command -v shellcheck"], capture_output=True, check=False).returncode == 0:
-        commands.append(["shellcheck", "-S", "warning", path])
-    for command in commands:
+    for command in (["sh", "-n", path], ["shellcheck", "-S", "warning", path]):
         done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             report.add(path, 1, f"{command[0]} finds faults:\n{done.stdout}{done.stderr}")
@@ -255,13 +252,15 @@ def check_shell(root, path, text, report):
 
 def check_listed(root, files, report):
     """Each test file is in the CMakeLists.txt of its folder, or of one above. Otherwise it never runs."""
-    lists = {str(pathlib.PurePath(path).parent): set(re.split(r"[\s()\"]+", (root / path).read_text()))
+    lists = {str(pathlib.PurePath(path).parent): set(re.split(r"[\s()\"]+", re.sub(r"\$\{\w+\}/", "", (root / path).read_text())))
              for path in files if pathlib.PurePath(path).name == "CMakeLists.txt"}
     for path in files:
         file = pathlib.PurePath(path)
-        # A page test is listed by its name alone.
-        named = {"_test.cpp": str, "_test.mjs": lambda name: str(name).removesuffix("_test.mjs")}.get(file.name[file.name.rfind("_test"):])
-        if named and not any(named(file.relative_to(folder)) in lists.get(str(folder), ()) for folder in file.parents):
+        if not re.search(r"_test\.(cjs|cpp|mjs|py|sh)$", path):
+            continue
+        # The page's tests are listed by their names alone. A run.sh runs the tests of its folder.
+        names = (file, file.with_name(file.name.removesuffix("_test.mjs")), file.with_name("run.sh"))
+        if not any(str(name.relative_to(folder)) in lists.get(str(folder), ()) for name in names for folder in file.parents):
             report.add(path, 1, "is in no CMakeLists.txt of its folder or above, so it never runs")
 
 

@@ -98,6 +98,11 @@ INSTANTIATE_TEST_SUITE_P(All, B, kPairs, name_of<const char*, int>);
         self.plant("tests/e2e/chart_test.mjs", "")
         self.assert_finds("tests/e2e/edit_test.mjs", "", "edit_test.mjs:1: is in no CMakeLists.txt")
         self.assertNotIn("chart_test.mjs", self.found())
+        self.plant("tests/lint/CMakeLists.txt", "add_test(NAME a COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/a_test.py)\n")
+        self.plant("tests/lint/a_test.py", "")
+        for name in ("b_test.py", "b_test.sh", "b_test.cjs"):
+            self.assert_finds(f"tests/lint/{name}", "", f"{name}:1: is in no CMakeLists.txt")
+        self.assertNotIn("a_test.py", self.found())
 
     def test_parameterised_tests_without_names(self):
         for values in ['testing::Values("a, b", "c")', "testing::Range<std::uint64_t>(0, 8)",
