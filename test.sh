@@ -16,7 +16,7 @@ set -eu
 cd "$(dirname "$0")"
 . deploy/environment.sh
 case "${1:-}" in
-  -h | --help | --status | --list) ;;
+  -h | --help | --status) ;;
   *) deploy/setup --tests ;;
 esac
 exec /usr/bin/python3 -B tests/runner "$@"

@@ -1,7 +1,7 @@
 # Declarations of what ctest runs. A *run* is a test program, a share of one, or a script.
 
 # What a run is, and when it runs (CONTRIBUTING.md).
-set(LIGHTMILL_LABELS analytic asan atlas both deploy e2e fuzz integration lint long simulation statistical threads unit web)
+set(LIGHTMILL_LABELS analytic asan atlas deploy e2e fuzz integration lint long release simulation statistical threads unit web)
 
 # lightmill_run(RUN LABELS a b [NEEDS x y] [TIMEOUT s] [ENVIRONMENT V=w ...] COMMAND ...): NEEDS are programs of ours, or files
 # in the build folder. test.sh builds them first. Without them the run fails. Exit code 77 counts as skipped.

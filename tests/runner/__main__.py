@@ -14,6 +14,11 @@ from session import go_to_background, lock_holder, only_one, temporary_folder
 from state import State, sources_id
 
 
+# The caller's other LIGHTMILL_ variables are settings of the programs, such as a token. Tests must not use them.
+KEPT = ("LIGHTMILL_BLENDER",)
+OF_TESTS = ("LIGHTMILL_DAMAGE_ROUNDS", "LIGHTMILL_FUZZ_CASES", "LIGHTMILL_SHOW", "LIGHTMILL_SIMULATION_SEED", "LIGHTMILL_SIMULATION_SEEDS")
+
+
 def parse():
     parser = argparse.ArgumentParser(prog="./test.sh", description="Builds Lightmill and runs its tests.", allow_abbrev=False)
     parser.add_argument("names", nargs="*", metavar="NAME", help="only programs, labels or tests whose names match, or a piece of --list")
@@ -68,8 +73,8 @@ def run(options):
 def main():
     options = parse()
     INTERRUPTS.enable()
-    for name in list(os.environ):  # settings of single tests
-        if name.startswith("GTEST_") or name.startswith("LIGHTMILL_SIMULATION_") and not options.names:
+    for name in list(os.environ):
+        if name.startswith("GTEST_") or name.startswith("LIGHTMILL_") and name not in KEPT and not (options.names and name in OF_TESTS):
             del os.environ[name]
     try:
         if options.status or options.list:

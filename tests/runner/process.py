@@ -17,8 +17,9 @@ BUILD = ROOT / "build"
 SHOWN_LINES = 40  # of a failed command
 SECONDS_TO_END = 10  # from SIGTERM to SIGKILL
 LOW_PRIORITY = 10
+COMPILER_BYTES = 2 << 30
 CORES = len(os.sched_getaffinity(0))
-is_beside = False  # in the process of `beside`
+parts_at_once = 1  # which compile, each in a process of its own
 
 
 class Failed(Exception):
@@ -92,10 +93,14 @@ class Interrupts:
 INTERRUPTS = Interrupts()
 
 
+def free_memory():
+    """Bytes."""
+    return int(re.search(r"^MemAvailable: *(\d+)", pathlib.Path("/proc/meminfo").read_text(), re.M).group(1)) << 10
+
+
 def compilers():
-    """How many run at once: one a core, if each has 2 GiB of memory. Beside others, those need as much."""
-    free_kib = int(re.search(r"^MemAvailable: *(\d+)", pathlib.Path("/proc/meminfo").read_text(), re.M).group(1))
-    return max(1, min(CORES, free_kib // ((4 if is_beside else 2) << 20)))
+    """How many run at once in a part: one a core, if each has 2 GiB of memory. The parts share what is free."""
+    return max(1, min(CORES, free_memory() // (COMPILER_BYTES * parts_at_once)))
 
 
 def processes_of(session):
@@ -199,8 +204,7 @@ def beside(work, log):
     receiver, sender = multiprocessing.Pipe(duplex=False)
 
     def run():
-        global is_beside
-        is_beside, INTERRUPTS.is_delayed = True, False
+        INTERRUPTS.is_delayed = False
         if INTERRUPTS.is_due:  # interrupted before it began
             return
         log.parent.mkdir(parents=True, exist_ok=True)
@@ -224,12 +228,15 @@ def beside(work, log):
             process.join()
             print(log.read_text(errors="replace"), end="", flush=True)
 
+    global parts_at_once
     process = multiprocessing.get_context("fork").Process(target=run)
+    parts_at_once += 1
     try:
         with INTERRUPTS.delayed():
             process.start()
         sender.close()
         yield result
     finally:
+        parts_at_once -= 1
         process.terminate()
         process.join()

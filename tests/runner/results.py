@@ -8,7 +8,7 @@ import xml.etree.ElementTree
 from process import CORES, ROOT, SHOWN_LINES, Row, Stopwatch, run_logged, show_end_of
 
 SLOTS = 4 * CORES  # runs at once; at most CORES of them compute (cmake/tests.cmake)
-KINDS_OF_RUN = ("asan", "both", "long", "threads")  # labels that say when a run runs; the others say what it is
+KINDS_OF_RUN = ("asan", "long", "release", "threads")  # labels that say when a run runs; the others say what it is
 # A crash has its reason before the asterisks: "Subprocess aborted***Exception:".
 ENDED = re.compile(r" *\d+/\d+ Test +#\d+: (\S+) \.* *(Passed|[^*]*\*\*\*.*?) +([\d.]+) sec")
 STARTED = re.compile(r" *Start +\d+: (\S+)")
@@ -161,7 +161,7 @@ def run_tests(test_folder, runs, folder, part, deadline=None):
         results.failed += [name for name, _ in failed]
         results.skipped += skipped
         label = next((label for label in run.labels if label not in KINDS_OF_RUN), "other")
-        total = by_label.setdefault(label, Row(f"  of these {label}: one after the other", 0, is_detail=True))
+        total = by_label.setdefault(label, Row(f"  of these {label}, sum of their times", 0, is_detail=True))
         total.seconds += seconds
         total.add(row)
     if code and not results.failed:

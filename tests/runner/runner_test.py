@@ -133,12 +133,13 @@ class Runner(unittest.TestCase):
         self.assert_passes([], r"\n5 passed, 0 failed, 0 skipped\n")
 
     def test_readers_run_with_the_address_sanitizer_or_in_both_builds(self):
-        self.plant_runs("program(twice_tests Toy.Passes unit asan both)\n")
+        self.plant_runs("program(twice_tests Toy.Passes unit asan release)\nprogram(hard_tests Toy.Passes fuzz asan long)\n")
         self.assert_passes([], r"\n4 passed, 0 failed, 0 skipped\n")
         # After the default suite, nothing runs twice in the same build.
         self.assert_passes(["--list"], "release: other_tests twice_tests\n", "undefined-behaviour sanitizers: asan_tests twice_tests\n",
-                           "release: asan: asan_tests\n")
-        self.assert_passes(["release: asan"], r"\n1 passed")
+                           "long: hard_tests: hard_tests\n", "release: readers of untrusted input: asan_tests\n", "asan: unit: other_tests\n",
+                           "asan: fuzz: fuzz_tests hard_tests\n")
+        self.assert_passes(["release: readers of untrusted input"], r"\n1 passed")
 
     def test_every_kind_of_failure_is_reported(self):
         self.plant_runs("""

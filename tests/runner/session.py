@@ -6,12 +6,14 @@ import pathlib
 import re
 import shutil
 import sys
+import time
 
-from process import BUILD, ROOT, Failed
+from process import BUILD, COMPILER_BYTES, CORES, ROOT, Failed, free_memory
 
 LOCK = BUILD / "test.lock"
 MEMORY_DISK = pathlib.Path("/dev/shm")
 MEMORY_DISK_BYTES = 4 << 30  # required free space
+MOMENT = 1  # second: --status may hold the lock for less
 LEFT_OVER = re.compile(r"(?:lightmill|faketime_shm|sem\.faketime_sem)[-_](\d+)")  # libfaketime's files of killed programs too
 
 
@@ -25,17 +27,25 @@ def lock_holder():
     return None
 
 
+def try_to_lock(lock):
+    with contextlib.suppress(BlockingIOError):
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return True
+    return False
+
+
 @contextlib.contextmanager
 def only_one():
     """Allows one call at a time, because two would overwrite each other's builds and results. Yields a function that notes the
     process."""
     BUILD.mkdir(exist_ok=True)
     with open(LOCK, "a+", encoding="ascii") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        until = time.monotonic() + MOMENT
+        while not (is_locked := try_to_lock(lock)) and time.monotonic() < until:
+            time.sleep(0.02)
+        if not is_locked:
             print(f"process {lock_holder()} works in this checkout already. Wait for it, or use another one: git worktree add FOLDER")
-            raise Failed from None
+            raise Failed
 
         def note():
             lock.truncate(0)
@@ -53,13 +63,22 @@ def remove_left_over():
                 shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
+def why_no_memory_disk():
+    """None if the tests can write to it."""
+    if not MEMORY_DISK.is_dir():
+        return f"there is no {MEMORY_DISK}"
+    remove_left_over()
+    if shutil.disk_usage(MEMORY_DISK).free < MEMORY_DISK_BYTES:
+        return f"{MEMORY_DISK} has less than {MEMORY_DISK_BYTES >> 30} GiB free"
+    needed = MEMORY_DISK_BYTES + CORES * COMPILER_BYTES
+    return f"less than {needed >> 30} GiB of memory are free" if free_memory() < needed else None
+
+
 @contextlib.contextmanager
 def temporary_folder():
     """TMPDIR on the memory disk, if it has space. Tests of farms write much, and would wait for a disk."""
-    if MEMORY_DISK.is_dir():
-        remove_left_over()
-    if not MEMORY_DISK.is_dir() or shutil.disk_usage(MEMORY_DISK).free < MEMORY_DISK_BYTES:
-        print(f"{MEMORY_DISK} has less than {MEMORY_DISK_BYTES >> 30} GiB free: the tests write to a disk, which takes longer", flush=True)
+    if why := why_no_memory_disk():
+        print(f"{why}: the tests write to a disk, which takes longer", flush=True)
         yield
         return
     folder = MEMORY_DISK / f"lightmill-{os.getpid()}"

@@ -21,7 +21,7 @@ def git(*arguments):
 
 def sources_id():
     """Names the current sources, uncommitted changes included."""
-    digest = hashlib.sha256(git("rev-parse", "HEAD^{tree}") + git("diff", "HEAD"))
+    digest = hashlib.sha256(git("rev-parse", "HEAD^{tree}") + git("diff", "--no-ext-diff", "--no-textconv", "--no-color", "--binary", "HEAD"))
     for name in git("ls-files", "--others", "--exclude-standard", "-z").split(b"\0"):
         file = ROOT / os.fsdecode(name)
         if name and file.is_file():
