@@ -1,5 +1,6 @@
 #include "tests/support/postgres_server.h"
 
+#include <gtest/gtest.h>
 #include <libpq-fe.h>
 #include <pwd.h>
 #include <signal.h>
