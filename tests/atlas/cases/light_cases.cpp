@@ -56,13 +56,11 @@ AtlasCase even_sky(const std::string& subject, const std::string& name, const st
           .level = 2};
 }
 
+constexpr const char* kNoNumbers = "NaN/Inf in vertices, normals, textures, lights";
+
 AtlasCase refused(const std::string& name, const std::string& text, const std::map<std::string, std::string>& files,
                   const std::string& message) {
-  return {.subject = "NaN/Inf in vertices, normals, textures, lights",
-          .name = name,
-          .document = text,
-          .files = files,
-          .refusal = message};
+  return {.subject = kNoNumbers, .name = name, .document = text, .files = files, .refusal = message};
 }
 
 std::vector<AtlasCase> no_numbers() {
@@ -73,8 +71,12 @@ std::vector<AtlasCase> no_numbers() {
   return {
       refused("vertices: nan", plain, {{"floor.obj", "v 0 0 0\nv 1 nan 0\nv 2 0 0\nf 1 2 3\n"}}, "floor.obj:2: "),
       refused("vertices: inf", plain, {{"floor.obj", "v 0 0 0\nv 1 -inf 0\nv 2 0 0\nf 1 2 3\n"}}, "floor.obj:2: "),
-      refused("normals: nan", plain, {{"floor.obj", "v 0 0 0\nv 1 0 0\nv 2 0 1\nvn nan 0 1\nf 1//1 2//1 3//1\n"}},
-              "floor.obj:4: "),
+      {.subject = kNoNumbers,
+       .name = "normals: nan, so the face is flat",
+       .document = document(kAbove, 10, 8, diffuse("floor", 0.5), mesh("floor", "floor.obj"), sky(1)),
+       .files = {{"floor.obj", "v -9 0 9\nv 9 0 9\nv 0 0 -9\nvn nan 0 1\nf 1//1 2//1 3//1\n"}},
+       .exact = 0.5,
+       .level = 2},
       refused("environments: nan", sky_text, {{"sky.exr", one_pixel(8, 4, 3, 1, nan)}}, "pixel (3, 1) is not finite"),
       refused("environments: inf", sky_text, {{"sky.exr", one_pixel(8, 4, 3, 1, inf)}}, "pixel (3, 1) is not finite"),
       refused("lights: nan",
