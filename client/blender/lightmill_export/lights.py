@@ -1,11 +1,11 @@
 """Lights of Blender, with the strengths that Cycles gives them.
 
-A lamp of P watts has the intensity P/(4π), whatever its radius. An area light of P watts has the radiance P/(4 area), and
+A point light of P watts has the intensity P/(4π), whatever its radius. An area light of P watts has the radiance P/(4 area), and
 with a spread 1/(1 − h cot h) of it, where h is half of the spread. A sun's strength is the irradiance of a small one on a surface
 that faces it.
 
 Cycles before Blender 4.0 differs from later ones, and from ours:
-- A lamp with a radius is a disk that faces the point that it lights.
+- A light with a radius is a disk that faces the point that it lights.
 - A spot falls off with the cosine within its cone.
 - At the angle θ from its middle, the radiance of a sun's disk is proportional to 1/cos³θ.
 The powers of the last two are kept.
@@ -87,8 +87,8 @@ def rgb(color, factor=1.0):
 
 def say_disk(data, notices):
     if OLD and data.shadow_soft_size > 0:
-        notices.add("Lamps with a radius are spheres here, and not disks that face what they light, as in this version of Blender. "
-                    "Near a lamp there is more light")
+        notices.add("Lights with a radius are spheres here, and not disks that face what they light, as in this version of Blender. "
+                    "Near a light there is more light")
 
 
 def point(data, color, axes, notices):

@@ -6,7 +6,7 @@ const point = (seconds: number, error: number) => ({seconds, error, low: error /
 const path: ChartLine = {name: 'a, "b" <c>', method: 'path', color: '#112233', points: [point(1, 0.1), point(10, 0.01), point(100, 0.001)]};
 const other: ChartLine = {name: '=HYPERLINK(1)', method: 'vcm', color: '#445566', points: [point(2, 0.5)]};
 
-test('CSV has a line for each point, and texts that spreadsheets read as they are', () => {
+test('the CSV has a line for each point, and none of its texts is a formula', () => {
   expect(csvOf([path, other]).split('\n')).toEqual([
     'name,method,thread_seconds,rel_mse,low,high',
     '"a, ""b"" <c>",path,1,0.1,0.05,0.2',
@@ -17,13 +17,13 @@ test('CSV has a line for each point, and texts that spreadsheets read as they ar
   ]);
 });
 
-test('the nearest point is that of the logarithmic axis', () => {
+test('the nearest point is measured on the logarithmic axis', () => {
   expect(nearestPoint(path.points, 3)?.seconds).toBe(1);
   expect(nearestPoint(path.points, 4)?.seconds).toBe(10);
   expect(nearestPoint([], 4)).toBeUndefined();
 });
 
-test('a lab report has a line for each method, without what logarithms have no place for', () => {
+test('a lab report has a line for each method, without values of zero', () => {
   const curve = [
     {thread_seconds: 1, rel_mse: 0.1, rel_mse_least: 0.05, rel_mse_most: 0.2},
     {thread_seconds: 2, rel_mse: 0, rel_mse_least: 0, rel_mse_most: 0},
@@ -41,7 +41,7 @@ test('a lab report has a line for each method, without what logarithms have no p
   });
 });
 
-test('what is no lab report says so', () => {
+test('a file that is not a lab report is refused with the reason', () => {
   expect(() => parseLabReport('nothing')).toThrow(/the file is not JSON/);
   expect(() => parseLabReport('[]')).toThrow(/the file is not an object: this is not the results.json/);
   expect(() => parseLabReport('{"scenes": [{"scene": "box"}]}')).toThrow(/scene box has no list "methods"/);

@@ -7,7 +7,7 @@ function measured(rgb: number[], known?: number[]): Measured {
   return {rgb: Float32Array.from(rgb), known: Uint8Array.from(known ?? Array<number>(rgb.length / 3).fill(1))};
 }
 
-test('every half is its own nearest one, and between two the even one is taken', () => {
+test('rounding to half keeps every half, and takes the even one at a tie', () => {
   const others = [...kHalfValues.keys()].filter((bits) => {
     const value = halfValue(bits);
     return Number.isFinite(value) && value !== 0 && toHalf(value) !== bits;
@@ -25,7 +25,7 @@ test('every half is its own nearest one, and between two the even one is taken',
   expect(kHalfValues[toHalf(NaN)]).toBeNaN();
 });
 
-test('errors are those of their definitions', () => {
+test('errors agree with their definitions', () => {
   // Two pixels: (1, 0, 0.5) for (1, 0.3, 0.5) and (2, 0, 0) for (1, 0, 0).
   const [picture, reference] = [measured([1, 2, 0, 0, 0.5, 0]), measured([1, 1, 0.3, 0, 0.5, 0])];
   const errors = errorsBetween(picture, reference, commonPixels(picture, reference))!;
@@ -45,7 +45,7 @@ test('one pixel in a thousand is trimmed', () => {
   expect(errors.relMseTrimmed).toBeCloseTo(((n - 3) * 100 + 1e6) / (n - 2), 6);
 });
 
-test('what has no samples in one of the two, or is not finite, does not count', () => {
+test('pixels that are not finite, or without samples in one picture, do not count', () => {
   const picture = measured([1, 9, NaN, 1, 1, 9, 1, 1, 1, 9, 1, 1], [1, 1, 1, 0]);
   const reference = measured([1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1], [1, 0, 1, 1]);
   const common = commonPixels(picture, reference);
@@ -56,7 +56,7 @@ test('what has no samples in one of the two, or is not finite, does not count', 
   expect(errorsBetween(picture, reference, new Uint8Array(4))).toBeUndefined();
 });
 
-test('a file lies where its window says, else as it is if it has the size', () => {
+test('a file is placed by its window, else by its size', () => {
   const plane = [0, 1, 2, 3, 4, 5, 6, 7, 8];
   const file = {window: {x: -1, y: 0, width: 3, height: 3}, rgb: Float32Array.from([...plane, ...plane.map((v) => v + 10), ...plane.map((v) => v + 20)])};
   expect([...partBelow(file, {x: 0, y: 1, width: 2, height: 2})!]).toEqual([4, 5, 7, 8, 14, 15, 17, 18, 24, 25, 27, 28]);
@@ -64,7 +64,7 @@ test('a file lies where its window says, else as it is if it has the size', () =
   expect(partBelow(file, {x: 1, y: 1, width: 2, height: 2})).toBeUndefined();
 });
 
-test('a picture that stands still has its values, and no errors', () => {
+test('a still picture has values and no errors', () => {
   const film = Film.still({x: 60, y: 0, width: 8, height: 1}, Float32Array.from({length: 24}, (_, i) => i / 8));
   expect(film.pixel(7, 0)).toMatchObject({rgb: [7 / 8, 15 / 8, 23 / 8], samples: 1, standardError: undefined});
   const {rgb, known} = film.planes();

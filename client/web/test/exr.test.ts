@@ -10,7 +10,7 @@ async function file(name: keyof typeof packed): Promise<Uint8Array<ArrayBuffer>>
   return new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer());
 }
 
-test('files of every compression that is read have the pixels that were written', async () => {
+test('files of each supported compression have the pixels that were written', async () => {
   for (const name of ['none', 'rle', 'zips', 'zip'] as const) {
     const {window, rgb} = await readExr(await file(name));
     expect(window, name).toEqual({x: 3, y: -2, width: 24, height: 19});
@@ -24,7 +24,7 @@ test('files of every compression that is read have the pixels that were written'
   }
 });
 
-test('what is not read says why', async () => {
+test('a file that is not supported is refused with the reason', async () => {
   const message = (bytes: Uint8Array<ArrayBuffer>) => readExr(bytes).then(() => 'it was read', (error: Error) => (error instanceof ExrError ? error.message : `unexpected ${error}`));
   expect(await message(await file('piz'))).toMatch(/PIZ is not supported: save it with ZIP/);
   expect(await message(new Uint8Array([1, 2, 3]))).toBe('this is not an EXR file');
@@ -33,7 +33,7 @@ test('what is not read says why', async () => {
   expect(await message(tiled)).toMatch(/tiled/);
 });
 
-test('damaged files are refused at every length and with any byte changed, never read beyond their ends', async () => {
+test('a file that is cut short is refused, and one with a changed byte is refused or read', async () => {
   for (const name of ['none', 'rle', 'zip'] as const) {
     const whole = await file(name);
     for (let length = 0; length < whole.length; length += 37) {

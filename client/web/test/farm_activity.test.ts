@@ -15,7 +15,7 @@ const kHistory = create(FarmHistorySchema, {
   ],
 });
 
-test('a time in which nobody looked is a gap', () => {
+test('a time without samples is a gap', () => {
   const series = seriesOf(kHistory);
   expect(series.times).toEqual([10, 20, 70, 120]);
   expect(series.rate).toEqual([5, 0, null, 10]);
@@ -25,27 +25,27 @@ test('a time in which nobody looked is a gap', () => {
   expect(series.waiting).toEqual([0, 2, null, 0]);
 });
 
-test('a time in which the machine slept is a gap, though none of it was counted', () => {
+test('a time in which the machine slept is a gap', () => {
   const samples = [10_000n, 20_000n, 3_600_000n, 3_610_000n].map((unixMs) => ({unixMs, seconds: 10, pixelSamples: 10}));
   const series = seriesOf(create(FarmHistorySchema, {intervalSeconds: 10, samples}));
   expect(series.times).toEqual([10, 20, 1810, 3600, 3610]);
   expect(series.rate).toEqual([1, 1, null, 1, 1]);
 });
 
-test('values between gaps are points', () => {
+test('a value between two gaps is a point', () => {
   expect(lonely([1, null, 2, 3, null, 0, null])).toEqual([0, 5]);
   expect(lonely([4])).toEqual([0]);
   expect(lonely([null, 1, 2])).toEqual([]);
 });
 
-test('an axis ends now, and begins with what is known: not before the span, and not so late that nothing is seen', () => {
+test('an axis ends now and begins with the first sample, within a least and a greatest length', () => {
   const at = (unixMs: bigint, seconds = 10) => create(FarmHistorySchema, {unixMs: 100_000_000n, intervalSeconds: 10, samples: [{unixMs, seconds}]});
   expect(farmWindow(at(99_995_000n), 3600)).toEqual([99_850, 100_000]);
   expect(farmWindow(at(98_000_000n), 3600)).toEqual([97_990, 100_000]);
   expect(farmWindow(at(90_000_000n), 3600)).toEqual([96_400, 100_000]);
 });
 
-test('threads are busy by the time that they are', () => {
+test('utilisation is the busy share of thread time', () => {
   expect(utilisation(kHistory)).toBeCloseTo((100 * (40 + 200)) / (40 + 40 + 800));
   expect(utilisation(create(FarmHistorySchema, {}))).toBeUndefined();
 });
@@ -60,7 +60,7 @@ test('the CSV has a line for each sample', () => {
   ]);
 });
 
-test("a worker's minutes: its speed while it was there", () => {
+test("a worker's series has its speed, and a gap while it was away", () => {
   const series = workerSeriesOf(
     create(WorkerHistorySchema, {
       minutes: [
@@ -78,7 +78,7 @@ const page = (numbers: number[], nextPageToken = '', more = {}) => create(FarmEv
 const kNothing = {events: [], older: ''};
 const read = ({events, older}: {events: readonly {number: bigint}[]; older: string}) => [events.map((each) => Number(each.number)), older];
 
-test('events come once, newest first, older ones behind', () => {
+test('each event is listed once, newest first', () => {
   const known = withNewest(kNothing, page([4, 3], 'three'));
   expect(read(withNewest(known, page([6, 4, 3], 'three')))).toEqual([[6, 4, 3], 'three']);
   expect(read(withNewest(known, page([5, 4], 'four')))).toEqual([[5, 4, 3], 'three']);
@@ -86,32 +86,32 @@ test('events come once, newest first, older ones behind', () => {
   expect(read(withNewest(kNothing, page([])))).toEqual([[], '']);
 });
 
-test('events between which others may be missing are not listed as if there were none', () => {
+test('a newer page replaces the list if events may be missing between them', () => {
   const known = withNewest(kNothing, page([4, 3], 'three'));
   const later = withNewest(known, page([9, 8], 'eight'));
   expect(read(later)).toEqual([[9, 8], 'eight']);
   expect(read(withOlder(later, 'three', page([2, 1])))).toEqual([[9, 8], 'eight']);
 });
 
-test('a coordinator that has begun anew counts anew', () => {
+test('the events of a restarted coordinator replace the list', () => {
   const known = withNewest(kNothing, page([40, 39], 'old'));
   expect(read(withNewest(known, page([2, 1])))).toEqual([[2, 1], '']);
   expect(read(withNewest(known, page([41, 40], 'new', {unixMs: 9n})))).toEqual([[41, 40], 'new']);
   expect(read(withNewest(known, page([])))).toEqual([[], '']);
 });
 
-test('no more events are kept than the coordinator keeps', () => {
+test('the list has no more events than the coordinator keeps', () => {
   const known = {events: page(Array.from({length: 5000}, (_, i) => 5000 - i)).events, older: 'x'};
   const {events, older} = withNewest(known, page([5002, 5001, 5000], 'y'));
   expect([events.length, events[0]!.number, events.at(-1)!.number, older]).toEqual([5000, 5002n, 3n, '']);
 });
 
-test('names with spaces and signs are asked for as they are', () => {
+test('a query encodes spaces and signs in names', () => {
   expect(eventQuery({kind: 'workers', worker: 'w 1+2&3', size: 50})).toBe('kind=workers&worker=w%201%2B2%263&page_size=50');
   expect(eventQuery({})).toBe('');
 });
 
-test('an action says who changed what, from which value to which', () => {
+test("an action's text names the caller, the operation, its object and the change", () => {
   const text = (action: MessageInitShape<typeof ActionSchema>) => actionText(create(ActionSchema, action));
   expect(text({caller: 'ada', operation: 'SetPriority', about: 'cornell', change: 'priority 0 -> 10'})).toBe('ada: SetPriority cornell: priority 0 -> 10');
   expect(text({caller: 'ada', operation: 'PauseJob'})).toBe('ada: PauseJob');
@@ -119,7 +119,7 @@ test('an action says who changed what, from which value to which', () => {
   expect(text({caller: 'eve', operation: 'CancelJob', code: 7, message: "the job is somebody else's"})).toBe("eve: CancelJob: refused: the job is somebody else's");
 });
 
-test('actions are listed like events, and refusals like warnings', () => {
+test('actions are listed as events, and refusals as warnings', () => {
   const actions = [
     {number: 8n, unixMs: 2000n, operation: 'CancelJob', job: 3n, code: 7},
     {number: 5n, unixMs: 1000n, operation: 'Start'},

@@ -23,7 +23,7 @@ const mean = (map: Float32Array) => map.reduce((sum, value) => sum + value, 0) /
 const between = (picture: Planes, reference: Planes) => mean(flipMap(picture, reference));
 const near = (value: number | undefined, expected: number) => expect(Math.abs(value! - expected), `${value} for ${expected}`).toBeLessThan(1e-4);
 
-test('uniform colours have the distance of the colour metric', () => {
+test('the error between uniform colours is their distance in the colour metric', () => {
   near(between(uniform(0, 0, 0), uniform(1, 1, 1)), 0.95 + (0.05 * (100 ** 0.7 - 0.4 * 41.2760984)) / (0.6 * 41.2760984));
   near(between(uniform(0, 1, 0), uniform(0, 0, 1)), 1);
   near(between(uniform(0.5, 0.5, 0.5), uniform(0.25, 0.25, 0.25)), 0.4518496);
@@ -32,7 +32,7 @@ test('uniform colours have the distance of the colour metric', () => {
   expect(between(uniform(2, -1, 7), uniform(1, 0, 1))).toBe(0);
 });
 
-test('patterns have the values of the formulas', () => {
+test('errors of patterns agree with the formulas', () => {
   const [picture, reference] = [pattern(true, () => 1), pattern(false, () => 1)];
   const map = flipMap(picture, reference);
   near(mean(map), 0.2454295);
@@ -45,12 +45,12 @@ test('patterns have the values of the formulas', () => {
   expect(flipMap(reference, picture)).toEqual(map);
 });
 
-test('an exposure is as if both pictures were brighter', () => {
+test('an exposure of one stop equals pictures of twice the brightness', () => {
   const [half, whole] = [(test: boolean) => pattern(test, () => 0.5), (test: boolean) => pattern(test, () => 1)];
   expect(flipMap(half(true), half(false), 1)).toEqual(flipMap(whole(true), whole(false)));
 });
 
-test('HDR takes the worst of its exposures', () => {
+test('the HDR error is the greatest over the exposures', () => {
   const scale = (x: number) => 2 ** (Math.floor(x / 6) * 2 - 3);
   const map = hdrFlipMap(pattern(true, scale), pattern(false, scale));
   near(mean(map), 0.19885);

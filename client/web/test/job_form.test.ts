@@ -37,7 +37,7 @@ const spec: JobSpec = create(JobSpecSchema, {
 });
 const names = (of: JobSpec) => of.settings!.layers.map(({name}) => name);
 
-test('a form says what the job was asked for, and makes the same job again', () => {
+test("a job's form has its settings, and makes the same job again", () => {
   const form = formOf(spec);
   expect(form).toEqual({name: 'room', width: 1920, height: 1080, method: 'caustic:photons=20000', seed: 18446744073709551615n, samples: 64, seconds: 0, percent: 10, adaptive: false, priority: 3});
   const again = filledSpec(spec, sceneOf(spec), form, 'new', 0n);
@@ -48,7 +48,7 @@ test('a form says what the job was asked for, and makes the same job again', () 
   expect(rendererVersion).toBe('new');
 });
 
-test('another method has the layers and meters that it has', () => {
+test('a change of the method drops the settings that the new one does not support', () => {
   const by = (method: string) => filledSpec(spec, scene, {...formOf(spec), method}, 'v', 7n);
   expect(names(by('path'))).toEqual(['beauty', 'direct', 'light:key', 'normal']);
   expect(names(by('ao:distance=0.5'))).toEqual(['beauty', 'normal']);
@@ -59,7 +59,7 @@ test('another method has the layers and meters that it has', () => {
   expect(by('vcm').parent).toBe(7n);
 });
 
-test('a crop goes with the picture, and a picture of another shape is whole', () => {
+test('a crop scales with the picture, and a picture of another shape has none', () => {
   const sized = (width: number, height: number) => {
     const {crop, scene: bytes} = filledSpec(spec, scene, {...formOf(spec), width, height}, 'v', 0n).settings!;
     expect(fromBinary(SceneSchema, bytes).film).toMatchObject({width, height});
@@ -70,7 +70,7 @@ test('a crop goes with the picture, and a picture of another shape is whole', ()
   expect(sized(500, 500)).toEqual([0, 0, 500, 500]);
 });
 
-test('a quick look is small, goes first, and shows what the job shows', () => {
+test('a quick look is small, has a higher priority, and renders the same crop', () => {
   const quick = quickSpec(spec, scene, formOf(spec), 'v', 12n, 'preview');
   const {settings} = quick;
   expect(Math.max(settings!.width, settings!.height)).toBe(kMostQuickSide);
@@ -82,7 +82,7 @@ test('a quick look is small, goes first, and shows what the job shows', () => {
   expect([least.settings!.width, least.settings!.height, least.priority]).toEqual([480, 1, 2 ** 31 - 1]);
 });
 
-test('a form without a goal, with half a pixel or without a method says what to do', () => {
+test('a form without a goal or method, or with half a pixel, has a message', () => {
   const form = formOf(newSpec(scene, 'n'));
   expect(faultOf(form)).toBeUndefined();
   expect(form).toMatchObject({width: 1920, height: 1080, samples: 64, method: 'auto'});
@@ -92,7 +92,7 @@ test('a form without a goal, with half a pixel or without a method says what to 
   expect(faultOf({...form, method: ' '})).toMatch(/auto/);
 });
 
-test('a job of the photon map has the same scene, size and seed, and one sample', () => {
+test('a photon map job has the size and seed of its job, and one sample', () => {
   const spec = create(JobSpecSchema, {
     name: 'box',
     priority: 3,

@@ -17,14 +17,14 @@ function filled(rgb: [number, number, number], samples: [number, number]): Film 
   return film;
 }
 
-test('layers that are pictures, and those that are light', () => {
+test('the page shows layers that are pictures, and mixes those that are light', () => {
   const layers = ['direct', 'light:key', 'light:rest', 'normal', 'features', 'id'];
   expect(shownLayers(layers)).toEqual(['direct', 'light:key', 'light:rest', 'normal']);
   expect(lightLayers(layers)).toEqual(['light:key', 'light:rest']);
   expect(['', 'direct', 'light:key', 'light:rest'].map(layerLabel)).toEqual(['Beauty', 'Direct light', 'Light: key', 'All other light']);
 });
 
-test('a mix is the sum of the layers by their factors, with the least of their samples', () => {
+test('a mix is the weighted sum of its layers, with their least sample count', () => {
   const target = new Film(1n, kCrop, 'relit');
   const layers = [
     {film: filled([1, 2, 4], [8, 16]), factor: factorOf({stops: 1, tint: [1, 0.5, 0]})},
@@ -39,7 +39,7 @@ test('a mix is the sum of the layers by their factors, with the least of their s
   expect(target.pixel(0, 0)).toMatchObject({samples: 8, standardError: undefined});
 });
 
-test('only the rectangle is mixed', () => {
+test('mixing changes only the rectangle', () => {
   const target = new Film(1n, kCrop, 'relit');
   mix(target, [{film: filled([1, 1, 1], [8, 16]), factor: [1, 1, 1]}], {x: 4, y: 1, width: 6, height: 1});
   expect([3, 4, 9].map((x) => kHalfValues[target.rgbe[4 * (10 + x)]!])).toEqual([0, 1, 1]);
@@ -49,7 +49,7 @@ test('only the rectangle is mixed', () => {
   expect([...target.counts]).toEqual([0, 16]);
 });
 
-test('a mix comes back from its link, and nothing else does', () => {
+test('a link restores a mix, and drops invalid entries', () => {
   const relight: Relight = new Map([
     ['light:key', {stops: 1.5, tint: [1, 1, 1]}],
     ['light:rest', {stops: undefined, tint: [1, 1, 1]}],
@@ -66,7 +66,7 @@ test('a mix comes back from its link, and nothing else does', () => {
   expect(withGain(relight, 'light:key', kAsRendered).has('light:key')).toBe(false);
 });
 
-test('layers that are not sent say why, once for all, until they come', () => {
+test('a layer that is not sent shows the reason until it arrives', () => {
   const said = (layer: string, why: string) => create(LayerFailureSchema, {layer, why});
   expect(failureOf(kNoFailures, ['', 'depth'])).toBe('');
   const failures = withLayerFailures(kNoFailures, [said('depth', 'no room'), said('light:key', 'no room'), said('', 'gone')]);

@@ -9,7 +9,7 @@ const kFilm = {width: 200, height: 100, crop: undefined};
 /** From (0, 0, 10) towards the origin; the film's height is as far as its distance times 1: a right angle would be twice that. */
 const kCamera = create(CameraSchema, {eye: {z: 10}, lookAt: {}, up: {y: 1}, view: {case: 'verticalFovDegrees', value: 90}});
 
-test('a point lies where similar triangles put it', () => {
+test('points are projected by similar triangles', () => {
   const project = projectionOf(kCamera, kFilm);
   expect(project([0, 0, 0])).toEqual({x: 100, y: 50});
   // At distance 10 half the film's height is 10 wide: 5 a unit.
@@ -30,7 +30,7 @@ test('a camera constant is the distance of a film of height 1', () => {
   expect(project([2, 0, 0])!.x).toBeCloseTo(110, 9);
 });
 
-test('points, patches and what lies behind the eye', () => {
+test('points and patches have a mark, except behind the camera', () => {
   const scene = create(SceneSchema, {
     camera: kCamera,
     meters: [
@@ -54,7 +54,7 @@ test('points, patches and what lies behind the eye', () => {
   ]);
 });
 
-test('readings have their units, and a flux its area', () => {
+test('readings have units, and a flux is multiplied by its area', () => {
   const reading = create(MeterReadingSchema, {samples: 4n, value: 2, halfWidth: 0.1, photometric: 200, photometricHalfWidth: 10});
   const patch = {corner: {}, edge1: {x: 2}, edge2: {y: 3}};
   expect(readingTexts(create(MeterSchema, {kind: {case: 'patch', value: patch}}), reading)).toEqual(['2.00 ± 0.10 W/m²', '200 ± 10 lx']);
@@ -62,14 +62,14 @@ test('readings have their units, and a flux its area', () => {
   expect(readingTexts(create(MeterSchema, {kind: {case: 'radiance', value: {}}}), create(MeterReadingSchema))).toEqual(['', '']);
 });
 
-test('values are told to the second digit of their error', () => {
+test('values are rounded to the second digit of their error', () => {
   expect(withError(1.23456, 0.012)).toBe('1.235 ± 0.012');
   expect(withError(1234.5, 120)).toBe('1235 ± 120');
   expect(withError(0.5, 0)).toBe('0.5 ± 0');
   expect(withError(1.5e-7, 2e-9)).toBe('1.500e-07 ± 2.0e-09');
 });
 
-test('labels that would lie over each other go up', () => {
+test('a label moves up if it would cover another', () => {
   const labels = [
     {at: {x: 10, y: 100}, text: 'first of three'},
     {at: {x: 20, y: 104}, text: 'second'},

@@ -19,7 +19,7 @@ test('times and numbers are written as the command line writes them', () => {
   expect(ageText(1000, 1000 + 125_000)).toBe('2 min ago');
 });
 
-test('a goal names its limits', () => {
+test("a goal's text names its limits", () => {
   const job = create(JobSchema, {goal: {samples: 64n, seconds: 90, error: 0.01}, frameSamples: 12n});
   expect(goalText(job)).toBe('64 samples or ±10% or 1 min 30 s');
   expect(goalText(create(JobSchema, {goal: {samples: 1n}}))).toBe('1 sample');
@@ -27,7 +27,7 @@ test('a goal names its limits', () => {
   expect(samplesText(create(JobSchema, {frameSamples: 12n}))).toBe('12');
 });
 
-test('a link brings the view back', () => {
+test('a link restores the view', () => {
   const route: Route = {
     page: 'job',
     job: 12n,
@@ -50,7 +50,7 @@ test('a link brings the view back', () => {
   }
 });
 
-test('whatever stands in the address, there is a page', () => {
+test('every address leads to a page', () => {
   for (const hash of ['', '#', '#/', '#/jobs']) {
     expect(parseRoute(hash)).toEqual({page: 'jobs'});
   }
@@ -71,20 +71,20 @@ test('whatever stands in the address, there is a page', () => {
   expect(parseRoute('#/jobs/1?exposure=1e999')).toMatchObject({look: {exposure: 0}});
 });
 
-test('connections are tried again, later each time, within bounds', () => {
+test('the delay before a new connection grows with each try, within bounds', () => {
   expect(retryDelayMs(1, 0.5)).toBe(500);
   expect(retryDelayMs(2, 0.5)).toBe(1000);
   expect(retryDelayMs(1000, 0.99)).toBeLessThan(12_500);
   expect(retryDelayMs(1, 0)).toBeGreaterThan(300);
 });
 
-test('silence means a lost connection, but not to a hidden page', () => {
+test('a silent connection counts as lost, except on a hidden page', () => {
   expect(isSilent(0, kSilenceMs, false)).toBe(false);
   expect(isSilent(0, kSilenceMs + 1, false)).toBe(true);
   expect(isSilent(0, 10 * kSilenceMs, true)).toBe(false);
 });
 
-test('the curve leads to its target as 1/seconds', () => {
+test('the error curve is extrapolated to its target as 1/seconds', () => {
   const job = create(JobSchema, {
     goal: {error: 0.01},
     workerSeconds: 40,
@@ -104,13 +104,13 @@ test('the curve leads to its target as 1/seconds', () => {
   expect(curve.guides[0]!.to.error).toBeCloseTo((0.08 * 10) / 240, 9);
 });
 
-test('a curve that is not known, or is at its end, leads nowhere', () => {
+test('a finished or unknown curve has no extrapolation', () => {
   expect(errorCurve(create(JobSchema, {})).points).toEqual([]);
   const done = create(JobSchema, {goal: {error: 0.1}, workerSeconds: 5, error: {relMse: 0.05, halfWidth: 0.01}});
   expect(errorCurve(done).finish).toBeUndefined();
 });
 
-test('moments are told by the clock on the wall, and by the day where it is another', () => {
+test('moments have the local time, and the day if it is another', () => {
   const ms = (day: number, hour: number, minute = 0, second = 0) => new Date(2026, 10, day, hour, minute, second).getTime();
   expect(clockTick(ms(23, 9, 5) / 1000)).toBe('09:05');
   expect(clockTick(ms(23, 0, 30) / 1000)).toBe('00:30');

@@ -34,7 +34,7 @@ test('halves have the values of IEEE 754', () => {
   expect(kHalfValues.length).toBe(65536);
 });
 
-test("a film is of its job in every state, and not of another farm's job with the same number", () => {
+test("a film belongs to its job in every state, and not to another farm's job of the same number", () => {
   const job = create(JobSchema, {id: 7n, width: 4, height: 4, traceId: new Uint8Array([1, 2]), submittedUnixMs: 5n});
   const film = Film.of(job);
   expect(film.isOf({...job, state: JobState.DONE, name: 'renamed'})).toBe(true);
@@ -43,7 +43,7 @@ test("a film is of its job in every state, and not of another farm's job with th
   expect(film.isOf({...job, submittedUnixMs: 6n})).toBe(false);
 });
 
-test('tiles land in the crop where the film has them', () => {
+test('tiles are placed relative to the crop', () => {
   // The crop begins 10 pixels before a tile's edge.
   const film = new Film(7n, {x: 54, y: 0, width: 30, height: 4});
   expect([film.columns, film.rows]).toEqual([2, 1]);
@@ -55,7 +55,7 @@ test('tiles land in the crop where the film has them', () => {
   expect(film.mostSamples()).toBe(5);
 });
 
-test('tiles of other jobs, of other places and of other sizes are left', () => {
+test('tiles of other jobs, places and sizes are ignored', () => {
   const film = new Film(7n, {x: 0, y: 0, width: 64, height: 64});
   expect(film.put({...tile(0, 0, 64, 64, [0, 0, 0, 0]), job: 8n})).toBeUndefined();
   expect(film.put(tile(64, 0, 64, 64, [0, 0, 0, 0]))).toBeUndefined();
@@ -63,7 +63,7 @@ test('tiles of other jobs, of other places and of other sizes are left', () => {
   expect(film.mostSamples()).toBe(0);
 });
 
-test('the standard error is the root of the mean square around, as far as it is known', () => {
+test('the standard error is the root mean square of the known ones around the pixel', () => {
   const film = new Film(7n, {x: 0, y: 0, width: 128, height: 1});
   film.put(tile(0, 0, 64, 1, [kOne, kOne, kOne, kOne]));
   film.put(tile(64, 0, 64, 1, [kOne, kOne, kOne, kMinusOne]));
@@ -96,18 +96,18 @@ test('sRGB and the filmic curve have their published values', () => {
   expect(luminance([1, 1, 1])).toBeCloseTo(1, 12);
 });
 
-test('a stop doubles, and gamma lifts what is dark', () => {
+test('a stop doubles the value, and gamma lifts dark values', () => {
   expect(displayed(0.25, {exposure: 1, view: 'plain', gamma: 1})).toBe(displayed(0.5, {exposure: 0, view: 'plain', gamma: 1}));
   expect(displayed(0.25, {exposure: 0, view: 'plain', gamma: 2})).toBe(displayed(0.5, {exposure: 0, view: 'plain', gamma: 1}));
   expect(displayed(5, {exposure: 0, view: 'plain', gamma: 1})).toBe(255);
 });
 
-test('the automatic exposure brings the bright end to white', () => {
+test('the automatic exposure makes the brightest values white', () => {
   expect(exposureFor(Float32Array.from({length: 200}, () => 0.25))).toBe(2);
   expect(exposureFor(new Float32Array(10))).toBe(0);
 });
 
-test('what lies below the pointer stays there when it zooms', () => {
+test('zoom keeps the point under the pointer', () => {
   const screen = {width: 800, height: 600};
   const camera = fit({width: 512, height: 512}, screen);
   expect(camera.zoom).toBeCloseTo(600 / 512, 12);
@@ -119,7 +119,7 @@ test('what lies below the pointer stays there when it zooms', () => {
   expect(zoomAt(camera, screen, at, 1e9).zoom).toBe(kMostZoom);
 });
 
-test('the picture cannot be lost', () => {
+test('the picture stays partly visible', () => {
   const moved = pan({zoom: 2, center: {x: 5, y: 5}}, {width: 10, height: 10}, {x: 1000, y: -4});
   expect(moved.center).toEqual({x: 0, y: 7});
 });

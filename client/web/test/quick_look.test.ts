@@ -14,14 +14,14 @@ class Jobs {
   private answer(): Promise<void> {
     return new Promise((resolve) => this.waiting.push(resolve));
   }
-  async submit(wish: string): Promise<bigint> {
-    this.asked.push(wish);
+  async submit(request: string): Promise<bigint> {
+    this.asked.push(request);
     await this.answer();
-    if (wish.startsWith('bad')) {
-      throw new Error(`${wish} is refused`);
+    if (request.startsWith('bad')) {
+      throw new Error(`${request} is refused`);
     }
     const job = this.next++;
-    this.there.set(job, wish);
+    this.there.set(job, request);
     this.most = Math.max(this.most, this.there.size);
     return job;
   }
@@ -54,10 +54,10 @@ function looking() {
   return {jobs, shown, failures, look};
 }
 
-test('the newest wish is there, and never two', async () => {
+test('there is one quick look at most, of the newest edit', async () => {
   const {jobs, shown, look} = looking();
-  for (const wish of ['a', 'b', 'c']) {
-    look.want(wish);
+  for (const request of ['a', 'b', 'c']) {
+    look.want(request);
   }
   await jobs.settle();
   expect(jobs.asked).toEqual(['c']);
@@ -72,7 +72,7 @@ test('the newest wish is there, and never two', async () => {
   expect(shown.at(-1)).toBe(look.current);
 });
 
-test('none is left once it is closed, not even one that is on its way', async () => {
+test('no job outlives the panel', async () => {
   const {jobs, look} = looking();
   look.want('a');
   await jobs.settle();
@@ -85,7 +85,7 @@ test('none is left once it is closed, not even one that is on its way', async ()
   expect(jobs.asked).not.toContain('too late');
 });
 
-test('a wish that is refused is told, and the next one goes on', async () => {
+test('a refused edit is reported, and the next one is rendered', async () => {
   const {jobs, failures, look} = looking();
   look.want('bad');
   await jobs.settle();
@@ -96,7 +96,7 @@ test('a wish that is refused is told, and the next one goes on', async () => {
   expect([...jobs.there.values()]).toEqual(['good']);
 });
 
-test('a job that cannot be discarded at once holds nothing up, and goes the next time', async () => {
+test('a discard that fails delays no edit, and is repeated with the next one', async () => {
   const {jobs, look, failures} = looking();
   look.want('a');
   await jobs.settle();
@@ -110,7 +110,7 @@ test('a job that cannot be discarded at once holds nothing up, and goes the next
   expect([...jobs.there.values()]).toEqual(['c']);
 });
 
-test('a forgotten job is not discarded, because another farm has its number', async () => {
+test("a forgotten job is not discarded, because its number is another farm's", async () => {
   const {jobs, look} = looking();
   look.want('a');
   await jobs.settle();

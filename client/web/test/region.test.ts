@@ -14,7 +14,7 @@ function filmOf(pixels: number[][], samples: bigint): Film {
   return film;
 }
 
-test('the value of a rank is the one that sorting puts there', () => {
+test('the value of a rank agrees with sorting', () => {
   for (const length of [1, 2, 3, 10, 101]) {
     // All orders of few values come up: 31 is a generator modulo 101.
     const values = Float32Array.from({length}, (_, i) => (31 * i + 7) % 101 % 17);
@@ -23,7 +23,7 @@ test('the value of a rank is the one that sorting puts there', () => {
   }
 });
 
-test('statistics are those of their definitions', () => {
+test('statistics agree with their definitions', () => {
   const film = filmOf([[9, 9, 9, 9], [1, 0, 0, 0.5], [2, 0, 0, 1], [4, 0, 8, 0.25], [5, 0, 0, 0]], 12n);
   const found = regionStatistics(film, {x: 1, y: 0, width: 4, height: 1})!;
   expect(found.red).toEqual({mean: 3, median: 3, least: 1, most: 5, variance: 2.5});
@@ -35,7 +35,7 @@ test('statistics are those of their definitions', () => {
   expect(regionStatistics(film, {x: 1, y: 0, width: 3, height: 1})!.red.median).toBe(2);
 });
 
-test('what has no samples counts nowhere, and without halves there is no error', () => {
+test('a region without samples has no statistics, and one without halves has no error', () => {
   const film = filmOf([[1, 1, 1, -1], [3, 3, 3, 1]], 4n);
   expect(regionStatistics(film, {x: 0, y: 0, width: 2, height: 1})).toMatchObject({pixels: 2, standardError: undefined});
   expect(regionStatistics(new Film(7n, {x: 0, y: 0, width: 2, height: 1}), {x: 0, y: 0, width: 2, height: 1})).toBeUndefined();

@@ -3,17 +3,17 @@ import {refusalOf, type Rights} from '../src/model/rights';
 
 const submitter: Rights = {caller: 'ada', roles: ['submit'], may: ['SubmitJob'], mayWithOwn: ['SubmitJob', 'PauseJob']};
 
-test('what the coordinator has named may be done, with anybody’s job or with one’s own', () => {
+test('an operation is allowed if the coordinator lists it for any job, or for own jobs', () => {
   expect(refusalOf(submitter, 'SubmitJob')).toBeUndefined();
   expect(refusalOf(submitter, 'PauseJob', 'ada')).toBeUndefined();
   expect(refusalOf(submitter, 'PauseJob', 'bob')).toMatch(/another user.*submit/);
   expect(refusalOf(submitter, 'DrainWorker')).toMatch(/Your roles \(submit\)/);
 });
 
-test('a job of nobody is not that of a caller without a name', () => {
+test('a caller without a name does not own a job without an owner', () => {
   expect(refusalOf({...submitter, caller: ''}, 'PauseJob', '')).toBeDefined();
 });
 
-test('nothing is refused before anything is known', () => {
+test('nothing is refused before the rights are known', () => {
   expect(refusalOf(undefined, 'PauseJob', 'bob')).toBeUndefined();
 });

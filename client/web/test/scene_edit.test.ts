@@ -76,7 +76,7 @@ function another(slot: Slot): Scene {
 
 const groupsOf = (scene: Scene): SlotGroup[] => [...materialGroups(scene), ...lightGroups(scene)];
 
-test('every kind has its slots, and each changes its own value alone', () => {
+test('each slot of every kind changes only its own value', () => {
   const scene = sceneWithUnknownFields();
   const before = leaves(scene);
   let slots = 0;
@@ -99,7 +99,7 @@ test('every kind has its slots, and each changes its own value alone', () => {
   expect(count('lamp')).toEqual(['Colour', 'Emission', 'Emission exponent', 'Emits on both sides']);
 });
 
-test('what is not known of a scene outlives every edit', () => {
+test('fields that the page does not know survive every edit', () => {
   const scene = sceneWithUnknownFields();
   let edited = withPose(withCamera(scene, {view: {case: 'verticalFovDegrees', value: 20}, lensRadius: 0}), dollied(poseOf(scene.camera), 2));
   for (let i = 0; i < groupsOf(edited).length; ++i) {
@@ -115,7 +115,7 @@ test('what is not known of a scene outlives every edit', () => {
   expect(fovOf(edited.camera)).toBe(20);
 });
 
-test('shipped scenes can be edited, and are the same bytes where nothing is', () => {
+test('shipped scenes can be edited, and keep their bytes without an edit', () => {
   const listed = (value: unknown, keys: string[]): unknown => (Array.isArray(value) && typeof value[0] === 'number' ? Object.fromEntries(value.map((each, i) => [keys[i]!, each])) : value);
   const expanded = (value: unknown, key = ''): unknown =>
     Array.isArray(value) && typeof value[0] === 'number' && key !== 'matrix'
@@ -137,7 +137,7 @@ test('shipped scenes can be edited, and are the same bytes where nothing is', ()
   }
 });
 
-test('colours come back from their swatch, and strengths from their parts', () => {
+test('swatches restore their colours, and strength and colour restore an emission', () => {
   // 0.5 in sRGB is 0.2140 in light.
   expect(ofSwatch('#bcbcbc')[0]).toBeCloseTo(0.5, 2);
   expect(ofSwatch('#808080')[0]).toBeCloseTo(0.2159, 3);

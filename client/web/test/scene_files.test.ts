@@ -1,25 +1,25 @@
 import {expect, test} from 'vitest';
 import {humanBytes, isPart, misplaced, namesIn, resolved, sceneChoices} from '../src/model/scene_files';
 
-test('a scene is what lies highest; meshes are one only where there is nothing else', () => {
+test('the highest file is the scene, and a mesh is one only if there is no other', () => {
   expect(sceneChoices(['s/assets/part.gltf', 's/room.json', 's/assets/box.obj'])).toEqual([['s/room.json'], ['s/assets/part.gltf']]);
   expect(sceneChoices(['b.obj', 'a.obj', 'a.mtl'])).toEqual([['a.obj', 'b.obj']]);
   expect(sceneChoices(['s/room.pbrt', 's/geometry/walls.pbrt', 's/m.ply'])).toEqual([['s/room.pbrt'], ['s/geometry/walls.pbrt']]);
   expect(sceneChoices(['a.png'])).toEqual([]);
 });
 
-test('what is no part of a scene is left out', () => {
+test('files that cannot belong to a scene are left out', () => {
   const paths = ['s/room.json', 's/.git/config.json', 's/notes.txt', 's/wood.JPG', 's/lamp.ies', 's/run.sh', '.DS_Store', 's/mesh.bin'];
   expect(paths.filter(isPart)).toEqual(['s/room.json', 's/wood.JPG', 's/lamp.ies', 's/mesh.bin']);
 });
 
-test('names lead from the folder of the file that has them, and never out of what was dropped', () => {
+test('names are relative to the folder of their file, and never leave the dropped folder', () => {
   expect(resolved('s/scenes', '../assets/./box.obj')).toBe('s/assets/box.obj');
   expect(resolved('', 'a\\b.png')).toBe('a/b.png');
   expect(resolved('s', '../../b.png')).toBeUndefined();
 });
 
-test('every kind of file tells what it names', () => {
+test('references are found in each kind of file', () => {
   expect(namesIn('a.json', '{"objects": [{"mesh": {"file": "assets/b\\u0061x.obj"}}], "file":"x.png"}')).toEqual(['assets/bax.obj', 'assets/bax.obj', 'x.png', 'x.png']);
   expect(namesIn('a.gltf', '{"buffers": [{"uri": "my%20mesh.bin"}, {"uri": "data:application/octet-stream;base64,AA"}]}')).toEqual(['my%20mesh.bin', 'my mesh.bin']);
   expect(namesIn('a.obj', 'o x\nmtllib two words.mtl \r\nv 0 0 0\n')).toEqual(['two words.mtl']);
@@ -28,12 +28,12 @@ test('every kind of file tells what it names', () => {
   expect(namesIn('a.gltf', '{"uri": "%"}')).toEqual([]);
 });
 
-test('files that were chosen out of their folders are found where they are named', () => {
+test('files chosen without their folders are matched by unique names', () => {
   const named = [{path: 'room.json', names: ['assets/Box.obj', 'assets/lamp.ies', 'there.obj']}];
   const found = misplaced(['room.json', 'box.obj', 'a/lamp.ies', 'b/lamp.ies', 'there.obj'], named);
   expect([...found]).toEqual([['assets/Box.obj', 'box.obj']]);
 });
 
-test('sizes are told as people tell them', () => {
+test('sizes have decimal units', () => {
   expect([0, 999, 1000, 1_500_000, 12_345_678, 2e12].map(humanBytes)).toEqual(['0 bytes', '999 bytes', '1.0 kB', '1.5 MB', '12 MB', '2.0 TB']);
 });

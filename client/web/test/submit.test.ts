@@ -20,7 +20,7 @@ afterEach(() => {
   vi.unstubAllGlobals();
 });
 
-test('a job whose answer did not come, or broke off, is the same job when it is submitted again', async () => {
+test('a job whose answer was lost is submitted again under the same request ID', async () => {
   const asked = answering(
     () => Promise.reject(new TypeError('no connection')),
     () => new Response('{"id": "7'),
@@ -38,7 +38,7 @@ test('a job whose answer did not come, or broke off, is the same job when it is 
   expect(asked[3]).not.toBe(asked[0]);
 });
 
-test('another job is another one', async () => {
+test('another job has another request ID', async () => {
   const asked = answering(() => Promise.reject(new TypeError('no connection')), stored(1));
   const submitter = new Submitter();
   await expect(submitter.submit(box)).rejects.toThrow();
@@ -46,7 +46,7 @@ test('another job is another one', async () => {
   expect(asked[1]).not.toBe(asked[0]);
 });
 
-test('a job that ends with the page names it, always the same', async () => {
+test('jobs that end with the page carry the same page ID', async () => {
   const paths: string[] = [];
   vi.stubGlobal('fetch', async (path: string) => {
     paths.push(path);

@@ -1,7 +1,7 @@
 import {expect, test} from 'vitest';
 import {begun, edited, kMostEdits, redone, settled, undone} from '../src/model/undo';
 
-test('edits are taken back and made again, in their order', () => {
+test('undo and redo follow the order of the edits', () => {
   let edits = edited(edited(begun(1), 2, ''), 3, '');
   edits = undone(edits);
   expect(edits.now).toBe(2);
@@ -11,7 +11,7 @@ test('edits are taken back and made again, in their order', () => {
   expect(redone(redone(redone(edits))).now).toBe(3);
 });
 
-test('what goes on as one edit is taken back at once', () => {
+test('one undo takes back all steps of a continuous edit', () => {
   let edits = edited(edited(edited(begun(1), 2, 'camera'), 3, 'camera'), 4, 'lamp');
   expect(undone(edits).now).toBe(3);
   expect(undone(undone(edits)).now).toBe(1);
@@ -19,7 +19,7 @@ test('what goes on as one edit is taken back at once', () => {
   expect(undone(edits).now).toBe(4);
 });
 
-test('a new edit forgets what was taken back, and old ones are forgotten', () => {
+test('a new edit clears redo, and the oldest edits are dropped', () => {
   expect(redone(edited(undone(edited(begun(1), 2, '')), 9, '')).now).toBe(9);
   let edits = begun(0);
   for (let i = 1; i <= 2 * kMostEdits; ++i) {

@@ -48,7 +48,7 @@ SKIPPED = [
 # until the last is number N.
 BEFORE = [
     ("README.md", "lightmill submit *", "jobs_up_to 6 --spp 1"),
-    ("README.md", "lightmill-worker *", "cp certs/ca.pem ."),
+    ("README.md", "lightmill-worker --server *", "cp certs/ca.pem ."),
     ("docs/guide/browser.md", "lightmill-server *--tls-cert*", "lightmill certs init certs\nlightmill certs server certs FARM"),
     ("docs/guide/lab.md", "lightmill show *", "jobs_up_to 1 --spp 1"),
     ("docs/guide/render.md", "lightmill submit *", "jobs_up_to 6 --spp 1"),

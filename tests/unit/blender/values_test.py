@@ -34,7 +34,7 @@ def to_document(v):
 
 
 class Lights(unittest.TestCase):
-    def test_a_lamp_of_p_watts_has_p_over_4_pi_per_steradian(self):
+    def test_a_light_of_p_watts_has_p_over_4_pi_per_steradian(self):
         made = light("POINT", Matrix.Translation((1, 2, 3)), energy=100, color=(1, 0.5, 0.25), shadow_soft_size=0.2)
         np.testing.assert_allclose(made["point"]["intensity"]["rgb"], np.array((1, 0.5, 0.25)) * 100 / (4 * math.pi), rtol=1e-6)
         np.testing.assert_allclose(made["point"]["position"], to_document((1, 2, 3)), atol=1e-6)

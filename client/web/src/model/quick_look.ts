@@ -1,7 +1,7 @@
-/** The quick look during editing: renders the newest wish, with at most one job at a time, and none once it is closed. Pure. */
+/** The quick look during editing: renders the newest request, with at most one job at a time, and none once it is closed. Pure. */
 
-export interface QuickJobs<Wish> {
-  submit(wish: Wish): Promise<bigint>;
+export interface QuickJobs<Request> {
+  submit(request: Request): Promise<bigint>;
   /** Cancels and deletes a job in any state. */
   discard(job: bigint): Promise<void>;
 }
@@ -12,8 +12,8 @@ export interface QuickListener {
   onFailure(message: string): void;
 }
 
-export class QuickLook<Wish> {
-  private waiting: Wish | undefined;
+export class QuickLook<Request> {
+  private waiting: Request | undefined;
   private job: bigint | undefined;
   /** Jobs that could not be deleted yet. */
   private readonly left = new Set<bigint>();
@@ -21,14 +21,14 @@ export class QuickLook<Wish> {
   private closed = false;
 
   constructor(
-    private readonly jobs: QuickJobs<Wish>,
+    private readonly jobs: QuickJobs<Request>,
     private readonly listener: QuickListener,
   ) {}
 
-  /** Sets what to render. An older wish that waits is dropped. */
-  want(wish: Wish): void {
+  /** Sets what to render. An older request that waits is dropped. */
+  want(request: Request): void {
     if (!this.closed) {
-      this.waiting = wish;
+      this.waiting = request;
       this.busy ??= this.work();
     }
   }
@@ -53,14 +53,14 @@ export class QuickLook<Wish> {
   }
 
   private async work(): Promise<void> {
-    // Several wishes in the same turn count as one.
+    // Several requests in the same turn count as one.
     await Promise.resolve();
     while (this.waiting !== undefined) {
-      const wish = this.waiting;
+      const request = this.waiting;
       this.waiting = undefined;
       try {
         await this.discard().catch(() => undefined);
-        this.job = await this.jobs.submit(wish);
+        this.job = await this.jobs.submit(request);
         this.listener.onFailure('');
         this.listener.onJob(this.job);
       } catch (error) {

@@ -80,11 +80,11 @@ export function useEditor(id: bigint, editing: boolean): {editor: Editor | undef
   const version = greeting?.rendererVersion;
   // Name and goal do not change the picture.
   const {width, height, seed, priority} = draft?.form ?? {};
-  const wish = useMemo(
+  const request = useMemo(
     () => (spec && draft && version && !faultOf({...draft.form, samples: 1}) ? quickSpec(spec, draft.scene, draft.form, version, id, quick) : undefined),
     [spec, draft?.scene, width, height, seed, priority, version, quick],
   );
-  const {film, failure: noPicture} = useQuickLook(wish);
+  const {film, failure: noPicture} = useQuickLook(request);
   if (!spec || !edits) {
     return {editor: undefined, failure};
   }

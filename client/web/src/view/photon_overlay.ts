@@ -29,7 +29,7 @@ export function usePhotonOverlay(id: bigint, photons: Photons): {film: Film | un
     };
   }, [id, wanted]);
   const version = greeting?.rendererVersion;
-  const wish = useMemo(() => (spec && version && photons !== 'none' ? photonMapSpec(spec, photons, version, id) : undefined), [spec, version, photons, id]);
-  const {film, failure: notRendered} = useQuickLook(wish);
+  const request = useMemo(() => (spec && version && photons !== 'none' ? photonMapSpec(spec, photons, version, id) : undefined), [spec, version, photons, id]);
+  const {film, failure: notRendered} = useQuickLook(request);
   return {film, failure: failure || notRendered};
 }

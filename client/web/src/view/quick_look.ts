@@ -84,12 +84,12 @@ class LivePreview {
   }
 }
 
-/** The picture of the newest wish that has one, and why a newer wish has none. None while `wish` is undefined. */
-export function useQuickLook(wish: JobSpec | undefined): {film: Film | undefined; failure: string} {
+/** The picture of the newest request that has one, and why a newer request has none. None while `request` is undefined. */
+export function useQuickLook(request: JobSpec | undefined): {film: Film | undefined; failure: string} {
   const [film, setFilm] = useState<Film>();
   const [failure, setFailure] = useState('');
   const look = useRef<LivePreview>();
-  const wanted = wish !== undefined;
+  const wanted = request !== undefined;
   useEffect(() => {
     if (!wanted) {
       return;
@@ -103,9 +103,9 @@ export function useQuickLook(wish: JobSpec | undefined): {film: Film | undefined
     };
   }, [wanted]);
   useEffect(() => {
-    if (wish) {
-      look.current?.look.want(wish);
+    if (request) {
+      look.current?.look.want(request);
     }
-  }, [wish]);
+  }, [request]);
   return {film, failure};
 }
