@@ -244,7 +244,7 @@ class SlurmTest(unittest.TestCase):
         wait_until("it is queued again", lambda: self.coordinators_restarts() == before + 1, 180)
         self.set_coordinators_time("UNLIMITED")
         wait_until("it is started again", self.farm.answers, 180)
-        self.assertIn("the job's time is up: it is queued again", self.farm.coordinator_log(self.coordinator))
+        self.assertIn("the time limit is reached: the job is requeued", self.farm.coordinator_log(self.coordinator))
         self.expect_quiet_film(job, 10, 4000)
         self.assertEqual(sorted(self.farm.workers()), workers)
 
