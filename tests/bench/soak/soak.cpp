@@ -128,9 +128,10 @@ class Soak {
     for (const auto& [name, trend] : watch_.trends()) {
       fmt::print("| {} | {:.0f} | {:.0f} ({:.0f}) | {:.0f} | {} |\n", name, trend.seconds,
                  fmt::join(trend.memory_mib, ", "), trend.most_mib, fmt::join(trend.descriptors, ", "),
-                 !trend.judged() ? "too short to judge"
-                 : trend.flat()  ? "flat"
-                                 : "grows");
+                 !trend.judged()                         ? "too short to judge"
+                 : !trend.flat()                         ? "grows"
+                 : trend.seconds < Trend::kSecondsToFill ? "descriptors flat, too short to judge memory"
+                                                         : "flat");
       flat = flat && (!trend.judged() || trend.flat());
     }
     std::vector<std::string> wrong = wrong_;

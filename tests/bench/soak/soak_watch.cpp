@@ -57,9 +57,6 @@ std::map<std::string, Trend> ProcessWatch::trends() const {
         descriptors.push_back(longest.samples[i].descriptors);
         trend.most_mib = std::max(trend.most_mib, longest.samples[i].memory_mib);
       }
-      if (part < 2) {
-        trend.most_before_mib = trend.most_mib;
-      }
       trend.memory_mib[part] = lowest_tenth(std::move(memory));
       trend.descriptors[part] = lowest_tenth(std::move(descriptors));
     }

@@ -3,7 +3,6 @@
 
 #include <sys/types.h>
 
-#include <algorithm>
 #include <array>
 #include <map>
 #include <string>
@@ -18,16 +17,15 @@ struct Trend {
   std::array<double, 3> memory_mib{};   ///< resident
   std::array<double, 3> descriptors{};  ///< open files and sockets
   double most_mib = 0;                  ///< resident, at any moment
-  double most_before_mib = 0;           ///< resident, at any moment of the first two thirds
   /// Lives below kLeastSeconds are too short to judge.
   bool judged() const { return seconds >= kLeastSeconds; }
-  /// At most a tenth and 16 MiB more memory in the last third than in the middle one, and four more descriptors. One job
-  /// can fill the last third of a short life, so there the memory may also be below the highest use before.
+  /// At most four more descriptors in the last third than in the middle one, and a tenth and 16 MiB more memory. The
+  /// memory of shorter lives than kSecondsToFill does not count: workers are still filling their caches of scenes.
   bool flat() const {
-    const double most = std::max(1.1 * memory_mib[1] + 16, seconds < kLongSeconds ? most_before_mib : 0);
-    return memory_mib[2] <= most && descriptors[2] <= descriptors[1] + 4;
+    const bool is_full = seconds >= kSecondsToFill;
+    return (!is_full || memory_mib[2] <= 1.1 * memory_mib[1] + 16) && descriptors[2] <= descriptors[1] + 4;
   }
-  static constexpr double kLeastSeconds = 240, kLongSeconds = 1800;
+  static constexpr double kLeastSeconds = 240, kSecondsToFill = 1800;
 };
 
 class ProcessWatch {
