@@ -12,6 +12,7 @@
 #include "common/base/openjd.h"
 #include "common/base/text.h"
 #include "common/base/text_width.h"
+#include "common/command_line/usage_errors.h"
 
 namespace lightmill::cli {
 namespace {
@@ -20,24 +21,10 @@ constexpr int kDefaultColumns = 80;
 /// Narrower terminals break lines themselves.
 constexpr int kLeastWrappedColumns = 20;
 
-/// The text, broken between words to fit the stream's terminal. Unchanged without one. Lines with a word that is wider
-/// than the terminal are unchanged too, because people copy addresses and tokens.
+/// The text, wrapped to the stream's terminal. Unchanged without one.
 std::string wrapped(std::FILE* stream, std::string_view text) {
   const int columns = terminal_columns(::fileno(stream));
-  if (columns < kLeastWrappedColumns) {
-    return std::string(text);
-  }
-  std::string lines;
-  for (;;) {
-    const std::string_view line = text.substr(0, text.find('\n'));
-    const bool kept = columns_of(line) <= columns || widest_word(line) > columns;
-    lines += kept ? std::string(line) : fmt::format("{}", fmt::join(wrap_to_columns(line, columns), "\n"));
-    if (line.size() == text.size()) {
-      return lines;
-    }
-    lines += '\n';
-    text.remove_prefix(line.size() + 1);
-  }
+  return columns < kLeastWrappedColumns ? std::string(text) : wrap_lines(text, columns);
 }
 
 /// Returns 0 or the errno of the failed call.
@@ -121,7 +108,10 @@ void Console::object(const nlohmann::json& object) const {
 
 void Console::notice(std::string_view line) const {
   const MutexLock lock(mutex_);
-  end_redrawn();
+  if (redrawn_) {  // the line is drawn again below the notice
+    std::fputs("\r\x1b[K", stderr);
+    redrawn_ = false;
+  }
   write_line(stderr, wrapped(stderr, printable(line, true)));
 }
 
@@ -161,8 +151,7 @@ ExitCode Console::fail(const Status& status, nlohmann::json object) const {
   if (openjd_) {
     write_result(openjd_fail(message_of(status)));
   }
-  const std::string text = wrapped(stderr, "lightmill: " + printable(message_of(status), true));
-  write_line(stderr, fmt::format("{}{}{}", color_ ? "\x1b[31m" : "", text, color_ ? "\x1b[0m" : ""));
+  write_line(stderr, error_for_terminal("lightmill: " + printable(message_of(status), true)));
   return code;
 }
 

@@ -23,4 +23,11 @@ std::string cut_to_columns(std::string_view text, int columns);
 /// longer than a line. At least one line.
 std::vector<std::string> wrap_to_columns(std::string_view text, int columns);
 
+/// The same for sentences. Longer words stay whole, because people copy addresses and tokens. No line ends inside a
+/// `command` or the beginning of a (default: value), if that fits a line.
+std::vector<std::string> wrap_sentences(std::string_view text, int columns);
+
+/// Each line of the text wrapped in the same way.
+std::string wrap_lines(std::string_view text, int columns);
+
 }  // namespace lightmill

@@ -1,14 +1,21 @@
 #include "common/command_line/usage_errors.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <iterator>
 #include <numeric>
 
+#include "common/base/text_width.h"
 #include "common/command_line/command_tree.h"
 
 namespace lightmill {
 namespace {
+
+/// Narrower terminals break lines themselves.
+constexpr int kLeastWrappedColumns = 20;
 
 /// The number of letters to insert, remove, replace or swap with their neighbour to turn `a` into `b` (optimal string
 /// alignment).
@@ -34,6 +41,29 @@ const CLI::App& command_read(const CLI::App& app) {
   return below.empty() ? app : command_read(*below.front());
 }
 
+std::vector<std::string> commands_below(const CommandDoc& command) {
+  std::vector<std::string> names;
+  std::ranges::transform(command.commands, std::back_inserter(names), &CommandDoc::name);
+  return names;
+}
+
+/// The parser's text for what is missing, in our words.
+std::string missing_text(const CLI::App& read, const std::string& text) {
+  constexpr std::string_view kOneOf = "At least 1 option from [", kRequired = " is required";
+  if (!text.ends_with(kRequired)) {
+    return text;
+  }
+  const std::string what = text.substr(0, text.size() - kRequired.size());
+  if (what == "A subcommand") {
+    return fmt::format("a command is missing. Commands: {}", fmt::join(commands_below(command_of(read)), ", "));
+  }
+  return what.starts_with(kOneOf)
+             ? fmt::format("one of {} must be given",
+                           CLI::detail::find_and_replace(what.substr(kOneOf.size(), what.size() - kOneOf.size() - 1),
+                                                         ",", ", "))
+             : what + " must be given";
+}
+
 /// The error for the first word that was left over.
 std::string unknown_word(const CLI::App& app, std::string_view left_over) {
   const std::string word(left_over.substr(0, left_over.find('=')));
@@ -42,10 +72,7 @@ std::string unknown_word(const CLI::App& app, std::string_view left_over) {
     if (command.commands.empty()) {
       return fmt::format("unexpected argument '{}'", word);
     }
-    std::vector<std::string> names;
-    for (const CommandDoc& below : command.commands) {
-      names.push_back(below.name());
-    }
+    const std::vector<std::string> names = commands_below(command);
     const std::string near = did_you_mean(word, names);
     return fmt::format("unknown command '{}'{}", word,
                        near.empty() ? fmt::format(". Commands: {}", fmt::join(names, ", ")) : near);
@@ -71,6 +98,23 @@ std::string did_you_mean(std::string_view word, const std::vector<std::string>& 
   return nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest);
 }
 
+std::string words_read(const CLI::App& app) {
+  return command_of(command_read(app)).words();
+}
+
+std::string error_for_terminal(std::string_view text) {
+  const int columns = terminal_columns(STDERR_FILENO);
+  if (columns < kLeastWrappedColumns) {
+    return std::string(text);
+  }
+  const auto set = [](const char* variable) {
+    const char* const value = std::getenv(variable);
+    return std::string_view(value == nullptr ? "" : value);
+  };
+  const bool color = set("NO_COLOR").empty() && !set("TERM").empty() && set("TERM") != "dumb";
+  return fmt::format("{}{}{}", color ? "\x1b[31m" : "", wrap_lines(text, columns), color ? "\x1b[0m" : "");
+}
+
 std::string usage_error_text(const CLI::App& app, const CLI::ParseError& error) {
   const std::string text = error.what();
   const CLI::App& read = command_read(app);
@@ -81,7 +125,7 @@ std::string usage_error_text(const CLI::App& app, const CLI::ParseError& error) 
   }
   // CLI11's text for an option that is given twice is about counts.
   const std::size_t twice = text.find(": At Most 1 required");
-  return twice == std::string::npos ? text : text.substr(0, twice) + " is given more than once";
+  return twice == std::string::npos ? missing_text(read, text) : text.substr(0, twice) + " is given more than once";
 }
 
 }  // namespace lightmill

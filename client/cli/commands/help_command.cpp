@@ -43,6 +43,7 @@ std::string topics_text() {
   for (const HelpTopic& topic : help_topics()) {
     text += fmt::format("  {:<10}  {}\n", topic.name, topic.about);
   }
+  text.pop_back();  // the final line feed
   return text;
 }
 

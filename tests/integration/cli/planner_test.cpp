@@ -47,7 +47,7 @@ TEST_F(CheckTest, AutoFindsAMethodForEveryIncludedScene) {
 
 TEST_F(CheckTest, ReasonsNameTheObstacle) {
   const std::string text = lightmill({"check", kGlassUnderABulb}).out;
-  for (const char* part : {"method path", "the point light 'bulb'", "glass", "auto chooses", "compiled in"}) {
+  for (const char* part : {"method path", "the point light 'bulb'", "glass", "auto chooses", "features"}) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   }
 }
