@@ -49,7 +49,8 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
   std::vector<std::vector<std::string>> rows{
       {"job", fmt::format("{}  {}", job.id(), job.name())},
       {"state", state_name(job.state()) + (says_more ? ": " + job.reason() : "")},
-      {"owner", fmt::format("{} on {}, {}", job.owner(), job.host(), human_date(job.submitted_unix_ms()))},
+      {"owner", fmt::format("{} on {}", job.owner(), job.host())},
+      {"submitted", human_date(job.submitted_unix_ms())},
       {"picture",
        fmt::format(
            "{}x{}{}", job.width(), job.height(),
@@ -57,8 +58,9 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
       {"method", fmt::format("{}{}, seed {}", method_name(job), how_chosen(job), job.seed())},
       {"goal", goal_text(job.goal())},
       {"priority", std::to_string(job.priority())},
-      {"samples", fmt::format("{} per pixel, {} in all", range_text(job.min_tile_samples(), job.max_tile_samples()),
-                              human_count(static_cast<double>(job.samples_done())))},
+      {"samples",
+       fmt::format("{} per pixel, {} samples in all", range_text(job.min_tile_samples(), job.max_tile_samples()),
+                   human_count(static_cast<double>(job.samples_done())))},
       {"rendering", human_seconds(job.active_seconds())},
       {"worker time", human_seconds(job.worker_seconds()) + " over all threads"},
       {"audits", verification_text(job)},

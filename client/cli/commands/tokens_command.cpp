@@ -123,11 +123,11 @@ Status list(CoordinatorClient& connection, const Console& console) {
       ending.push_back(token.name());
     }
     rows.push_back(
-        {token.id(), token.name(), names_of(roles) + uses, human_date(1000 * token.made_unix_s()),
+        {token.id(), token.name(), names_of(roles) + uses, human_day(1000 * token.made_unix_s()),
          !token.enrolled_by().empty() ? "token " + token.enrolled_by()
          : token.made_by().empty()    ? "-"
                                       : token.made_by(),
-         human_date(1000 * token.until_unix_s()) + (token.until_unix_s() <= now_unix_s() ? " (expired)" : "")});
+         human_day(1000 * token.until_unix_s()) + (token.until_unix_s() <= now_unix_s() ? " (expired)" : "")});
   }
   console.object(json{{"tokens", objects}});
   if (tokens.empty()) {

@@ -11,6 +11,7 @@
 #include "client/cli/job_json.h"
 #include "client/cli/progress.h"
 #include "client/cli/screen.h"
+#include "client/cli/table.h"
 #include "client/cli/top_view.h"
 #include "client/cli/units.h"
 #include "common/base/text.h"
@@ -109,7 +110,7 @@ void follow_farm(CoordinatorClient& connection, TopSnapshot snapshot, Duration i
       }
     }
     if (const Screen::Size size = Screen::size(); shown != size) {
-      Screen::show(top_lines(snapshot, size.columns, size.rows));
+      Screen::show(top_lines(snapshot, size.columns, size.rows, colors_wanted()));
       shown = size;
     }
   } while (!screen.quit_requested(kTick));
