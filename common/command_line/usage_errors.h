@@ -8,9 +8,6 @@
 
 namespace lightmill {
 
-/// "; did you mean 'watch'?", with the nearest word. Empty if none is near.
-std::string did_you_mean(std::string_view word, const std::vector<std::string>& words);
-
 /// The text as an error on standard error: in a terminal wrapped to it, and red unless NO_COLOR is set.
 std::string error_for_terminal(std::string_view text);
 

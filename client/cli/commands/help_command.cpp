@@ -3,8 +3,8 @@
 
 #include "client/cli/context.h"
 #include "client/cli/help_topics.h"
+#include "common/base/suggestion.h"
 #include "common/command_line/help_page.h"
-#include "common/command_line/usage_errors.h"
 
 namespace lightmill::cli {
 namespace {

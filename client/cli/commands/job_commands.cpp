@@ -9,7 +9,7 @@
 #include "client/cli/progress.h"
 #include "client/cli/table.h"
 #include "client/cli/units.h"
-#include "common/command_line/usage_errors.h"
+#include "common/base/suggestion.h"
 #include "common/film/sample_range.h"
 #include "common/wire/farm_messages.h"
 
@@ -67,8 +67,7 @@ Result<JobState> parse_state(std::string_view text) {
       return state;
     }
   }
-  const std::string near = did_you_mean(text, names);
-  return invalid_argument("unknown state '{}'{} Known: {}", text, near.empty() ? "." : near, fmt::join(names, ", "));
+  return invalid_argument("{}", unknown_text("state", text, names));
 }
 
 struct ListOptions {

@@ -344,7 +344,8 @@ TEST_F(CliTest, InvalidLayersAreRefusedAtOnce) {
     EXPECT_EQ(result.exit_code, 2);
     return result.err;
   };
-  EXPECT_NE(error({"render", balls, "-o", file("a.exr"), "--layers", "depht"}).find("unknown layer \"depht\""),
+  EXPECT_NE(error({"render", balls, "-o", file("a.exr"), "--layers", "depht"})
+                .find("unknown layer 'depht'; did you mean 'depth'?"),
             std::string::npos);
   EXPECT_NE(error({"render", balls, "-o", file("a.exr"), "--method", "preview", "--layers", "direct"})
                 .find("method preview has no layer \"direct\""),

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/base/suggestion.h"
 #include "common/base/text_width.h"
 #include "common/command_line/usage_errors.h"
 
@@ -201,6 +202,13 @@ TEST(UsageErrors, NameTheNearestWord) {
   EXPECT_EQ(Mill().error_of({"grind"}), "GRAIN must be given");
   EXPECT_EQ(Mill().error_of({}), "a command is missing. Commands: grind, grow, halt");
   EXPECT_EQ(did_you_mean("abc", {"xyz", "abd", "abcd"}), "; did you mean 'abd'?");
+}
+
+TEST(UsageErrors, NameTheKnownWords) {
+  const std::vector<std::string> states{"queued", "running"};
+  EXPECT_EQ(unknown_text("state", "runnin", states),
+            "unknown state 'runnin'; did you mean 'running'? Known states: queued, running");
+  EXPECT_EQ(unknown_text("state", "o\x1b[m", states), "unknown state 'o\\x1b[m'. Known states: queued, running");
 }
 
 }  // namespace
