@@ -45,7 +45,7 @@ Status list_workers(CoordinatorClient& connection, const Console& console, const
   }
   for (const v1::Worker& worker : workers) {
     if (!worker.quarantine().empty()) {
-      console.notice(fmt::format("{} is in quarantine: {}; release it with `lightmill workers release {}{}`",
+      console.notice(fmt::format("{} is in quarantine ({}). End it with `lightmill workers release {}{}`",
                                  worker.name(), worker.quarantine(), worker.name(), common.server_words()));
     }
   }
