@@ -204,6 +204,7 @@ TEST_F(SecureCliTest, TokensAreCreatedListedAndRevoked) {
   const CommandResult shown = lightmill(as("root", {"tokens", "create", "dora", "--out", file("dora")}));
   EXPECT_EQ(shown.exit_code, 0) << shown.err;
   EXPECT_FALSE(says(shown.out + shown.err, "lightmill_")) << "it is in the file alone";
+  EXPECT_TRUE(says(shown.err, "It belongs to 'dora' (roles: view, submit)")) << shown.err;
   EXPECT_TRUE(says(failure(as("root", {"tokens", "create", "dora", "--out", file("dora")})),
                    file("dora") + " exists already: give another file with --out, or move it away first"));
   const CommandResult soon = lightmill(as("root", {"tokens"}));
