@@ -18,13 +18,10 @@ namespace lightmill::cli {
 namespace {
 
 constexpr int kDefaultColumns = 80;
-/// Narrower terminals break lines themselves.
-constexpr int kLeastWrappedColumns = 20;
 
 /// The text, wrapped to the stream's terminal. Unchanged without one.
 std::string wrapped(std::FILE* stream, std::string_view text) {
-  const int columns = terminal_columns(::fileno(stream));
-  return columns < kLeastWrappedColumns ? std::string(text) : wrap_lines(text, columns);
+  return wrap_lines(text, terminal_columns(::fileno(stream)));
 }
 
 /// Returns 0 or the errno of the failed call.
@@ -75,8 +72,7 @@ Status as_output_error(const Status& status) {
 Console::Console(bool json, bool openjd) : json_(json), openjd_(openjd) {
   const char* term = std::getenv("TERM");
   terminal_ = !json && ::isatty(STDERR_FILENO) == 1 && term != nullptr && std::string_view(term) != "dumb";
-  const char* no_color = std::getenv("NO_COLOR");
-  color_ = terminal_ && (no_color == nullptr || *no_color == '\0');
+  color_ = terminal_ && colors_wanted();
 }
 
 int Console::width() const {

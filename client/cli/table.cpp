@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
 
 #include "common/base/text.h"
 #include "common/base/text_width.h"
@@ -163,6 +162,15 @@ std::size_t columns_shown(const std::vector<Widths>& widths, int width) {
   return columns;
 }
 
+/// The columns of standard output's terminal; 0: none.
+int output_columns() {
+  return terminal_columns(STDOUT_FILENO);
+}
+
+Coloring coloring_of_output(const Coloring& coloring) {
+  return output_columns() > 0 && colors_wanted() ? coloring : Coloring();
+}
+
 }  // namespace
 
 std::vector<std::string> format_table(Rows rows, int width, const Coloring& coloring) {
@@ -212,24 +220,6 @@ std::string hidden_columns(Rows rows, int width) {
   return fmt::format("hidden: {} (needs {} columns)",
                      fmt::join(rows.front().begin() + static_cast<std::ptrdiff_t>(shown), rows.front().end(), ", "),
                      least_width(widths, widths.size()));
-}
-
-namespace {
-
-/// The columns of standard output's terminal; 0: none.
-int output_columns() {
-  return terminal_columns(STDOUT_FILENO);
-}
-
-Coloring coloring_of_output(const Coloring& coloring) {
-  return output_columns() > 0 && colors_wanted() ? coloring : Coloring();
-}
-
-}  // namespace
-
-bool colors_wanted() {
-  const char* const no_color = std::getenv("NO_COLOR");
-  return no_color == nullptr || *no_color == '\0';
 }
 
 void print_table(const Console& console, const Rows& rows, const Coloring& coloring) {

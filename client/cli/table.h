@@ -31,10 +31,7 @@ std::vector<std::string> format_table_in_lines(Rows rows, int width, const Color
 /// "hidden: SAMPLES, OWNER (needs 96 columns)", the columns that format_table_in_lines leaves out. Empty if none.
 std::string hidden_columns(Rows rows, int width);
 
-/// Whether NO_COLOR is not set.
-bool colors_wanted();
-
-/// Prints rows for people. In a terminal they are fitted to it, and coloured unless NO_COLOR is set.
+/// Prints rows for people. In a terminal they are fitted to it, and coloured if colors_wanted.
 void print_table(const Console& console, const Rows& rows, const Coloring& coloring = {});
 
 /// The same with a line for each row. A notice names columns that do not fit the terminal.

@@ -7,9 +7,12 @@
 
 #include <algorithm>
 #include <clocale>
+#include <cstdlib>
 
 namespace lightmill {
 namespace {
+
+constexpr int kLeastWrappedColumns = 20;
 
 /// The C library's tables for Unicode, whatever locale the user has. Without them (a system that lacks C.UTF-8) each
 /// character counts as one column.
@@ -49,6 +52,11 @@ Cell first_cell(std::string_view text) {
     first.columns = columns < 0 ? 1 : columns;  // a character newer than the tables
   }
   return first;
+}
+
+std::string_view variable(const char* name) {
+  const char* const value = std::getenv(name);
+  return value == nullptr ? "" : value;
 }
 
 /// The end of the first word of a sentence: a word, a command in backticks, or the beginning of a default.
@@ -102,6 +110,10 @@ int terminal_columns(int descriptor) {
   return ::isatty(descriptor) == 1 && ::ioctl(descriptor, TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
 }
 
+bool colors_wanted() {
+  return variable("NO_COLOR").empty() && !variable("TERM").empty() && variable("TERM") != "dumb";
+}
+
 int columns_of(std::string_view text) {
   const UnicodeTables tables;
   int columns = 0;
@@ -150,6 +162,9 @@ std::vector<std::string> wrap_sentences(std::string_view text, int columns) {
 }
 
 std::string wrap_lines(std::string_view text, int columns) {
+  if (columns < kLeastWrappedColumns) {
+    return std::string(text);
+  }
   std::string lines;
   for (;;) {
     const std::string_view line = text.substr(0, text.find('\n'));

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <iterator>
 
 #include "common/base/suggestion.h"
@@ -13,9 +12,6 @@
 
 namespace lightmill {
 namespace {
-
-/// Narrower terminals break lines themselves.
-constexpr int kLeastWrappedColumns = 20;
 
 /// The command whose words were read.
 const CLI::App& command_read(const CLI::App& app) {
@@ -74,15 +70,8 @@ std::string words_read(const CLI::App& app) {
 
 std::string error_for_terminal(std::string_view text) {
   const int columns = terminal_columns(STDERR_FILENO);
-  if (columns < kLeastWrappedColumns) {
-    return std::string(text);
-  }
-  const auto set = [](const char* variable) {
-    const char* const value = std::getenv(variable);
-    return std::string_view(value == nullptr ? "" : value);
-  };
-  const bool color = set("NO_COLOR").empty() && !set("TERM").empty() && set("TERM") != "dumb";
-  return fmt::format("{}{}{}", color ? "\x1b[31m" : "", wrap_lines(text, columns), color ? "\x1b[0m" : "");
+  const std::string lines = wrap_lines(text, columns);
+  return columns > 0 && colors_wanted() ? fmt::format("\x1b[31m{}\x1b[0m", lines) : lines;
 }
 
 std::string usage_error_text(const CLI::App& app, const CLI::ParseError& error) {

@@ -8,7 +8,7 @@
 
 namespace lightmill {
 
-/// The text as an error on standard error: in a terminal wrapped to it, and red unless NO_COLOR is set.
+/// The text as an error on standard error: in a terminal wrapped to it, and red if colors_wanted.
 std::string error_for_terminal(std::string_view text);
 
 /// The command whose words were read: "lightmill workers drain".

@@ -11,7 +11,6 @@
 #include "client/cli/job_json.h"
 #include "client/cli/progress.h"
 #include "client/cli/screen.h"
-#include "client/cli/table.h"
 #include "client/cli/top_view.h"
 #include "client/cli/units.h"
 #include "common/base/text.h"

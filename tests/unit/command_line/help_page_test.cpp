@@ -143,8 +143,9 @@ TEST(HelpPage, LinesEndOutsideCommandsAndDefaults) {
 }
 
 TEST(HelpPage, AWordThatIsLongerThanALineStaysWhole) {
-  EXPECT_EQ(wrap_lines("the token is\nlightmill-0123456789 and two  words", 16),
-            "the token is\nlightmill-0123456789\nand two  words");
+  EXPECT_EQ(wrap_lines("the token is\nlightmill-0123456789abcdef and two  words", 20),
+            "the token is\nlightmill-0123456789abcdef\nand two  words");
+  EXPECT_EQ(wrap_lines("the token is a word", 16), "the token is a word") << "too narrow to wrap";
 }
 
 TEST(HelpPage, AnExampleIsNotBrokenBetweenAnOptionAndItsValue) {
