@@ -159,8 +159,7 @@ std::string mixed_text(const v1::Job& job) {
     return "";
   }
   return "mixed: workers of every fingerprint class may render it. If they round differently, its bits cannot be "
-         "reproduced. Results are audited only within a class, and `lightmill verify` can only check that the file "
-         "is unchanged";
+         "reproduced (`lightmill help audits`)";
 }
 
 std::string method_name(const v1::Job& job) {
