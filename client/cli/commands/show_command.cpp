@@ -1,5 +1,6 @@
 // lightmill show JOB
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "client/chart/chart.h"
 #include "client/cli/context.h"
@@ -76,8 +77,9 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
   if (!film.picture.layers.empty()) {
     rows.push_back({"layers", fmt::format("{}", fmt::join(layer_names(film.picture), ", "))});
   }
+  std::string head = job.method_notes().candidates().empty() ? "chosen" : "candidates";
   for (const std::string& reason : job.method_notes().reasons()) {
-    rows.push_back({job.method_notes().candidates().empty() ? "chosen" : "candidates", reason});
+    rows.push_back({std::exchange(head, ""), reason});
   }
   for (const std::string& notice : job.method_notes().notices()) {
     rows.push_back({"note", notice});

@@ -173,6 +173,9 @@ TEST_F(FarmCliTest, APilotPicksTheSameMethodWhateverIsKilledMeanwhile) {
   EXPECT_NE(quiet["method"], "auto");
   EXPECT_EQ(quiet["method_chosen"], true);
   ASSERT_EQ(quiet["method_reasons"].size(), 2u) << quiet;
+  const std::string chosen = lightmill({"show", quiet_id, "--server", server()}).out;
+  EXPECT_NE(chosen.find("\nchosen "), std::string::npos) << chosen;
+  EXPECT_EQ(chosen.find("\nchosen "), chosen.rfind("\nchosen ")) << chosen;
   workers_.clear();  // the worker ends
 
   const std::string id = submit_job();
