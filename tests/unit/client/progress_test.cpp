@@ -110,10 +110,10 @@ TEST(Progress, ALineEndsWithoutBlanks) {
 TEST(Progress, EachReasonForAMethodHasALine) {
   v1::Job job = running_job();
   job.set_method("caustic");
-  job.mutable_method_notes()->add_reasons("path and caustic find all of the light");
+  job.mutable_method_notes()->add_reasons("path and caustic find all light");
   job.mutable_method_notes()->add_reasons("caustic has less noise");
-  EXPECT_EQ(method_lines(job), (std::vector<std::string>{"method caustic: path and caustic find all of the light",
-                                                         "  caustic has less noise"}));
+  EXPECT_EQ(method_lines(job),
+            (std::vector<std::string>{"method caustic: path and caustic find all light", "  caustic has less noise"}));
 }
 
 TEST(Progress, ColourIsUsedOnlyOnRequest) {
