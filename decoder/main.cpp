@@ -88,7 +88,7 @@ int run(int argc, char** argv) {
   int type = 0;
   socklen_t size = sizeof(type);
   if (::getsockopt(kAsker, SOL_SOCKET, SO_TYPE, &type, &size) != 0 || type != SOCK_SEQPACKET) {
-    std::cerr << "lightmill-image-decoder: lightmill and lightmill-worker start this program to decode images\n";
+    std::cerr << "lightmill-image-decoder: decodes images for lightmill and lightmill-worker,\nwhich start it\n";
     return 2;
   }
   prepare_readers();

@@ -50,7 +50,7 @@ void add_access_options(CLI::App& app, ServerOptions& options) {
 void add_page_options(CLI::App& app, ServerOptions& options) {
   const char* const group = "Page";
   app.add_option("--http", options.http,
-                 "also serve the web page and the JSON API on this address, such as 127.0.0.1:7380; with --tls-cert "
+                 "also serve the web page and the JSON API on this address, such as 127.0.0.1:7380. With --tls-cert "
                  "they are encrypted and need a login")
       ->type_name("HOST:PORT")
       ->group(group);
@@ -147,19 +147,18 @@ Status check_options(const ServerOptions& options) {
 }
 
 /// Options of the coordinator and of `check`.
-void add_state_options(CLI::App& app, ServerOptions& options) {
+void add_state_options(CLI::App& app, ServerOptions& options, const char* data, const char* accept_loss) {
   app.add_option("--data", options.data,
-                 "directory of all its state; created if missing. With XDG_DATA_HOME, the default is lightmill in that "
-                 "folder. With --store, it holds only the record of the last commit, and has no default")
+                 std::string(data) +
+                     "With XDG_DATA_HOME, the default is lightmill in that folder. With --store, it "
+                     "holds only the record of the last commit, and has no default")
       ->type_name("DIR")
       ->default_str("~/.local/share/lightmill");
   app.add_option("--store", options.store,
-                 "keep all state in this PostgreSQL database instead: postgres://USER@HOST/DATABASE (a password in "
+                 "the PostgreSQL database that has all state instead: postgres://USER@HOST/DATABASE (a password in "
                  "~/.pgpass)")
       ->type_name("URL");
-  app.add_flag("--accept-loss", options.accept_loss,
-               "start even if the database has lost acknowledged commits, and continue without them; otherwise such "
-               "a database is refused");
+  app.add_flag("--accept-loss", options.accept_loss, accept_loss);
 }
 
 }  // namespace
@@ -179,7 +178,9 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
   app.set_version_flag("--version", fmt::format("lightmill-server {} ({})", LIGHTMILL_VERSION, kRendererVersion),
                        "print the version");
   add_describe_option(app, LIGHTMILL_VERSION);
-  add_state_options(app, options);
+  add_state_options(app, options, "directory of all its state; created if missing. ",
+                    "start even if the database has lost acknowledged commits, and continue without them; otherwise "
+                    "such a database is refused");
   app.add_option("--listen", options.listen, "address and port to listen on; port 0 takes a free one")
       ->type_name("HOST:PORT")
       ->capture_default_str();
@@ -189,7 +190,7 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
          "also answer health checks (grpc.health.v1) here, and nothing else, without encryption: for probes without "
          "a certificate. A standby coordinator answers too, and says that it is not ready")
       ->type_name("HOST:PORT");
-  app.add_option("--health-port-file", options.health_port_file, "write their port here once they are answered")
+  app.add_option("--health-port-file", options.health_port_file, "write the port of --health here once it answers")
       ->type_name("FILE");
   add_page_options(app, options);
   add_access_options(app, options);
@@ -207,19 +208,16 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
             "CPU time that one range of samples of a tile may take. Beyond it, samples are given out one by one. A job "
             "fails if one sample takes longer for two workers with different certificates or tokens. A worker that "
             "sends nothing for twice as long loses its work");
-  add_limit(
-      app, "--results-rate", options.results_mib, "MIB", {1.0, 1e6},
-      "limit per second of the results of all workers together. More workers get longer units, and still longer ones "
-      "while results wait long for their acknowledgement");
-  add_limit(
-      app, "--film-gib", options.film_gib, "GIB", {0.001, 1024.0},
-      "memory per job for nodes that are being rendered or wait to be joined; by default 1, or a sixteenth of the "
-      "memory that the coordinator may use")
-      ->default_str("");
+  add_limit(app, "--results-rate", options.results_mib, "MIB/S", {1.0, 1e6},
+            "limit of the results of all workers together. More workers get longer units, and still longer ones "
+            "while results wait long for their acknowledgement");
+  add_limit(app, "--film-gib", options.film_gib, "GIB", {0.001, 1024.0},
+            "memory per job for nodes that are being rendered or wait to be joined")
+      ->default_str("1, or a sixteenth of the memory that the coordinator may use");
   add_limit(app, "--films-gib", options.films_gib, "GIB", {0.001, 65536.0},
             "memory of all films. Jobs whose films exceed it are refused. The rest keeps recently used films of "
-            "ended jobs. By default half of the memory that the coordinator may use")
-      ->default_str("");
+            "ended jobs")
+      ->default_str("half of the memory that the coordinator may use");
   add_limit(app, "--max-asset-gib", options.max_asset_gib, "GIB", {0.001, 1024.0}, "size of one asset");
   add_limit(app, "--max-assets-gib", options.max_assets_gib, "GIB", {0.001, 1e6}, "disk for all assets together");
   add_limit(app, "--max-jobs", options.max_jobs, "N", {1, 1'000'000}, "stored jobs");
@@ -231,9 +229,8 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
             "autoscalers");
   add_limit(app, "--streams", options.calls.streams, "N", {1, 1'000'000},
             "asset transfers of all callers; fewer if the process may open few files");
-  add_limit(app, "--wire-gib", options.wire_gib, "GIB", {kLeastWireGib, 65536.0},
-            "memory for messages in transit; by default 4, or an eighth of the memory that the coordinator may use")
-      ->default_str("");
+  add_limit(app, "--wire-gib", options.wire_gib, "GIB", {kLeastWireGib, 65536.0}, "memory for messages in transit")
+      ->default_str("4, or an eighth of the memory that the coordinator may use");
   add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000},
             "connected workers; further ones are refused, and retry");
   add_limit(app, "--keep-days", options.keep_days, "DAYS", {0.0, 36'500.0},
@@ -246,7 +243,8 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
   add_limit(app, "--log-days", options.log_days, "DAYS", {1, 36'500},
             "entries of the farm's log are deleted after this time");
   CLI::App* const check = app.add_subcommand("check", "Check all stored data against its checksums.");
-  add_state_options(*check, options);
+  add_state_options(*check, options, "directory of all state. ",
+                    "check even if the database has lost acknowledged commits; otherwise such a database is refused");
   add_log_options(*check, options.log);
   check->footer(
       "No coordinator may be active. Damaged data is removed. The next coordinator has it rendered again, if possible."

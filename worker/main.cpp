@@ -148,23 +148,22 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
       ->type_name("HOST:PORT[,HOST:PORT]")
       ->envname(kServerVariable)
       ->capture_default_str();
-  add_limit(app, "--threads", options.threads, "N", {1, 4096},
-            "rendering threads; by default one for each processor core")
-      ->default_str("")
+  add_limit(app, "--threads", options.threads, "N", {1, 4096}, "rendering threads")
+      ->default_str("one for each processor core")
       ->group("Options");
-  app.add_option("--name", options.name,
-                 "the worker's name, unique in the farm; by default HOST-PID, with --enrol-file PID")
-      ->type_name("NAME");
+  app.add_option("--name", options.name, "the worker's name, unique in the farm")
+      ->type_name("NAME")
+      ->default_str("HOST-PID; with --enrol-file: PID");
   add_caller_options(app, options.caller);
   app.add_option(
          kEnrolFileOption, options.enrol_file,
-         "an enrolment token (lightmill tokens create NAME --enrol N): with it, the worker gets its own token, keeps "
-         "that in --state, and uses it from then on")
+         "an enrolment token (`lightmill tokens create NAME --enrol N`). With it, the worker gets a token of its "
+         "own. It keeps that in --state, and uses it from then on")
       ->type_name("FILE")
       ->envname(kEnrolFileVariable)
       ->group("Access");
   app.add_option("--state", options.state,
-                 "folder of the worker's token, with --enrol-file; each worker that shares it has a folder of its "
+                 "folder of the worker's token, with --enrol-file. Each worker that shares it has a folder of its "
                  "own in it. With XDG_STATE_HOME, the default is lightmill-worker in that folder")
       ->type_name("DIR")
       ->envname(kStateVariable)
@@ -175,10 +174,11 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
   add_limit(app, "--scenes-gib", options.scenes_gib, "GIB", {0.001, 65536.0}, "memory for compiled scenes");
   add_limit(app, "--scene-gib", options.scene_gib, "GIB", {0.001, 65536.0},
             "memory of one scene while it is compiled, by an estimate. Scenes beyond this limit or the next four "
-            "are left to other workers. By default three quarters of the memory that the worker may use")
-      ->default_str("");
+            "are left to other workers")
+      ->default_str("three quarters of the memory that the worker may use");
   add_limit(app, "--scene-triangles", options.scene_triangles, "N", {1, kMaxSceneTriangles},
-            "triangles of one scene; instances of a mesh count once");
+            "triangles of one scene; instances of a mesh count once")
+      ->default_str("200 million");
   add_limit(app, "--image-megapixels", options.image_megapixels, "N", {0.001, 256.0},
             "pixels of one decoded image, in units of 1,048,576");
   add_limit(app, "--images-gib", options.images_gib, "GIB", {0.001, 65536.0}, "all decoded images of one scene");

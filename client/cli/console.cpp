@@ -12,32 +12,16 @@
 #include "common/base/openjd.h"
 #include "common/base/text.h"
 #include "common/base/text_width.h"
+#include "common/command_line/usage_errors.h"
 
 namespace lightmill::cli {
 namespace {
 
 constexpr int kDefaultColumns = 80;
-/// Narrower terminals break lines themselves.
-constexpr int kLeastWrappedColumns = 20;
 
-/// The text, broken between words to fit the stream's terminal. Unchanged without one. Lines with a word that is wider
-/// than the terminal are unchanged too, because people copy addresses and tokens.
+/// The text, wrapped to the stream's terminal. Unchanged without one.
 std::string wrapped(std::FILE* stream, std::string_view text) {
-  const int columns = terminal_columns(::fileno(stream));
-  if (columns < kLeastWrappedColumns) {
-    return std::string(text);
-  }
-  std::string lines;
-  for (;;) {
-    const std::string_view line = text.substr(0, text.find('\n'));
-    const bool kept = columns_of(line) <= columns || widest_word(line) > columns;
-    lines += kept ? std::string(line) : fmt::format("{}", fmt::join(wrap_to_columns(line, columns), "\n"));
-    if (line.size() == text.size()) {
-      return lines;
-    }
-    lines += '\n';
-    text.remove_prefix(line.size() + 1);
-  }
+  return wrap_lines(text, terminal_columns(::fileno(stream)));
 }
 
 /// Returns 0 or the errno of the failed call.
@@ -88,8 +72,7 @@ Status as_output_error(const Status& status) {
 Console::Console(bool json, bool openjd) : json_(json), openjd_(openjd) {
   const char* term = std::getenv("TERM");
   terminal_ = !json && ::isatty(STDERR_FILENO) == 1 && term != nullptr && std::string_view(term) != "dumb";
-  const char* no_color = std::getenv("NO_COLOR");
-  color_ = terminal_ && (no_color == nullptr || *no_color == '\0');
+  color_ = terminal_ && colors_wanted();
 }
 
 int Console::width() const {
@@ -121,7 +104,10 @@ void Console::object(const nlohmann::json& object) const {
 
 void Console::notice(std::string_view line) const {
   const MutexLock lock(mutex_);
-  end_redrawn();
+  if (redrawn_) {  // the line is drawn again below the notice
+    std::fputs("\r\x1b[K", stderr);
+    redrawn_ = false;
+  }
   write_line(stderr, wrapped(stderr, printable(line, true)));
 }
 
@@ -161,8 +147,7 @@ ExitCode Console::fail(const Status& status, nlohmann::json object) const {
   if (openjd_) {
     write_result(openjd_fail(message_of(status)));
   }
-  const std::string text = wrapped(stderr, "lightmill: " + printable(message_of(status), true));
-  write_line(stderr, fmt::format("{}{}{}", color_ ? "\x1b[31m" : "", text, color_ ? "\x1b[0m" : ""));
+  write_line(stderr, error_for_terminal("lightmill: " + printable(message_of(status), true)));
   return code;
 }
 

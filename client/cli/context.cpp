@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "client/cli/units.h"
+#include "common/command_line/help_page.h"
 #include "common/security/caller_options.h"
 
 namespace lightmill::cli {
@@ -33,10 +34,18 @@ CLI::Validator real_number(double least, double most) {
   return CLI::Validator([=](std::string& text) { return normalise(parse_real(text, least, most), text); }, "");
 }
 
+CLI::Validator job_number() {
+  return CLI::Validator(
+      [](std::string& text) {
+        const auto number = parse_whole(text, std::uint64_t{1}, std::numeric_limits<std::uint64_t>::max());
+        return number.ok() ? normalise(number, text)
+                           : fmt::format("a number is expected, as `lightmill jobs` prints it, got '{}'", text);
+      },
+      "");
+}
+
 void add_job_number(CLI::App& command, std::uint64_t& job) {
-  command.add_option("JOB", job, "the job's number, as `submit` and `jobs` print it")
-      ->required()
-      ->check(whole_number(1, std::numeric_limits<std::uint64_t>::max()));
+  command.add_option("JOB", job, "the job's number, as `submit` and `jobs` print it")->required()->check(job_number());
 }
 
 void add_json_option(CLI::App& command, Context& context) {
@@ -58,7 +67,7 @@ void add_common_options(CLI::App& command, Context& context) {
           "address of the coordinator, or of several, with commas (default: $LIGHTMILL_SERVER, else 127.0.0.1:7350)")
       ->type_name("HOST:PORT");
   add_json_option(command, context);
-  add_caller_options(command, context.common.caller);
+  add_caller_options(command, context.common.caller, kBriefAccess);
 }
 
 }  // namespace lightmill::cli

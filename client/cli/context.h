@@ -45,6 +45,8 @@ CLI::Validator readable(Result<T> (*parse)(std::string_view)) {
       "");
 }
 
+/// Checks the number of a job.
+CLI::Validator job_number();
 /// Adds the positional argument JOB.
 void add_job_number(CLI::App& command, std::uint64_t& job);
 /// Adds --json.

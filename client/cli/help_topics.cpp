@@ -66,8 +66,8 @@ void explain_farm(const Console& console) {
   print_text(console,
              "A command uses the farm of --server, else that of LIGHTMILL_SERVER, else the one at 127.0.0.1:7350. "
              "Several addresses, with commas, are coordinators that stand by for each other: A:7350,B:7350.\n\n"
-             "`render`, `verify` and `lab` need no farm. If no address is given, and none answers at 127.0.0.1:7350, "
-             "they start a local farm and stop it at the end. --local always starts one.\n\n"
+             "`render`, `verify` and `lab` need no farm. If no address is given and no farm answers at "
+             "127.0.0.1:7350, they start a local farm. They stop it at the end. --local always starts one.\n\n"
              "Ctrl-C in `render` cancels the job. Its picture can still be fetched. A local farm writes the picture to "
              "the -o files, if every part has a sample. Ctrl-C in `watch` leaves the job running. If a farm goes away, "
              "both retry for ten minutes.\n\n"
@@ -100,8 +100,8 @@ void explain_layers(const Console& console) {
 void explain_denoise(const Console& console) {
   print_text(console,
              "--denoise reconstructs a picture with less noise. It fits simple models of the surfaces to the samples "
-             "around each pixel. It helps most at few samples per pixel, and blurs what the models miss, such as "
-             "caustics, reflections and fine shadows.\n\n"
+             "around each pixel. It helps most at few samples per pixel. It blurs what the models miss, "
+             "such as caustics, reflections and fine shadows.\n\n"
              "`render --denoise` and `submit --denoise` add the layer \"features\" to the job. `render`, `fetch` and "
              "`watch` with --denoise write the reconstructed picture to PNG files. In EXR files it is Denoised.R/G/B, "
              "beside the raw picture. The film on the farm stays as it is.\n\n"
@@ -117,7 +117,7 @@ void explain_limits(const Console& console) {
   print_table(console, {{"OPTION", "THE JOB STOPS"},
                         {"--spp N", "at N samples per pixel"},
                         {"--seconds T", "after T of rendering (90, 1.5m, 2h), with a sample for each pixel"},
-                        {"--error E", "when the error (relMSE) is at most E, with 95 % confidence"}});
+                        {"--error E", "when the error (relMSE) is at most E, with 95% confidence"}});
   print_text(console,
              "\nAn error is checked when each pixel has 2^k or 3·2^k samples, from 16. The counts follow from the film "
              "alone, so a job stops with the same picture on any farm. "
@@ -132,7 +132,7 @@ void explain_measures(const Console& console) {
   print_text(console, "`lightmill error` compares a picture x with a reference r.\n\n");
   print_table(console, {{"NUMBER", "MEANS"},
                         {"relMSE", "the mean of (x-r)²/(r²+0.01)"},
-                        {"trimmed", "the same without the worst 0.1 % of the pixels"},
+                        {"trimmed", "the same without the worst 0.1% of the pixels"},
                         {"energy ratio", "the sum of x over the sum of r"},
                         {"SMAPE", "the mean of |x-r|/(|x|+|r|)"},
                         {"FLIP", "how different they look, from 0 to 1: the mean over the pixels"},
@@ -144,7 +144,9 @@ void explain_measures(const Console& console) {
 void explain_methods(const Console& console) {
   Rows rows{{"METHOD", "SHOWS", "PARAMETERS"}};
   for (const MethodAbout& about : method_abouts()) {
-    rows.push_back({std::string(about.name), std::string(about.summary), std::string(about.parameters)});
+    std::string parameters(about.parameters);  // all have brute-force as the last one; the second table says so
+    parameters.erase(std::min(parameters.rfind(", brute-force"), parameters.rfind("brute-force")));
+    rows.push_back({std::string(about.name), std::string(about.summary), std::move(parameters)});
   }
   print_table(console, rows);
   console.result("");
@@ -157,14 +159,14 @@ void explain_methods(const Console& console) {
                {"distance=D", "maximum distance of occluders, in scene units (default: unlimited)"},
                {"flat", "shades with geometric normals"},
                {"glass=R", "constant reflectance of smooth glass, instead of Fresnel's equations"},
-               {"brute-force", "tests every triangle for every ray, to measure what the BVH saves"}});
+               {"brute-force", "all methods: test every triangle for every ray, to measure what the BVH saves"}});
   print_text(console, "\n  lightmill render scene.json --method caustic:photons=50000,radius=1 -o picture.exr");
 }
 
 void explain_receipts(const Console& console) {
   print_text(console,
-             "Each EXR has a receipt: the scene, assets, method, seed, layers and fingerprint class of its render, and "
-             "hashes of its pixels. `lightmill verify` checks three things:\n\n");
+             "Each EXR has a receipt. It holds the scene, assets, method, seed, layers and fingerprint class of its "
+             "render. It also holds hashes of its pixels. `lightmill verify` checks three things:\n\n");
   print_table(console, {{"CHECK", "FINDS"},
                         {"the file", "damaged, truncated and edited files"},
                         {"the receipt", "another scene, camera, method or seed than it claims"},

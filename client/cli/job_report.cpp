@@ -78,9 +78,6 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
   for (const std::string& notice : film->job.method_notes().notices()) {
     console.result("note: " + notice);
   }
-  if (film->job.allow_mixed()) {
-    console.result("note: " + mixed_text(film->job));
-  }
   if (film->job.counters().results_verified() > 0 || film->job.counters().nodes_dropped() > 0) {
     console.result(verification_text(film->job));
   }

@@ -82,10 +82,15 @@ void add_examples(CLI::App& app, const std::string& words = "") {
   }
 }
 
-ExitCode usage_error(std::string_view message, int argc, char** argv) {
+/// "lightmill help workers drain".
+std::string help_command(const CLI::App& app) {
+  std::string words = words_read(app);
+  return words.insert(words.find(' ') == std::string::npos ? words.size() : words.find(' '), " help");
+}
+
+ExitCode usage_error(const CLI::App& app, std::string_view message, int argc, char** argv) {
   const Console console(has_flag(argc, argv, "--json"), has_flag(argc, argv, "--openjd"));
-  return console.finish(
-      console.fail(invalid_argument("{}\nTry `lightmill help` or `lightmill help COMMAND`.", message)));
+  return console.finish(console.fail(invalid_argument("{}\nTry `{}`.", message, help_command(app))));
 }
 
 /// Groups the commands in `lightmill --help`.
@@ -139,7 +144,7 @@ int run(int argc, char** argv) {
                ? kDone
                : Console(false).fail(internal_error("cannot write to standard output: {}", std::strerror(errno)));
   } catch (const CLI::ParseError& error) {
-    return usage_error(usage_error_text(app, error), argc, argv);
+    return usage_error(app, usage_error_text(app, error), argc, argv);
   }
   const Console console(context.common.json, context.common.openjd);
   try {

@@ -134,7 +134,7 @@ std::string verification_text(const v1::Job& job) {
     text = "unaudited: not requested";
   } else if (unverified == 0 && merged > 0) {
     text =
-        fmt::format("unaudited: none of {} results was drawn at a share of {:.3g} %", merged, 100 * job.verify_share());
+        fmt::format("unaudited: none of {} results was drawn at a share of {:.3g}%", merged, 100 * job.verify_share());
   } else if (job.one_identity()) {
     text = "unaudited: one identity (all workers show the same certificate or token, or are on one machine)";
   } else if (job.state() == v1::JOB_STATE_DONE) {
@@ -159,8 +159,7 @@ std::string mixed_text(const v1::Job& job) {
     return "";
   }
   return "mixed: workers of every fingerprint class may render it. If they round differently, its bits cannot be "
-         "reproduced. Results are audited only within a class, and `lightmill verify` can only check that the file "
-         "is unchanged";
+         "reproduced (`lightmill help audits`)";
 }
 
 std::string method_name(const v1::Job& job) {
@@ -194,7 +193,9 @@ std::vector<std::string> method_lines(const v1::Job& job) {
     reasons.push_back(pilots_task(job));
   }
   if (!reasons.empty()) {
-    lines.push_back(fmt::format("method {}: {}", method_name(job), fmt::join(reasons, "; ")));
+    lines.push_back(fmt::format("method {}: {}", method_name(job), reasons.front()));
+    std::transform(reasons.begin() + 1, reasons.end(), std::back_inserter(lines),
+                   [](const std::string& each) { return "  " + each; });
   }
   for (const std::string& notice : job.method_notes().notices()) {
     lines.push_back("note: " + notice);
@@ -208,6 +209,23 @@ std::vector<std::string> method_lines(const v1::Job& job) {
 std::string samples_count(const v1::Job& job) {
   return job.goal().samples() > 0 ? fmt::format("{}/{}", job.frame_samples(), job.goal().samples())
                                   : std::to_string(job.frame_samples());
+}
+
+std::string short_samples_count(const v1::Job& job) {
+  constexpr std::uint64_t kMostDigits = 100'000;
+  const auto text = [](std::uint64_t count) {
+    return count < kMostDigits ? std::to_string(count) : human_count(static_cast<double>(count));
+  };
+  return job.goal().samples() > 0 ? fmt::format("{}/{}", text(job.frame_samples()), text(job.goal().samples()))
+                                  : text(job.frame_samples());
+}
+
+int color_of_state(std::string_view state) {
+  return state == "done"                             ? 32
+         : state == "running"                        ? 36
+         : state == "paused" || state == "cancelled" ? 33
+         : state == "failed"                         ? 31
+                                                     : 0;
 }
 
 std::string samples_text(const v1::Job& job) {
@@ -266,12 +284,13 @@ std::string progress_line(const v1::Job& job, int width, bool color) {
     const int missing = std::max(field.columns - columns_of(field.text), 0);
     const std::string padded = field.text + std::string(static_cast<std::size_t>(missing), ' ');
     const std::string longer = text.empty() ? padded : text + "  " + padded;
-    if (columns_of(longer) > width) {
+    if (columns_of(longer) + kMinBar + 3 > width && !text.empty()) {
       break;
     }
     text = longer;
   }
   const int room = std::min(width - columns_of(text) - 3, kMaxBar);
+  text.resize(text.find_last_not_of(' ') + 1);
   return room >= kMinBar ? bar(fraction_done(job), room, color) + " " + text : text;
 }
 
@@ -299,7 +318,10 @@ void ProgressPrinter::show(const v1::Job& job) {
     }
   }
   if (console_.terminal() && !console_.openjd()) {
-    console_.redraw(progress_line(job, console_.width() - 1, console_.color()));
+    console_.redraw(progress_line(job, console_.width() - 3, console_.color()));  // with room for ^C
+    if (has_ended(job.state())) {
+      console_.end_redraw();
+    }
     return;
   }
   if (!worth_a_line(job)) {

@@ -36,6 +36,10 @@ std::vector<std::string> method_lines(const v1::Job& job);
 std::string samples_count(const v1::Job& job);
 /// The same with a unit: "12/64 spp".
 std::string samples_text(const v1::Job& job);
+/// The counts for tables: "16.3 M/20.0 M" from 100,000 on.
+std::string short_samples_count(const v1::Job& job);
+/// The SGR code for a state: green, cyan, yellow, red. 0: none.
+int color_of_state(std::string_view state);
 
 /// "3 of 412 results were audited by another identity, with the same bits", or "unaudited: " and the reason.
 std::string verification_text(const v1::Job& job);

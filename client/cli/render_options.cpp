@@ -110,7 +110,8 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   RenderSettings& settings = spec.settings;
   add_scene_options(command, options.scene);
   command.option_defaults()->group("Limits");
-  command.add_option("--spp", spec.goal.samples, "stop at N samples per pixel (default 64 if no other limit is given)")
+  command
+      .add_option("--spp", spec.goal.samples, "stop at N samples per pixel (default: 64, if no other limit is given)")
       ->type_name("N")
       ->check(whole_number(1, kMaxSamples));
   add_parsed(command, "--seconds", spec.goal.seconds, parse_seconds,
@@ -118,7 +119,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       ->type_name("T");
   add_parsed(
       command, "--error", spec.goal.error, parse_error,
-      "stop when the picture's error (relMSE) is at most E with 95 % confidence: 0.01 is ±10% and slightly noisy, "
+      "stop when the picture's error (relMSE) is at most E with 95% confidence: 0.01 is ±10% and slightly noisy, "
       "0.001 smooth")
       ->type_name("E");
   command.add_flag("--adaptive", spec.goal.adaptive,

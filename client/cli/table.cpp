@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
 
 #include "common/base/text.h"
 #include "common/base/text_width.h"
@@ -17,6 +16,9 @@ constexpr int kGap = 2;
 constexpr int kIndent = 4;
 /// A column is not wrapped to less, unless it is alone in its block.
 constexpr int kLeastWrapped = 24;
+
+/// A cell is not shortened to less.
+constexpr int kLeastShortened = 16;
 
 /// Columns side by side, with their widths.
 struct Block {
@@ -142,6 +144,33 @@ std::string shortened(std::string_view text, int columns) {
   return cut_to_columns(fmt::format("{}…{}", head, text), columns);
 }
 
+/// The width of the first columns, the long ones shortened.
+int least_width(const std::vector<Widths>& widths, std::size_t columns) {
+  int width = -kGap;
+  for (std::size_t i = 0; i < columns; ++i) {
+    width += kGap + std::min(widths[i].all, kLeastShortened);
+  }
+  return width;
+}
+
+/// How many of the first columns fit into a line, the long ones shortened. At least one.
+std::size_t columns_shown(const std::vector<Widths>& widths, int width) {
+  std::size_t columns = widths.size();
+  while (columns > 1 && least_width(widths, columns) > width) {
+    --columns;
+  }
+  return columns;
+}
+
+/// The columns of standard output's terminal; 0: none.
+int output_columns() {
+  return terminal_columns(STDOUT_FILENO);
+}
+
+Coloring coloring_of_output(const Coloring& coloring) {
+  return output_columns() > 0 && colors_wanted() ? coloring : Coloring();
+}
+
 }  // namespace
 
 std::vector<std::string> format_table(Rows rows, int width, const Coloring& coloring) {
@@ -156,19 +185,14 @@ std::vector<std::string> format_table(Rows rows, int width, const Coloring& colo
   return lines;
 }
 
-std::vector<std::string> format_table_in_lines(Rows rows, int width) {
+std::vector<std::string> format_table_in_lines(Rows rows, int width, const Coloring& coloring) {
   if (width <= 0) {
-    return format_table(std::move(rows), 0);
+    return format_table(std::move(rows), 0, coloring);
   }
   escape(rows);
   const std::vector<Widths> widths = widths_of(rows);
   Block block;
-  for (std::size_t i = 0, used = 0; i < widths.size(); ++i) {
-    const auto least = static_cast<std::size_t>(std::min(widths[i].all, kLeastWrapped));
-    if (i > 0 && used + kGap + least > static_cast<std::size_t>(width)) {
-      break;
-    }
-    used += least + (i > 0 ? kGap : 0);
+  for (std::size_t i = 0; i < columns_shown(widths, width); ++i) {
     block.columns.emplace_back(i, widths[i].all);
   }
   for (int over = width_of(block) - width; over > 0; --over) {
@@ -181,17 +205,36 @@ std::vector<std::string> format_table_in_lines(Rows rows, int width) {
         row[column] = shortened(row[column], most);
       }
     }
-    add_block(row, block, {}, lines);
+    add_block(row, block, coloring, lines);
   }
   return lines;
 }
 
+std::string hidden_columns(Rows rows, int width) {
+  escape(rows);
+  const std::vector<Widths> widths = widths_of(rows);
+  const std::size_t shown = columns_shown(widths, width);
+  if (width <= 0 || shown >= widths.size()) {
+    return "";
+  }
+  return fmt::format("hidden: {} (needs {} columns)",
+                     fmt::join(rows.front().begin() + static_cast<std::ptrdiff_t>(shown), rows.front().end(), ", "),
+                     least_width(widths, widths.size()));
+}
+
 void print_table(const Console& console, const Rows& rows, const Coloring& coloring) {
-  const int columns = terminal_columns(STDOUT_FILENO);
-  const char* const no_color = std::getenv("NO_COLOR");
-  const bool colored = columns > 0 && (no_color == nullptr || *no_color == '\0');
-  for (const std::string& line : format_table(rows, columns, colored ? coloring : Coloring())) {
+  for (const std::string& line : format_table(rows, output_columns(), coloring_of_output(coloring))) {
     console.styled_result(line);  // cells are escaped
+  }
+}
+
+void print_table_in_lines(const Console& console, const Rows& rows, const Coloring& coloring) {
+  const int columns = output_columns();
+  for (const std::string& line : format_table_in_lines(rows, columns, coloring_of_output(coloring))) {
+    console.styled_result(line);  // cells are escaped
+  }
+  if (const std::string hidden = hidden_columns(rows, columns); !hidden.empty()) {
+    console.notice(hidden);
   }
 }
 

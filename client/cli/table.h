@@ -26,9 +26,15 @@ std::vector<std::string> format_table(Rows rows, int width, const Coloring& colo
 
 /// A line for each row, of at most `width` columns (0: no limit). If they are too few, the widest cells lose their
 /// middle. If that is not enough, the last columns are left out.
-std::vector<std::string> format_table_in_lines(Rows rows, int width);
+std::vector<std::string> format_table_in_lines(Rows rows, int width, const Coloring& coloring = {});
 
-/// Prints rows for people. In a terminal they are fitted to it, and coloured unless NO_COLOR is set.
+/// "hidden: SAMPLES, OWNER (needs 96 columns)", the columns that format_table_in_lines leaves out. Empty if none.
+std::string hidden_columns(Rows rows, int width);
+
+/// Prints rows for people. In a terminal they are fitted to it, and coloured if colors_wanted.
 void print_table(const Console& console, const Rows& rows, const Coloring& coloring = {});
+
+/// The same with a line for each row. A notice names columns that do not fit the terminal.
+void print_table_in_lines(const Console& console, const Rows& rows, const Coloring& coloring = {});
 
 }  // namespace lightmill::cli

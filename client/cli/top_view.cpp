@@ -48,8 +48,8 @@ Rows job_rows(const std::vector<v1::Job>& jobs) {
                     fmt::format("{:.0f}%", std::floor(100 * fraction_done(job))),
                     job.reason().empty() ? job.name() : fmt::format("{} ({})", job.name(), job.reason()),
                     error_text(job).empty() ? "-" : error_text(job),
-                    running && job.reason().empty() && job.eta_seconds() >= 0 ? human_seconds(job.eta_seconds()) : "-",
-                    running ? human_rate(job.samples_per_second()) : "-", samples_count(job), job.owner()});
+                    running && job.reason().empty() && job.eta_seconds() >= 0 ? rough_seconds(job.eta_seconds()) : "-",
+                    running ? human_rate(job.samples_per_second()) : "-", short_samples_count(job), job.owner()});
   }
   return rows;
 }
@@ -60,17 +60,22 @@ std::string fitted(const std::string& line, int columns) {
 }
 
 /// Adds the table in at most `most` lines with its header; empty: as many lines as it needs. The last line says how many
-/// rows are left out.
-void add_table(Rows rows, int columns, std::optional<std::size_t> most, std::vector<std::string>& lines) {
+/// rows and columns are left out.
+void add_table(Rows rows, int columns, std::optional<std::size_t> most, const Coloring& coloring,
+               std::vector<std::string>& lines) {
   if (!most) {
-    std::ranges::move(format_table(std::move(rows), columns), std::back_inserter(lines));
+    std::ranges::move(format_table(std::move(rows), columns, coloring), std::back_inserter(lines));
     return;
   }
-  const std::size_t left_out = rows.size() > *most ? rows.size() - *most + 1 : 0;
+  const std::string hidden = hidden_columns(rows, columns);
+  const bool cut = rows.size() + (hidden.empty() ? 0 : 1) > *most;
+  const std::size_t left_out = cut ? rows.size() - std::min(*most - 1, rows.size()) : 0;
   rows.resize(rows.size() - left_out);
-  std::ranges::move(format_table_in_lines(std::move(rows), columns), std::back_inserter(lines));
-  if (left_out > 0) {
-    lines.push_back(fitted(fmt::format("… and {} more", left_out), columns));
+  std::ranges::move(format_table_in_lines(std::move(rows), columns, coloring), std::back_inserter(lines));
+  std::string end = left_out > 0 ? fmt::format("… and {} more", left_out) : "";
+  end += end.empty() || hidden.empty() ? hidden : "; " + hidden;
+  if (!end.empty()) {
+    lines.push_back(fitted(end, columns));
   }
 }
 
@@ -84,6 +89,10 @@ std::string activity(const v1::Worker& worker) {
     return "draining";
   }
   return worker.leases() > 0 ? "working" : "idle";
+}
+
+int color_of_activity(std::string_view activity) {
+  return activity.starts_with("quarantine") ? 31 : activity == "working" ? 32 : 0;
 }
 
 Rows worker_rows(const std::vector<v1::Worker>& workers) {
@@ -111,7 +120,7 @@ Rows worker_rows(const std::vector<v1::Worker>& workers) {
   return rows;
 }
 
-std::vector<std::string> top_lines(const TopSnapshot& snapshot, int columns, int rows) {
+std::vector<std::string> top_lines(const TopSnapshot& snapshot, int columns, int rows, bool color) {
   std::vector<v1::Job> jobs = snapshot.jobs;
   std::erase_if(jobs, [](const v1::Job& job) { return has_ended(job.state()); });
   // Within a state: jobs in work first, then those that come next.
@@ -137,8 +146,8 @@ std::vector<std::string> top_lines(const TopSnapshot& snapshot, int columns, int
   std::ranges::sort(worker_kinds, std::greater());
   std::vector<std::string> lines{
       fmt::format("farm     {}", snapshot.server),
-      fmt::format("workers  {}; {}, {}; the farm could use {}", counts_text(worker_kinds), counted(threads, "thread"),
-                  human_rate(rate), snapshot.wanted),
+      fmt::format("workers  {}; {}, {}; jobs could keep {} busy", counts_text(worker_kinds), counted(threads, "thread"),
+                  human_rate(rate), counted(snapshot.wanted, "worker")),
       fmt::format("jobs     {}", counts_text(job_kinds)),
   };
   if (!snapshot.trouble.empty()) {
@@ -156,6 +165,7 @@ std::vector<std::string> top_lines(const TopSnapshot& snapshot, int columns, int
   }
   lines = std::move(fitting);
 
+  const Rows job_table = job_rows(jobs), worker_table = worker_rows(workers);
   // Each table gets the rows that the other leaves, and at least half.
   constexpr std::size_t kLeast = 2;  // a header, and one row or the number of rows
   std::optional<std::size_t> most_jobs, most_workers;
@@ -164,16 +174,19 @@ std::vector<std::string> top_lines(const TopSnapshot& snapshot, int columns, int
     const std::size_t used = lines.size() + blank;
     const std::size_t room = std::max(static_cast<std::size_t>(rows) > used ? rows - used : 0, 2 * kLeast);
     const std::size_t half = room / 2;
-    most_jobs = std::min(jobs.size() + 1, std::max(half, room - std::min(room - kLeast, workers.size() + 1)));
-    most_workers = std::min(workers.size() + 1, room - *most_jobs);
+    const auto lines_of = [&](const Rows& table) {
+      return table.size() == 1 ? 1 : table.size() + (hidden_columns(table, columns).empty() ? 0 : 1);
+    };
+    most_jobs = std::min(lines_of(job_table), std::max(half, room - std::min(room - kLeast, lines_of(worker_table))));
+    most_workers = std::min(lines_of(worker_table), room - *most_jobs);
   }
   if (!jobs.empty()) {
     lines.emplace_back();
-    add_table(job_rows(jobs), columns, most_jobs, lines);
+    add_table(job_table, columns, most_jobs, color ? Coloring{1, color_of_state} : Coloring(), lines);
   }
   if (!workers.empty()) {
     lines.emplace_back();
-    add_table(worker_rows(workers), columns, most_workers, lines);
+    add_table(worker_table, columns, most_workers, color ? Coloring{1, color_of_activity} : Coloring(), lines);
   }
   if (rows > 0 && lines.size() > static_cast<std::size_t>(rows)) {
     lines.resize(static_cast<std::size_t>(rows));

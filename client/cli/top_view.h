@@ -21,6 +21,8 @@ struct TopSnapshot {
 
 /// A worker's activity: "working", "idle", "draining", "quarantine", "quarantine, away".
 std::string activity(const v1::Worker& worker);
+/// The SGR code for an activity: red, green. 0: none.
+int color_of_activity(std::string_view activity);
 
 /// A header, and a row for each worker. HOST is there only if a worker's name does not have its host.
 Rows worker_rows(const std::vector<v1::Worker>& workers);
@@ -28,6 +30,6 @@ Rows worker_rows(const std::vector<v1::Worker>& workers);
 /// The lines: trouble, the farm's totals, its jobs that have not ended (active ones first, each state by number), its
 /// workers (the fastest first). They fit `columns` and `rows`; 0: no limit. Without a limit of rows, lines are wrapped
 /// instead of cut.
-std::vector<std::string> top_lines(const TopSnapshot& snapshot, int columns, int rows);
+std::vector<std::string> top_lines(const TopSnapshot& snapshot, int columns, int rows, bool color = false);
 
 }  // namespace lightmill::cli

@@ -26,6 +26,9 @@ std::string human_seconds(double seconds) {
   if (!(seconds >= 0) || seconds > 1e15) {
     return "?";
   }
+  if (seconds > 0 && seconds < 0.05) {
+    return "< 0.1 s";
+  }
   if (seconds < 9.95) {
     return fmt::format("{:.1f} s", seconds);
   }
@@ -38,6 +41,15 @@ std::string human_seconds(double seconds) {
     return fmt::format("{} d {:02} h", days, hours);
   }
   return hours > 0 ? fmt::format("{} h {:02} min", hours, minutes) : fmt::format("{} min {:02} s", minutes, whole % 60);
+}
+
+std::string rough_seconds(double seconds) {
+  if (!(seconds >= 59.5) || seconds > 1e15) {
+    return human_seconds(seconds);
+  }
+  return seconds < 3570     ? fmt::format("{:.0f} min", seconds / 60)
+         : seconds < 86'000 ? fmt::format("{:.1f} h", seconds / 3600)
+                            : fmt::format("{:.{}f} d", seconds / 86'400, seconds < 8.6e6 ? 1 : 0);
 }
 
 std::string human_count(double count) {
@@ -74,6 +86,11 @@ std::string local_time(std::int64_t unix_ms, const char* format) {
 
 std::string human_date(std::int64_t unix_ms) {
   return unix_ms == 0 ? "-" : local_time(unix_ms, "%Y-%m-%d %H:%M");
+}
+
+std::string human_day(std::int64_t unix_ms, std::int64_t now_ms) {
+  const std::string day = unix_ms == 0 ? "-" : local_time(unix_ms, "%Y-%m-%d");
+  return day == local_time(now_ms, "%Y-%m-%d") ? local_time(unix_ms, "%H:%M") : day;
 }
 
 std::string human_moment(std::int64_t unix_ms) {

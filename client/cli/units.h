@@ -22,6 +22,8 @@ inline std::int64_t now_unix_s() {
 
 /// The two largest units: "0.4 s", "12 s", "3 min 05 s", "2 h 03 min", "4 d 03 h"; "?" for negative (unknown) times.
 std::string human_seconds(double seconds);
+/// A time with one unit, for tables: "14 min", "2.1 h".
+std::string rough_seconds(double seconds);
 
 /// Three significant digits and a metric prefix: "950", "1.23 k", "45.6 M".
 std::string human_count(double count);
@@ -31,6 +33,8 @@ std::string human_rate(double samples_per_second);
 
 /// "2026-11-21 08:15" in local time; "-" for 0.
 std::string human_date(std::int64_t unix_ms);
+/// "2026-11-26". On the day of `now_ms` it is the time: "01:13".
+std::string human_day(std::int64_t unix_ms, std::int64_t now_ms = 0);
 /// "2026-11-26 01:13:05+0100"; local time, as human_date.
 std::string human_moment(std::int64_t unix_ms);
 

@@ -123,7 +123,7 @@ struct NamedChart {
 
 std::vector<NamedChart> charts_of(const ReportInput& input, const ReportScene& scene) {
   return {{"relmse", chart_for(input, scene, "relMSE", "relMSE", rel_mse, true)},
-          {"trimmed", chart_for(input, scene, "relMSE without the worst 0.1 %", "trimmed relMSE", trimmed, true)},
+          {"trimmed", chart_for(input, scene, "relMSE without the worst 0.1%", "trimmed relMSE", trimmed, true)},
           {"flip", chart_for(input, scene, "FLIP", "mean FLIP", flip, false)}};
 }
 

@@ -1,13 +1,18 @@
 #include "common/base/text_width.h"
 
+#include <fmt/ranges.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 #include <wchar.h>
 
+#include <algorithm>
 #include <clocale>
+#include <cstdlib>
 
 namespace lightmill {
 namespace {
+
+constexpr int kLeastWrappedColumns = 20;
 
 /// The C library's tables for Unicode, whatever locale the user has. Without them (a system that lacks C.UTF-8) each
 /// character counts as one column.
@@ -49,11 +54,64 @@ Cell first_cell(std::string_view text) {
   return first;
 }
 
+std::string_view variable(const char* name) {
+  const char* const value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+/// The end of the first word of a sentence: a word, a command in backticks, or the beginning of a default.
+std::size_t end_of_word(std::string_view text, int columns) {
+  const auto blank = [&](std::size_t from) { return std::min(text.find(' ', from), text.size()); };
+  const std::size_t end = blank(0);
+  std::size_t whole = end;
+  if (const std::size_t quote = text.substr(0, end).rfind('`'); quote != std::string_view::npos) {
+    const bool opens = std::ranges::count(text.substr(0, end), '`') % 2 == 1;
+    const std::size_t closing = opens ? text.find('`', quote + 1) : quote;
+    whole = closing == std::string_view::npos ? end : blank(closing);
+  } else if (text.substr(0, end).ends_with("(default:")) {
+    whole = end == text.size() ? end : blank(std::min(text.find_first_of(",)", end), text.size()));
+  }
+  return columns_of(text.substr(0, whole)) <= columns ? whole : end;
+}
+
+std::vector<std::string> wrap(std::string_view text, int columns, bool sentences) {
+  std::vector<std::string> lines(1);
+  int used = 0;  // columns of the last line
+  while (!text.empty()) {
+    const std::size_t spaces = std::min(text.find_first_not_of(' '), text.size());
+    std::string_view word = text.substr(spaces);
+    word = word.substr(0, sentences ? end_of_word(word, columns) : word.find(' '));
+    text.remove_prefix(spaces + word.size());
+    const int gap = lines.back().empty() && lines.size() > 1 ? 0 : static_cast<int>(spaces);
+    if (used > 0 && used + gap + columns_of(word) > columns) {
+      lines.emplace_back();
+      used = 0;
+    } else {
+      lines.back().append(static_cast<std::size_t>(gap), ' ');
+      used += gap;
+    }
+    while (!sentences && columns_of(word) > columns - used) {
+      const std::string part = cut_to_columns(word, columns - used);
+      lines.back() += part;
+      word.remove_prefix(part.size());
+      lines.emplace_back();
+      used = 0;
+    }
+    lines.back() += word;
+    used += columns_of(word);
+  }
+  return lines;
+}
+
 }  // namespace
 
 int terminal_columns(int descriptor) {
   winsize size{};
   return ::isatty(descriptor) == 1 && ::ioctl(descriptor, TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
+}
+
+bool colors_wanted() {
+  return variable("NO_COLOR").empty() && !variable("TERM").empty() && variable("TERM") != "dumb";
 }
 
 int columns_of(std::string_view text) {
@@ -96,31 +154,27 @@ std::string cut_to_columns(std::string_view text, int columns) {
 }
 
 std::vector<std::string> wrap_to_columns(std::string_view text, int columns) {
-  std::vector<std::string> lines(1);
-  int used = 0;  // columns of the last line
-  while (!text.empty()) {
-    const std::size_t spaces = std::min(text.find_first_not_of(' '), text.size());
-    std::string_view word = text.substr(spaces, text.find(' ', spaces) - spaces);
-    text.remove_prefix(spaces + word.size());
-    const int gap = lines.back().empty() && lines.size() > 1 ? 0 : static_cast<int>(spaces);
-    if (used > 0 && used + gap + columns_of(word) > columns) {
-      lines.emplace_back();
-      used = 0;
-    } else {
-      lines.back().append(static_cast<std::size_t>(gap), ' ');
-      used += gap;
-    }
-    while (columns_of(word) > columns - used) {
-      const std::string part = cut_to_columns(word, columns - used);
-      lines.back() += part;
-      word.remove_prefix(part.size());
-      lines.emplace_back();
-      used = 0;
-    }
-    lines.back() += word;
-    used += columns_of(word);
+  return wrap(text, columns, false);
+}
+
+std::vector<std::string> wrap_sentences(std::string_view text, int columns) {
+  return wrap(text, columns, true);
+}
+
+std::string wrap_lines(std::string_view text, int columns) {
+  if (columns < kLeastWrappedColumns) {
+    return std::string(text);
   }
-  return lines;
+  std::string lines;
+  for (;;) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    lines += fmt::format("{}", fmt::join(wrap_sentences(line, columns), "\n"));
+    if (line.size() == text.size()) {
+      return lines;
+    }
+    lines += '\n';
+    text.remove_prefix(line.size() + 1);
+  }
 }
 
 }  // namespace lightmill

@@ -10,6 +10,9 @@ namespace lightmill {
 /// Columns of the terminal behind this descriptor. 0 if it is not a terminal.
 int terminal_columns(int descriptor);
 
+/// Whether terminals get coloured text: NO_COLOR is not set, and TERM names a terminal that is not "dumb".
+bool colors_wanted();
+
 /// Columns of UTF-8 text: two for a wide character (CJK, emoji), none for a combining one.
 int columns_of(std::string_view text);
 
@@ -22,5 +25,12 @@ std::string cut_to_columns(std::string_view text, int columns);
 /// Lines of at most `columns` columns, which must be 2 or more. A line ends between words, or inside a word that is
 /// longer than a line. At least one line.
 std::vector<std::string> wrap_to_columns(std::string_view text, int columns);
+
+/// The same for sentences. Longer words stay whole, because people copy addresses and tokens. No line ends inside a
+/// `command` or the beginning of a (default: value), if that fits a line.
+std::vector<std::string> wrap_sentences(std::string_view text, int columns);
+
+/// Each line of the text wrapped in the same way. Unchanged for less than 20 columns, where terminals break lines.
+std::string wrap_lines(std::string_view text, int columns);
 
 }  // namespace lightmill

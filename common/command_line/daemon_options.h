@@ -41,7 +41,7 @@ CLI::Option* add_limit(CLI::App& app, const std::string& name, T& value, const c
     T number{};
     return CLI::detail::lexical_cast(given, number) && number >= range.first && number <= range.second
                ? ""
-               : fmt::format("Value {} not in range [{} - {}]", given, range.first, range.second);
+               : fmt::format("must be from {} to {}, got {}", range.first, range.second, given);
   });
 }
 
@@ -57,14 +57,14 @@ inline std::optional<int> parse_options(CLI::App& app, int argc, char** argv, co
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {
     const std::string text = usage_error_text(app, error);
-    std::cerr << fmt::format("{0}: {1}\nTry `{0} --help`.\n", app.get_name(), text);
+    std::cerr << error_for_terminal(fmt::format("{0}: {1}\nTry `{0} --help`.", app.get_name(), text)) << "\n";
     if (failed) {
       failed(text);
     }
     return 2;
   }
   if (const Status status = check(); !status.ok()) {
-    std::cerr << app.get_name() << ": " << message_of(status) << "\n";
+    std::cerr << error_for_terminal(fmt::format("{}: {}", app.get_name(), message_of(status))) << "\n";
     if (failed) {
       failed(message_of(status));
     }

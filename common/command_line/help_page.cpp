@@ -1,6 +1,6 @@
 #include "common/command_line/help_page.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -32,60 +32,20 @@ std::string unglued(std::string text) {
   return CLI::detail::find_and_replace(std::move(text), std::string(kNoBreak), " ");
 }
 
-void add_example(std::string_view line, int columns, std::string& page) {
-  if (columns_of(line) <= columns) {
-    page += fmt::format("{}\n", line);
-    return;
-  }
-  const std::size_t indent = line.find_first_not_of(' '), end = std::min(line.find("  ", indent), line.size());
-  const std::string_view command = line.substr(indent, end - indent), comment = line.substr(end);
-  const int room = columns - static_cast<int>(indent);
-  const std::vector<std::string> lines =
-      columns_of(command) <= room ? std::vector{std::string(command)} : wrap_to_columns(glued(command), room - 4);
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    page +=
-        fmt::format("{:{}}{}{}\n", "", indent + (i > 0 ? 2 : 0), unglued(lines[i]), i + 1 < lines.size() ? " \\" : "");
-  }
-  for (const std::string& part :
-       wrap_to_columns(comment.substr(std::min(comment.find_first_not_of(' '), comment.size())), room - 4)) {
-    page += part.empty() ? "" : fmt::format("{:{}}{}\n", "", indent + 4, part);
-  }
-}
-
-void add_text(std::string_view text, int columns, std::string& page) {
-  std::string paragraph;
-  const auto end_paragraph = [&] {
-    if (!paragraph.empty()) {
-      for (const std::string& line : wrap_to_columns(paragraph, columns)) {
-        page += line + "\n";
-      }
-      paragraph.clear();
-    }
-  };
-  while (!text.empty()) {
-    const std::string_view line = text.substr(0, text.find('\n'));
-    text.remove_prefix(std::min(line.size() + 1, text.size()));
-    if (line.empty() || line.starts_with(' ')) {
-      end_paragraph();
-      add_example(line, columns, page);
-    } else {
-      paragraph += fmt::format("{}{}", paragraph.empty() ? "" : " ", line);
-    }
-  }
-  end_paragraph();
-}
-
 struct Entry {
   std::string name, text;
 };
 
+int widest_name(int columns) {
+  return std::min(28, columns / 3);
+}
+
 /// Names in a column, and their meaning beside it. The meaning of a long name is below it.
 void add_entries(const std::vector<Entry>& entries, int columns, std::string& page) {
   int widest = 0;
-  const int most = std::min(28, columns / 3);
   for (const Entry& entry : entries) {
     const int width = columns_of(entry.name);
-    widest = width <= most ? std::max(widest, width) : widest;
+    widest = width <= widest_name(columns) ? std::max(widest, width) : widest;
   }
   const int begin = 2 + std::max(widest, 8) + 2;
   for (const Entry& entry : entries) {
@@ -95,7 +55,7 @@ void add_entries(const std::vector<Entry>& entries, int columns, std::string& pa
       page += line + "\n";
       line.clear();
     }
-    for (const std::string& part : wrap_to_columns(entry.text, columns - begin)) {
+    for (const std::string& part : wrap_sentences(entry.text, columns - begin)) {
       if (!part.empty()) {
         line.append(static_cast<std::size_t>(begin - columns_of(line)), ' ');
         page += line + part + "\n";
@@ -103,6 +63,76 @@ void add_entries(const std::vector<Entry>& entries, int columns, std::string& pa
       }
     }
   }
+}
+
+/// An indented line: a command, and behind two spaces its meaning.
+Entry example_of(std::string_view line) {
+  const std::size_t begin = line.find_first_not_of(' '), end = std::min(line.find("  ", begin), line.size());
+  const std::string_view text = line.substr(std::min(line.find_first_not_of(' ', end), line.size()));
+  return {std::string(line.substr(begin, end - begin)), std::string(text)};
+}
+
+/// The meaning is below the command.
+void add_example(const Entry& example, int columns, std::string& page) {
+  const int room = columns - 2;
+  const std::vector<std::string> lines =
+      columns_of(example.name) <= room ? std::vector{example.name} : wrap_to_columns(glued(example.name), room - 4);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    page += fmt::format("  {}{}{}\n", i > 0 ? "  " : "", unglued(lines[i]), i + 1 < lines.size() ? " \\" : "");
+  }
+  for (const std::string& part : wrap_sentences(example.text, room - 4)) {
+    page += part.empty() ? "" : fmt::format("      {}\n", part);
+  }
+}
+
+/// Consecutive indented lines. If one does not fit, all change: short commands become entries, and the meaning of long
+/// ones moves below them.
+void add_examples(const std::vector<std::string_view>& lines, int columns, std::string& page) {
+  if (std::ranges::all_of(lines, [&](std::string_view line) { return columns_of(line) <= columns; })) {
+    page += fmt::format("{}\n", fmt::join(lines, "\n"));
+    return;
+  }
+  std::vector<Entry> examples;
+  std::ranges::transform(lines, std::back_inserter(examples), example_of);
+  if (std::ranges::all_of(examples, [&](const Entry& each) {
+        return !each.text.empty() && columns_of(each.name) <= widest_name(columns);
+      })) {
+    add_entries(examples, columns, page);
+    return;
+  }
+  for (const Entry& example : examples) {
+    add_example(example, columns, page);
+  }
+}
+
+void add_text(std::string_view text, int columns, std::string& page) {
+  std::string paragraph;
+  std::vector<std::string_view> examples;
+  const auto end_block = [&] {
+    if (!paragraph.empty()) {
+      page += wrap_lines(paragraph, columns) + "\n";
+      paragraph.clear();
+    }
+    if (!examples.empty()) {
+      add_examples(examples, columns, page);
+      examples.clear();
+    }
+  };
+  while (!text.empty()) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+    if (line.empty() || line.starts_with(' ') != !examples.empty()) {
+      end_block();
+    }
+    if (line.empty()) {
+      page += "\n";
+    } else if (line.starts_with(' ')) {
+      examples.push_back(line);
+    } else {
+      paragraph += fmt::format("{}{}", paragraph.empty() ? "" : " ", line);
+    }
+  }
+  end_block();
 }
 
 Entry entry_of(const OptionDoc& option) {
@@ -117,13 +147,22 @@ Entry entry_of(const OptionDoc& option) {
   if (!option.variable.empty()) {
     entry.text += fmt::format(" (default: ${}{}{})", option.variable, value.empty() ? "" : ", else ", value);
   } else if (!value.empty()) {
-    entry.text += fmt::format(" [{}]", value);
+    entry.text += fmt::format(" (default: {})", value);
   }
   return entry;
 }
 
 Entry position_of(const OptionDoc& position) {
   return {position.names.front() + (position.repeats ? "..." : ""), position.text};
+}
+
+/// "  --tls-ca FILE, --tls-cert FILE".
+void add_names(const std::vector<Entry>& entries, int columns, std::string& page) {
+  std::vector<std::string> names;
+  std::ranges::transform(entries, std::back_inserter(names), &Entry::name);
+  for (const std::string& line : wrap_sentences(fmt::format("{}", fmt::join(names, ", ")), columns - 2)) {
+    page += fmt::format("  {}\n", line);
+  }
 }
 
 /// Groups in the order of their first entries.
@@ -139,7 +178,11 @@ void add_groups(const std::vector<Doc>& docs, const EntryOf& entry_of_doc, int c
   }
   for (const auto& [name, entries] : groups) {
     page += fmt::format("\n{}:\n", name);
-    add_entries(entries, columns, page);
+    if (name == kBriefAccess) {
+      add_names(entries, columns, page);
+    } else {
+      add_entries(entries, columns, page);
+    }
   }
 }
 

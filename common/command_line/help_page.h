@@ -8,8 +8,12 @@
 
 namespace lightmill {
 
-/// Paragraphs and indented lines, such as examples, wrapped to `columns` columns. An example continues after a
-/// backslash, as a shell reads it. Its comment, which two or more spaces separate, is below it.
+/// Help pages name the options of this group, and leave their texts to `lightmill help access`.
+constexpr const char* kBriefAccess = "Access (`lightmill help access`)";
+
+/// Paragraphs and indented lines, such as examples, wrapped to `columns` columns. A long example continues after a
+/// backslash, as a shell reads it. Comments, which two or more spaces separate, move below the examples of a block if
+/// one of them does not fit. Beside short examples they are wrapped.
 std::string wrapped_text(std::string_view text, int columns);
 
 /// Wrapped to the width of standard output's terminal, else to 100 columns.

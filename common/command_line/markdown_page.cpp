@@ -59,7 +59,9 @@ std::string row_of(const OptionDoc& option) {
   std::string names = fmt::format("{}", fmt::join(option.names, ", "));
   names += option.value.empty() ? "" : " " + option.shown_value();
   std::string text = cell(option.text) + (option.required ? " (must be given)" : "");
-  text += option.default_value.empty() ? "" : fmt::format("; default: {}", code(option.default_value));
+  if (const std::string& value = option.default_value; !value.empty()) {
+    text += fmt::format("; default: {}", value.find(' ') == std::string::npos ? code(value) : cell(value));
+  }
   text += option.variable.empty() ? "" : fmt::format("; or {}", code("$" + option.variable));
   return fmt::format("| {} | {} |\n", code(names), text);
 }

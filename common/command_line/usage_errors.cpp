@@ -1,37 +1,45 @@
 #include "common/command_line/usage_errors.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <algorithm>
-#include <numeric>
+#include <iterator>
 
+#include "common/base/suggestion.h"
+#include "common/base/text_width.h"
 #include "common/command_line/command_tree.h"
 
 namespace lightmill {
 namespace {
 
-/// The number of letters to insert, remove, replace or swap with their neighbour to turn `a` into `b` (optimal string
-/// alignment).
-std::size_t distance_of(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> before, last(b.size() + 1), row(b.size() + 1);
-  std::iota(last.begin(), last.end(), 0);
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
-        row[j] = std::min(row[j], before[j - 2] + 1);
-      }
-    }
-    before = std::exchange(last, row);
-  }
-  return last[b.size()];
-}
-
 /// The command whose words were read.
 const CLI::App& command_read(const CLI::App& app) {
   const std::vector<CLI::App*> below = app.get_subcommands();
   return below.empty() ? app : command_read(*below.front());
+}
+
+std::vector<std::string> commands_below(const CommandDoc& command) {
+  std::vector<std::string> names;
+  std::ranges::transform(command.commands, std::back_inserter(names), &CommandDoc::name);
+  return names;
+}
+
+/// The parser's text for what is missing, in our words.
+std::string missing_text(const CLI::App& read, const std::string& text) {
+  constexpr std::string_view kOneOf = "At least 1 option from [", kRequired = " is required";
+  if (!text.ends_with(kRequired)) {
+    return text;
+  }
+  const std::string what = text.substr(0, text.size() - kRequired.size());
+  if (what == "A subcommand") {
+    return fmt::format("a command is missing. Commands: {}", fmt::join(commands_below(command_of(read)), ", "));
+  }
+  return what.starts_with(kOneOf)
+             ? fmt::format("one of {} must be given",
+                           CLI::detail::find_and_replace(what.substr(kOneOf.size(), what.size() - kOneOf.size() - 1),
+                                                         ",", ", "))
+             : what + " must be given";
 }
 
 /// The error for the first word that was left over.
@@ -42,10 +50,7 @@ std::string unknown_word(const CLI::App& app, std::string_view left_over) {
     if (command.commands.empty()) {
       return fmt::format("unexpected argument '{}'", word);
     }
-    std::vector<std::string> names;
-    for (const CommandDoc& below : command.commands) {
-      names.push_back(below.name());
-    }
+    const std::vector<std::string> names = commands_below(command);
     const std::string near = did_you_mean(word, names);
     return fmt::format("unknown command '{}'{}", word,
                        near.empty() ? fmt::format(". Commands: {}", fmt::join(names, ", ")) : near);
@@ -59,16 +64,14 @@ std::string unknown_word(const CLI::App& app, std::string_view left_over) {
 
 }  // namespace
 
-std::string did_you_mean(std::string_view word, const std::vector<std::string>& words) {
-  std::string_view nearest;
-  std::size_t least = std::max<std::size_t>(word.size() / 3, 1) + 1;
-  for (const std::string& each : words) {
-    if (const std::size_t distance = distance_of(word, each); distance < least) {
-      nearest = each;
-      least = distance;
-    }
-  }
-  return nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest);
+std::string words_read(const CLI::App& app) {
+  return command_of(command_read(app)).words();
+}
+
+std::string error_for_terminal(std::string_view text) {
+  const int columns = terminal_columns(STDERR_FILENO);
+  const std::string lines = wrap_lines(text, columns);
+  return columns > 0 && colors_wanted() ? fmt::format("\x1b[31m{}\x1b[0m", lines) : lines;
 }
 
 std::string usage_error_text(const CLI::App& app, const CLI::ParseError& error) {
@@ -81,7 +84,7 @@ std::string usage_error_text(const CLI::App& app, const CLI::ParseError& error) 
   }
   // CLI11's text for an option that is given twice is about counts.
   const std::size_t twice = text.find(": At Most 1 required");
-  return twice == std::string::npos ? text : text.substr(0, twice) + " is given more than once";
+  return twice == std::string::npos ? missing_text(read, text) : text.substr(0, twice) + " is given more than once";
 }
 
 }  // namespace lightmill

@@ -8,8 +8,11 @@
 
 namespace lightmill {
 
-/// "; did you mean 'watch'?", with the nearest word. Empty if none is near.
-std::string did_you_mean(std::string_view word, const std::vector<std::string>& words);
+/// The text as an error on standard error: in a terminal wrapped to it, and red if colors_wanted.
+std::string error_for_terminal(std::string_view text);
+
+/// The command whose words were read: "lightmill workers drain".
+std::string words_read(const CLI::App& app);
 
 /// The text of a parse error of `app`: "there is no option --sise; did you mean '--size'?".
 std::string usage_error_text(const CLI::App& app, const CLI::ParseError& error);

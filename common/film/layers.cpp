@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/base/check.h"
+#include "common/base/suggestion.h"
 #include "common/base/text.h"
 
 namespace lightmill {
@@ -29,10 +30,10 @@ bool is_named_layer(std::string_view name) {
 
 Status check_name_of_layer(std::string_view name, std::span<const std::string> before) {
   if (!is_named_layer(name) && name != "beauty" && name != kRestLayer && !is_light_group_name(light_group_of(name))) {
-    return invalid_argument(
-        "unknown layer \"{}\"; the layers are direct, indirect, caustic, bias, albedo, normal, features, depth, id, "
-        "and light:NAME for a light group",
-        printable(name));
+    std::vector<std::string> known;
+    std::ranges::transform(kNamedLayers, std::back_inserter(known), &LayerSpec::name);
+    known.push_back("light:NAME for a light group");
+    return invalid_argument("{}", unknown_text("layer", name, known));
   }
   if (std::ranges::find(before, name) != before.end()) {
     return invalid_argument("layer \"{}\" is named twice", name);

@@ -223,29 +223,26 @@ MethodPlan plan_method(const SceneFacts& facts, std::string_view asked) {
       find_all.emplace_back(method);
       candidates.push_back(find_all.back() + parameters);
     } else if (!verdict.admitted && passed_over.empty()) {
-      passed_over = fmt::format("{} does not find all of the light: {}", method, verdict.reason);
+      passed_over = fmt::format("{} does not find all light: {}", method, verdict.reason);
     }
   }
   if (candidates.size() > 1) {
     return {candidates,
-            {fmt::format("{} find all of the light, and {} may cause caustics", fmt::join(find_all, " and "),
+            {fmt::format("{} find all light, and {} may cause caustics", fmt::join(find_all, " and "),
                          first_of(facts.casters, "objects"))}};
   }
   if (candidates.size() == 1) {
     const std::string reason = find_all.front() != kCandidates.front() ? passed_over
-                               : facts.casters.empty()
-                                   ? "it finds all of the light, and nothing in the scene causes caustics"
-                                   : "it finds all of the light, and caustic does not";
+                               : facts.casters.empty() ? "it finds all light, and nothing in the scene causes caustics"
+                                                       : "it finds all light, and caustic does not";
     return {candidates, {reason}};
   }
   if (admit_vcm(facts).admitted) {
     return {{"vcm" + parameters}, {passed_over}};
   }
   return caustic_finds_more(facts)
-             ? MethodPlan{{"caustic" + parameters},
-                          {"no method of auto finds all of the light; caustic finds more than path"}}
-             : MethodPlan{{"path" + parameters},
-                          {"no method of auto finds all of the light; none finds more than path"}};
+             ? MethodPlan{{"caustic" + parameters}, {"no method of auto finds all light; caustic finds more than path"}}
+             : MethodPlan{{"path" + parameters}, {"no method of auto finds all light; none finds more than path"}};
 }
 
 std::vector<std::string> method_notices(const SceneFacts& facts, std::string_view method) {

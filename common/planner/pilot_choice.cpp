@@ -78,7 +78,7 @@ PilotChoice choose(std::span<const std::string> methods, std::span<const PilotMe
     }
     const auto percent = [&](std::size_t batch) { return 100 * (1 - measures[i].light[batch] / richer->light[batch]); };
     result.reasons.push_back(
-        fmt::format("{} missed {} and {} % of the light that {} found in two pilots: its paths hit it too rarely",
+        fmt::format("{} missed {}% and {}% of the light that {} found in two pilots: its paths hit it too rarely",
                     methods[i], significant(percent(0), 2), significant(percent(1), 2),
                     methods[static_cast<std::size_t>(richer - measures.begin())]));
   }

@@ -95,17 +95,18 @@ Result<SceneReport> report_on(LoadedScene& loaded) {
 
 ReportRows scene_rows(const LoadedScene& loaded, const SceneReport& report) {
   const Scene& scene = loaded.scene;
-  ReportRows rows{{"scene", scene.name},
-                  {"film", fmt::format("{}x{} pixels", scene.film.width, scene.film.height)},
-                  {"camera", fmt::format("at {}, looking at {}, {:.4g}° high", point_text(scene.camera.eye),
-                                         point_text(scene.camera.look_at), scene.camera.vertical_fov_degrees)},
-                  {"materials", counts_text(fmt::format("{}: ", scene.materials.size()), report.materials)},
-                  {"objects", fmt::format("{}: {}, {}, {}", scene.objects.size(), counted(report.triangles, "triangle"),
-                                          counted(report.spheres, "sphere"), counted(report.planes, "plane"))},
-                  {"lights", counts_text(report.emissive_objects == 1
-                                             ? "1 object that emits"
-                                             : fmt::format("{} objects that emit", report.emissive_objects),
-                                         report.lights)}};
+  ReportRows rows{
+      {"scene", scene.name},
+      {"film", fmt::format("{}x{} pixels", scene.film.width, scene.film.height)},
+      {"camera", fmt::format("at {}, looking at {}, vertical field of view {:.4g}°", point_text(scene.camera.eye),
+                             point_text(scene.camera.look_at), scene.camera.vertical_fov_degrees)},
+      {"materials", counts_text(fmt::format("{}: ", scene.materials.size()), report.materials)},
+      {"objects", fmt::format("{}: {}, {}, {}", scene.objects.size(), counted(report.triangles, "triangle"),
+                              counted(report.spheres, "sphere"), counted(report.planes, "plane"))},
+      {"lights",
+       counts_text(report.emissive_objects == 1 ? "1 object that emits"
+                                                : fmt::format("{} objects that emit", report.emissive_objects),
+                   report.lights)}};
   if (const std::vector<std::string> groups = light_groups_of(scene); !groups.empty()) {
     rows.push_back({"light groups", fmt::format("{}", fmt::join(groups, ", "))});
   }
@@ -118,14 +119,15 @@ ReportRows scene_rows(const LoadedScene& loaded, const SceneReport& report) {
   for (const Meter& meter : scene.meters) {
     rows.push_back({"meter " + meter.name, std::string(quantity_of(meter))});
   }
-  rows.push_back({"assets", fmt::format("{}, {}", loaded.assets.size(), human_bytes(report.asset_bytes))});
+  rows.push_back(
+      {"assets", fmt::format("{}, {} in all", counted(loaded.assets.size(), "file"), human_bytes(report.asset_bytes))});
   return rows;
 }
 
 ReportRows fact_rows(const SceneFacts& facts) {
   ReportRows rows{{"casters", facts.casters.text()},
-                  {"albedo", fmt::format("at most {:.3g}", facts.largest_albedo)},
-                  {"compiled in", fmt::format("{}", fmt::join(features_of(facts), ", "))}};
+                  {"largest albedo", fmt::format("{:.3g}", facts.largest_albedo)},
+                  {"features", fmt::format("{}", fmt::join(features_of(facts), ", "))}};
   if (!facts.see_through.empty()) {
     rows.push_back({"see-through", facts.see_through.text()});
   }

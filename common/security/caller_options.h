@@ -9,8 +9,8 @@
 namespace lightmill {
 
 /// --tls-ca, --tls-cert, --tls-key and --token-file, each with an environment variable.
-inline void add_caller_options(CLI::App& app, CallerFiles& files) {
-  const auto add = [&app](const char* option, std::string& file, const char* text, const char* variable) {
+inline void add_caller_options(CLI::App& app, CallerFiles& files, const char* group = "Access") {
+  const auto add = [&app, group](const char* option, std::string& file, const char* text, const char* variable) {
     // CLI11 applies environment variables to the options of all commands. Only commands that run may use them, and
     // values on the command line have priority.
     app.add_option_function<std::string>(
@@ -24,7 +24,7 @@ inline void add_caller_options(CLI::App& app, CallerFiles& files) {
            text)
         ->type_name("FILE")
         ->envname(variable)
-        ->group("Access");
+        ->group(group);
   };
   add(kAuthorityOption, files.tls.authority, "the authority of the coordinator's certificate; encrypts the connection",
       kAuthorityVariable);

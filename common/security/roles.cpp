@@ -4,6 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include "common/base/suggestion.h"
+
 namespace lightmill {
 namespace {
 
@@ -12,6 +14,16 @@ constexpr std::string_view kUriStart = "lightmill://role/";
 std::optional<Role> role_named(std::string_view name) {
   const auto found = std::ranges::find(kRoles, name, name_of);
   return found == kRoles.end() ? std::nullopt : std::optional(*found);
+}
+
+std::vector<std::string> list_of(Roles roles) {
+  std::vector<std::string> names;
+  for (const Role role : kRoles) {
+    if (roles.has(role)) {
+      names.emplace_back(name_of(role));
+    }
+  }
+  return names;
 }
 
 }  // namespace
@@ -35,13 +47,7 @@ std::string_view name_of(Role role) {
 }
 
 std::string names_of(Roles roles) {
-  std::vector<std::string_view> names;
-  for (const Role role : kRoles) {
-    if (roles.has(role)) {
-      names.push_back(name_of(role));
-    }
-  }
-  return fmt::format("{}", fmt::join(names, ", "));
+  return fmt::format("{}", fmt::join(list_of(roles), ", "));
 }
 
 Result<Roles> parse_roles(std::string_view text) {
@@ -53,7 +59,7 @@ Result<Roles> parse_roles(std::string_view text) {
     name = name.substr(0, name.find_last_not_of(' ') + 1);
     const std::optional<Role> role = role_named(name);
     if (!role) {
-      return invalid_argument("unknown role '{}'. Known roles: {}", name, names_of(Roles::all()));
+      return invalid_argument("{}", unknown_text("role", name, list_of(Roles::all())));
     }
     roles.add(*role);
     at = end + 1;

@@ -52,35 +52,40 @@ consteval bool in_order() {
 }
 static_assert(in_order(), "every Rpc has its line, in the order of the enumeration");
 
-/// Roles that may do this with any job.
-constexpr Roles roles_for(Right right) {
+struct Permission {
+  std::string_view what;  ///< as in "may not submit jobs"
+  Roles roles;            ///< they may do this with any job
+};
+
+constexpr Permission permission_for(Right right) {
   switch (right) {
     case Right::submit:
-      return {Role::submit, Role::operate, Role::admin};
+      return {"submit jobs", {Role::submit, Role::operate, Role::admin}};
     case Right::bring_assets:
-      return {Role::worker, Role::submit, Role::operate, Role::admin};
+      return {"upload assets", {Role::worker, Role::submit, Role::operate, Role::admin}};
     case Right::see_job:
-      return {Role::view, Role::operate, Role::admin};
+      return {"see jobs", {Role::view, Role::operate, Role::admin}};
     case Right::steer_job:
-    case Right::steer_farm:
-      return {Role::operate, Role::admin};
+      return {"change jobs", {Role::operate, Role::admin}};
     case Right::see_farm:
-      return {Role::view, Role::submit, Role::operate, Role::admin};
+      return {"see the farm", {Role::view, Role::submit, Role::operate, Role::admin}};
+    case Right::steer_farm:
+      return {"drain, quarantine or release workers", {Role::operate, Role::admin}};
     case Right::fetch_assets:
-      return {Role::worker, Role::operate, Role::admin};
+      return {"read assets", {Role::worker, Role::operate, Role::admin}};
     case Right::work:
-      return {Role::worker};
+      return {"render", {Role::worker}};
     case Right::administer:
-      return {Role::admin};
+      return {"manage tokens or read the log", {Role::admin}};
     case Right::enrol:
-      return {Role::enrol};
+      return {"enrol", {Role::enrol}};
   }
   return {};
 }
 
 /// Roles that may do this with their own jobs.
 constexpr Roles roles_for_own(Right right) {
-  Roles roles = roles_for(right);
+  Roles roles = permission_for(right).roles;
   if (right == Right::see_job || right == Right::steer_job) {
     roles.add(Role::submit);
   }
@@ -89,7 +94,7 @@ constexpr Roles roles_for_own(Right right) {
 
 bool may(const Identity& caller, Right right, std::string_view owner) {
   const bool own = !caller.name.empty() && caller.name == owner;
-  return caller.roles.has_any(own ? roles_for_own(right) : roles_for(right));
+  return caller.roles.has_any(own ? roles_for_own(right) : permission_for(right).roles);
 }
 
 }  // namespace
@@ -103,20 +108,20 @@ const RpcRule& rule_of(Rpc rpc) {
 }
 
 Status check_call(const Identity& caller, Rpc rpc) {
-  const RpcRule& rule = rule_of(rpc);
-  return caller.roles.has_any(roles_for_own(rule.right))
+  const Right right = rule_of(rpc).right;
+  return caller.roles.has_any(roles_for_own(right))
              ? ok_status()
-             : make_error(StatusCode::kPermissionDenied, "{} is for the roles {}, which {} does not have", rule.method,
-                          names_of(roles_for_own(rule.right)), describe(caller));
+             : make_error(StatusCode::kPermissionDenied, "{} may not {}. Roles that may: {}", describe(caller),
+                          permission_for(right).what, names_of(roles_for_own(right)));
 }
 
 Status check_job(const Identity& caller, Rpc rpc, std::string_view owner) {
-  const RpcRule& rule = rule_of(rpc);
-  return may(caller, rule.right, owner)
+  const Right right = rule_of(rpc).right;
+  return may(caller, right, owner)
              ? ok_status()
              : make_error(StatusCode::kPermissionDenied,
-                          "the job is somebody else's: {} is for the roles {}, which {} does not have", rule.method,
-                          names_of(roles_for(rule.right)), describe(caller));
+                          "the job is somebody else's: {} may not {} of others. Roles that may: {}", describe(caller),
+                          permission_for(right).what, names_of(permission_for(right).roles));
 }
 
 bool may_see_job(const Identity& caller, std::string_view owner) {
@@ -126,7 +131,7 @@ bool may_see_job(const Identity& caller, std::string_view owner) {
 std::vector<std::string_view> allowed_methods(const Identity& caller, bool own) {
   std::vector<std::string_view> methods;
   for (const RpcRule& rule : kRules) {
-    if (caller.roles.has_any(own ? roles_for_own(rule.right) : roles_for(rule.right))) {
+    if (caller.roles.has_any(own ? roles_for_own(rule.right) : permission_for(rule.right).roles)) {
       methods.push_back(rule.method);
     }
   }

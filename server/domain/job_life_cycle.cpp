@@ -125,7 +125,7 @@ bool JobLifeCycle::finish_if_complete(Job& job, const Event& event) {
     const FrameError error = job.frame_error();
     return complete(
         job, GoalLimit::error,
-        fmt::format("reached relMSE {} (95 %: at most {}) at {} samples per pixel", significant(error.rel_mse, 2),
+        fmt::format("reached relMSE {} (95%: at most {}) at {} samples per pixel", significant(error.rel_mse, 2),
                     significant(error.rel_mse + error.half_width, 2), job.film().frame_samples()),
         event);
   }

@@ -110,15 +110,16 @@ std::string FarmView::why_none_may(const Job& job) const {
                              : fmt::format("{} and {} more are", names[0], names.size() - 1);
   };
   std::vector<std::string> reasons;
+  std::string remedy;
   if (!in_quarantine.empty()) {
-    reasons.push_back(fmt::format("{} in quarantine, which `lightmill workers release {}` ends", some(in_quarantine),
-                                  in_quarantine[0]));
+    reasons.push_back(fmt::format("{} in quarantine", some(in_quarantine)));
+    remedy = fmt::format(". End the quarantine with `lightmill workers release {}`", in_quarantine[0]);
   }
   if (!leaving.empty()) {
     reasons.push_back(fmt::format("{} leaving the farm", some(leaving)));
   }
   if (!reasons.empty()) {
-    return fmt::format("waits for a worker: {}", fmt::join(reasons, "; "));
+    return fmt::format("waits for a worker: {}{}", fmt::join(reasons, "; "), remedy);
   }
   if (!job.refusals().empty()) {
     return job.refusals().reason_to_wait();

@@ -58,7 +58,7 @@ Result<MethodNotes> settle_method(JobSpec& spec, const AssetStore& assets) {
   MethodPlan plan = plan_method(facts, settings.method);
   notes.reasons = std::move(plan.reasons);
   notes.notices =
-      method_notices(facts, plan.candidates.front());  // if there are several candidates, each finds all of the light
+      method_notices(facts, plan.candidates.front());  // if there are several candidates, each finds all light
   if (plan.candidates.size() == 1) {
     settings.method = std::move(plan.candidates.front());
     if (spec.goal.adaptive) {

@@ -21,11 +21,12 @@ def options_and_commands(lines):
     options, commands, in_group = set(), [], False
     for line in lines:
         if line and not line.startswith(" "):
-            in_group = line != "Examples:" and re.fullmatch(r"[A-Z][A-Za-z ]*:", line) is not None
+            in_group = line != "Examples:" and re.fullmatch(r"[A-Z][A-Za-z ]*( \(.*\))?:", line) is not None
         elif in_group and (match := re.match(r"  ([a-z][a-z-]*)(\s|$)", line)):
             commands.append(match.group(1))
-        elif in_group and (match := re.match(r"  ((?:-\w,)?--[a-z][a-z-]*)(\s|$)", line)):
-            options.update(match.group(1).split(","))
+        elif in_group and re.match(r"  (-\w,)?--", line):  # one option, or the list of those for access
+            for names in re.findall(r"(?<!\S)((?:-\w,)?--[a-z][a-z-]*)(?!\S)", line[2:].split("  ")[0]):
+                options.update(names.split(","))
     return options, commands
 
 

@@ -251,7 +251,7 @@ TEST(Access, AWorkerWithACertificateRendersAndOneWithoutIsToldWhy) {
   const auto nameless = worker("nameless", {"--tls-ca", ca});
   EXPECT_TRUE(says("nameless", "this farm asks who calls")) << farm.log("nameless");
   const auto viewer = worker("viewer", {"--tls-ca", ca, "--tls-cert", file("v.pem", secure.person("v", {Role::view}))});
-  EXPECT_TRUE(says("viewer", "Work is for the roles worker")) << farm.log("viewer");
+  EXPECT_TRUE(says("viewer", "may not render. Roles that may: worker")) << farm.log("viewer");
   const KeyAndCertificate other = make_authority("Other farm", today()).value();
   const auto lost = worker("lost", {"--tls-ca", secure.write("other.pem", other.certificate)});
   EXPECT_TRUE(says("lost", "its certificate is signed by 'Test farm', which is not the authority of --tls-ca"))

@@ -239,7 +239,7 @@ TEST_F(Enrolment, AWorkerThatCannotEnrolSaysWhatToDo) {
 TEST_F(Enrolment, ATokenOfAnotherKindIsRefusedByName) {
   const std::string file = secure_.write("enrol", token_for(root(), "ada", {Role::submit}));
   const auto process = worker(file);
-  EXPECT_TRUE(says("Enrol is for the roles enrol, which 'ada' (roles: submit; by token"))
+  EXPECT_TRUE(says("'ada' (roles: submit; by token") && says(") may not enrol. Roles that may: enrol"))
       << secure_.farm().log("worker");
 }
 

@@ -65,7 +65,7 @@ ExitCode show_error(const Console& console, const ErrorOptions& options) {
   }
   Rows rows;
   for (const auto& [name, number, note] : {std::tuple{"relMSE", error->rel_mse, ""},
-                                           {"trimmed", error->rel_mse_trimmed, "without the worst 0.1 % of the pixels"},
+                                           {"trimmed", error->rel_mse_trimmed, "without the worst 0.1% of the pixels"},
                                            {"energy ratio", error->energy_ratio, ""},
                                            {"SMAPE", error->smape, ""},
                                            {"FLIP", comparison->flip, ""},

@@ -3,8 +3,8 @@
 
 #include "client/cli/context.h"
 #include "client/cli/help_topics.h"
+#include "common/base/suggestion.h"
 #include "common/command_line/help_page.h"
-#include "common/command_line/usage_errors.h"
 
 namespace lightmill::cli {
 namespace {
@@ -43,6 +43,7 @@ std::string topics_text() {
   for (const HelpTopic& topic : help_topics()) {
     text += fmt::format("  {:<10}  {}\n", topic.name, topic.about);
   }
+  text.pop_back();  // the final line feed
   return text;
 }
 

@@ -9,6 +9,7 @@
 #include "client/cli/progress.h"
 #include "client/cli/table.h"
 #include "client/cli/units.h"
+#include "common/base/suggestion.h"
 #include "common/film/sample_range.h"
 #include "common/wire/farm_messages.h"
 
@@ -25,28 +26,19 @@ struct JobOptions {
   bool cancel = false;
 };
 
-std::vector<std::string> table_row(const v1::Job& job) {
+std::vector<std::string> table_row(const v1::Job& job, std::int64_t now_ms) {
   const bool running = job.state() == v1::JOB_STATE_RUNNING;
   return {std::to_string(job.id()),
           job.name(),
           state_name(job.state()),
           fmt::format("{:.0f}%", std::floor(100 * fraction_done(job))),
-          samples_count(job),
+          short_samples_count(job),
           error_text(job).empty() ? "-" : error_text(job),
-          running && job.reason().empty() && job.eta_seconds() >= 0 ? human_seconds(job.eta_seconds()) : "-",
+          running && job.reason().empty() && job.eta_seconds() >= 0 ? rough_seconds(job.eta_seconds()) : "-",
           method_text(job),
-          fmt::format("{}x{}", job.width(), job.height()),
           job.owner(),
-          human_date(job.submitted_unix_ms())};
-}
-
-/// Green, blue, yellow, red.
-int color_of_state(std::string_view state) {
-  return state == "done"                             ? 32
-         : state == "running"                        ? 34
-         : state == "paused" || state == "cancelled" ? 33
-         : state == "failed"                         ? 31
-                                                     : 0;
+          human_day(job.submitted_unix_ms(), now_ms),
+          fmt::format("{}x{}", job.width(), job.height())};
 }
 
 /// What unfinished jobs wait for, without duplicates.
@@ -75,7 +67,7 @@ Result<JobState> parse_state(std::string_view text) {
       return state;
     }
   }
-  return invalid_argument("the state must be one of {}, got '{}'", fmt::join(names, ", "), text);
+  return invalid_argument("{}", unknown_text("state", text, names));
 }
 
 struct ListOptions {
@@ -97,11 +89,12 @@ Status list_jobs(CoordinatorClient& connection, const Console& console, const Li
   LM_ASSIGN_OR_RETURN(const ListedJobs listed, connection.list_jobs(std::move(request), limit));
   const std::vector<v1::Job>& jobs = listed.items;
   json objects = json::array();
+  const std::int64_t now_ms = system_clock().unix_milliseconds();
   std::vector<std::vector<std::string>> rows{
-      {"JOB", "NAME", "STATE", "DONE", "SAMPLES", "ERROR", "ETA", "METHOD", "SIZE", "OWNER", "SUBMITTED"}};
+      {"JOB", "NAME", "STATE", "DONE", "SAMPLES", "ERROR", "ETA", "METHOD", "OWNER", "SUBMITTED", "SIZE"}};
   for (const v1::Job& job : jobs) {
     objects.push_back(to_json(job));
-    rows.push_back(table_row(job));
+    rows.push_back(table_row(job, now_ms));
   }
   console.notices(listed.notices);
   console.object(json{{"jobs", objects}, {"total", listed.total}, {"notices", listed.notices}});
@@ -109,7 +102,7 @@ Status list_jobs(CoordinatorClient& connection, const Console& console, const Li
   if (jobs.empty()) {
     console.result(chosen ? "no job matches" : "no jobs yet: `lightmill submit SCENE` queues one");
   } else {
-    print_table(console, rows, {2, color_of_state});
+    print_table_in_lines(console, rows, {2, color_of_state});
     if (jobs.size() < listed.total) {
       console.notice(fmt::format("{} of {} jobs; --all lists all", jobs.size(), listed.total));
     }
@@ -147,7 +140,9 @@ ExitCode call_for_each(CoordinatorClient& connection, const Console& console, co
     if (options.jobs.size() == 1 || exit_code_of(failure) == kUnreachable) {
       break;
     }
-    console.notice(fmt::format("job {}: {}", job, message_of(failure)));
+    const std::string message = message_of(failure), subject = fmt::format("job {}", job);
+    const bool named = message.starts_with(subject + " ") || message.ends_with(" " + subject);
+    console.notice(named ? message : fmt::format("{}: {}", subject, message));
     failed.push_back({{"id", job}, {"message", message_of(failure)}});
   }
   if (options.jobs.size() == 1) {
@@ -173,7 +168,7 @@ CLI::App* add_job_command(CLI::App& app, Context& context, const std::shared_ptr
   CLI::App* command = app.add_subcommand(name, about);
   command->add_option("JOB", options->jobs, "the jobs' numbers, as `submit` and `jobs` print them")
       ->required()
-      ->check(whole_number(1, std::numeric_limits<std::uint64_t>::max()));
+      ->check(job_number());
   add_common_options(*command, context);
   command->callback([&context, options, call] {
     context.run = [&context, options, call](const Console& console) {
@@ -233,7 +228,7 @@ void add_job_commands(CLI::App& app, Context& context) {
       [](CoordinatorClient& connection, const JobOptions& given, std::uint64_t job) {
         return done(connection.set_priority(job, given.priority));
       })
-      ->add_option("--to", options->priority, "jobs with a higher priority go first; the default is 0")
+      ->add_option("--to", options->priority, "jobs with a higher priority go first; new jobs have 0")
       ->type_name("P")
       ->required()
       ->check(signed_whole_number(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()));

@@ -11,6 +11,7 @@
 #include "client/cli/submission.h"
 #include "client/cli/units.h"
 #include "common/base/number_text.h"
+#include "common/base/text_width.h"
 
 namespace lightmill::cli {
 namespace {
@@ -75,7 +76,7 @@ class Lab {
     Result<v1::Job> job = follow_job(farm_, id, false, signals_, console_, [&](const v1::WatchJobResponse& response) {
       if (console_.terminal() && !console_.json()) {
         const std::string head = fmt::format("[{}/{}{}] {}: ", runs_ - runs_left_, runs_, eta_text(), label);
-        console_.redraw(head + progress_text(response.job(), console_.width() - 1 - static_cast<int>(head.size())));
+        console_.redraw(head + progress_text(response.job(), console_.width() - 3 - columns_of(head)));
       }
     });
     if (job.ok() && job->state() != v1::JOB_STATE_DONE) {

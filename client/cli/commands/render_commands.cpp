@@ -58,26 +58,21 @@ std::string save_interrupted(Farm& farm, std::uint64_t id, const PictureOutputs&
                      samples_per_pixel(receipt.min_samples, receipt.max_samples), fmt::join(outputs.paths, ", "));
 }
 
-/// Handles an interruption. On a shared farm Ctrl-C cancels the job, and its film stays. A closed terminal or a SIGTERM
-/// leaves it running, because the user did not decide. A private farm's film is saved, and `object` gets the file
-/// names. `server`: the end of commands that reach the same farm.
-void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::string& server,
-                     const PictureOutputs& outputs, const Console& console, nlohmann::json& object) {
+/// Handles an interruption, and says how. On a shared farm Ctrl-C cancels the job, and its film stays. A closed terminal
+/// or a SIGTERM leaves it running, because the user did not decide. A private farm's film is saved, and `object` gets
+/// the file names. `server`: the end of commands that reach the same farm.
+std::string end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::string& server,
+                            const PictureOutputs& outputs, nlohmann::json& object) {
   if (farm.local_farm) {
-    console.notice(
-        fmt::format("interrupted; {}; the local farm is stopped", save_interrupted(farm, id, outputs, object)));
-    return;
+    return save_interrupted(farm, id, outputs, object) + "; the local farm is stopped";
   }
   if (!by_user) {
-    console.notice(fmt::format("interrupted; job {} continues; follow it with: lightmill watch {}{}", id, id, server));
-    return;
+    return fmt::format("job {} continues. Follow it with `lightmill watch {}{}`", id, id, server);
   }
   const Result<v1::Job> job = farm.connection->cancel_job(id);
-  console.notice(job.ok()
-                     ? fmt::format("interrupted; job {} is cancelled. Get its picture with: lightmill fetch {} -o "
-                                   "FILE{}",
-                                   id, id, server)
-                     : fmt::format("interrupted; job {} could not be cancelled: {}", id, message_of(job.status())));
+  return job.ok()
+             ? fmt::format("job {} is cancelled. Get its picture with `lightmill fetch {} -o FILE{}`", id, id, server)
+             : fmt::format("job {} could not be cancelled: {}", id, message_of(job.status()));
 }
 
 void warn_if_no_worker(const Console& console, CoordinatorClient& connection) {
@@ -127,11 +122,12 @@ ExitCode render(Context& context, const Console& console, RenderCommandOptions o
                                          [&](const v1::WatchJobResponse& response) { progress.show(response.job()); });
   if (!job.ok()) {
     nlohmann::json object{{"id", submitted->id()}};
+    std::string message = message_of(job.status());
     if (context.signals.interrupted()) {
-      end_interrupted(*farm, submitted->id(), context.signals.interrupted_by_user(), context.common.server_words(),
-                      *checked, console, object);
+      message += "; " + end_interrupted(*farm, submitted->id(), context.signals.interrupted_by_user(),
+                                        context.common.server_words(), *checked, object);
     }
-    return console.fail(job.status(), std::move(object));
+    return console.fail(make_error(job.status().code(), "{}", message), std::move(object));
   }
   return report_ended_job(console, *farm->connection, *job, *checked, prepared->scene.notices);
 }

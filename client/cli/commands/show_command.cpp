@@ -1,5 +1,6 @@
 // lightmill show JOB
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "client/chart/chart.h"
 #include "client/cli/context.h"
@@ -49,7 +50,8 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
   std::vector<std::vector<std::string>> rows{
       {"job", fmt::format("{}  {}", job.id(), job.name())},
       {"state", state_name(job.state()) + (says_more ? ": " + job.reason() : "")},
-      {"owner", fmt::format("{} on {}, {}", job.owner(), job.host(), human_date(job.submitted_unix_ms()))},
+      {"owner", fmt::format("{} on {}", job.owner(), job.host())},
+      {"submitted", human_date(job.submitted_unix_ms())},
       {"picture",
        fmt::format(
            "{}x{}{}", job.width(), job.height(),
@@ -57,8 +59,9 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
       {"method", fmt::format("{}{}, seed {}", method_name(job), how_chosen(job), job.seed())},
       {"goal", goal_text(job.goal())},
       {"priority", std::to_string(job.priority())},
-      {"samples", fmt::format("{} per pixel, {} in all", range_text(job.min_tile_samples(), job.max_tile_samples()),
-                              human_count(static_cast<double>(job.samples_done())))},
+      {"samples",
+       fmt::format("{} per pixel, {} samples in all", range_text(job.min_tile_samples(), job.max_tile_samples()),
+                   human_count(static_cast<double>(job.samples_done())))},
       {"rendering", human_seconds(job.active_seconds())},
       {"worker time", human_seconds(job.worker_seconds()) + " over all threads"},
       {"audits", verification_text(job)},
@@ -74,8 +77,9 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
   if (!film.picture.layers.empty()) {
     rows.push_back({"layers", fmt::format("{}", fmt::join(layer_names(film.picture), ", "))});
   }
+  std::string head = job.method_notes().candidates().empty() ? "chosen" : "candidates";
   for (const std::string& reason : job.method_notes().reasons()) {
-    rows.push_back({job.method_notes().candidates().empty() ? "chosen" : "candidates", reason});
+    rows.push_back({std::exchange(head, ""), reason});
   }
   for (const std::string& notice : job.method_notes().notices()) {
     rows.push_back({"note", notice});

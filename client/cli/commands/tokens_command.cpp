@@ -58,10 +58,10 @@ Result<json> token_json(const v1::Token& token) {
 
 /// The purpose of a new token, in words.
 std::string purpose_of(const v1::Token& token, Roles roles) {
-  return roles.has(Role::enrol) ? fmt::format("enrols {} as '{}/HOST', with tokens for {},",
+  return roles.has(Role::enrol) ? fmt::format("It enrols {} as '{}/HOST'. Their tokens last {}",
                                               counted(token.enrolment().workers(), "worker"), token.name(),
                                               counted(token.enrolment().worker_seconds() / kDaySeconds, "day"))
-                                : fmt::format("of '{}' ({})", token.name(), names_of(roles));
+                                : fmt::format("It belongs to '{}' (roles: {})", token.name(), names_of(roles));
 }
 
 Status create(CoordinatorClient& connection, const Console& console, const TokenOptions& options) {
@@ -98,9 +98,8 @@ Status create(CoordinatorClient& connection, const Console& console, const Token
   LM_ASSIGN_OR_RETURN(json object, token_json(*token));
   object[options.out.empty() ? "token" : "file"] = options.out.empty() ? made.text : options.out;
   console.object(object);
-  console.notice(fmt::format("token {} {} until {}{}", made.id, purpose_of(*token, roles),
-                             human_date(1000 * token->until_unix_s()),
-                             options.out.empty() ? "; it is shown only once" : ""));
+  console.notice(fmt::format("token {} is valid until {}{}. {}", made.id, human_date(1000 * token->until_unix_s()),
+                             options.out.empty() ? " and shown only once" : "", purpose_of(*token, roles)));
   console.result(options.out.empty() ? made.text : fmt::format("{}: the token", options.out));
   return ok_status();
 }
@@ -123,11 +122,11 @@ Status list(CoordinatorClient& connection, const Console& console) {
       ending.push_back(token.name());
     }
     rows.push_back(
-        {token.id(), token.name(), names_of(roles) + uses, human_date(1000 * token.made_unix_s()),
+        {token.id(), token.name(), names_of(roles) + uses, human_day(1000 * token.made_unix_s()),
          !token.enrolled_by().empty() ? "token " + token.enrolled_by()
          : token.made_by().empty()    ? "-"
                                       : token.made_by(),
-         human_date(1000 * token.until_unix_s()) + (token.until_unix_s() <= now_unix_s() ? " (expired)" : "")});
+         human_day(1000 * token.until_unix_s()) + (token.until_unix_s() <= now_unix_s() ? " (expired)" : "")});
   }
   console.object(json{{"tokens", objects}});
   if (tokens.empty()) {

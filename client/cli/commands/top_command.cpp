@@ -109,7 +109,7 @@ void follow_farm(CoordinatorClient& connection, TopSnapshot snapshot, Duration i
       }
     }
     if (const Screen::Size size = Screen::size(); shown != size) {
-      Screen::show(top_lines(snapshot, size.columns, size.rows));
+      Screen::show(top_lines(snapshot, size.columns, size.rows, colors_wanted()));
       shown = size;
     }
   } while (!screen.quit_requested(kTick));

@@ -171,10 +171,8 @@ ExitCode verify(Context& context, const Console& console, const VerifyOptions& o
                         object);
   }
   console.object(object);
-  console.result(
-      fmt::format("{}: the file is unchanged, and {} of its {} tiles were rendered again with the same bits (--seed "
-                  "{})",
-                  options.image, tiles.size(), all, seed));
+  console.result(fmt::format("{}: the file is unchanged. {} of {} tiles: rendered again, same bits (--seed {})",
+                             options.image, tiles.size(), all, seed));
   return kDone;
 }
 

@@ -45,7 +45,7 @@ Status list_workers(CoordinatorClient& connection, const Console& console, const
   }
   for (const v1::Worker& worker : workers) {
     if (!worker.quarantine().empty()) {
-      console.notice(fmt::format("{} is in quarantine: {}; release it with `lightmill workers release {}{}`",
+      console.notice(fmt::format("{} is in quarantine ({}). End it with `lightmill workers release {}{}`",
                                  worker.name(), worker.quarantine(), worker.name(), common.server_words()));
     }
   }
@@ -59,11 +59,9 @@ Status list_workers(CoordinatorClient& connection, const Console& console, const
         rows[i + 1].push_back(workers[i].away() ? "-" : workers[i].fingerprint_class());
       }
     }
-    print_table(console, rows, {1, [](std::string_view activity) {
-                                  return activity.starts_with("quarantine") ? 31 : activity == "working" ? 32 : 0;
-                                }});
+    print_table_in_lines(console, rows, {1, color_of_activity});
     if (listed.wanted > workers.size()) {
-      console.notice(fmt::format("the farm could use {}", counted(listed.wanted, "worker")));
+      console.notice(fmt::format("jobs could keep {} busy", counted(listed.wanted, "worker")));
     }
   }
   return ok_status();

@@ -55,9 +55,9 @@ void complete(T* pixels, std::size_t count, int channels, T opaque) {
   }
 }
 
-/// ": " and the library's message, if any.
+/// ": " and the first line of the library's message, if any. Further lines come from callers of what failed.
 std::string reason(const std::string& text) {
-  const std::string line = library_text(text);
+  const std::string line = library_text(text.substr(0, text.find('\n')));
   return line.empty() ? "" : ": " + line;
 }
 

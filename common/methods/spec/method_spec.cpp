@@ -7,6 +7,8 @@
 #include <cmath>
 #include <set>
 
+#include "common/base/suggestion.h"
+
 namespace lightmill {
 namespace {
 
@@ -176,7 +178,7 @@ Result<MethodSpec> parse_method(std::string_view text) {
   spec.name = text.substr(0, colon);
   const Entry* const entry = find_method(spec.name);
   if (entry == nullptr) {
-    return invalid_argument("unknown method '{}'. Known methods: {}", spec.name, method_list());
+    return invalid_argument("{}", unknown_text("method", spec.name, {method_names().begin(), method_names().end()}));
   }
   std::set<std::string_view> given;
   for (std::size_t at = colon; at != std::string_view::npos && at < text.size();) {

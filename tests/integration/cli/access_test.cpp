@@ -134,7 +134,8 @@ TEST_F(SecureCliTest, PeopleUseTheFarmByTheirRoles) {
   EXPECT_EQ(json(as("bob", {"jobs"}))["jobs"].size(), 0u);
   EXPECT_TRUE(says(failure(as("bob", {"cancel", "1"})), "the job is somebody else's"));
   EXPECT_TRUE(says(failure(as("", {"jobs"})), "give a certificate (--tls-cert)"));
-  EXPECT_TRUE(says(failure(as("render-1", {"jobs"})), "'render-1' (roles: worker; by certificate) does not have"));
+  EXPECT_TRUE(
+      says(failure(as("render-1", {"jobs"})), "'render-1' (roles: worker; by certificate) may not see the farm"));
   EXPECT_EQ(json(as("ada", {"cancel", "1"}))["state"], "cancelled");
   const CommandResult workers = lightmill(as("ada", {"workers"}));
   EXPECT_TRUE(says(workers.out, "--tls-ca " + pem("ca") + " --enrol-file render.enrol")) << workers.out;
@@ -203,6 +204,7 @@ TEST_F(SecureCliTest, TokensAreCreatedListedAndRevoked) {
   const CommandResult shown = lightmill(as("root", {"tokens", "create", "dora", "--out", file("dora")}));
   EXPECT_EQ(shown.exit_code, 0) << shown.err;
   EXPECT_FALSE(says(shown.out + shown.err, "lightmill_")) << "it is in the file alone";
+  EXPECT_TRUE(says(shown.err, "It belongs to 'dora' (roles: view, submit)")) << shown.err;
   EXPECT_TRUE(says(failure(as("root", {"tokens", "create", "dora", "--out", file("dora")})),
                    file("dora") + " exists already: give another file with --out, or move it away first"));
   const CommandResult soon = lightmill(as("root", {"tokens"}));
@@ -214,7 +216,7 @@ TEST_F(SecureCliTest, TokensAreCreatedListedAndRevoked) {
   EXPECT_EQ(listed[0]["name"], "carl");
   EXPECT_EQ(listed[0]["made_by"], "root");
   EXPECT_FALSE(listed[0].contains("token"));
-  EXPECT_TRUE(says(failure(as("ada", {"tokens"})), "ListTokens is for the roles admin"));
+  EXPECT_TRUE(says(failure(as("ada", {"tokens"})), "may not manage tokens or read the log. Roles that may: admin"));
 
   const auto by_token = [&](std::vector<std::string> arguments) {
     return as("", [&] {
@@ -283,7 +285,7 @@ TEST_F(SecureCliTest, TheLogSaysWhoDidWhat) {
   start_server("127.0.0.1:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
   json(as("ada", {"submit", scene("cornell-bench-blocks.json"), "--spp", "1"}));
   json(as("ada", {"cancel", "1"}));
-  EXPECT_TRUE(says(failure(as("ada", {"log"})), "ListActions is for the roles admin"));
+  EXPECT_TRUE(says(failure(as("ada", {"log"})), "may not manage tokens or read the log. Roles that may: admin"));
   const nlohmann::json log = json(as("root", {"log"}))["actions"];
   ASSERT_EQ(log.size(), 4u) << log;
   EXPECT_EQ(log[0]["operation"], "Start");
@@ -294,12 +296,12 @@ TEST_F(SecureCliTest, TheLogSaysWhoDidWhat) {
   EXPECT_EQ(log[2]["done"], true);
   EXPECT_EQ(log[2]["change"], "state queued -> cancelled");
   EXPECT_EQ(log[3]["done"], false);
-  EXPECT_TRUE(says(log[3]["message"], "for the roles admin"));
+  EXPECT_TRUE(says(log[3]["message"], "Roles that may: admin"));
   EXPECT_EQ(json(as("root", {"log", "--last", "1"}))["actions"], nlohmann::json::array({log[3]}));
   EXPECT_EQ(json(as("root", {"log", "--job", "1"}))["actions"].size(), 2u);
   EXPECT_EQ(json(as("root", {"log", "--caller", "ada", "--since", "2h"}))["actions"].size(), 3u);
   const CommandResult shown = lightmill(as("root", {"log"}));
-  EXPECT_TRUE(says(shown.out, "state queued -> cancelled") && says(shown.out, "refused: ListActions is for"))
+  EXPECT_TRUE(says(shown.out, "state queued -> cancelled") && says(shown.out, "may not manage tokens or read the log"))
       << shown.out;
 }
 
@@ -307,7 +309,7 @@ TEST_F(SecureCliTest, OnOneMachineTokensWorkWithoutCertificates) {
   start_server("127.0.0.1:0", {});
   const std::string here = "127.0.0.1:" + port();
   json({"tokens", "create", "carl", "--roles", "submit", "--server", here, "--out", file("carl")});
-  EXPECT_TRUE(says(failure({"tokens", "--server", here, "--token-file", file("carl")}), "for the roles admin"));
+  EXPECT_TRUE(says(failure({"tokens", "--server", here, "--token-file", file("carl")}), "Roles that may: admin"));
   EXPECT_EQ(json({"tokens", "--server", here})["tokens"].size(), 1u)
       << "a caller without credentials may do everything";
   server_.reset();

@@ -101,6 +101,12 @@ TEST_F(FarmCliTest, WorkersAreListedAndDrained) {
   EXPECT_EQ(on_farm({"workers"})["workers"][0]["name"], "w1");
   EXPECT_EQ(on_farm({"workers", "quarantine", "w1", "--reason", "smells of smoke"})["quarantine"],
             "put there by hand: smells of smoke");
+  const std::string notices = lightmill({"workers", "--server", server()}).err;
+  EXPECT_NE(notices.find("w1 is in quarantine (put there by hand: smells of smoke). End it with `lightmill workers "
+                         "release w1 --server " +
+                         server() + "`"),
+            std::string::npos)
+      << notices;
   on_farm({"workers", "release", "w1"});
   EXPECT_TRUE(on_farm({"workers"})["workers"][0]["quarantine"].is_null());
   on_farm({"workers", "drain", "w1"});
@@ -266,6 +272,9 @@ TEST_F(FarmCliTest, SeveralJobsAreChangedAtOnceDespiteOneFailure) {
   EXPECT_EQ(std::to_string(all["failed"][0].value("id", 0)), second);
   EXPECT_NE(all["failed"][1]["message"].get<std::string>().find("77"), std::string::npos);
   EXPECT_EQ(all["failure"]["message"], "2 of 4 jobs were not changed");
+  const std::string told = lightmill({"pause", second, "77", "--server", server()}).err;
+  EXPECT_EQ(told.find(fmt::format("job {0}: job {0}", second)), std::string::npos) << told;
+  EXPECT_NE(told.find("\nthere is no job 77\n"), std::string::npos) << told;
   EXPECT_EQ(on_farm({"delete", first, third, "--cancel"})["jobs"].size(), 2u);
   EXPECT_EQ(on_farm({"jobs"})["jobs"].size(), 1u);
 }

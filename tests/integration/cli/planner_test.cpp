@@ -47,7 +47,7 @@ TEST_F(CheckTest, AutoFindsAMethodForEveryIncludedScene) {
 
 TEST_F(CheckTest, ReasonsNameTheObstacle) {
   const std::string text = lightmill({"check", kGlassUnderABulb}).out;
-  for (const char* part : {"method path", "the point light 'bulb'", "glass", "auto chooses", "compiled in"}) {
+  for (const char* part : {"method path", "the point light 'bulb'", "glass", "auto chooses", "features"}) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   }
 }
@@ -173,6 +173,9 @@ TEST_F(FarmCliTest, APilotPicksTheSameMethodWhateverIsKilledMeanwhile) {
   EXPECT_NE(quiet["method"], "auto");
   EXPECT_EQ(quiet["method_chosen"], true);
   ASSERT_EQ(quiet["method_reasons"].size(), 2u) << quiet;
+  const std::string chosen = lightmill({"show", quiet_id, "--server", server()}).out;
+  EXPECT_NE(chosen.find("\nchosen "), std::string::npos) << chosen;
+  EXPECT_EQ(chosen.find("\nchosen "), chosen.rfind("\nchosen ")) << chosen;
   workers_.clear();  // the worker ends
 
   const std::string id = submit_job();

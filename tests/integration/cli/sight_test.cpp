@@ -214,9 +214,9 @@ TEST_F(FarmCliTest, TopShowsTheFarmUntilItIsLeft) {
 TEST_F(FarmCliTest, TopDrawsAgainWhenTheWindowGrows) {
   Terminal terminal({program("lightmill"), "top", "--server", server(), "--interval", "1h"}, 24, 20);
   ASSERT_TRUE(terminal.says("workers  none")) << terminal.said();
-  EXPECT_EQ(terminal.said().find("the farm could use"), std::string::npos);
+  EXPECT_EQ(terminal.said().find("jobs could keep"), std::string::npos);
   terminal.resize(24, 100);
-  EXPECT_TRUE(terminal.says("the farm could use")) << terminal.said();
+  EXPECT_TRUE(terminal.says("jobs could keep")) << terminal.said();
 }
 
 TEST_F(FarmCliTest, CtrlZDoesNotSuspendTop) {

@@ -63,6 +63,7 @@ TEST_F(VerifyTest, OnlyTheFileOfAMixedPictureIsChecked) {
                                             "--allow-mixed", "-o", path_, "--server", server()});
   ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
   EXPECT_NE(rendered.err.find("its bits cannot be reproduced"), std::string::npos) << rendered.err;
+  EXPECT_EQ(rendered.out.find("cannot be reproduced"), std::string::npos) << rendered.out;
   EXPECT_EQ(load_film_picture(path_).value().receipt.fingerprint_class, kMixedClass);
   const CommandResult checked = lightmill({"verify", path_, scene_, "--share", "all", "--server", server()});
   EXPECT_EQ(checked.exit_code, 2);

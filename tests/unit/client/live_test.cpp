@@ -73,8 +73,11 @@ TEST(Console, KeepsTheLinesOfTwoThreadsApart) {
   std::istringstream text(::testing::internal::GetCapturedStderr());
   int told = 0;
   for (std::string line; std::getline(text, line);) {
-    told += line == "news" ? 1 : 0;
-    EXPECT_TRUE(line == "news" || line.find("news") == std::string::npos) << line;
+    // What a terminal shows: a notice deletes the redrawn line, and the next redraw is below it.
+    const std::string shown = line.substr(line.rfind('\r') == std::string::npos ? 0 : line.rfind('\r'));
+    const bool is_news = shown == "news" || shown == "\r\x1b[Knews";
+    told += is_news ? 1 : 0;
+    EXPECT_TRUE(is_news || line.find("news") == std::string::npos) << line;
   }
   EXPECT_EQ(told, 1000);
 }

@@ -38,7 +38,7 @@ TEST(Progress, AJobWithoutResultsHasNoVerdictOnItsAudits) {
   job.set_verify_share(0.01);
   EXPECT_EQ(verification_text(job), "no audits yet");
   job.mutable_counters()->set_results_merged(3);
-  EXPECT_EQ(verification_text(job), "unaudited: none of 3 results was drawn at a share of 1 %");
+  EXPECT_EQ(verification_text(job), "unaudited: none of 3 results was drawn at a share of 1%");
 }
 
 TEST(Progress, SamplesAreThoseOfTheFrame) {
@@ -88,6 +88,32 @@ TEST(Progress, TheBarKeepsItsWidthWhileNumbersComeAndGrow) {
     EXPECT_EQ(progress_line(late, width, false).find(']'), end) << width;
   }
   EXPECT_NE(progress_line(running_job(), 41, false).find('['), std::string::npos);
+}
+
+TEST(Progress, TheRateGoesBeforeTheBar) {
+  v1::Job job = running_job();
+  job.mutable_goal()->set_samples(20'000'000);
+  job.set_frame_samples(16'300'000);
+  const std::string line = progress_line(job, 80, false);
+  EXPECT_NE(line.find('['), std::string::npos) << line;
+  EXPECT_EQ(line.find("samples/s"), std::string::npos) << line;
+}
+
+TEST(Progress, ALineEndsWithoutBlanks) {
+  v1::Job job = running_job();
+  job.set_samples_per_second(1);
+  for (int width = 4; width < 140; ++width) {
+    EXPECT_NE(progress_line(job, width, false).back(), ' ') << width;
+  }
+}
+
+TEST(Progress, EachReasonForAMethodHasALine) {
+  v1::Job job = running_job();
+  job.set_method("caustic");
+  job.mutable_method_notes()->add_reasons("path and caustic find all light");
+  job.mutable_method_notes()->add_reasons("caustic has less noise");
+  EXPECT_EQ(method_lines(job),
+            (std::vector<std::string>{"method caustic: path and caustic find all light", "  caustic has less noise"}));
 }
 
 TEST(Progress, ColourIsUsedOnlyOnRequest) {

@@ -46,7 +46,7 @@ std::size_t line_with(const std::vector<std::string>& lines, const std::string& 
 TEST(Top, SumsUpTheFarm) {
   const std::vector<std::string> lines = top_lines(farm(3, 3), 0, 0);
   EXPECT_EQ(lines[0], "farm     farm:7350");
-  EXPECT_EQ(lines[1], "workers  2 working, 1 idle; 12 threads, 6.00 Msamples/s; the farm could use 12");
+  EXPECT_EQ(lines[1], "workers  2 working, 1 idle; 12 threads, 6.00 Msamples/s; jobs could keep 12 workers busy");
   EXPECT_EQ(lines[2], "jobs     1 running, 2 queued");
 }
 
@@ -177,6 +177,23 @@ TEST(Top, CountsOmittedRowsAndFillsTheScreen) {
   const std::vector<std::string> both = top_lines(farm(100, 100), 0, 25);
   EXPECT_EQ(both.size(), 25u);
   EXPECT_NE(both[line_with(both, "WORKER") - 2].find("… and"), std::string::npos);
+}
+
+TEST(Top, NamesTheColumnsThatDoNotFit) {
+  TopSnapshot snapshot = farm(2, 0);
+  snapshot.jobs[0].set_name("a job with a name of forty-six characters in a");
+  snapshot.jobs[0].set_owner("ada");
+  const std::vector<std::string> narrow = top_lines(snapshot, 60, 24);
+  EXPECT_EQ(narrow.back(), "hidden: RATE, SAMPLES, OWNER (needs 79 columns)");
+  EXPECT_NE(top_lines(snapshot, 79, 24)[4].find("OWNER"), std::string::npos);
+  const std::vector<std::string> low = top_lines(farm(50, 0), 40, 12);
+  EXPECT_EQ(low.back(), "… and 46 more; hidden: RATE, SAMPLES, OW");
+}
+
+TEST(Top, ColoursStatesOnRequest) {
+  const std::vector<std::string> lines = top_lines(farm(2, 2), 80, 24, true);
+  EXPECT_NE(lines[line_with(lines, "job-2")].find("\x1b[36mrunning\x1b[0m"), std::string::npos);
+  EXPECT_NE(lines[line_with(lines, "w2")].find("\x1b[32mworking\x1b[0m"), std::string::npos);
 }
 
 TEST(Top, ShowsNoControlCharacters) {

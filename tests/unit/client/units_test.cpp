@@ -12,6 +12,8 @@ namespace lightmill::cli {
 namespace {
 
 TEST(Units, TimesGrowIntoLargerUnits) {
+  EXPECT_EQ(human_seconds(0), "0.0 s");
+  EXPECT_EQ(human_seconds(0.02), "< 0.1 s");
   EXPECT_EQ(human_seconds(0.44), "0.4 s");
   EXPECT_EQ(human_seconds(12.3), "12 s");
   EXPECT_EQ(human_seconds(59.6), "1 min 00 s");
@@ -20,6 +22,15 @@ TEST(Units, TimesGrowIntoLargerUnits) {
   EXPECT_EQ(human_seconds(4 * 86400 + 3 * 3600), "4 d 03 h");
   EXPECT_EQ(human_seconds(-1), "?");
   EXPECT_EQ(human_seconds(std::nan("")), "?");
+}
+
+TEST(Units, RoughTimesHaveOneUnit) {
+  EXPECT_EQ(rough_seconds(59.4), "59 s");
+  EXPECT_EQ(rough_seconds(59.6), "1 min");
+  EXPECT_EQ(rough_seconds(819), "14 min");
+  EXPECT_EQ(rough_seconds(7380), "2.0 h");
+  EXPECT_EQ(rough_seconds(86'300), "1.0 d");
+  EXPECT_EQ(rough_seconds(86'400e3), "1000 d");
 }
 
 TEST(Units, OneIsSingular) {
@@ -132,6 +143,9 @@ TEST(Dates, AreLocalTimes) {
   EXPECT_EQ(human_date(kMoment), "2000-02-29 05:30");
   EXPECT_EQ(human_moment(kMoment), "2000-02-29 05:30:00+0530");
   EXPECT_EQ(human_date(0), "-");
+  EXPECT_EQ(human_day(0, 0), "-");
+  EXPECT_EQ(human_day(kMoment, kMoment + 18 * 3'600'000), "05:30");
+  EXPECT_EQ(human_day(kMoment, kMoment + 19 * 3'600'000), "2000-02-29") << "the next day has begun";
 }
 
 TEST(Names, AreUtf8OfBoundedLengthWithoutControlCharacters) {
@@ -160,7 +174,11 @@ TEST(Table, RowsOfLinesLoseTheMiddleOfLongCellsThenTheLastColumns) {
   const Rows rows{{"A", "NAME", "OWNER"}, {"1", "the first picture of the second act", "ada"}};
   EXPECT_EQ(format_table_in_lines(rows, 37),
             (Lines{"A  NAME                         OWNER", "1  the first pic…he second act  ada"}));
-  EXPECT_EQ(format_table_in_lines(rows, 28), (Lines{"A  NAME", "1  the first pi…e second act"}));
+  EXPECT_EQ(format_table_in_lines(rows, 26), (Lines{"A  NAME              OWNER", "1  the firs…ond act  ada"}));
+  EXPECT_EQ(hidden_columns(rows, 26), "");
+  EXPECT_EQ(format_table_in_lines(rows, 25), (Lines{"A  NAME", "1  the first p…second act"}));
+  EXPECT_EQ(hidden_columns(rows, 25), "hidden: OWNER (needs 26 columns)");
+  EXPECT_EQ(hidden_columns(rows, 0), "");
   EXPECT_EQ(format_table_in_lines(rows, 0), format_table(rows, 0));
 }
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/base/suggestion.h"
 #include "common/base/text_width.h"
 #include "common/command_line/usage_errors.h"
 
@@ -48,7 +49,7 @@ Usage: mill grind GRAIN [OPTIONS]
 
 Options:
   -h,--help    Print this help message and exit
-  --size SIZE  how large the pieces are that come out [fine]
+  --size SIZE  how large the pieces are that come out (default: fine)
 
 Stones:
   --stones N  how many stones (default: $MILL_STONES)
@@ -83,7 +84,8 @@ TEST(HelpPage, ALongExampleStaysACommandThatAShellReads) {
   const std::string text =
       "  mill grind wheat                fine flour\n"
       "  mill grind wheat rye --size fine --stones 3  flour for bread that is baked tomorrow\n";
-  EXPECT_EQ(wrapped_text(text, 80), R"(  mill grind wheat                fine flour
+  EXPECT_EQ(wrapped_text(text, 80), R"(  mill grind wheat
+      fine flour
   mill grind wheat rye --size fine --stones 3
       flour for bread that is baked tomorrow
 )");
@@ -94,6 +96,56 @@ TEST(HelpPage, ALongExampleStaysACommandThatAShellReads) {
       flour for bread that is baked
       tomorrow
 )");
+}
+
+TEST(HelpPage, AllCommentsOfABlockMoveIfOneDoesNotFit) {
+  EXPECT_EQ(wrapped_text("Examples:\n  mill grind wheat --size fine  flour for cakes\n  mill halt   stop\n", 40),
+            R"(Examples:
+  mill grind wheat --size fine
+      flour for cakes
+  mill halt
+      stop
+)");
+}
+
+TEST(HelpPage, CommentsBesideShortExamplesAreWrapped) {
+  EXPECT_EQ(
+      wrapped_text("Topics:\n\n  corn    sorts of corn\n  stones  which stones a mill needs, and for how long\n", 40),
+      R"(Topics:
+
+  corn      sorts of corn
+  stones    which stones a mill needs,
+            and for how long
+)");
+}
+
+TEST(HelpPage, OptionsForAccessAreInOneLine) {
+  Mill mill;
+  for (const char* const option : {"--key", "--lock"}) {
+    mill.app.add_option(option, mill.size, "a text that is not shown")->type_name("FILE")->group(kBriefAccess);
+  }
+  const std::string page = help_page(command_of(mill.app), 80);
+  EXPECT_NE(page.find("\nAccess (`lightmill help access`):\n  --key FILE, --lock FILE\n"), std::string::npos) << page;
+  EXPECT_EQ(page.find("a text that is not shown"), std::string::npos) << page;
+}
+
+TEST(HelpPage, LinesEndOutsideCommandsAndDefaults) {
+  using Lines = std::vector<std::string>;
+  EXPECT_EQ(wrap_sentences("the miller says `mill grind wheat`, and then", 30),
+            (Lines{"the miller says", "`mill grind wheat`, and then"}));
+  EXPECT_EQ(wrap_sentences("how many stones (default: 200 million) are", 28),
+            (Lines{"how many stones", "(default: 200 million) are"}));
+  EXPECT_EQ(wrap_sentences("how many stones (default: $MILL_STONES, else two)", 40),
+            (Lines{"how many stones (default: $MILL_STONES,", "else two)"}));
+  EXPECT_EQ(wrap_sentences("a `command that is longer than a line` is cut", 20),
+            (Lines{"a `command that is", "longer than a line`", "is cut"}));
+  EXPECT_EQ(wrap_sentences("one ` alone is no command", 12), (Lines{"one ` alone", "is no", "command"}));
+}
+
+TEST(HelpPage, AWordThatIsLongerThanALineStaysWhole) {
+  EXPECT_EQ(wrap_lines("the token is\nlightmill-0123456789abcdef and two  words", 20),
+            "the token is\nlightmill-0123456789abcdef\nand two  words");
+  EXPECT_EQ(wrap_lines("the token is a word", 16), "the token is a word") << "too narrow to wrap";
 }
 
 TEST(HelpPage, AnExampleIsNotBrokenBetweenAnOptionAndItsValue) {
@@ -148,7 +200,16 @@ TEST(UsageErrors, NameTheNearestWord) {
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "--beautifully"}), "`mill grind` has no option --beautifully");
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "rye"}), "unexpected argument 'rye'");
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "--size", "a", "--size", "b"}), "--size is given more than once");
+  EXPECT_EQ(Mill().error_of({"grind"}), "GRAIN must be given");
+  EXPECT_EQ(Mill().error_of({}), "a command is missing. Commands: grind, grow, halt");
   EXPECT_EQ(did_you_mean("abc", {"xyz", "abd", "abcd"}), "; did you mean 'abd'?");
+}
+
+TEST(UsageErrors, NameTheKnownWords) {
+  const std::vector<std::string> states{"queued", "running"};
+  EXPECT_EQ(unknown_text("state", "runnin", states),
+            "unknown state 'runnin'; did you mean 'running'? Known states: queued, running");
+  EXPECT_EQ(unknown_text("state", "o\x1b[m", states), "unknown state 'o\\x1b[m'. Known states: queued, running");
 }
 
 }  // namespace

@@ -154,8 +154,8 @@ TEST(Method, AnUnknownNameIsRefusedWithTheKnownNames) {
   ASSERT_TRUE(compiled.ok());
   const auto method = make_method(*compiled, {"pathh", 0, 0});
   EXPECT_EQ(message_of(method.status()),
-            "unknown method 'pathh'. Known methods: auto, path, caustic, vcm, ppm, photon-map, preview, ao, raycast, "
-            "whitted");
+            "unknown method 'pathh'; did you mean 'path'? Known methods: auto, path, caustic, vcm, ppm, photon-map, "
+            "preview, ao, raycast, whitted");
 }
 
 TEST(Method, ParametersAreCheckedByName) {

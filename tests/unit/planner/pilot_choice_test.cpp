@@ -113,7 +113,7 @@ TEST(PilotChoice, AMethodThatMissesLightIsRejectedAtAnyCost) {
 TEST(PilotChoice, ReasonsStateTheMissedLight) {
   const PilotChoice made = choose(kTwo, std::vector<PilotMeasure>{with_light(measure(1, 1), 0.75, 0.5), measure(1, 1)});
   ASSERT_EQ(made.reasons.size(), 1u);
-  EXPECT_NE(made.reasons[0].find("path missed 25 and 50 % of the light that other found"), std::string::npos)
+  EXPECT_NE(made.reasons[0].find("path missed 25% and 50% of the light that other found"), std::string::npos)
       << made.reasons[0];
 }
 

@@ -48,7 +48,7 @@ TEST_F(ErrorGoalTest, AJobEndsAtTheFirstCountThatMeetsItsError) {
     EXPECT_LE(status(job).error.rel_mse + status(job).error.half_width, error);
     EXPECT_EQ(status(job).counters.results_duplicate, 0u);
   }
-  EXPECT_EQ(status(JobId{1}).reason, "reached relMSE 0.0059 (95 %: at most 0.0065) at 96 samples per pixel");
+  EXPECT_EQ(status(JobId{1}).reason, "reached relMSE 0.0059 (95%: at most 0.0065) at 96 samples per pixel");
 }
 
 TEST_F(ErrorGoalTest, AJobKeepsItsErrorHistory) {

@@ -210,12 +210,13 @@ TEST_F(QuarantineTest, AJobWithoutOtherWorkersNamesTheQuarantinedOnesAndTheRemed
   ASSERT_EQ(status(job).fingerprint_class, "class-a");
   ASSERT_TRUE(coordinator->quarantine_worker("first", "put there by ada: smoke", false, now, effects).ok());
   flush();
-  EXPECT_EQ(status(job).reason,
-            "waits for a worker: beside and 1 more are in quarantine, which `lightmill workers release beside` ends");
+  EXPECT_EQ(
+      status(job).reason,
+      "waits for a worker: beside and 1 more are in quarantine. End the quarantine with `lightmill workers release beside`");
   coordinator->worker_disconnected(beside, now, effects);
   flush();
   EXPECT_EQ(status(job).reason,
-            "waits for a worker: first is in quarantine, which `lightmill workers release first` ends");
+            "waits for a worker: first is in quarantine. End the quarantine with `lightmill workers release first`");
   coordinator->worker_disconnected(first, now, effects);
   flush();
   EXPECT_EQ(status(job).reason,

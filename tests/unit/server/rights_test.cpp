@@ -51,8 +51,16 @@ TEST(Rights, WorkersCanOnlyWorkAndTransferAssets) {
 }
 
 TEST(Rights, RefusalsNameTheNeededRoles) {
-  EXPECT_EQ(message_of(check_call(ada({Role::view}), Rpc::drain_worker)),
-            "DrainWorker is for the roles operate, admin, which 'ada' (roles: view; by certificate) does not have");
+  EXPECT_EQ(
+      message_of(check_call(ada({Role::view}), Rpc::drain_worker)),
+      "'ada' (roles: view; by certificate) may not drain, quarantine or release workers. Roles that may: operate, "
+      "admin");
+  EXPECT_EQ(message_of(check_call(ada({Role::view}), Rpc::cancel_job)),
+            "'ada' (roles: view; by certificate) may not change jobs. Roles that may: submit, operate, admin")
+      << "with their own jobs";
+  EXPECT_EQ(message_of(check_job(ada({Role::submit}), Rpc::get_film, "bob")),
+            "the job is somebody else's: 'ada' (roles: submit; by certificate) may not see jobs of others. Roles that "
+            "may: view, operate, admin");
 }
 
 TEST(Rights, ListedMethodsAreThoseThatPassTheChecks) {
