@@ -28,8 +28,8 @@ inline constexpr std::size_t kMostSpectrumSamples = 100'000;
 /// A spectrum of pairs of a wavelength in nanometres and a value. Nothing unless there is one, the wavelengths ascend,
 /// and the values are in [0, 1e20].
 std::optional<Spectrum> spectrum_of_pairs(const std::vector<double>& numbers);
-/// The numbers of a text file with such pairs, up to kMostSpectrumSamples or a few more. Comments begin with #. A word that
-/// is no number is -1.
+/// The numbers of a text file with such pairs. Bytes beyond 40 × kMostSpectrumSamples are not read. Comments begin with #. A
+/// word that is no number is -1.
 std::vector<double> numbers_of_spectrum_file(std::string_view bytes, const std::string& file_name);
 
 /// Planck's law, up to a factor. `kelvin` must be positive.

@@ -6,8 +6,9 @@
 namespace lightmill {
 
 Result<LoadedScene> read_mitsuba(std::string text, const std::string& file_name, FileSource files) {
-  constexpr std::uint64_t kMostBytes = std::uint64_t{16} << 30;  // of the files that a scene names, each time it does
-  FileSource limited = at_most(kMostBytes, std::move(files));
+  constexpr std::uint64_t kMostReadBytes = std::uint64_t{16}
+                                           << 30;  // of the files that a scene names, each time it does
+  FileSource limited = at_most(kMostReadBytes, std::move(files));
   LM_ASSIGN_OR_RETURN(const MitsubaDocument document, read_mitsuba_xml(std::move(text), file_name, limited));
   FileSource found = [&](const std::string& name) { return find_mitsuba_file(limited, document.folders, name); };
   LM_ASSIGN_OR_RETURN(LoadedScene loaded, MitsubaWorld(found).convert(document.objects.front()));

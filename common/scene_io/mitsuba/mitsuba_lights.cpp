@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kDirectionTolerance = 1e-6;  ///< of a direction
 
-Point3d position_of(const MitsubaObject& from, const Transform& to_scene) {
+Point3d origin_of_emitter(const MitsubaObject& from, const Transform& to_scene) {
   const Point3d out = map_point(to_scene, {0, 0, 0});
   if (!std::ranges::all_of(out, [](double x) { return std::abs(x) <= kMaxCoordinate; })) {
     from.fail(from.place.error("{}: coordinates must be at most {}", from.what(), kMaxCoordinate));
@@ -23,7 +23,7 @@ Point3d position_of(const MitsubaObject& from, const Transform& to_scene) {
 }
 
 /// +z of the emitter.
-Point3d direction_of(const MitsubaObject& from, const Transform& to_scene) {
+Point3d axis_of_emitter(const MitsubaObject& from, const Transform& to_scene) {
   const Point3d out = map_vector(to_scene, {0, 0, 1});
   const double length = std::hypot(out[0], out[1], out[2]);
   if (!(length > 1e-30 && length < 1e30)) {
@@ -51,7 +51,7 @@ bool turns_about_y(const Transform& turn) {
   return std::hypot(up[0], up[2]) < kDirectionTolerance && up[1] > 0;
 }
 
-EnvironmentLight environment_of(const MitsubaObject& from, const Transform& world_to_scene, FileSource& files,
+EnvironmentLight envmap_emitter(const MitsubaObject& from, const Transform& world_to_scene, FileSource& files,
                                 LoadedScene& loaded) {
   EnvironmentLight out;
   const auto scale = static_cast<float>(from.number("scale", 1, 0, 1e20));
@@ -74,10 +74,11 @@ EnvironmentLight environment_of(const MitsubaObject& from, const Transform& worl
   return out;
 }
 
-SpotLight spot_of(const MitsubaObject& from, const Transform& to_scene, MitsubaTextures& textures, Notices& notices) {
+SpotLight spot_emitter(const MitsubaObject& from, const Transform& to_scene, MitsubaTextures& textures,
+                       Notices& notices) {
   SpotLight out;
-  out.position = position_of(from, to_scene);
-  out.direction = direction_of(from, to_scene);
+  out.position = origin_of_emitter(from, to_scene);
+  out.direction = axis_of_emitter(from, to_scene);
   out.intensity = textures.plain_light(from, "intensity");
   out.cutoff_degrees = from.number("cutoff_angle", 20, kLeastCutoffDegrees, 180);
   const double beam = from.number("beam_width", out.cutoff_degrees * 0.75, 0, 180);
@@ -115,20 +116,20 @@ Result<Light> read_mitsuba_light(const MitsubaObject& from, const Transform& wor
   if (from.type == "point") {
     const Transform at =
         from.has("position") ? compose(world_to_scene, translation(from.point("position", {}))) : to_scene;
-    out.kind = PointLight{position_of(from, at), textures.plain_light(from, "intensity")};
+    out.kind = PointLight{origin_of_emitter(from, at), textures.plain_light(from, "intensity")};
   } else if (from.type == "spot") {
-    out.kind = spot_of(from, to_scene, textures, notices);
+    out.kind = spot_emitter(from, to_scene, textures, notices);
   } else if (from.type == "directional") {
     const Point3d given = map_vector(world_to_scene, from.point("direction", {0, 0, 1}));
     const Transform along{{{0, 0, given[0], 0}, {0, 0, given[1], 0}, {0, 0, given[2], 0}}};
-    out.kind = DirectionalLight{direction_of(from, from.has("direction") ? along : to_scene),
+    out.kind = DirectionalLight{axis_of_emitter(from, from.has("direction") ? along : to_scene),
                                 textures.plain_light(from, "irradiance")};
   } else if (from.type == "constant") {
     EnvironmentLight sky;
     sky.radiance = textures.plain_light(from, "radiance");
     out.kind = sky;
   } else if (from.type == "envmap") {
-    out.kind = environment_of(from, world_to_scene, files, loaded);
+    out.kind = envmap_emitter(from, world_to_scene, files, loaded);
   } else {
     return from.place.error("emitters of the type \"{}\" cannot be rendered{}", from.type,
                             from.type == "area" ? " outside of a shape" : "");

@@ -116,8 +116,8 @@ Result<MitsubaSurface> MitsubaMaterials::bent(const MitsubaObject& from) {
     return from.place.error("{}: one nested texture is expected, got {}", from.what(), textures.size());
   }
   const std::uint32_t image = textures_.data(from, *textures[0]);
+  from.ignore({"flip_invalid_normals", "use_shadowing_function"});
   if (!bump) {
-    from.ignore({"flip_invalid_normals", "use_shadowing_function"});
     out.material.normal_map = {image, 1};
   } else if (const double scale = from.number("scale", 1, -1e6, 1e6); image != kNoTexture) {
     out.material.bump_map = {{image}, scale};
@@ -289,6 +289,9 @@ void MitsubaMaterials::principled(const MitsubaObject& from, MitsubaSurface& out
 }
 
 Result<Medium> MitsubaMaterials::medium(const MitsubaObject& from) {
+  if (const auto known = media_.find(&from); known != media_.end()) {
+    return known->second;
+  }
   if (from.type != "homogeneous") {
     return from.place.error("media of the type \"{}\" cannot be rendered", from.type);
   }
@@ -316,7 +319,7 @@ Result<Medium> MitsubaMaterials::medium(const MitsubaObject& from) {
     out.anisotropy = std::clamp(out.anisotropy, -kMaxMeanCosine, kMaxMeanCosine);
   }
   LM_RETURN_IF_ERROR(from.finish(faults_));
-  return out;
+  return media_.emplace(&from, out).first->second;
 }
 
 }  // namespace lightmill

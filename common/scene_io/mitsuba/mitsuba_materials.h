@@ -42,6 +42,7 @@ class MitsubaMaterials {
   Notices& notices_;
   Faults& faults_;
   std::map<const MitsubaObject*, Result<MitsubaSurface>> known_;
+  std::map<const MitsubaObject*, Medium> media_;
   int nesting_ = 0;
 };
 

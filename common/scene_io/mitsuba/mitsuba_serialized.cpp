@@ -3,6 +3,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -27,7 +28,7 @@ std::optional<T> number_at(std::string_view bytes, std::uint64_t offset) {
   return out;
 }
 
-/// Unpacks a zlib stream. After a failure all reads fail.
+/// Numbers of a zlib stream. After its end or a fault, all further ones are 0. Memory does not depend on counts in the file.
 class Inflater {
  public:
   Inflater(std::string_view in, SerializedBudget& budget) : in_(in), budget_(budget) {
@@ -39,41 +40,36 @@ class Inflater {
 
   template <class T>
   T number() {
-    T out{};
-    read(&out, sizeof(T));
-    return out;
+    std::array<char, sizeof(T)> bytes{};
+    for (std::size_t done = 0; done < bytes.size() && fill();) {
+      const std::size_t part = std::min(bytes.size() - done, end_ - begin_);
+      std::memcpy(bytes.data() + done, buffer_.data() + begin_, part);
+      begin_ += part;
+      done += part;
+    }
+    return ok_ ? std::bit_cast<T>(bytes) : T{};
   }
-
-  /// Memory grows with what was unpacked, whatever count the file states.
-  template <class T>
-  std::vector<T> numbers(std::uint64_t count) {
-    constexpr std::uint64_t kChunk = 1 << 16;
-    std::vector<T> out;
-    while (ok_ && out.size() < count) {
-      const std::size_t begin = out.size();
-      out.resize(begin + static_cast<std::size_t>(std::min(kChunk, count - begin)));
-      read(out.data() + begin, (out.size() - begin) * sizeof(T));
+  template <std::size_t kSize>
+  std::array<double, kSize> reals(bool doubles) {
+    std::array<double, kSize> out{};
+    for (double& value : out) {
+      value = doubles ? number<double>() : number<float>();
     }
     return out;
-  }
-  /// Groups of `size` floats or doubles.
-  std::vector<double> reals(std::uint64_t count, std::uint64_t size, bool doubles) {
-    if (doubles) {
-      return numbers<double>(count * size);
-    }
-    const std::vector<float> narrow = numbers<float>(count * size);
-    return {narrow.begin(), narrow.end()};
   }
 
   bool ok() const { return ok_; }
 
  private:
-  void read(void* to, std::size_t size) {
-    ok_ = ok_ && size <= budget_.bytes;
-    budget_.bytes -= ok_ ? size : 0;
-    stream_.next_out = static_cast<Bytef*>(to);
-    stream_.avail_out = static_cast<uInt>(size);  // at most a chunk
-    while (ok_ && stream_.avail_out > 0) {
+  /// Whether there are bytes to read.
+  bool fill() {
+    if (begin_ < end_) {
+      return true;
+    }
+    stream_.next_out = reinterpret_cast<Bytef*>(buffer_.data());
+    stream_.avail_out = static_cast<uInt>(buffer_.size());
+    ok_ = ok_ && !ended_;
+    while (ok_ && !ended_ && stream_.avail_out == buffer_.size()) {
       if (stream_.avail_in == 0) {
         const std::size_t part = std::min<std::size_t>(in_.size(), 1 << 20);
         stream_.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(in_.data()));
@@ -81,14 +77,22 @@ class Inflater {
         in_.remove_prefix(part);
       }
       const int result = inflate(&stream_, Z_NO_FLUSH);
-      ok_ = result == Z_OK || (result == Z_STREAM_END && stream_.avail_out == 0);
+      ended_ = result == Z_STREAM_END;
+      ok_ = result == Z_OK || ended_;
     }
+    begin_ = 0;
+    end_ = buffer_.size() - stream_.avail_out;
+    ok_ = ok_ && end_ > 0 && end_ <= budget_.bytes;
+    budget_.bytes -= ok_ ? end_ : 0;
+    return ok_;
   }
 
   std::string_view in_;
   SerializedBudget& budget_;
   z_stream stream_{};
-  bool ok_ = false;
+  std::array<char, 1 << 15> buffer_{};
+  std::size_t begin_ = 0, end_ = 0;  ///< of the bytes in the buffer that are still to be read
+  bool ended_ = false, ok_ = false;
 };
 
 /// The begin of a mesh, from the table at the file's end. The first one begins at 0.
@@ -108,16 +112,10 @@ std::optional<std::uint64_t> begin_of(std::string_view bytes, std::size_t index,
   return number_at<std::uint64_t>(bytes, at);
 }
 
-void set_normals(const std::vector<double>& given, Mesh& out) {
-  for (std::size_t i = 0; i + 2 < given.size(); i += 3) {
-    const double length = std::hypot(given[i], given[i + 1], given[i + 2]);
-    if (!(length > 1e-30 && length < 1e30)) {
-      out.normals.clear();
-      return;
-    }
-    out.normals.push_back({static_cast<float>(given[i] / length), static_cast<float>(given[i + 1] / length),
-                           static_cast<float>(given[i + 2] / length)});
-  }
+std::array<float, 3> unit_normal(const std::array<double, 3>& v, bool& valid) {
+  const double length = std::hypot(v[0], v[1], v[2]);
+  valid = valid && length > 1e-30 && length < 1e30;
+  return {static_cast<float>(v[0] / length), static_cast<float>(v[1] / length), static_cast<float>(v[2] / length)};
 }
 
 }  // namespace
@@ -146,28 +144,30 @@ Result<SerializedMesh> read_serialized(std::string_view bytes, const std::string
   }
   const bool doubles = (flags & kDoubles) != 0;
   Mesh out;
-  const std::vector<double> positions = in.reals(vertices, 3, doubles);
-  for (std::size_t i = 0; i + 2 < positions.size(); i += 3) {
-    out.positions.push_back({positions[i], positions[i + 1], positions[i + 2]});
+  for (std::uint64_t i = 0; i < vertices && in.ok(); ++i) {
+    out.positions.push_back(in.reals<3>(doubles));
   }
-  if ((flags & kNormals) != 0) {
-    set_normals(in.reals(vertices, 3, doubles), out);
+  bool normals = (flags & kNormals) != 0;
+  for (std::uint64_t i = 0; (flags & kNormals) != 0 && i < vertices && in.ok(); ++i) {
+    out.normals.push_back(unit_normal(in.reals<3>(doubles), normals));
   }
-  if ((flags & kCoordinates) != 0) {
-    const std::vector<double> all = in.reals(vertices, 2, doubles);
-    for (std::size_t i = 0; i + 1 < all.size(); i += 2) {
-      out.texture_coordinates.push_back({static_cast<float>(all[i]), static_cast<float>(all[i + 1])});
-    }
+  if (!normals) {
+    out.normals.clear();
   }
-  if ((flags & kColors) != 0) {
-    in.reals(vertices, 3, doubles);
+  for (std::uint64_t i = 0; (flags & kCoordinates) != 0 && i < vertices && in.ok(); ++i) {
+    const auto [u, v] = in.reals<2>(doubles);
+    out.texture_coordinates.push_back({static_cast<float>(u), static_cast<float>(v)});
   }
-  const std::vector<std::uint32_t> corners = in.numbers<std::uint32_t>(3 * triangles);
+  for (std::uint64_t i = 0; (flags & kColors) != 0 && i < vertices && in.ok(); ++i) {
+    in.reals<3>(doubles);
+  }
+  for (std::uint64_t i = 0; i < triangles && in.ok(); ++i) {
+    std::array<std::uint32_t, 3> corners{};
+    std::ranges::generate(corners, [&] { return in.number<std::uint32_t>(); });
+    out.triangles.push_back(corners);
+  }
   if (!in.ok()) {
     return invalid_argument("{}: mesh {} ends early, or is larger than can be read", name, index);
-  }
-  for (std::size_t i = 0; i + 2 < corners.size(); i += 3) {
-    out.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
   }
   const Status valid = validate(out);
   return valid.ok() ? Result<SerializedMesh>(SerializedMesh{std::move(out), (flags & kFaceNormals) != 0})

@@ -117,14 +117,21 @@ Result<Mesh> MitsubaShapes::obj(const MitsubaObject& from, const SourceFile& fil
   return out;
 }
 
+Status MitsubaShapes::open(const std::string& name) {
+  if (name.empty() || name != open_name_) {
+    LM_ASSIGN_OR_RETURN(file_, files_(name));
+    open_name_ = name;
+  }
+  return ok_status();
+}
+
 Result<Mesh> MitsubaShapes::mesh_file(const MitsubaObject& from) {
-  const Result<SourceFile> file = files_(from.text("filename", ""));
-  if (!file.ok()) {
-    return from.place.error("{}: {}", from.what(), message_of(file.status()));
+  if (const Status opened = open(from.text("filename", "")); !opened.ok()) {
+    return from.place.error("{}: {}", from.what(), message_of(opened));
   }
   bool flat = from.boolean("face_normals", false);
   if (from.type == "obj") {
-    LM_ASSIGN_OR_RETURN(Mesh out, obj(from, *file));
+    LM_ASSIGN_OR_RETURN(Mesh out, obj(from, file_));
     if (flat) {
       out.normals.clear();
     }
@@ -132,10 +139,10 @@ Result<Mesh> MitsubaShapes::mesh_file(const MitsubaObject& from) {
   }
   Result<Mesh> out = Mesh();
   if (from.type == "ply") {
-    out = read_ply(file->bytes, file->name);
+    out = read_ply(file_.bytes, file_.name);
   } else {
     const auto index = static_cast<std::size_t>(from.whole("shape_index", 0, 0, 1'000'000));
-    Result<SerializedMesh> read = read_serialized(file->bytes, file->name, index, budget_);
+    Result<SerializedMesh> read = read_serialized(file_.bytes, file_.name, index, budget_);
     flat = flat || (read.ok() && read->face_normals);
     out = read.ok() ? Result<Mesh>(std::move(read->mesh)) : read.status();
   }

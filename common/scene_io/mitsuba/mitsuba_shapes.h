@@ -38,6 +38,7 @@ class MitsubaShapes {
  private:
   Result<Mesh> mesh_of(const MitsubaObject& from, Transform& to_object);
   Result<Mesh> mesh_file(const MitsubaObject& from);
+  Status open(const std::string& name);
   Result<Mesh> obj(const MitsubaObject& from, const SourceFile& file);
   Mesh cylinder(const MitsubaObject& from, Transform& to_object);
 
@@ -45,6 +46,8 @@ class MitsubaShapes {
   LoadedScene& loaded_;
   Notices& notices_;
   SerializedBudget budget_;
+  std::string open_name_;  ///< of file_, as it is written. The next mesh is often in the same file
+  SourceFile file_;
   std::map<std::string, Sha256> known_;  ///< meshes by all that makes them
 };
 

@@ -6,6 +6,7 @@
 
 #include "common/scene_io/text_lines.h"
 #include "common/scene_io/tiny_image.h"
+#include "common/scene_io/transforms.h"
 
 namespace lightmill {
 namespace {
@@ -17,7 +18,7 @@ RgbColor grey_of(double value) {
   return {v, v, v};
 }
 
-RgbColor rgb_of(const std::vector<double>& v) {
+RgbColor rgb_of_numbers(const std::vector<double>& v) {
   return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
 }
 
@@ -69,7 +70,7 @@ std::optional<RgbColor> MitsubaTextures::plain(const MitsubaObject& from, const 
     return grey_of(parameter.numbers[0]);
   }
   if (parameter.type == "rgb") {
-    return rgb_of(parameter.numbers);
+    return rgb_of_numbers(parameter.numbers);
   }
   if (parameter.type != "spectrum") {
     from.fail(parameter.name, "a colour, spectrum or texture is expected");
@@ -81,8 +82,8 @@ std::optional<RgbColor> MitsubaTextures::plain(const MitsubaObject& from, const 
   if (parameter.numbers.size() == 1) {
     // Light that is even over all wavelengths is not white.
     const RgbColor even = radiated_color({{300, 900}, {1, 1}});
-    const auto times = [&](float x) { return static_cast<float>(x * parameter.numbers[0]); };
-    return RgbColor{times(even.r), times(even.g), times(even.b)};
+    const auto scaled = [&](float x) { return static_cast<float>(x * parameter.numbers[0]); };
+    return RgbColor{scaled(even.r), scaled(even.g), scaled(even.b)};
   }
   const std::optional<Spectrum> spectrum = samples(from, parameter);
   if (!spectrum) {
@@ -200,10 +201,17 @@ double MitsubaTextures::ior(const MitsubaObject& from, std::string_view fallback
 }
 
 TexturedColor MitsubaTextures::texture(const MitsubaObject& user, const MitsubaObject& from, Kind kind) {
+  constexpr int kMostNested = 50;
   const std::pair key(&from, kind);
   auto found = known_.find(key);
   if (found == known_.end()) {
+    if (nesting_ == kMostNested) {
+      user.fail(from.place.error("textures are nested more than {} deep", kMostNested));
+      return {1, 1, 1};
+    }
+    ++nesting_;
     found = known_.emplace(key, read(from, kind)).first;
+    --nesting_;
   }
   if (!found->second.ok()) {
     user.fail(found->second.status());
@@ -242,7 +250,11 @@ Result<TexturedColor> MitsubaTextures::read(const MitsubaObject& from, Kind kind
 /// Our v is 1 − v of Mitsuba. So is that of the transformed coordinates.
 void MitsubaTextures::place(const MitsubaObject& from, TextureImage& out) {
   constexpr double kLimit = 1e6;
-  const Transform to_uv = from.transform("to_uv");
+  Transform to_uv = from.transform("to_uv");
+  if (!from.has("to_uv")) {  // in files before version 2
+    to_uv = compose(scaling({from.number("uscale", 1), from.number("vscale", 1), 1}),
+                    translation({from.number("uoffset", 0), from.number("voffset", 0), 0}));
+  }
   if (to_uv[0][1] != 0 || to_uv[1][0] != 0) {
     from.fail("to_uv", "only scales and translations can be rendered");
   }

@@ -53,6 +53,7 @@ class MitsubaTextures {
   FileSource& files_;
   LoadedScene& loaded_;
   std::map<std::pair<const MitsubaObject*, Kind>, Result<TexturedColor>> known_;
+  int nesting_ = 0;
   std::map<std::string, std::pair<Sha256, std::string>> images_;  ///< that were read: asset and name
 };
 

@@ -1,6 +1,7 @@
 #include "common/scene_io/mitsuba/mitsuba_values.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "common/scene_io/text_lines.h"
@@ -100,6 +101,11 @@ bool is_identifier(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
 }
 
+/// In any case.
+bool is_word(std::string_view text, std::string_view word) {
+  return std::ranges::equal(text, word, {}, [](unsigned char c) { return std::tolower(c); });
+}
+
 }  // namespace
 
 std::string value_of(const MitsubaAttributes& given, std::string_view name) {
@@ -152,10 +158,10 @@ Status read_mitsuba_value(const MitsubaAttributes& given, MitsubaParameter& out)
     return ok_status();
   }
   if (out.type == "boolean") {
-    if (value != "true" && value != "false") {
+    if (!is_word(value, "true") && !is_word(value, "false")) {
       return out.place.error("true or false is expected, got \"{}\"", value);
     }
-    out.numbers = {value == "true" ? 1.0 : 0.0};
+    out.numbers = {is_word(value, "true") ? 1.0 : 0.0};
     return ok_status();
   }
   if (out.type == "float" || out.type == "integer") {

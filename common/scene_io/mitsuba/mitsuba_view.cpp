@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-void read_filter(const MitsubaObject& from, PixelFilter& out, Notices& notices) {
+void read_rfilter(const MitsubaObject& from, PixelFilter& out, Notices& notices) {
   if (from.type == "box") {
     out = {FilterKind::box, 0.5};
   } else if (from.type == "tent") {
@@ -29,7 +29,7 @@ void read_filter(const MitsubaObject& from, PixelFilter& out, Notices& notices) 
   }
 }
 
-Status read_film(const MitsubaObject& from, FilmSettings& out, Notices& notices, Faults& faults) {
+Status read_hdrfilm(const MitsubaObject& from, FilmSettings& out, Notices& notices, Faults& faults) {
   if (from.type != "hdrfilm") {
     return from.place.error("films of the type \"{}\" cannot be rendered", from.type);
   }
@@ -46,7 +46,7 @@ Status read_film(const MitsubaObject& from, FilmSettings& out, Notices& notices,
   from.ignore({"file_format", "pixel_format", "component_format", "sample_border", "banner", "compensate", "fps"});
   out.filter = {FilterKind::gaussian, 1.5};
   for (const MitsubaObject* filter : from.nested("rfilter")) {
-    read_filter(*filter, out.filter, notices);
+    read_rfilter(*filter, out.filter, notices);
     LM_RETURN_IF_ERROR(filter->finish(faults));
   }
   return from.finish(faults);
@@ -82,7 +82,7 @@ double half_height(const MitsubaObject& from, double aspect) {
   return half;
 }
 
-void read_camera(const MitsubaObject& from, const Transform& world_to_scene, MitsubaView& out) {
+void read_lens(const MitsubaObject& from, const Transform& world_to_scene, MitsubaView& out) {
   const bool lens = from.type == "thinlens";
   if (!lens && from.type != "perspective") {
     return from.fail(from.place.error("sensors of the type \"{}\" cannot be rendered", from.type));
@@ -120,13 +120,13 @@ Result<MitsubaView> read_mitsuba_view(const MitsubaObject& sensor, const Transfo
     return sensor.place.error("{}: a sensor has one film and one sampler", sensor.what());
   }
   for (const MitsubaObject* film : films) {
-    LM_RETURN_IF_ERROR(read_film(*film, out.film, notices, faults));
+    LM_RETURN_IF_ERROR(read_hdrfilm(*film, out.film, notices, faults));
   }
   for (const MitsubaObject* sampler : samplers) {
     const std::int64_t samples = sampler->whole("sample_count", 4, 1, std::int64_t{1} << 40);
     notices.left_out(fmt::format("the sampler: the job has its samples (the file asks for {} per pixel)", samples));
   }
-  read_camera(sensor, world_to_scene, out);
+  read_lens(sensor, world_to_scene, out);
   LM_RETURN_IF_ERROR(sensor.finish(faults));
   return out;
 }

@@ -12,7 +12,7 @@
 namespace lightmill {
 namespace {
 
-bool has_texture(const Material& material) {
+bool uses_texture(const Material& material) {
   const auto textured = [](const TexturedColor* color) { return color->texture != kNoTexture; };
   return std::ranges::any_of(colors_of(material), textured) || material.opacity.map.texture != kNoTexture ||
          material.roughness_map.texture != kNoTexture || material.metallic_map.texture != kNoTexture ||
@@ -71,14 +71,21 @@ Status MitsubaWorld::say_integrator(const MitsubaObject& scene) {
   for (const MitsubaObject* integrator : all) {
     notices_.left_out(fmt::format("the integrator: the job has its method (the file asks for \"{}\")",
                                   cut_text(printable(integrator->type), 80)));
-    if (integrator->boolean("hide_emitters", false)) {
-      notices_.left_out("hide_emitters: the camera sees all lights");
-    }
-    if (const std::int64_t depth = integrator->whole("max_depth", -1, -1, 1'000'000'000); depth >= 0) {
-      notices_.left_out(fmt::format("max_depth {} of the integrator: light has all its bounces", depth));
+    say_options(*integrator);
+    for (const MitsubaObject* inner : integrator->nested("integrator")) {  // of a moment or aov integrator
+      say_options(*inner);
     }
   }
   return ok_status();
+}
+
+void MitsubaWorld::say_options(const MitsubaObject& integrator) {
+  if (integrator.boolean("hide_emitters", false)) {
+    notices_.left_out("hide_emitters: the camera sees all lights");
+  }
+  if (const std::int64_t depth = integrator.whole("max_depth", -1, -1, 1'000'000'000); depth >= 0) {
+    notices_.left_out(fmt::format("max_depth {} of the integrator: light has all its bounces", depth));
+  }
 }
 
 Status MitsubaWorld::add_lights(const std::vector<const MitsubaObject*>& emitters) {
@@ -124,6 +131,7 @@ Result<const std::vector<MitsubaWorld::Piece>*> MitsubaWorld::group(const Mitsub
   std::vector<Piece> pieces;
   for (const MitsubaObject* shape : from.nested("shape")) {
     LM_ASSIGN_OR_RETURN(std::optional<Piece> piece, piece_of(*shape, true));
+    LM_RETURN_IF_ERROR(count_piece(*shape));
     if (piece) {
       pieces.push_back(*std::move(piece));
     }
@@ -165,8 +173,12 @@ Result<Material> MitsubaWorld::material_of(const MitsubaObject& from, bool in_gr
     if (emitter->type != "area") {
       return emitter->place.error("emitters of the type \"{}\" cannot be rendered on a shape", emitter->type);
     }
-    out.emission = textures_.light(*emitter, "radiance");
-    LM_RETURN_IF_ERROR(emitter->finish(loaded_.faults));
+    const auto [known, added] = emissions_.try_emplace(emitter);
+    if (added) {
+      known->second = textures_.light(*emitter, "radiance");
+      LM_RETURN_IF_ERROR(emitter->finish(loaded_.faults));
+    }
+    out.emission = known->second;
     if (in_group) {
       return emitter->place.error("a shapegroup cannot have emitters");
     }
@@ -194,13 +206,13 @@ Result<std::optional<MitsubaWorld::Piece>> MitsubaWorld::piece_of(const MitsubaO
   LM_ASSIGN_OR_RETURN(Material material, material_of(from, in_group, visible, one_sided));
   Piece out{&from, {}, 0};
   const bool bent = material.normal_map.texture != kNoTexture;
-  LM_ASSIGN_OR_RETURN(out.shape, shapes_.read(from, {has_texture(material), bent}));
+  LM_ASSIGN_OR_RETURN(out.shape, shapes_.read(from, {uses_texture(material), bent}));
   LM_RETURN_IF_ERROR(from.finish(loaded_.faults));
   if (!visible) {
     return std::optional<Piece>();
   }
   if (one_sided && !out.shape.closed) {
-    notices_.once("materials without twosided are the same on both sides: their back is not black, as in Mitsuba");
+    notices_.once("materials without twosided are the same on both sides. In Mitsuba they are black from behind");
   }
   LM_ASSIGN_OR_RETURN(out.material, material_index(std::move(material), from));
   return std::optional(std::move(out));
@@ -236,10 +248,14 @@ Result<std::uint32_t> MitsubaWorld::material_index(Material material, const Mits
   return found->second;
 }
 
+Status MitsubaWorld::count_piece(const MitsubaObject& at) {
+  return ++placed_ <= kMaxSceneEntries
+             ? ok_status()
+             : at.place.error("there are more than {} shapes and instances", kMaxSceneEntries);
+}
+
 Status MitsubaWorld::place(const Piece& piece, const Transform& to_scene, const MitsubaObject& at) {
-  if (loaded_.scene.objects.size() == kMaxSceneEntries) {
-    return at.place.error("there are more than {} shapes and instances", kMaxSceneEntries);
-  }
+  LM_RETURN_IF_ERROR(count_piece(at));
   const Transform all = compose(to_scene, piece.shape.to_world);
   if (!spans_space(all)) {
     notices_.left_out("shapes with a scale of 0");

@@ -30,6 +30,7 @@ class MitsubaWorld {
 
   Status set_views(const MitsubaObject& scene);
   Status say_integrator(const MitsubaObject& scene);
+  void say_options(const MitsubaObject& integrator);
   Status add_lights(const std::vector<const MitsubaObject*>& emitters);
   Status add_shape(const MitsubaObject& from);
   Status add_instance(const MitsubaObject& from);
@@ -38,6 +39,7 @@ class MitsubaWorld {
   /// Nothing if the shape cannot be seen.
   Result<std::optional<Piece>> piece_of(const MitsubaObject& from, bool in_group);
   Result<Material> material_of(const MitsubaObject& from, bool in_group, bool& visible, bool& one_sided);
+  Status count_piece(const MitsubaObject& at);
   Result<std::uint32_t> material_index(Material material, const MitsubaObject& from);
   Status place(const Piece& piece, const Transform& to_scene, const MitsubaObject& at);
 
@@ -49,9 +51,11 @@ class MitsubaWorld {
   MitsubaShapes shapes_;
   Transform world_to_scene_ = kIdentityTransform;
   std::map<const MitsubaObject*, std::vector<Piece>> groups_;
-  std::map<std::string, std::uint32_t> material_indices_;  ///< by all of a material
-  std::set<std::string> names_;                            ///< of materials
-  std::map<std::string, int> copies_;                      ///< materials of one name in the file
+  std::map<const MitsubaObject*, TexturedColor> emissions_;  ///< of emitters on shapes
+  std::size_t placed_ = 0;                                   ///< pieces of groups, shapes and instances
+  std::map<std::string, std::uint32_t> material_indices_;    ///< by all of a material
+  std::set<std::string> names_;                              ///< of materials
+  std::map<std::string, int> copies_;                        ///< materials of one name in the file
 };
 
 }  // namespace lightmill

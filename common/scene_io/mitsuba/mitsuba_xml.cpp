@@ -13,8 +13,9 @@
 namespace lightmill {
 namespace {
 
-constexpr std::size_t kMostNestedElements = 50, kMostIncludesDeep = 15, kMostIncludes = 10'000, kMostFolders = 100;
-constexpr std::size_t kMostFileBytes = std::size_t{64} << 20, kMostTags = 4'000'000;
+constexpr std::size_t kMostNestedElements = 50, kMostIncludesDeep = 15, kMostIncludes = 10'000, kMostFolders = 20;
+constexpr std::size_t kMostFileBytes = std::size_t{64} << 20, kMostTextBytes = std::size_t{256} << 20;
+constexpr std::size_t kMostTags = 4'000'000, kMostParts = 100;
 
 const std::set<std::string_view> kObjects{"bsdf",    "emitter", "film",   "integrator", "medium",  "phase",
                                           "rfilter", "sampler", "sensor", "shape",      "texture", "volume"};
@@ -58,12 +59,12 @@ class XmlReader {
   struct File {
     const std::string* name;
     std::string folder;
-    std::vector<std::size_t> lines;  ///< offsets of line feeds
-    bool old = false;                ///< before version 2
+    std::vector<std::uint32_t> lines;  ///< offsets of line feeds
+    bool old = false;                  ///< before version 2
 
     SourcePlace place(std::ptrdiff_t offset) const {
       const auto before =
-          std::ranges::lower_bound(lines, static_cast<std::size_t>(std::max<std::ptrdiff_t>(offset, 0)));
+          std::ranges::lower_bound(lines, static_cast<std::uint32_t>(std::max<std::ptrdiff_t>(offset, 0)));
       return {name, static_cast<int>(before - lines.begin()) + 1};
     }
     SourcePlace place(const pugi::xml_node& node) const { return place(node.offset_debug()); }
@@ -76,14 +77,19 @@ class XmlReader {
     const std::size_t slash = name.rfind('/');
     file.folder = slash == std::string::npos || parent == nullptr ? "" : name.substr(0, slash + 1);
     const SourcePlace top{file.name, 1};
+    bytes_ += text.size();
+    if (text.size() > kMostFileBytes || bytes_ > kMostTextBytes) {
+      return top.error("at most {} MiB a file and {} MiB in all can be read", kMostFileBytes >> 20,
+                       kMostTextBytes >> 20);
+    }
     for (std::size_t at = 0; at < text.size(); ++at) {
       if (text[at] == '\n') {
-        file.lines.push_back(at);
+        file.lines.push_back(static_cast<std::uint32_t>(at));
       }
       tags_ += text[at] == '<' ? 1 : 0;
     }
-    if (text.size() > kMostFileBytes || tags_ > kMostTags) {
-      return top.error("at most {} MiB a file and {} tags in all can be read", kMostFileBytes >> 20, kMostTags);
+    if (tags_ > kMostTags) {
+      return top.error("at most {} tags in all can be read", kMostTags);
     }
     pugi::xml_document document;
     const pugi::xml_parse_result parsed =
@@ -172,8 +178,7 @@ class XmlReader {
     }
     if (tag == "ref") {
       LM_ASSIGN_OR_RETURN(const MitsubaAttributes given, attributes(node, place, {"!id", "name"}));
-      parent.children.push_back({later_name(value_of(given, "name"), file), place, value_of(given, "id")});
-      return ok_status();
+      return add({later_name(value_of(given, "name"), file), place, value_of(given, "id")}, parent);
     }
     if (tag == "default") {
       LM_ASSIGN_OR_RETURN(const MitsubaAttributes given, attributes(node, place, {"!name", "!value"}));
@@ -191,10 +196,11 @@ class XmlReader {
     }
     if (tag == "path" && parent.tag == "scene") {
       LM_ASSIGN_OR_RETURN(const MitsubaAttributes given, attributes(node, place, {"!value"}));
-      if (out_.folders.size() == kMostFolders) {
-        return place.error("there are more than {} paths", kMostFolders);
-      }
       const std::string value = value_of(given, "value");
+      if (out_.folders.size() == kMostFolders || value.size() > UploadedFiles::kMostPathBytes) {
+        return place.error("at most {} paths can be read, of {} bytes each", kMostFolders,
+                           UploadedFiles::kMostPathBytes);
+      }
       out_.folders.insert(out_.folders.begin(), (value.starts_with('/') ? "" : file.folder) + value + "/");
       return ok_status();
     }
@@ -220,8 +226,17 @@ class XmlReader {
     if (!object.id.empty()) {
       LM_RETURN_IF_ERROR(add_id(object.id, object, place));
     }
-    parent.children.push_back({later_name(value_of(given, "name"), file), place, object.id, &object});
+    LM_RETURN_IF_ERROR(add({later_name(value_of(given, "name"), file), place, object.id, &object}, parent));
     return read_children(node, file, object);
+  }
+
+  Status add(MitsubaChild child, MitsubaObject& parent) {
+    const bool may_have_many = parent.tag == "scene" || parent.type == "shapegroup";
+    if (parent.children.size() == kMostParts && !may_have_many) {
+      return child.place.error("{}: at most {} nested objects are expected", parent.what(), kMostParts);
+    }
+    parent.children.push_back(std::move(child));
+    return ok_status();
   }
 
   Status add(MitsubaParameter parameter, const File& file, MitsubaObject& parent) {
@@ -230,6 +245,9 @@ class XmlReader {
       if (parent.type == "diffuse" && parameter.name == "diffuse_reflectance") {
         parameter.name = "reflectance";
       }
+    }
+    if (parent.parameters.size() == kMostParts) {
+      return parameter.place.error("{}: at most {} parameters are expected", parent.what(), kMostParts);
     }
     if (parent.has(parameter.name)) {
       return parameter.place.error("{}: the parameter \"{}\" is given twice", parent.what(), parameter.name);
@@ -296,12 +314,15 @@ class XmlReader {
   MitsubaDocument out_;
   MitsubaDefaults defaults_;
   std::map<std::string, const MitsubaObject*> ids_;
-  std::size_t nesting_ = 0, open_files_ = 0, tags_ = 0;
+  std::size_t nesting_ = 0, open_files_ = 0, tags_ = 0, bytes_ = 0;
 };
 
 }  // namespace
 
 Result<SourceFile> find_mitsuba_file(FileSource& files, const MitsubaFolders& folders, const std::string& name) {
+  if (name.size() > UploadedFiles::kMostPathBytes) {
+    return invalid_argument("the name of a file has more than {} bytes", UploadedFiles::kMostPathBytes);
+  }
   for (const std::string& folder : folders) {
     Result<SourceFile> found = files(name.starts_with('/') ? name : folder + name);
     if (found.ok() || found.status().code() != StatusCode::kNotFound) {

@@ -21,7 +21,8 @@ struct MitsubaDocument {
 };
 
 /// Reads a scene, with its included files, defaults and references. Parameters of files older than version 2 get their
-/// later names. References can lead in a circle. Nesting, files, tags and texts are limited. No external entity is read.
+/// later names. References can lead in a circle. Nesting, files, tags, texts and the parts of objects are
+/// limited. No external entity is read.
 Result<MitsubaDocument> read_mitsuba_xml(std::string text, const std::string& file_name, FileSource& files);
 
 }  // namespace lightmill

@@ -120,10 +120,12 @@ TEST(MitsubaMaterials, WrappersChangeTheirNestedMaterial) {
   const Material blend =
       mitsuba_material("<bsdf type=\"blendbsdf\">" + red + green + R"(<float name="weight" value="0.25"/></bsdf>)");
   EXPECT_EQ(std::get<DiffuseMaterial>(blend.kind).reflectance, TexturedColor(0.75f, 0.25f, 0));
-  const Material bumped = mitsuba_material(
+  const LoadedScene bumpy = with_bsdf(
       "<bsdf type=\"bumpmap\">" + red +
       R"(<texture type="bitmap"><boolean name="raw" value="true"/><string name="filename" value="a.png"/></texture>
-<float name="scale" value="3"/></bsdf>)");
+<float name="scale" value="3"/><boolean name="use_shadowing_function" value="true"/></bsdf>)");
+  const Material& bumped = bumpy.scene.materials.at(0);
+  EXPECT_TRUE(bumpy.faults.empty());
   EXPECT_EQ(bumped.bump_map.height, 3);
   EXPECT_EQ(bumped.bump_map.map.texture, 0u);
 }
@@ -154,7 +156,7 @@ TEST(MitsubaMaterials, DifferencesAreNotices) {
   const auto notices = [](const std::string& shape) { return mitsuba_scene(shape).notices; };
   EXPECT_EQ(notices("<shape type=\"rectangle\"/>"),
             (std::vector<std::string>{
-                "materials without twosided are the same on both sides: their back is not black, as in Mitsuba"}));
+                "materials without twosided are the same on both sides. In Mitsuba they are black from behind"}));
   EXPECT_TRUE(
       notices(R"(<shape type="rectangle"><bsdf type="twosided"><bsdf type="diffuse"/></bsdf></shape>)").empty());
   EXPECT_TRUE(notices("<shape type=\"sphere\"/><shape type=\"cube\"/>").empty());
