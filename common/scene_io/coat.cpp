@@ -23,15 +23,17 @@ double inner_reflectance(double ior) {
 
 }  // namespace
 
-TexturedColor coated(const TexturedColor& albedo, double ior) {
-  const double inner = inner_reflectance(ior);
-  const auto below = [&](double rho) { return rho * (1 - inner) / std::max(1 - rho * inner, 1e-9); };
+TexturedColor changed_albedo(const TexturedColor& albedo, const std::function<double(double)>& of) {
   const auto value = [&](float color) {
-    const double out =
-        albedo.texture == kNoTexture ? std::min(below(color), 1.0) : (color > 0 ? 2 * below(color / 2.0) : 0);
+    const double out = albedo.texture == kNoTexture ? std::min(of(color), 1.0) : (color > 0 ? 2 * of(color / 2.0) : 0);
     return static_cast<float>(out);
   };
   return {{value(albedo.rgb.r), value(albedo.rgb.g), value(albedo.rgb.b)}, albedo.texture};
+}
+
+TexturedColor coated(const TexturedColor& albedo, double ior) {
+  const double inner = inner_reflectance(ior);
+  return changed_albedo(albedo, [&](double rho) { return rho * (1 - inner) / std::max(1 - rho * inner, 1e-9); });
 }
 
 }  // namespace lightmill

@@ -13,6 +13,13 @@ RgbColor color_of(const std::array<float, 3>& v) {
   return {v[0], v[1], v[2]};
 }
 
+/// √ln 2. Half of the facets have slopes below alpha with GGX, and below √ln 2 alpha with Beckmann's distribution.
+constexpr double kBeckmannToGgx = 0.8325546;
+
+bool has_beckmann_facets(const MitsubaObject& from) {
+  return from.text("distribution", "beckmann") == "beckmann";
+}
+
 bool is_plain_diffuse(const Material& material) {
   const auto* diffuse = std::get_if<DiffuseMaterial>(&material.kind);
   return diffuse != nullptr && diffuse->reflectance.texture == kNoTexture && !bends_normals(material) &&
@@ -177,9 +184,9 @@ double MitsubaMaterials::roughness(const MitsubaObject& from) {
     return 0;
   }
   from.ignore({"sample_visible"});
-  if (const std::string distribution = from.text("distribution", "beckmann"); distribution == "beckmann") {
-    notices_.once("rough surfaces with the distribution \"beckmann\" are rendered with GGX of the same alpha");
-  } else if (distribution != "ggx") {
+  if (has_beckmann_facets(from)) {
+    notices_.once("rough surfaces with the distribution \"beckmann\" are rendered with GGX of the same median slope");
+  } else if (from.text("distribution", "") != "ggx") {
     from.fail("distribution", "beckmann or ggx is expected");
   }
   const auto value = [&](std::string_view name, double fallback) -> double {
@@ -193,7 +200,7 @@ double MitsubaMaterials::roughness(const MitsubaObject& from) {
   if (u != v) {
     notices_.once("surfaces that are rougher along one axis have the mean roughness");
   }
-  return std::sqrt(std::sqrt(u * v));
+  return std::sqrt(std::sqrt(u * v) * (has_beckmann_facets(from) ? kBeckmannToGgx : 1));
 }
 
 void MitsubaMaterials::conductor(const MitsubaObject& from, Material& out) {
@@ -236,15 +243,41 @@ void MitsubaMaterials::conductor(const MitsubaObject& from, Material& out) {
   }
 }
 
-/// Mitsuba's diffuse part is ρ (1 − F(wi))(1 − F(wo)) / (π(1 − F_mean)), as that of a principled material. If it is
-/// nonlinear, ρ is the albedo below the coat.
+/// Mitsuba's diffuse part is ρ T(wi) T(wo) / (π η² (1 − F)), and that of a principled material
+/// ρ (1 − E(wi)) (1 − E(wo)) / (π (1 − E_mean)). Both are equally bright in uniform light.
+TexturedColor MitsubaMaterials::below_rough_coat(const MitsubaObject& from, const TexturedColor& albedo, double ior,
+                                                 double alpha) {
+  constexpr std::size_t kMostCoats = 1000;  // computing one takes time
+  const bool beckmann = has_beckmann_facets(from);
+  const auto [found, added] = coats_.try_emplace({ior, alpha, beckmann});
+  if (coats_.size() > kMostCoats) {
+    from.fail("alpha", fmt::format("at most {} different rough plastics can be rendered", kMostCoats));
+    return albedo;
+  }
+  RoughCoat& coat = found->second;
+  if (added) {
+    coat = rough_coat(ior, alpha, beckmann);
+  }
+  const bool nonlinear = from.boolean("nonlinear", false);
+  return changed_albedo(albedo, [&](double rho) {
+    const double below = rho * coat.enters * coat.enters /
+                         (ior * ior * (1 - (nonlinear ? rho : 1) * coat.reflects_inside) * (1 - coat.reflects));
+    return below >= 0 && below < rho ? below : rho;
+  });
+}
+
+/// A smooth coat is that of a principled material. If it is nonlinear, ρ is the albedo below the coat.
 void MitsubaMaterials::plastic(const MitsubaObject& from, Material& out) {
   notices_.once("plastic is rendered as a principled material with the same albedo");
   PrincipledMaterial kind;
   kind.ior = textures_.ior(from, "polypropylene");
   kind.roughness = roughness(from);
   kind.base_color = textures_.color(from, "diffuse_reflectance", {0.5f, 0.5f, 0.5f});
-  if (from.boolean("nonlinear", false)) {
+  if (kind.roughness > 0) {
+    const double alpha = kind.roughness * kind.roughness / (has_beckmann_facets(from) ? kBeckmannToGgx : 1);
+    kind.base_color = below_rough_coat(from, kind.base_color, kind.ior, alpha);
+    out.single_scattering = true;
+  } else if (from.boolean("nonlinear", false)) {
     kind.base_color = coated(kind.base_color, kind.ior);
   }
   require_one(from, "specular_reflectance");

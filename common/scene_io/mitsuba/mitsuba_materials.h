@@ -1,6 +1,9 @@
 // Materials and media of a Mitsuba scene.
 #pragma once
 
+#include <tuple>
+
+#include "common/scene_io/mitsuba/mitsuba_plastic.h"
 #include "common/scene_io/mitsuba/mitsuba_textures.h"
 #include "common/scene_io/notices.h"
 
@@ -33,6 +36,8 @@ class MitsubaMaterials {
   void conductor(const MitsubaObject& from, Material& out);
   void plastic(const MitsubaObject& from, Material& out);
   void principled(const MitsubaObject& from, MitsubaSurface& out);
+  /// The base colour of a principled material that is as bright as rough plastic.
+  TexturedColor below_rough_coat(const MitsubaObject& from, const TexturedColor& albedo, double ior, double alpha);
   /// √alpha of our GGX. 0 for smooth types.
   double roughness(const MitsubaObject& from);
   /// Fails if a factor that physical materials do not have is not 1.
@@ -43,6 +48,7 @@ class MitsubaMaterials {
   Faults& faults_;
   std::map<const MitsubaObject*, Result<MitsubaSurface>> known_;
   std::map<const MitsubaObject*, Medium> media_;
+  std::map<std::tuple<double, double, bool>, RoughCoat> coats_;  ///< by index, alpha and distribution
   int nesting_ = 0;
 };
 
