@@ -16,7 +16,7 @@ void put_rgbe(const RgbColor& color, std::string& out) {
   int exponent = 0;
   std::frexp(largest, &exponent);
   const auto mantissa = [&](float value) {
-    return static_cast<char>(std::min(255.0f, std::round(std::ldexp(value, 8 - exponent))));
+    return static_cast<char>(static_cast<int>(std::min(255.0f, std::round(std::ldexp(value, 8 - exponent)))));
   };
   out += {mantissa(color.r), mantissa(color.g), mantissa(color.b), static_cast<char>(exponent + 128)};
 }
