@@ -185,6 +185,7 @@ void explain_scenes(const Console& console) {
                         {"FILE.obj...", "one or several Wavefront files, with their .mtl files"},
                         {"FILE.gltf, FILE.glb", "glTF 2.0"},
                         {"FILE.pbrt", "a scene of pbrt-v4, with the files that it includes"},
+                        {"FILE.xml", "a scene of Mitsuba 3, with the files that it includes"},
                         {"FILE.blend", "read by Blender: the `blender` on the PATH, or that of LIGHTMILL_BLENDER"}});
   console.result("");
   print_table(

@@ -28,8 +28,8 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command
       .add_option(
           "SCENE", options.scenes,
-          "a scene document (.json), Wavefront OBJ files, a glTF file, a pbrt scene, or a .blend file (`lightmill "
-          "help scenes`)")
+          "a scene document (.json), Wavefront OBJ files, a glTF file, a pbrt or Mitsuba scene, or a .blend file "
+          "(`lightmill help scenes`)")
       ->type_name("FILE")
       ->required();
   command
@@ -46,7 +46,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
       ->type_name("auto|on|off")
       ->capture_default_str();
   command.add_flag("--strict", options.strict,
-                   "refuse OBJ, MTL, glTF and pbrt files with faults, such as odd lines and missing files");
+                   "refuse OBJ, MTL, glTF, pbrt and Mitsuba files with faults, such as odd lines and missing files");
   command.add_flag(
       kUnsandboxedImages, options.unsandboxed_images,
       "decode images even if the kernel refuses the sandbox (seccomp); only for scenes from people you trust");

@@ -15,8 +15,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::string_view kExpected =
-    "a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb), a pbrt scene (.pbrt) or a .blend file "
-    "is expected";
+    "a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb), a pbrt scene (.pbrt), a Mitsuba scene "
+    "(.xml) or a .blend file is expected";
 
 bool is_gltf(const fs::path& path) {
   return lower_ending(path) == ".gltf" || lower_ending(path) == ".glb";
@@ -31,7 +31,7 @@ Result<fs::path> resolve(const fs::path& path, const SceneFiles& files) {
     return not_found("{}: no such file", path.string());
   }
   if (lower_ending(path) != ".json" && lower_ending(path) != ".obj" && lower_ending(path) != ".pbrt" &&
-      !is_gltf(path)) {
+      lower_ending(path) != ".xml" && !is_gltf(path)) {
     return invalid_argument("{}: {}", path.string(), kExpected);
   }
   return path;
@@ -43,6 +43,9 @@ Result<LoadedScene> load_files(const std::vector<fs::path>& files, const LoadOpt
   }
   if (lower_ending(files[0]) == ".pbrt") {
     return load_pbrt(files[0], *options.files);
+  }
+  if (lower_ending(files[0]) == ".xml") {
+    return load_mitsuba(files[0], *options.files);
   }
   const bool light_the_dark = options.sky == SkyChoice::automatic;
   return is_gltf(files[0]) ? load_gltf(files[0], light_the_dark, *options.files)
@@ -128,7 +131,7 @@ Result<LoadedScene> load_scene(std::span<const fs::path> paths, const LoadOption
       std::all_of(files.begin(), files.end(), [](const fs::path& file) { return lower_ending(file) == ".obj"; });
   if (files.size() > 1 && !all_objs) {
     return invalid_argument(
-        "one scene document, one glTF file, one pbrt scene or any number of .obj files are expected, got {} files that are not all "
+        "one scene document, one glTF file, one pbrt or Mitsuba scene or any number of .obj files are expected, got {} files that are not all "
         ".obj",
         files.size());
   }

@@ -67,9 +67,10 @@ struct LoadOptions {
 /// - one or several OBJ files with their MTL files, with a camera and perhaps a sky (missing_parts.h), 512×512
 /// - one glTF file (.gltf, .glb; gltf/gltf.h)
 /// - one pbrt scene (.pbrt; pbrt/pbrt.h)
-/// Errors name the file and the line or field. There is no partial result. Faults of Wavefront, glTF and pbrt files are no
-/// errors, unless `strict` is set. Files may name other files anywhere. These
-/// are read from `files` (on disk: with the user's own rights). Sizes are limited.
+/// - one Mitsuba scene (.xml; mitsuba/mitsuba.h)
+/// Errors name the file and the line or field. There is no partial result. Faults of files other than documents are no
+/// errors, unless `strict` is set. Files may name other files anywhere. These are read from `files` (on disk: with the
+/// user's own rights). Sizes are limited.
 Result<LoadedScene> load_scene(std::span<const std::filesystem::path> paths, const LoadOptions& options = {});
 
 }  // namespace lightmill

@@ -20,4 +20,7 @@ Result<LoadedScene> load_gltf(const std::filesystem::path& path, bool light_the_
 /// Loads a pbrt scene and the files that it names (pbrt/pbrt.h).
 Result<LoadedScene> load_pbrt(const std::filesystem::path& path, const SceneFiles& files);
 
+/// Loads a Mitsuba scene and the files that it names (mitsuba/mitsuba.h).
+Result<LoadedScene> load_mitsuba(const std::filesystem::path& path, const SceneFiles& files);
+
 }  // namespace lightmill

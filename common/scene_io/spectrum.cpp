@@ -5,6 +5,8 @@
 #include <cmath>
 #include <functional>
 
+#include "common/scene_io/text_lines.h"
+
 namespace lightmill {
 namespace {
 
@@ -78,6 +80,35 @@ double Spectrum::at(double nm) const {
   return values[i - 1] * (1 - share) + values[i] * share;
 }
 
+std::optional<Spectrum> spectrum_of_pairs(const std::vector<double>& numbers) {
+  if (numbers.empty() || numbers.size() % 2 != 0 || numbers.size() > 2 * kMostSpectrumSamples) {
+    return std::nullopt;
+  }
+  constexpr double kLargestValue = 1e20;
+  Spectrum out;
+  for (std::size_t i = 0; i < numbers.size(); i += 2) {
+    if ((i > 0 && !(numbers[i] > out.wavelengths_nm.back())) ||
+        !(numbers[i + 1] >= 0 && numbers[i + 1] <= kLargestValue)) {
+      return std::nullopt;
+    }
+    out.wavelengths_nm.push_back(numbers[i]);
+    out.values.push_back(numbers[i + 1]);
+  }
+  return out;
+}
+
+std::vector<double> numbers_of_spectrum_file(std::string_view bytes, const std::string& file_name) {
+  std::vector<double> out;
+  StatementReader lines(bytes.substr(0, kMostSpectrumSamples * 40), file_name);
+  while (const std::optional<Statement> line = lines.next()) {
+    std::string_view rest = line->rest;
+    for (std::string_view word = line->keyword; !word.empty(); word = take_word(rest)) {
+      out.push_back(parse_number(word).value_or(-1));
+    }
+  }
+  return out;
+}
+
 Spectrum blackbody(double kelvin) {
   constexpr double kSecondRadiationNmKelvin = 1.438776877e7;  // h c / k
 
@@ -113,6 +144,11 @@ std::optional<RgbColor> light_color(const Spectrum& light) {
   return rgb_of(xyz);
 }
 
+RgbColor radiated_color(const Spectrum& light) {
+  const double unit = xyz_of([](int) { return 1.0; })[1];
+  return rgb_of(xyz_of([&](int nm) { return light.at(nm) / unit; }));
+}
+
 std::optional<RgbColor> illuminant_color(std::string_view name) {
   struct Illuminant {
     std::string_view name;
@@ -145,6 +181,22 @@ std::optional<RgbColor> illuminant_color(std::string_view name) {
 RgbColor at_red_green_blue(const Spectrum& spectrum) {
   const auto at = [&](double nm) { return static_cast<float>(spectrum.at(nm)); };
   return {at(650), at(550), at(450)};
+}
+
+std::optional<Metal> metal_of_symbol(std::string_view symbol) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kMetals{{{"Ag", "silver"},
+                                                                                  {"Al", "aluminium"},
+                                                                                  {"Au", "gold"},
+                                                                                  {"Cr", "chromium"},
+                                                                                  {"Cu", "copper"},
+                                                                                  {"Ni", "nickel"},
+                                                                                  {"Pt", "platinum"}}};
+  for (const auto& [known, name] : kMetals) {
+    if (known == symbol) {
+      return find_metal(name);
+    }
+  }
+  return std::nullopt;
 }
 
 std::optional<double> glass_ior(std::string_view name) {

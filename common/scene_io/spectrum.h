@@ -6,9 +6,11 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
+#include "common/materials/metals.h"
 #include "common/scene/document/values.h"
 
 namespace lightmill {
@@ -21,6 +23,15 @@ struct Spectrum {
   double at(double nm) const;
 };
 
+inline constexpr std::size_t kMostSpectrumSamples = 100'000;
+
+/// A spectrum of pairs of a wavelength in nanometres and a value. Nothing unless there is one, the wavelengths ascend,
+/// and the values are in [0, 1e20].
+std::optional<Spectrum> spectrum_of_pairs(const std::vector<double>& numbers);
+/// The numbers of a text file with such pairs. Bytes beyond 40 × kMostSpectrumSamples are not read. Comments begin with #. A
+/// word that is no number is -1.
+std::vector<double> numbers_of_spectrum_file(std::string_view bytes, const std::string& file_name);
+
 /// Planck's law, up to a factor. `kelvin` must be positive.
 Spectrum blackbody(double kelvin);
 
@@ -28,10 +39,15 @@ Spectrum blackbody(double kelvin);
 RgbColor reflected_color(const Spectrum& reflectance);
 /// The colour of light with this spectrum, of luminance 1. Nothing if it is black.
 std::optional<RgbColor> light_color(const Spectrum& light);
-/// The same for a standard illuminant of the CIE: "A", "D50", "D65", "F1" … "F12". Nothing if there is none.
+/// The colour of light with this spectrum, where one that is 1 everywhere has luminance 1.
+RgbColor radiated_color(const Spectrum& light);
+/// light_color of a standard illuminant of the CIE: "A", "D50", "D65", "F1" … "F12". Nothing if there is none.
 std::optional<RgbColor> illuminant_color(std::string_view name);
 /// The values at 650, 550 and 450 nm, as those of metals (common/materials/metals.h).
 RgbColor at_red_green_blue(const Spectrum& spectrum);
+
+/// The metal of an element: "Ag", "Al", "Au", "Cr", "Cu", "Ni", "Pt". Nothing if it is unknown.
+std::optional<Metal> metal_of_symbol(std::string_view symbol);
 
 /// The index of refraction of a Schott glass at 587.6 nm: "BK7", "BAF10", "FK51A", "LASF9", "SF5", "SF10", "SF11".
 /// Nothing if it is unknown.

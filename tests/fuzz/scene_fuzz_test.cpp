@@ -9,7 +9,7 @@
 #include "common/scene_io/obj.h"
 #include "common/wire/scene_json.h"
 #include "tests/fuzz/mutate.h"
-#include "tests/fuzz/pbrt_target.h"
+#include "tests/fuzz/scene_target.h"
 #include "tests/support/places.h"
 
 namespace lightmill {
@@ -146,6 +146,36 @@ TEST(SceneFuzz, DamagedPbrtScenesAreReadOrRefused) {
   Outcomes outcomes;
   for (int round = 0; round < kSceneRounds / 25; ++round) {
     ++(fuzz::try_pbrt(mutate(original, kWords, random)) ? outcomes.accepted : outcomes.refused);
+  }
+}
+
+TEST(SceneFuzz, DamagedMitsubaScenesAreReadOrRefused) {
+  constexpr std::array<std::string_view, 20> kWords{"<shape type=\"sphere\">",
+                                                    "</shape>",
+                                                    "<bsdf type=\"",
+                                                    "</bsdf>",
+                                                    "<ref id=\"gold\"/>",
+                                                    "<ref id=\"group\"/>",
+                                                    "<include filename=\"more.xml\"/>",
+                                                    "name=\"",
+                                                    "value=\"",
+                                                    "$size",
+                                                    "<scale value=\"0\"/>",
+                                                    "/>",
+                                                    "\"",
+                                                    "1e300",
+                                                    "-1",
+                                                    "0 ",
+                                                    "4294967296",
+                                                    "nan",
+                                                    "\n",
+                                                    "&"};
+  const std::string original = read_file(test::source_file("tests/fuzz/seeds/mitsuba/all.xml")).value();
+  EXPECT_TRUE(fuzz::try_mitsuba(original));
+  FuzzRandom random(7);
+  Outcomes outcomes;
+  for (int round = 0; round < kSceneRounds / 25; ++round) {
+    ++(fuzz::try_mitsuba(mutate(original, kWords, random)) ? outcomes.accepted : outcomes.refused);
   }
 }
 

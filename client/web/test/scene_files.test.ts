@@ -5,6 +5,7 @@ test('the highest file is the scene, and a mesh is one only if there is no other
   expect(sceneChoices(['s/assets/part.gltf', 's/room.json', 's/assets/box.obj'])).toEqual([['s/room.json'], ['s/assets/part.gltf']]);
   expect(sceneChoices(['b.obj', 'a.obj', 'a.mtl'])).toEqual([['a.obj', 'b.obj']]);
   expect(sceneChoices(['s/room.pbrt', 's/geometry/walls.pbrt', 's/m.ply'])).toEqual([['s/room.pbrt'], ['s/geometry/walls.pbrt']]);
+  expect(sceneChoices(['s/room.xml', 's/m.serialized'])).toEqual([['s/room.xml']]);
   expect(sceneChoices(['a.png'])).toEqual([]);
 });
 
@@ -25,6 +26,7 @@ test('references are found in each kind of file', () => {
   expect(namesIn('a.obj', 'o x\nmtllib two words.mtl \r\nv 0 0 0\n')).toEqual(['two words.mtl']);
   expect(namesIn('a.mtl', 'newmtl m\n map_Kd -s 1 1 1 wood.png\nmap_Bump bump.png\r\nKd 1 1 1\n')).toEqual(['wood.png', 'bump.png']);
   expect(namesIn('a.pbrt', 'Include "geometry/a.pbrt"\nShape "plymesh" "string filename" [ "m.ply" ]\n"spectrum eta" "cu.spd" "float x" [1]')).toEqual(['geometry/a.pbrt', 'm.ply', 'cu.spd']);
+  expect(namesIn('a.xml', '<include filename="parts/a.xml"/>\n<string name="filename" value="m.ply"/><string name=\'filename\' value=\'b.png\'/><string name="id" value="x"/>')).toEqual(['parts/a.xml', 'm.ply', 'b.png']);
   expect(namesIn('a.gltf', '{"uri": "%"}')).toEqual([]);
 });
 

@@ -4,23 +4,10 @@
 #include <cmath>
 #include <functional>
 
+#include "common/scene_io/coat.h"
+
 namespace lightmill {
 namespace {
-
-/// Mean reflectance of a smooth surface for uniform light from inside (Walter et al. 2007 give the Fresnel equations):
-/// what does not enter from outside leaves η² times as rarely.
-double inner_reflectance(double ior) {
-  constexpr int kSteps = 256;
-  double outer = 0;
-  for (int i = 0; i < kSteps; ++i) {
-    const double cos2 = (i + 0.5) / kSteps;  // equal steps of cos² θ
-    const double c = std::sqrt(cos2), under = ior * ior - 1 + cos2;
-    const double t = under > 0 ? std::sqrt(under) : 0;
-    const double s = (c - t) / (c + t), p = (ior * ior * c - t) / (ior * ior * c + t);
-    outer += under > 0 ? (s * s + p * p) / 2 / kSteps : 1.0 / kSteps;
-  }
-  return std::clamp(1 - (1 - outer) / (ior * ior), 0.0, 1.0);
-}
 
 /// Reflectance at normal incidence of a metal in a medium of this index.
 float normal_reflectance(float n, float k, double ior) {
@@ -189,21 +176,14 @@ ConductorMaterial PbrtMaterials::conductor(const PbrtParameters& from, const std
   return out;
 }
 
-/// Light that leaves the diffuse base is partly reflected back inside. The base's albedo ρ then counts as
-/// ρ(1 − F)/(1 − ρF), with the mean inner reflectance F.
 void PbrtMaterials::coated_diffuse(const PbrtParameters& from, Material& out) {
   notices_.once("coateddiffuse is rendered as a principled material with the same albedo");
   out.single_scattering = false;
   PrincipledMaterial kind;
   kind.ior = spectra_.ior(from, "eta", 1.5);
   kind.roughness = roughness(from, "");
-  const double inner = inner_reflectance(kind.ior);
   const PbrtValue base = textures_.color(from, "reflectance", {0.5f, 0.5f, 0.5f});
-  const auto coated = [&](double albedo) { return albedo * (1 - inner) / std::max(1 - albedo * inner, 1e-9); };
-  // Of images, the middle value is exact.
-  const auto factor = [&](double color) { return color > 0 ? 2 * coated(color / 2) : 0; };
-  kind.base_color = {each(base.color, [&](double c) { return base.varies() ? factor(c) : std::min(coated(c), 1.0); }),
-                     base.texture};
+  kind.base_color = coated(textured(base), kind.ior);
   out.kind = kind;
   if (const PbrtValue medium = textures_.color(from, "albedo", {0, 0, 0}); medium.varies() || !is_black(medium.color)) {
     notices_.left_out("the scattering medium in coats");

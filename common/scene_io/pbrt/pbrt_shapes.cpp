@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/scene_io/mesh_edits.h"
 #include "common/scene_io/ply.h"
 #include "common/scene_io/tessellate.h"
 #include "common/scene_io/transforms.h"
@@ -12,44 +13,12 @@ namespace {
 
 constexpr std::size_t kMostTriangles = 200'000'000, kMostKeptTriangles = 20'000'000;
 constexpr double kLongest = 1e12;
+constexpr std::array<std::array<float, 2>, 3> kTriangleCoordinates{
+    {{0, 0}, {1, 0}, {1, 1}}};  ///< of meshes without any
 
 Point3d edge_between(const Mesh& mesh, std::uint32_t from, std::uint32_t to) {
   const auto &a = mesh.positions[from], &b = mesh.positions[to];
   return {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-}
-
-/// The geometric normals follow the shading normals, as in pbrt.
-void follow_normals(Mesh& mesh) {
-  for (auto& t : mesh.triangles) {
-    const Point3d a = edge_between(mesh, t[0], t[1]), b = edge_between(mesh, t[0], t[2]);
-    const Point3d n{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-    double side = 0;
-    for (const std::uint32_t corner : t) {
-      for (std::size_t i = 0; i < 3; ++i) {
-        side += n[i] * mesh.normals[corner][i];
-      }
-    }
-    if (side < 0) {
-      std::swap(t[1], t[2]);
-    }
-  }
-}
-
-/// Gives each triangle its own vertices with pbrt's texture coordinates: (0, 0), (1, 0), (1, 1).
-void add_default_coordinates(Mesh& mesh) {
-  Mesh out;
-  for (const auto& t : mesh.triangles) {
-    const auto first = static_cast<std::uint32_t>(out.positions.size());
-    for (const std::uint32_t corner : t) {
-      out.positions.push_back(mesh.positions[corner]);
-      if (!mesh.normals.empty()) {
-        out.normals.push_back(mesh.normals[corner]);
-      }
-    }
-    out.texture_coordinates.insert(out.texture_coordinates.end(), {{0, 0}, {1, 0}, {1, 1}});
-    out.triangles.push_back({first, first + 1, first + 2});
-  }
-  mesh = std::move(out);
 }
 
 /// Normals and texture coordinates of each vertex, if the parameters have as many. Normals without a length count as
@@ -107,15 +76,6 @@ std::vector<std::uint32_t> read_corners(const PbrtParameters& from, std::size_t 
 }
 
 }  // namespace
-
-void reverse_orientation(Mesh& mesh) {
-  for (auto& triangle : mesh.triangles) {
-    std::swap(triangle[1], triangle[2]);
-  }
-  for (auto& normal : mesh.normals) {
-    normal = {-normal[0], -normal[1], -normal[2]};
-  }
-}
 
 Result<PbrtShape> PbrtShapes::read(const std::string& type, const PbrtParameters& from, bool plain) {
   Result<PbrtShape> shape =
@@ -220,7 +180,7 @@ Result<PbrtShape> PbrtShapes::triangles(const PbrtParameters& from, bool plain) 
     from.find(unused);
   }
   if (!plain && out.mesh.texture_coordinates.empty()) {
-    add_default_coordinates(out.mesh);
+    set_triangle_coordinates(out.mesh, kTriangleCoordinates);
   }
   return out;
 }
@@ -283,7 +243,7 @@ Result<PbrtShape> PbrtShapes::ply(const PbrtParameters& from, bool plain) {
   }
   from.find("edgelength");
   if (!plain && out.mesh.texture_coordinates.empty()) {
-    add_default_coordinates(out.mesh);
+    set_triangle_coordinates(out.mesh, kTriangleCoordinates);
   }
   return out;
 }

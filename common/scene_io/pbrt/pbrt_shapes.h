@@ -46,7 +46,4 @@ class PbrtShapes {
   std::size_t triangles_ = 0, kept_triangles_ = 0;  ///< of curved shapes
 };
 
-/// Turns the mesh's sides.
-void reverse_orientation(Mesh& mesh);
-
 }  // namespace lightmill

@@ -3,13 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/materials/metals.h"
-#include "common/scene_io/text_lines.h"
-
 namespace lightmill {
 namespace {
 
-constexpr std::size_t kMostSamples = 100'000;
 constexpr double kLargest = 1e20;
 
 /// The only string of a spectrum that is given by a name. Empty if it is given by values.
@@ -17,33 +13,6 @@ std::string_view name_of(const PbrtParameter& parameter) {
   return parameter.type == "spectrum" && parameter.strings.size() == 1 && parameter.numbers.empty()
              ? std::string_view(parameter.strings[0])
              : std::string_view();
-}
-
-/// Pairs of a wavelength in nanometres and a value. Nothing unless the wavelengths ascend.
-std::optional<Spectrum> pairs(const std::vector<double>& numbers) {
-  if (numbers.empty() || numbers.size() % 2 != 0 || numbers.size() > 2 * kMostSamples) {
-    return std::nullopt;
-  }
-  Spectrum out;
-  for (std::size_t i = 0; i < numbers.size(); i += 2) {
-    if ((i > 0 && !(numbers[i] > out.wavelengths_nm.back())) || !(numbers[i + 1] >= 0 && numbers[i + 1] <= kLargest)) {
-      return std::nullopt;
-    }
-    out.wavelengths_nm.push_back(numbers[i]);
-    out.values.push_back(numbers[i + 1]);
-  }
-  return out;
-}
-
-std::string_view metal_name(std::string_view symbol) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kSymbols{
-      {{"Ag", "silver"}, {"Al", "aluminium"}, {"Au", "gold"}, {"Cu", "copper"}}};
-  for (const auto& [known, name] : kSymbols) {
-    if (known == symbol) {
-      return name;
-    }
-  }
-  return {};
 }
 
 }  // namespace
@@ -62,19 +31,13 @@ std::optional<Spectrum> PbrtSpectra::samples(const PbrtParameters& from, const P
       from.fail(parameter.name, message_of(file.status()));
       return std::nullopt;
     }
-    StatementReader lines(std::string_view(file->bytes).substr(0, kMostSamples * 40), file->name);
-    while (const std::optional<Statement> line = lines.next()) {
-      std::string_view rest = line->rest;
-      for (std::string_view word = line->keyword; !word.empty(); word = take_word(rest)) {
-        numbers.push_back(parse_number(word).value_or(-1));
-      }
-    }
+    numbers = numbers_of_spectrum_file(file->bytes, file->name);
   }
-  std::optional<Spectrum> out = pairs(numbers);
+  std::optional<Spectrum> out = spectrum_of_pairs(numbers);
   if (!out) {
     from.fail(parameter.name,
               fmt::format("pairs of ascending wavelengths and values that are not negative are expected, at most {}",
-                          kMostSamples));
+                          kMostSpectrumSamples));
   }
   return out;
 }
@@ -165,7 +128,7 @@ std::optional<RgbColor> PbrtSpectra::metal(const PbrtParameters& from, std::stri
   if (known.starts_with("metal-") && known.ends_with(fmt::format("-{}", part))) {
     known.remove_prefix(6);
     known.remove_suffix(part.size() + 1);
-    if (const std::optional<Metal> metal = find_metal(metal_name(known))) {
+    if (const std::optional<Metal> metal = metal_of_symbol(known)) {
       const auto& v = part == "k" ? metal->k : metal->eta;
       return RgbColor{v[0], v[1], v[2]};
     }

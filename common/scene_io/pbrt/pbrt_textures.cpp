@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/scene_io/text_lines.h"
+#include "common/scene_io/tiny_image.h"
 
 namespace lightmill {
 namespace {
@@ -17,21 +18,6 @@ RgbColor grey(double value) {
 
 RgbColor times(const RgbColor& a, const RgbColor& b) {
   return {a.r * b.r, a.g * b.g, a.b * b.b};
-}
-
-/// Radiance's RGBE (Ward 1991) of a colour whose largest component is at most 1.
-void put_rgbe(const RgbColor& color, std::string& out) {
-  const float largest = std::max({color.r, color.g, color.b});
-  if (largest < 1e-30f) {
-    out.append(4, '\0');
-    return;
-  }
-  int exponent = 0;
-  std::frexp(largest, &exponent);
-  const auto mantissa = [&](float value) {
-    return static_cast<char>(std::min(255.0f, std::round(std::ldexp(value, 8 - exponent))));
-  };
-  out += {mantissa(color.r), mantissa(color.g), mantissa(color.b), static_cast<char>(exponent + 128)};
 }
 
 }  // namespace
@@ -160,17 +146,12 @@ Result<PbrtValue> PbrtTextures::checkerboard(const std::string& kind, const Pbrt
   out.offset = {out.offset[0] / 2, out.offset[1] / 2};
   out.filter = TextureImage::Filter::nearest;
   out.color_space = TextureImage::ColorSpace::linear;
-  const float largest = std::max({a.color.r, a.color.g, a.color.b, b.color.r, b.color.g, b.color.b});
+  const auto [largest, bytes] = two_by_two_image({b.color, a.color, a.color, b.color});
   if (!(largest > 0)) {
     return PbrtValue{{0, 0, 0}};
   }
-  const auto part = [&](const RgbColor& c) { return times(c, grey(1 / static_cast<double>(largest))); };
-  std::string bytes = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 2\n";
-  for (const PbrtValue* square : {&b, &a, &a, &b}) {
-    put_rgbe(part(square->color), bytes);
-  }
   out.file = fmt::format("checkerboard of line {}.hdr", from.place().line);
-  out.asset = add_image(std::move(bytes), {.name = out.file, .place = from.place().text()}, loaded_);
+  out.asset = add_image(bytes, {.name = out.file, .place = from.place().text()}, loaded_);
   return PbrtValue{grey(largest), add(std::move(out))};
 }
 

@@ -6,24 +6,11 @@
 #include <string>
 #include <string_view>
 
-#include "common/base/status.h"
-#include "common/base/text.h"
+#include "common/scene_io/place.h"
 
 namespace lightmill {
 
-/// A line of a file, for messages. The name must outlive it.
-struct PbrtPlace {
-  const std::string* file = nullptr;
-  int line = 0;  ///< from 1
-
-  std::string text() const { return fmt::format("{}:{}", *file, line); }
-  /// "scene.pbrt:12: …". It is cut, because a quoted word may have any length.
-  template <class... Args>
-  Status error(fmt::format_string<Args...> format, Args&&... args) const {
-    return invalid_argument("{}: {}", text(),
-                            cut_text(printable(fmt::format(format, std::forward<Args>(args)...)), 300));
-  }
-};
+using PbrtPlace = SourcePlace;
 
 struct PbrtToken {
   std::string_view text;  ///< without quotes

@@ -6,6 +6,7 @@
 
 #include "common/scene/validate/parts.h"
 #include "common/scene/validate/validate.h"
+#include "common/scene_io/mesh_edits.h"
 #include "common/scene_io/text_lines.h"
 #include "common/scene_io/transforms.h"
 

@@ -67,16 +67,16 @@ TEST_F(Load, BadFilesAreNamed) {
   EXPECT_EQ(error({folder_ / "none.obj"}), "none.obj: no such file");
   EXPECT_EQ(
       error({write("a.stl", "")}),
-      "a.stl: a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb), a pbrt scene (.pbrt) or a .blend file is "
-      "expected");
+      "a.stl: a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb), a pbrt scene (.pbrt), a Mitsuba scene "
+      "(.xml) or a .blend file is expected");
   EXPECT_EQ(
       error({}),
-      "a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb), a pbrt scene (.pbrt) or a .blend file is expected, "
-      "got none");
+      "a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb), a pbrt scene (.pbrt), a Mitsuba scene "
+      "(.xml) or a .blend file is expected, got none");
   const auto json = write("scene.json", document(R"([{"mesh": {"file": "assets/a.obj"}}])"));
   EXPECT_EQ(
       error({json, json}),
-      "one scene document, one glTF file, one pbrt scene or any number of .obj files are expected, got 2 files that are not all .obj");
+      "one scene document, one glTF file, one pbrt or Mitsuba scene or any number of .obj files are expected, got 2 files that are not all .obj");
   EXPECT_EQ(error({json}),
             "scene.json:3:31: objects[0].mesh.file: cannot open assets/a.obj: No such file or directory");
   write("assets/a.obj", "v 0 0 0\n");
@@ -266,7 +266,7 @@ TEST_F(Load, GltfFilesBringTheirFilesAndCameras) {
   EXPECT_EQ(error({path}), "model.gltf: buffers[0].uri: cannot open assets/my data.bin: No such file or directory");
   EXPECT_EQ(
       error({path, path}),
-      "one scene document, one glTF file, one pbrt scene or any number of .obj files are expected, got 2 files that are not all "
+      "one scene document, one glTF file, one pbrt or Mitsuba scene or any number of .obj files are expected, got 2 files that are not all "
       ".obj");
 }
 

@@ -1,11 +1,11 @@
 /** Dropped files: which are scenes, which files they name, and where these lie. Pure. */
 
-const kScenes = /\.(json|gltf|glb|pbrt)$/i;
+const kScenes = /\.(json|gltf|glb|pbrt|xml)$/i;
 const kMeshes = /\.obj$/i;
 /** Kinds of files that scenes name: meshes, buffers, materials, images and photometry. */
-const kParts = /\.(json|gltf|glb|obj|mtl|pbrt|ply|spd|bin|png|jpe?g|exr|hdr|pic|tiff?|tga|bmp|gif|webp|ies)$/i;
+const kParts = /\.(json|gltf|glb|obj|mtl|pbrt|xml|ply|serialized|spd|bin|png|jpe?g|exr|hdr|pic|tiff?|tga|bmp|gif|webp|ies)$/i;
 /** The kinds whose content names further files. */
-const kTexts = /\.(json|gltf|obj|mtl|pbrt)$/i;
+const kTexts = /\.(json|gltf|obj|mtl|pbrt|xml)$/i;
 /** Larger files are not searched. The files that they name must be at the named paths. */
 export const kMostSearchedBytes = 64 * 1024 * 1024;
 export const kMostFiles = 10_000;
@@ -72,6 +72,9 @@ export function namesIn(path: string, text: string): string[] {
   }
   if (/\.pbrt$/i.test(path)) {
     return [...text.matchAll(/(?:\b(?:Include|Import)|"(?:string|spectrum)[ \t]+[\w.]+")\s*\[?\s*"([^"\n]+)"/g)].map(([, name]) => name!);
+  }
+  if (/\.xml$/i.test(path)) {
+    return [...text.matchAll(/(?:\bname\s*=\s*["']filename["']\s+value|\bfilename)\s*=\s*["']([^"']+)["']/g)].map(([, name]) => name!);
   }
   const lines = /\.obj$/i.test(path) ? /^[ \t]*mtllib[ \t]+(.+?)[ \t]*\r?$/gim : /^[ \t]*(?:map_\w+|bump|disp|norm)[ \t]+(?:.*[ \t])?(\S+?)[ \t]*\r?$/gim;
   return [...text.matchAll(lines)].map(([, name]) => name!);

@@ -1,4 +1,4 @@
-// The pbrt reader, called as in the program, for tests and libFuzzer.
+// The readers of pbrt and Mitsuba scenes, called as in the program, for tests and libFuzzer.
 #pragma once
 
 #include <google/protobuf/stubs/logging.h>
@@ -6,6 +6,7 @@
 #include "common/base/check.h"
 #include "common/scene/mesh.h"
 #include "common/scene/validate/validate.h"
+#include "common/scene_io/mitsuba/mitsuba.h"
 #include "common/scene_io/pbrt/pbrt.h"
 #include "common/wire/scene_proto.h"
 
@@ -19,17 +20,21 @@ inline Result<SourceFile> file_of_fuzzed_scene(const std::string& name) {
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
         "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1 0 0 0 1 0 3 0 1 2\n"};
   }
+  if (name == "mesh.obj") {
+    return SourceFile{name, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"};
+  }
+  if (name == "more.xml") {
+    return SourceFile{name, "<scene version=\"3.0.0\"><shape type=\"sphere\"/></scene>"};
+  }
   return name == "none" ? Result<SourceFile>(not_found("cannot open {}", name))
                         : SourceFile{name, name == "more.pbrt" ? "Translate 1 0 0\nShape \"sphere\"\n" : "bytes"};
 }
 
 /// Whether the scene was read. Stops the program if it is invalid, or if an error has no place.
-inline bool try_pbrt(std::string_view text) {
-  static const google::protobuf::LogSilencer quiet;
-  const Result<LoadedScene> loaded = read_pbrt(std::string(text), "fuzz.pbrt", file_of_fuzzed_scene);
+inline bool check_fuzzed_scene(const Result<LoadedScene>& loaded) {
   if (!loaded.ok()) {
     const std::string message = message_of(loaded.status());
-    bool placed = message.starts_with("fuzz.pbrt:");
+    bool placed = message.starts_with("fuzz:");
     for (std::size_t i = 0; i + 1 < message.size(); ++i) {  // an included file may have any name
       placed = placed || (message[i] == ':' && message[i + 1] >= '1' && message[i + 1] <= '9');
     }
@@ -47,6 +52,16 @@ inline bool try_pbrt(std::string_view text) {
     }
   }
   return true;
+}
+
+inline bool try_pbrt(std::string_view text) {
+  static const google::protobuf::LogSilencer quiet;
+  return check_fuzzed_scene(read_pbrt(std::string(text), "fuzz", file_of_fuzzed_scene));
+}
+
+inline bool try_mitsuba(std::string_view text) {
+  static const google::protobuf::LogSilencer quiet;
+  return check_fuzzed_scene(read_mitsuba(std::string(text), "fuzz", file_of_fuzzed_scene));
 }
 
 }  // namespace lightmill::fuzz
