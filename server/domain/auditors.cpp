@@ -63,7 +63,7 @@ std::string Audits::reason_for_dispute(const Job& job) const {
   const PendingAudits::Entry& entry = *job.audits().find(audit_key);
   const bool third = std::ranges::any_of(workers_.all(), [&](const auto& each) {
     return each.second.stays() && may_render(each.second, job) &&
-           PendingAudits::may_claim(entry, renderer_of(each.second, job));
+           PendingAudits::may_audit(entry, renderer_of(each.second, job));
   });
   const std::string& of_class = entry.claims.front().by.fingerprint_class;
   return third ? ""
