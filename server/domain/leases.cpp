@@ -264,13 +264,13 @@ void LeaseTable::abandon(const Worker& worker, Time now) {
 
 void LeaseTable::resume(LeaseId id, Time now) {
   leases_.at(id).abandoned = false;
-  leases_.at(id).got_on = now;
   was_sent(id, now);
   renew(id, now);
 }
 
-void LeaseTable::extend_all(Time now) {
+void LeaseTable::extend_all(Duration late, Time now) {
   for (auto& [id, lease] : leases_) {
+    lease.got_on = std::min(lease.got_on + late, now);
     const Duration duration = lease.abandoned ? limits_.disconnect_grace : limits_.lease_duration;
     set_deadline(lease, std::max(lease.deadline, now + duration));
   }
