@@ -71,22 +71,39 @@ std::vector<std::string> PendingAudits::losers(const Entry& entry) {
 }
 
 bool PendingAudits::Group::is_for(const Renderer& by) const {
-  return fingerprint_class == by.fingerprint_class && !std::ranges::binary_search(excluded, by.identity);
+  return fingerprint_class == by.fingerprint_class && !excluded.contains(by.identity);
+}
+
+std::set<std::string> PendingAudits::claimants(const Entry& entry) {
+  std::set<std::string> identities;
+  for (const Claim& claim : entry.claims) {
+    if (claim.parts.empty()) {
+      identities.insert(claim.by.identity);
+    }
+    identities.insert(claim.parts.begin(), claim.parts.end());
+  }
+  return identities;
+}
+
+bool PendingAudits::is_disputed(const Entry& entry) {
+  return entry.claims.size() > 1 && claimants(entry).size() > 1;
 }
 
 PendingAudits::Group PendingAudits::group_of(const Entry& entry) {
-  Group group{entry.claims.front().by.fingerprint_class, losers(entry)};
-  group.excluded.push_back(entry.claims.front().by.identity);
-  std::ranges::sort(group.excluded);
+  Group group{entry.claims.front().by.fingerprint_class, claimants(entry)};
+  for (std::string& loser : losers(entry)) {
+    group.excluded.insert(std::move(loser));
+  }
   return group;
 }
 
 void PendingAudits::list(const Key& key, const Entry& entry) {
   const std::size_t losers_of_it = losers(entry).size();
   lost_ += entry.chosen && losers_of_it > 0 ? 1 : 0;
+  unverified_ += entry.chosen ? 1 : 0;
   if (entry.lease) {
     ++out_;
-  } else if (entry.claims.size() > 1) {
+  } else if (is_disputed(entry)) {
     disputed_.insert(key);
   } else if (losers_of_it < kMostLosers) {
     waiting_[group_of(entry)].insert(key);
@@ -95,6 +112,7 @@ void PendingAudits::list(const Key& key, const Entry& entry) {
 
 void PendingAudits::unlist(const Key& key, const Entry& entry) {
   lost_ -= entry.chosen && !losers(entry).empty() ? 1 : 0;
+  unverified_ -= entry.chosen ? 1 : 0;
   if (entry.lease) {
     --out_;
     return;

@@ -117,11 +117,13 @@ class PendingAudits {
   void release(const Key& key, LeaseId lease, const std::string* loser);
 
   std::size_t size() const { return entries_.size(); }
+  std::size_t unverified() const { return unverified_; }  ///< places selected for audit
   /// Places that an identity gets no more because it lost them, of those selected for audit.
   std::size_t lost() const { return lost_; }
   std::size_t out() const { return out_; }
   bool waiting() const { return !waiting_.empty() || !disputed_.empty(); }  ///< a place can be leased
-  /// Places where two claims differ and that are not leased.
+  /// Places where claims of several identities differ and that are not leased. One identity that contradicts itself
+  /// makes no dispute: its job waits for no third identity.
   const std::set<Key>& disputed() const { return disputed_; }
   /// Whether a place waits that one of these renderers may audit.
   bool possible_for(std::span<const Renderer> all) const;
@@ -132,20 +134,23 @@ class PendingAudits {
   /// To call before and after each change of an entry, except that its lease is replaced.
   void unlist(const Key& key, const Entry& entry);
   void list(const Key& key, const Entry& entry);
+  /// Identities that made a claim, or rendered parts of a joined node that one is about.
+  static std::set<std::string> claimants(const Entry& entry);
+  static bool is_disputed(const Entry& entry);
   /// Identities that lost the place too often.
   static std::vector<std::string> losers(const Entry& entry);
 
   std::map<Key, Entry> entries_;
   struct Group {
     std::string fingerprint_class;
-    std::vector<std::string> excluded;  ///< ascending: identities that may not audit these places
+    std::set<std::string> excluded;  ///< identities that may not audit these places
     bool is_for(const Renderer& by) const;
     friend auto operator<=>(const Group&, const Group&) = default;
   };
   static Group group_of(const Entry& entry);
-  std::map<Group, std::set<Key>> waiting_;  ///< places with one claim; not leased
+  std::map<Group, std::set<Key>> waiting_;  ///< places with claims of one identity; not leased
   std::set<Key> disputed_;
-  std::size_t out_ = 0, lost_ = 0;
+  std::size_t out_ = 0, lost_ = 0, unverified_ = 0;
 };
 
 }  // namespace lightmill

@@ -258,5 +258,44 @@ TEST_F(OneIdentityTest, ThatLosesTheOnlyAuditLeavesTheResultUnaudited) {
   EXPECT_EQ(status(job).audits_lost, 1u);
 }
 
+TEST_F(OneIdentityTest, ThatContradictsItselfDoesNotMakeItsJobWait) {
+  JobSpec one = spec("r1", 1);
+  one.verify_share = 1e-12;
+  const JobId job = submit(one);
+  const SessionId only = join("only", "a", 1, 2);
+  const LeaseGrant grant = got<LeaseGrant>(only).at(0);
+  ASSERT_EQ(grant.unit.tiles.size(), 2u);
+  WorkerResult flipped = result(grant, grant.unit.tiles[0]);
+  flipped.node.values[0] += 1;
+  flipped.hash = hash_of(flipped.node);
+  say(only, result(grant, grant.unit.tiles[0]));
+  say(only, flipped);
+  say(only, result(grant, grant.unit.tiles[1]));
+  EXPECT_EQ(status(job).state, JobState::done) << status(job).reason;
+  EXPECT_EQ(status(job).results_unverified, 0u) << "none was drawn";
+}
+
+TEST_F(OneIdentityTest, ThatContradictsItselfIsAudited) {
+  JobSpec one = spec("r1", 1);
+  one.verify_share = 1e-12;
+  const JobId job = submit(one);
+  const SessionId faulty = join("faulty", "a", 1, 2);
+  const LeaseGrant grant = got<LeaseGrant>(faulty).at(0);
+  WorkerResult flipped = result(grant, grant.unit.tiles[0]);
+  flipped.node.values[0] += 1;
+  flipped.hash = hash_of(flipped.node);
+  say(faulty, flipped);
+  say(faulty, result(grant, grant.unit.tiles[0]));
+  const SessionId honest = join("honest", "b");
+  ASSERT_EQ(waiting(honest), 1u);
+  say(faulty, result(grant, grant.unit.tiles[1]));
+  answer(honest);
+  EXPECT_NE(worker("a").quarantine, "") << "one of its two results is wrong";
+  EXPECT_EQ(worker("b").quarantine, "");
+  answer(honest);
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f);
+}
+
 }  // namespace
 }  // namespace lightmill::test
