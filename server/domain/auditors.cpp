@@ -3,6 +3,12 @@
 #include "server/domain/eligibility.h"
 
 namespace lightmill {
+namespace {
+
+/// If so many claims all differ, no further identity is asked.
+constexpr std::size_t kMostClaims = 5;
+
+}  // namespace
 
 std::vector<Renderer> Audits::renderers_for(const Job& job, Time now) const {
   std::set<Renderer> all;
@@ -33,6 +39,12 @@ bool Audits::are_done(const Job& job, Time now) const {
                                                              : limits_.auditor_patience;
   const bool others_may_come_back = now < started_ + patience;
   return !others_may_come_back && !job.audits().possible_for(renderers_for(job, now));
+}
+
+bool Audits::another_may_decide(const Job& job, const PendingAudits::Entry& dispute, Time now) const {
+  return dispute.claims.size() < kMostClaims && std::ranges::any_of(renderers_for(job, now), [&](const Renderer& by) {
+           return PendingAudits::may_audit(dispute, by);
+         });
 }
 
 bool Audits::one_identity(const Job& job) const {

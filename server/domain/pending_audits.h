@@ -42,7 +42,7 @@ struct Verdict {
   enum class Kind {
     open,     ///< another identity must render them
     agreed,   ///< two independent identities claim `hash`; other claims are wrong
-    program,  ///< three identities claim three different results; no worker can be blamed
+    program,  ///< three identities claim three different results; no worker can be blamed, unless others decide
   };
   Kind kind = Kind::open;
   Hash128 hash;

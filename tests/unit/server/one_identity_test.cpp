@@ -297,5 +297,21 @@ TEST_F(OneIdentityTest, ThatContradictsItselfIsAudited) {
   EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f);
 }
 
+TEST_F(OneIdentityTest, TwoThatLieApartAreFoundByTwoHonestOnes) {
+  const JobId job = submit_verified();
+  const SessionId liar = join("liar", "a"), other = join("liar 2", "b"), c = join("honest", "c"),
+                  d = join("honest 2", "d");
+  answer(liar, 1);
+  answer(other, 2);
+  for (int i = 0; i < 3; ++i) {
+    answer(c);
+    answer(d);
+  }
+  EXPECT_EQ(status(job).state, JobState::done) << status(job).reason;
+  EXPECT_NE(worker("a").quarantine, "");
+  EXPECT_NE(worker("b").quarantine, "");
+  EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f);
+}
+
 }  // namespace
 }  // namespace lightmill::test
