@@ -79,6 +79,7 @@ json to_json(const v1::Job& job) {
        {{"share", job.verify_share()},
         {"verified", counters.results_verified()},
         {"unverified", job.results_unverified()},
+        {"audits_lost", job.audits_lost()},
         {"one_identity", job.one_identity()},
         {"nodes_dropped", counters.nodes_dropped()}}},
       {"submitted_unix_ms", job.submitted_unix_ms()},

@@ -138,7 +138,9 @@ std::string verification_text(const v1::Job& job) {
   } else if (job.one_identity()) {
     text = "unaudited: one identity (all workers show the same certificate or token, or are on one machine)";
   } else if (job.state() == v1::JOB_STATE_DONE) {
-    text = "unaudited: no other identity was connected";
+    text = job.audits_lost() > 0
+               ? fmt::format("unaudited: workers were lost with {}", counted(job.audits_lost(), "audit"))
+               : "unaudited: no other identity was connected";
   } else {
     text = "no audits yet";
   }

@@ -156,6 +156,7 @@ struct JobStatus {
   bool allow_mixed = false;
   bool one_identity = false;             ///< results wait for an audit, but no other identity or machine is connected
   std::uint64_t results_unverified = 0;  ///< results that still wait for an audit, or, at the end, could not have one
+  std::uint64_t audits_lost = 0;         ///< of these, results whose audit an identity lost again and again
   std::int64_t submitted_unix_ms = 0, finished_unix_ms = 0;  ///< 0: not yet
   Sha256 render_digest;                                      ///< zero until the class is fixed
   Hash128 trace;                                             ///< trace_id of its request

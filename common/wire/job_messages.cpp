@@ -278,6 +278,7 @@ void to_wire(const JobStatus& status, v1::Job* out) {
   out->set_allow_mixed(status.allow_mixed);
   out->set_results_unverified(status.results_unverified);
   out->set_one_identity(status.one_identity);
+  out->set_audits_lost(status.audits_lost);
   out->set_submitted_unix_ms(status.submitted_unix_ms);
   out->set_finished_unix_ms(status.finished_unix_ms);
   if (status.render_digest != Sha256{}) {
@@ -328,6 +329,7 @@ Result<JobStatus> from_wire(const v1::Job& job) {
   out.allow_mixed = job.allow_mixed();
   out.results_unverified = job.results_unverified();
   out.one_identity = job.one_identity();
+  out.audits_lost = job.audits_lost();
   out.submitted_unix_ms = job.submitted_unix_ms();
   out.finished_unix_ms = job.finished_unix_ms();
   if (!job.render_digest().empty()) {

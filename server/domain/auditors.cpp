@@ -3,6 +3,12 @@
 #include "server/domain/eligibility.h"
 
 namespace lightmill {
+namespace {
+
+/// If so many claims all differ, no further identity is asked.
+constexpr std::size_t kMostClaims = 5;
+
+}  // namespace
 
 std::vector<Renderer> Audits::renderers_for(const Job& job, Time now) const {
   std::set<Renderer> all;
@@ -35,6 +41,12 @@ bool Audits::are_done(const Job& job, Time now) const {
   return !others_may_come_back && !job.audits().possible_for(renderers_for(job, now));
 }
 
+bool Audits::another_may_decide(const Job& job, const PendingAudits::Entry& dispute, Time now) const {
+  return dispute.claims.size() < kMostClaims && std::ranges::any_of(renderers_for(job, now), [&](const Renderer& by) {
+           return PendingAudits::may_audit(dispute, by);
+         });
+}
+
 bool Audits::one_identity(const Job& job) const {
   const std::string* first = nullptr;
   for (const auto& [name, worker] : workers_.all()) {
@@ -63,7 +75,7 @@ std::string Audits::reason_for_dispute(const Job& job) const {
   const PendingAudits::Entry& entry = *job.audits().find(audit_key);
   const bool third = std::ranges::any_of(workers_.all(), [&](const auto& each) {
     return each.second.stays() && may_render(each.second, job) &&
-           PendingAudits::may_claim(entry, renderer_of(each.second, job));
+           PendingAudits::may_audit(entry, renderer_of(each.second, job));
   });
   const std::string& of_class = entry.claims.front().by.fingerprint_class;
   return third ? ""

@@ -116,8 +116,9 @@ Dispute Audits::compare(Job& job, const NodeKey& key, const Hash128& hash, const
   if (verdict.kind == Verdict::Kind::agreed) {
     return settle(job, key, verdict.hash, event);
   }
-  const std::vector<Claim>& claims = job.audits().find(audit_key)->claims;
-  if (verdict.kind == Verdict::Kind::program) {
+  const PendingAudits::Entry& open = *job.audits().find(audit_key);
+  const std::vector<Claim>& claims = open.claims;
+  if (verdict.kind == Verdict::Kind::program && !another_may_decide(job, open, event.now)) {
     return {.wrong = claims};
   }
   event.warn(about(job.id()), "{} differ between {}: another identity must render them",

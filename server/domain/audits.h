@@ -18,7 +18,7 @@ std::string describe_place(const Job& job, TileId tile, const SampleRange& range
 std::string describe_renderers(std::span<const Claim> claims);
 
 /// Claims about samples. The `wrong` ones differ from the bits that two identities `agreed` on. If `agreed` is empty,
-/// three identities claim three different results, and the program is at fault.
+/// at least three identities claim different results, no other may decide, and the program is at fault.
 struct Dispute {
   std::vector<Claim> agreed = {}, wrong = {};
 };
@@ -65,6 +65,8 @@ class Audits {
   std::optional<Claim> claim_of_film(const Job& job, const NodeKey& key, const Renderer& by) const;
   /// Two identities agree on `hash` for these samples.
   Dispute settle(Job& job, const NodeKey& key, const Hash128& hash, const Event& event);
+  /// Whether an identity that is connected, or was recently, may still claim, and two may then agree.
+  bool another_may_decide(const Job& job, const PendingAudits::Entry& dispute, Time now) const;
   /// Identities and classes that may render the job. The worker names are empty.
   std::vector<Renderer> renderers_for(const Job& job, Time now) const;
 

@@ -12,7 +12,7 @@ Event Coordinator::Parts::at(Time now, std::int64_t unix_ms, Effects& effects) {
   if (late > limits.lease_duration / 2) {
     // Stopped, suspended or out of memory: the messages of workers from this time are not read yet.
     event.warn({}, "the coordinator stood still for {:.0f} s: workers get their full time again", to_seconds(late));
-    leases.extend_all(now);
+    leases.extend_all(late, now);
     workers.note_stall(late, now);
     audits.note_stall(late);
     scheduler.note_stall(now);

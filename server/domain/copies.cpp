@@ -29,7 +29,7 @@ double Copies::seconds_left(const Lease& lease, Time now) const {
   if (lease.abandoned || lease.is_pilot()) {
     return std::numeric_limits<double>::infinity();
   }
-  double seconds = 0, slowdown = 0;
+  double seconds = 0, slowdown = 0, least = 0;
   for (const LeaseId id : worker.leases()) {
     const Lease& each = leases_.at(id);
     if (each.is_pilot() || !each.sent) {
@@ -40,32 +40,34 @@ double Copies::seconds_left(const Lease& lease, Time now) const {
       // The worker renders its oldest lease. The tile in work takes at least as long as the worker is silent.
       const double silent = to_seconds(now - std::max(worker.result_at(), each.granted));
       slowdown = std::max(1.0, silent / expected);
+      least = to_seconds(now - each.got_on);  // results of other leases do not count
     }
+    least = std::max(least, expected * slowdown);  // of one tile, however many threads the worker claims
     seconds += each.remaining * expected * slowdown / worker.hello().threads;
     if (id == lease.id) {
       break;
     }
   }
-  return seconds;
+  return std::max(seconds, least);
 }
 
 bool Copies::may_be_copied(const Lease& lease, Time now) const {
-  // Each tile and each pilot gets one copy at most. An audit moves to another worker, perhaps more than once.
+  // A copy is not copied again. An audit moves to another worker, perhaps more than once.
   const Job& job = jobs_.at(lease.unit.job);
-  const bool copied = lease.is_pilot() ? job.leases().size() > 1 : lease.copy && !lease.audits;
+  const bool copied = lease.copy && !lease.audits;
   const Duration patience = lease.is_pilot() ? limits_.copy_pilot_after : limits_.copy_after;
-  return job.state() == JobState::running && !copied && !lease.alone && (lease.sent || lease.abandoned) &&
+  return job.state() == JobState::running && !copied && (lease.sent || lease.abandoned) &&
          (lease.abandoned || now > lease.granted + patience);
 }
 
-std::vector<std::pair<double, LeaseId>> Copies::late_leases(Time now) const {
-  std::vector<std::pair<double, LeaseId>> late;
+std::vector<Copies::Late> Copies::late_leases(Time now) const {
+  std::vector<Late> late;
   for (const auto& [id, lease] : leases_.all()) {
     if (may_be_copied(lease, now)) {
-      late.emplace_back(-seconds_left(lease, now), id);
+      late.push_back({seconds_left(lease, now), id});
     }
   }
-  std::sort(late.begin(), late.end());
+  std::ranges::sort(late, {}, [](const Late& each) { return std::pair(-each.seconds, each.lease); });
   late.resize(std::min(late.size(), kMostLate));
   return late;
 }
@@ -79,7 +81,7 @@ void Copies::tick(const Event& event) {
   if (const std::optional<Time> due = next_deadline(); !due || event.now < *due) {
     return;
   }
-  std::vector<std::pair<double, LeaseId>> late = late_leases(event.now);
+  std::vector<Late> late = late_leases(event.now);
   next_check_ = event.now + kCheckInterval * static_cast<int>(1 + leases_.all().size() / kLeasesPerCheck);
   std::vector<std::string> waiting(workers_.idle().begin(), workers_.idle().end());
   std::rotate(waiting.begin(), std::ranges::upper_bound(waiting, last_worker_), waiting.end());
@@ -93,35 +95,48 @@ void Copies::tick(const Event& event) {
   }
 }
 
-void Copies::copy_one(Worker& worker, std::vector<std::pair<double, LeaseId>>& late, const Event& event) {
+template <class Leases>
+bool Copies::may_also_hold(const Worker& worker, const Leases& holders) const {
+  std::set<std::string_view> identities;
+  for (const LeaseId id : holders) {
+    identities.insert(workers_.at(leases_.at(id).worker).identity());
+  }
+  return holders.size() == 1 ||
+         (holders.size() == 2 && identities.size() == 1 && !identities.contains(worker.identity()));
+}
+
+void Copies::copy_one(Worker& worker, std::vector<Late>& late, const Event& event) {
   for (auto at = late.begin(); at != late.end();) {
-    const Lease& lease = leases_.at(at->second);
+    const Lease& lease = leases_.at(at->lease);
     const Job& job = jobs_.at(lease.unit.job);
-    const bool sooner = lease.is_pilot() || -at->first > kCopyGain * tile_seconds(worker, lease) + kCopySeconds;
-    if (lease.worker == worker.name() || !sooner ||
+    const bool sooner = lease.is_pilot() || at->seconds > kCopyGain * tile_seconds(worker, lease) + kCopySeconds;
+    const bool same_identity = workers_.at(lease.worker).identity() == worker.identity();
+    if (lease.worker == worker.name() || !sooner || (same_identity && (at->for_others || lease.alone)) ||
         !(job.undecided() ? Pilots::may_have(worker, job, event.now) : may_have(worker, job, event.now))) {
       ++at;  // the next worker may
       continue;
     }
     const bool audits = lease.audits;
     if (audits ? take_over_audit(lease, worker, event) : copy(lease, worker, event)) {
-      if (leases_.find(at->second) == nullptr) {
+      if (leases_.find(at->lease) == nullptr) {
         late.erase(at);
       }
       return;  // the next worker may copy the rest of this lease
     }
-    at = audits ? at + 1 : late.erase(at);  // the next worker may audit what this one rendered itself
+    // The next worker may audit what this one rendered itself, and another identity copy what this one may not.
+    at->for_others = !audits;
+    at = audits || same_identity ? at + 1 : late.erase(at);
   }
 }
 
 bool Copies::copy(const Lease& lease, Worker& worker, const Event& event) {
   Job& job = jobs_.at(lease.unit.job);
   if (lease.is_pilot()) {
-    const bool alone = job.leases().size() == 1;
-    if (alone) {
+    const bool may_copy = may_also_hold(worker, job.leases());
+    if (may_copy) {
       pilots_.grant(worker, job, event);
     }
-    return alone;
+    return may_copy;
   }
   const std::uint32_t wanted =
       choose_tile_count(lease.unit.range, lease.remaining, job.pixels_of(lease.unit.tiles.front()),
@@ -131,15 +146,17 @@ bool Copies::copy(const Lease& lease, Worker& worker, const Event& event) {
   Unit unit{job.id(), lease.unit.range, {}};
   for (std::size_t i = lease.unit.tiles.size();
        i-- > 0 && unit.tiles.size() < std::max(wanted, worker.hello().threads);) {
-    if (!lease.done[i] && job.plan().add_copy(id, lease.unit.tiles[i], lease.unit.range)) {
-      unit.tiles.push_back(lease.unit.tiles[i]);
+    const TileId tile = lease.unit.tiles[i];
+    if (!lease.done[i] && may_also_hold(worker, job.plan().holders(tile, lease.unit.range)) &&
+        job.plan().add_copy(id, tile, lease.unit.range)) {
+      unit.tiles.push_back(tile);
     }
   }
   if (unit.tiles.empty()) {
     return false;
   }
   std::sort(unit.tiles.begin(), unit.tiles.end());
-  open_copy(worker, job, {.id = id, .unit = std::move(unit), .copy = true}, event);
+  open_copy(worker, job, {.id = id, .unit = std::move(unit), .copy = true, .alone = lease.alone}, event);
   return true;
 }
 

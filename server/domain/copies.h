@@ -21,11 +21,20 @@ class Copies {
   std::optional<Time> next_deadline() const;
 
  private:
-  /// Leases that may be copied, each with its negated remaining seconds, so that the longest sorts first.
-  std::vector<std::pair<double, LeaseId>> late_leases(Time now) const;
+  struct Late {
+    double seconds;  ///< until its worker finishes it
+    LeaseId lease;
+    bool for_others = false;  ///< only workers of another identity may copy what is left of it
+  };
+  /// Leases that may be copied, the latest first.
+  std::vector<Late> late_leases(Time now) const;
   bool may_be_copied(const Lease& lease, Time now) const;
   /// Gives the worker a copy of one of these leases. Removes leases that need no other copy.
-  void copy_one(Worker& worker, std::vector<std::pair<double, LeaseId>>& late, const Event& event);
+  void copy_one(Worker& worker, std::vector<Late>& late, const Event& event);
+  /// Whether the worker may have a copy of work that these leases hold. One copy is enough, unless one identity holds
+  /// both: then another may have a third.
+  template <class Leases>
+  bool may_also_hold(const Worker& worker, const Leases& holders) const;
   /// Seconds that a thread of the worker needs for one tile of the lease: its own measurement, or that of the job.
   double tile_seconds(const Worker& worker, const Lease& lease) const;
   /// Seconds until the lease's own worker finishes it, after all its earlier leases.

@@ -59,7 +59,8 @@ JobStatus FarmView::decided_status(const Job& job, Time now) const {
   status.counters = record.counters;
   status.verify_share = spec.verify_share;
   status.allow_mixed = spec.allow_mixed;
-  status.results_unverified = job.audits().size();
+  status.results_unverified = job.audits().unverified();
+  status.audits_lost = job.audits().lost();
   status.one_identity = job.audits().waiting() && audits_.one_identity(job);
   status.submitted_unix_ms = record.submitted_unix_ms;
   status.finished_unix_ms = record.finished_unix_ms;

@@ -122,14 +122,14 @@ JobPlan& Job::plan() const {
   return *plan_;
 }
 
-std::string Job::suspect(const Lease& lost) {
-  std::string reason = losses_.add(lost, outline().grid());
+Losses::Blame Job::suspect(const Lease& lost, const std::string& identity) {
+  Losses::Blame blame = losses_.add(lost, identity, outline().grid());
   for (std::size_t i = 0; i < lost.unit.tiles.size(); ++i) {
     if (!lost.done[i] && losses_.is_suspect(lost.unit.tiles[i])) {
       plan().set_alone(lost.unit.tiles[i], true);
     }
   }
-  return reason;
+  return blame;
 }
 
 // ---- film ----

@@ -72,13 +72,13 @@ class Job {
   const PendingAudits& audits() const { return audits_; }
   const Losses& losses() const { return losses_; }
   const Refusals& refusals() const { return refusals_; }
-  /// A worker was lost with this lease, whose work may be the cause. Returns the reason for which the job must fail;
-  /// empty if it continues.
-  std::string suspect(const Lease& lost);
+  /// A worker of this identity was lost with this lease, whose work may be the cause.
+  Losses::Blame suspect(const Lease& lost, const std::string& identity);
   void refused(const std::string& identity, const std::string& worker, const std::string& reason, bool certain) {
     refusals_.add(identity, worker, reason, certain);
   }
   void left_to_others(const std::string& identity, Time now) { refusals_.left_to_others(identity, now); }
+  void held_in_silence(const std::string& identity, Time now) { refusals_.held_in_silence(identity, now); }
 
   // ---- film: its outline is always in memory, and its values while the job is active ----
   const FilmOutline& outline() const;

@@ -192,12 +192,33 @@ void JobLifeCycle::lose_lease(LeaseId id, bool cancel, const Event& event) {
   job.store_progress(event);
   // Some losses prove nothing about the work. The tiles of an audit were rendered before. An unsent lease was never
   // rendered. A worker that sends damaged results may itself be the cause.
-  const Worker* const worker = workers_.find(lease.worker);
-  if (!lease.audits && lease.sent && (worker == nullptr || worker->bad_results() == 0)) {
-    if (std::string reason = job.suspect(lease); !reason.empty()) {
-      finish(job, JobState::failed, std::move(reason), event);
+  const Worker& worker = workers_.at(lease.worker);
+  if (!lease.audits && lease.sent && worker.bad_results() == 0) {
+    Losses::Blame blame = job.suspect(lease, worker.identity());
+    if (blame.agreed) {
+      finish(job, JobState::failed, std::move(blame.reason), event);
+    } else if (!blame.reason.empty() && !job.refusals().excludes(worker.identity())) {
+      event.warn(about(job.id(), worker.name()), "job {} goes to workers of other identities: {}", job.id().value,
+                 blame.reason);
+      job.refused(worker.identity(), "", blame.reason, true);
+      withdraw(job, worker, event);
     }
   }
+  finish_if_complete(job, event);
+}
+
+void JobLifeCycle::withdraw(Job& job, const Worker& worker, const Event& event) {
+  for (const LeaseId id : std::set(job.leases())) {
+    const Worker& holder = workers_.at(leases_.at(id).worker);
+    if (!may_render(holder, job)) {
+      leases_.end(id, {.cancel = &holder != &worker}, event);
+    }
+  }
+  if (job.leases().empty() && job.film().pixel_samples() == 0) {
+    job.keep_time(0, event.now);  // nothing was rendered in this time
+  }
+  job.store_progress(event);
+  unbind_if_unwanted(job, event);  // the workers of its class do not render it
   finish_if_complete(job, event);
 }
 
@@ -217,15 +238,29 @@ void JobLifeCycle::expire_leases(const Event& event) {
 
 void JobLifeCycle::leave_to_others(const Lease& lost, const Event& event) {
   Worker* const worker = workers_.find(lost.worker);
-  const Job* const job = jobs_.find(lost.unit.job);
+  Job* const job = jobs_.find(lost.unit.job);
   if (worker == nullptr || job == nullptr) {
     return;
   }
-  const bool others = std::ranges::any_of(workers_.all(), [&](const auto& each) {
-    return each.first != lost.worker && each.second.counts() && may_render(each.second, *job);
-  });
+  bool others = false, other_identities = false;
+  for (const auto& [name, other] : workers_.all()) {
+    if (name != lost.worker && other.counts() && may_render(other, *job)) {
+      others = true;
+      other_identities = other_identities || other.identity() != worker->identity();
+    }
+  }
   if (others) {
     worker->exclude(job->id(), fmt::format("no result for {:.0f} s", to_seconds(event.now - lost.got_on)));
+  }
+  if (other_identities) {
+    job->held_in_silence(worker->identity(), event.now);
+  }
+  // Another identity could not render the job either, and nobody has since. The two would wait for each other forever.
+  const Refusals& refusals = job->refusals();
+  if (!refusals.empty() && !refusals.refuted() && !refusals.excludes(worker->identity())) {
+    job->refused(worker->identity(), worker->name(),
+                 fmt::format("no result for {:.0f} s", to_seconds(event.now - lost.got_on)), true);
+    withdraw(*job, *worker, event);
   }
 }
 

@@ -66,6 +66,8 @@ class JobLifeCycle {
   void end_lease(LeaseId id, LeaseTable::End how, const Event& event);
   /// The worker is lost. The work of the lease may be the cause, which may fail the job.
   void lose_lease(LeaseId id, bool cancel, const Event& event);
+  /// Takes the job from workers that may no longer render it after the refusal or losses of `worker`.
+  void withdraw(Job& job, const Worker& worker, const Event& event);
 
   // ---- time ----
   void tick(const Event& event);

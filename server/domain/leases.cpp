@@ -169,7 +169,7 @@ void LeaseTable::settle(Job& job, const NodeKey& merged, LeaseId from, const Eve
 
 void LeaseTable::audit_done(LeaseId id, TileId tile, const Event& event) {
   if (const Lease* const lease = find(id); lease != nullptr && lease->audits) {
-    jobs_.at(lease->unit.job).audits().release({lease->unit.range, tile}, id, false);
+    jobs_.at(lease->unit.job).audits().release({lease->unit.range, tile}, id, nullptr);
     tile_done(id, tile, true, event);
   }
 }
@@ -204,7 +204,7 @@ void LeaseTable::end(LeaseId id, End how, const Event& event) {
   Worker& worker = workers_.at(lease.worker);
   for (std::size_t i = 0; i < lease.unit.tiles.size(); ++i) {
     if (!lease.done[i] && lease.audits) {
-      job.audits().release({lease.unit.range, lease.unit.tiles[i]}, id, lost);
+      job.audits().release({lease.unit.range, lease.unit.tiles[i]}, id, lost ? &worker.identity() : nullptr);
     } else if (!lease.done[i]) {
       job.plan().release(id, lease.unit.tiles[i], lease.unit.range);
     }
@@ -264,13 +264,13 @@ void LeaseTable::abandon(const Worker& worker, Time now) {
 
 void LeaseTable::resume(LeaseId id, Time now) {
   leases_.at(id).abandoned = false;
-  leases_.at(id).got_on = now;
   was_sent(id, now);
   renew(id, now);
 }
 
-void LeaseTable::extend_all(Time now) {
+void LeaseTable::extend_all(Duration late, Time now) {
   for (auto& [id, lease] : leases_) {
+    lease.got_on = std::min(lease.got_on + late, now);
     const Duration duration = lease.abandoned ? limits_.disconnect_grace : limits_.lease_duration;
     set_deadline(lease, std::max(lease.deadline, now + duration));
   }

@@ -70,10 +70,10 @@ class LeaseTable {
   bool is_idle(const Lease& lease, Time now) const;
   /// The worker's stream broke. Its leases expire after `disconnect_grace`, or earlier.
   void abandon(const Worker& worker, Time now);
-  /// The worker came back with the lease.
+  /// The worker came back with the lease. This is no progress.
   void resume(LeaseId id, Time now);
-  /// The coordinator stood still. All leases get their full time again.
-  void extend_all(Time now);
+  /// The coordinator stood still for `late`. All leases get their full time again.
+  void extend_all(Duration late, Time now);
   /// Next lease whose deadline has passed. It stays in the table. If workers could not be heard, renews their leases
   /// instead.
   std::optional<LeaseId> expire(Time now);

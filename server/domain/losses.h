@@ -1,6 +1,7 @@
 // Losses: workers that were lost in a row with the same tile of a job, or with its pilot. The work may be the cause.
 //
-// Suspect work goes only to workers without other leases. If too many of those are lost too, the job fails.
+// Suspect work goes only to workers without other leases. If workers of several identities are lost with that too, the
+// job fails. If they are all of one identity, that identity leaves the job to others: it may do so on purpose.
 #pragma once
 
 #include <map>
@@ -18,8 +19,12 @@ class Losses {
   explicit Losses(const CoordinatorLimits& limits)
       : before_alone_(limits.losses_before_alone), alone_(limits.losses_alone) {}
 
-  /// The lease was lost with its worker. Returns the reason for which the job must fail; empty if it continues.
-  std::string add(const Lease& lost, const TileGrid& grid);
+  struct Blame {
+    std::string reason = {};  ///< empty: the job continues
+    bool agreed = false;      ///< the job must fail; else the identity gets no more of it
+  };
+  /// The lease was lost with its worker, of this identity.
+  Blame add(const Lease& lost, const std::string& identity, const TileGrid& grid);
   bool is_suspect(TileId tile) const;
   bool pilot_is_suspect() const { return pilot_.lost >= before_alone_; }
   /// A result of the tile came. Returns whether workers were lost with the tile before.
@@ -31,9 +36,10 @@ class Losses {
     std::uint32_t lost = 0;
     std::pair<std::string, Time> last;  ///< worker, and when it connected: it may lose several leases at once
     std::vector<std::string> alone;     ///< workers without other leases
+    std::map<std::string, std::uint32_t> alone_by;  ///< how many of them each identity has
   };
-  /// Returns whether the job must fail.
-  bool count(Row& row, const Lease& lost) const;
+  /// Counts the loss. `work`: what the workers had to do.
+  Blame count(Row& row, const Lease& lost, const std::string& identity, const std::string& work) const;
 
   std::uint32_t before_alone_, alone_;
   std::map<TileId, Row> tiles_;

@@ -60,27 +60,65 @@ Verdict judge(std::span<const Claim> claims) {
   return {identities.size() >= 3 ? Verdict::Kind::program : Verdict::Kind::open, {}};
 }
 
-PendingAudits::Source PendingAudits::source_of(const Entry& entry) {
-  return {entry.claims.front().by.fingerprint_class, entry.claims.front().by.identity};
+std::vector<std::string> PendingAudits::losers(const Entry& entry) {
+  std::vector<std::string> losers;
+  for (const auto& [identity, times] : entry.lost) {
+    if (times >= kMostLost) {
+      losers.push_back(identity);
+    }
+  }
+  return losers;
+}
+
+bool PendingAudits::Group::is_for(const Renderer& by) const {
+  return fingerprint_class == by.fingerprint_class && !excluded.contains(by.identity);
+}
+
+std::set<std::string> PendingAudits::claimants(const Entry& entry) {
+  std::set<std::string> identities;
+  for (const Claim& claim : entry.claims) {
+    if (claim.parts.empty()) {
+      identities.insert(claim.by.identity);
+    }
+    identities.insert(claim.parts.begin(), claim.parts.end());
+  }
+  return identities;
+}
+
+bool PendingAudits::is_disputed(const Entry& entry) {
+  return entry.claims.size() > 1 && claimants(entry).size() > 1;
+}
+
+PendingAudits::Group PendingAudits::group_of(const Entry& entry) {
+  Group group{entry.claims.front().by.fingerprint_class, claimants(entry)};
+  for (std::string& loser : losers(entry)) {
+    group.excluded.insert(std::move(loser));
+  }
+  return group;
 }
 
 void PendingAudits::list(const Key& key, const Entry& entry) {
+  const std::size_t losers_of_it = losers(entry).size();
+  lost_ += entry.chosen && losers_of_it > 0 ? 1 : 0;
+  unverified_ += entry.chosen ? 1 : 0;
   if (entry.lease) {
     ++out_;
-  } else if (entry.claims.size() > 1) {
+  } else if (is_disputed(entry)) {
     disputed_.insert(key);
-  } else if (entry.lost < kMostLost) {
-    waiting_[source_of(entry)].insert(key);
+  } else if (losers_of_it < kMostLosers) {
+    waiting_[group_of(entry)].insert(key);
   }
 }
 
 void PendingAudits::unlist(const Key& key, const Entry& entry) {
+  lost_ -= entry.chosen && !losers(entry).empty() ? 1 : 0;
+  unverified_ -= entry.chosen ? 1 : 0;
   if (entry.lease) {
     --out_;
     return;
   }
   disputed_.erase(key);
-  if (const auto found = waiting_.find(source_of(entry)); found != waiting_.end()) {
+  if (const auto found = waiting_.find(group_of(entry)); found != waiting_.end()) {
     found->second.erase(key);
     if (found->second.empty()) {
       waiting_.erase(found);
@@ -93,7 +131,7 @@ void PendingAudits::open(const Key& key, Claim first, bool chosen) {
   if (!fresh) {
     unlist(key, at->second);
   }
-  at->second = Entry{{std::move(first)}, {}, 0, chosen};
+  at->second = Entry{{std::move(first)}, {}, {}, chosen};
   list(key, at->second);
 }
 
@@ -141,14 +179,19 @@ bool PendingAudits::may_claim(const Entry& entry, const Renderer& by) {
          std::ranges::none_of(entry.claims, [&](const Claim& claim) { return claim.by.identity == by.identity; });
 }
 
+bool PendingAudits::may_audit(const Entry& entry, const Renderer& by) {
+  const auto lost = entry.lost.find(by.identity);
+  return may_claim(entry, by) && (lost == entry.lost.end() || lost->second < kMostLost);
+}
+
 std::vector<PendingAudits::Key> PendingAudits::next_for(const Renderer& by, std::size_t most) const {
   for (const Key& key : disputed_) {
-    if (may_claim(entries_.at(key), by)) {
+    if (may_audit(entries_.at(key), by)) {
       return {key};
     }
   }
-  for (const auto& [source, places] : waiting_) {
-    if (source.first != by.fingerprint_class || source.second == by.identity) {
+  for (const auto& [group, places] : waiting_) {
+    if (!group.is_for(by)) {
       continue;
     }
     std::vector<Key> next;
@@ -171,21 +214,23 @@ void PendingAudits::lease(const Key& key, LeaseId lease) {
 
 bool PendingAudits::take_over(const Key& key, LeaseId from, LeaseId to, const Renderer& by) {
   const auto found = entries_.find(key);
-  if (found == entries_.end() || found->second.lease != from || !may_claim(found->second, by)) {
+  if (found == entries_.end() || found->second.lease != from || !may_audit(found->second, by)) {
     return false;
   }
   found->second.lease = to;
   return true;
 }
 
-void PendingAudits::release(const Key& key, LeaseId lease, bool lost) {
+void PendingAudits::release(const Key& key, LeaseId lease, const std::string* loser) {
   const auto found = entries_.find(key);
   if (found == entries_.end() || found->second.lease != lease) {
     return;
   }
   unlist(key, found->second);
   found->second.lease.reset();
-  found->second.lost += lost ? 1 : 0;
+  if (loser != nullptr) {
+    ++found->second.lost[*loser];
+  }
   list(key, found->second);
   if (is_settled(found->second)) {
     close(key);
@@ -194,12 +239,8 @@ void PendingAudits::release(const Key& key, LeaseId lease, bool lost) {
 
 bool PendingAudits::possible_for(std::span<const Renderer> all) const {
   return std::ranges::any_of(all, [&](const Renderer& by) {
-    return std::ranges::any_of(waiting_,
-                               [&](const auto& entry) {
-                                 const auto& [of_class, identity] = entry.first;
-                                 return of_class == by.fingerprint_class && identity != by.identity;
-                               }) ||
-           std::ranges::any_of(disputed_, [&](const Key& key) { return may_claim(entries_.at(key), by); });
+    return std::ranges::any_of(waiting_, [&](const auto& group) { return group.first.is_for(by); }) ||
+           std::ranges::any_of(disputed_, [&](const Key& key) { return may_audit(entries_.at(key), by); });
   });
 }
 

@@ -42,7 +42,7 @@ struct Verdict {
   enum class Kind {
     open,     ///< another identity must render them
     agreed,   ///< two independent identities claim `hash`; other claims are wrong
-    program,  ///< three identities claim three different results; no worker can be blamed
+    program,  ///< three identities claim three different results; no worker can be blamed, unless others decide
   };
   Kind kind = Kind::open;
   Hash128 hash;
@@ -60,13 +60,15 @@ class PendingAudits {
     friend auto operator<=>(const Key&, const Key&) = default;
   };
   struct Entry {
-    std::vector<Claim> claims;     ///< the first is what the film holds; others differ from it
-    std::optional<LeaseId> lease;  ///< the audit's lease
-    std::uint32_t lost = 0;        ///< count of lost audit leases
-    bool chosen = true;            ///< selected for audit; else it is here only while claims differ
+    std::vector<Claim> claims;                       ///< the first is what the film holds; others differ from it
+    std::optional<LeaseId> lease;                    ///< the audit's lease
+    std::map<std::string, std::uint32_t> lost = {};  ///< how many of its audit leases each identity lost
+    bool chosen = true;                              ///< selected for audit; else it is here only while claims differ
   };
-  /// After so many lost leases a place is not leased again: it may be the cause.
+  /// An identity that lost so many leases of a place gets it no more. Others do.
   static constexpr std::uint32_t kMostLost = 5;
+  /// A place that so many identities lost so often is not leased again: it may be the cause.
+  static constexpr std::size_t kMostLosers = 3;
 
   /// Opens an audit of the result that `first` claims. If not `chosen`, a second claim that differs follows. Replaces
   /// an earlier entry of the place.
@@ -102,19 +104,26 @@ class PendingAudits {
 
   /// Whether this renderer has the class of the place, and its identity has made no claim yet.
   static bool may_claim(const Entry& entry, const Renderer& by);
+  /// Whether this worker may also get the place: its identity has not lost it too often.
+  static bool may_audit(const Entry& entry, const Renderer& by);
   /// Places that this worker may get now, at most `most`, all with the same range.
   std::vector<Key> next_for(const Renderer& by, std::size_t most) const;
   void lease(const Key& key, LeaseId lease);
   /// Moves the place from lease `from` to lease `to` of this worker. False, and no change, if `from` does not have it
   /// or the worker may not claim it.
   bool take_over(const Key& key, LeaseId from, LeaseId to, const Renderer& by);
-  /// The lease no longer has the place. Does nothing if it did not have it.
-  void release(const Key& key, LeaseId lease, bool lost);
+  /// The lease no longer has the place. Does nothing if it did not have it. `loser`: the identity that lost it; null if
+  /// it was not lost.
+  void release(const Key& key, LeaseId lease, const std::string* loser);
 
   std::size_t size() const { return entries_.size(); }
+  std::size_t unverified() const { return unverified_; }  ///< places selected for audit
+  /// Places that an identity gets no more because it lost them, of those selected for audit.
+  std::size_t lost() const { return lost_; }
   std::size_t out() const { return out_; }
   bool waiting() const { return !waiting_.empty() || !disputed_.empty(); }  ///< a place can be leased
-  /// Places where two claims differ and that are not leased.
+  /// Places where claims of several identities differ and that are not leased. One identity that contradicts itself
+  /// makes no dispute: its job waits for no third identity.
   const std::set<Key>& disputed() const { return disputed_; }
   /// Whether a place waits that one of these renderers may audit.
   bool possible_for(std::span<const Renderer> all) const;
@@ -122,15 +131,26 @@ class PendingAudits {
  private:
   /// Only one claim is left, and it was not selected for audit.
   static bool is_settled(const Entry& entry) { return !entry.chosen && entry.claims.size() == 1 && !entry.lease; }
-  void list(const Key& key, const Entry& entry);
+  /// To call before and after each change of an entry, except that its lease is replaced.
   void unlist(const Key& key, const Entry& entry);
+  void list(const Key& key, const Entry& entry);
+  /// Identities that made a claim, or rendered parts of a joined node that one is about.
+  static std::set<std::string> claimants(const Entry& entry);
+  static bool is_disputed(const Entry& entry);
+  /// Identities that lost the place too often.
+  static std::vector<std::string> losers(const Entry& entry);
 
   std::map<Key, Entry> entries_;
-  using Source = std::pair<std::string, std::string>;  ///< class and identity
-  static Source source_of(const Entry& entry);
-  std::map<Source, std::set<Key>> waiting_;  ///< places with one claim, by its source; not leased
+  struct Group {
+    std::string fingerprint_class;
+    std::set<std::string> excluded;  ///< identities that may not audit these places
+    bool is_for(const Renderer& by) const;
+    friend auto operator<=>(const Group&, const Group&) = default;
+  };
+  static Group group_of(const Entry& entry);
+  std::map<Group, std::set<Key>> waiting_;  ///< places with claims of one identity; not leased
   std::set<Key> disputed_;
-  std::size_t out_ = 0;
+  std::size_t out_ = 0, lost_ = 0, unverified_ = 0;
 };
 
 }  // namespace lightmill

@@ -2,6 +2,9 @@
 
 #include <fmt/ranges.h>
 
+#include <cmath>
+#include <limits>
+
 #include "server/domain/eligibility.h"
 
 namespace lightmill {
@@ -10,6 +13,25 @@ namespace {
 /// As for a result: see result_intake.cpp.
 constexpr double kMaxPilotSeconds = 1e7;
 constexpr std::size_t kMaxPilotReasonBytes = 1024;
+
+/// An allocation divides the samples of the frame. What it leaves is too small for the next step of any tile
+/// (allocate() in common/film/allocation.h).
+Status check_allocation(const TileGrid& grid, const Allocation& allocation) {
+  double left = 0, all = 0, least_step = std::numeric_limits<double>::infinity();
+  for (std::uint32_t i = 0; i < grid.picture_tiles(); ++i) {
+    const auto pixels = static_cast<double>(grid.tile_rect(TileId{i}).pixel_count());
+    const double share = std::ldexp(pixels, allocation.shift(TileId{i}));
+    all += pixels;
+    left += pixels - share;
+    if (allocation.shift(TileId{i}) <= 0) {
+      least_step = std::min(least_step, share);
+    }
+  }
+  if (left >= least_step) {
+    return invalid_argument("a pilot's allocation gives only {:.3g} of the frame's samples", (all - left) / all);
+  }
+  return ok_status();
+}
 
 Status check_pilot(const Job& job, const PilotReport& report) {
   const std::vector<std::string>& methods = job.record().method_notes.candidates;
@@ -26,6 +48,9 @@ Status check_pilot(const Job& job, const PilotReport& report) {
                     tiles = job.spec().goal.adaptive ? job.film().grid().tile_count() : 0;
   if (shifts != 0 && shifts != tiles) {
     return invalid_argument("a pilot's allocation has {} tiles instead of {}", shifts, tiles);
+  }
+  if (shifts != 0) {
+    LM_RETURN_IF_ERROR(check_allocation(job.film().grid(), report.allocation));
   }
   for (const std::string& reason : report.reasons) {
     if (reason.size() > kMaxPilotReasonBytes) {

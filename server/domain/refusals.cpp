@@ -11,6 +11,8 @@ namespace {
 
 /// Identities whose own limits are remembered. Workers of further ones get the job again at once.
 constexpr std::size_t kMostIdentities = 1000;
+/// Busy workers of others ask for work sooner than this.
+constexpr Duration kSilenceDelay = std::chrono::seconds(30);
 
 }  // namespace
 
@@ -22,32 +24,50 @@ bool Refusals::excludes(const std::string& identity) const {
   return std::ranges::find(refusals_, identity, &Refusal::identity) != refusals_.end();
 }
 
+std::string Refusals::Refusal::text() const {
+  return worker.empty() ? reason : fmt::format("worker {}: {}", worker, reason);
+}
+
 std::string Refusals::text() const {
   const Refusal &first = refusals_.front(), &last = refusals_.back();
-  return refusals_.size() == 1 ? fmt::format("worker {}: {}", first.worker, first.reason)
-         : first.reason == last.reason
-             ? fmt::format("workers {} and {}: {}", first.worker, last.worker, first.reason)
-             : fmt::format("worker {}: {}; worker {}: {}", first.worker, first.reason, last.worker, last.reason);
+  return refusals_.size() == 1         ? first.text()
+         : first.reason == last.reason ? fmt::format("workers {} and {}: {}", first.worker, last.worker, first.reason)
+                                       : fmt::format("{}; {}", first.text(), last.text());
 }
 
 std::string Refusals::reason_to_wait() const {
-  return fmt::format("waits for a worker of another identity: worker {} refused it: {}", refusals_.front().worker,
-                     refusals_.front().reason);
+  const Refusal& first = refusals_.front();
+  return first.worker.empty() ? fmt::format("waits for a worker of another identity: {}", first.reason)
+                              : fmt::format("waits for a worker of another identity: worker {} refused it: {}",
+                                            first.worker, first.reason);
 }
 
-void Refusals::left_to_others(const std::string& identity, Time now) {
-  if (left_to_others_.size() < kMostIdentities || left_to_others_.contains(identity)) {
-    LeftToOthers& row = left_to_others_[identity];
+void Refusals::count(std::map<std::string, LeftToOthers>& rows, const std::string& identity, Time now) {
+  if (rows.size() < kMostIdentities || rows.contains(identity)) {
+    LeftToOthers& row = rows[identity];
     ++row.times;
     row.last = now;
   }
 }
 
+void Refusals::left_to_others(const std::string& identity, Time now) {
+  count(left_to_others_, identity, now);
+}
+
+void Refusals::held_in_silence(const std::string& identity, Time now) {
+  count(held_in_silence_, identity, now);
+}
+
 Time Refusals::may_have_from(const std::string& identity, Time connected_at) const {
-  const auto found = left_to_others_.find(identity);
-  return found == left_to_others_.end() || connected_at < found->second.last
-             ? Time::min()
-             : found->second.last + retry_delay(found->second.times);
+  Time from = Time::min();
+  if (const auto found = left_to_others_.find(identity);
+      found != left_to_others_.end() && connected_at >= found->second.last) {
+    from = found->second.last + retry_delay(found->second.times);
+  }
+  if (const auto found = held_in_silence_.find(identity); found != held_in_silence_.end()) {
+    from = std::max(from, found->second.last + kSilenceDelay);
+  }
+  return from;
 }
 
 }  // namespace lightmill

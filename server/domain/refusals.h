@@ -15,8 +15,8 @@ namespace lightmill {
 class Refusals {
  public:
   // ---- of a job that no worker can render ----
-  /// Not called for an excluded identity. `certain`: the job may fail without a second identity if no other is
-  /// connected.
+  /// Not called for an excluded identity. `worker`: empty if the reason names workers. `certain`: the job may fail
+  /// without a second identity if no other is connected.
   void add(const std::string& identity, const std::string& worker, const std::string& reason, bool certain = true);
   /// Workers of this identity no longer get the job.
   bool excludes(const std::string& identity) const;
@@ -36,6 +36,8 @@ class Refusals {
   void left_to_others(const std::string& identity, Time now);
   /// Whether no worker has refused the job, or left it to others.
   bool none() const { return refusals_.empty() && left_to_others_.empty(); }
+  /// The identity had a lease for long without a result. All its workers get the job later.
+  void held_in_silence(const std::string& identity, Time now);
   /// When a worker that connected at `connected_at` may get the job, unless it is excluded. An identity whose processes
   /// leave the job to others again and again gets it less often.
   Time may_have_from(const std::string& identity, Time connected_at) const;
@@ -44,14 +46,16 @@ class Refusals {
   struct Refusal {
     std::string identity, worker, reason;
     bool certain = true;
+    std::string text() const;
   };
   struct LeftToOthers {
     std::uint32_t times = 0;
     Time last;
   };
+  static void count(std::map<std::string, LeftToOthers>& rows, const std::string& identity, Time now);
   std::vector<Refusal> refusals_;  ///< each identity once
   bool refuted_ = false;
-  std::map<std::string, LeftToOthers> left_to_others_;  ///< by identity
+  std::map<std::string, LeftToOthers> left_to_others_, held_in_silence_;  ///< by identity
 };
 
 }  // namespace lightmill

@@ -16,10 +16,14 @@ void Scheduler::serve_all(const Event& event) {
   if (queue_.empty()) {
     return;
   }
-  std::vector<std::string> waiting(workers_.idle().begin(), workers_.idle().end());
+  std::vector<std::pair<LeaseId, std::string>> waiting;
+  for (const std::string& name : workers_.idle()) {
+    waiting.emplace_back(workers_.at(name).waits_since(), name);
+  }
+  std::ranges::sort(waiting);
   while (!waiting.empty() && !queue_.empty()) {
-    std::erase_if(waiting, [&](const std::string& name) {
-      Worker* const worker = workers_.find(name);
+    std::erase_if(waiting, [&](const auto& each) {
+      Worker* const worker = workers_.find(each.second);
       return worker == nullptr || !serve_once(*worker, event);
     });
   }

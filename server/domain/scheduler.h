@@ -24,7 +24,8 @@ class Scheduler {
 
   /// Gives the worker leases until it wants no more, or until there is nothing for it. Then it is idle.
   void serve(Worker& worker, const Event& event);
-  /// Serves all idle workers, one lease each in turn, so that the work is spread over them.
+  /// Serves all idle workers, one lease each in turn, so that the work is spread over them. Who waits longest is first:
+  /// work that one identity gives back or loses goes to others.
   void serve_all(const Event& event);
   /// Why leasing is stopped; empty while it is not.
   const std::string& held() const { return held_; }

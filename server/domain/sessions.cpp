@@ -89,9 +89,10 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
   if (quarantined) {
     event.send(session, Notice{"in quarantine, this worker gets nothing to render until it is released"});
   }
+  worker.waits_from(leases_.last_id());
   take_back_held(worker, hello, other_process, event);
+  scheduler_.serve_all(event);  // who waited before has first call on what this one lost
   scheduler_.serve(worker, event);
-  scheduler_.serve_all(event);
   inspections_.serve(event);
 }
 
@@ -158,10 +159,10 @@ bool Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) 
     return false;  // the id is not used yet, and another lease will get it
   } else {
     // The lease is from an earlier coordinator, or was taken for lost. The worker resumes the tiles that are still
-    // free.
+    // free. Suspect tiles go to a worker alone.
     Unit unit{held.unit.job, held.unit.range, {}};
     for (const TileId tile : tiles) {
-      if (job->plan().adopt(held.lease, tile, held.unit.range)) {
+      if (!job->losses().is_suspect(tile) && job->plan().adopt(held.lease, tile, held.unit.range)) {
         unit.tiles.push_back(tile);
       }
     }
@@ -227,7 +228,7 @@ void Sessions::overran(Worker& worker, const Lease& lease, TileId tile, const Ev
   queue_.refresh(job);
   if (range.count() == 1) {
     job.refused(worker.identity(), worker.name(), reason, false);
-    withdraw(job, worker, event);
+    life_cycle_.withdraw(job, worker, event);
   }
   scheduler_.serve_all(event);
 }
@@ -260,24 +261,9 @@ void Sessions::refuse(Worker& worker, const WorkerRefusal& refusal, const Event&
   } else {
     job->refused(worker.identity(), worker.name(), reason, true);
   }
-  withdraw(*job, worker, event);
+  life_cycle_.withdraw(*job, worker, event);
   scheduler_.serve_all(event);
   scheduler_.serve(worker, event);
-}
-
-void Sessions::withdraw(Job& job, const Worker& worker, const Event& event) {
-  for (const LeaseId id : std::set(job.leases())) {
-    const Worker& holder = workers_.at(leases_.at(id).worker);
-    if (!may_render(holder, job)) {
-      leases_.end(id, {.cancel = &holder != &worker}, event);
-    }
-  }
-  if (job.leases().empty() && job.film().pixel_samples() == 0) {
-    job.keep_time(0, event.now);  // nothing was rendered in this time
-  }
-  job.store_progress(event);
-  life_cycle_.unbind_if_unwanted(job, event);  // the workers of its class do not render it
-  life_cycle_.finish_if_complete(job, event);
 }
 
 // ---- ends of sessions ----

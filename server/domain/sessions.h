@@ -52,8 +52,6 @@ class Sessions {
   /// Takes back tiles that take too long.
   void check_overruns(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event);
   void overran(Worker& worker, const Lease& lease, TileId tile, const Event& event);
-  /// Takes the job from workers that may no longer render it after the refusal of `worker`.
-  void withdraw(Job& job, const Worker& worker, const Event& event);
 
   const CoordinatorLimits& limits_;
   const GrantSigner& signer_;

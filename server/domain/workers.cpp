@@ -25,6 +25,7 @@ WorkerCount Worker::count() const {
 
 void Worker::lent(const Lease& lease) {
   leases_.insert(lease.id);
+  waits_since_ = std::max(waits_since_, lease.id);
   tiles_out_ += lease.remaining;
   ++jobs_[lease.unit.job].leases;
 }

@@ -68,6 +68,9 @@ class Worker {
   std::uint32_t tiles_out() const { return tiles_out_; }
   double unit_scale() const { return unit_scale_; }  ///< halved by a lost lease, doubled by a finished one, at most 1
   void lent(const Lease& lease);
+  /// The newest lease of the farm when this worker connected, or its own newest one. Who has the least waits longest.
+  LeaseId waits_since() const { return waits_since_; }
+  void waits_from(LeaseId newest) { waits_since_ = newest; }
   void tile_done() { --tiles_out_; }
   void unit_done() { unit_scale_ = std::min(unit_scale_ * 2, 1.0); }
   /// The lease ended with `lease.remaining` tiles not done.
@@ -101,6 +104,7 @@ class Worker {
   Time connected_at_, heard_at_, result_at_;
   bool draining_ = false, silent_ = false, quarantined_ = false;
   std::set<LeaseId> leases_;
+  LeaseId waits_since_ = {};
   std::uint32_t tiles_out_ = 0;
   double unit_scale_ = 1;
   std::uint32_t pilots_lost_ = 0;  ///< since the last pilot that came

@@ -242,18 +242,21 @@ bool JobPlan::adopt(LeaseId lease, TileId tile, SampleRange range) {
   return true;
 }
 
-bool JobPlan::add_copy(LeaseId lease, TileId tile, SampleRange range) {
+std::span<const LeaseId> JobPlan::holders(TileId tile, SampleRange range) const {
   const auto found = out_.find(tile);
   if (found == out_.end()) {
+    return {};
+  }
+  const auto out = std::ranges::find(found->second, range, &OutRange::range);
+  return out == found->second.end() ? std::span<const LeaseId>() : out->holders;
+}
+
+bool JobPlan::add_copy(LeaseId lease, TileId tile, SampleRange range) {
+  if (const std::span<const LeaseId> held = holders(tile, range); held.empty() || std::ranges::count(held, lease) > 0) {
     return false;
   }
-  for (OutRange& each : found->second) {
-    if (each.range == range && each.holders.size() == 1 && each.holders[0] != lease) {
-      each.holders.push_back(lease);
-      return true;
-    }
-  }
-  return false;
+  std::ranges::find(out_.at(tile), range, &OutRange::range)->holders.push_back(lease);
+  return true;
 }
 
 std::uint64_t JobPlan::free_pixel_samples() const {

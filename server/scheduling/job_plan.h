@@ -59,7 +59,9 @@ class JobPlan {
   std::optional<Unit> take(JobId job, LeaseId lease, const UnitAim& aim);
   /// A worker came back with `lease` for this range. False unless the whole range is free.
   bool adopt(LeaseId lease, TileId tile, SampleRange range);
-  /// A second lease holds a leased range. False if the range is not leased, or already has two holders.
+  /// Leases that hold exactly this range; empty if it is not leased.
+  std::span<const LeaseId> holders(TileId tile, SampleRange range) const;
+  /// One more lease holds a leased range. False if the range is not leased, or the lease holds it already.
   bool add_copy(LeaseId lease, TileId tile, SampleRange range);
   /// `lease` no longer holds this range. Does nothing if it did not hold it.
   void release(LeaseId lease, TileId tile, SampleRange range);
@@ -90,7 +92,7 @@ class JobPlan {
  private:
   struct OutRange {
     SampleRange range;
-    std::vector<LeaseId> holders;  ///< one or two
+    std::vector<LeaseId> holders;  ///< at least one
   };
   static constexpr std::uint32_t kNotQueued = ~std::uint32_t{0};
   /// Bucket of tiles: their position in the frame's samples, and their own frontier.

@@ -64,6 +64,9 @@ class LossChecks {
   void note_results(const Effects& effects);
   void count_loss(const Note& note);
   void note_grants(const Effects& effects);
+  /// Whether so many workers were lost in a row with work of the job.
+  bool is_true(JobId job, const std::string& reason) const;
+  void check_left(const Note& note);
   void check_failed(const JobRecord& job);
   bool is_undisturbed(const Lent& lent) const;
   bool is_suspect(const Work& work) const;
@@ -73,9 +76,10 @@ class LossChecks {
   const WorkerSide& workers_;
   std::map<LeaseId, Lent> lent_;
   std::map<Work, Row> rows_;
-  std::map<std::string, std::uint64_t> lives_;  ///< life of the worker's process of the last hello, by name
-  std::string comes_;                           ///< the worker whose hello is handled now
-  bool comes_again_ = false;                    ///< its process had connected before
+  std::map<JobId, std::set<std::string>> left_;  ///< true reasons for which an identity gets no more of the job
+  std::map<std::string, std::uint64_t> lives_;   ///< life of the worker's process of the last hello, by name
+  std::string comes_;                            ///< the worker whose hello is handled now
+  bool comes_again_ = false;                     ///< its process had connected before
 };
 
 }  // namespace lightmill::simulation

@@ -24,10 +24,18 @@ std::size_t pilot_choice(const RenderSettings& settings, std::size_t candidates)
 }
 
 Allocation pilot_allocation(const RenderSettings& settings) {
-  std::vector<std::int8_t> shifts;
-  for (std::uint32_t tile = 0; tile < grid_of(settings).tile_count(); ++tile) {
-    shifts.push_back(static_cast<std::int8_t>((settings.seed + 3 * tile) % 5) - 2);
+  const TileGrid grid = grid_of(settings);
+  std::vector<TileNoise> noise;
+  for (std::uint32_t tile = 0; tile < grid.picture_tiles(); ++tile) {
+    noise.push_back({static_cast<double>(grid.tile_rect(TileId{tile}).pixel_count()),
+                     std::ldexp(1.0, static_cast<int>(2 * ((settings.seed + 3 * tile) % 5))), 1});
   }
+  const Allocation allocation = allocate(noise, 0).allocation;
+  if (allocation.even()) {
+    return allocation;
+  }
+  std::vector<std::int8_t> shifts(allocation.shifts().begin(), allocation.shifts().end());
+  shifts.resize(grid.tile_count(), 0);
   return Allocation::of(std::move(shifts)).value();
 }
 

@@ -92,7 +92,7 @@ TEST_F(AllocationTest, TheErrorIsNotReadBeforeTheQuietestTileHasItsFirstCount) {
 }
 
 TEST_F(AllocationTest, TheErrorHistoryHasFewCounts) {
-  constexpr int kTiles = 16;
+  constexpr int kTiles = 5;
   std::vector<std::int8_t> shifts(kTiles, -2);
   shifts[3] = 2;
   const JobId job = submit_adaptive({.samples = 1000}, {0, 0, 64 * kTiles, 64});
@@ -103,7 +103,7 @@ TEST_F(AllocationTest, TheErrorHistoryHasFewCounts) {
   const std::vector<ErrorPoint> history = status(job).history;
   EXPECT_GE(history.size(), 3u);
   EXPECT_LE(history.size(), 9u);  // 64, 96, 128, 192, 256, 384, 512, 768 and the end
-  EXPECT_EQ(history.back().samples, (15 * 250 + 4000) / 16.0);
+  EXPECT_EQ(history.back().samples, (4 * 250 + 4000) / 5.0);
   // Each is a row of the store with the whole job.
   const auto rows = std::ranges::count_if(writes, [](const StoreOp& op) { return std::holds_alternative<PutJob>(op); });
   EXPECT_LE(static_cast<std::size_t>(rows), history.size() + 4) << "submitted, started, chosen, done";
@@ -128,19 +128,19 @@ TEST_F(AllocationTest, TheEtaOfAnErrorGoalUsesTheFramesCount) {
   first_extra = 16;
   const JobId job = submit_adaptive({.error = 0.0065});
   const SessionId a = connect("a");
-  allocate(a, {-2, 0});
+  allocate(a, {-2, 1});
   const Film* const film = coordinator->film(job);
   for (std::size_t i = 0; i < got<LeaseGrant>(a).size() && film->frame_samples() < 64; ++i) {
     now += std::chrono::milliseconds(20);
     finish(a, got<LeaseGrant>(a)[i]);
   }
   const JobStatus seen = status(job);
-  ASSERT_EQ(seen.samples_done, (16u + 64) * 64 * 64);
-  // Errors fall as 1/samples: from the error at 64 of the frame to the goal, with 5/8 a pixel.
+  ASSERT_EQ(seen.samples_done, (16u + 128) * 64 * 64);
+  // Errors fall as 1/samples: from the error at 64 of the frame to the goal, with 9/8 a pixel.
   const double wanted = 64 * (seen.error.rel_mse + seen.error.half_width) / 0.0065;
   ASSERT_GT(wanted, 512);
   ASSERT_LT(wanted, 768);
-  EXPECT_NEAR(seen.eta_seconds * seen.samples_per_second, (768 - 64) * 5.0 / 8 * 128 * 64, 1);
+  EXPECT_NEAR(seen.eta_seconds * seen.samples_per_second, (768 - 64) * 9.0 / 8 * 128 * 64, 1);
 }
 
 TEST_F(AllocationTest, ReportedAllocationsAreChecked) {
@@ -160,6 +160,19 @@ TEST_F(AllocationTest, ReportedAllocationsAreChecked) {
   most.goal.adaptive = true;
   EXPECT_EQ(message_of(coordinator->submit(most, now, unix_ms(), effects).status()),
             fmt::format("goal.samples: at most {}, got {}", kMaxSamples / 4, kMaxSamples));
+}
+
+TEST_F(AllocationTest, AnAllocationThatLeavesSamplesOutIsRefused) {
+  for (const std::vector<std::int8_t>& too_few : {std::vector<std::int8_t>{-2, -2}, {-2, 0}, {0, -1}}) {
+    restart({});
+    const SessionId a = connect("a");
+    const JobId job = submit_adaptive({.samples = 8});
+    allocate(a, too_few);
+    EXPECT_NE(stored().method_notes.candidates.size(), 0u) << "it would end with fewer samples than asked for";
+    allocate(a, {0, 0});
+    work(a);
+    EXPECT_EQ(samples(job), (std::pair{std::uint64_t{8}, std::uint64_t{8}}));
+  }
 }
 
 }  // namespace

@@ -244,11 +244,12 @@ TEST(JobPlan, TheNextUnitAlwaysBeginsAtTheFirstFreeSample) {
   EXPECT_GT(given_back, 20);
 }
 
-TEST_F(JobPlanTest, EachRangeHasTwoHoldersAtMostAndItsEndNamesThem) {
+TEST_F(JobPlanTest, EachLeaseHoldsARangeOnceAndItsEndNamesThem) {
   JobPlan plan(film, 4, kPlenty);
   const Unit unit = *take(plan);
   EXPECT_TRUE(plan.add_copy(LeaseId{50}, TileId{0}, unit.range));
-  EXPECT_FALSE(plan.add_copy(LeaseId{51}, TileId{0}, unit.range));
+  EXPECT_FALSE(plan.add_copy(LeaseId{50}, TileId{0}, unit.range));
+  EXPECT_TRUE(std::ranges::equal(plan.holders(TileId{0}, unit.range), std::vector{LeaseId{1}, LeaseId{50}}));
   plan.release(LeaseId{1}, TileId{0}, unit.range);
   film.merge(TileId{0}, make_node(film, TileId{0}, unit.range));
   const std::vector<JobPlan::Hold> ended = plan.settle(TileId{0}, unit.range);

@@ -134,9 +134,10 @@ TEST(PendingAudits, GoToOtherMachinesInUnitsOfOneRange) {
   }
   EXPECT_EQ(all.out(), 4u);
   EXPECT_EQ(all.next_for(on("b"), 8), (std::vector<PendingAudits::Key>{{{3, 1}, TileId{0}}}));
-  all.release(next[0], LeaseId{8}, true);
+  const std::string b = "b";
+  all.release(next[0], LeaseId{8}, &b);
   EXPECT_EQ(all.out(), 4u) << "another lease";
-  all.release(next[0], LeaseId{7}, false);
+  all.release(next[0], LeaseId{7}, nullptr);
   EXPECT_EQ(all.next_for(on("c"), 8), (std::vector<PendingAudits::Key>{next[0]}));
 }
 
@@ -150,7 +151,7 @@ TEST(PendingAudits, AreTakenOverByMachinesThatHaveMadeNoClaim) {
   EXPECT_EQ(all.find(place)->lease, LeaseId{7});
   EXPECT_TRUE(all.take_over(place, LeaseId{7}, LeaseId{9}, on("c")));
   EXPECT_EQ(all.out(), 1u);
-  all.release(place, LeaseId{7}, true);
+  all.release(place, LeaseId{7}, nullptr);
   EXPECT_EQ(all.find(place)->lease, LeaseId{9}) << "it does not work on it any more";
 }
 
@@ -200,23 +201,45 @@ TEST(PendingAudits, AnUnchosenPlaceEndsWithItsDispute) {
   all.retract([](const Renderer& by) { return by.identity == "b"; });
   EXPECT_EQ(all.find(place), nullptr);
   EXPECT_NE(all.find(leased), nullptr) << "somebody works on it";
-  all.release(leased, LeaseId{3}, false);
+  all.release(leased, LeaseId{3}, nullptr);
   EXPECT_EQ(all.size(), 0u);
   EXPECT_FALSE(all.waiting());
 }
 
-TEST(PendingAudits, APlaceThatLosesManyWorkersIsSkipped) {
+TEST(PendingAudits, APlaceThatOneIdentityLosesGoesToOthersUntilThreeLoseIt) {
   PendingAudits all;
   const PendingAudits::Key place{{0, 0}, TileId{0}};
   all.open(place, claim("a", 1));
-  for (std::uint32_t i = 0; i < PendingAudits::kMostLost; ++i) {
-    ASSERT_EQ(all.next_for(on("b"), 1).size(), 1u);
-    all.lease(place, LeaseId{i + 1});
-    all.release(place, LeaseId{i + 1}, true);
+  for (const std::string identity : {"b", "c", "d"}) {
+    for (std::uint32_t i = 0; i < PendingAudits::kMostLost; ++i) {
+      ASSERT_EQ(all.next_for(on(identity), 1).size(), 1u) << identity << i;
+      all.lease(place, LeaseId{i + 1});
+      all.release(place, LeaseId{i + 1}, &identity);
+    }
+    EXPECT_TRUE(all.next_for(on(identity), 1).empty());
+    EXPECT_FALSE(all.possible_for(std::vector{on("a"), on("b"), on(identity)}));
+    EXPECT_EQ(all.possible_for(std::vector{on("e")}), identity != "d");
+    EXPECT_EQ(all.lost(), 1u);
   }
-  EXPECT_TRUE(all.next_for(on("b"), 1).empty());
   EXPECT_FALSE(all.waiting());
   EXPECT_EQ(all.size(), 1u);
+  EXPECT_EQ(all.claim(place, claim("b", 1)).kind, Verdict::Kind::agreed) << "a late result counts";
+  all.close(place);
+  EXPECT_EQ(all.lost(), 0u);
+}
+
+TEST(PendingAudits, ADisputeLeavesAnIdentityThatLosesIt) {
+  PendingAudits all;
+  const PendingAudits::Key place{{0, 0}, TileId{0}};
+  all.open(place, claim("a", 1));
+  EXPECT_EQ(all.claim(place, claim("b", 2)).kind, Verdict::Kind::open);
+  const std::string loser = "c";
+  for (std::uint32_t i = 0; i < PendingAudits::kMostLost; ++i) {
+    all.lease(place, LeaseId{i + 1});
+    all.release(place, LeaseId{i + 1}, &loser);
+  }
+  EXPECT_TRUE(all.next_for(on("c"), 1).empty());
+  EXPECT_EQ(all.next_for(on("d"), 1).size(), 1u);
 }
 
 TEST(PendingAudits, PlacesWithinARangeAreClosed) {
