@@ -21,7 +21,7 @@ void FarmView::asset_is_missing(const Sha256& digest, const Event& event) {
     return;
   }
   for (const auto& [id, job] : jobs_.all()) {
-    if (job->in_progress() && std::ranges::count(job->spec().settings.assets, digest) > 0) {
+    if (job->in_progress() && std::ranges::count(*job->spec().settings.assets, digest) > 0) {
       missing_assets_[digest] = event.now;
       job->touch();
       event.warn(about(id), "job {} {}", id.value, wait_for_lost(digest));
@@ -52,7 +52,7 @@ std::string FarmView::reason_of_missing(const Job& job, Time now) const {
   if (missing_assets_.empty()) {
     return "";
   }
-  for (const Sha256& asset : job.spec().settings.assets) {
+  for (const Sha256& asset : *job.spec().settings.assets) {
     if (const auto missing = missing_assets_.find(asset);
         missing != missing_assets_.end() && now - missing->second < kMissingPatience) {
       return wait_for_lost(asset);

@@ -17,7 +17,7 @@ namespace {
 constexpr int kMostDigests = 10'000;
 
 Status check_assets(const JobSpec& spec, const AssetStore& assets) {
-  for (const Sha256& asset : spec.settings.assets) {
+  for (const Sha256& asset : *spec.settings.assets) {
     if (!assets.keep(asset)) {
       return failed_precondition("asset {} is missing: upload it first", asset.hex());
     }
@@ -49,7 +49,7 @@ Result<MethodNotes> settle_method(JobSpec& spec, const AssetStore& assets) {
     return notes;  // Coordinator::submit refuses it
   }
   notes.chosen = asked->name == kAutoMethod;
-  const Result<Scene> scene = unpack_scene(settings.scene);
+  const Result<Scene> scene = unpack_scene(*settings.scene);
   if (!scene.ok()) {
     return notes.chosen || spec.goal.adaptive ? Result<MethodNotes>(with_context(scene.status(), "settings.scene"))
                                               : std::move(notes);

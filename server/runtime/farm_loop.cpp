@@ -42,11 +42,13 @@ void FarmLoop::set_handlers(Handlers handlers) {
   });
 }
 
-bool FarmLoop::post(Task task) {
+bool FarmLoop::post(Task task, std::uint64_t bytes) {
   const MutexLock lock(mutex_);
-  if (stopping_ || tasks_.size() >= kMaxTasks) {
+  const bool fits = task_bytes_ == 0 || task_bytes_ + bytes <= kMostTaskBytes;
+  if (stopping_ || tasks_.size() >= kMaxTasks || !fits) {
     return false;
   }
+  task_bytes_ += bytes;
   tasks_.push_back(std::move(task));
   changed_.notify_one();
   return true;
@@ -93,6 +95,7 @@ void FarmLoop::run() {
         }
       }
       tasks.swap(tasks_);
+      task_bytes_ = 0;
       poked_ = false;
       stopping = stopping_;
     }

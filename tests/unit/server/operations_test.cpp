@@ -259,6 +259,23 @@ TEST_F(OperationCallTest, TheListOfWorkersSaysWhyAllWorkIsHeld) {
   EXPECT_EQ(notices(), std::vector<std::string>{});
 }
 
+TEST_F(OperationCallTest, RequestsThatWaitHaveALimitOfBytes) {
+  std::promise<void> begun, go_on;
+  runtime->loop().post_always([&](FarmLoop::TaskContext&) {
+    begun.set_value();
+    go_on.get_future().wait();
+  });
+  begun.get_future().wait();
+  const auto post = [&](std::uint64_t bytes) { return runtime->loop().post([](FarmLoop::TaskContext&) {}, bytes); };
+  EXPECT_TRUE(post(FarmLoop::kMostTaskBytes - 1));
+  EXPECT_TRUE(post(1));
+  EXPECT_FALSE(post(1));
+  EXPECT_TRUE(post(0));
+  go_on.set_value();
+  on_farm([](FarmLoop::TaskContext&) {});
+  EXPECT_TRUE(post(FarmLoop::kMostTaskBytes + 1)) << "alone, it may have any size";
+}
+
 TEST_F(OperationCallTest, ADamagedAssetHasTheOthersOfItsJobsCompared) {
   const std::vector<std::string> names{"one", "two", "three", "four"};
   for (const std::string& name : names) {
