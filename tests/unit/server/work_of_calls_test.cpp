@@ -1,5 +1,29 @@
-// Work and memory that one caller can cause.
+// Work and memory that one caller can cause. Work is counted in allocations.
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
 #include "tests/unit/server/coordinator_fixture.h"
+
+namespace {
+
+std::atomic<std::uint64_t> allocations = 0;
+
+}  // namespace
+
+void* operator new(std::size_t bytes) {
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  if (void* const found = std::malloc(std::max<std::size_t>(bytes, 1))) {
+    return found;
+  }
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
 
 namespace lightmill::test {
 namespace {
@@ -34,6 +58,49 @@ TEST_F(WorkOfCalls, RowsAndDescriptionsShareTheScene) {
   EXPECT_GE(descriptions.size(), 2u);
   EXPECT_EQ(scenes, std::set<const void*>{large.settings.scene->data()});
   EXPECT_EQ(assets, std::set<const void*>{large.settings.assets->data()});
+}
+
+TEST_F(WorkOfCalls, TheFirstWrongTagOfAHeldLeaseIsTheLastOneChecked) {
+  const JobId job = submit(spec("r1", 4));
+  const SessionId first = connect("w");
+  HeldLease forged = held(got<LeaseGrant>(first).at(0));
+  forged.unit.tiles.clear();
+  for (std::uint32_t tile = 0; tile < 20'000; ++tile) {
+    forged.unit.tiles.push_back(TileId{tile});
+  }
+  forged.tags.assign(forged.unit.tiles.size(), Sha256{});
+  const std::uint64_t before = allocations;
+  const SessionId second = connect("w", 1, "class-a", {forged});
+  EXPECT_LT(allocations - before, 2'000u);
+  ASSERT_FALSE(got<LeaseCancel>(second).empty());
+  EXPECT_EQ(got<LeaseCancel>(second)[0].leases, std::vector<LeaseId>{forged.lease});
+  work(second);
+  EXPECT_EQ(status(job).state, JobState::done);
+}
+
+TEST_F(WorkOfCalls, AHelloMayListAThousandLeasesAndEachTileOnce) {
+  submit(spec("r1", 4));
+  const SessionId first = connect("w");
+  const HeldLease right = held(got<LeaseGrant>(first).at(0));
+  std::vector<HeldLease> many(1'000, right);
+  for (std::size_t i = 0; i < many.size(); ++i) {
+    many[i].lease = LeaseId{i};
+  }
+  many.push_back(right);
+  const auto cancelled = [&](std::vector<HeldLease> listed) {
+    const SessionId session = connect("w", 1, "class-a", std::move(listed));
+    std::set<LeaseId> leases;
+    for (const LeaseCancel& each : got<LeaseCancel>(session)) {
+      leases.insert(each.leases.begin(), each.leases.end());
+    }
+    return leases;
+  };
+  EXPECT_FALSE(cancelled({right, right}).contains(right.lease));
+  EXPECT_TRUE(cancelled(many).contains(right.lease));
+  HeldLease twice = right;
+  twice.unit.tiles.push_back(right.unit.tiles.back());
+  twice.tags.push_back(right.tags.back());
+  EXPECT_TRUE(cancelled({twice}).contains(right.lease));
 }
 
 }  // namespace
