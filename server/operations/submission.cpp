@@ -158,6 +158,9 @@ Result<Apply> submit_job(Runtime& runtime, v1::SubmitJobRequest& request, v1::Jo
     }
     spec.ends_with_page = call.on_submitted != nullptr;
     operation.about.was_there = context.farm.knows_request(spec.request_id);
+    if (!context.no_space.empty() && !operation.about.was_there) {
+      return resource_exhausted("the farm takes no new jobs: it {}", context.no_space);
+    }
     LM_ASSIGN_OR_RETURN(const JobId job,
                         context.farm.submit(spec, context.now, context.unix_ms, context.effects, notes));
     if (call.caller.is_known() && context.farm.owner(job).value_or("") != call.caller.name) {

@@ -100,8 +100,8 @@ void FarmLoop::run() {
       stopping = stopping_;
     }
     TaskContext context{
-        farm_, watchers_, demand_, actions_, inspections_, films_, activity_, clock_.now(), clock_.unix_milliseconds(),
-        {},    {},        {},      no_store_};
+        farm_, watchers_, demand_, actions_,  inspections_, films_, activity_, clock_.now(), clock_.unix_milliseconds(),
+        {},    {},        {},      no_store_, no_space_};
     for (const Task& task : tasks) {
       task(context);
       notify_films(context);

@@ -56,6 +56,8 @@ class FarmLoop {
     std::vector<CommitReply> callers;  ///< the same, or sooner with an error (CommitQueue::Batch)
     /// Why nothing can be stored now; empty while storing works.
     const std::string& no_store;
+    /// Why the disk has no room for new jobs; empty while it has.
+    const std::string& no_space;
 
     /// Adds an action to the action log, with the time of this task.
     void keep(Action action);

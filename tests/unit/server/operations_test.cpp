@@ -7,6 +7,7 @@
 #include <map>
 
 #include "common/wire/bytes.h"
+#include "common/wire/farm_messages.h"
 #include "server/operations/changes.h"
 #include "server/operations/handlers.h"
 #include "server/operations/operation_call.h"
@@ -257,6 +258,25 @@ TEST_F(OperationCallTest, TheListOfWorkersSaysWhyAllWorkIsHeld) {
   EXPECT_EQ(notices(), std::vector<std::string>{"all work waits for space: the disk is full"});
   runtime->loop().set_space("");
   EXPECT_EQ(notices(), std::vector<std::string>{});
+}
+
+TEST_F(OperationCallTest, AFullDiskTakesNoNewJobs) {
+  let_commits();
+  const auto submitted = [&](const std::string& request) {
+    const auto asked = call(Rpc::submit_job);
+    JobSpec spec = job_of("ada");
+    spec.request_id = request;
+    to_wire(spec, &static_cast<v1::SubmitJobRequest&>(asked->request()));
+    return start(asked, user("ada")).get();
+  };
+  EXPECT_TRUE(submitted("before").ok());
+  runtime->loop().set_space("waits for space: the disk is full");
+  const Status refused = submitted("meanwhile");
+  EXPECT_EQ(refused.code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(message_of(refused), "the farm takes no new jobs: it waits for space: the disk is full");
+  EXPECT_TRUE(submitted("before").ok()) << "it is there";
+  runtime->loop().set_space("");
+  EXPECT_TRUE(submitted("meanwhile").ok());
 }
 
 TEST_F(OperationCallTest, RequestsThatWaitHaveALimitOfBytes) {
