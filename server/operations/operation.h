@@ -22,6 +22,7 @@ struct OperationContext {
   const Call& call;
   CallSubject& about;  ///< what the action log says that the call was about
   OperationCall& pending;
+  std::size_t entries = 0;  ///< of a list in the reply; the caller pays for them
 };
 /// Part of an operation on the farm thread. Replies that it adds to the task are called before the caller is answered.
 using Apply = std::function<Status(OperationContext&)>;

@@ -51,6 +51,9 @@ void OperationCall::apply(TaskContext& context) {
   if (status.ok()) {
     status = recorded && operation_.handler.of_job ? change_job(arguments) : apply_(arguments);
   }
+  if (arguments.entries > 0) {
+    runtime_.gate().charge_entries(call_, arguments.entries);
+  }
   if (recorded) {
     record(context, runtime_.gate(), call_, about, status);
   }

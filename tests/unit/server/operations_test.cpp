@@ -146,6 +146,7 @@ class OperationCallTest : public ::testing::Test {
   static RuntimeOptions keeping_jobs_for(Duration time) {
     RuntimeOptions options;
     options.limits.keep_ended = time;
+    options.gate.calls.requests_per_second = 1;
     return options;
   }
   static Identity user(const std::string& name) { return {name, {Role::submit}, Proof::token, 0, ""}; }
@@ -294,6 +295,25 @@ TEST_F(OperationCallTest, RequestsThatWaitHaveALimitOfBytes) {
   go_on.set_value();
   on_farm([](FarmLoop::TaskContext&) {});
   EXPECT_TRUE(post(FarmLoop::kMostTaskBytes + 1)) << "alone, it may have any size";
+}
+
+TEST_F(OperationCallTest, TheEntriesOfAListCountAsRequests) {
+  on_farm([&](FarmLoop::TaskContext& context) {
+    for (int i = 0; i < 100; ++i) {
+      JobSpec spec = job_of("ada");
+      spec.request_id = fmt::format("request {}", i);
+      ASSERT_TRUE(context.farm.submit(spec, context.now, context.unix_ms, context.effects).ok());
+    }
+  });
+  const auto may_call = [&](const Identity& who) { return runtime->gate().take_request(who, "10.0.0.7:4711").ok(); };
+  EXPECT_TRUE(may_call(user("ada")));
+  for (int i = 0; i < 20; ++i) {  // as 40 requests of a caller that may send 10 at once and one a second
+    const auto asked = call(Rpc::list_jobs);
+    ASSERT_TRUE(start(asked, user("ada")).get().ok());
+    ASSERT_EQ(static_cast<const v1::ListJobsResponse&>(asked->reply()).jobs_size(), 100);
+  }
+  EXPECT_FALSE(may_call(user("ada")));
+  EXPECT_TRUE(may_call(user("bob")));
 }
 
 TEST_F(OperationCallTest, ADamagedAssetHasTheOthersOfItsJobsCompared) {

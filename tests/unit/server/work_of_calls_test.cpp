@@ -28,7 +28,14 @@ void* operator new(std::size_t bytes) {
 namespace lightmill::test {
 namespace {
 
-class WorkOfCalls : public CoordinatorTest {};
+class WorkOfCalls : public CoordinatorTest {
+ protected:
+  void connect_other(const std::string& name) {
+    coordinator->worker_connected(SessionId{next_session++}, {name, "host", 1, 1, "class of " + name, "old", {}, false},
+                                  now, effects);
+    flush();
+  }
+};
 
 TEST_F(WorkOfCalls, RowsAndDescriptionsShareTheScene) {
   JobSpec large = spec();
@@ -58,6 +65,27 @@ TEST_F(WorkOfCalls, RowsAndDescriptionsShareTheScene) {
   EXPECT_GE(descriptions.size(), 2u);
   EXPECT_EQ(scenes, std::set<const void*>{large.settings.scene->data()});
   EXPECT_EQ(assets, std::set<const void*>{large.settings.assets->data()});
+}
+
+TEST_F(WorkOfCalls, AListLooksAtEachWorkerOnce) {
+  constexpr int kJobs = 100, kWorkers = 100;
+  for (int i = 0; i < kJobs; ++i) {
+    submit(spec(fmt::format("r{}", i)));
+  }
+  const auto list = [&] {
+    const std::uint64_t before = allocations;
+    const std::vector<JobStatus> jobs = coordinator->jobs(now);
+    EXPECT_EQ(jobs.size(), std::size_t{kJobs});
+    EXPECT_EQ(jobs.front().reason, jobs.back().reason);
+    EXPECT_NE(jobs.front().reason.find(": a has renderer old"), std::string::npos) << jobs.front().reason;
+    return allocations - before;
+  };
+  connect_other("a");
+  const std::uint64_t with_one = list();
+  for (int i = 0; i < kWorkers; ++i) {
+    connect_other(fmt::format("w{}", i));
+  }
+  EXPECT_LT(list(), with_one + 5 * kWorkers) << "jobs × workers are " << kJobs * kWorkers;
 }
 
 TEST_F(WorkOfCalls, TheFirstWrongTagOfAHeldLeaseIsTheLastOneChecked) {
