@@ -131,5 +131,25 @@ TEST_F(WorkOfCalls, AHelloMayListAThousandLeasesAndEachTileOnce) {
   EXPECT_TRUE(cancelled({twice}).contains(right.lease));
 }
 
+TEST_F(WorkOfCalls, ScenesOfAllJobsHaveALimit) {
+  limits.scene_bytes = 100'000;
+  restart({});
+  const auto refusal = [&](const std::string& id, const std::string& owner, std::size_t bytes) {
+    JobSpec job = spec(id);
+    job.owner = owner;
+    job.settings.scene = std::string(bytes, 's');
+    return message_of(coordinator->submit(job, now, unix_ms(), effects).status());
+  };
+  EXPECT_EQ(refusal("a", "ada", 50'000), "");
+  EXPECT_NE(refusal("b", "ada", 1).find("half of it for one user"), std::string::npos);
+  EXPECT_EQ(refusal("b", "bob", 30'000), "");
+  EXPECT_NE(refusal("c", "cleo", 30'000), "");
+  ASSERT_TRUE(coordinator->cancel(JobId{1}, now, unix_ms(), effects).ok());
+  EXPECT_NE(refusal("c", "cleo", 30'000), "") << "an ended job keeps its scene";
+  flush();
+  ASSERT_TRUE(coordinator->remove(JobId{1}, now, effects).ok());
+  EXPECT_EQ(refusal("c", "cleo", 30'000), "");
+}
+
 }  // namespace
 }  // namespace lightmill::test
