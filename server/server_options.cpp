@@ -236,7 +236,8 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
   add_limit(app, "--keep-days", options.keep_days, "DAYS", {0.0, 36'500.0},
             "ended jobs are deleted after this time; 0: never");
   add_limit(app, "--reserve-gib", options.reserve_gib, "GIB", {0.0, 65536.0},
-            "with less free space on the disk of --data, no work is given out; jobs say so, and resume by themselves");
+            "with less free space on the disk of --data, no job is accepted and no work is given out; jobs say so, and "
+            "resume by themselves");
   add_limit(app, "--log-entries", options.log_entries, "N", {100, 1'000'000},
             "changes that the farm's log keeps (`lightmill log`), and a quarter as many refusals and connected "
             "workers");

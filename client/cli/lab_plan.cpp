@@ -26,8 +26,8 @@ Goal goal_of(std::uint64_t samples, double error) {
 std::string key_of(const JobSpec& spec, const std::string& reference) {
   const RenderSettings& settings = spec.settings;
   Sha256Hasher hasher;
-  hasher.append(fmt::format("{}\n{}\n{}\n", kResultVersion, settings.renderer_version, sha256(settings.scene).hex()));
-  for (const Sha256& asset : settings.assets) {
+  hasher.append(fmt::format("{}\n{}\n{}\n", kResultVersion, settings.renderer_version, sha256(*settings.scene).hex()));
+  for (const Sha256& asset : *settings.assets) {
     hasher.append(asset.hex() + "\n");
   }
   hasher.append(fmt::format("{}x{}\n{}\nseed {}\nsamples {}\nerror {}\nreference {}\n", settings.width, settings.height,
@@ -122,7 +122,7 @@ Status check_reference_file(const LabSceneJob& scene, LabPlan& plan) {
         "scene {}: the reference {} has seed {}, which the experiment uses too: render it with another seed",
         scene.scene.name, file, film->receipt.seed);
   }
-  if (film->receipt.scene_digest != sha256(scene.job.spec.settings.scene).hex()) {
+  if (film->receipt.scene_digest != sha256(*scene.job.spec.settings.scene).hex()) {
     plan.notices.push_back(fmt::format("scene {}: the reference {} is of another scene document, or of another size",
                                        scene.scene.name, file));
   }

@@ -191,9 +191,11 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
   }
   LM_ASSIGN_OR_RETURN(settings.crop, checked_crop(options.crop, film.width, film.height));
   settings.scene = pack_scene(job.scene.scene);
+  std::vector<Sha256> digests;
   for (const auto& [digest, bytes] : job.scene.assets) {
-    settings.assets.push_back(digest);  // from a map: sorted, without duplicates
+    digests.push_back(digest);  // from a map: sorted, without duplicates
   }
+  settings.assets = std::move(digests);
   settings.width = film.width;
   settings.height = film.height;
   if (options.brute_force && !spec.brute_force) {

@@ -9,7 +9,7 @@ namespace {
 constexpr std::uint64_t kWorthShowing = std::uint64_t{1} << 20;  // bytes; smaller uploads end at once
 
 Status upload_missing(CoordinatorClient& connection, const PreparedJob& job, const Console& console) {
-  LM_ASSIGN_OR_RETURN(const std::vector<Sha256> missing, connection.find_missing_assets(job.spec.settings.assets));
+  LM_ASSIGN_OR_RETURN(const std::vector<Sha256> missing, connection.find_missing_assets(*job.spec.settings.assets));
   std::uint64_t total = 0, before = 0;
   for (const Sha256& digest : missing) {
     const auto asset = job.scene.assets.find(digest);

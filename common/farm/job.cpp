@@ -32,9 +32,9 @@ class FieldHasher {
 Sha256 render_digest(const RenderSettings& settings, const std::string& fingerprint_class) {
   FieldHasher hasher;
   hasher.text("lightmill render digest 1");
-  hasher.text(settings.scene);
-  hasher.number(settings.assets.size());
-  for (const Sha256& asset : settings.assets) {
+  hasher.text(*settings.scene);
+  hasher.number(settings.assets->size());
+  for (const Sha256& asset : *settings.assets) {
     hasher.text(asset.hex());
   }
   for (const int value :

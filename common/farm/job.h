@@ -8,6 +8,7 @@
 #include "common/base/clock.h"
 #include "common/base/digest.h"
 #include "common/base/ids.h"
+#include "common/base/shared.h"
 #include "common/film/layers.h"
 #include "common/film/tile_grid.h"
 
@@ -15,9 +16,9 @@ namespace lightmill {
 
 /// Everything that decides the samples, except the fingerprint class.
 struct RenderSettings {
-  std::string scene;           ///< the scene document: lightmill.v1.Scene, deterministically serialised
-  std::vector<Sha256> assets;  ///< the assets of the scene, sorted, each once
-  int width = 0;               ///< full film, pixels
+  Shared<std::string> scene;           ///< the scene document: lightmill.v1.Scene, deterministically serialised
+  Shared<std::vector<Sha256>> assets;  ///< the assets of the scene, sorted, each once
+  int width = 0;                       ///< full film, pixels
   int height = 0;
   PixelRect crop;                              ///< the part that is rendered
   std::vector<LayerSpec> layers{LayerSpec{}};  ///< as film_layers gives them

@@ -160,31 +160,28 @@ void read_object(const Object& object, const Scene& scene, bool index_changes, S
   facts.receivers = facts.receivers || receives_light(material);
 }
 
-void read_small_emitters(const Scene& scene, const MeshSource& meshes, SceneFacts& facts) {
-  constexpr std::size_t kMostPairs = 1'000'000;  ///< pairs of emitters and objects; with more, the test takes too long
-  const Regions narrow = narrow_regions(scene, meshes);
-  const Regions receivers = facts.unsampled_emitters.empty() ? Regions{} : receiver_regions(scene, meshes);
-  if (facts.emissive_objects * (narrow.size() + receivers.size()) > kMostPairs) {
-    return;
-  }
+void read_small_emitters(const Scene& scene, Positions& positions, SceneFacts& facts) {
+  const Regions narrow = positions.narrow_regions();
+  const Regions receivers = facts.unsampled_emitters.empty() ? Regions{} : positions.receiver_regions();
   for (const Object& emitter : scene.objects) {
     const Material& material = scene.materials[emitter.material];
     if (is_black(material.emission.rgb)) {
       continue;
     }
-    const std::optional<Extent> extent = extent_of(emitter, meshes);
+    const std::optional<Extent>& extent = positions.extent_of(emitter);
     if (!extent) {
       continue;
     }
     const bool sampled = !is_never_sampled(emitter, material);
-    if (is_small_from(narrow, &emitter, *extent) || (!sampled && is_small_from(receivers, &emitter, *extent))) {
+    if (positions.is_small_from(narrow, &emitter, *extent) ||
+        (!sampled && positions.is_small_from(receivers, &emitter, *extent))) {
       (sampled ? facts.small_emitters : facts.hidden_emitters)
           .add(named("emitter", emitter.name.empty() ? material.name : emitter.name));
     }
   }
 }
 
-double pixel_share_of(const Scene& scene, const MeshSource& meshes) {
+double pixel_share_of(const Scene& scene, Positions& positions) {
   const double angle = 2 * std::tan(scene.camera.vertical_fov_degrees * kPiDouble / 360) / scene.film.height;
   const double inside = angle * angle / 4;
   if (inside > kSmallShare) {
@@ -192,7 +189,7 @@ double pixel_share_of(const Scene& scene, const MeshSource& meshes) {
   }
   Vec3d low(std::numeric_limits<double>::max()), high = -low;
   for (const Object& object : scene.objects) {
-    if (const std::optional<Extent> extent = extent_of(object, meshes)) {
+    if (const std::optional<Extent>& extent = positions.extent_of(object)) {
       low = glm::min(low, extent->center - extent->radius);
       high = glm::max(high, extent->center + extent->radius);
     }
@@ -211,7 +208,7 @@ Vec3d vector(const Point3d& p) {
 }
 
 /// `narrow`: all objects that scatter narrowly, if their positions are known.
-void read_light(const Light& light, const Regions& narrow, SceneFacts& facts) {
+void read_light(const Light& light, const Regions& narrow, Positions& positions, SceneFacts& facts) {
   const auto delta = [&](std::string_view what, bool dark) {
     if (!dark) {
       facts.delta_lights.add(named(what, light.name));
@@ -228,45 +225,46 @@ void read_light(const Light& light, const Regions& narrow, SceneFacts& facts) {
   const auto ball = [&](std::string_view what, bool dark, const Point3d& at, double radius) {
     if (radius > 0) {
       const Extent extent{vector(at), radius, kPiDouble * radius * radius};
-      sized(what, dark, is_small_from(narrow, nullptr, extent));
+      sized(what, dark, positions.is_small_from(narrow, nullptr, extent));
     } else {
       delta(what, dark);
     }
   };
-  std::visit(Overloaded{[&](const PointLight& l) { ball("point light", is_black(l.intensity), l.position, l.radius); },
-                        [&](const DirectionalLight& l) {
-                          const double share = one_minus_cos_fixed(l.angle_degrees * kPiDouble / 360) / 2;
-                          if (share > 0) {
-                            sized("directional light", is_black(l.irradiance), share < kSmallShare);
-                          } else {
-                            delta("directional light", is_black(l.irradiance));
-                          }
-                          if (!is_black(l.irradiance)) {
-                            facts.distant_lights.add(named("directional light", light.name));
-                          }
-                        },
-                        [&](const SpotLight& l) {
-                          ball("spot light", is_black(l.intensity) || !reaches(l, narrow), l.position, l.radius);
-                        },
-                        [&](const CosinePowerLight& l) { delta("cosine light", is_black(l.intensity)); },
-                        [&](const DiskLight& l) {
-                          const double reach = l.rectangular ? std::hypot(l.radius, l.second_radius)
-                                                             : std::max(l.radius, l.second_radius);
-                          const Extent extent{vector(l.position), reach, l.area()};
-                          sized(l.rectangular ? "rectangle light" : "disk light", is_black(l.radiance),
-                                is_small_from(narrow, nullptr, extent));
-                        },
-                        [&](const IesLight& l) { delta("IES light", !(l.scale > 0)); },
-                        [&](const EnvironmentLight& l) {
-                          if (!is_black(l.radiance)) {
-                            facts.environment =
-                                l.has_image ? SceneFacts::Environment::image : SceneFacts::Environment::constant;
-                            if (l.has_image) {
-                              facts.distant_lights.add(named("environment", light.name));
-                            }
-                          }
-                        }},
-             light.kind);
+  std::visit(
+      Overloaded{[&](const PointLight& l) { ball("point light", is_black(l.intensity), l.position, l.radius); },
+                 [&](const DirectionalLight& l) {
+                   const double share = one_minus_cos_fixed(l.angle_degrees * kPiDouble / 360) / 2;
+                   if (share > 0) {
+                     sized("directional light", is_black(l.irradiance), share < kSmallShare);
+                   } else {
+                     delta("directional light", is_black(l.irradiance));
+                   }
+                   if (!is_black(l.irradiance)) {
+                     facts.distant_lights.add(named("directional light", light.name));
+                   }
+                 },
+                 [&](const SpotLight& l) {
+                   ball("spot light", is_black(l.intensity) || !positions.reaches(l, narrow), l.position, l.radius);
+                 },
+                 [&](const CosinePowerLight& l) { delta("cosine light", is_black(l.intensity)); },
+                 [&](const DiskLight& l) {
+                   const double reach =
+                       l.rectangular ? std::hypot(l.radius, l.second_radius) : std::max(l.radius, l.second_radius);
+                   const Extent extent{vector(l.position), reach, l.area()};
+                   sized(l.rectangular ? "rectangle light" : "disk light", is_black(l.radiance),
+                         positions.is_small_from(narrow, nullptr, extent));
+                 },
+                 [&](const IesLight& l) { delta("IES light", !(l.scale > 0)); },
+                 [&](const EnvironmentLight& l) {
+                   if (!is_black(l.radiance)) {
+                     facts.environment =
+                         l.has_image ? SceneFacts::Environment::image : SceneFacts::Environment::constant;
+                     if (l.has_image) {
+                       facts.distant_lights.add(named("environment", light.name));
+                     }
+                   }
+                 }},
+      light.kind);
 }
 
 bool is_surface_meter(const Meter& meter) {
@@ -296,14 +294,15 @@ std::string NamedItems::text() const {
 
 SceneFacts read_facts(const Scene& scene, const MeshSource& meshes) {
   SceneFacts facts;
+  Positions positions(scene, meshes);
   const bool local = std::ranges::any_of(scene.lights, [](const Light& light) {
     const auto* const point = std::get_if<PointLight>(&light.kind);
     return std::holds_alternative<SpotLight>(light.kind) || std::holds_alternative<DiskLight>(light.kind) ||
            (point != nullptr && point->radius > 0);
   });
-  const Regions narrow_for_lights = local ? narrow_regions(scene, meshes) : Regions{};
+  const Regions narrow_for_lights = local ? positions.narrow_regions() : Regions{};
   for (const Light& light : scene.lights) {
-    read_light(light, narrow_for_lights, facts);
+    read_light(light, narrow_for_lights, positions, facts);
   }
   Materials all;
   std::vector<bool> seen(scene.materials.size());
@@ -318,9 +317,10 @@ SceneFacts read_facts(const Scene& scene, const MeshSource& meshes) {
   }
   const bool narrow = !facts.smooth_casters.empty() || !facts.smooth_layers.empty();
   if (facts.emissive_objects > 0 && (narrow || !facts.unsampled_emitters.empty())) {
-    read_small_emitters(scene, meshes, facts);
+    read_small_emitters(scene, positions, facts);
   }
-  facts.pixel_share = pixel_share_of(scene, meshes);
+  facts.pixel_share = pixel_share_of(scene, positions);
+  facts.steps = positions.steps();
   facts.lens = scene.camera.lens_radius > 0;
   facts.meters = scene.meters.size();
   for (const Meter& meter : scene.meters) {

@@ -5,6 +5,7 @@
 // light reaches) is assumed to be the harder case.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -66,6 +67,8 @@ struct SceneFacts {
   double largest_albedo = 0;  ///< largest channel of any surface; a bound with textures
   /// Some channel is lost only by leaving the scene. In a closed room its light never ends.
   bool lossless = false;
+
+  std::uint64_t steps = 0;  ///< work of finding positions and sizes. Those beyond a limit of steps are unknown.
 };
 
 inline constexpr double kSmallShare = 1e-5;

@@ -128,12 +128,12 @@ Result<FilmAssembly> FilmAssembly::begin(const v1::FilmHeader& header, std::int6
   FilmAssembly assembly({header.job(), FilmPicture(frame, crop), {}}, NodeLayout(settings->layers));
   FilmPicture& picture = assembly.film_.picture;
   picture.receipt = receipt_of(header, now_unix_ms);
-  LM_RETURN_IF_ERROR(add_camera_attributes(settings->scene, picture));
+  LM_RETURN_IF_ERROR(add_camera_attributes(*settings->scene, picture));
   for (const LayerSpec& layer : std::span(settings->layers).subspan(1)) {
     picture.layers.push_back(make_picture_layer(layer.name, picture.pixels()));
   }
   if (assembly.layout_.first_samples > 0 || settings->meters > 0) {
-    LM_ASSIGN_OR_RETURN(const Scene scene, unpack_scene(settings->scene));
+    LM_ASSIGN_OR_RETURN(const Scene scene, unpack_scene(*settings->scene));
     assembly.ids_ = ids_in(scene);
     for (const Meter& meter :
          std::span(scene.meters).first(std::min<std::size_t>(settings->meters, scene.meters.size()))) {

@@ -109,8 +109,8 @@ Result<PixelRect> from_wire(const v1::PixelRect& rect) {
 }
 
 void to_wire(const RenderSettings& settings, v1::RenderSettings* out) {
-  out->set_scene(settings.scene);
-  for (const Sha256& asset : settings.assets) {
+  out->set_scene(*settings.scene);
+  for (const Sha256& asset : *settings.assets) {
     out->add_assets(digest_bytes(asset));
   }
   out->set_width(settings.width);

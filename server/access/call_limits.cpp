@@ -42,4 +42,8 @@ Status CallLimits::take_request(const std::string& caller, Time now) {
                    per_second_, std::ceil(1000 * to_seconds(requests.wait(now))));
 }
 
+void CallLimits::charge_entries(const std::string& caller, std::size_t entries, Time now) {
+  bucket_of(caller, now).charge(static_cast<double>(entries / kEntriesOfARequest), now);
+}
+
 }  // namespace lightmill

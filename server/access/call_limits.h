@@ -34,9 +34,13 @@ class CallLimits {
   /// RESOURCE_EXHAUSTED with the limit and the time to wait.
   Status take_request(const std::string& caller, Time now);
 
+  /// The caller's last request gave it so many entries of a list. Many count as more requests.
+  void charge_entries(const std::string& caller, std::size_t entries, Time now);
+
   std::size_t callers() const { return callers_.size(); }
   /// Callers with their own bucket. The others share one.
   static constexpr std::size_t kMostCallers = 20'000;
+  static constexpr std::size_t kEntriesOfARequest = 50;
 
  private:
   TokenBucket bucket() const { return {per_second_, 10 * per_second_}; }

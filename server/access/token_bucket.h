@@ -25,6 +25,11 @@ class TokenBucket {
     left_ -= 1;
     return true;
   }
+  /// Takes so many tokens afterwards, also more than there are.
+  void charge(double tokens, Time now) {
+    left_ = left(now) - tokens;
+    filled_at_ = std::max(filled_at_, now);
+  }
   /// Time until the next token, if none is taken meanwhile.
   Duration wait(Time now) const {
     const double there = left(now);

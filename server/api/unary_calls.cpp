@@ -16,13 +16,16 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
       : call_(std::make_shared<OperationCall>(runtime, operation)), reply_(reply) {}
 
   void start(const Gate& gate, grpc::CallbackServerContext& context, grpc::ByteBuffer request) {
-    grpc::ProtoBufferReader reader(&request);
-    if (!call_->request().ParseFromZeroCopyStream(&reader)) {
-      return Finish(to_grpc(invalid_argument("the request is not a {}", call_->request().GetTypeName())));
-    }
+    const std::uint64_t most_bytes = call_->operation().traits.most_body_bytes;
+    const bool large = most_bytes > 0;
+    Status read = large ? ok_status() : parse(request, kSmallRequestBytes);
+    // The refusal of a small request says what it names.
     Result<Call> call = admit(gate, context, call_->operation().rpc, call_->about());
-    if (!call.ok()) {
-      return Finish(to_grpc(call.status()));
+    if (call.ok() && large) {
+      read = parse(request, most_bytes);
+    }
+    if (!call.ok() || !read.ok()) {
+      return Finish(to_grpc(call.ok() ? read : call.status()));
     }
     call_->start(*std::move(call), [this](const Status& status) { finish(status); });
   }
@@ -30,6 +33,17 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   void OnDone() override { delete this; }
 
  private:
+  Status parse(grpc::ByteBuffer& request, std::uint64_t most_bytes) {
+    WireMessage& parsed = call_->request();
+    if (request.Length() > most_bytes) {
+      return invalid_argument("the request has {} bytes, a {} has at most {}", request.Length(), parsed.GetTypeName(),
+                              most_bytes);
+    }
+    grpc::ProtoBufferReader reader(&request);
+    return parsed.ParseFromZeroCopyStream(&reader) ? ok_status()
+                                                   : invalid_argument("the request is not a {}", parsed.GetTypeName());
+  }
+
   void finish(const Status& status) {
     bool own = false;
     const grpc::Status written =

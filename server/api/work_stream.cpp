@@ -14,19 +14,6 @@ namespace {
 /// all workers' messages exceed kWindowBytes, which bounds the memory for any size of the farm.
 constexpr int kWindow = 16;
 constexpr std::uint64_t kWindowBytes = std::uint64_t{128} << 20;
-/// Messages that a worker has not read yet. Beyond this, its stream ends.
-constexpr std::size_t kMaxOutgoing = 4'096;
-
-/// Joins an acknowledgement with the last one in the queue.
-bool join_acks(std::deque<CoordinatorMessage>& queue, CoordinatorMessage& message) {
-  auto* ack = std::get_if<ResultAck>(&message);
-  auto* last = queue.empty() ? nullptr : std::get_if<ResultAck>(&queue.back());
-  if (ack == nullptr || last == nullptr || last->keys.size() > 10'000) {
-    return false;
-  }
-  last->keys.insert(last->keys.end(), ack->keys.begin(), ack->keys.end());
-  return true;
-}
 
 /// "job 1, samples [0, 16)", for a unit or a node.
 std::string text_of(JobId job, const SampleRange& range) {
@@ -78,10 +65,8 @@ void WorkStream::send(CoordinatorMessage message) {
       write(message);
       return;
     }
-    if (!join_acks(outgoing_, message)) {
-      outgoing_.push_back(std::move(message));
-    }
-    if (outgoing_.size() <= kMaxOutgoing) {
+    outgoing_.push(std::move(message));
+    if (!outgoing_.is_full()) {
       return;
     }
   }
@@ -170,9 +155,7 @@ void WorkStream::OnWriteDone(bool ok) {
   } else if (!ok || dismissed_) {
     end(grpc::Status::OK);
   } else if (!outgoing_.empty()) {
-    const CoordinatorMessage message = std::move(outgoing_.front());
-    outgoing_.pop_front();
-    write(message);
+    write(outgoing_.pop());
   }
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <atomic>
-#include <deque>
 #include <map>
 #include <memory>
 
@@ -11,6 +10,7 @@
 #include "server/access/slot_pool.h"
 #include "server/runtime/farm_loop.h"
 #include "server/runtime/gate.h"
+#include "server/runtime/outgoing_queue.h"
 
 namespace lightmill {
 
@@ -61,9 +61,9 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
 
   Mutex mutex_;
   bool reading_ LM_GUARDED_BY(mutex_) = false;
-  int in_flight_ LM_GUARDED_BY(mutex_) = 0;                        // read, but not yet handled by the farm thread
-  v1::WorkResponse response_ LM_GUARDED_BY(mutex_);                // unchanged while writing_
-  std::deque<CoordinatorMessage> outgoing_ LM_GUARDED_BY(mutex_);  // empty unless writing_
+  int in_flight_ LM_GUARDED_BY(mutex_) = 0;          // read, but not yet handled by the farm thread
+  v1::WorkResponse response_ LM_GUARDED_BY(mutex_);  // unchanged while writing_
+  OutgoingQueue outgoing_ LM_GUARDED_BY(mutex_);     // empty unless writing_
   bool writing_ LM_GUARDED_BY(mutex_) = false;
   bool dismissed_ LM_GUARDED_BY(mutex_) = false;  // the message in transit is the last one
   bool ending_ LM_GUARDED_BY(mutex_) = false;

@@ -298,7 +298,7 @@ Result<std::string> Coordinator::owner(JobId id) const {
 std::set<Sha256> Coordinator::assets(const std::optional<Sha256>& of_jobs_with) const {
   std::set<Sha256> assets;
   for (const auto& [id, job] : parts_->jobs.all()) {
-    const std::vector<Sha256>& named = job->spec().settings.assets;
+    const std::vector<Sha256>& named = *job->spec().settings.assets;
     if (!of_jobs_with || std::ranges::count(named, *of_jobs_with) > 0) {
       assets.insert(named.begin(), named.end());
     }

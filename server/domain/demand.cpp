@@ -32,12 +32,6 @@ std::optional<double> threads_for(const Job& job, Time now) {
   return left * cost / kWorthwhileSeconds;
 }
 
-/// The properties of a worker that decide whether its results can enter a job's film.
-struct Kind {
-  std::string fingerprint_class, renderer_version;
-  bool operator==(const Kind&) const = default;
-};
-
 }  // namespace
 
 bool FarmView::wants_workers() const {
@@ -49,15 +43,11 @@ bool FarmView::wants_workers() const {
 
 std::uint32_t FarmView::wanted_workers(Time now) const {
   std::uint32_t there = 0, busy = 0, quarantined = 0;
-  std::vector<Kind> kinds;  // few, however many workers there are
+  KindsOfEvent kinds(workers_);
   for (const auto& [name, worker] : workers_.all()) {
     if (worker.counts()) {
       ++there;
       busy += worker.leases().empty() ? 0 : 1;
-      Kind kind{worker.hello().fingerprint_class, worker.hello().renderer_version};
-      if (!std::ranges::count(kinds, kind)) {
-        kinds.push_back(std::move(kind));
-      }
     }
     quarantined += worker.session() && worker.quarantined() ? 1 : 0;
   }
@@ -70,10 +60,7 @@ std::uint32_t FarmView::wanted_workers(Time now) const {
     }
     waiting = true;
     // If no connected worker can render it, more of their kind do not help. One new worker may be of another kind.
-    const bool suited = std::ranges::any_of(kinds, [&, &job = job](const Kind& kind) {
-      return suits(kind.fingerprint_class, kind.renderer_version, *job);
-    });
-    if (!job->leases().empty() || (suited && any_may_render(*job))) {
+    if (!job->leases().empty() || any_may_render(*job, kinds.get())) {
       const std::optional<double> keeps_busy = threads_for(*job, now);
       threads += keeps_busy.value_or(0);
       all_that_are_here = all_that_are_here || !keeps_busy;

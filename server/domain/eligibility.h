@@ -7,7 +7,7 @@
 namespace lightmill {
 
 /// Whether results of such workers can enter the job's film.
-inline bool suits(const std::string& fingerprint_class, const std::string& renderer_version, const Job& job) {
+inline bool suits(std::string_view fingerprint_class, std::string_view renderer_version, const Job& job) {
   const std::string& fixed = job.record().fingerprint_class;
   return (job.spec().allow_mixed || fixed.empty() || fixed == fingerprint_class) &&
          job.spec().settings.renderer_version == renderer_version;

@@ -5,7 +5,17 @@
 namespace lightmill {
 
 JobStatus FarmView::status(const Job& job, Time now) const {
-  JobStatus status = decided_status(job, now);
+  KindsOfEvent kinds(workers_);
+  return status(job, now, kinds);
+}
+
+JobStatus FarmView::decided_status(const Job& job, Time now) const {
+  KindsOfEvent kinds(workers_);
+  return decided_status(job, now, kinds);
+}
+
+JobStatus FarmView::status(const Job& job, Time now, KindsOfEvent& kinds) const {
+  JobStatus status = decided_status(job, now, kinds);
   if (job.shown_state() != status.state) {
     status.state = job.shown_state();
     status.reason = scheduler_.held();
@@ -15,7 +25,7 @@ JobStatus FarmView::status(const Job& job, Time now) const {
   return status;
 }
 
-JobStatus FarmView::decided_status(const Job& job, Time now) const {
+JobStatus FarmView::decided_status(const Job& job, Time now, KindsOfEvent& kinds) const {
   const JobRecord& record = job.record();
   const JobSpec& spec = record.spec;
   JobStatus status;
@@ -28,7 +38,7 @@ JobStatus FarmView::decided_status(const Job& job, Time now) const {
   status.fingerprint_class = record.fingerprint_class;
   status.parent = spec.parent;
   status.state = record.state;
-  status.reason = record.reason.empty() ? reason_to_wait(job, now) : record.reason;
+  status.reason = record.reason.empty() ? reason_to_wait(job, now, kinds) : record.reason;
   status.reached = record.reached;
   status.priority = spec.priority;
   status.goal = spec.goal;
@@ -81,11 +91,12 @@ bool fits(const Job& job, const JobFilter& filter) {
 
 std::vector<JobStatus> FarmView::jobs(Time now, const JobFilter& filter) const {
   std::vector<JobStatus> found;
+  KindsOfEvent kinds(workers_);
   const auto& all = jobs_.all();
   for (auto at = all.lower_bound(filter.before); at != all.begin() && found.size() < filter.most;) {
     const Job& job = *(--at)->second;
     if (fits(job, filter)) {
-      found.push_back(status(job, now));
+      found.push_back(status(job, now, kinds));
     }
   }
   return found;

@@ -43,14 +43,30 @@ class FarmView {
   void asset_is_missing(const Sha256& digest, const Event& event);
 
  private:
+  /// Connected workers by renderer version and class.
+  using WorkerKinds = std::map<std::pair<std::string_view, std::string_view>, std::vector<const Worker*>>;
+  /// The kinds of an event, collected when the first job needs them. With many jobs and workers, most jobs look at a
+  /// few kinds.
+  class KindsOfEvent {
+   public:
+    explicit KindsOfEvent(const WorkerRegistry& workers) : workers_(workers) {}
+    const WorkerKinds& get();
+
+   private:
+    const WorkerRegistry& workers_;
+    std::optional<WorkerKinds> kinds_;
+  };
+
+  JobStatus status(const Job& job, Time now, KindsOfEvent& kinds) const;
+  JobStatus decided_status(const Job& job, Time now, KindsOfEvent& kinds) const;
   /// Empty if the job does not wait, because a connected worker may render it.
-  std::string reason_to_wait(const Job& job, Time now) const;
+  std::string reason_to_wait(const Job& job, Time now, KindsOfEvent& kinds) const;
   std::string reason_of_missing(const Job& job, Time now) const;
   static std::string wait_for_lost(const Sha256& asset);
   /// Why the job stands still, if no lease of it has brought a result for long.
   std::string reason_of_standstill(const Job& job, Time now) const;
-  std::string why_none_may(const Job& job) const;
-  bool any_may_render(const Job& job) const;
+  static std::string why_none_may(const Job& job, const WorkerKinds& kinds);
+  static bool any_may_render(const Job& job, const WorkerKinds& kinds);
   WorkerStatus status(const Worker& worker, Time now) const;
 
   const CoordinatorLimits& limits_;

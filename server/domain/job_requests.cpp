@@ -14,7 +14,7 @@ Result<Job*> JobLifeCycle::get(JobId id, bool ended, const char* what) {
 
 Result<JobId> JobLifeCycle::submit(const JobSpec& spec, const MethodNotes& notes, const Event& event) {
   LM_RETURN_IF_ERROR(check_spec(spec, notes.candidates));
-  LM_RETURN_IF_ERROR(jobs_.check_room(spec.owner));
+  LM_RETURN_IF_ERROR(jobs_.check_room(spec));
   LM_RETURN_IF_ERROR(jobs_.check_footprint(spec, nullptr));
   Job& job = jobs_.add(spec, notes, event);
   job.store(event);

@@ -7,6 +7,10 @@ double gib(std::uint64_t bytes) {
   return static_cast<double>(bytes) / static_cast<double>(std::uint64_t{1} << 30);
 }
 
+std::uint64_t scene_bytes(const JobSpec& spec) {
+  return spec.settings.scene->size() + spec.settings.assets->size() * sizeof(Sha256);
+}
+
 }  // namespace
 
 Job* JobTable::find(JobId id) const {
@@ -52,7 +56,8 @@ void JobTable::remove(JobId id, const Event& event) {
   jobs_.erase(id);
 }
 
-Status JobTable::check_room(const std::string& owner) const {
+Status JobTable::check_room(const JobSpec& spec) const {
+  const std::string& owner = spec.owner;
   if (jobs_.size() >= limits_.max_jobs) {
     return resource_exhausted("the farm keeps at most {} jobs: delete some that have ended", limits_.max_jobs);
   }
@@ -60,6 +65,18 @@ Status JobTable::check_room(const std::string& owner) const {
   if (own >= std::int64_t{limits_.max_jobs_per_owner}) {
     return resource_exhausted("the farm keeps at most {} jobs of one user, '{}': delete some that have ended",
                               limits_.max_jobs_per_owner, owner);
+  }
+  std::uint64_t all_bytes = scene_bytes(spec), own_bytes = all_bytes;
+  for (const auto& [id, job] : jobs_) {
+    const std::uint64_t bytes = scene_bytes(job->spec());
+    all_bytes += bytes;
+    own_bytes += job->spec().owner == owner ? bytes : 0;
+  }
+  if (all_bytes > limits_.scene_bytes || own_bytes > limits_.scene_bytes / 2) {
+    return resource_exhausted(
+        "the scenes of all jobs would need {:.4g} GiB, those of '{}' {:.4g} GiB: the farm keeps at most {:.4g} GiB, and "
+        "half of it for one user; delete some jobs that have ended",
+        gib(all_bytes), owner, gib(own_bytes), gib(limits_.scene_bytes));
   }
   return ok_status();
 }

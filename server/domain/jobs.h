@@ -27,8 +27,8 @@ class JobTable {
   Job& restore(StoredState::StoredJob stored, Time now);
   void remove(JobId id, const Event& event);
 
-  /// RESOURCE_EXHAUSTED if there are too many jobs, of all or of this owner.
-  Status check_room(const std::string& owner) const;
+  /// RESOURCE_EXHAUSTED if there are too many jobs or bytes of their scenes, of all or of this owner.
+  Status check_room(const JobSpec& spec) const;
   /// Checks the film of `spec` against the farm's limit. INVALID_ARGUMENT if this film alone may exceed it.
   /// RESOURCE_EXHAUSTED if it may together with those of all active jobs and the largest of an ended job. The latter
   /// must fit so that each film can be read. `instead_of`: the job whose spec it replaces, if any.

@@ -37,6 +37,8 @@ struct CoordinatorLimits {
   std::uint32_t max_bad_results = 3;  ///< a worker is dismissed after so many damaged results
   /// A job with a complete film waits for auditors that were heard within this time.
   Duration auditor_patience = std::chrono::seconds(45);
+  /// Of the scenes of all jobs, with ended ones. One owner's may have half of it.
+  std::uint64_t scene_bytes = std::uint64_t{4} << 30;
   std::uint32_t max_jobs = 10'000;
   std::uint32_t max_jobs_per_owner = 2'000;
   std::uint32_t max_workers = 10'000;

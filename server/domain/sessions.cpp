@@ -10,10 +10,17 @@ namespace {
 
 /// Most threads of one worker.
 constexpr std::uint32_t kMaxThreads = 4096;
+/// Leases that a hello may list. An honest worker has at most 16.
+constexpr std::size_t kMostHeld = 1'000;
 /// Least time between two notes that the farm is full.
 constexpr Duration kFullNotePause = std::chrono::minutes(1);
 /// Of all workers together, if all had the interval of the newest one.
 constexpr int kHeartbeatsPerSecond = 500;
+
+/// Each once.
+bool are_ascending(const std::vector<TileId>& tiles) {
+  return std::ranges::adjacent_find(tiles, std::ranges::greater_equal()) == tiles.end();
+}
 
 Status check_hello(const WorkerHello& hello) {
   if (hello.name.empty() || hello.threads < 1 || hello.threads > kMaxThreads) {
@@ -99,8 +106,12 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
 void Sessions::take_back_held(Worker& worker, const WorkerHello& hello, bool other_process, const Event& event) {
   LeaseCancel unwanted;
   std::set<LeaseId> kept;
+  std::size_t tried = 0;
   for (const HeldLease& held : hello.held) {
-    if (adopt(worker, held, event)) {
+    if (kept.contains(held.lease)) {
+      continue;
+    }
+    if (++tried <= kMostHeld && adopt(worker, held, event)) {
       kept.insert(held.lease);
     } else {
       unwanted.leases.push_back(held.lease);
@@ -128,18 +139,17 @@ bool Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) 
       !may_render(worker, *job)) {
     return false;
   }
-  std::vector<TileId> tiles;
-  for (std::size_t i = 0; i < held.unit.tiles.size() && i < held.tags.size(); ++i) {
-    const NodeKey key{held.unit.job, held.unit.tiles[i], held.unit.range};
-    if (signer_.verify(held.tags[i], worker.name(), held.lease, held.render_digest, key)) {
-      tiles.push_back(key.tile);
-    }
-  }
-  if (tiles.empty()) {
+  const std::vector<TileId>& tiles = held.unit.tiles;
+  if (tiles.empty() || tiles.size() != held.tags.size() || !are_ascending(tiles)) {
     return false;
   }
-  std::sort(tiles.begin(), tiles.end());
-  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+  // The first wrong tag ends the work for a lease. A worker has no right tags but those of its grants.
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    const NodeKey key{held.unit.job, tiles[i], held.unit.range};
+    if (!signer_.verify(held.tags[i], worker.name(), held.lease, held.render_digest, key)) {
+      return false;
+    }
+  }
   if (const Lease* const lease = leases_.find(held.lease)) {
     if (lease->worker != worker.name() || lease->unit.job != held.unit.job || lease->unit.range != held.unit.range) {
       return false;

@@ -12,6 +12,21 @@ constexpr Duration kMissingPatience = std::chrono::seconds(5);
 /// A job without results for so long says which worker it waits for.
 constexpr Duration kStandstill = std::chrono::minutes(1);
 
+/// Workers of which a reason names the first.
+struct SomeWorkers {
+  const Worker* first = nullptr;
+  std::size_t count = 0;
+
+  void add(const Worker& worker) {
+    ++count;
+    first = first == nullptr || worker.name() < first->name() ? &worker : first;
+  }
+  std::string text() const {
+    return count == 1 ? fmt::format("{} is", first->name())
+                      : fmt::format("{} and {} more are", first->name(), count - 1);
+  }
+};
+
 }  // namespace
 
 void FarmView::asset_is_missing(const Sha256& digest, const Event& event) {
@@ -21,7 +36,7 @@ void FarmView::asset_is_missing(const Sha256& digest, const Event& event) {
     return;
   }
   for (const auto& [id, job] : jobs_.all()) {
-    if (job->in_progress() && std::ranges::count(job->spec().settings.assets, digest) > 0) {
+    if (job->in_progress() && std::ranges::count(*job->spec().settings.assets, digest) > 0) {
       missing_assets_[digest] = event.now;
       job->touch();
       event.warn(about(id), "job {} {}", id.value, wait_for_lost(digest));
@@ -29,7 +44,7 @@ void FarmView::asset_is_missing(const Sha256& digest, const Event& event) {
   }
 }
 
-std::string FarmView::reason_to_wait(const Job& job, Time now) const {
+std::string FarmView::reason_to_wait(const Job& job, Time now, KindsOfEvent& kinds) const {
   if (!job.in_progress()) {
     return "";
   }
@@ -45,14 +60,17 @@ std::string FarmView::reason_to_wait(const Job& job, Time now) const {
   if (!job.leases().empty()) {
     return reason_of_standstill(job, now);
   }
-  return !any_may_render(job) ? why_none_may(job) : job.refusals().empty() ? "" : job.refusals().reason_to_wait();
+  if (!any_may_render(job, kinds.get())) {
+    return why_none_may(job, kinds.get());
+  }
+  return job.refusals().empty() ? "" : job.refusals().reason_to_wait();
 }
 
 std::string FarmView::reason_of_missing(const Job& job, Time now) const {
   if (missing_assets_.empty()) {
     return "";
   }
-  for (const Sha256& asset : job.spec().settings.assets) {
+  for (const Sha256& asset : *job.spec().settings.assets) {
     if (const auto missing = missing_assets_.find(asset);
         missing != missing_assets_.end() && now - missing->second < kMissingPatience) {
       return wait_for_lost(asset);
@@ -78,45 +96,54 @@ std::string FarmView::reason_of_standstill(const Job& job, Time now) const {
   return fmt::format("waits for worker {}: no result for {:.0f} s", oldest->worker, to_seconds(now - oldest->got_on));
 }
 
-bool FarmView::any_may_render(const Job& job) const {
-  return std::ranges::any_of(workers_.all(),
-                             [&](const auto& entry) { return entry.second.stays() && may_render(entry.second, job); });
+const FarmView::WorkerKinds& FarmView::KindsOfEvent::get() {
+  if (!kinds_) {
+    kinds_.emplace();
+    for (const auto& [name, worker] : workers_.all()) {
+      if (worker.session()) {
+        (*kinds_)[{worker.hello().renderer_version, worker.hello().fingerprint_class}].push_back(&worker);
+      }
+    }
+  }
+  return *kinds_;
+}
+
+bool FarmView::any_may_render(const Job& job, const WorkerKinds& kinds) {
+  return std::ranges::any_of(kinds, [&](const auto& entry) {
+    const auto& [kind, workers] = entry;
+    return suits(kind.second, kind.first, job) && std::ranges::any_of(workers, [&](const Worker* worker) {
+             return worker->stays() && may_render(*worker, job);
+           });
+  });
 }
 
 /// Why no connected worker may render the job. Reasons that an operator can change come first.
-std::string FarmView::why_none_may(const Job& job) const {
-  std::vector<std::string> in_quarantine, leaving, too_small, of_others;
-  for (const auto& [name, worker] : workers_.all()) {
-    if (!worker.session()) {
-      continue;
-    }
-    const auto too_large = worker.too_large().find(job.id());
-    const std::string& version = worker.hello().renderer_version;
-    if (job.refusals().excludes(worker.identity())) {
-      continue;
-    }
-    if (!suits(worker, job)) {
-      of_others.push_back(version != job.spec().settings.renderer_version
-                              ? fmt::format("{} has renderer {}", name, version)
-                              : fmt::format("{} is of class {}", name, worker.hello().fingerprint_class));
-    } else if (too_large != worker.too_large().end()) {
-      too_small.push_back(fmt::format("for {} {}", name, too_large->second));
-    } else {
-      (worker.quarantined() ? in_quarantine : leaving).push_back(name);
+std::string FarmView::why_none_may(const Job& job, const WorkerKinds& kinds) {
+  SomeWorkers in_quarantine, leaving, too_small, of_others;
+  for (const auto& [kind, workers] : kinds) {
+    const bool suited = suits(kind.second, kind.first, job);
+    for (const Worker* const worker : workers) {
+      if (job.refusals().excludes(worker->identity())) {
+        continue;
+      }
+      if (!suited) {
+        of_others.add(*worker);
+        break;  // one is named, the first
+      }
+      (worker->too_large().contains(job.id()) ? too_small
+       : worker->quarantined()                ? in_quarantine
+                                              : leaving)
+          .add(*worker);
     }
   }
-  const auto some = [](const std::vector<std::string>& names) {
-    return names.size() == 1 ? fmt::format("{} is", names[0])
-                             : fmt::format("{} and {} more are", names[0], names.size() - 1);
-  };
   std::vector<std::string> reasons;
   std::string remedy;
-  if (!in_quarantine.empty()) {
-    reasons.push_back(fmt::format("{} in quarantine", some(in_quarantine)));
-    remedy = fmt::format(". End the quarantine with `lightmill workers release {}`", in_quarantine[0]);
+  if (in_quarantine.count > 0) {
+    reasons.push_back(fmt::format("{} in quarantine", in_quarantine.text()));
+    remedy = fmt::format(". End the quarantine with `lightmill workers release {}`", in_quarantine.first->name());
   }
-  if (!leaving.empty()) {
-    reasons.push_back(fmt::format("{} leaving the farm", some(leaving)));
+  if (leaving.count > 0) {
+    reasons.push_back(fmt::format("{} leaving the farm", leaving.text()));
   }
   if (!reasons.empty()) {
     return fmt::format("waits for a worker: {}{}", fmt::join(reasons, "; "), remedy);
@@ -124,15 +151,20 @@ std::string FarmView::why_none_may(const Job& job) const {
   if (!job.refusals().empty()) {
     return job.refusals().reason_to_wait();
   }
-  if (!too_small.empty()) {
-    return fmt::format("waits for a larger worker; {}", too_small[0]);
+  if (too_small.count > 0) {
+    return fmt::format("waits for a larger worker; for {} {}", too_small.first->name(),
+                       too_small.first->too_large().at(job.id()));
   }
-  if (of_others.empty()) {
+  if (of_others.count == 0) {
     return "waits for a worker: none is connected";
   }
+  const WorkerHello& other = of_others.first->hello();
+  const std::string& version = job.spec().settings.renderer_version;
   const std::string fixed = job.spec().allow_mixed ? "" : job.record().fingerprint_class;
-  return fmt::format("waits for a worker with renderer {}{}{}: {}", job.spec().settings.renderer_version,
-                     fixed.empty() ? "" : " and fingerprint class ", fixed, of_others[0]);
+  return fmt::format("waits for a worker with renderer {}{}{}: {} {}", version,
+                     fixed.empty() ? "" : " and fingerprint class ", fixed, other.name,
+                     other.renderer_version != version ? "has renderer " + other.renderer_version
+                                                       : "is of class " + other.fingerprint_class);
 }
 
 }  // namespace lightmill

@@ -124,6 +124,7 @@ Status list_tokens(OperationContext& operation, const v1::ListTokensRequest& req
     }
     to_wire(token, reply->add_tokens());
   }
+  operation.entries = static_cast<std::size_t>(reply->tokens_size());
   return ok_status();
 }
 
@@ -183,6 +184,7 @@ Status list_actions(OperationContext& operation, const v1::ListActionsRequest& r
   for (const Action& action : page.actions) {
     to_wire(action, reply->add_actions());
   }
+  operation.entries = static_cast<std::size_t>(reply->actions_size());
   if (page.next > 0) {
     reply->set_next_page_token(std::to_string(page.next));
   }

@@ -71,6 +71,7 @@ Status list_events(OperationContext& operation, const v1::EventsRequest& request
   for (const RecordedEvent& event : page.events) {
     to_wire(event, reply->add_events());
   }
+  operation.entries = static_cast<std::size_t>(reply->events_size());
   if (page.next > 0) {
     reply->set_next_page_token(std::to_string(page.next));
   }

@@ -58,6 +58,7 @@ Status list_jobs(OperationContext& operation, const v1::ListJobsRequest& request
       to_wire(job, reply->add_jobs());
     }
   }
+  operation.entries = static_cast<std::size_t>(reply->jobs_size());
   return ok_status();
 }
 

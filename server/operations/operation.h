@@ -22,6 +22,7 @@ struct OperationContext {
   const Call& call;
   CallSubject& about;  ///< what the action log says that the call was about
   OperationCall& pending;
+  std::size_t entries = 0;  ///< of a list in the reply; the caller pays for them
 };
 /// Part of an operation on the farm thread. Replies that it adds to the task are called before the caller is answered.
 using Apply = std::function<Status(OperationContext&)>;
@@ -41,10 +42,14 @@ struct Traits {
   bool http_only = false;  ///< not the RPC's method: the RPC only names the rights
   bool with_film = false;  ///< it runs when the job's film is in memory
   bool waits = false;      ///< answered after its task, and cancelled when its caller is gone (OperationCall)
-  std::uint64_t most_body_bytes = 0;  ///< limit of its JSON; 0: small, and read before admission
-  int json_factor = 0;                ///< memory for its JSON in multiples of the reply's bytes; 0: the reply is small
+  /// Limit of its request, also as JSON. 0: small (kSmallRequestBytes over gRPC), and read before admission.
+  std::uint64_t most_body_bytes = 0;
+  int json_factor = 0;  ///< memory for its JSON in multiples of the reply's bytes; 0: the reply is small
   Status (*fill_json)(WireMessage& reply) = nullptr;  ///< adds fields for JSON
 };
+
+/// Requests without a limit of their own have at most so many bytes.
+inline constexpr std::uint64_t kSmallRequestBytes = 64 << 10;
 
 /// Row of the table of operations.
 struct Operation {

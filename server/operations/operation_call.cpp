@@ -17,12 +17,13 @@ OperationCall::OperationCall(Runtime& runtime, const Operation& operation)
 void OperationCall::start(Call call, Done done) {
   call_ = std::move(call);
   done_ = std::move(done);
+  const std::uint64_t bytes = request_->ByteSizeLong();  // the first step may free them
   Result<Apply> apply = operation_.handler.begin(runtime_, *request_, *reply_);
   if (!apply.ok() || *apply == nullptr) {
     return finish(apply.status());
   }
   apply_ = *std::move(apply);
-  if (!runtime_.loop().post([self = shared_from_this()](TaskContext& context) { self->run(context); })) {
+  if (!runtime_.loop().post([self = shared_from_this()](TaskContext& context) { self->run(context); }, bytes)) {
     finish(busy());
   }
 }
@@ -49,6 +50,9 @@ void OperationCall::apply(TaskContext& context) {
       operation_.handler.of_job ? check_job_call(context, runtime_.gate(), call_, JobId{about.job}) : ok_status();
   if (status.ok()) {
     status = recorded && operation_.handler.of_job ? change_job(arguments) : apply_(arguments);
+  }
+  if (arguments.entries > 0) {
+    runtime_.gate().charge_entries(call_, arguments.entries);
   }
   if (recorded) {
     record(context, runtime_.gate(), call_, about, status);

@@ -17,7 +17,7 @@ namespace {
 constexpr int kMostDigests = 10'000;
 
 Status check_assets(const JobSpec& spec, const AssetStore& assets) {
-  for (const Sha256& asset : spec.settings.assets) {
+  for (const Sha256& asset : *spec.settings.assets) {
     if (!assets.keep(asset)) {
       return failed_precondition("asset {} is missing: upload it first", asset.hex());
     }
@@ -49,7 +49,7 @@ Result<MethodNotes> settle_method(JobSpec& spec, const AssetStore& assets) {
     return notes;  // Coordinator::submit refuses it
   }
   notes.chosen = asked->name == kAutoMethod;
-  const Result<Scene> scene = unpack_scene(settings.scene);
+  const Result<Scene> scene = unpack_scene(*settings.scene);
   if (!scene.ok()) {
     return notes.chosen || spec.goal.adaptive ? Result<MethodNotes>(with_context(scene.status(), "settings.scene"))
                                               : std::move(notes);
@@ -158,6 +158,9 @@ Result<Apply> submit_job(Runtime& runtime, v1::SubmitJobRequest& request, v1::Jo
     }
     spec.ends_with_page = call.on_submitted != nullptr;
     operation.about.was_there = context.farm.knows_request(spec.request_id);
+    if (!context.no_space.empty() && !operation.about.was_there) {
+      return resource_exhausted("the farm takes no new jobs: it {}", context.no_space);
+    }
     LM_ASSIGN_OR_RETURN(const JobId job,
                         context.farm.submit(spec, context.now, context.unix_ms, context.effects, notes));
     if (call.caller.is_known() && context.farm.owner(job).value_or("") != call.caller.name) {

@@ -43,6 +43,7 @@ Status list(OperationContext& operation, const WorkerFilter& filter, v1::ListWor
   for (const WorkerStatus& worker : operation.context.farm.workers(operation.context.now, filter)) {
     to_wire(worker, reply->add_workers());
   }
+  operation.entries = static_cast<std::size_t>(reply->workers_size());
   reply->set_wanted_workers(operation.context.farm.wanted_workers(operation.context.now));
   return ok_status();
 }

@@ -11,8 +11,9 @@
 namespace lightmill {
 namespace {
 
-/// A node has 96 KiB, and comes with other writes. So at most some 100 MiB wait for the disk.
+/// Beyond one of these, the farm thread waits for the disk. One batch may be larger: it has what came during the last.
 constexpr std::size_t kMaxQueuedWrites = 2'000;
+constexpr std::uint64_t kMaxQueuedBytes = std::uint64_t{128} << 20;
 constexpr auto kRetryPause = std::chrono::seconds(1);
 /// Effects that no caller waits for gather for so long. This gives fewer, larger transactions.
 constexpr auto kGatherTime = std::chrono::milliseconds(100);
@@ -62,8 +63,11 @@ void CommitQueue::push(Batch batch) {
     return;
   }
   const MutexLock lock(mutex_);
-  while (queued_.writes.size() >= kMaxQueuedWrites) {
+  while (queued_.writes.size() >= kMaxQueuedWrites || queued_bytes_ >= kMaxQueuedBytes) {
     changed_.wait(mutex_);
+  }
+  for (const StoreOp& op : batch.writes) {
+    queued_bytes_ += added_bytes(op);
   }
   const bool was_empty = is_empty(queued_);
   urgent_ = urgent_ || is_urgent(batch);
@@ -76,6 +80,16 @@ void CommitQueue::push(Batch batch) {
   if (was_empty || urgent_ || queued_.writes.size() >= kGatherWrites) {
     changed_.notify_all();
   }
+}
+
+/// Values of nodes, and scenes. Rows of one job share its scene.
+std::uint64_t CommitQueue::added_bytes(const StoreOp& op) {
+  if (const auto* const node = std::get_if<PutNode>(&op)) {
+    return node->node->values.size() * sizeof(float);
+  }
+  const auto* const job = std::get_if<PutJob>(&op);
+  const bool is_new = job != nullptr && queued_jobs_.insert(job->record.id).second;
+  return is_new ? job->record.spec.settings.scene->size() : 0;
 }
 
 void CommitQueue::stop_retrying() {
@@ -129,6 +143,8 @@ void CommitQueue::run() {
              changed_.wait_until(mutex_, until) == std::cv_status::no_timeout) {
       }
       batch = std::exchange(queued_, {});
+      queued_bytes_ = 0;
+      queued_jobs_.clear();
       urgent_ = false;
       failure = failure_;
       changed_.notify_all();

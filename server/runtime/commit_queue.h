@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <deque>
 #include <functional>
+#include <set>
 #include <thread>
 #include <vector>
 
@@ -72,6 +73,8 @@ class CommitQueue {
   };
   void run();
   bool idle();
+  /// Bytes that the queue keeps for one more write.
+  std::uint64_t added_bytes(const StoreOp& op) LM_REQUIRES(mutex_);
   bool read_is_due() const { return !readings_.empty() && std::chrono::steady_clock::now() >= next_read_; }
   void read_piece();
   Status commit_with_retries(const std::vector<StoreOp>& writes, std::vector<CommitReply>& callers);
@@ -83,7 +86,9 @@ class CommitQueue {
   mutable Mutex mutex_;
   CondVar changed_;
   Batch queued_ LM_GUARDED_BY(mutex_);
-  bool urgent_ LM_GUARDED_BY(mutex_) = false;  ///< a caller waits for queued effects
+  std::uint64_t queued_bytes_ LM_GUARDED_BY(mutex_) = 0;
+  std::set<JobId> queued_jobs_ LM_GUARDED_BY(mutex_);  ///< whose scenes are in queued_bytes_
+  bool urgent_ LM_GUARDED_BY(mutex_) = false;          ///< a caller waits for queued effects
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   bool retrying_ LM_GUARDED_BY(mutex_) = true;
   Status failure_ LM_GUARDED_BY(mutex_);

@@ -42,11 +42,13 @@ void FarmLoop::set_handlers(Handlers handlers) {
   });
 }
 
-bool FarmLoop::post(Task task) {
+bool FarmLoop::post(Task task, std::uint64_t bytes) {
   const MutexLock lock(mutex_);
-  if (stopping_ || tasks_.size() >= kMaxTasks) {
+  const bool fits = task_bytes_ == 0 || task_bytes_ + bytes <= kMostTaskBytes;
+  if (stopping_ || tasks_.size() >= kMaxTasks || !fits) {
     return false;
   }
+  task_bytes_ += bytes;
   tasks_.push_back(std::move(task));
   changed_.notify_one();
   return true;
@@ -93,12 +95,13 @@ void FarmLoop::run() {
         }
       }
       tasks.swap(tasks_);
+      task_bytes_ = 0;
       poked_ = false;
       stopping = stopping_;
     }
     TaskContext context{
-        farm_, watchers_, demand_, actions_, inspections_, films_, activity_, clock_.now(), clock_.unix_milliseconds(),
-        {},    {},        {},      no_store_};
+        farm_, watchers_, demand_, actions_,  inspections_, films_, activity_, clock_.now(), clock_.unix_milliseconds(),
+        {},    {},        {},      no_store_, no_space_};
     for (const Task& task : tasks) {
       task(context);
       notify_films(context);

@@ -56,6 +56,8 @@ class FarmLoop {
     std::vector<CommitReply> callers;  ///< the same, or sooner with an error (CommitQueue::Batch)
     /// Why nothing can be stored now; empty while storing works.
     const std::string& no_store;
+    /// Why the disk has no room for new jobs; empty while it has.
+    const std::string& no_space;
 
     /// Adds an action to the action log, with the time of this task.
     void keep(Action action);
@@ -81,8 +83,11 @@ class FarmLoop {
 
   /// Call once, before the first worker connects. They are called as long as the loop runs.
   void set_handlers(Handlers handlers);
-  /// Queues a task. If kMaxTasks wait or the loop has stopped, it returns false and does not run the task. Thread-safe.
-  [[nodiscard]] bool post(Task task);
+  /// Bytes of requests whose tasks wait.
+  static constexpr std::uint64_t kMostTaskBytes = std::uint64_t{128} << 20;
+  /// Queues a task that keeps so many bytes of a request. If too many tasks or bytes wait, or the loop has stopped, it
+  /// returns false and does not run the task. A task that finds the queue empty may have any size. Thread-safe.
+  [[nodiscard]] bool post(Task task, std::uint64_t bytes = 0);
   /// Like post, for tasks that must not get lost: messages of workers, ends of their streams, and replies of commits.
   /// Their number is bounded by the number of worker streams (--max-workers) and the message window of each.
   void post_always(Task task);
@@ -127,6 +132,7 @@ class FarmLoop {
   Mutex mutex_;
   CondVar changed_;
   std::vector<Task> tasks_ LM_GUARDED_BY(mutex_);
+  std::uint64_t task_bytes_ LM_GUARDED_BY(mutex_) = 0;
   bool poked_ LM_GUARDED_BY(mutex_) = false;
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::map<InspectionId, InspectionReply> inspections_;  ///< only for the farm thread

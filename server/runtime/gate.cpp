@@ -72,6 +72,11 @@ Status Gate::take_request(const Identity& caller, const std::string& peer) const
   return limits_.take_request(caller_key(caller, peer), clock_.now());
 }
 
+void Gate::charge_entries(const Call& call, std::size_t entries) const {
+  const MutexLock lock(mutex_);
+  limits_.charge_entries(caller_key(call.caller, call.peer), entries, clock_.now());
+}
+
 std::optional<SuppressedRefusals> Gate::may_record_refusal(const Call& call, const CallSubject& about,
                                                            const Status& status) const {
   const MutexLock lock(mutex_);

@@ -67,6 +67,8 @@ class Gate {
   Status set_caller(const std::string& peer, const Identity& caller) const { return on_identified_(peer, caller); }
   /// Counts one request against the caller's limits. RESOURCE_EXHAUSTED.
   Status take_request(const Identity& caller, const std::string& peer) const;
+  /// Like CallLimits::charge_entries.
+  void charge_entries(const Call& call, std::size_t entries) const;
   /// Whether an admitted identity is still valid, while its stream lasts.
   Status check_still_holds(const Identity& identity) const;
   bool authenticates() const { return options_.authenticates; }

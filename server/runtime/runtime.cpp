@@ -20,7 +20,7 @@ constexpr std::chrono::seconds kFarmPatience(5);
 std::set<Sha256> assets_of(const StoredState& state) {
   std::set<Sha256> wanted;
   for (const StoredState::StoredJob& job : state.jobs) {
-    const std::vector<Sha256>& named = job.record.spec.settings.assets;
+    const std::vector<Sha256>& named = *job.record.spec.settings.assets;
     wanted.insert(named.begin(), named.end());
   }
   return wanted;

@@ -110,7 +110,7 @@ void report_assets(const StoredState& state, const AssetStore& assets, const Ass
   for (const StoredState::StoredJob& job : state.jobs) {
     const bool renders =
         !has_ended(job.record.state) || (goes_on(job.record.state) && incomplete.contains(job.record.id));
-    for (const Sha256& digest : job.record.spec.settings.assets) {
+    for (const Sha256& digest : *job.record.spec.settings.assets) {
       if (!assets.has(digest)) {
         (renders ? missing[digest].blocked : missing[digest].ended).push_back(job.record.id);
       }

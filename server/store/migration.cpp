@@ -29,7 +29,7 @@ class Pieces {
 
 Status write_job(const StoredState& state, const StoredState::StoredJob& job, Pieces& pieces) {
   const JobId id = job.record.id;
-  LM_RETURN_IF_ERROR(pieces.add(PutJob{job.record}, job.record.spec.settings.scene.size() + kBytesOfAWrite));
+  LM_RETURN_IF_ERROR(pieces.add(PutJob{job.record}, job.record.spec.settings.scene->size() + kBytesOfAWrite));
   for (const StoredState::StoredNode& node : job.nodes) {
     LM_RETURN_IF_ERROR(pieces.add(PutNode{id, node.tile, node.node}, node.node->values.size() * sizeof(float)));
   }

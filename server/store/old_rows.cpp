@@ -74,13 +74,13 @@ Hash128 checksum_of(const JobRecord& job) {
           spec.verify_share, number(spec.allow_mixed), spec.goal.samples, spec.goal.seconds, spec.goal.error,
           number(spec.goal.adaptive), code_of(kStateNames, job.state), job.reason, code_of(kLimitNames, job.reached),
           job.fingerprint_class, number(job.submitted_unix_ms), number(job.finished_unix_ms));
-  row.add(as_byte_view(settings.scene), number(settings.width), number(settings.height), number(settings.crop.x),
+  row.add(as_byte_view(*settings.scene), number(settings.width), number(settings.height), number(settings.crop.x),
           number(settings.crop.y), number(settings.crop.width), number(settings.crop.height), settings.seed,
           settings.method, number(settings.max_bounces), settings.renderer_version, number(settings.meters),
           number(notes.chosen), lines_of(notes.reasons), lines_of(notes.notices), lines_of(notes.candidates),
           std::as_bytes(job.allocation.shifts()));
-  row.add(number(settings.assets.size()));
-  for (const Sha256& asset : settings.assets) {
+  row.add(number(settings.assets->size()));
+  for (const Sha256& asset : *settings.assets) {
     row.add(view_of(asset.bytes));
   }
   row.add(number(settings.layers.size()));
@@ -179,10 +179,11 @@ Status OldRows::load_settings(JobRecord& job) {
         RenderSettings& settings = job.spec.settings;
         PixelRect& crop = settings.crop;
         MethodNotes& notes = job.method_notes;
-        std::string reasons, notices, candidates, shares;
-        read_columns(row, settings.scene, settings.width, settings.height, crop.x, crop.y, crop.width, crop.height,
+        std::string scene, reasons, notices, candidates, shares;
+        read_columns(row, scene, settings.width, settings.height, crop.x, crop.y, crop.width, crop.height,
                      settings.seed, settings.max_bounces, settings.renderer_version, settings.meters, settings.method,
                      notes.chosen, reasons, notices, candidates, shares);
+        settings.scene = std::move(scene);
         notes.reasons = lines_in(reasons);
         notes.notices = lines_in(notices);
         notes.candidates = lines_in(candidates);
@@ -198,9 +199,11 @@ Status OldRows::load_settings(JobRecord& job) {
 Status OldRows::load_lists(JobRecord& job) {
   RenderSettings& settings = job.spec.settings;
   const std::uint64_t id = job.id.value;
+  std::vector<Sha256> assets;
   LM_RETURN_IF_ERROR(rows_.for_each(
       fmt::format("SELECT digest FROM job_assets WHERE job = {} ORDER BY position", id),
-      [&](const Row& row) { settings.assets.push_back(sound(job.id, digest_in(row.view(0), "an asset's digest"))); }));
+      [&](const Row& row) { assets.push_back(sound(job.id, digest_in(row.view(0), "an asset's digest"))); }));
+  settings.assets = std::move(assets);
   settings.layers.clear();
   LM_RETURN_IF_ERROR(
       rows_.for_each(fmt::format("SELECT name, channels, kind FROM job_layers WHERE job = {} ORDER BY position", id),

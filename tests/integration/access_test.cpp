@@ -174,6 +174,20 @@ TEST(Access, StrangersCannotConnect) {
       << "without TLS";
 }
 
+TEST(Access, CallersAreCheckedBeforeLargeRequestsAreRead) {
+  SecureFarm secure;
+  const std::string path = "/lightmill.v1.RenderService/", damaged(100'000, '\xff');
+  const auto nobody = secure.channel(std::nullopt), ada = secure.channel(secure.person("ada", {Role::submit}));
+  for (const std::string method : {"SubmitJob", "FindMissingAssets", "InspectScene"}) {
+    EXPECT_EQ(call(nobody, path + method, damaged).error_code(), StatusCode::UNAUTHENTICATED) << method;
+    EXPECT_EQ(call(ada, path + method, damaged).error_code(), StatusCode::INVALID_ARGUMENT) << method;
+  }
+  EXPECT_EQ(call(nobody, path + "CancelJob", damaged).error_code(), StatusCode::UNAUTHENTICATED);
+  const grpc::Status large = call(ada, path + "CancelJob", damaged);
+  EXPECT_EQ(large.error_code(), StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(large.error_message(), "the request has 100000 bytes, a lightmill.v1.CancelJobRequest has at most 65536");
+}
+
 TEST(Access, EveryoneCanCallHealthAndNoOneReflection) {
   SecureFarm secure;
   const auto nobody = secure.channel(std::nullopt);

@@ -33,17 +33,24 @@ TEST(Storage, JobsWaitWhenSpaceIsShortAndResumeByThemselves) {
   if (!disk.mounted()) {
     GTEST_SKIP() << "cannot mount a disk (needs root)";
   }
-  disk.fill(130);
   Farm farm({"--reserve-gib", "0.0625"});
   FarmClient client = farm.client();
-  farm.add_worker(1, "w1");
   Picture picture;
   picture.side = 64;
   picture.samples = 16;
   const std::uint64_t job = client.submit(picture).id();
+  disk.fill(130);
   EXPECT_TRUE(eventually([&] { return says(client.job(job).reason(), "waits for space: the disk of "); }))
       << client.job(job).ShortDebugString();
   EXPECT_TRUE(says(client.job(job).reason(), "less than --reserve-gib 0.0625")) << client.job(job).reason();
+  v1::SubmitJobRequest request;
+  to_wire(job_of(picture, "another"), &request);
+  v1::Job another;
+  grpc::ClientContext context;
+  const grpc::Status refused = client.stub().SubmitJob(&context, request, &another);
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_TRUE(says(refused.error_message(), "the farm takes no new jobs")) << refused.error_message();
+  farm.add_worker(1, "w1");
   disk.make_room();
   expect_reference_film(farm.client(), job, picture);
 }

@@ -100,7 +100,7 @@ TEST(WebSubmit, AJobWithItsAssetsGivesTheSameBits) {
   WebFarm web;
   const JobSpec spec = job_of(submitted_picture(), "over http");
   v1::FindMissingAssetsRequest digests;
-  for (const Sha256& digest : spec.settings.assets) {
+  for (const Sha256& digest : *spec.settings.assets) {
     digests.add_digests(std::string(digest.bytes.begin(), digest.bytes.end()));
   }
   ASSERT_GT(digests.digests_size(), 0);
@@ -152,7 +152,7 @@ TEST(WebSubmit, AnInvalidJobIsRefusedWithItsField) {
   EXPECT_EQ(web.post("/api/v1/jobs", "{\"request_id\": ").result_int(), 400u);
   EXPECT_EQ(web.post("/api/v1/jobs", R"({"request_id": "1", "what": 2})").result_int(), 400u);
   JobSpec spec = job_of(submitted_picture(), "no width");
-  spec.settings.assets.clear();
+  spec.settings.assets = {};
   spec.settings.width = 0;
   EXPECT_TRUE(says(web.post("/api/v1/jobs", submit_body(spec)), "width"));
   EXPECT_EQ(web.post("/api/v1/assets/missing", R"({"digests": ["AAAA"]})").result_int(), 400u);
@@ -165,15 +165,15 @@ TEST(WebSubmit, AnInvalidJobIsRefusedWithItsField) {
 TEST(WebSubmit, LargeScenesAreStoredAndReturnedWhole) {
   WebFarm web;
   JobSpec spec = job_of(submitted_picture(), "large");
-  spec.settings.assets.clear();
-  spec.settings.scene.assign(std::size_t{16} << 20, '\xff');  // no scene; the worker that reads it finds out
+  spec.settings.assets = {};
+  spec.settings.scene = std::string(std::size_t{16} << 20, '\xff');  // no scene; the worker that reads it finds out
   const Response submitted = web.post("/api/v1/jobs", submit_body(spec));
   ASSERT_EQ(submitted.result_int(), 200u) << submitted.body().substr(0, 500);
   const std::string id = json::parse(submitted.body())["id"];
   v1::JobSpec kept;
   ASSERT_TRUE(JsonStringToMessage(web.get("/api/v1/jobs/" + id + "/spec").body(), &kept).ok());
-  EXPECT_TRUE(kept.settings().scene() == spec.settings.scene);
-  spec.settings.scene += '\xff';
+  EXPECT_TRUE(kept.settings().scene() == *spec.settings.scene);
+  spec.settings.scene = *spec.settings.scene + '\xff';
   EXPECT_EQ(web.post("/api/v1/jobs", submit_body(spec)).result_int(), 400u) << "more than gRPC takes";
   EXPECT_EQ(web.post("/api/v1/jobs", std::string((std::size_t{24} << 20) + 1, ' ')).result_int(), 413u);
   EXPECT_EQ(web.post("/api/v1/assets/missing", std::string((std::size_t{1} << 20) + 1, ' ')).result_int(), 413u);

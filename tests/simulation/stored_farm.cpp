@@ -36,11 +36,13 @@ StoredJob draw_job(std::uint64_t number, const std::map<Sha256, std::string>& as
   settings.crop = kCrops[random.below(std::size(kCrops))];
   settings.seed = random.below(3);
   settings.renderer_version = kRendererVersion;
+  std::vector<Sha256> used;
   for (const auto& [digest, bytes] : assets) {
     if (random.chance(0.6)) {
-      settings.assets.push_back(digest);
+      used.push_back(digest);
     }
   }
+  settings.assets = std::move(used);
   if (random.chance(0.3)) {
     settings.layers = *film_layers(std::vector<std::string>{"normal", "depth"});
   }
@@ -207,9 +209,9 @@ void StoredFarm::commit(std::vector<StoreOp> ops) {
 
 void StoredFarm::answer(const Given& given) {
   if (const auto* const job = std::get_if<JobDescription>(&given.message)) {
-    std::ranges::for_each(job->settings.assets, [&](const Sha256& digest) { fetch(digest); });
+    std::ranges::for_each(*job->settings.assets, [&](const Sha256& digest) { fetch(digest); });
   } else if (const auto* const pilot = std::get_if<PilotGrant>(&given.message)) {
-    std::ranges::for_each(pilot->settings.assets, [&](const Sha256& digest) { fetch(digest); });
+    std::ranges::for_each(*pilot->settings.assets, [&](const Sha256& digest) { fetch(digest); });
     say(given.to, pilot_report(*pilot));
   } else if (const auto* const grant = std::get_if<LeaseGrant>(&given.message)) {
     for (std::size_t i = 0; i < grant->unit.tiles.size() && left_ > 0; ++i) {

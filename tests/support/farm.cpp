@@ -88,9 +88,11 @@ JobSpec job_of(const Picture& picture, const std::string& request_id) {
   const Scene scene = scene_of(picture);
   RenderSettings& settings = spec.settings;
   settings.scene = pack_scene(scene);
+  std::vector<Sha256> digests;
   for (const auto& [digest, bytes] : shipped_scene(picture.scene).assets) {
-    settings.assets.push_back(digest);
+    digests.push_back(digest);
   }
+  settings.assets = std::move(digests);
   settings.width = scene.film.width;
   settings.height = scene.film.height;
   settings.crop = {0, 0, scene.film.width, scene.film.height};

@@ -15,7 +15,7 @@ Sha256 scene_key(const RenderSettings& settings, const MethodSpec& method) {
   Sha256Hasher hasher;
   hasher.append(fmt::format("{}x{} {} {} ", settings.width, settings.height, method.brute_force ? "brute-force" : "",
                             method.no_absorption ? "no-absorption" : ""));
-  hasher.append(settings.scene);
+  hasher.append(*settings.scene);
   return hasher.finish();
 }
 
@@ -200,7 +200,7 @@ Result<std::shared_ptr<const CompiledScene>> Preparer::compiled(const RenderSett
     return known;
   }
   const Time start = system_clock().now();
-  LM_ASSIGN_OR_RETURN(Scene document, unpack_scene(settings.scene));
+  LM_ASSIGN_OR_RETURN(Scene document, unpack_scene(*settings.scene));
   document.film.width = settings.width;
   document.film.height = settings.height;
   if (method.no_absorption) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/planner/regions.h"
 #include "tests/unit/planner/planner_scenes.h"
 
 namespace lightmill {
@@ -69,6 +70,53 @@ TEST(Facts, GlossOnBurleysDiffusePartAddsToItsAlbedo) {
   const double matt = most();
   chalk.specular = 0.5;  // whose mean Fresnel term is .04 + .96/21
   EXPECT_NEAR(most(), matt + 0.04 + 0.96 / 21, 1e-6);
+}
+
+/// Small lights over a plain of mirror balls.
+Scene lights_over_mirrors(int lights, int balls) {
+  Scene scene = scene_of({kMirror}, {});
+  scene.objects.assign(static_cast<std::size_t>(balls), {"ball", 0, SphereShape{{0, 0, 0}, 1}});
+  for (int i = 0; i < lights; ++i) {
+    scene.lights.push_back({"bulb", PointLight{{0, 100, 0}, {1, 1, 1}, 1e-3}});
+  }
+  return scene;
+}
+
+TEST(Facts, TheWorkOfFindingSmallLightsHasALimit) {
+  const SceneFacts few = read_facts(lights_over_mirrors(100, 100));
+  EXPECT_EQ(few.small_emitters.count, 100u);
+  EXPECT_EQ(few.steps, 100u * 100u);
+  const SceneFacts many = read_facts(lights_over_mirrors(5'000, 5'000));
+  EXPECT_EQ(many.small_emitters.count, Positions::kMostSteps / 5'000) << "the others are not known to be small";
+  EXPECT_EQ(many.sized_lights, 5'000u);
+  EXPECT_LE(many.steps, Positions::kMostSteps);
+}
+
+TEST(Facts, AMeshIsReadOnceAndItsUsesCountAsWork) {
+  const Sha256 asset = sha256(as_byte_view("tile"));
+  Mesh tiles{{{0, 0, 0}, {1, 0, 0}, {0, 0, 1}}, {}, {}, {}, {}};
+  tiles.triangles.assign(5'000, {0, 1, 2});
+  const std::string bytes = encode_mesh(tiles);
+  int reads = 0;
+  const MeshSource meshes{[&](const Sha256&) {
+    ++reads;
+    return std::optional(bytes);
+  }};
+  Scene scene = lights_over_mirrors(1, 3);
+  for (Object& object : scene.objects) {
+    object.shape = MeshShape{"tile.obj", asset};
+  }
+  const std::uint64_t once = bytes.size() / 2 + 3 * (3 * 5'000) + 3;  // one reading, three uses and comparisons
+  const SceneFacts facts = read_facts(scene, meshes);
+  EXPECT_EQ(reads, 1);
+  EXPECT_NEAR(static_cast<double>(facts.steps), static_cast<double>(once), 1);
+  EXPECT_EQ(facts.small_emitters.count, 1u);
+
+  scene.objects.resize(2'000, scene.objects.front());  // 30 million steps
+  const SceneFacts too_many = read_facts(scene, meshes);
+  EXPECT_EQ(reads, 2);
+  EXPECT_LE(too_many.steps, Positions::kMostSteps);
+  EXPECT_EQ(too_many.small_emitters.count, 0u) << "some positions are unknown";
 }
 
 }  // namespace

@@ -23,6 +23,17 @@ TEST(CallLimitsTest, RequestsOfOneCallerTakeNothingFromAnother) {
   EXPECT_TRUE(limits.take_request("ada", call_time(0.5)).ok());
 }
 
+TEST(CallLimitsTest, EntriesOfListsCountAsRequests) {
+  CallLimits limits({2, 1, 1});
+  EXPECT_TRUE(limits.take_request("ada", call_time(0)).ok());
+  limits.charge_entries("ada", CallLimits::kEntriesOfARequest - 1, call_time(0));
+  EXPECT_TRUE(limits.take_request("ada", call_time(0)).ok()) << "a small page is one request";
+  limits.charge_entries("ada", 20 * CallLimits::kEntriesOfARequest, call_time(0));  // 22 of 20
+  EXPECT_FALSE(limits.take_request("ada", call_time(1.25)).ok());
+  EXPECT_TRUE(limits.take_request("ada", call_time(1.75)).ok()) << "a debt of 2 and one token, at 2 a second";
+  EXPECT_TRUE(limits.take_request("bob", call_time(0)).ok());
+}
+
 TEST(CallLimitsTest, ManyCallersTakeBoundedMemory) {
   CallLimits limits({1, 1, 100'000});
   for (int i = 0; i < 100'000; ++i) {

@@ -31,9 +31,17 @@ class RecordingStore final : public Store {
       failures_.pop_front();
       return failure;
     }
-    for (const StoreOp& op : ops) {
-      deleted_.push_back(std::get<DeleteJobRows>(op).job.value);
+    while (held_) {
+      changed_.wait(mutex_);
     }
+    std::size_t nodes = 0;
+    for (const StoreOp& op : ops) {
+      if (const auto* const rows = std::get_if<DeleteJobRows>(&op)) {
+        deleted_.push_back(rows->job.value);
+      }
+      nodes += std::holds_alternative<PutNode>(op) ? 1 : 0;
+    }
+    most_nodes_ = std::max(most_nodes_, nodes);
     ++commits_;
     return ok_status();
   }
@@ -41,6 +49,17 @@ class RecordingStore final : public Store {
     const MutexLock lock(mutex_);
     pieces_.push_back(std::move(piece));
     changed_.notify_all();
+  }
+  /// Commits wait while it is held.
+  void hold(bool held) {
+    const MutexLock lock(mutex_);
+    held_ = held;
+    changed_.notify_all();
+  }
+  /// Nodes in the largest commit.
+  std::size_t most_nodes() {
+    const MutexLock lock(mutex_);
+    return most_nodes_;
   }
   /// The tiles behind which films were read.
   std::vector<std::int64_t> reads() {
@@ -68,6 +87,8 @@ class RecordingStore final : public Store {
   std::deque<Status> failures_ LM_GUARDED_BY(mutex_);
   std::vector<std::uint64_t> deleted_ LM_GUARDED_BY(mutex_);
   int commits_ LM_GUARDED_BY(mutex_) = 0;
+  bool held_ LM_GUARDED_BY(mutex_) = false;
+  std::size_t most_nodes_ LM_GUARDED_BY(mutex_) = 0;
 };
 
 class CommitQueueTest : public ::testing::Test {
@@ -162,6 +183,26 @@ TEST_F(CommitQueueTest, CallersLearnOfADelayAndTheirWritesAreStored) {
       "the farm has accepted this, but cannot store it yet: the disk is full. It will be done when it "
       "can be stored: do not repeat the request";
   EXPECT_EQ(heard, (std::vector<std::string>{"caller: " + told, "behind: " + told, "reply: stored"}));
+}
+
+TEST_F(CommitQueueTest, BytesThatWaitForTheStoreHaveALimit) {
+  // One node of 64 MiB, which all writes share. The queue counts it each time.
+  const auto node = std::make_shared<Node>(Node{{}, std::vector<float>(std::size_t{16} << 20), 0});
+  store_.hold(true);
+  std::atomic<int> pushed = 0;
+  std::thread pusher([&] {
+    for (std::uint32_t i = 0; i < 20; ++i) {
+      queue_->push({{PutNode{JobId{1}, TileId{i}, node}}, {}, {[](const Status&) {}}, {}, {}});
+      ++pushed;
+    }
+  });
+  while (pushed < 3) {
+    std::this_thread::yield();
+  }
+  store_.hold(false);
+  pusher.join();
+  EXPECT_TRUE(queue_->stop().ok());
+  EXPECT_LE(store_.most_nodes(), 2u);
 }
 
 FilmPiece piece_of(std::uint32_t tile, bool more) {

@@ -11,7 +11,7 @@ TEST_F(LeasingTest, AnIdleWorkerGetsALeaseAsSoonAsAJobIsThere) {
   submit(spec());
   ASSERT_FALSE(got<LeaseGrant>(session).empty());
   EXPECT_EQ(got<JobDescription>(session).size(), 1u);
-  EXPECT_EQ(got<JobDescription>(session)[0].settings.scene, "scene");
+  EXPECT_EQ(*got<JobDescription>(session)[0].settings.scene, "scene");
 }
 
 TEST_F(LeasingTest, AWorkerOfACancelledJobGetsTheNextOneAtOnce) {

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "common/wire/bytes.h"
+#include "common/wire/farm_messages.h"
 #include "server/operations/changes.h"
 #include "server/operations/handlers.h"
 #include "server/operations/operation_call.h"
@@ -145,6 +146,7 @@ class OperationCallTest : public ::testing::Test {
   static RuntimeOptions keeping_jobs_for(Duration time) {
     RuntimeOptions options;
     options.limits.keep_ended = time;
+    options.gate.calls.requests_per_second = 1;
     return options;
   }
   static Identity user(const std::string& name) { return {name, {Role::submit}, Proof::token, 0, ""}; }
@@ -257,6 +259,61 @@ TEST_F(OperationCallTest, TheListOfWorkersSaysWhyAllWorkIsHeld) {
   EXPECT_EQ(notices(), std::vector<std::string>{"all work waits for space: the disk is full"});
   runtime->loop().set_space("");
   EXPECT_EQ(notices(), std::vector<std::string>{});
+}
+
+TEST_F(OperationCallTest, AFullDiskTakesNoNewJobs) {
+  let_commits();
+  const auto submitted = [&](const std::string& request) {
+    const auto asked = call(Rpc::submit_job);
+    JobSpec spec = job_of("ada");
+    spec.request_id = request;
+    to_wire(spec, &static_cast<v1::SubmitJobRequest&>(asked->request()));
+    return start(asked, user("ada")).get();
+  };
+  EXPECT_TRUE(submitted("before").ok());
+  runtime->loop().set_space("waits for space: the disk is full");
+  const Status refused = submitted("meanwhile");
+  EXPECT_EQ(refused.code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(message_of(refused), "the farm takes no new jobs: it waits for space: the disk is full");
+  EXPECT_TRUE(submitted("before").ok()) << "it is there";
+  runtime->loop().set_space("");
+  EXPECT_TRUE(submitted("meanwhile").ok());
+}
+
+TEST_F(OperationCallTest, RequestsThatWaitHaveALimitOfBytes) {
+  std::promise<void> begun, go_on;
+  runtime->loop().post_always([&](FarmLoop::TaskContext&) {
+    begun.set_value();
+    go_on.get_future().wait();
+  });
+  begun.get_future().wait();
+  const auto post = [&](std::uint64_t bytes) { return runtime->loop().post([](FarmLoop::TaskContext&) {}, bytes); };
+  EXPECT_TRUE(post(FarmLoop::kMostTaskBytes - 1));
+  EXPECT_TRUE(post(1));
+  EXPECT_FALSE(post(1));
+  EXPECT_TRUE(post(0));
+  go_on.set_value();
+  on_farm([](FarmLoop::TaskContext&) {});
+  EXPECT_TRUE(post(FarmLoop::kMostTaskBytes + 1)) << "alone, it may have any size";
+}
+
+TEST_F(OperationCallTest, TheEntriesOfAListCountAsRequests) {
+  on_farm([&](FarmLoop::TaskContext& context) {
+    for (int i = 0; i < 100; ++i) {
+      JobSpec spec = job_of("ada");
+      spec.request_id = fmt::format("request {}", i);
+      ASSERT_TRUE(context.farm.submit(spec, context.now, context.unix_ms, context.effects).ok());
+    }
+  });
+  const auto may_call = [&](const Identity& who) { return runtime->gate().take_request(who, "10.0.0.7:4711").ok(); };
+  EXPECT_TRUE(may_call(user("ada")));
+  for (int i = 0; i < 20; ++i) {  // as 40 requests of a caller that may send 10 at once and one a second
+    const auto asked = call(Rpc::list_jobs);
+    ASSERT_TRUE(start(asked, user("ada")).get().ok());
+    ASSERT_EQ(static_cast<const v1::ListJobsResponse&>(asked->reply()).jobs_size(), 100);
+  }
+  EXPECT_FALSE(may_call(user("ada")));
+  EXPECT_TRUE(may_call(user("bob")));
 }
 
 TEST_F(OperationCallTest, ADamagedAssetHasTheOthersOfItsJobsCompared) {

@@ -33,8 +33,9 @@ JobRecord full_record(std::uint64_t id) {
   record.spec.goal = {300, 12.5, 0.0123};
   RenderSettings& settings = record.spec.settings;
   settings.scene = std::string("a\0scene\xff", 8);
-  settings.assets = {sha256("one"), sha256("two")};
-  std::ranges::sort(settings.assets);
+  std::vector<Sha256> assets{sha256("one"), sha256("two")};
+  std::ranges::sort(assets);
+  settings.assets = assets;
   settings.width = 640;
   settings.height = 480;
   settings.crop = {1, 2, 30, 40};

@@ -16,8 +16,9 @@ namespace {
 RenderSettings example_settings() {
   RenderSettings settings;
   settings.scene = std::string("scene\0bytes", 11);
-  settings.assets = {sha256("a"), sha256("b")};
-  std::sort(settings.assets.begin(), settings.assets.end());
+  std::vector<Sha256> assets{sha256("a"), sha256("b")};
+  std::ranges::sort(assets);
+  settings.assets = assets;
   settings.width = 640;
   settings.height = 480;
   settings.crop = {10, 20, 630, 460};
