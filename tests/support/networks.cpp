@@ -70,7 +70,7 @@ std::optional<std::string> Networks::missing() {
       return;
     }
     for (const CommandResult& each : {run_command({kNft, loss_rules("input", 10) + loss_rules("output", 100)}),
-                                      ip("link add bridge type bridge"), ip("link add a type veth peer name b")}) {
+                                      ip("link add lm0 type bridge"), ip("link add lm1 type veth peer name lm2")}) {
       if (each.exit_code != 0) {
         why = "this kernel lacks features for virtual networks: " + each.err;
       }
