@@ -8,7 +8,7 @@ namespace lightmill {
 /// Turns the mesh's sides.
 void reverse_orientation(Mesh& mesh);
 
-/// The geometric normals follow the shading normals, of which the mesh has some.
+/// Turns triangles whose geometric normal opposes their shading normals. The mesh must have shading normals.
 void follow_normals(Mesh& mesh);
 
 /// Gives each vertex the mean of its triangles' normals, weighted by their angles there (Thürmer and Wüthrich 1998). The

@@ -11,6 +11,7 @@ namespace lightmill {
 namespace {
 
 constexpr int kFirstNm = 360, kLastNm = 830;
+constexpr double kLargestValue = 1e20;
 using Xyz = std::array<double, 3>;
 
 /// CIE standard illuminant D65 (ISO 11664-2) at 360, 370, … 830 nm.
@@ -65,6 +66,19 @@ RgbColor rgb_of(const Xyz& xyz) {
   return {row(0), row(1), row(2)};
 }
 
+/// The numbers of a text file. Bytes beyond 40 × kMostSpectrumSamples are not read. A word that is no number is -1.
+std::vector<double> numbers_in(const SourceFile& file) {
+  std::vector<double> out;
+  StatementReader lines(std::string_view(file.bytes).substr(0, kMostSpectrumSamples * 40), file.name);
+  while (const std::optional<Statement> line = lines.next()) {
+    std::string_view rest = line->rest;
+    for (std::string_view word = line->keyword; !word.empty(); word = take_word(rest)) {
+      out.push_back(parse_number(word).value_or(-1));
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 double Spectrum::at(double nm) const {
@@ -80,31 +94,22 @@ double Spectrum::at(double nm) const {
   return values[i - 1] * (1 - share) + values[i] * share;
 }
 
-std::optional<Spectrum> spectrum_of_pairs(const std::vector<double>& numbers) {
-  if (numbers.empty() || numbers.size() % 2 != 0 || numbers.size() > 2 * kMostSpectrumSamples) {
-    return std::nullopt;
+Result<Spectrum> read_spectrum(const std::vector<double>& numbers, const std::string& file, FileSource& files) {
+  if (!file.empty()) {
+    LM_ASSIGN_OR_RETURN(const SourceFile source, files(file));
+    return read_spectrum(numbers_in(source), "", files);
   }
-  constexpr double kLargestValue = 1e20;
+  bool valid = !numbers.empty() && numbers.size() % 2 == 0 && numbers.size() <= 2 * kMostSpectrumSamples;
   Spectrum out;
-  for (std::size_t i = 0; i < numbers.size(); i += 2) {
-    if ((i > 0 && !(numbers[i] > out.wavelengths_nm.back())) ||
-        !(numbers[i + 1] >= 0 && numbers[i + 1] <= kLargestValue)) {
-      return std::nullopt;
-    }
+  for (std::size_t i = 0; valid && i < numbers.size(); i += 2) {
+    valid =
+        (i == 0 || numbers[i] > out.wavelengths_nm.back()) && numbers[i + 1] >= 0 && numbers[i + 1] <= kLargestValue;
     out.wavelengths_nm.push_back(numbers[i]);
     out.values.push_back(numbers[i + 1]);
   }
-  return out;
-}
-
-std::vector<double> numbers_of_spectrum_file(std::string_view bytes, const std::string& file_name) {
-  std::vector<double> out;
-  StatementReader lines(bytes.substr(0, kMostSpectrumSamples * 40), file_name);
-  while (const std::optional<Statement> line = lines.next()) {
-    std::string_view rest = line->rest;
-    for (std::string_view word = line->keyword; !word.empty(); word = take_word(rest)) {
-      out.push_back(parse_number(word).value_or(-1));
-    }
+  if (!valid) {
+    return invalid_argument("pairs of ascending wavelengths and values that are not negative are expected, at most {}",
+                            kMostSpectrumSamples);
   }
   return out;
 }

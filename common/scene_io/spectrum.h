@@ -10,8 +10,10 @@
 #include <string_view>
 #include <vector>
 
+#include "common/base/status.h"
 #include "common/materials/metals.h"
 #include "common/scene/document/values.h"
+#include "common/scene_io/file_finder.h"
 
 namespace lightmill {
 
@@ -25,12 +27,9 @@ struct Spectrum {
 
 inline constexpr std::size_t kMostSpectrumSamples = 100'000;
 
-/// A spectrum of pairs of a wavelength in nanometres and a value. Nothing unless there is one, the wavelengths ascend,
-/// and the values are in [0, 1e20].
-std::optional<Spectrum> spectrum_of_pairs(const std::vector<double>& numbers);
-/// The numbers of a text file with such pairs. Bytes beyond 40 × kMostSpectrumSamples are not read. Comments begin with #. A
-/// word that is no number is -1.
-std::vector<double> numbers_of_spectrum_file(std::string_view bytes, const std::string& file_name);
+/// A spectrum of pairs of a wavelength in nanometres and a value: these numbers, or those of a text file if `file` names
+/// one (comments begin with #). Refused unless there is a pair, the wavelengths ascend, and the values are in [0, 1e20].
+Result<Spectrum> read_spectrum(const std::vector<double>& numbers, const std::string& file, FileSource& files);
 
 /// Planck's law, up to a factor. `kelvin` must be positive.
 Spectrum blackbody(double kelvin);

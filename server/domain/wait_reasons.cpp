@@ -12,7 +12,7 @@ constexpr Duration kMissingPatience = std::chrono::seconds(5);
 /// A job without results for so long says which worker it waits for.
 constexpr Duration kStandstill = std::chrono::minutes(1);
 
-/// Workers of which a reason names the first.
+/// Counts workers, and keeps the first by name. A reason names that one.
 struct SomeWorkers {
   const Worker* first = nullptr;
   std::size_t count = 0;

@@ -40,22 +40,6 @@ std::string moved(const std::string& type, const std::string& steps, const std::
 
 constexpr const char* kFacing = R"(<rotate y="1" angle="180"/>)";  ///< turns a rectangle to the camera
 
-/// The red of each pixel in the middle row (`along_x`) or column.
-std::vector<double> line_of(const HalfImages& image, bool along_x) {
-  std::vector<double> out;
-  for (int i = 0; i < (along_x ? image.width : image.height); ++i) {
-    const int pixel = along_x ? image.height / 2 * image.width + i : i * image.width + image.width / 2;
-    out.push_back(image.mean(static_cast<std::size_t>(3 * pixel)));
-  }
-  return out;
-}
-
-std::vector<double> lit_from(int begin, int end, int size) {
-  std::vector<double> out(static_cast<std::size_t>(size), 0.0);
-  std::fill(out.begin() + begin, out.begin() + end, 1.0);
-  return out;
-}
-
 // The film covers [-1, 1] along x at distance 1. +x is on the left, +y is up. A rectangle shines along its +z.
 TEST(MitsubaAnswers, PlusXIsOnTheLeft) {
   const std::string left = moved("rectangle", std::string(kFacing) + R"(<translate x="1" z="1"/>)", radiance("1"));

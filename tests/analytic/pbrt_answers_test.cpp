@@ -33,22 +33,6 @@ Shape "bilinearmesh" "point3 P" [{0} {2} {4} {1} {2} {4} {0} {3} {4} {1} {3} {4}
                      x0, x1, y0, y1, z, light);
 }
 
-/// The red of each pixel in the middle row (`along_x`) or column.
-std::vector<double> line_of(const HalfImages& image, bool along_x) {
-  std::vector<double> out;
-  for (int i = 0; i < (along_x ? image.width : image.height); ++i) {
-    const int pixel = along_x ? image.height / 2 * image.width + i : i * image.width + image.width / 2;
-    out.push_back(image.mean(static_cast<std::size_t>(3 * pixel)));
-  }
-  return out;
-}
-
-std::vector<double> lit_from(int begin, int end, int size) {
-  std::vector<double> out(static_cast<std::size_t>(size), 0.0);
-  std::fill(out.begin() + begin, out.begin() + end, 1.0);
-  return out;
-}
-
 // The field of view covers [-1, 1] of the shorter side at distance 1. x is on the right, and y up.
 TEST(PbrtAnswers, FieldOfViewIsAlongTheShorterSide) {
   const std::string camera = R"(Camera "perspective" "float fov" 90 )";

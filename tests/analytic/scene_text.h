@@ -93,4 +93,21 @@ inline std::string plane(double side, double height, bool up) {
 
 inline const char* const kInside = R"("eye": [0.1, 0.2, 0.3], "look_at": [1, 0.3, 0.2])";
 
+/// The red of each pixel in the middle row (`along_x`) or column.
+inline std::vector<double> line_of(const HalfImages& image, bool along_x) {
+  std::vector<double> out;
+  for (int i = 0; i < (along_x ? image.width : image.height); ++i) {
+    const int pixel = along_x ? image.height / 2 * image.width + i : i * image.width + image.width / 2;
+    out.push_back(image.mean(static_cast<std::size_t>(3 * pixel)));
+  }
+  return out;
+}
+
+/// Zeros, and ones at [begin, end).
+inline std::vector<double> lit_from(int begin, int end, int size) {
+  std::vector<double> out(static_cast<std::size_t>(size), 0.0);
+  std::fill(out.begin() + begin, out.begin() + end, 1.0);
+  return out;
+}
+
 }  // namespace lightmill::test

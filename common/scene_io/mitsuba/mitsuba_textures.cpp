@@ -46,22 +46,12 @@ std::optional<double> known_ior(std::string_view name) {
 }  // namespace
 
 std::optional<Spectrum> MitsubaTextures::samples(const MitsubaObject& from, const MitsubaParameter& parameter) {
-  std::vector<double> numbers = parameter.numbers;
-  if (!parameter.text.empty()) {
-    const Result<SourceFile> file = files_(parameter.text);
-    if (!file.ok()) {
-      from.fail(parameter.name, message_of(file.status()));
-      return std::nullopt;
-    }
-    numbers = numbers_of_spectrum_file(file->bytes, file->name);
+  Result<Spectrum> out = read_spectrum(parameter.numbers, parameter.text, files_);
+  if (!out.ok()) {
+    from.fail(parameter.name, message_of(out.status()));
+    return std::nullopt;
   }
-  std::optional<Spectrum> out = spectrum_of_pairs(numbers);
-  if (!out) {
-    from.fail(parameter.name,
-              fmt::format("pairs of ascending wavelengths and values that are not negative are expected, at most {}",
-                          kMostSpectrumSamples));
-  }
-  return out;
+  return *std::move(out);
 }
 
 std::optional<RgbColor> MitsubaTextures::plain(const MitsubaObject& from, const MitsubaParameter& parameter,

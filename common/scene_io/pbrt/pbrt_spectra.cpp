@@ -18,28 +18,19 @@ std::string_view name_of(const PbrtParameter& parameter) {
 }  // namespace
 
 std::optional<Spectrum> PbrtSpectra::samples(const PbrtParameters& from, const PbrtParameter& parameter) {
-  std::vector<double> numbers = parameter.numbers;
-  if (const std::string name(name_of(parameter)); !name.empty()) {
-    for (const std::string_view known : {"metal-", "glass-", "stdillum-"}) {
-      if (name.starts_with(known)) {
-        from.fail(parameter.name, fmt::format("the spectrum \"{}\" is unknown, or cannot be used here", name));
-        return std::nullopt;
-      }
-    }
-    const Result<SourceFile> file = files_(name);
-    if (!file.ok()) {
-      from.fail(parameter.name, message_of(file.status()));
+  const std::string name(name_of(parameter));
+  for (const std::string_view known : {"metal-", "glass-", "stdillum-"}) {
+    if (name.starts_with(known)) {
+      from.fail(parameter.name, fmt::format("the spectrum \"{}\" is unknown, or cannot be used here", name));
       return std::nullopt;
     }
-    numbers = numbers_of_spectrum_file(file->bytes, file->name);
   }
-  std::optional<Spectrum> out = spectrum_of_pairs(numbers);
-  if (!out) {
-    from.fail(parameter.name,
-              fmt::format("pairs of ascending wavelengths and values that are not negative are expected, at most {}",
-                          kMostSpectrumSamples));
+  Result<Spectrum> out = read_spectrum(parameter.numbers, name, files_);
+  if (!out.ok()) {
+    from.fail(parameter.name, message_of(out.status()));
+    return std::nullopt;
   }
-  return out;
+  return *std::move(out);
 }
 
 std::optional<RgbColor> PbrtSpectra::rgb(const PbrtParameters& from, const PbrtParameter& parameter, double high) {
