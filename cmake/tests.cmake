@@ -19,7 +19,7 @@ function(lightmill_run run)
     math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 4")  # rendering is about four times slower
   endif()
   if(LIGHTMILL_SANITIZE MATCHES "thread")
-    list(APPEND ARG_ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/thread_sanitizer.supp")
+    list(APPEND ARG_ENVIRONMENT "TSAN_OPTIONS=history_size=7 suppressions=${PROJECT_SOURCE_DIR}/tests/thread_sanitizer.supp")
   endif()
   set(files "")
   foreach(need ${ARG_NEEDS})
@@ -34,9 +34,9 @@ function(lightmill_run run)
                                          ENVIRONMENT "${ARG_ENVIRONMENT}" SKIP_RETURN_CODE 77)
 endfunction()
 
-# lightmill_compile_as_test(TARGET LEVEL): with GoogleTest in the precompiled header, and -O<LEVEL>. With sanitizers, -O0.
+# lightmill_compile_as_test(TARGET LEVEL): with GoogleTest in the precompiled header, and -O<LEVEL>. With the address sanitizer, -O0.
 function(lightmill_compile_as_test target level)
-  if(LIGHTMILL_SANITIZE)
+  if(LIGHTMILL_SANITIZE AND NOT LIGHTMILL_SANITIZE MATCHES "thread")
     set(level 0)
   endif()
   set(pch lightmill_test_pch_${level})

@@ -155,8 +155,8 @@ TEST(Threads, WorkAtOnceAndEndCleanly) {
              "--caller-requests", "100000"});
   ASSERT_TRUE(eventually([&] { return std::filesystem::exists(port_file); }));
   const auto port = static_cast<std::uint16_t>(std::stoi(read_file(port_file).value()));
-  const Picture path{.side = 96, .samples = 64},
-      caustic{.side = 96, .samples = 12, .method = "caustic:photons=20000", .scene = "cornell-bench-balls"};
+  const Picture path{.side = 96, .samples = 16},
+      caustic{.side = 96, .samples = 12, .method = "caustic:photons=5000", .scene = "cornell-bench-balls"};
   FarmClient client = farm.client();
   const std::uint64_t first = client.submit(path, "path").id(), second = client.submit(caustic, "caustic").id();
   farm.add_worker(2, "w1");
@@ -180,7 +180,7 @@ TEST(Threads, WorkAtOnceAndEndCleanly) {
   client.wait_until_ended(first);
   client.wait_until_ended(second);
   stop = true;
-  client.extend(first, 65);  // one more change, for a waiting watcher
+  client.extend(first, 17);  // one more change, for a waiting watcher
   for (std::thread& thread : threads) {
     thread.join();
   }
