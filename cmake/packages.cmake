@@ -1,4 +1,4 @@
-# Every external library. All are Debian 12 packages, which deploy/setup installs.
+# Every external library, and Python. All are Debian 12 packages, which deploy/setup installs.
 find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
 find_package(Protobuf MODULE REQUIRED)  # CONFIG mode is broken in Debian 12, and must come before gRPC
@@ -26,3 +26,6 @@ set_target_properties(PkgConfig::OIIO PROPERTIES INTERFACE_COMPILE_OPTIONS "")
 pkg_check_modules(SECCOMP REQUIRED IMPORTED_TARGET libseccomp)
 pkg_check_modules(SPNG REQUIRED IMPORTED_TARGET spng)
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
+# Debian's Python, because deploy/setup --tests installs its modules.
+find_program(LIGHTMILL_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH)
+find_program(LIGHTMILL_PYTHON python3 REQUIRED)

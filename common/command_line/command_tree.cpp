@@ -8,8 +8,6 @@ namespace lightmill {
 namespace {
 
 const std::function<bool(const CLI::App*)> kAll = nullptr;
-/// An option that this many commands have is shared.
-constexpr std::size_t kShared = 3;
 
 OptionDoc option_doc(const CLI::Option& option) {
   OptionDoc doc;
@@ -80,13 +78,6 @@ CommandDoc command_doc(const CLI::App& app, const CommandDoc* parent, const std:
   return doc;
 }
 
-void append_all(const CommandDoc& command, std::vector<const CommandDoc*>& all) {
-  all.push_back(&command);
-  for (const CommandDoc& below : command.commands) {
-    append_all(below, all);
-  }
-}
-
 }  // namespace
 
 std::string CommandDoc::words() const {
@@ -108,48 +99,6 @@ CommandDoc command_of(const CLI::App& app) {
     doc = CommandDoc(*below);
   }
   return doc;
-}
-
-std::vector<const CommandDoc*> all_commands(const CommandDoc& root) {
-  std::vector<const CommandDoc*> all;
-  append_all(root, all);
-  return all;
-}
-
-std::vector<OptionDoc> shared_options(const std::vector<const CommandDoc*>& commands) {
-  std::vector<std::pair<OptionDoc, std::size_t>> counts;
-  for (const CommandDoc* command : commands) {
-    for (const OptionDoc& option : command->options) {
-      const auto known = std::ranges::find(counts, option, &std::pair<OptionDoc, std::size_t>::first);
-      if (known == counts.end()) {
-        counts.emplace_back(option, 1);
-      } else {
-        ++known->second;
-      }
-    }
-  }
-  std::vector<OptionDoc> shared;
-  for (const auto& [option, count] : counts) {
-    if (count >= kShared) {
-      shared.push_back(option);
-    }
-  }
-  return shared;
-}
-
-ValueChoice choice_of(const std::string& type_name) {
-  if (type_name.starts_with("FILE")) {
-    return {ValueChoice::Kind::file, {}};
-  }
-  if (type_name.starts_with("DIR")) {
-    return {ValueChoice::Kind::folder, {}};
-  }
-  const bool plain = std::ranges::all_of(
-      type_name, [](char letter) { return (letter >= 'a' && letter <= 'z') || letter == '|' || letter == '-'; });
-  if (type_name.find('|') == std::string::npos || !plain) {
-    return {};
-  }
-  return {ValueChoice::Kind::words, CLI::detail::split(type_name, '|')};
 }
 
 }  // namespace lightmill

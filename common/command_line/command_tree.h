@@ -48,19 +48,4 @@ CommandDoc command_tree(const CLI::App& app);
 /// The part of the program's tree for this command.
 CommandDoc command_of(const CLI::App& app);
 
-/// The command and all below it, parents first.
-std::vector<const CommandDoc*> all_commands(const CommandDoc& root);
-
-/// Options that several commands have with the same text, so that a page can describe them once.
-std::vector<OptionDoc> shared_options(const std::vector<const CommandDoc*>& commands);
-
-/// What a completion offers for a value.
-struct ValueChoice {
-  enum class Kind { anything, file, folder, words } kind = Kind::anything;
-  std::vector<std::string> words;
-};
-
-/// From the type name: FILE and DIR, also with alternatives ("FILE|NAME"), and lists of words ("plain|filmic").
-ValueChoice choice_of(const std::string& type_name);
-
 }  // namespace lightmill

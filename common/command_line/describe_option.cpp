@@ -1,59 +1,49 @@
 #include "common/command_line/describe_option.h"
 
-#include <fmt/chrono.h>
+#include <nlohmann/json.hpp>
 
-#include <charconv>
-#include <cstdlib>
-#include <string_view>
-
-#include "common/command_line/descriptions.h"
+#include "common/command_line/help_page.h"
 
 namespace lightmill {
 namespace {
 
-/// The day of SOURCE_DATE_EPOCH; empty if there is none.
-std::string source_date() {
-  const char* const text = std::getenv("SOURCE_DATE_EPOCH");
-  if (text == nullptr) {
-    return "";
-  }
-  const std::string_view digits = text;
-  std::time_t seconds = 0;
-  const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), seconds);
-  return read.ec == std::errc() && seconds >= 0 ? fmt::format("{:%Y-%m-%d}", fmt::gmtime(seconds)) : "";
+nlohmann::ordered_json described(const OptionDoc& option) {
+  return {{"names", option.names},           {"value", option.value},       {"text", option.text},
+          {"default", option.default_value}, {"variable", option.variable}, {"group", option.group},
+          {"required", option.required},     {"repeats", option.repeats},   {"value_optional", option.value_optional}};
 }
 
-std::string description_of(const CLI::App& app, const std::string& kind, const std::string& version) {
-  const CommandDoc program = command_tree(app);
-  if (kind == "bash") {
-    return bash_completion(program);
+nlohmann::ordered_json described(const CommandDoc& command);
+
+template <typename Doc>
+nlohmann::ordered_json all_described(const std::vector<Doc>& docs) {
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (const Doc& doc : docs) {
+    all.push_back(described(doc));
   }
-  if (kind == "zsh") {
-    return zsh_completion(program);
-  }
-  if (kind == "fish") {
-    return fish_completion(program);
-  }
-  if (kind == "man") {
-    return man_page(program, version, source_date());
-  }
-  if (kind == "markdown") {
-    return markdown_page(program);
-  }
-  throw CLI::ValidationError("--describe", fmt::format("must be bash, zsh, fish, man or markdown, got '{}'", kind));
+  return all;
+}
+
+nlohmann::ordered_json described(const CommandDoc& command) {
+  return {{"words", command.words()},
+          {"about", command.about},
+          {"footer", command.footer},
+          {"usage", usage_of(command)},
+          {"positions", all_described(command.positions)},
+          {"options", all_described(command.options)},
+          {"commands", all_described(command.commands)},
+          {"needs_command", command.needs_command}};
 }
 
 }  // namespace
 
 void add_describe_option(CLI::App& app, const std::string& version) {
-  app.add_option_function<std::string>(
+  app.add_flag_callback(
          "--describe",
-         [&app, version](const std::string& kind) {
-           std::string text = description_of(app, kind, version);
-           text.pop_back();  // the printer adds a line end
-           throw CLI::CallForVersion(text, 0);
-         },
-         "")
+         [&app, version] {
+           const nlohmann::ordered_json all{{"version", version}, {"program", described(command_tree(app))}};
+           throw CLI::CallForVersion(all.dump(1), 0);
+         })
       ->group("");
 }
 

@@ -1,4 +1,4 @@
-// A hidden option that describes the program, for completions, manual pages and docs/reference.
+// A hidden option that describes the program. deploy/describe makes completions, manual pages and docs/reference from it.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -6,8 +6,7 @@
 
 namespace lightmill {
 
-/// Adds the hidden option --describe bash|zsh|fish|man|markdown. It prints the description and ends the program, as --version
-/// does. A manual page has the date of $SOURCE_DATE_EPOCH, or none.
+/// Adds the hidden flag --describe. It prints the version and the command tree as JSON and ends the program, as --version does.
 void add_describe_option(CLI::App& app, const std::string& version);
 
 }  // namespace lightmill

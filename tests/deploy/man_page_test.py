@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks the built manual pages: they name everything that --help lists, and formatters find no fault.
 
-  man_page_test.py BUILD-FOLDER
+  man_page_test.py SOURCE-FOLDER BUILD-FOLDER
 """
 import os
 import pathlib
@@ -13,6 +13,7 @@ import unittest
 
 import help_text
 
+SOURCES = pathlib.Path(sys.argv.pop(1)).absolute()
 BUILD = pathlib.Path(sys.argv.pop(1)).absolute()
 BIN = BUILD / "bin"
 
@@ -54,8 +55,8 @@ class ManPages(unittest.TestCase):
     def test_mandoc_finds_nothing(self):
         for program in help_text.PROGRAMS:
             # The build has no date, so that it is the same every day. Packages have dates.
-            page = subprocess.run([BIN / program, "--describe", "man"], env={**os.environ, "SOURCE_DATE_EPOCH": "1700000000"},
-                                  capture_output=True, check=True).stdout
+            page = subprocess.run([sys.executable, "-B", SOURCES / "deploy/describe", BIN / program, "man"],
+                                  env={**os.environ, "SOURCE_DATE_EPOCH": "1700000000"}, capture_output=True, check=True).stdout
             self.assertIn(b' 1 "2023-11-14" "Lightmill ', page)
             run = subprocess.run(["mandoc", "-Tlint", "-Wwarning"], input=page, capture_output=True, check=False)
             self.assertEqual((run.returncode, run.stdout, run.stderr), (0, b"", b""))

@@ -21,6 +21,7 @@ import urllib.request
 
 PATIENCE_S = 60
 PAGES = {"command-line.md": "commands", "metrics.md": "metrics", "http-api.md": "calls"}
+DESCRIBE = pathlib.Path(__file__).resolve().parents[2] / "deploy/describe"
 PROGRAMS = ["lightmill", "lightmill-server", "lightmill-worker"]
 
 
@@ -34,7 +35,7 @@ def table(heads, rows):
 
 
 def commands(_root, programs):
-    parts = [printed(programs / name, "--describe", "markdown") for name in PROGRAMS]
+    parts = [printed(sys.executable, "-B", DESCRIBE, programs / name, "markdown") for name in PROGRAMS]
     parts.append("## Topics\n\n`lightmill help TOPIC` prints these.\n")
     for topic, about in re.findall(r"^  ([a-z-]+)  +(\S.*)$", printed(programs / "lightmill", "help", "--help").split("explains a topic:")[1], re.MULTILINE):
         text = re.sub(r" +$", "", printed(programs / "lightmill", "help", topic), flags=re.MULTILINE)

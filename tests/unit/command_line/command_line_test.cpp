@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "common/command_line/descriptions.h"
+#include "common/command_line/command_tree.h"
 
 namespace lightmill::test {
 namespace {
@@ -57,71 +57,6 @@ TEST_F(CommandDocs, AnOptionalValueIsNotADefault) {
   EXPECT_EQ(option.shown_value(), "[HOST:PORT]");
   EXPECT_EQ(option.default_value, "") << "without the option nothing is used";
   EXPECT_FALSE(mill.options[1].value_optional);
-  EXPECT_NE(man_page(mill, "1.0", "").find("\\fB\\-\\-mill\\fR \\fI[HOST:PORT]\\fR\nwhere (without a value: here)\n"),
-            std::string::npos);
-  EXPECT_NE(zsh_completion(mill).find("'(--mill)'--mill='[where (without a value\\: here)]::HOST\\:PORT: '"),
-            std::string::npos);
-}
-
-TEST(ValueChoice, IsReadFromTheTypeName) {
-  EXPECT_EQ(choice_of("FILE|NAME").kind, ValueChoice::Kind::file);
-  EXPECT_EQ(choice_of("DIR").kind, ValueChoice::Kind::folder);
-  EXPECT_EQ(choice_of("plain|filmic").words, (std::vector<std::string>{"plain", "filmic"}));
-  for (const char* other : {"HOST:PORT", "N", "A|B", "word", ""}) {
-    EXPECT_EQ(choice_of(other).kind, ValueChoice::Kind::anything) << other;
-  }
-}
-
-TEST_F(CommandDocs, ManPageEscapesTroffSyntax) {
-  app_.get_subcommand("grind")->description(".start\n\n  kept -as\n  lines\n\nafter \\ `it's`");
-  const std::string page = man_page(command_tree(app_), "1.0", "2026-11-23");
-  EXPECT_NE(page.find(".TH MILL 1 \"2026-11-23\" \"Lightmill 1.0\""), std::string::npos) << page;
-  EXPECT_NE(page.find("\nmill \\- Grinds things\n"), std::string::npos);
-  EXPECT_NE(page.find("\n.PP\n\\&.start\n.PP\n.nf\n  kept \\-as\n  lines\n.fi\n.PP\nafter \\e \\fBit\\(aqs\\fR\n"),
-            std::string::npos)
-      << page;
-  EXPECT_NE(page.find(".SH ENVIRONMENT\n.TP\n\\fBMILL_COLOR\\fR\nas \\fB\\-\\-color\\fR\n"), std::string::npos);
-  EXPECT_EQ(page.find("secret"), std::string::npos);
-}
-
-TEST_F(CommandDocs, MarkdownHasATableForEachGroup) {
-  app_.footer("Two lines\nof text.\n\n  mill grind wheat\n");
-  app_.get_option("--color")->description("its colour, such as <red> or *blue*")->required();
-  const std::string page = markdown_page(command_tree(app_));
-  EXPECT_NE(page.find("## mill\n\nGrinds things. Finely.\n\n```text\nUsage: mill --color red|dark-blue [OPTIONS] "
-                      "[COMMAND]\n```\n"),
-            std::string::npos)
-      << page;
-  EXPECT_NE(page.find("| `--color red\\|dark-blue` | its colour, such as \\<red> or \\*blue\\* (must be given); or "
-                      "`$MILL_COLOR` |\n"),
-            std::string::npos);
-  EXPECT_NE(page.find("Two lines of text.\n\n```text\nmill grind wheat\n```\n"), std::string::npos);
-  EXPECT_NE(page.find("### mill grind\n\nMake it fine.\n"), std::string::npos);
-  EXPECT_NE(page.find("| Argument | |\n| --- | --- |\n| `GRAIN` | what's ground |\n"), std::string::npos);
-  EXPECT_NE(page.find("| `-n, --times INT...` | how often: [1:9] |\n"), std::string::npos);
-  EXPECT_EQ(page.find("secret"), std::string::npos);
-}
-
-TEST_F(CommandDocs, MarkdownDescribesSharedOptionsOnce) {
-  for (const char* name : {"sow", "reap", "thresh"}) {
-    app_.add_subcommand(name, "Work.")->add_option("--field", mill_, "the field")->type_name("N");
-  }
-  const std::string page = markdown_page(command_tree(app_));
-  const std::string row = "| `--field N` | the field |\n";
-  ASSERT_NE(page.find(row), std::string::npos) << page;
-  EXPECT_GT(page.find(row), page.find("### Options of several commands\n"));
-  EXPECT_EQ(page.find(row, page.find(row) + 1), std::string::npos);
-  EXPECT_NE(page.find("### mill sow\n\nWork.\n\n```text\nUsage: mill sow [OPTIONS]\n```\n\n"
-                      "[Also](#options-of-several-commands): `--help`, `--field`.\n"),
-            std::string::npos)
-      << page;
-}
-
-TEST_F(CommandDocs, ZshTextIsQuoted) {
-  const std::string script = zsh_completion(command_tree(app_));
-  EXPECT_NE(script.find("'*'{-n+,--times=}'[how often\\: \\[1\\:9\\]]:"), std::string::npos) << script;
-  EXPECT_NE(script.find("':GRAIN:_files'"), std::string::npos);
-  EXPECT_NE(script.find("'(--color)'--color='[its colour]:red|dark-blue:(red dark-blue)'"), std::string::npos);
 }
 
 }  // namespace
