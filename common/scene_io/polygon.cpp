@@ -1,6 +1,8 @@
 #include "common/scene_io/polygon.h"
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "common/base/check.h"
 
