@@ -50,7 +50,7 @@ class ConnectionLimiter {
   /// Sets the identity of the connection from ADDRESS:PORT. The first call counts. RESOURCE_EXHAUSTED if the caller has
   /// too many connections; this one remains a stranger.
   Status set_caller(const std::string& peer, const Identity& caller);
-  /// Makes a connection with a known caller a stranger until the next meet(). It is the first to make room for others
+  /// Makes a connection with a known caller a stranger until the next set_caller(). It is the first to make room for others
   /// of its address.
   void clear_caller(const std::string& peer, Time now);
 

@@ -41,12 +41,12 @@ class SlotPool {
     Answer answer = Answer::acquired;
     std::optional<Id> evicted;  ///< a place that is taken away: the caller has to end its call
   };
-  /// Takes a place. `id` identifies it until leave().
+  /// Takes a place. `id` identifies it until release().
   Arrival acquire(Id id, const Holder& holder, Time now);
   /// Does nothing if the place is not held.
   void release(Id id);
 
-  /// The call waits for its caller to send or read. moves() ends this state.
+  /// The call waits for its caller to send or read. set_active() ends this state.
   void set_stalled(Id id, Time now);
   void set_active(Id id);
 

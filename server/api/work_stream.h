@@ -16,7 +16,7 @@ namespace lightmill {
 
 class WorkerStreams;
 
-/// Any thread may call send, finish and hang_up. gRPC's threads call the On… methods.
+/// Any thread may call send, finish and disconnect. gRPC's threads call the On… methods.
 ///
 /// Reads, writes and the end start under the mutex, so nothing starts after the end. Starting one never calls back into
 /// this object. The end waits for a write in progress.

@@ -8,8 +8,8 @@ namespace lightmill {
 namespace {
 
 constexpr Duration kCheckInterval = std::chrono::milliseconds(100);
-/// Limits of a search on large farms: the latest leases, and pairs of lease and worker. For each kLeasesALook leases
-/// the next search comes one interval later.
+/// Limits of a search on large farms: the latest leases, and pairs of lease and worker. For each kLeasesPerCheck
+/// leases the next search comes one interval later.
 constexpr std::size_t kMostLate = 64, kPairsPerCheck = 20000, kLeasesPerCheck = 2000;
 /// The expected time of the copy, times kCopyGain, plus kCopySeconds for sending, must be less than the remaining time.
 constexpr double kCopyGain = 1.2, kCopySeconds = 0.1;
