@@ -65,7 +65,7 @@ void explain_exit_codes(const Console& console) {
 void explain_farm(const Console& console) {
   print_text(console,
              "A command uses the farm of --server, else that of LIGHTMILL_SERVER, else the one at 127.0.0.1:7350. "
-             "Several addresses, with commas, are coordinators that stand by for each other: A:7350,B:7350.\n\n"
+             "Several addresses, with commas, are the active coordinator and its standbys: A:7350,B:7350.\n\n"
              "`render`, `verify` and `lab` need no farm. If no address is given and no farm answers at "
              "127.0.0.1:7350, they start a local farm. They stop it at the end. --local always starts one.\n\n"
              "Ctrl-C in `render` cancels the job. Its picture can still be fetched. A local farm writes the picture to "
@@ -122,7 +122,7 @@ void explain_limits(const Console& console) {
              "\nAn error is checked when each pixel has 2^k or 3·2^k samples, from 16. The counts follow from the film "
              "alone, so a job stops with the same picture on any farm. "
              "An error of 0.01 is ±10% and slightly noisy, 0.001 is ±3% and smooth.\n\n"
-             "With --adaptive, a pilot measures the noise first. Then noisy tiles get up to 4 times as many samples, "
+             "With --adaptive, a pilot measures the noise first. Then noisy tiles get up to 4 times the samples, "
              "and smooth tiles down to a quarter. The average stays the same. The pilot's samples do not enter the "
              "picture.\n\n"
              "`lightmill extend JOB` raises a limit, also of a finished job.");

@@ -12,7 +12,7 @@
 namespace lightmill::cli {
 namespace {
 
-/// What a nearly black picture probably lacks. Empty if it shows something.
+/// The probable remedy for a nearly black picture. Empty if it shows something.
 std::string black_notice(const FilmPicture& picture, const ViewSettings& view) {
   constexpr double kBlack = 3;
   const std::vector<std::uint8_t> bytes = to_srgb8(cropped_frame(picture), view);
@@ -83,6 +83,9 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
   }
   for (const NamedReading& reading : film->meters) {
     console.result(fmt::format("meter {}: {}", reading.meter.name, reading_text(reading)));
+  }
+  if (!film->meters.empty()) {
+    console.result(fmt::format("meters: {}", kReadingConfidence));
   }
   return kDone;
 }

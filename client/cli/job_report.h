@@ -20,6 +20,8 @@ ExitCode fetch_and_report(const Console& console, CoordinatorClient& connection,
 ExitCode report_ended_job(const Console& console, CoordinatorClient& connection, const v1::Job& job,
                           const PictureOutputs& outputs, const std::vector<std::string>& scene_notices = {});
 
+/// A line below readings.
+inline constexpr std::string_view kReadingConfidence = "each ± has 95% confidence";
 /// "0.1807 ± 0.0003 W/m², 123.4 ± 0.2 lx".
 std::string reading_text(const NamedReading& reading);
 

@@ -107,7 +107,7 @@ std::string error_goal_text(const v1::Job& job) {
     return "";
   }
   const bool waits = stated_error(job) <= job.goal().error() && !has_ended(job.state());
-  return fmt::format("relMSE ≤{} (goal {:g}{})", significant(stated_error(job), 2), job.goal().error(),
+  return fmt::format("relMSE ≤{} (95%, goal {:g}{})", significant(stated_error(job), 2), job.goal().error(),
                      waits ? fmt::format(", next checked at {} spp", next_error_count(job.frame_samples() + 1)) : "");
 }
 
@@ -169,7 +169,7 @@ std::string method_name(const v1::Job& job) {
   return candidates.empty() ? job.method() : fmt::format("{}", fmt::join(candidates, " or "));
 }
 
-/// What the pilot does before the first sample, or would have done.
+/// The pilot's task before the first sample, or the task that it would have had.
 std::string pilots_task(const v1::Job& job) {
   if (has_ended(job.state())) {
     return job.method_notes().candidates_size() > 1 ? "it ended before a pilot chose" : "it ended before its pilot";
@@ -249,7 +249,7 @@ std::vector<Field> fields_of(const v1::Job& job) {
       {rated ? human_rate(job.samples_per_second()) : "",
        static_cast<int>(std::string_view("1.23 Msamples/s").size())}};
   if (job.goal().error() > 0) {
-    const int columns = columns_of(fmt::format("relMSE ≤0.0012 (goal {:g})", job.goal().error()));
+    const int columns = columns_of(fmt::format("relMSE ≤0.0012 (95%, goal {:g})", job.goal().error()));
     fields.insert(fields.begin() + 2, {error_goal_text(job), columns});
   }
   return fields;

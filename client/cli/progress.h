@@ -19,7 +19,7 @@ bool has_ended(v1::JobState state);
 double fraction_done(const v1::Job& job);
 /// "±1.2%", "±12%": the frame's relative root-mean-square error, √relMSE. Empty while it is unknown.
 std::string error_text(const v1::Job& job);
-/// "relMSE ≤0.012 (goal 0.01)": the upper end of the estimate, and the goal. Once it is below the goal, also the samples
+/// "relMSE ≤0.012 (95%, goal 0.01)": the upper end of the 95% confidence interval, and the goal. Once it is below the goal, also the samples
 /// at which the farm reads it next. Empty for a job without an error goal.
 std::string error_goal_text(const v1::Job& job);
 /// The method for a list of jobs. "mixed" is added if the job allows mixed fingerprint classes, and "!" if the picture
@@ -56,7 +56,7 @@ std::string range_text(std::uint64_t least, std::uint64_t most);
 /// "1 sample", "128 samples", "16 to 128 samples".
 std::string samples_per_pixel(std::uint64_t least, std::uint64_t most);
 
-/// Per cent, ETA, samples, error and rate, as many as fit into `width` columns. The last ones are dropped first.
+/// Per cent, ETA, samples, error and rate, if they fit into `width` columns. The last ones are dropped first.
 std::string progress_text(const v1::Job& job, int width);
 /// The same after a bar, if there is room for one.
 std::string progress_line(const v1::Job& job, int width, bool color);

@@ -123,7 +123,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       "0.001 smooth")
       ->type_name("E");
   command.add_flag("--adaptive", spec.goal.adaptive,
-                   "adaptive sampling: noisy tiles get up to 4 times as many samples, smooth tiles as few as a quarter "
+                   "adaptive sampling: noisy tiles get up to 4 times the samples, smooth tiles down to a quarter "
                    "(`lightmill help limits`)");
   command.option_defaults()->group("Picture");
   command.add_option("--size", options.size, "picture size in pixels, instead of the scene's")

@@ -41,7 +41,7 @@ std::vector<std::string> table_row(const v1::Job& job, std::int64_t now_ms) {
           fmt::format("{}x{}", job.width(), job.height())};
 }
 
-/// What unfinished jobs wait for, without duplicates.
+/// The reasons for which unfinished jobs wait, without duplicates.
 std::vector<std::string> waits_of(std::span<const v1::Job> jobs) {
   std::map<std::string, std::vector<std::uint64_t>> by_reason;
   for (const v1::Job& job : jobs) {
@@ -248,7 +248,7 @@ void add_job_commands(CLI::App& app, Context& context) {
   limits->add_option("--spp", options->samples, "the new total of samples per pixel")
       ->type_name("N")
       ->check(whole_number(1, kMaxSamples));
-  limits->add_option("--error", options->error, "a smaller error (relMSE)")
+  limits->add_option("--error", options->error, "a smaller error (relMSE), with 95% confidence")
       ->type_name("E")
       ->check(readable(parse_error));
   limits->require_option(1, 2);

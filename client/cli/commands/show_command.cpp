@@ -40,7 +40,7 @@ std::vector<std::string> layer_names(const FilmPicture& picture) {
   return names;
 }
 
-/// `verbose`: with what only helps to find a problem.
+/// `verbose`: with rows that only help to find a problem.
 std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool verbose) {
   const v1::Job& job = film.job;
   const v1::JobCounters& counters = job.counters();
@@ -68,7 +68,7 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
       {"film hash", film.picture.receipt.film_hash + (film.picture.layers.empty() ? "" : " (of picture and layers)")},
   };
   if (job.has_error()) {
-    rows.push_back({"error", fmt::format("{} (relMSE {})", error_text(job),
+    rows.push_back({"error", fmt::format("{} (relMSE {}, 95% confidence)", error_text(job),
                                          interval_text(job.error().rel_mse(), job.error().half_width()))});
   }
   if (job.allow_mixed()) {
@@ -86,6 +86,9 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
   }
   for (const NamedReading& reading : film.meters) {
     rows.push_back({"meter " + reading.meter.name, reading_text(reading)});
+  }
+  if (!film.meters.empty()) {
+    rows.push_back({"", std::string(kReadingConfidence)});
   }
   if (counters.non_finite() > 0) {
     rows.push_back({"non-finite", fmt::format("{} samples counted as zero", counters.non_finite())});
@@ -110,7 +113,7 @@ Chart job_chart(const v1::Job& job) {
   Chart chart;
   chart.title = fmt::format("job {}: {}", job.id(), job.name());
   chart.x_label = "thread seconds";
-  chart.y_label = "estimated relMSE";
+  chart.y_label = "estimated relMSE (bars: 95% confidence)";
   ChartSeries series{fmt::format("{}, {}x{}, seed {}", job.method(), job.width(), job.height(), job.seed()), {}};
   for (const v1::ErrorPoint& point : job.history()) {
     const double error = point.error().rel_mse(), half_width = point.error().half_width();

@@ -275,6 +275,10 @@ TEST_F(SharedFarmTest, MetersAreReadAndDoNotChangeThePicture) {
     EXPECT_NEAR(readings[1]["value"].get<double>(), 3, 1e-5);
     EXPECT_EQ(readings[1]["samples"], 20);
   }
+  const std::string id = std::to_string(metered["id"].get<std::uint64_t>());
+  const std::string shown = lightmill({"show", id, "--server", server()}).out;
+  EXPECT_NE(shown.find("each ± has 95% confidence"), std::string::npos) << shown;
+  EXPECT_NE(shown.find(", 95% confidence)"), std::string::npos) << shown;
   // Other methods read no meters.
   EXPECT_FALSE(on_farm(render("metered.json", "preview")).contains("meters"));
   const CommandResult preview = lightmill(with(render("metered.json", "preview"), {"--server", server()}));
@@ -329,9 +333,9 @@ TEST_F(CliTest, LayersMetersAndLimitsWorkOnALocalFarm) {
   EXPECT_EQ(film_hash_of(*picture).hex(), done["film_hash"]);
   const Image image = decode_exr(as_byte_view(read_file(file("a.exr")).value())).value();
   EXPECT_EQ(plane(image, "Direct.G"), plane(image, "G")) << "a single light";
-  const std::size_t on_lamp = 96 * 16 + 48, beside = 96 * 60 + 48;
-  EXPECT_EQ(plane(image, "G")[on_lamp], 3);
-  EXPECT_LT(plane(image, "Z")[on_lamp], 5.1);
+  const std::size_t on_emitter = 96 * 16 + 48, beside = 96 * 60 + 48;
+  EXPECT_EQ(plane(image, "G")[on_emitter], 3);
+  EXPECT_LT(plane(image, "Z")[on_emitter], 5.1);
   EXPECT_EQ(plane(image, "Z")[beside], kNoDepth);
   const nlohmann::json verified = json({"verify", file("a.exr"), file("scene.json"), "--local", "--share", "all"});
   EXPECT_EQ(verified["verified"], verified["tiles"]);
@@ -385,8 +389,8 @@ TEST_P(InterruptedRender, WritesThePictureSoFar) {
   ASSERT_TRUE(eventually([&] { return log().find("samples/s") != std::string::npos; })) << log();
   client.send(GetParam());
   EXPECT_EQ(client.wait(), 130);
-  const std::size_t told = log().find("interrupted; the picture so far (");
-  EXPECT_TRUE(told != std::string::npos && told == log().rfind("interrupted")) << log();
+  const std::size_t notice = log().find("interrupted; the picture so far (");
+  EXPECT_TRUE(notice != std::string::npos && notice == log().rfind("interrupted")) << log();
   EXPECT_TRUE(load_rgb(file("a.exr")).ok());
 }
 

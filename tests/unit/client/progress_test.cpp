@@ -142,15 +142,15 @@ TEST(Progress, ProgressToAnErrorFollowsOneOverSamples) {
   job.mutable_goal()->set_error(0.0002);  // 0.0004 ± 0.0001 is known
   EXPECT_DOUBLE_EQ(fraction_done(job), 0.4);
   const std::string text = progress_text(job, 200);
-  for (const char* part : {"40%", "16 spp", "relMSE ≤0.00050 (goal 0.0002)", "±2.0%"}) {
+  for (const char* part : {"40%", "16 spp", "relMSE ≤0.00050 (95%, goal 0.0002)", "±2.0%"}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
   }
   job.mutable_error()->set_rel_mse(0.00001);
   job.mutable_error()->set_half_width(0.00001);
   EXPECT_LT(fraction_done(job), 1) << "it ends where the error is read, not before";
-  EXPECT_EQ(error_goal_text(job), "relMSE ≤2.0e-05 (goal 0.0002, next checked at 24 spp)");
+  EXPECT_EQ(error_goal_text(job), "relMSE ≤2.0e-05 (95%, goal 0.0002, next checked at 24 spp)");
   job.set_frame_samples(46);
-  EXPECT_EQ(error_goal_text(job), "relMSE ≤2.0e-05 (goal 0.0002, next checked at 48 spp)");
+  EXPECT_EQ(error_goal_text(job), "relMSE ≤2.0e-05 (95%, goal 0.0002, next checked at 48 spp)");
   job.set_state(v1::JOB_STATE_DONE);
   EXPECT_DOUBLE_EQ(fraction_done(job), 1);
   job.clear_error();

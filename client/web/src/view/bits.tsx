@@ -1,7 +1,7 @@
 /** Small components of several pages. */
 import {useEffect, useRef, useState} from 'preact/hooks';
 import {ActionError} from '../api/actions';
-import {errorText, humanSeconds, stateName} from '../model/format';
+import {boundedErrorText, errorText, humanSeconds, stateName} from '../model/format';
 import {fractionDone} from '../model/jobs';
 import {JobState, type Job} from '../wire/lightmill/v1/farm_pb';
 
@@ -36,10 +36,10 @@ export function Progress({job}: {job: Job}) {
 /** The frame's error, and for a job with an error goal whether it still has to fall. */
 export function ErrorValue({job}: {job: Job}) {
   const text = errorText(job.error?.relMse);
-  return <span title={job.error ? `relMSE ${job.error.relMse.toPrecision(3)}` : undefined}>{text || '–'}</span>;
+  return <span title={job.error ? `${boundedErrorText(job.error)}, relMSE ${job.error.relMse.toPrecision(3)}` : undefined}>{text || '–'}</span>;
 }
 
-/** When a running job will probably end. */
+/** The expected time until a running job ends. */
 export function etaText(job: Job): string {
   if (job.state === JobState.RUNNING) {
     return job.etaSeconds >= 0 ? humanSeconds(job.etaSeconds) : '?';

@@ -33,7 +33,7 @@ function rowsOf(pixel: Pixel | undefined): [string, string][] {
     ['G', value(pixel?.rgb[1])],
     ['B', value(pixel?.rgb[2])],
     ['Luminance', value(pixel?.luminance)],
-    ['± error', value(pixel?.standardError)],
+    ['Standard error', value(pixel?.standardError)],
     ['Samples', pixel ? String(pixel.samples) : '–'],
   ];
 }

@@ -2,7 +2,7 @@
 import type {ComponentChildren} from 'preact';
 import {useState} from 'preact/hooks';
 import {actOnJob, deleteJob, extendJob, setPriority} from '../api/actions';
-import {ageText, errorText, goalText, humanRate, humanSeconds, kMixed, methodName, samplesText} from '../model/format';
+import {ageText, boundedErrorText, goalText, humanRate, humanSeconds, kMixed, methodName, samplesText} from '../model/format';
 import {childrenOf, hasEnded} from '../model/jobs';
 import {kLeastPriority, kMostPriority} from '../model/job_form';
 import {refusalOf} from '../model/rights';
@@ -11,12 +11,12 @@ import {ActionButton, etaText} from './bits';
 import {NumberField} from './number_field';
 import {useFarm} from './store';
 
-/** How a job is extended: its error if it has an error goal, else its samples; and the suggested value. */
+/** The goal that extends a job: its error if it has an error goal, else its samples; and the suggested value. */
 function offeredGoal(job: Job): {label: string; offer: number; goal: (value: number) => {samples?: number; error?: number}} {
   const error = job.goal?.error ?? 0;
   if (error > 0) {
     const percent = Number((50 * Math.sqrt(error)).toPrecision(2));
-    return {label: 'New error, ±%', offer: percent, goal: (value) => ({error: (value / 100) ** 2})};
+    return {label: 'New error, ±% (95 %)', offer: percent, goal: (value) => ({error: (value / 100) ** 2})};
   }
   const samples = Number(job.goal?.samples ?? 0n) || Math.max(Number(job.frameSamples), 1);
   return {label: 'New total of samples', offer: 2 * samples, goal: (value) => ({samples: Math.round(value)})};
@@ -148,7 +148,7 @@ function Facts({job}: {job: Job}) {
   const rows: [string, string][] = [
     ['Goal', goalText(job)],
     ['Samples', samplesText(job)],
-    ['Error', errorText(job.error?.relMse) || '–'],
+    ['Error', boundedErrorText(job.error) || '–'],
     ['Speed', job.state === JobState.RUNNING ? humanRate(job.samplesPerSecond) : '–'],
     ['ETA', etaText(job) || '–'],
     ['Rendering time', `${humanSeconds(job.activeSeconds)} (${humanSeconds(job.workerSeconds)} of thread time)`],
