@@ -31,9 +31,9 @@ Scene ball() {
   Scene scene;
   scene.materials.emplace_back().name = "grey";
   scene.objects.push_back({"ball", 0, SphereShape{{0, 0, 0}, 1}});
-  PointLight lamp;
-  lamp.position = {0, 3, 0};
-  scene.lights.push_back({"lamp", lamp});
+  PointLight light;
+  light.position = {0, 3, 0};
+  scene.lights.push_back({"lamp", light});
   scene.camera.eye = {0, 0, 5};
   return scene;
 }

@@ -8,7 +8,7 @@
 #include "common/scene_io/load.h"
 #include "common/scene_io/obj.h"
 #include "common/wire/scene_json.h"
-#include "tests/fuzz/mutate.h"
+#include "tests/fuzz/fuzz_loop.h"
 #include "tests/fuzz/scene_target.h"
 #include "tests/support/places.h"
 
@@ -32,16 +32,6 @@ LoadedScene shipped_scene() {
   return *std::move(loaded);
 }
 
-/// Outcomes for one kind of input. Both must occur. Else the damage is too small or too large to test anything.
-struct Outcomes {
-  int accepted = 0, refused = 0;
-  ~Outcomes() {
-    const int all = accepted + refused;
-    EXPECT_GT(accepted, all / 100);
-    EXPECT_GT(refused, all / 100);
-  }
-};
-
 TEST(SceneFuzz, DamagedDocumentsAreReadOrRefused) {
   constexpr std::array<std::string_view, 22> kWords{"1e999",     "NaN",
                                                     "-Infinity", "null",
@@ -54,21 +44,17 @@ TEST(SceneFuzz, DamagedDocumentsAreReadOrRefused) {
                                                     "0.5",       "\"rgb\"",
                                                     "\"mesh\"",  "\"name\": \"x\",",
                                                     "\xff",      " "};
-  const std::string original = shipped("cornell-course-balls.json");
-  FuzzRandom random(1);
-  Outcomes outcomes;
-  for (int round = 0; round < kSceneRounds; ++round) {
-    const std::string text = mutate(original, kWords, random);
-    const Result<SceneFile> file = read_scene_json(text, "fuzz.json");
+  const auto read = [&](const std::string& original, FuzzRandom& random) {
+    const Result<SceneFile> file = read_scene_json(mutate(original, kWords, random), "fuzz.json");
     if (file.ok()) {
-      ++outcomes.accepted;
-      EXPECT_TRUE(validate(file->draft.scene).ok()) << round;
-      EXPECT_EQ(file->draft.material_by_face.size(), file->draft.scene.objects.size()) << round;
+      EXPECT_TRUE(validate(file->draft.scene).ok());
+      EXPECT_EQ(file->draft.material_by_face.size(), file->draft.scene.objects.size());
     } else {
-      ++outcomes.refused;
-      EXPECT_TRUE(message_of(file.status()).starts_with("fuzz.json:")) << round << ": " << file.status();
+      EXPECT_TRUE(message_of(file.status()).starts_with("fuzz.json:")) << file.status();
     }
-  }
+    return file.ok();
+  };
+  expect_both_outcomes({shipped("cornell-course-balls.json")}, 1, kSceneRounds, read);
 }
 
 TEST(SceneFuzz, DamagedMeshFilesAreReadOrRefused) {
@@ -77,37 +63,29 @@ TEST(SceneFuzz, DamagedMeshFilesAreReadOrRefused) {
                                                     "f ", "v ",    "vn ",  "1/1", "1//1",       "usemtl ",
                                                     "\t", "1e-320"};
   const std::string original = shipped("assets/CornellBlocks.obj") + "vn 0 0 1\nvt 0 0\nf 1//1 2/1/1 3//-1\n";
-  FuzzRandom random(2);
-  Outcomes outcomes;
-  for (int round = 0; round < kSceneRounds; ++round) {
-    const std::string text = mutate(original, kWords, random);
+  expect_both_outcomes({original}, 2, kSceneRounds, [&](const std::string& whole, FuzzRandom& random) {
     Faults faults;
-    const Result<ObjFile> file = read_obj(text, "fuzz.obj", faults);
+    const Result<ObjFile> file = read_obj(mutate(whole, kWords, random), "fuzz.obj", faults);
     if (!file.ok()) {
-      ++outcomes.refused;
-      EXPECT_TRUE(message_of(file.status()).starts_with("fuzz.obj:")) << round << ": " << file.status();
-      continue;
+      EXPECT_TRUE(message_of(file.status()).starts_with("fuzz.obj:")) << file.status();
+      return false;
     }
-    ++outcomes.accepted;
     for (const ObjPart& part : file->parts) {
       const ObjPart* const only = &part;
       const Status valid = validate(make_mesh(*file, std::span(&only, 1)));
-      EXPECT_TRUE(valid.ok()) << round << ": " << valid;
+      EXPECT_TRUE(valid.ok()) << valid;
     }
-  }
+    return true;
+  });
 }
 
 TEST(SceneFuzz, DamagedMaterialFilesAreReadOrRefused) {
   constexpr std::array<std::string_view, 14> kWords{"Ka ",      "Ke 1 1 1\n", "Ks ",  "illum 4\n", "illum 99\n",
                                                     "Ni 1.5\n", "newmtl ",    "-1",   "nan",       "\\\n",
                                                     "\n",       "map_Kd x\n", "1e30", "0"};
-  const std::string original = shipped("assets/CornellBox.mtl");
-  FuzzRandom random(3);
-  Outcomes outcomes;
-  for (int round = 0; round < kSceneRounds; ++round) {
+  const auto read_damaged = [&](const std::string& original, FuzzRandom& random) {
     Faults faults;
     std::vector<MtlMaterial> read = read_mtl(mutate(original, kWords, random), "fuzz.mtl", faults);
-    ++(faults.empty() ? outcomes.accepted : outcomes.refused);
     EXPECT_TRUE(faults.empty() || message_of(faults.as_error()).starts_with("fuzz.mtl:")) << faults.as_error();
     std::set<std::string> names;
     std::erase_if(read, [&](const MtlMaterial& material) { return !names.insert(material.name).second; });
@@ -115,8 +93,10 @@ TEST(SceneFuzz, DamagedMaterialFilesAreReadOrRefused) {
     Scene scene;
     map_materials(read, KaMeaning::automatic, scene, notices);
     scene.objects = {{"ball", 0, SphereShape{}}};
-    EXPECT_TRUE(scene.materials.empty() || validate(scene).ok()) << round << ": " << validate(scene);
-  }
+    EXPECT_TRUE(scene.materials.empty() || validate(scene).ok()) << validate(scene);
+    return faults.empty();
+  };
+  expect_both_outcomes({shipped("assets/CornellBox.mtl")}, 3, kSceneRounds, read_damaged);
 }
 
 TEST(SceneFuzz, DamagedPbrtScenesAreReadOrRefused) {
@@ -142,11 +122,9 @@ TEST(SceneFuzz, DamagedPbrtScenesAreReadOrRefused) {
                                                     "\\"};
   const std::string original = read_file(test::source_file("tests/fuzz/seeds/pbrt/all.pbrt")).value();
   EXPECT_TRUE(fuzz::try_pbrt(original));
-  FuzzRandom random(6);
-  Outcomes outcomes;
-  for (int round = 0; round < kSceneRounds / 25; ++round) {
-    ++(fuzz::try_pbrt(mutate(original, kWords, random)) ? outcomes.accepted : outcomes.refused);
-  }
+  expect_both_outcomes({original}, 6, kSceneRounds / 25, [&](const std::string& whole, FuzzRandom& random) {
+    return fuzz::try_pbrt(mutate(whole, kWords, random));
+  });
 }
 
 TEST(SceneFuzz, DamagedMitsubaScenesAreReadOrRefused) {
@@ -172,11 +150,9 @@ TEST(SceneFuzz, DamagedMitsubaScenesAreReadOrRefused) {
                                                     "&"};
   const std::string original = read_file(test::source_file("tests/fuzz/seeds/mitsuba/all.xml")).value();
   EXPECT_TRUE(fuzz::try_mitsuba(original));
-  FuzzRandom random(7);
-  Outcomes outcomes;
-  for (int round = 0; round < kSceneRounds / 25; ++round) {
-    ++(fuzz::try_mitsuba(mutate(original, kWords, random)) ? outcomes.accepted : outcomes.refused);
-  }
+  expect_both_outcomes({original}, 7, kSceneRounds / 25, [&](const std::string& whole, FuzzRandom& random) {
+    return fuzz::try_mitsuba(mutate(whole, kWords, random));
+  });
 }
 
 TEST(SceneFuzz, DamagedPackedScenesAreReadOrRefused) {
@@ -187,22 +163,18 @@ TEST(SceneFuzz, DamagedPackedScenesAreReadOrRefused) {
                                                    "white",
                                                    "\x12",
                                                    std::string_view("\0\0\0\0\0\0\xf8\x7f", 8)};
-  const std::string original = pack_scene(shipped_scene().scene);
-  FuzzRandom random(4);
-  Outcomes outcomes;
-  for (int round = 0; round < 4 * kSceneRounds; ++round) {
+  const auto read = [&](const std::string& original, FuzzRandom& random) {
     const Result<Scene> scene = unpack_scene(mutate(original, kWords, random));
     if (scene.ok()) {
-      ++outcomes.accepted;
       const std::string packed = pack_scene(*scene);
       const Result<Scene> again = unpack_scene(packed);
-      ASSERT_TRUE(again.ok()) << round << ": " << again.status();
-      EXPECT_EQ(pack_scene(*again), packed) << round;
+      EXPECT_TRUE(again.ok() && pack_scene(*again) == packed) << again.status();
     } else {
-      ++outcomes.refused;
-      EXPECT_FALSE(message_of(scene.status()).empty()) << round;
+      EXPECT_FALSE(message_of(scene.status()).empty());
     }
-  }
+    return scene.ok();
+  };
+  expect_both_outcomes({pack_scene(shipped_scene().scene)}, 4, 4 * kSceneRounds, read);
 }
 
 TEST(SceneFuzz, DamagedMeshBytesAreReadOrRefused) {
@@ -212,19 +184,16 @@ TEST(SceneFuzz, DamagedMeshBytesAreReadOrRefused) {
   for (const auto& [digest, bytes] : shipped_scene().assets) {
     originals.push_back(bytes);
   }
-  FuzzRandom random(5);
-  Outcomes outcomes;
-  for (int round = 0; round < 4 * kSceneRounds; ++round) {
-    const std::string bytes = mutate(originals[random.below(originals.size())], kWords, random);
+  expect_both_outcomes(originals, 5, 4 * kSceneRounds, [&](const std::string& original, FuzzRandom& random) {
+    const std::string bytes = mutate(original, kWords, random);
     const Result<Mesh> mesh = decode_mesh(as_byte_view(bytes));
     if (mesh.ok()) {
-      ++outcomes.accepted;
-      EXPECT_EQ(encode_mesh(*mesh), bytes) << round;
+      EXPECT_EQ(encode_mesh(*mesh), bytes);
     } else {
-      ++outcomes.refused;
-      EXPECT_TRUE(message_of(mesh.status()).starts_with("mesh: ")) << round << ": " << mesh.status();
+      EXPECT_TRUE(message_of(mesh.status()).starts_with("mesh: ")) << mesh.status();
     }
-  }
+    return mesh.ok();
+  });
 }
 
 }  // namespace

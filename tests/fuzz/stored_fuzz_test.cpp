@@ -1,13 +1,13 @@
 // Fuzz test of rows of a store: a coordinator that starts on them runs, or names the damage.
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
-#include <sqlite3.h>
 
 #include "server/store/check_rows.h"
 #include "server/store/records.h"
 #include "server/store/row_values.h"
 #include "server/store/sqlite/sqlite_store.h"
 #include "tests/fuzz/mutate.h"
+#include "tests/support/sqlite_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/server/coordinator_fixture.h"
 
@@ -47,35 +47,13 @@ void record_checksum(sqlite3_context* context, int, sqlite3_value** values) {
   sqlite3_result_int64(context, stored::checksum_of(table, key, bytes_in(values[2])));
 }
 
-/// SQLite file with all checks off.
-class File {
+/// A file with all checks off.
+class File : public test::SqliteFile {
  public:
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-  ~File() { sqlite3_close(handle_); }
-  explicit File(const fs::path& path) {
-    EXPECT_EQ(sqlite3_open(path.c_str(), &handle_), SQLITE_OK);
-    sqlite3_create_function(handle_, "result_checksum", 9, SQLITE_UTF8, nullptr, result_checksum, nullptr, nullptr);
-    sqlite3_create_function(handle_, "record_checksum", 3, SQLITE_UTF8, nullptr, record_checksum, nullptr, nullptr);
-    rows("PRAGMA foreign_keys = OFF");
-    rows("PRAGMA ignore_check_constraints = ON");
-    rows("PRAGMA synchronous = OFF");
-  }
-
-  /// First column of a statement's rows, as bytes. Empty if it fails.
-  std::vector<std::string> rows(const std::string& sql, std::string_view blob = {}) {
-    std::vector<std::string> found;
-    sqlite3_stmt* statement = nullptr;
-    if (sqlite3_prepare_v2(handle_, sql.c_str(), -1, &statement, nullptr) != SQLITE_OK) {
-      return found;
-    }
-    sqlite3_bind_blob(statement, 1, blob.data(), static_cast<int>(blob.size()), SQLITE_STATIC);
-    while (sqlite3_step(statement) == SQLITE_ROW) {
-      const auto* bytes = static_cast<const char*>(sqlite3_column_blob(statement, 0));
-      found.emplace_back(bytes == nullptr ? "" : bytes, static_cast<std::size_t>(sqlite3_column_bytes(statement, 0)));
-    }
-    sqlite3_finalize(statement);
-    return found;
+  explicit File(const fs::path& path) : SqliteFile(path) {
+    sqlite3_create_function(handle(), "result_checksum", 9, SQLITE_UTF8, nullptr, result_checksum, nullptr, nullptr);
+    sqlite3_create_function(handle(), "record_checksum", 3, SQLITE_UTF8, nullptr, record_checksum, nullptr, nullptr);
+    turn_checks_off();
   }
 
   /// Updates the checksums of all rows, except the store's own.
@@ -88,9 +66,6 @@ class File {
         "UPDATE results SET checksum = result_checksum(job, tile, level, range_index, hash, worker, machine, "
         "fingerprint_class, audit)");
   }
-
- private:
-  sqlite3* handle_ = nullptr;
 };
 
 template <class T>

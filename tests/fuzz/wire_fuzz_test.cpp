@@ -4,7 +4,7 @@
 
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/worker_service.pb.h"
-#include "tests/fuzz/mutate.h"
+#include "tests/fuzz/fuzz_loop.h"
 #include "tests/fuzz/wire_words.h"
 
 namespace lightmill {
@@ -33,27 +33,22 @@ void expect_survival(const std::vector<Message>& messages, std::uint64_t seed) {
     originals.push_back(wire.SerializeAsString());
   }
   const google::protobuf::LogSilencer quiet;  // it reports each name that is not UTF-8
-  FuzzRandom random(seed);
-  int accepted = 0, refused = 0;
-  for (int round = 0; round < kWireRounds; ++round) {
-    const std::string bytes = mutate(originals[random.below(originals.size())], kWireWords, random);
+  const auto read = [](const std::string& original, FuzzRandom& random) -> std::optional<bool> {
     Wire wire;
-    if (!wire.ParseFromString(bytes)) {
-      continue;
+    if (!wire.ParseFromString(mutate(original, kWireWords, random))) {
+      return std::nullopt;
     }
     const Result<Message> message = from_wire(wire);
     if (!message.ok()) {
-      ++refused;
-      EXPECT_FALSE(message_of(message.status()).empty()) << round;
-      continue;
+      EXPECT_FALSE(message_of(message.status()).empty());
+      return false;
     }
-    ++accepted;
     Wire again;
     to_wire(*message, &again);
-    EXPECT_TRUE(from_wire(again).ok()) << round << ": " << from_wire(again).status();
-  }
-  EXPECT_GT(accepted, kWireRounds / 100);
-  EXPECT_GT(refused, kWireRounds / 100);
+    EXPECT_TRUE(from_wire(again).ok()) << from_wire(again).status();
+    return true;
+  };
+  expect_both_outcomes(originals, seed, kWireRounds, read);
 }
 
 TEST(WireFuzz, DamagedWorkerMessagesBecomeValuesOrErrors) {
@@ -113,27 +108,20 @@ TEST(WireFuzz, DamagedJobSpecificationsBecomeValuesOrErrors) {
     to_wire(from, &request);
     return request.SerializeAsString();
   };
-  const std::string original = packed(spec);
   const google::protobuf::LogSilencer quiet;
-  FuzzRandom random(8);
-  int accepted = 0, refused = 0;
-  for (int round = 0; round < kWireRounds; ++round) {
-    v1::SubmitJobRequest damaged;
+  expect_both_outcomes({packed(spec)}, 8, kWireRounds, [&](const std::string& original, FuzzRandom& random) {
+    v1::SubmitJobRequest damaged, whole;
     if (!damaged.ParseFromString(mutate(original, kWireWords, random))) {
-      ++refused;
-    } else if (const Result<JobSpec> read = from_wire(damaged); read.ok()) {
-      ++accepted;
-      v1::SubmitJobRequest whole;
-      ASSERT_TRUE(whole.ParseFromString(packed(*read))) << round;
-      const Result<JobSpec> again = from_wire(whole);
-      ASSERT_TRUE(again.ok()) << round << ": " << again.status();
-      EXPECT_EQ(packed(*again), packed(*read)) << round;
-    } else {
-      ++refused;
+      return false;
     }
-  }
-  EXPECT_GT(accepted, kWireRounds / 100);
-  EXPECT_GT(refused, kWireRounds / 100);
+    const Result<JobSpec> read = from_wire(damaged);
+    if (read.ok()) {
+      EXPECT_TRUE(whole.ParseFromString(packed(*read)));
+      const Result<JobSpec> again = from_wire(whole);
+      EXPECT_TRUE(again.ok() && packed(*again) == packed(*read)) << again.status();
+    }
+    return read.ok();
+  });
 }
 
 }  // namespace

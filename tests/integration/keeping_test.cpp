@@ -1,6 +1,5 @@
 // Storage over years: full disks, jobs that expire, and restored backups.
 #include <gtest/gtest.h>
-#include <sqlite3.h>
 
 #include <csignal>
 #include <fstream>
@@ -15,6 +14,7 @@
 #include "tests/support/places.h"
 #include "tests/support/recovery.h"
 #include "tests/support/small_disk.h"
+#include "tests/support/sqlite_file.h"
 
 namespace lightmill::test {
 namespace {
@@ -131,12 +131,8 @@ TEST(Storage, ADamagedNodeOfAnEndedJobIsRenderedAgainOnceItsFilmIsRead) {
   ASSERT_EQ(client.wait_until_ended(job).state(), v1::JOB_STATE_DONE);
   farm.server().send(SIGTERM);  // by then the job's end is stored
   ASSERT_EQ(farm.server().wait(), 0);
-  sqlite3* database = nullptr;
-  ASSERT_EQ(sqlite3_open((farm.data() / "lightmill.sqlite").c_str(), &database), SQLITE_OK);
-  EXPECT_EQ(sqlite3_exec(database, "UPDATE nodes SET samples = zeroblob(length(samples)) WHERE tile = 2", nullptr,
-                         nullptr, nullptr),
-            SQLITE_OK);
-  sqlite3_close(database);
+  SqliteFile(farm.data() / "lightmill.sqlite")
+      .execute("UPDATE nodes SET samples = zeroblob(length(samples)) WHERE tile = 2");
   farm.start_server();
   EXPECT_EQ(client.job(job).state(), v1::JOB_STATE_DONE) << "its film was not read";
   (void)client.film(job);
@@ -200,7 +196,7 @@ TEST(Storage, AFullDiskLosesNothing) {
     return now.state() == v1::JOB_STATE_DONE || says(now.reason(), "waits until its state can be stored again");
   })) << client.job(job).ShortDebugString();
   disk.make_room();
-  EXPECT_TRUE(recovers("after a full disk, the job goes on",
+  EXPECT_TRUE(recovers("after a full disk, the job continues",
                        [&] { return !says(client.job(job).reason(), "waits until its state can be stored again"); }));
   expect_reference_film(farm.client(), job, picture);
 }

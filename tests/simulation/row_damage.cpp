@@ -1,55 +1,20 @@
 #include "tests/simulation/row_damage.h"
 
 #include <fmt/ranges.h>
-#include <sqlite3.h>
 
 #include <cstring>
 #include <vector>
 
-#include "common/base/check.h"
 #include "common/film/node.h"
 #include "server/store/row_values.h"
+#include "tests/support/sqlite_file.h"
 
 namespace lightmill::simulation {
 namespace {
 
-/// SQLite file with all checks off.
-class OpenFile {
- public:
-  explicit OpenFile(const std::filesystem::path& path) {
-    LM_CHECK(sqlite3_open(path.c_str(), &handle_) == SQLITE_OK);
-    rows("PRAGMA foreign_keys = OFF");
-    rows("PRAGMA ignore_check_constraints = ON");
-    rows("PRAGMA synchronous = OFF");
-  }
-  ~OpenFile() { sqlite3_close(handle_); }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-
-  /// First column of the statement's rows, as text.
-  std::vector<std::string> rows(const std::string& sql) {
-    std::vector<std::string> found;
-    run(sql, nullptr, [&](sqlite3_stmt* row) {
-      const auto* const text = reinterpret_cast<const char*>(sqlite3_column_text(row, 0));
-      found.emplace_back(text == nullptr ? "" : text);
-    });
-    return found;
-  }
-  template <class Bind, class Each>
-  void run(const std::string& sql, const Bind& bind, const Each& each) {
-    sqlite3_stmt* statement = nullptr;
-    LM_CHECK(sqlite3_prepare_v2(handle_, sql.c_str(), -1, &statement, nullptr) == SQLITE_OK, "{}", sql);
-    if constexpr (std::is_invocable_v<Bind, sqlite3_stmt*>) {
-      bind(statement);
-    }
-    while (sqlite3_step(statement) == SQLITE_ROW) {
-      each(statement);
-    }
-    sqlite3_finalize(statement);
-  }
-
- private:
-  sqlite3* handle_ = nullptr;
+/// A file with all checks off.
+struct UncheckedFile : test::SqliteFile {
+  explicit UncheckedFile(const std::filesystem::path& path) : SqliteFile(path) { turn_checks_off(); }
 };
 
 /// Row, as SQL names it.
@@ -57,7 +22,7 @@ struct Row {
   std::string table, where;
 };
 
-Row draw_row(OpenFile& file, Random& random) {
+Row draw_row(UncheckedFile& file, Random& random) {
   std::vector<std::string> tables = file.rows("SELECT name FROM sqlite_master WHERE type = 'table'");
   std::erase_if(tables, [&](const std::string& table) {
     return file.rows(fmt::format("SELECT 1 FROM {} LIMIT 1", table)).empty();
@@ -72,11 +37,6 @@ Row draw_row(OpenFile& file, Random& random) {
   return {table, fmt::format("({0}) = (SELECT {0} FROM {1} LIMIT 1 OFFSET {2})", columns, table, random.below(rows))};
 }
 
-std::string bytes_of(sqlite3_stmt* row, int column) {
-  const auto* const bytes = static_cast<const char*>(sqlite3_column_blob(row, column));
-  return bytes == nullptr ? "" : std::string(bytes, static_cast<std::size_t>(sqlite3_column_bytes(row, column)));
-}
-
 void flip(std::string& bytes, Random& random) {
   if (!bytes.empty()) {
     bytes[random.below(bytes.size())] ^= static_cast<char>(1 << random.below(8));
@@ -86,7 +46,7 @@ void flip(std::string& bytes, Random& random) {
 }  // namespace
 
 std::string flip_bit_in_row(const std::filesystem::path& database, Random& random) {
-  OpenFile file(database);
+  UncheckedFile file(database);
   const Row row = draw_row(file, random);
   const std::vector<std::string> columns =
       file.rows(fmt::format("SELECT name FROM pragma_table_info('{}')", row.table));
@@ -94,11 +54,13 @@ std::string flip_bit_in_row(const std::filesystem::path& database, Random& rando
   int type = SQLITE_NULL;
   std::int64_t number = 0;
   std::string bytes;
-  file.run(fmt::format("SELECT {} FROM {} WHERE {}", column, row.table, row.where), nullptr, [&](sqlite3_stmt* found) {
-    type = sqlite3_column_type(found, 0);
-    number = sqlite3_column_int64(found, 0);
-    bytes = bytes_of(found, 0);
-  });
+  file.run(
+      fmt::format("SELECT {} FROM {} WHERE {}", column, row.table, row.where), [](sqlite3_stmt*) {},
+      [&](sqlite3_stmt* found) {
+        type = sqlite3_column_type(found, 0);
+        number = sqlite3_column_int64(found, 0);
+        bytes = test::column_bytes(found, 0);
+      });
   number ^= static_cast<std::int64_t>(std::uint64_t{1} << random.below(64));
   flip(bytes, random);
   file.run(
@@ -117,14 +79,14 @@ std::string flip_bit_in_row(const std::filesystem::path& database, Random& rando
 }
 
 std::string lose_row(const std::filesystem::path& database, Random& random) {
-  OpenFile file(database);
+  UncheckedFile file(database);
   const Row row = draw_row(file, random);
   file.rows(fmt::format("DELETE FROM {} WHERE {}", row.table, row.where));
   return row.table;
 }
 
 bool forge_node(const std::filesystem::path& database, Random& random) {
-  OpenFile file(database);
+  UncheckedFile file(database);
   const std::vector<std::string> ids = file.rows("SELECT id FROM nodes");
   if (ids.empty()) {
     return false;
@@ -133,17 +95,18 @@ bool forge_node(const std::filesystem::path& database, Random& random) {
   Node node;
   JobId job;
   TileId tile;
-  file.run("SELECT level, range_index, non_finite, samples, job, tile FROM nodes WHERE id = " + id, nullptr,
-           [&](sqlite3_stmt* row) {
-             job.value = static_cast<std::uint64_t>(sqlite3_column_int64(row, 4));
-             tile.value = static_cast<std::uint32_t>(sqlite3_column_int64(row, 5));
-             node.range = {static_cast<std::uint32_t>(sqlite3_column_int64(row, 0)),
-                           static_cast<std::uint32_t>(sqlite3_column_int64(row, 1))};
-             node.non_finite = static_cast<std::uint32_t>(sqlite3_column_int64(row, 2));
-             const std::string bytes = bytes_of(row, 3);
-             node.values.resize(bytes.size() / sizeof(float));
-             std::memcpy(node.values.data(), bytes.data(), bytes.size());
-           });
+  file.run(
+      "SELECT level, range_index, non_finite, samples, job, tile FROM nodes WHERE id = " + id, [](sqlite3_stmt*) {},
+      [&](sqlite3_stmt* row) {
+        job.value = static_cast<std::uint64_t>(sqlite3_column_int64(row, 4));
+        tile.value = static_cast<std::uint32_t>(sqlite3_column_int64(row, 5));
+        node.range = {static_cast<std::uint32_t>(sqlite3_column_int64(row, 0)),
+                      static_cast<std::uint32_t>(sqlite3_column_int64(row, 1))};
+        node.non_finite = static_cast<std::uint32_t>(sqlite3_column_int64(row, 2));
+        const std::string bytes = test::column_bytes(row, 3);
+        node.values.resize(bytes.size() / sizeof(float));
+        std::memcpy(node.values.data(), bytes.data(), bytes.size());
+      });
   node.values.at(random.below(node.values.size())) += 1;
   const std::string hash = hash_bytes(stored::row_hash_of(job, tile, node));
   file.run(

@@ -21,33 +21,8 @@
 #include "tests/simulation/fake_renderer.h"
 #include "tests/simulation/stored_farm.h"
 #include "tests/simulation/worker_side.h"
+#include "tests/support/allocations.h"
 #include "tests/support/temporary_folder.h"
-
-namespace {
-
-/// Allocations until one fails; negative: none fails.
-std::atomic<std::int64_t> allocations_left = -1;
-
-}  // namespace
-
-void* operator new(std::size_t bytes) {
-  if (allocations_left.load(std::memory_order_relaxed) >= 0 && allocations_left.fetch_sub(1) == 0) {
-    if (const std::new_handler handler = std::get_new_handler()) {
-      handler();
-    }
-    throw std::bad_alloc();
-  }
-  if (void* const found = std::malloc(std::max<std::size_t>(bytes, 1))) {
-    return found;
-  }
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
 
 namespace lightmill::simulation {
 namespace {
@@ -74,8 +49,8 @@ std::map<JobId, StoredJob> jobs_of(std::uint64_t seed) {
 /// Farm in its process: clients that submit jobs, and workers that render at once, on the farm thread.
 class RunningFarm {
  public:
-  RunningFarm(Store& store, StoredState state, int told)
-      : told_(told), coordinator_(limits(), std::move(state), system_clock().now()) {
+  RunningFarm(Store& store, StoredState state, int report_pipe)
+      : report_pipe_(report_pipe), coordinator_(limits(), std::move(state), system_clock().now()) {
     loop_.emplace(coordinator_, actions_, store, system_clock(), [this](const Status&) { end(); });
     loop_->set_handlers({.send = [this](Outgoing message) { take(std::move(message)); }});
   }
@@ -108,7 +83,7 @@ class RunningFarm {
       ended_.set_value();
     }
   }
-  void tell(const std::string& line) const { (void)!::write(told_, line.data(), line.size()); }
+  void report(const std::string& line) const { (void)!::write(report_pipe_, line.data(), line.size()); }
 
   void submit(JobId id, const StoredJob& job, FarmLoop::TaskContext& context) {
     MethodNotes notes;
@@ -116,7 +91,7 @@ class RunningFarm {
     if (context.farm.submit(job.spec, context.now, context.unix_ms, context.effects, notes).ok()) {
       context.callers.push_back([this, id](const Status& status) {
         if (status.ok()) {
-          tell(fmt::format("J {}\n", id.value));
+          report(fmt::format("J {}\n", id.value));
         }
       });
     }
@@ -126,7 +101,7 @@ class RunningFarm {
   void take(Outgoing message) {
     if (const auto* const ack = std::get_if<ResultAck>(&message.message)) {
       for (const NodeKey& key : ack->keys) {
-        tell(fmt::format("A {} {} {} {}\n", key.job.value, key.tile.value, key.range.level, key.range.index));
+        report(fmt::format("A {} {} {} {}\n", key.job.value, key.tile.value, key.range.level, key.range.index));
       }
       loop_->post_always([this](FarmLoop::TaskContext& context) { look(context); });
     } else {
@@ -168,7 +143,7 @@ class RunningFarm {
     }
   }
 
-  const int told_;
+  const int report_pipe_;
   Coordinator coordinator_;
   ActionLog actions_{{}, {}};
   std::promise<void> ended_;
@@ -178,22 +153,22 @@ class RunningFarm {
   std::optional<FarmLoop> loop_;
 };
 
-int run_farm(const std::filesystem::path& folder, std::uint64_t seed, const Trial& trial, int told) {
+int run_farm(const std::filesystem::path& folder, std::uint64_t seed, const Trial& trial, int report_pipe) {
   spdlog::set_level(spdlog::level::off);
   ::alarm(kPatienceSeconds);
   exit_on_out_of_memory("farm", kMemoryEnded);
   FailingStore store(open_sqlite_store(StoredFarm::database_of(folder)).value(), trial.fault, trial.at_call, seed);
   StoredState state = store.load().value();
-  RunningFarm farm(store, std::move(state), told);
+  RunningFarm farm(store, std::move(state), report_pipe);
   const std::map<JobId, StoredJob> jobs = jobs_of(seed);
-  allocations_left = trial.at_allocation;
+  test::allocations_left = trial.at_allocation;
   const int code = farm.run(jobs);
-  allocations_left = -1;
+  test::allocations_left = -1;
   return code;
 }
 
-/// What is wrong after the end of a farm; empty if nothing.
-std::string look_at(const std::filesystem::path& folder, std::uint64_t seed, const std::string& told) {
+/// The fault after the end of a farm; empty if there is none.
+std::string wrong_outcome(const std::filesystem::path& folder, std::uint64_t seed, const std::string& reports) {
   auto farm = StoredFarm::start(folder, false, {});
   if (!farm.ok()) {
     return message_of(farm.status());
@@ -202,7 +177,7 @@ std::string look_at(const std::filesystem::path& folder, std::uint64_t seed, con
   if (!state.damaged.empty() || !state.damaged_jobs.empty()) {
     return "the store is damaged";
   }
-  std::istringstream lines(told);
+  std::istringstream lines(reports);
   for (std::string kind; lines >> kind;) {
     JobId job;
     TileId tile;
@@ -229,7 +204,7 @@ std::string look_at(const std::filesystem::path& folder, std::uint64_t seed, con
 struct Ended {
   int code = -1;  ///< exit code of the process; -1 if a signal ended it
   int signal = 0;
-  std::string told;
+  std::string reports;  ///< what it acknowledged
   std::string wrong;
 };
 
@@ -259,17 +234,17 @@ std::vector<Ended> run_all(const std::vector<Trial>& trials, std::uint64_t first
       children.emplace_back(child, pipe[0]);
     }
     for (std::size_t i = begin; i < end; ++i) {
-      const auto [child, told] = children[i - begin];
+      const auto [child, pipe] = children[i - begin];
       std::array<char, 4096> piece{};
-      for (ssize_t got = 0; (got = ::read(told, piece.data(), piece.size())) > 0;) {
-        ended[i].told.append(piece.data(), static_cast<std::size_t>(got));
+      for (ssize_t got = 0; (got = ::read(pipe, piece.data(), piece.size())) > 0;) {
+        ended[i].reports.append(piece.data(), static_cast<std::size_t>(got));
       }
-      ::close(told);
+      ::close(pipe);
       int status = 0;
       ::waitpid(child, &status, 0);
       ended[i].code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
       ended[i].signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
-      ended[i].wrong = look_at(folders[i - begin]->path(), first_seed + i, ended[i].told);
+      ended[i].wrong = wrong_outcome(folders[i - begin]->path(), first_seed + i, ended[i].reports);
     }
   }
   return ended;
@@ -298,7 +273,7 @@ std::uint64_t expect_promises(const std::vector<Ended>& ended, std::uint64_t fir
   return cut_short;
 }
 
-TEST(RuntimeFaults, AFullDiskOrTooManyFilesAreWaitedFor) {
+TEST(RuntimeFaults, TheFarmWaitsWhileTheDiskIsFullOrFilesAreShort) {
   std::vector<Trial> trials = trials_of(StoreFault::full, 8);
   for (const Trial& trial : trials_of(StoreFault::away, 8)) {
     trials.push_back(trial);
@@ -307,19 +282,19 @@ TEST(RuntimeFaults, AFullDiskOrTooManyFilesAreWaitedFor) {
   EXPECT_LT(expect_promises(run_all(trials, 1), 1, kStoreFailed), 4u);
 }
 
-TEST(RuntimeFaults, AStoreThatIsDamagedStopsTheFarm) {
+TEST(RuntimeFaults, ADamagedStoreStopsTheFarm) {
   EXPECT_GT(expect_promises(run_all(trials_of(StoreFault::damaged, 16), 100), 100, kStoreFailed), 2u);
 }
 
-TEST(RuntimeFaults, MemoryThatEndsInACallOfTheStoreLosesNothing) {
+TEST(RuntimeFaults, AFailedAllocationInACallOfTheStoreLosesNothing) {
   EXPECT_GT(expect_promises(run_all(trials_of(StoreFault::memory, 16), 200), 200, kMemoryEnded), 2u);
 }
 
-TEST(RuntimeFaults, ADeathInACallOfTheStoreLosesNothing) {
+TEST(RuntimeFaults, AKillInACallOfTheStoreLosesNothing) {
   EXPECT_GT(expect_promises(run_all(trials_of(StoreFault::killed, 16), 300), 300, -1, SIGKILL), 2u);
 }
 
-TEST(RuntimeFaults, MemoryThatEndsAtAnyAllocationLosesNothing) {
+TEST(RuntimeFaults, AFailureOfAnyAllocationLosesNothing) {
   std::vector<Trial> trials;
   for (int i = 0; i < 48; ++i) {
     trials.push_back({StoreFault::none, 0, static_cast<std::int64_t>(10 * std::pow(1.2, i))});
@@ -327,7 +302,7 @@ TEST(RuntimeFaults, MemoryThatEndsAtAnyAllocationLosesNothing) {
   EXPECT_GT(expect_promises(run_all(trials, 400), 400, kMemoryEnded), 16u);
 }
 
-TEST(RuntimeFaults, ACommitThatIsOnlySaidToBeStoredIsFound) {
+TEST(RuntimeFaults, AFalselyReportedCommitIsFound) {
   std::uint64_t found = 0;
   for (const Ended& ended : run_all(trials_of(StoreFault::lies, 16), 500)) {
     found += ended.wrong.empty() ? 0 : 1;

@@ -1,5 +1,5 @@
 // Damage to a coordinator's rows in PostgreSQL: the next coordinator has everything, or names what it lacks.
-// LIGHTMILL_DAMAGE_ROUNDS=n damages n times as many rows.
+// LIGHTMILL_DAMAGE_ROUNDS=n damages n times the rows.
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 
@@ -10,7 +10,7 @@
 #include "server/store/check_state.h"
 #include "server/store/postgres/postgres_store.h"
 #include "tests/support/postgres_server.h"
-#include "tests/unit/store/store_conformance.h"
+#include "tests/unit/store/stored_examples.h"
 #include "tests/unit/store/stored_items.h"
 
 namespace lightmill::test {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "common/scene/compiled/transform.h"
+#include "tests/support/error_message.h"
 #include "tests/support/render_document.h"
 
 namespace lightmill::test {
@@ -67,9 +68,9 @@ TEST(CompiledMeshes, AThousandCopiesOfALargeMeshAreHeldOnce) {
 
 TEST(CompiledMeshes, EmissiveCopiesAreHeldSeparately) {
   const std::map<std::string, std::string> files{{"grid.obj", grid_obj(318)}};
-  const std::string lamp =
+  const std::string emitter =
       R"({"name": "m", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "emission": {"rgb": [1, 1, 1]}})";
-  const auto compiled = compile(load_text(row_of_grids(1000, lamp), files));
+  const auto compiled = compile(load_text(row_of_grids(1000, emitter), files));
   ASSERT_FALSE(compiled.ok());
   EXPECT_EQ(compiled.status().code(), absl::StatusCode::kResourceExhausted);
   // 988 · 202,248 is below 200 million, 989 · 202,248 is not.
@@ -162,8 +163,7 @@ TEST(CompiledEnvironment, CountsTheBytesOfItsPreparation) {
   const auto compiled = [&](const CompiledScene::ImageDecoder& images, std::uint64_t limit, const std::string& scene) {
     CompiledScene::Options options;
     options.max_texture_bytes = limit;
-    const auto result = compile(load_text(scene, {{"sky.exr", "sky"}, {"a.png", "a"}}), images, options);
-    return result.ok() ? "no error" : message_of(result.status());
+    return error_message(compile(load_text(scene, {{"sky.exr", "sky"}, {"a.png", "a"}}), images, options));
   };
   const auto floats = [](ByteView, const std::string&) -> Result<Texels> {
     return Texels{256, 128, {}, std::vector<float>(4 * kPixels, 0.5f), false};
@@ -199,16 +199,16 @@ TEST(CompiledProfiles, HaveACommonLimit) {
     return fmt::format("IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 2 1 1 2 0.1 0.2 0\n1 1 100\n0 90\n0\n{}\n", candela);
   };
   const std::map<std::string, std::string> files{{"a.ies", ies("8 2")}, {"b.ies", ies("4 1")}};
-  const auto lamps = [](const std::string& third) {
-    const auto lamp = [](int name, const std::string& file) {
+  const auto lights = [](const std::string& third) {
+    const auto light = [](int name, const std::string& file) {
       return fmt::format(R"({{"name": "{}", "ies": {{"position": [0, 2, 0], "file": "{}"}}}})", name, file);
     };
-    return fmt::format("[{}, {}, {}]", lamp(1, "a.ies"), lamp(2, "a.ies"), lamp(3, third));
+    return fmt::format("[{}, {}, {}]", light(1, "a.ies"), light(2, "a.ies"), light(3, third));
   };
   CompiledScene::Options options;
   options.max_ies_values = 7;
-  EXPECT_TRUE(compile(load_text(ball_under(lamps("a.ies")), files), nullptr, options).ok());
-  const auto two = compile(load_text(ball_under(lamps("b.ies")), files), nullptr, options);
+  EXPECT_TRUE(compile(load_text(ball_under(lights("a.ies")), files), nullptr, options).ok());
+  const auto two = compile(load_text(ball_under(lights("b.ies")), files), nullptr, options);
   ASSERT_FALSE(two.ok());
   EXPECT_EQ(message_of(two.status()), "lights[2] \"3\": the scene's IES profiles have more than the limit of 7 values");
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/lights/ies_light.h"
+#include "tests/support/error_message.h"
 
 namespace lightmill {
 namespace {
@@ -13,7 +14,7 @@ namespace {
 std::string file(const std::string& vertical, int verticals, const std::string& horizontal, int horizontals,
                  const std::string& candela, const std::string& head = "IESNA:LM-63-2002", double multiplier = 1) {
   return fmt::format(
-      "{}\r\n[TEST] a lamp\r\n[MANUFAC] nobody\r\nTILT=NONE\r\n1 1000 {} {} {} 1 2 0.1 0.2 0\r\n1 1 100\r\n{}\r\n{}\r\n"
+      "{}\r\n[TEST] a light\r\n[MANUFAC] none\r\nTILT=NONE\r\n1 1000 {} {} {} 1 2 0.1 0.2 0\r\n1 1 100\r\n{}\r\n{}\r\n"
       "{}\r\n",
       head, multiplier, verticals, horizontals, vertical, horizontal, candela);
 }
@@ -24,8 +25,7 @@ IesProfile profile_of(const std::string& text) {
   return profile.ok() ? *profile : IesProfile{{0, 180}, {0, 360}, {0, 0, 0, 0}};
 }
 std::string error_of(const std::string& text) {
-  const auto profile = read_ies(text, "lamp.ies");
-  return profile.ok() ? "no error" : message_of(profile.status());
+  return test::error_message(read_ies(text, "lamp.ies"));
 }
 
 TEST(IesProfile, IsExactAtTheAnglesGivenAndLinearBetween) {

@@ -5,6 +5,8 @@
 #include <cstring>
 #include <limits>
 
+#include "tests/support/error_message.h"
+
 namespace lightmill {
 namespace {
 
@@ -39,12 +41,10 @@ Mesh coloured_triangle() {
   return mesh;
 }
 
-std::string error_of(const Status& status) {
-  return status.ok() ? "no error" : message_of(status);
-}
+using test::error_message;
 
 std::string decode_error(const std::string& bytes) {
-  return error_of(decode_mesh(as_byte_view(bytes)).status());
+  return error_message(decode_mesh(as_byte_view(bytes)).status());
 }
 
 void set_u32(std::string& bytes, std::size_t offset, std::uint32_t value) {
@@ -99,43 +99,48 @@ TEST(Mesh, TangentsSurviveTheRoundTrip) {
   EXPECT_EQ(back->tangents, mesh.tangents);
   EXPECT_EQ(encode_mesh(*back), bytes);
   mesh.tangents[1][3] = 0.5f;
-  EXPECT_EQ(error_of(validate(mesh)), "tangents[1]: a unit vector and a sign are expected, got (0, 0.6, 0.8, 0.5)");
+  EXPECT_EQ(error_message(validate(mesh)),
+            "tangents[1]: a unit vector and a sign are expected, got (0, 0.6, 0.8, 0.5)");
   mesh.tangents.pop_back();
-  EXPECT_EQ(error_of(validate(mesh)), "tangents: none or one for each of 3 positions are expected, got 2");
+  EXPECT_EQ(error_message(validate(mesh)), "tangents: none or one for each of 3 positions are expected, got 2");
 }
 
 TEST(Mesh, MistakesAreNamed) {
-  EXPECT_EQ(error_of(validate(Mesh{})), "triangles: the mesh is empty, at least one triangle is expected");
+  EXPECT_EQ(error_message(validate(Mesh{})), "triangles: the mesh is empty, at least one triangle is expected");
   Mesh mesh = triangle();
   mesh.triangles.push_back({0, 1, 3});
-  EXPECT_EQ(error_of(validate(mesh)), "triangles[1]: index 3 is out of range, there are 3 positions");
+  EXPECT_EQ(error_message(validate(mesh)), "triangles[1]: index 3 is out of range, there are 3 positions");
   mesh = triangle();
   mesh.positions[2][1] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(error_of(validate(mesh)), "positions[2]: coordinates must be finite and at most 1000000000000, got nan");
+  EXPECT_EQ(error_message(validate(mesh)),
+            "positions[2]: coordinates must be finite and at most 1000000000000, got nan");
   mesh.positions[2][1] = -std::numeric_limits<double>::infinity();
-  EXPECT_EQ(error_of(validate(mesh)), "positions[2]: coordinates must be finite and at most 1000000000000, got -inf");
+  EXPECT_EQ(error_message(validate(mesh)),
+            "positions[2]: coordinates must be finite and at most 1000000000000, got -inf");
   mesh = smooth_triangle();
   mesh.normals.pop_back();
-  EXPECT_EQ(error_of(validate(mesh)), "normals: none or one for each of 3 positions are expected, got 2");
+  EXPECT_EQ(error_message(validate(mesh)), "normals: none or one for each of 3 positions are expected, got 2");
   mesh = smooth_triangle();
   mesh.normals[1] = {0, 0, 0.5f};
-  EXPECT_EQ(error_of(validate(mesh)), "normals[1]: a unit vector is expected, got (0, 0, 0.5)");
+  EXPECT_EQ(error_message(validate(mesh)), "normals[1]: a unit vector is expected, got (0, 0, 0.5)");
   mesh = textured_triangle();
   mesh.texture_coordinates.pop_back();
-  EXPECT_EQ(error_of(validate(mesh)), "texture_coordinates: none or one for each of 3 positions are expected, got 2");
+  EXPECT_EQ(error_message(validate(mesh)),
+            "texture_coordinates: none or one for each of 3 positions are expected, got 2");
   mesh = textured_triangle();
   mesh.texture_coordinates[1][1] = -std::numeric_limits<float>::infinity();
-  EXPECT_EQ(error_of(validate(mesh)), "texture_coordinates[1]: must be finite and at most 1000000000, got (1, -inf)");
+  EXPECT_EQ(error_message(validate(mesh)),
+            "texture_coordinates[1]: must be finite and at most 1000000000, got (1, -inf)");
 }
 
 TEST(Mesh, ColoursAreInZeroToOne) {
   Mesh mesh = coloured_triangle();
   for (const float value : {-0.001f, 1.001f, std::numeric_limits<float>::quiet_NaN()}) {
     mesh.colors[2][3] = value;
-    EXPECT_EQ(error_of(validate(mesh)), fmt::format("colors[2]: must be in [0, 1], got {}", value));
+    EXPECT_EQ(error_message(validate(mesh)), fmt::format("colors[2]: must be in [0, 1], got {}", value));
   }
   mesh.colors.pop_back();
-  EXPECT_EQ(error_of(validate(mesh)), "colors: none or one for each of 3 positions are expected, got 2");
+  EXPECT_EQ(error_message(validate(mesh)), "colors: none or one for each of 3 positions are expected, got 2");
 }
 
 TEST(Mesh, HostileBytesAreRefused) {

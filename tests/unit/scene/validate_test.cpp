@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "tests/support/error_message.h"
+
 namespace lightmill {
 namespace {
 
@@ -24,8 +26,7 @@ template <class Change>
 std::string error_after(const Change& change) {
   Scene scene = example();
   change(scene);
-  const Status status = validate(scene);
-  return status.ok() ? "no error" : message_of(status);
+  return test::error_message(validate(scene));
 }
 
 TEST(Document, AGoodSceneIsValid) {

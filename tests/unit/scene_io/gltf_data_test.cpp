@@ -20,8 +20,7 @@ std::unique_ptr<GltfData> open(const std::string& text, const FileSource& files 
 }
 
 std::string open_error(const std::string& text, const FileSource& files = no_files) {
-  const Result<std::unique_ptr<GltfData>> data = GltfData::open(text, "a.gltf", files);
-  return data.ok() ? "no error" : message_of(data.status());
+  return test::error_message(GltfData::open(text, "a.gltf", files));
 }
 
 /// The mesh of a primitive, given as JSON.
@@ -30,7 +29,7 @@ std::optional<Mesh> primitive(const GltfBuffer& buffer, const std::string& json,
   const auto data = open(gltf(fmt::format(R"({},"meshes":[{{"primitives":[{}]}}])", buffer.embedded(), json)));
   Notices list(notices);
   const auto mesh = read_primitive(*data, data->root()["meshes"].at(0)["primitives"].at(0), set, false, list);
-  error = data->status().ok() ? "no error" : message_of(data->status());
+  error = test::error_message(data->status());
   const std::vector<std::string> faults = data->faults().notices();
   notices.insert(notices.end(), faults.begin(), faults.end());
   return mesh;
@@ -341,10 +340,7 @@ TEST(Gltf, LostGeometryIsAMistake) {
   const std::string at = "a.gltf: meshes[0].primitives[0]: ";
   EXPECT_EQ(bad_primitive(b, R"({"attributes":{"POSITION":1}})"), at + "none of its triangles has an area");
   EXPECT_EQ(bad_primitive(b, R"({"attributes":{"POSITION":1},"indices":2})"), at + "none of its triangles has an area");
-  const auto error = [](const std::string& text) {
-    const Result<LoadedScene> loaded = test::read(text);
-    return loaded.ok() ? "no error" : message_of(loaded.status());
-  };
+  const auto error = [](const std::string& text) { return test::error_message(test::read(text)); };
   const auto of = [&](const std::string& accessor, const std::string& extensions) {
     std::string members = b.embedded();
     members.insert(members.rfind(']'), "," + accessor);

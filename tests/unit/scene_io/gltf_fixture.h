@@ -1,11 +1,9 @@
 // Fixture of glTF files with one triangle.
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include "common/scene_io/gltf/gltf.h"
-#include "common/wire/scene_proto.h"
 #include "tests/unit/scene_io/gltf_text.h"
+#include "tests/unit/scene_io/text_scene.h"
 
 namespace lightmill::test {
 
@@ -38,19 +36,11 @@ inline Result<LoadedScene> read(const std::string& text, bool light_the_dark = t
 }
 
 inline LoadedScene good(const std::string& text) {
-  Result<LoadedScene> loaded = read(text);
-  EXPECT_TRUE(loaded.ok()) << loaded.status();
-  if (!loaded.ok()) {
-    return {};
-  }
-  const Result<Scene> back = unpack_scene(pack_scene(loaded->scene));
-  EXPECT_TRUE(back.ok()) << back.status();
-  return *std::move(loaded);
+  return good_scene(read(text));
 }
 
 inline std::string error(const std::string& members, const std::string& primitive = "") {
-  const Result<LoadedScene> loaded = read(OneTriangle().text(members, primitive));
-  return loaded.ok() ? "no error" : message_of(loaded.status());
+  return error_message(read(OneTriangle().text(members, primitive)));
 }
 
 inline const std::string kOneNode = R"("nodes":[{"mesh":0}])";
@@ -67,12 +57,6 @@ inline Material material(const std::string& members, std::vector<std::string>* n
     *notices = loaded->notices;
   }
   return loaded->scene.materials.at(0);
-}
-
-inline void expect_near(const Point3d& a, const Point3d& b, double tolerance = 1e-12) {
-  for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_NEAR(a[i], b[i], tolerance);
-  }
 }
 
 inline Point3d moved(const Object& object, const Point3d& p) {

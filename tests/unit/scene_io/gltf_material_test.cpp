@@ -106,7 +106,7 @@ TEST(GltfScene, TexturesOfExtensionsAloneAreLeftOut) {
   EXPECT_EQ(notices[0], "left out: textures whose only image is of EXT_texture_webp");
   of(R"({"extensions":{"KHR_texture_basisu":{"source":0}}})", notices);
   EXPECT_EQ(notices[0], "left out: textures whose only image is of KHR_texture_basisu");
-  of(R"({"extensions":{"NOBODY_texture":{}}})", notices);
+  of(R"({"extensions":{"OTHER_texture":{}}})", notices);
   EXPECT_EQ(notices[0], "left out: textures whose only image is of unknown extensions");
   // A fallback image for readers without the extension is used.
   EXPECT_EQ(of(R"({"source":0,"extensions":{"EXT_texture_webp":{"source":7}}})", notices).texture, 0u);

@@ -187,7 +187,7 @@ TEST(GltfScene, UnlistedExtensionsAreReported) {
   const LoadedScene loaded = good(OneTriangle().text(
       R"("extensions":{"EXT_scenery":{}},"extensionsUsed":["EXT_scenery"],"nodes":[{"mesh":0}],
 "materials":[{"extensions":{"KHR_materials_sheen":{},"KHR_materials_ior":{"ior":1.4},"KHR_materials_volume":{
-"extensions":{"EXT_inner":{}}}},"extras":{"extensions":{"EXT_nobody":{}}}}])",
+"extensions":{"EXT_inner":{}}}},"extras":{"extensions":{"EXT_other":{}}}}])",
       R"(,"material":0)"));
   EXPECT_EQ(loaded.notices,
             (std::vector<std::string>{"left out: extension EXT_scenery", "left out: extension EXT_inner",

@@ -8,6 +8,7 @@
 
 #include "common/base/file.h"
 #include "common/scene_io/load.h"
+#include "tests/support/error_message.h"
 
 namespace lightmill::test {
 
@@ -33,8 +34,7 @@ class Load : public ::testing::Test {
     return load_scene(paths, options);
   }
   std::string error(const std::vector<std::filesystem::path>& paths, const LoadOptions& options = {}) {
-    const Result<LoadedScene> loaded = load(paths, options);
-    return loaded.ok() ? "no error" : without_folder(message_of(loaded.status()));
+    return without_folder(error_message(load(paths, options)));
   }
   std::string without_folder(std::string text) const {
     const std::string prefix = folder_.string() + "/";

@@ -9,7 +9,7 @@ namespace {
 
 using test::Load;
 
-/// Twice as many names take about twice the work if trees look them up, and four times if lists are searched.
+/// Twice the names take about twice the work if trees look them up, and four times if lists are searched.
 class LoadMany : public Load {
  protected:
   const std::size_t many_ = static_cast<std::size_t>(test::kManyNames);

@@ -42,7 +42,7 @@ TEST_F(Load, FacesFindTheDocumentsMaterials) {
   EXPECT_TRUE(unpack_scene(pack_scene(loaded->scene)).ok());
 }
 
-TEST_F(Load, OneMaterialCanServeAll) {
+TEST_F(Load, AMeshUsedTwiceIsOneAsset) {
   write("assets/a.obj", kTriangles);
   const auto path = write("scene.json", document(R"([{"material": "red", "mesh": {"file": "assets/a.obj"}},
     {"material": "green", "mesh": {"file": "assets/a.obj"}}])"));

@@ -175,7 +175,7 @@ TEST(MitsubaMaterials, WrappersChangeTheirNestedMaterial) {
   EXPECT_EQ(bumped.bump_map.map.texture, 0u);
 }
 
-TEST(MitsubaMaterials, WhatCannotBeRenderedIsAnError) {
+TEST(MitsubaMaterials, UnsupportedMaterialsAreErrors) {
   const auto error_of = [](const std::string& bsdf) {
     return mitsuba_error("<shape type=\"sphere\">\n" + bsdf + "</shape>");
   };
@@ -212,7 +212,7 @@ TEST(MitsubaMaterials, DifferencesAreNotices) {
                 "rough surfaces with the distribution \"beckmann\" are rendered with GGX of the same median slope"}));
 }
 
-TEST(MitsubaMaterials, NullIsThereOnlyForItsMedium) {
+TEST(MitsubaMaterials, NullOnlyBoundsItsMedium) {
   const std::string fog = R"(<medium name="interior" type="homogeneous"><float name="sigma_t" value="2"/>
 <rgb name="albedo" value="0.25, 0.5, 1"/><float name="scale" value="2"/><phase type="hg"><float name="g" value="0.5"/></phase></medium>)";
   const std::string null = "<bsdf type=\"null\"/>";

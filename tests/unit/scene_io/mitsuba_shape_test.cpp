@@ -27,7 +27,7 @@ std::string shape(const std::string& type, const std::string& parameters = "") {
   return "<shape type=\"" + type + "\">" + parameters + "</shape>";
 }
 
-Mesh mesh_of_shape(const std::string& type, const std::string& parameters = "", const MitsubaFiles& files = {}) {
+Mesh mesh_of_shape(const std::string& type, const std::string& parameters = "", const TextFiles& files = {}) {
   return mesh_of(mitsuba_scene(shape(type, parameters), files));
 }
 
@@ -121,7 +121,7 @@ TEST(MitsubaShapes, SpheresFaceInwardsIfFlipped) {
   EXPECT_TRUE(std::get<SphereShape>(loaded.scene.objects[0].shape).normal_inward);
 }
 
-const MitsubaFiles kMeshes{
+const TextFiles kMeshes{
     {"roof.obj",
      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 0 -1\nv 1 0 -1\nvt 0 0.25\nf 1/1 2/1 3/1\nf 1/1 5/1 2/1\nf 1/1 4/1 5/1\n"},
     {"leaf.ply",

@@ -9,7 +9,7 @@ namespace {
 
 using std::numbers::pi;
 
-SphereShape sphere_of(const std::string& body, const MitsubaFiles& files = {}) {
+SphereShape sphere_of(const std::string& body, const TextFiles& files = {}) {
   const LoadedScene loaded = mitsuba_scene(body, files);
   return loaded.scene.objects.empty() ? SphereShape{} : std::get<SphereShape>(loaded.scene.objects.back().shape);
 }
@@ -28,7 +28,7 @@ TEST(MitsubaTransforms, ApplyTheFirstFirst) {
   expect_near(center_after(R"(<translate x="1"/><rotate z="1" angle="90"/>)"), {0, 1, 0});
   expect_near(center_after(R"(<matrix value="1 0 0 7 0 1 0 8 0 0 1 9 0 0 0 1"/>)"), {7, 8, 9});
   expect_near(center_after(R"(<translate x="1"/><matrix value="0 1 0 1 0 0 0 0 1"/>)"), {0, 1, 0});
-  // What looks from (1, 2, 3) along +x has +z there and +x on its left: up × ahead is −z.
+  // A camera at (1, 2, 3) that looks along +x has +z there and +x on its left: up × ahead is −z.
   const std::string look = R"(<lookat origin="1, 2, 3" target="9, 2, 3" up="0, 1, 0"/>)";
   expect_near(center_after(R"(<translate z="4"/>)" + look), {5, 2, 3});
   expect_near(center_after(R"(<translate x="1"/>)" + look), {1, 2, 2});
@@ -57,7 +57,7 @@ TEST(MitsubaXml, DefaultsStandForTheirNames) {
 }
 
 TEST(MitsubaXml, IncludedFilesAddTheirObjects) {
-  const MitsubaFiles files{
+  const TextFiles files{
       {"parts/a.xml", "<scene version=\"3.0.0\">\n<include filename=\"b.xml\"/></scene>"},
       {"parts/b.xml", "<shape version=\"3.0.0\" type=\"sphere\"><float name=\"radius\" value=\"$r\"/></shape>"}};
   EXPECT_EQ(sphere_of(R"(<default name="r" value="4"/><include filename="parts/a.xml"/>)", files).radius, 4);
@@ -230,7 +230,7 @@ TEST(MitsubaSensor, FilmFilterAndCropAreRead) {
   EXPECT_EQ(seen_by("<sensor type=\"perspective\"/>").scene.film.filter.kind, FilterKind::gaussian);
 }
 
-TEST(MitsubaSensor, WhatCannotBeRenderedIsAnError) {
+TEST(MitsubaSensor, UnsupportedSensorsAreErrors) {
   const auto error_of = [](const std::string& sensor) {
     return message_of(read_xml("<scene version=\"3.0.0\">\n" + sensor + kSphere + "</scene>").status());
   };
@@ -246,7 +246,7 @@ TEST(MitsubaSensor, WhatCannotBeRenderedIsAnError) {
             "a.xml:3: films of the type \"specfilm\" cannot be rendered");
 }
 
-TEST(MitsubaIntegrator, IsLeftOutWithWhatItAsksFor) {
+TEST(MitsubaIntegrator, IsLeftOutWithANotice) {
   const LoadedScene loaded = mitsuba_scene(std::string(R"(<integrator type="path"><integer name="max_depth" value="3"/>
 <boolean name="hide_emitters" value="true"/></integrator>)") +
                                            kSphere);
@@ -262,7 +262,7 @@ value="2"/></integrator></integrator>)") +
 }
 
 template <class Kind>
-Kind light_of(const std::string& emitter, const MitsubaFiles& files = {}) {
+Kind light_of(const std::string& emitter, const TextFiles& files = {}) {
   const LoadedScene loaded = mitsuba_scene(emitter + kSphere, files);
   return loaded.scene.lights.empty() ? Kind{} : std::get<Kind>(loaded.scene.lights[0].kind);
 }
@@ -307,7 +307,7 @@ std::string envmap(const std::string& steps) {
 
 // Mitsuba's image has its centre at +z, ours at +x. Both have +y above, and turn from +z to −x to the right.
 TEST(MitsubaEmitters, EnvironmentsAreTurned) {
-  const MitsubaFiles files{{"sky.exr", "sky"}};
+  const TextFiles files{{"sky.exr", "sky"}};
   const auto still = light_of<EnvironmentLight>(envmap(""), files);
   EXPECT_TRUE(still.has_image);
   EXPECT_EQ(still.radiance, (RgbColor{2, 2, 2}));
@@ -316,7 +316,7 @@ TEST(MitsubaEmitters, EnvironmentsAreTurned) {
 }
 
 TEST(MitsubaEmitters, TheSceneIsTurnedUnderATippedEnvironment) {
-  const MitsubaFiles files{{"sky.exr", "sky"}};
+  const TextFiles files{{"sky.exr", "sky"}};
   const LoadedScene loaded =
       mitsuba_scene(envmap(R"(<rotate x="1" angle="90"/>)") +
                         R"(<emitter type="point"><point name="position" value="0, 0, 2"/></emitter>

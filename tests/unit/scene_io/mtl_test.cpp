@@ -99,11 +99,11 @@ TEST(Mtl, GlossyMetalAndAbsorbingModelsAreMapped) {
 }
 
 TEST(Mtl, KaEmitsOnlyIfItCanMeanNothingElse) {
-  const std::string lamp_only = "newmtl white\nKd 1 1 1\nnewmtl lamp\nKa 3 2 1\n";
+  const std::string emitter_only = "newmtl white\nKd 1 1 1\nnewmtl lamp\nKa 3 2 1\n";
   const std::string everywhere = "newmtl white\nKd 1 1 1\nKa 1 1 1\nnewmtl lamp\nKa 1 1 1\n";
   const std::string with_ke = "newmtl white\nKd 1 1 1\nnewmtl lamp\nKa 3 2 1\nKe 9 8 7\n";
   std::vector<std::string> notices;
-  auto materials = materials_of(lamp_only, KaMeaning::automatic, notices);
+  auto materials = materials_of(emitter_only, KaMeaning::automatic, notices);
   EXPECT_EQ(materials[0].emission, RgbColor{});
   EXPECT_EQ(materials[1].emission, (RgbColor{3, 2, 1}));
   EXPECT_TRUE(materials[1].two_sided_emission);
@@ -111,7 +111,7 @@ TEST(Mtl, KaEmitsOnlyIfItCanMeanNothingElse) {
   EXPECT_EQ(notices, std::vector<std::string>{"Ka was read as emission, because only some materials have it: lamp"});
 
   notices.clear();
-  EXPECT_EQ(materials_of(lamp_only, KaMeaning::ambient, notices)[1].emission, RgbColor{});
+  EXPECT_EQ(materials_of(emitter_only, KaMeaning::ambient, notices)[1].emission, RgbColor{});
   EXPECT_EQ(notices, std::vector<std::string>{"Ka was read as ambient light and left out, as requested"});
   notices.clear();
   materials_of("newmtl white\nKd 1 1 1\nKa 0 0 0\n", KaMeaning::ambient, notices);

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "tests/support/error_message.h"
+
 namespace lightmill {
 namespace {
 
@@ -17,8 +19,7 @@ Result<ObjFile> obj_of(const std::string& text, std::vector<std::string>* notice
 }
 
 std::string obj_error(const std::string& text) {
-  const Result<ObjFile> file = obj_of(text);
-  return file.ok() ? "no error" : message_of(file.status());
+  return test::error_message(obj_of(text));
 }
 
 Mesh mesh_of(const std::string& text, std::vector<std::string>* notices = nullptr) {
@@ -256,7 +257,7 @@ TEST(Obj, FilesWithoutAFaceAreMistakes) {
   EXPECT_EQ(obj_error(kSquare + "f 1 2 2\nf 1 2 3\n"), "no error");
 }
 
-/// Of a file with a good square after the statements.
+/// The notices of a file with a good square after the statements.
 Texts faults_of(const std::string& statements) {
   Texts notices;
   const Mesh mesh = mesh_of(statements + "\n" + kSquare + "f -4 -3 -2 -1", &notices);

@@ -100,7 +100,7 @@ AreaLightSource "diffuse" Shape "sphere")x");
   EXPECT_EQ(loaded.scene.materials[2].name, "a (3)");
 }
 
-TEST(PbrtMaterials, WhatCannotBeRenderedIsAnError) {
+TEST(PbrtMaterials, UnsupportedMaterialsAreErrors) {
   for (const char* type : {"thindielectric", "diffusetransmission", "hair", "measured", "subsurface", "x"}) {
     EXPECT_EQ(pbrt_error(fmt::format("Material \"{}\"\nShape \"sphere\"", type)),
               fmt::format("a.pbrt:3: materials of the type \"{}\" cannot be rendered", type));
@@ -160,7 +160,7 @@ Material "diffuse" "texture reflectance" "t" Shape "bilinearmesh" "point3 P" [0 
   EXPECT_EQ(std::get<DiffuseMaterial>(loaded.scene.materials[0].kind).reflectance.rgb, (RgbColor{0.5f, 0.5f, 0.5f}));
 }
 
-TEST(PbrtTextures, WhatCannotBeRenderedIsAnErrorWhereItIsUsed) {
+TEST(PbrtTextures, UnsupportedTexturesAreErrorsWhereTheyAreUsed) {
   const std::string marble = "Texture \"t\" \"spectrum\" \"marble\"\n";
   EXPECT_EQ(pbrt_error(marble + "Shape \"sphere\""), "no error");
   EXPECT_EQ(pbrt_error(marble + "Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\""),

@@ -90,10 +90,9 @@ TEST(PbrtCamera, LensIsScaledWithItsTransform) {
   EXPECT_NEAR(camera.focus_distance, 3, 1e-12);
 }
 
-TEST(PbrtCamera, WhatCannotBeRenderedIsAnError) {
+TEST(PbrtCamera, UnsupportedCamerasAreErrors) {
   const auto error_of = [](const std::string& options) {
-    const Result<LoadedScene> loaded = read_text(options + "\nWorldBegin Shape \"sphere\"");
-    return loaded.ok() ? "no error" : message_of(loaded.status());
+    return error_message(read_text(options + "\nWorldBegin Shape \"sphere\""));
   };
   EXPECT_EQ(error_of("\nCamera \"spherical\""),
             "a.pbrt:2: only the camera \"perspective\" can be rendered, got \"spherical\"");
@@ -185,7 +184,7 @@ TEST(PbrtLights, EvenSkiesAddUp) {
   EXPECT_EQ(std::get<EnvironmentLight>(loaded.scene.lights[0].kind).radiance, (RgbColor{3, 4, 5}));
 }
 
-TEST(PbrtLights, WhatCannotBeRenderedIsAnError) {
+TEST(PbrtLights, UnsupportedLightsAreErrors) {
   EXPECT_EQ(pbrt_error("LightSource \"projection\""), "a.pbrt:3: lights of the type \"projection\" cannot be rendered");
   EXPECT_EQ(pbrt_error("LightSource \"infinite\"\n\"string filename\" \"sky.exr\""),
             "a.pbrt:4: LightSource infinite: string filename: images of infinite lights cannot be rendered: pbrt's "
@@ -199,7 +198,7 @@ TEST(PbrtLights, WhatCannotBeRenderedIsAnError) {
 }
 
 TEST(PbrtFile, IncludedFilesShareTheStateAndImportedOnesDoNot) {
-  const PbrtFiles files{{"geometry/moved.pbrt", "Translate 1 0 0\n"}};
+  const TextFiles files{{"geometry/moved.pbrt", "Translate 1 0 0\n"}};
   const auto x = [&](const std::string& directive) {
     const LoadedScene loaded = world(directive + " \"geometry/moved.pbrt\" Shape \"sphere\"", files);
     return loaded.scene.objects.empty() ? -1 : std::get<SphereShape>(loaded.scene.objects[0].shape).center[0];

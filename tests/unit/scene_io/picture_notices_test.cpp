@@ -88,7 +88,7 @@ TEST(PictureNotices, FogTooDenseForThePathLengthIsReported) {
       "the medium \"fog\" scatters so densely (optical thickness 2e+03) that some of its light, perhaps a few per "
       "cent, is lost, because paths end after 1000 bounces (--max-bounces)");
   EXPECT_EQ(dense(1, white, 0), "");          // of a method without paths
-  EXPECT_EQ(dense(1, white, 4'000'000), "");  // long enough: as many as the square of the thickness
+  EXPECT_EQ(dense(1, white, 4'000'000), "");  // long enough: the square of the thickness
   Medium thinner;
   thinner.scattering = {60, 60, 60};
   EXPECT_EQ(dense(0.8, thinner, 1000), "");  // 96 across

@@ -1,18 +1,14 @@
 // Affine maps of scene files.
 #include "common/scene_io/transforms.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
+
+#include "tests/unit/scene_io/text_scene.h"
 
 namespace lightmill {
 namespace {
 
-void expect_near(const Point3d& a, const Point3d& b) {
-  for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_NEAR(a[i], b[i], 1e-12);
-  }
-}
+using test::expect_near;
 
 TEST(Transforms, QuarterTurnTakesXToY) {
   const Transform turn = rotation(90, {0, 0, 5});

@@ -4,6 +4,7 @@
 #include "common/base/file.h"
 #include "common/scene_io/scene_files.h"
 #include "common/wire/scene_proto.h"
+#include "tests/support/error_message.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/scene_io/load_fixture.h"
 
@@ -25,8 +26,7 @@ class HandedScene : public Load {
     return load(scene, options);
   }
   std::string error_of(const std::string& scene, const std::string& camera = {}) {
-    const Result<LoadedScene> loaded = load_handed({scene}, camera);
-    return loaded.ok() ? "no error" : message_of(loaded.status());
+    return error_message(load_handed({scene}, camera));
   }
   /// A document with one more field.
   static std::string with(const std::string& field) {

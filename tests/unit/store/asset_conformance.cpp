@@ -92,7 +92,7 @@ TEST_P(AssetConformance, LimitsHold) {
   EXPECT_TRUE(put(*store, "five!", sha256("five!")).ok());
   EXPECT_EQ(store->total_bytes(), 15u);
   store.reset();
-  EXPECT_EQ(open()->total_bytes(), 15u) << "counted anew after a restart";
+  EXPECT_EQ(open()->total_bytes(), 15u) << "counted again after a restart";
 }
 
 TEST_P(AssetConformance, AForgottenAssetCanBeStoredAgain) {

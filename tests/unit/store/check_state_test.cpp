@@ -1,15 +1,15 @@
 #include "server/store/check_state.h"
 
 #include <gtest/gtest.h>
-#include <sqlite3.h>
 
 #include <fstream>
 
 #include "common/film/film.h"
 #include "server/store/asset_folder.h"
 #include "server/store/sqlite/sqlite_store.h"
+#include "tests/support/sqlite_file.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/unit/store/store_conformance.h"
+#include "tests/unit/store/stored_examples.h"
 
 namespace lightmill::test {
 namespace {
@@ -64,12 +64,7 @@ class CheckStateTest : public ::testing::Test {
   void damage(const std::string& which) const {
     execute("UPDATE nodes SET samples = zeroblob(length(samples)) WHERE " + which);
   }
-  void execute(const std::string& sql) const {
-    sqlite3* handle = nullptr;
-    ASSERT_EQ(sqlite3_open(file_.c_str(), &handle), SQLITE_OK);
-    EXPECT_EQ(sqlite3_exec(handle, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
-    sqlite3_close(handle);
-  }
+  void execute(const std::string& sql) const { SqliteFile(file_).execute(sql); }
   std::filesystem::path asset_file(std::string_view bytes) const {
     const std::string hex = sha256(bytes).hex();
     return folder_.path() / "assets" / hex.substr(0, 2) / hex.substr(2);
@@ -186,8 +181,8 @@ TEST_F(CheckStateTest, ANodeIsSoundIfEachOfItsSamplesHasOneRecord) {
   };
   EXPECT_TRUE(sound_with({{3, 0}}));
   EXPECT_TRUE(sound_with({{2, 0}, {1, 3}, {1, 2}}));
-  EXPECT_FALSE(sound_with({{2, 0}, {1, 3}})) << "of samples 4 and 5 nobody knows";
-  EXPECT_FALSE(sound_with({{2, 0}, {1, 3}, {1, 0}})) << "nor does anybody if others are known twice";
+  EXPECT_FALSE(sound_with({{2, 0}, {1, 3}})) << "samples 4 and 5 have no record";
+  EXPECT_FALSE(sound_with({{2, 0}, {1, 3}, {1, 0}})) << "a second record of other samples does not replace it";
   EXPECT_FALSE(sound_with({{3, 0}, {0, 0}})) << "the record of sample 0 was not dropped";
 }
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/store/store_conformance.h"
+#include "tests/unit/store/stored_examples.h"
 
 namespace lightmill {
 namespace {

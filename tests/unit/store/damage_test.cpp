@@ -1,7 +1,6 @@
 // Damage to a coordinator's files: the next coordinator has everything, or names what it lacks.
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
-#include <sqlite3.h>
 
 #include <fstream>
 #include <random>
@@ -9,15 +8,12 @@
 #include "server/store/check_rows.h"
 #include "server/store/records.h"
 #include "server/store/sqlite/sqlite_store.h"
+#include "tests/support/sqlite_file.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/unit/store/store_conformance.h"
+#include "tests/unit/store/stored_examples.h"
 #include "tests/unit/store/stored_items.h"
 
 namespace lightmill::test {
-
-// This program uses the records of the conformance suite, not its tests.
-GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(StoreConformance);
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -141,16 +137,8 @@ TEST_F(Damage, IsNeverSilent) {
 
 /// The first page of a table.
 int root_page(const fs::path& file, const std::string& table) {
-  sqlite3* handle = nullptr;
-  EXPECT_EQ(sqlite3_open(file.c_str(), &handle), SQLITE_OK);
-  sqlite3_stmt* statement = nullptr;
-  const std::string sql = fmt::format("SELECT rootpage FROM sqlite_schema WHERE name = '{}'", table);
-  EXPECT_EQ(sqlite3_prepare_v2(handle, sql.c_str(), -1, &statement, nullptr), SQLITE_OK);
-  EXPECT_EQ(sqlite3_step(statement), SQLITE_ROW);
-  const int page = sqlite3_column_int(statement, 0);
-  sqlite3_finalize(statement);
-  sqlite3_close(handle);
-  return page;
+  return std::stoi(
+      SqliteFile(file).rows(fmt::format("SELECT rootpage FROM sqlite_schema WHERE name = '{}'", table)).at(0));
 }
 
 TEST_F(Damage, ARowThatVanishesFromItsPageIsMissed) {

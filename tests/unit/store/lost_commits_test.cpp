@@ -7,7 +7,7 @@
 #include "server/store/sqlite/journal_scan.h"
 #include "server/store/sqlite/sqlite_store.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/unit/store/store_conformance.h"
+#include "tests/unit/store/stored_examples.h"
 
 namespace lightmill::test {
 namespace {
@@ -71,11 +71,11 @@ TEST_F(LostCommits, AKilledStoreHasAllCommits) {
 TEST_F(LostCommits, AFlippedBitAnywhereInTheJournalIsNeverSilent) {
   const std::uintmax_t size_bytes = std::filesystem::file_size(killed_.path() / journal_.filename());
   int refused = 0;
-  constexpr int kPlaces = 80;
-  for (int i = 0; i < kPlaces; ++i) {
+  constexpr int kPositions = 80;
+  for (int i = 0; i < kPositions; ++i) {
     restore();
     const std::uintmax_t at =
-        i < 40 ? static_cast<std::uintmax_t>(i) : size_bytes * static_cast<std::uintmax_t>(i) / kPlaces;
+        i < 40 ? static_cast<std::uintmax_t>(i) : size_bytes * static_cast<std::uintmax_t>(i) / kPositions;
     flip(journal_, at);
     const std::string journal = bytes_of(journal_);
     const Result<std::unique_ptr<Store>> store = open_sqlite_store(file_);
@@ -87,7 +87,7 @@ TEST_F(LostCommits, AFlippedBitAnywhereInTheJournalIsNeverSilent) {
     }
     EXPECT_EQ((*store)->load()->jobs.size(), 3u) << at;
   }
-  EXPECT_GT(refused, kPlaces / 2);
+  EXPECT_GT(refused, kPositions / 2);
 }
 
 TEST_F(LostCommits, AcceptedLossReusesNoJobId) {

@@ -1,7 +1,6 @@
 #include "server/store/sqlite/sqlite_store.h"
 
 #include <gtest/gtest.h>
-#include <sqlite3.h>
 
 #include <fstream>
 
@@ -11,21 +10,16 @@
 #include "server/store/row_values.h"
 #include "server/store/sqlite/format_12.h"
 #include "tests/support/places.h"
+#include "tests/support/sqlite_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/store/store_conformance.h"
 
 namespace lightmill {
 namespace {
 
+using test::SqliteFile;
 using test::StoreConformance;
 using test::TemporaryFolder;
-
-void execute(const std::filesystem::path& file, const std::string& sql) {
-  sqlite3* handle = nullptr;
-  ASSERT_EQ(sqlite3_open(file.c_str(), &handle), SQLITE_OK);
-  EXPECT_EQ(sqlite3_exec(handle, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(handle);
-  sqlite3_close(handle);
-}
 
 class SqlitePlace final : public test::StorePlace {
  public:
@@ -35,10 +29,11 @@ class SqlitePlace final : public test::StorePlace {
     return std::move(store).value();
   }
   void damage_tile(std::uint32_t tile) override {
-    execute(file_, fmt::format("UPDATE nodes SET samples = zeroblob(length(samples)) WHERE tile = {}", tile));
+    SqliteFile(file_).execute(
+        fmt::format("UPDATE nodes SET samples = zeroblob(length(samples)) WHERE tile = {}", tile));
   }
   void update(const std::string& table, const std::string& change) override {
-    execute(file_, fmt::format("UPDATE {} SET {}", table, change));
+    SqliteFile(file_).execute(fmt::format("UPDATE {} SET {}", table, change));
   }
 
  private:
@@ -57,18 +52,8 @@ class SqliteStoreTest : public ::testing::Test {
     EXPECT_TRUE(store.ok()) << store.status();
     return std::move(store).value();
   }
-  void sql(const std::string& text) { execute(file_, text); }
-  int number_in(const std::string& query) {
-    sqlite3* handle = nullptr;
-    sqlite3_stmt* row = nullptr;
-    EXPECT_EQ(sqlite3_open(file_.c_str(), &handle), SQLITE_OK);
-    EXPECT_EQ(sqlite3_prepare_v2(handle, query.c_str(), -1, &row, nullptr), SQLITE_OK);
-    EXPECT_EQ(sqlite3_step(row), SQLITE_ROW);
-    const int number = sqlite3_column_int(row, 0);
-    sqlite3_finalize(row);
-    sqlite3_close(handle);
-    return number;
-  }
+  void sql(const std::string& text) { SqliteFile(file_).execute(text); }
+  int number_in(const std::string& query) { return std::stoi(SqliteFile(file_).rows(query).at(0)); }
 
   TemporaryFolder folder_;
   std::filesystem::path file_ = folder_.path() / "store.sqlite";
@@ -142,7 +127,7 @@ TEST_F(SqliteStoreTest, AnotherFormatIsRefusedWithARemedy) {
 TEST_F(SqliteStoreTest, AStoreOfThePreviousFormatIsConvertedAndKept) {
   const std::string before = read_file(test::source_file("tests/unit/store/format_12.sql")).value();
   sql(before);
-  std::ofstream(file_.string() + ".new") << "what a program left that was killed meanwhile";
+  std::ofstream(file_.string() + ".new") << "left by a program that was killed";
   for (const std::uint64_t epoch : {3u, 4u}) {
     const StoredState state = open()->load().value();
     EXPECT_EQ(test::describe(state), test::describe(test::state_of_the_format_before()));

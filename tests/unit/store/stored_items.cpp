@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/film/film.h"
-#include "tests/unit/store/store_conformance.h"
+#include "tests/unit/store/stored_examples.h"
 
 namespace lightmill::test {
 namespace {

@@ -9,6 +9,7 @@
 #include "lightmill/v1/farm.pb.h"
 #include "lightmill/v1/render_service.pb.h"
 #include "lightmill/v1/worker_service.pb.h"
+#include "tests/support/error_message.h"
 
 namespace lightmill {
 namespace {
@@ -90,10 +91,7 @@ CoordinatorMessage through_wire(const CoordinatorMessage& message) {
   return *back;
 }
 
-template <class T>
-std::string error_of(const Result<T>& result) {
-  return result.ok() ? "no error" : message_of(result.status());
-}
+using test::error_message;
 
 TEST(FarmMessages, AJobSpecificationSurvivesARoundTrip) {
   const JobSpec spec = example_spec();
@@ -210,7 +208,7 @@ TEST(FarmMessages, AResultWithoutATraceIdIsAccepted) {
   ASSERT_TRUE(got.ok()) << got.status();
   EXPECT_EQ(std::get<WorkerResult>(*got).trace, Hash128{});
   result.mutable_result()->set_trace_id("short");
-  EXPECT_NE(error_of(from_wire(result)).find("trace_id"), std::string::npos);
+  EXPECT_NE(error_message(from_wire(result)).find("trace_id"), std::string::npos);
 }
 
 TEST(FarmMessages, WorkerMessagesSurviveARoundTrip) {
@@ -318,7 +316,7 @@ TEST(FarmMessages, CoordinatorMessagesSurviveARoundTrip) {
   v1::WorkResponse fewer;
   to_wire(CoordinatorMessage(grant), &fewer);
   fewer.mutable_lease()->mutable_tags()->RemoveLast();
-  EXPECT_NE(error_of(from_wire(fewer)).find("1 of 2 tiles"), std::string::npos);
+  EXPECT_NE(error_message(from_wire(fewer)).find("1 of 2 tiles"), std::string::npos);
 
   const ResultAck ack{{{JobId{1}, TileId{2}, {3, 4}}, {JobId{5}, TileId{6}, {0, 0}}}};
   EXPECT_EQ(std::get<ResultAck>(through_wire(CoordinatorMessage(ack))).keys, ack.keys);
@@ -347,10 +345,10 @@ TEST(FarmMessages, CoordinatorMessagesSurviveARoundTrip) {
 TEST(FarmMessages, BadRangesAreNamed) {
   v1::SampleRange range;
   range.set_level(31);
-  EXPECT_EQ(error_of(from_wire(range)), "range.level: must be at most 30, got 31");
+  EXPECT_EQ(error_message(from_wire(range)), "range.level: must be at most 30, got 31");
   range.set_level(30);
   range.set_index(1);
-  EXPECT_EQ(error_of(from_wire(range)), "range.index: 1 at level 30 is beyond sample 1073741824");
+  EXPECT_EQ(error_message(from_wire(range)), "range.index: 1 at level 30 is beyond sample 1073741824");
   range.set_index(0);
   EXPECT_TRUE(from_wire(range).ok());
   range.set_level(0);
@@ -365,7 +363,7 @@ TEST(FarmMessages, BadSettingsAreNamed) {
     v1::RenderSettings wire;
     to_wire(example_settings(), &wire);
     change(wire);
-    return error_of(from_wire(wire));
+    return error_message(from_wire(wire));
   };
   EXPECT_EQ(refused([](auto& w) { w.set_width(0); }), "settings: width and height must be 1 to 65536, got 0x480");
   EXPECT_EQ(refused([](auto& w) { w.set_height(65537); }),
@@ -397,23 +395,23 @@ TEST(FarmMessages, BadSettingsAreNamed) {
 TEST(FarmMessages, BadGoalsAreNamed) {
   v1::Goal goal;
   goal.set_seconds(-1);
-  EXPECT_EQ(error_of(from_wire(goal)), "goal.seconds: must be more than 0 and at most 1000000000, got -1");
+  EXPECT_EQ(error_message(from_wire(goal)), "goal.seconds: must be more than 0 and at most 1000000000, got -1");
   goal.set_seconds(std::numeric_limits<double>::quiet_NaN());
-  EXPECT_EQ(error_of(from_wire(goal)), "goal.seconds: must be more than 0 and at most 1000000000, got nan");
+  EXPECT_EQ(error_message(from_wire(goal)), "goal.seconds: must be more than 0 and at most 1000000000, got nan");
   goal.set_seconds(0);
   goal.set_error(-0.5);
-  EXPECT_EQ(error_of(from_wire(goal)), "goal.error: must be finite and at least 1e-12, got -0.5");
+  EXPECT_EQ(error_message(from_wire(goal)), "goal.error: must be finite and at least 1e-12, got -0.5");
   goal.set_error(std::numeric_limits<double>::infinity());
-  EXPECT_EQ(error_of(from_wire(goal)), "goal.error: must be finite and at least 1e-12, got inf");
+  EXPECT_EQ(error_message(from_wire(goal)), "goal.error: must be finite and at least 1e-12, got inf");
   goal.set_error(0);
   goal.set_samples(kMaxSamples + 1);
-  EXPECT_EQ(error_of(from_wire(goal)), "goal.samples: at most 1073741824, got 1073741825");
+  EXPECT_EQ(error_message(from_wire(goal)), "goal.samples: at most 1073741824, got 1073741825");
 }
 
 TEST(FarmMessages, APilotWithoutMethodsIsRefused) {
   v1::WorkResponse wire;
   to_wire(CoordinatorMessage(PilotGrant{LeaseId{7}, JobId{3}, example_settings(), {}, true}), &wire);
-  EXPECT_EQ(error_of(from_wire(wire)), "pilot.methods: at least one is expected");
+  EXPECT_EQ(error_message(from_wire(wire)), "pilot.methods: at least one is expected");
 }
 
 TEST(FarmMessages, BadResultsAreNamed) {
@@ -421,7 +419,7 @@ TEST(FarmMessages, BadResultsAreNamed) {
     v1::WorkRequest wire;
     to_wire(WorkerMessage(example_result()), &wire);
     change(*wire.mutable_result());
-    return error_of(from_wire(wire));
+    return error_message(from_wire(wire));
   };
   EXPECT_EQ(refused([](auto& w) { w.set_values("12345"); }), "float values take a multiple of 4 bytes, got 5");
   const std::vector<float> infinite{1, std::numeric_limits<float>::infinity()};
@@ -437,23 +435,24 @@ TEST(FarmMessages, BadResultsAreNamed) {
 }
 
 TEST(FarmMessages, OtherBadMessagesAreNamed) {
-  EXPECT_EQ(error_of(from_wire(v1::WorkRequest())), "unknown kind of worker message");
-  EXPECT_EQ(error_of(from_wire(v1::WorkResponse())), "unknown kind of coordinator message");
+  EXPECT_EQ(error_message(from_wire(v1::WorkRequest())), "unknown kind of worker message");
+  EXPECT_EQ(error_message(from_wire(v1::WorkResponse())), "unknown kind of coordinator message");
   v1::WorkRequest hello;
   to_wire(WorkerMessage(WorkerHello{}), &hello);
-  EXPECT_EQ(error_of(from_wire(hello)), "hello.name: must not be empty");
+  EXPECT_EQ(error_message(from_wire(hello)), "hello.name: must not be empty");
   v1::WorkResponse welcome;
   welcome.mutable_welcome()->mutable_lease_duration()->set_seconds(-1);
-  EXPECT_EQ(error_of(from_wire(welcome)), "welcome.lease_duration: must be between 0 and 86400 s, got -1 s and 0 ns");
+  EXPECT_EQ(error_message(from_wire(welcome)),
+            "welcome.lease_duration: must be between 0 and 86400 s, got -1 s and 0 ns");
   v1::SubmitJobRequest submit;
-  EXPECT_EQ(error_of(from_wire(submit)), "request_id: must not be empty");
+  EXPECT_EQ(error_message(from_wire(submit)), "request_id: must not be empty");
   v1::WorkRequest heartbeat;
   heartbeat.mutable_heartbeat()->mutable_leases()->Resize(static_cast<int>(kMaxListedLeases) + 1, 1);
-  EXPECT_EQ(error_of(from_wire(heartbeat)), "leases: 10001 entries are more than the limit of 10000");
+  EXPECT_EQ(error_message(from_wire(heartbeat)), "leases: 10001 entries are more than the limit of 10000");
   for (const int seconds : {-1, 86401}) {
     heartbeat.mutable_heartbeat()->clear_leases();
     heartbeat.mutable_heartbeat()->mutable_longest_wait()->set_seconds(seconds);
-    EXPECT_EQ(error_of(from_wire(heartbeat)),
+    EXPECT_EQ(error_message(from_wire(heartbeat)),
               fmt::format("heartbeat.longest_wait: must be between 0 and 86400 s, got {} s and 0 ns", seconds));
   }
 }

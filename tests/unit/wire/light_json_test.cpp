@@ -48,9 +48,9 @@ TEST(LightJson, ARectangleHasAWidthAndAHeight) {
   EXPECT_EQ(size(R"(, "width": 3)"), (std::array{3.0, 3.0}));
   EXPECT_EQ(size(R"(, "width": 3, "height": 2)"), (std::array{3.0, 2.0}));
   // Φ = πL · 3 · 2
-  const auto lamp = light_of<DiskLight>(
+  const auto disk = light_of<DiskLight>(
       R"({"rectangle": {"position": [1, 2, 3], "direction": [0, -1, 0], "width": 3, "height": 2}, "strength": {"watt": 12}})");
-  EXPECT_NEAR(lamp.radiance.r, 2 / M_PI, 1e-6);
+  EXPECT_NEAR(disk.radiance.r, 2 / M_PI, 1e-6);
   EXPECT_NE(light_error(light_document(
                             R"({"rectangle": {"position": [0, 2, 0], "direction": [0, -1, 0], "width": -1,
                                 "radiance": {"rgb": [1, 1, 1]}}})"))

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "common/wire/scene_json.h"
+#include "tests/support/error_message.h"
 
 namespace lightmill {
 namespace {
@@ -22,8 +23,7 @@ Material read(const std::string& material) {
   return back->materials[0];
 }
 std::string material_error(const std::string& material) {
-  const Result<SceneFile> file = read_scene_json(material_document(material), "m.json");
-  return file.ok() ? "no error" : message_of(file.status());
+  return test::error_message(read_scene_json(material_document(material), "m.json"));
 }
 
 TEST(MaterialJson, PhongIsRead) {
@@ -243,8 +243,7 @@ TEST(MaterialJson, MapsNameTexturesAndChannels) {
   EXPECT_EQ(back->materials[0].roughness_map, (ScalarMap{0, ScalarMap::Channel::g}));
   EXPECT_EQ(back->materials[0].metallic_map, (ScalarMap{0, ScalarMap::Channel::luminance}));
   const auto refusal = [&](const std::string& material) {
-    const Result<SceneFile> bad = with_texture(material);
-    const std::string message = bad.ok() ? "no error" : message_of(bad.status());
+    const std::string message = test::error_message(with_texture(material));
     return message.substr(message.find("materials[0]"));
   };
   EXPECT_EQ(refusal(R"("principled": {}, "roughness_map": {"texture": "u"})"),

@@ -7,6 +7,7 @@
 
 #include "common/base/file.h"
 #include "lightmill/v1/scene.pb.h"
+#include "tests/support/error_message.h"
 #include "tests/support/places.h"
 
 namespace lightmill {
@@ -25,8 +26,7 @@ const std::string kMaterials = R"([{"name": "red", "diffuse": {"reflectance": {"
 const std::string kObjects = R"([{"material": "red", "sphere": {"center": [0, 0, 0], "radius": 1}}])";
 
 std::string scene_error(const std::string& text) {
-  const Result<SceneFile> file = read_scene_json(text, "box.json");
-  return file.ok() ? "no error" : message_of(file.status());
+  return test::error_message(read_scene_json(text, "box.json"));
 }
 
 TEST(SceneJson, AWholeDocumentIsRead) {

@@ -1,83 +1,8 @@
-#include "worker/session/session.h"
-
-#include <gtest/gtest.h>
+// Leases, jobs, tiles and results of a worker's session.
+#include "tests/unit/worker/session_fixture.h"
 
 namespace lightmill {
 namespace {
-
-class SessionTest : public testing::Test {
- protected:
-  SessionTest() { restart({}); }
-  void restart(SessionConfig config) {
-    config.name = "w";
-    config.threads = 2;
-    config.fingerprint_class = "class-a";
-    config.renderer_version = kRendererVersion;
-    session = std::make_unique<Session>(config);
-  }
-
-  static JobDescription description(std::uint64_t job = 1, const char* digest = "digest") {
-    return {JobId{job}, sha256(digest), {}};
-  }
-  static LeaseGrant grant(std::uint64_t lease, std::uint32_t tiles, std::uint64_t job = 1, SampleRange range = {0, 0}) {
-    LeaseGrant grant{LeaseId{lease}, {JobId{job}, range, {}}};
-    for (std::uint32_t i = 0; i < tiles; ++i) {
-      grant.unit.tiles.push_back(TileId{i});
-    }
-    return grant;
-  }
-  void say(CoordinatorMessage message) { session->message(message, now, actions); }
-  void connect() {
-    session->start(now, actions);
-    come_back();
-  }
-  void come_back(Hash128 farm = {1, 1}) {
-    session->connected(now, actions);
-    say(Welcome{1, std::chrono::seconds(2), std::chrono::seconds(10), farm});
-  }
-  /// Connects, with a job ready and one lease.
-  void begin(std::uint32_t tiles) {
-    connect();
-    say(description());
-    session->job_ready(JobId{1}, now, actions);
-    say(grant(1, tiles));
-  }
-  void pass(Duration time) {
-    now += time;
-    session->tick(now, actions);
-  }
-  void rendered(const RenderTile& tile, double seconds = 0.01) {
-    Node node{tile.key.range, std::vector<float>(24, 1.0f), 0};
-    const Hash128 hash = hash_of(node);
-    session->tile_rendered({tile.ticket, std::move(node), hash, seconds}, now, actions);
-  }
-  /// All actions of one kind since the last `actions.clear()`.
-  template <class T>
-  std::vector<T> asked() const {
-    std::vector<T> found;
-    for (const SessionAction& action : actions) {
-      if (const auto* each = std::get_if<T>(&action)) {
-        found.push_back(*each);
-      }
-    }
-    return found;
-  }
-  template <class T>
-  std::vector<T> said() const {
-    std::vector<T> found;
-    for (const SendMessage& send : asked<SendMessage>()) {
-      if (const auto* each = std::get_if<T>(send.message.get())) {
-        found.push_back(*each);
-      }
-    }
-    return found;
-  }
-  static ResultAck ack(const WorkerResult& result) { return {{result.key}}; }
-
-  Time now{std::chrono::seconds(50)};
-  std::unique_ptr<Session> session;
-  SessionActions actions;
-};
 
 TEST_F(SessionTest, TheHelloComesFirst) {
   session->start(now, actions);
@@ -292,7 +217,7 @@ TEST_F(SessionTest, AnInspectionIsReadAndReportedOnce) {
   say(grant);  // a repeated message
   ASSERT_EQ(asked<RunInspection>().size(), 1u);
   session->inspection_done({InspectionId{2}, std::make_shared<const Inspection>()}, actions);
-  EXPECT_TRUE(said<InspectReport>().empty()) << "not what was asked for";
+  EXPECT_TRUE(said<InspectReport>().empty()) << "that inspection was not requested";
   session->inspection_done({InspectionId{3}, std::make_shared<const Inspection>()}, actions);
   session->inspection_done({InspectionId{3}, std::make_shared<const Inspection>()}, actions);
   ASSERT_EQ(said<InspectReport>().size(), 1u);
@@ -313,7 +238,7 @@ TEST_F(SessionTest, AnInspectionIsDroppedWithItsStreamAndByADrain) {
   EXPECT_EQ(asked<RunInspection>().size(), 2u);
   say(DrainRequest{});
   EXPECT_EQ(asked<DropInspection>().size(), 2u);
-  EXPECT_EQ(asked<Exit>().size(), 1u) << "it does not wait for what another worker will read";
+  EXPECT_EQ(asked<Exit>().size(), 1u) << "another worker will do this inspection";
 }
 
 TEST_F(SessionTest, APilotIsRunReportedAndForgotten) {
@@ -380,214 +305,6 @@ TEST_F(SessionTest, ADrainGivesPilotsBackOrFinishesThem) {
   EXPECT_EQ(said<WorkerReturn>()[1].lease, LeaseId{5});
   EXPECT_EQ(asked<DropPilot>().size(), 1u);
   EXPECT_EQ(asked<Exit>().size(), 1u);
-}
-
-TEST_F(SessionTest, HeartbeatsListUnfinishedLeases) {
-  begin(1);
-  say(grant(2, 3, 1, {0, 1}));
-  rendered(asked<RenderTile>()[0]);
-  actions.clear();
-  EXPECT_EQ(session->next_deadline(), now + std::chrono::seconds(2));
-  pass(std::chrono::seconds(2));
-  ASSERT_EQ(said<WorkerHeartbeat>().size(), 1u);
-  EXPECT_EQ(said<WorkerHeartbeat>()[0].leases, std::vector<LeaseId>{LeaseId{2}});
-}
-
-TEST_F(SessionTest, HeartbeatsReportTheTimeOfRunningTiles) {
-  begin(3);
-  const std::vector<RenderTile> tiles = asked<RenderTile>();
-  session->at_work(tiles[0].ticket, 2.5);
-  session->at_work(tiles[1].ticket, 0.5);
-  session->at_work(tiles[2].ticket, 3);
-  session->at_work(999, 3);
-  rendered(tiles[2]);
-  pass(std::chrono::seconds(2));
-  const std::vector<TileAtWork> expected{{LeaseId{1}, TileId{0}, 2.5}};
-  EXPECT_EQ(said<WorkerHeartbeat>().back().at_work, expected);
-}
-
-TEST_F(SessionTest, HeartbeatsReportTheWaitOfResults) {
-  const auto last_wait = [&] { return said<WorkerHeartbeat>().back().longest_wait; };
-  begin(4);
-  pass(std::chrono::seconds(2));
-  EXPECT_EQ(last_wait(), std::nullopt);
-  rendered(asked<RenderTile>()[0]);
-  now += std::chrono::milliseconds(700);
-  say(ack(said<WorkerResult>()[0]));
-  rendered(asked<RenderTile>()[1]);
-  now += std::chrono::milliseconds(100);
-  say(ack(said<WorkerResult>()[1]));
-  pass(std::chrono::milliseconds(1200));
-  EXPECT_EQ(last_wait(), std::chrono::milliseconds(700)) << "the longest of those that were acknowledged";
-  rendered(asked<RenderTile>()[2]);
-  pass(std::chrono::seconds(2));
-  EXPECT_EQ(last_wait(), std::chrono::seconds(2)) << "and of those that are not";
-  pass(std::chrono::seconds(2));
-  EXPECT_EQ(last_wait(), std::chrono::seconds(4));
-  rendered(asked<RenderTile>()[3]);
-  now += std::chrono::seconds(60);
-  say(ack(said<WorkerResult>()[3]));
-  session->disconnected(now, actions);
-  pass(std::chrono::seconds(60));
-  session->connected(now, actions);
-  pass(std::chrono::seconds(2));
-  EXPECT_EQ(last_wait(), std::chrono::seconds(2))
-      << "it was sent again, and what waited before is of another connection";
-}
-
-TEST_F(SessionTest, ReconnectsWithBackoff) {
-  session->start(now, actions);
-  Duration wait{};
-  for (int i = 0; i < 8; ++i) {
-    session->disconnected(now, actions);
-    const Time next = *session->next_deadline();
-    EXPECT_GE(next - now, wait);
-    wait = next - now;
-    now = next;
-    session->tick(now, actions);
-  }
-  EXPECT_EQ(wait, std::chrono::seconds(1));
-  session->connected(now, actions);
-  say(Welcome{});
-  session->disconnected(now, actions);
-  EXPECT_EQ(*session->next_deadline() - now, std::chrono::milliseconds(50));
-}
-
-TEST_F(SessionTest, ARefusedWorkerBacksOffUntilItIsAdmitted) {
-  session->start(now, actions);
-  double waited_s = 0;
-  for (const double expected_s : {1, 2, 4, 8, 16, 32, 60, 60}) {
-    session->disconnected(now, actions, true);
-    EXPECT_EQ(*session->next_deadline() - now, from_seconds(expected_s));
-    waited_s += expected_s;
-    now = *session->next_deadline();
-    session->tick(now, actions);
-  }
-  EXPECT_EQ(asked<OpenStream>().size(), 9u) << "in " << waited_s << " s";
-  session->connected(now, actions);
-  say(Welcome{});
-  session->disconnected(now, actions);
-  EXPECT_EQ(*session->next_deadline() - now, std::chrono::milliseconds(50));
-  now = *session->next_deadline();
-  session->tick(now, actions);
-  session->disconnected(now, actions, true);
-  EXPECT_EQ(*session->next_deadline() - now, std::chrono::seconds(1)) << "another refusal begins anew";
-}
-
-TEST_F(SessionTest, ADrainReturnsUnstartedTilesAndFinishesTheRest) {
-  begin(10);
-  say(grant(2, 5, 1, {0, 1}));
-  const std::vector<RenderTile> out = asked<RenderTile>();
-  actions.clear();
-  session->drain(now, actions);
-  EXPECT_EQ(said<WorkerDraining>().size(), 1u);
-  ASSERT_EQ(said<WorkerReturn>().size(), 1u);  // nothing of the second lease has begun
-  EXPECT_EQ(said<WorkerReturn>()[0].lease, LeaseId{2});
-  for (const RenderTile& tile : out) {
-    rendered(tile);
-  }
-  ASSERT_EQ(said<WorkerReturn>().size(), 2u);
-  EXPECT_EQ(said<WorkerReturn>()[1].lease, LeaseId{1});
-  EXPECT_EQ(said<WorkerResult>().size(), 4u);
-  say(grant(3, 2));
-  EXPECT_EQ(said<WorkerReturn>().size(), 3u);
-  EXPECT_TRUE(asked<Exit>().empty());
-  for (const WorkerResult& result : said<WorkerResult>()) {
-    say(ack(result));
-  }
-  ASSERT_EQ(asked<Exit>().size(), 1u);
-  EXPECT_FALSE(asked<Exit>()[0].failed);
-  EXPECT_EQ(asked<CloseStream>().size(), 1u);
-}
-
-TEST_F(SessionTest, ADrainRequestFinishesAllHeldTiles) {
-  begin(6);
-  say(DrainRequest{});
-  EXPECT_TRUE(said<WorkerReturn>().empty());
-  for (std::size_t i = 0; i < 6; ++i) {
-    rendered(asked<RenderTile>().at(i));
-  }
-  for (const WorkerResult& result : said<WorkerResult>()) {
-    say(ack(result));
-  }
-  EXPECT_EQ(asked<Exit>().size(), 1u);
-}
-
-TEST_F(SessionTest, ADrainWithoutACoordinatorWaitsBrieflyAndDropsResults) {
-  begin(1);
-  rendered(asked<RenderTile>()[0]);
-  session->disconnected(now, actions);
-  session->drain(now, actions);
-  pass(std::chrono::milliseconds(4'900));
-  session->disconnected(now, actions);  // another failed attempt does not delay the end
-  EXPECT_TRUE(asked<Exit>().empty());
-  EXPECT_LE(*session->next_deadline() - now, std::chrono::milliseconds(100));
-  pass(std::chrono::milliseconds(100));
-  ASSERT_EQ(asked<Exit>().size(), 1u);
-  EXPECT_FALSE(asked<Exit>()[0].failed);
-  EXPECT_NE(asked<Exit>()[0].reason.find("1 tiles are dropped"), std::string::npos) << asked<Exit>()[0].reason;
-}
-
-TEST_F(SessionTest, ADrainWithoutACoordinatorOrResultsLeavesAtOnce) {
-  connect();
-  say(description());
-  say(grant(1, 3));  // leased, its scene not there yet
-  session->disconnected(now, actions);
-  session->drain(now, actions);
-  ASSERT_EQ(asked<Exit>().size(), 1u);
-  EXPECT_FALSE(asked<Exit>()[0].failed);
-}
-
-TEST_F(SessionTest, ADrainDeliversWhenTheCoordinatorReturns) {
-  begin(1);
-  session->drain(now, actions);
-  session->disconnected(now, actions);
-  rendered(asked<RenderTile>()[0]);
-  pass(std::chrono::seconds(4));
-  come_back();
-  pass(std::chrono::seconds(4));
-  EXPECT_TRUE(asked<Exit>().empty());
-  say(ack(said<WorkerResult>().at(0)));
-  ASSERT_EQ(asked<Exit>().size(), 1u);
-  EXPECT_EQ(asked<Exit>()[0].reason, "drained");
-}
-
-TEST_F(SessionTest, ARequestedDrainIsLogged) {
-  begin(1);
-  say(DrainRequest{});
-  ASSERT_EQ(asked<LogNotice>().size(), 1u);
-  EXPECT_EQ(asked<LogNotice>()[0].text, "drain: finish what you have begun, and leave");
-}
-
-TEST_F(SessionTest, ADrainDropsUnacknowledgedResults) {
-  begin(1);
-  rendered(asked<RenderTile>()[0]);
-  session->drain(now, actions);
-  pass(std::chrono::seconds(29));
-  EXPECT_TRUE(asked<Exit>().empty());
-  pass(std::chrono::seconds(1));
-  ASSERT_EQ(asked<Exit>().size(), 1u);
-  EXPECT_FALSE(asked<Exit>()[0].failed);
-}
-
-TEST_F(SessionTest, ADrainWaitsAsLongAsItsTilesTake) {
-  begin(10);
-  rendered(asked<RenderTile>()[0], 50.0);
-  session->drain(now, actions);
-  pass(std::chrono::seconds(129));
-  EXPECT_TRUE(asked<Exit>().empty()) << "each thread may have two tiles of 50 s";
-  pass(std::chrono::seconds(1));
-  ASSERT_EQ(asked<Exit>().size(), 1u);
-  EXPECT_NE(asked<Exit>()[0].reason.find("take too long"), std::string::npos) << asked<Exit>()[0].reason;
-}
-
-TEST_F(SessionTest, LeavesWhenDismissed) {
-  begin(3);
-  say(Dismissal{"another worker came with the name w"});
-  ASSERT_EQ(asked<Exit>().size(), 1u);
-  EXPECT_EQ(asked<Exit>()[0].reason, "another worker came with the name w");
-  EXPECT_TRUE(asked<Exit>()[0].failed);
-  EXPECT_FALSE(session->next_deadline());
 }
 
 TEST_F(SessionTest, UnavailableAssetsAreRequestedAgain) {

@@ -1,0 +1,42 @@
+// Fixture of scenes that are read from texts in memory.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "common/scene_io/load.h"
+#include "common/wire/scene_proto.h"
+#include "tests/support/error_message.h"
+
+namespace lightmill::test {
+
+/// Bytes by the name of the file.
+using TextFiles = std::map<std::string, std::string>;
+
+inline FileSource source_of(TextFiles files) {
+  return [files = std::move(files)](const std::string& name) -> Result<SourceFile> {
+    const auto found = files.find(name);
+    return found == files.end() ? Result<SourceFile>(not_found("cannot open {}", name))
+                                : SourceFile{name, found->second};
+  };
+}
+
+/// The read scene. Fails the test if there is an error, or if it cannot be packed and unpacked.
+inline LoadedScene good_scene(Result<LoadedScene> loaded) {
+  EXPECT_TRUE(loaded.ok()) << loaded.status();
+  if (!loaded.ok()) {
+    return {};
+  }
+  const Result<Scene> back = unpack_scene(pack_scene(loaded->scene));
+  EXPECT_TRUE(back.ok()) << back.status();
+  return *std::move(loaded);
+}
+
+inline void expect_near(const Point3d& a, const Point3d& b, double tolerance = 1e-12) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(a[i], b[i], tolerance) << "[" << i << "]";
+  }
+}
+
+}  // namespace lightmill::test
