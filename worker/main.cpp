@@ -115,7 +115,7 @@ Status check_options(Options& options) {
   return check_name("--name", options.name);
 }
 
-/// Tells a farm manager (Open Job Description) why the worker cannot start or continue.
+/// Reports to a farm manager (Open Job Description) why the worker cannot start or continue.
 class FailureReport {
  public:
   FailureReport(int argc, char** argv) : wanted_(has_flag(argc, argv, "--openjd")) {}

@@ -96,7 +96,7 @@ Status run_blender(const fs::path& scene, const TemporaryFolder& folder, Signals
   return ok_status();
 }
 
-/// What the exporter says beside the document.
+/// The exporter's report beside the document.
 struct Report {
   std::string camera;  ///< name of the active one; empty without one
   std::vector<NamedCamera> cameras;

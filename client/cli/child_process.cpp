@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kExecFailed = 127;
 
-/// What the child does between fork and exec. Only async-signal-safe calls are allowed.
+/// The child's steps between fork and exec. Only async-signal-safe calls are allowed.
 [[noreturn]] void become(char* const* arguments, char* const* environment, int output, pid_t parent) {
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);

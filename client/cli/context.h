@@ -16,7 +16,7 @@ struct CommonOptions {
   CallerFiles caller;  ///< files with which client and farm prove their identity
   bool json = false, openjd = false;
 
-  /// What a suggested command needs at its end to reach the same farm. Can be empty.
+  /// Options that a suggested command needs to reach the same farm. Can be empty.
   std::string server_words() const { return server.empty() ? "" : " --server " + server; }
 };
 

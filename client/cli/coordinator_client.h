@@ -32,7 +32,7 @@ struct ListedJobs : Listed<v1::Job> {
 };
 
 struct ListedWorkers : Listed<v1::Worker> {
-  std::uint32_t wanted = 0;  ///< how many workers the farm could use now
+  std::uint32_t wanted = 0;  ///< the number of workers that the farm could use now
 };
 
 class CoordinatorClient {

@@ -12,7 +12,7 @@ constexpr Duration kGivenTimeout = std::chrono::seconds(10);
 constexpr Duration kDefaultTimeout =
     std::chrono::milliseconds(700);  // the user did not ask for this farm, so the wait is short
 
-/// The address that the user gave, and where. Empty if there is none.
+/// The address that the user gave, and its option or variable. Empty if there is none.
 struct GivenAddress {
   std::string address;
   const char* where = "";

@@ -13,7 +13,7 @@ namespace lightmill::cli {
 /// The film as it is now, with its receipt. DATA_LOSS if what the farm sends cannot be a film.
 Result<AssembledFilm> fetch_film(CoordinatorClient& connection, std::uint64_t id);
 
-/// Where a job's picture goes, and what is done to it.
+/// The files of a job's picture, and its processing.
 struct PictureOutputs {
   std::vector<std::string> paths;
   ViewSettings view;     ///< of PNG files

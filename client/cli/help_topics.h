@@ -1,4 +1,4 @@
-// Topics of `lightmill help`: what several commands share, and what is too long for --help.
+// Topics of `lightmill help`: texts that several commands share, or that are too long for --help.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// The JSON form of jobs and workers: what --json prints.
+// The JSON form of jobs and workers, as --json prints it.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -1,7 +1,7 @@
 // Signals as values: Ctrl-C, SIGTERM, SIGHUP and the death of a child. A thread of its own waits for them.
 //
 // Construct one at the start of main, before other threads. It blocks these signals in its thread, and later threads
-// inherit this. Signals that the process was told to ignore (nohup) stay ignored. A second Ctrl-C ends the process at
+// inherit this. Signals that are ignored at the start (nohup) stay ignored. A second Ctrl-C ends the process at
 // once.
 #pragma once
 

@@ -153,7 +153,7 @@ int least_width(const std::vector<Widths>& widths, std::size_t columns) {
   return width;
 }
 
-/// How many of the first columns fit into a line, the long ones shortened. At least one.
+/// The number of first columns that fit into a line, the long ones shortened. At least one.
 std::size_t columns_shown(const std::vector<Widths>& widths, int width) {
   std::size_t columns = widths.size();
   while (columns > 1 && least_width(widths, columns) > width) {

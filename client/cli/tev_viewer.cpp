@@ -57,16 +57,16 @@ void TevViewer::update(const v1::WatchJobResponse& response) {
 }
 
 bool TevViewer::finish() {
-  go_on_to(Phase::finishing);
+  advance_to(Phase::finishing);
   thread_.join();
   return sent_all_;
 }
 
 void TevViewer::stop() {
-  go_on_to(Phase::stopped);
+  advance_to(Phase::stopped);
 }
 
-void TevViewer::go_on_to(Phase phase) {
+void TevViewer::advance_to(Phase phase) {
   {
     const MutexLock lock(mutex_);
     phase_ = std::max(phase_, phase);
@@ -127,7 +127,7 @@ Status TevViewer::serve() {
     if (phase == Phase::stopped || (phase == Phase::finishing && connection_.all_taken())) {
       return ok_status();
     }
-    LM_RETURN_IF_ERROR(connection_.wait(told_missing_ ? lasts : Moment::max()));
+    LM_RETURN_IF_ERROR(connection_.wait(reported_missing_ ? lasts : Moment::max()));
     if (OutgoingConnection::now() >= lasts) {
       report_found();
     }
@@ -135,14 +135,14 @@ Status TevViewer::serve() {
 }
 
 void TevViewer::report_found() {
-  if (std::exchange(told_missing_, false)) {
+  if (std::exchange(reported_missing_, false)) {
     const HostPort& address = connection_.address();
     console_.notice(fmt::format("showing the picture in the viewer at {}:{}", address.host, address.port));
   }
 }
 
 void TevViewer::report_missing(const Status& why) {
-  if (!std::exchange(told_missing_, true)) {
+  if (!std::exchange(reported_missing_, true)) {
     const HostPort& address = connection_.address();
     console_.notice(fmt::format("no viewer at {}:{} ({}): start tev or HDRView there. Retrying", address.host,
                                 address.port, message_of(why)));

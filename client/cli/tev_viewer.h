@@ -45,7 +45,7 @@ class TevViewer {
   /// Sends until all is sent or stop() was called (OK), or the viewer is gone (an error with the reason).
   Status serve();
   std::string next_packet();
-  void go_on_to(Phase phase);
+  void advance_to(Phase phase);
   Phase phase();
   void report_found();
   void report_missing(const Status& why);
@@ -55,7 +55,7 @@ class TevViewer {
   const Console& console_;
   const TevPauses pauses_;
   OutgoingConnection connection_;  ///< used by the thread; woken when the members below change
-  bool told_missing_ = false;      ///< used by the thread: the last state that the console was told
+  bool reported_missing_ = false;  ///< used by the thread: whether the last report was a missing viewer
   bool sent_all_ = false;          ///< used by the thread
   Mutex mutex_;
   std::optional<TevPicture> picture_ LM_GUARDED_BY(mutex_);  ///< empty until its size is known

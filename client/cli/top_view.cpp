@@ -59,7 +59,7 @@ std::string fitted(const std::string& line, int columns) {
   return columns > 0 ? cut_to_columns(line, columns) : line;
 }
 
-/// Adds the table in at most `most` lines with its header; empty: as many lines as it needs. The last line says how many
+/// Adds the table in at most `most` lines with its header; empty: all lines that it needs. The last line says how many
 /// rows and columns are left out.
 void add_table(Rows rows, int columns, std::optional<std::size_t> most, const Coloring& coloring,
                std::vector<std::string>& lines) {

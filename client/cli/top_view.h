@@ -14,7 +14,7 @@ struct TopSnapshot {
   std::string server;         ///< HOST:PORT
   std::vector<v1::Job> jobs;  ///< the view leaves out ended jobs
   std::vector<v1::Worker> workers;
-  std::uint32_t wanted = 0;          ///< how many workers the farm could use
+  std::uint32_t wanted = 0;          ///< the number of workers that the farm could use
   std::vector<std::string> notices;  ///< facts about the farm that every user should know
   std::string trouble;               ///< why this state is old; empty: it is current
 };

@@ -39,14 +39,14 @@ struct TimeToError {
   bool extrapolated = false;
 };
 
-/// When the medians of a curve first reach `error`, on the straight lines of a log-log chart. Empty for a curve without
+/// The time at which the medians of a curve first reach `error`, on the straight lines of a log-log chart. Empty for a curve without
 /// positive values. Extrapolates beyond the last point only up to `reach` times the least error.
 std::optional<TimeToError> time_to_error(const std::vector<CurvePoint>& curve, double error, double reach = 1);
 
 /// The exponent p of error ∝ samples^p, by least squares on logarithms of the medians. Empty for fewer than two points.
 std::optional<double> slope_of(const std::vector<CurvePoint>& curve);
 
-/// How many times sooner than `baseline` a curve reaches the error that both reach (the greater of their last errors).
+/// The time of `baseline` over the time of a curve to the error that both reach (the greater of their last errors).
 struct SpeedUp {
   double factor = 1, at_error = 0;
   bool extrapolated = false;

@@ -135,7 +135,7 @@ TEST(Lights, AllKindsAndStrengthsAddUp) {
   const double weak = 3e-5 * 0.25 / 8 / std::sqrt(2.0);
   const double point = 2 / 25.0 * (3 / 5.0) / M_PI;  // distance 5, cos θ = 3/5
   const double square = 0.5 * 0.1385316;             // straight above its corner
-  const std::string lamp = polygon({{0, 1, 0}, {-1, 1, 0}, {-1, 1, -1}, {0, 1, -1}});
+  const std::string emitter = polygon({{0, 1, 0}, {-1, 1, 0}, {-1, 1, -1}, {0, 1, -1}});
   const auto scene = TestScene::from_text(
       document(R"("eye": [0.1, 0.5, 0.3], "look_at": [0, 0, 0])", 0.01, 8,
                diffuse("floor", 1) + "," + diffuse("strong", 0, 3) + "," + diffuse("weak", 0, 3e-5) + "," +
@@ -143,7 +143,7 @@ TEST(Lights, AllKindsAndStrengthsAddUp) {
                mesh("floor", "floor.obj") + "," + sphere("strong", "[0, 3, 0]", 0.7) + "," +
                    sphere("weak", "[0, 2, 2]", 0.5) + "," + mesh("square", "square.obj"),
                R"({"name": "point", "point": {"position": [4, 3, 0], "intensity": {"rgb": [2, 2, 2]}}})"),
-      {{"floor.obj", plane(20, 0, true)}, {"square.obj", lamp}});
+      {{"floor.obj", plane(20, 0, true)}, {"square.obj", emitter}});
   // The square's corner hides a quarter of the sphere.
   expect_answer(mean_of(scene.render({"path", 14, 1}, 12), 0), 0.75 * above + weak + point + square, 1e-3);
 }
@@ -153,12 +153,12 @@ TEST(Emission, LeavesOnTheSideOfTheNormalUnlessBothAreAskedFor) {
   // can slip through there, and a picture this narrow would show it.
   for (const bool up : {true, false}) {
     for (const bool two_sided : {true, false}) {
-      const std::string lamp = fmt::format(
+      const std::string emitter = fmt::format(
           R"({{"name": "lamp", "diffuse": {{"reflectance": {}}}, "emission": {}, "two_sided_emission": {}}})", gray(0),
           gray(1), two_sided);
       const auto seen = [&](const std::string& view) {
         const auto scene = TestScene::from_text(
-            document(view, 0.01, 8, diffuse("wall", 1) + "," + lamp,
+            document(view, 0.01, 8, diffuse("wall", 1) + "," + emitter,
                      mesh("wall", "floor.obj") + "," + mesh("wall", "ceiling.obj") + "," + mesh("lamp", "lamp.obj")),
             {{"floor.obj", polygon({{-3, 0, -2}, {0, 0, 4}, {3, 0, -2}})},
              {"ceiling.obj", polygon({{-3, 2, -2}, {3, 2, -2}, {0, 2, 4}})},
@@ -229,17 +229,17 @@ TEST(FormFactor, ParallelUnitSquaresMatchTheFormula) {
 }
 
 TEST(FormFactor, CoaxialUnitDiscsMatchTheFormula) {
-  std::vector<std::array<double, 3>> floor, lamp;
+  std::vector<std::array<double, 3>> floor, emitter;
   constexpr int kCorners = 1024;
   for (int i = 0; i < kCorners; ++i) {
     const double phi = 2 * M_PI * i / kCorners;
     floor.push_back({std::cos(phi), 0, -std::sin(phi)});
-    lamp.push_back({std::cos(phi), 1, std::sin(phi)});
+    emitter.push_back({std::cos(phi), 1, std::sin(phi)});
   }
   const auto scene = TestScene::from_text(
       document(R"("eye": [0, 6, 12], "look_at": [0, 0, 0])", 14, 64, diffuse("floor", 1) + "," + diffuse("lamp", 0, 1),
                mesh("floor", "floor.obj") + "," + mesh("lamp", "lamp.obj")),
-      {{"floor.obj", polygon(floor)}, {"lamp.obj", polygon(lamp)}});
+      {{"floor.obj", polygon(floor)}, {"lamp.obj", polygon(emitter)}});
   expect_answer(mean_over_receiver(scene, scene.render({"path", 10, 1}, 10), Vec3d(0), Vec3d(0, 1, 0), M_PI), 0.3819660,
                 1e-3);
 }

@@ -96,7 +96,7 @@ TEST(Holdout, SeesOnlyTheOuterSideOfClosedEmitters) {
 }
 
 /// The floor's value at (x, 0, 0) under a black two-sided emitter of this radiance, in a sky of radiance 0.1.
-Estimate floor_under_lamp(double x, const std::string& lamp, double radiance, std::uint32_t level = 9) {
+Estimate floor_under_emitter(double x, const std::string& emitter, double radiance, std::uint32_t level = 9) {
   const auto scene = TestScene::from_text(
       document(fmt::format(R"("eye": [{}, 0.3, 0], "look_at": [{}, 0, 0])", x + 0.9, x), 0.001, 8,
                fmt::format(R"({}, {{"name": "lamp", "diffuse": {{"reflectance": {}}}, "emission": {},
@@ -104,12 +104,12 @@ Estimate floor_under_lamp(double x, const std::string& lamp, double radiance, st
                            kMaterials, gray(0), gray(radiance)),
                std::string(kFloor) + ", " + mesh("lamp", "lamp.obj"),
                fmt::format(R"({{"environment": {{"radiance": {}}}}})", gray(0.1))),
-      {{"lamp.obj", lamp}});
+      {{"lamp.obj", emitter}});
   return mean_of(scene.render({"path", 3, 0}, level), 0);
 }
 
 // The emitter hides only sky: of E = L_sky π + L E₁ without shadows, L_sky E₁ is missing.
-double under_lamp(double unit_irradiance, double radiance) {
+double under_emitter(double unit_irradiance, double radiance) {
   const double whole = 0.1 * M_PI + radiance * unit_irradiance;
   return 0.1 * (1 - 0.1 * unit_irradiance / whole);
 }
@@ -122,18 +122,20 @@ TEST(Holdout, TwoSidedPanelsCountInEitherWinding) {
     const auto half = [](double s, double t) { return s / std::hypot(1, s) * std::atan(t / std::hypot(1, s)); };
     return 0.5 * (half(a, b) + half(b, a));
   };
-  const double exact = under_lamp(4 * (corner(3, 1) - corner(1, 1)), 1);
-  expect_answer(floor_under_lamp(0, corners + "f 5 6 7 8\n", 1), exact, 5e-3);
-  expect_answer(floor_under_lamp(0, corners + "f 8 7 6 5\n", 1), exact, 5e-3);
+  const double exact = under_emitter(4 * (corner(3, 1) - corner(1, 1)), 1);
+  expect_answer(floor_under_emitter(0, corners + "f 5 6 7 8\n", 1), exact, 5e-3);
+  expect_answer(floor_under_emitter(0, corners + "f 8 7 6 5\n", 1), exact, 5e-3);
 }
 
 TEST(Holdout, SeesTheInnerSideOfAnEmitterAroundIt) {
   // With either winding.
   const std::string corners = "v -5 -4 -5\nv 5 -4 -5\nv 5 -4 5\nv -5 -4 5\nv -5 6 -5\nv 5 6 -5\nv 5 6 5\nv -5 6 5\n";
-  expect_answer(floor_under_lamp(1, corners + "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n", 1),
-                0.1 / 1.1, 5e-3);
-  expect_answer(floor_under_lamp(1, corners + "f 4 3 2 1\nf 5 6 7 8\nf 2 6 5 1\nf 3 7 6 2\nf 4 8 7 3\nf 1 5 8 4\n", 1),
-                0.1 / 1.1, 5e-3);
+  expect_answer(
+      floor_under_emitter(1, corners + "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n", 1),
+      0.1 / 1.1, 5e-3);
+  expect_answer(
+      floor_under_emitter(1, corners + "f 4 3 2 1\nf 5 6 7 8\nf 2 6 5 1\nf 3 7 6 2\nf 4 8 7 3\nf 1 5 8 4\n", 1),
+      0.1 / 1.1, 5e-3);
 }
 
 /// A ball of quadrilaterals around (0, 1, 0), without this many of its upper rings.
@@ -158,9 +160,9 @@ std::string bulb(double radius, int without_rings) {
 
 TEST(Holdout, AHoleOutOfViewChangesNothing) {
   // The value of a sphere, h R²/d³. The ball of facets is about 5 % smaller.
-  const double x = 0.4, exact = under_lamp(M_PI * 0.09 / std::pow(1 + x * x, 1.5), 5);
+  const double x = 0.4, exact = under_emitter(M_PI * 0.09 / std::pow(1 + x * x, 1.5), 5);
   for (const int without_rings : {0, 1}) {
-    const Estimate shown = floor_under_lamp(x, bulb(0.3, without_rings), 5, 6);
+    const Estimate shown = floor_under_emitter(x, bulb(0.3, without_rings), 5, 6);
     EXPECT_NEAR(shown.value, exact, 5 * shown.standard_error + 0.1 * 5e-4) << without_rings;
     EXPECT_LT(shown.standard_error, 2e-2 * exact);
   }

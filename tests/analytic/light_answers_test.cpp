@@ -154,12 +154,12 @@ TEST(Lights, SeveralAtOnceAddUp) {
   const std::string point = R"({"point": {"position": [1, 2, 0], "intensity": {"rgb": [3, 3, 3]}}})";
   const std::string sun = R"({"directional": {"direction": [1, -1, 0], "irradiance": {"rgb": [0.5, 0.5, 0.5]}}})";
   const std::string sky = R"({"environment": {"radiance": {"rgb": [0.2, 0.2, 0.2]}}})";
-  const std::string lamp = also(sphere("lamp", "[-1, 3, 0]", 0.5));
+  const std::string emitter = also(sphere("lamp", "[-1, 3, 0]", 0.5));
   const double of_point = 3 * 2 / std::pow(5, 1.5), of_sun = 0.5 / std::sqrt(2);
-  const double of_lamp = M_PI * 4 * 0.25 / 10 * 3 / std::sqrt(10);
+  const double of_emitter = M_PI * 4 * 0.25 / 10 * 3 / std::sqrt(10);
   const double of_sky = 0.2 * (M_PI - M_PI * 0.25 / 10 * 3 / std::sqrt(10));  // the emitter hides a part of the sky
-  const Estimate floor = floor_at(0, point + also(sun) + also(sky), lamp, also(diffuse("lamp", 0, 4)), 12);
-  expect_answer(floor, (of_point + of_sun + of_lamp + of_sky) / M_PI, 3e-3);
+  const Estimate floor = floor_at(0, point + also(sun) + also(sky), emitter, also(diffuse("lamp", 0, 4)), 12);
+  expect_answer(floor, (of_point + of_sun + of_emitter + of_sky) / M_PI, 3e-3);
 }
 
 TEST(Units, ConvertForPointsSpotsAndCosinePowers) {
@@ -189,8 +189,8 @@ TEST(Units, ConvertForPointsSpotsAndCosinePowers) {
 }
 
 /// Radiance of an emitter at (0, 0, 0), seen at this angle to its normal.
-double lamp_seen(const std::string& emission, double degrees, const std::string& shape,
-                 const std::map<std::string, std::string>& files) {
+double emitter_seen(const std::string& emission, double degrees, const std::string& shape,
+                    const std::map<std::string, std::string>& files) {
   const double theta = degrees * M_PI / 180;
   const auto scene = TestScene::from_text(
       document(fmt::format(R"("eye": [{}, {}, 0], "look_at": [0, 0, 0], "up": [0, 0, 1])", 3 * std::sin(theta),
@@ -204,7 +204,7 @@ double lamp_seen(const std::string& emission, double degrees, const std::string&
 TEST(Units, ConvertForEmissiveSurfaces) {
   const std::map<std::string, std::string> quad{{"quad.obj", horizontal_rectangle(-0.04, 0.06, -0.06, 0.04, 0, true)}};
   const auto quad_seen = [&](const std::string& emission, double degrees) {
-    return lamp_seen(emission, degrees, mesh("lamp", "quad.obj"), quad);
+    return emitter_seen(emission, degrees, mesh("lamp", "quad.obj"), quad);
   };
   // 0.1 × 0.1, L = 5000: 157.080 W, 15708 W/m².
   EXPECT_NEAR(quad_seen(R"("emission_strength": {"watt": 157.080})", 50), 5000, 0.05);
@@ -218,16 +218,16 @@ TEST(Units, ConvertForEmissiveSurfaces) {
   EXPECT_NEAR(quad_seen(R"("emission_flux": {"rgb": [125.664, 0, 0]}, "emission_exponent": 1)", 0), 6000, 0.05);
   // A sphere of diameter 1 cm with 1.68 W: 5347.6 W/m².
   const std::string bulb = R"({"material": "lamp", "sphere": {"center": [0, -0.005, 0], "radius": 0.005}})";
-  EXPECT_NEAR(lamp_seen(R"("emission_strength": {"watt": 1.68})", 0, bulb, {}) * M_PI, 5347.6, 0.1);
+  EXPECT_NEAR(emitter_seen(R"("emission_strength": {"watt": 1.68})", 0, bulb, {}) * M_PI, 5347.6, 0.1);
   // Two such bulbs of one material share its power.
   const std::string two = bulb + R"(, {"material": "lamp", "sphere": {"center": [5, 0, 0], "radius": 0.005}})";
-  EXPECT_NEAR(lamp_seen(R"("emission_strength": {"watt": 3.36})", 0, two, {}) * M_PI, 5347.6, 0.1);
+  EXPECT_NEAR(emitter_seen(R"("emission_strength": {"watt": 3.36})", 0, two, {}) * M_PI, 5347.6, 0.1);
 }
 
 // A ray finds one of two coincident emitters, so light sampling must also draw only one.
 TEST(EmissiveSurfaces, CountOnceInOnePlaceWhateverTheirMaterials) {
   const std::string sides = R"(, "two_sided_emission": true)";
-  const auto lamp = [&](const std::string& name) {
+  const auto emitter = [&](const std::string& name) {
     return fmt::format(R"({{"name": "{}", "diffuse": {{"reflectance": {}}}, "emission": {}{}}})", name, gray(0),
                        gray(2), sides);
   };
@@ -237,7 +237,7 @@ TEST(EmissiveSurfaces, CountOnceInOnePlaceWhateverTheirMaterials) {
   const auto read = [&](const std::string& objects) {
     const auto scene = scene_with(fmt::format(R"("materials": [{}, {}], "objects": [{}],
             "meters": [{{"name": "m", "irradiance": {{"point": [0, 0, 0], "normal": [0, 1, 0]}}}}])",
-                                              lamp("lamp"), lamp("other"), objects),
+                                              emitter("lamp"), emitter("other"), objects),
                                   {{"square.obj", square}, {"turned.obj", turned}});
     return read_meters(scene, 4)[0];
   };

@@ -12,15 +12,15 @@ std::string point(double x, double y, double z) {
   return fmt::format("[{:.12g}, {:.12g}, {:.12g}]", x, y, z);
 }
 
-constexpr const char* kLampMaterial =
+constexpr const char* kEmitterMaterial =
     R"("materials": [{"name": "lamp", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "emission": {"rgb": [3, 3, 3]}}])";
 
 /// A rectangle in the plane z = 0 that emits L = 3 towards +z.
-std::string lamp_obj(double x0, double y0, double x1, double y1) {
+std::string emitter_obj(double x0, double y0, double x1, double y1) {
   return fmt::format("v {0} {1} 0\nv {2} {1} 0\nv {2} {3} 0\nv {0} {3} 0\nf 1 2 3 4\n", x0, y0, x1, y1);
 }
 
-constexpr const char* kLampObject = R"("objects": [{"material": "lamp", "mesh": {"file": "lamp.obj"}}])";
+constexpr const char* kEmitterObject = R"("objects": [{"material": "lamp", "mesh": {"file": "lamp.obj"}}])";
 
 TEST(Meters, APointLightIsReadExactly) {
   // E = I cosθ / d², for each channel. Nothing is random, so the only error is rounding.
@@ -91,7 +91,7 @@ TEST(Meters, ReadSphereLightsByTheFormula) {
     const auto scene = scene_with(fmt::format(
         R"({}, "objects": [{{"material": "lamp", "sphere": {{"center": {}, "radius": {}}}}}],
            "meters": [{{"name": "m", "irradiance": {{"point": [3, 1, 2], "normal": [0, 1, 0]}}}}])",
-        kLampMaterial, point(3 + c.distance * sine, 1 + c.distance * c.cosine, 2), c.radius));
+        kEmitterMaterial, point(3 + c.distance * sine, 1 + c.distance * c.cosine, 2), c.radius));
     const double expected = kPiDouble * 3 * std::pow(c.radius / c.distance, 2) * c.cosine;
     expect_reading(read_meters(scene, 6).front(), expected, 5e-3);
   }
@@ -119,8 +119,8 @@ TEST(Meters, ReadQuadsByTheirFormFactor) {
     const auto scene = scene_with(
         fmt::format(
             R"({}, {}, "meters": [{{"name": "m", "irradiance": {{"point": [0, 0, {}], "normal": [0, 0, -1]}}}}])",
-            kLampMaterial, kLampObject, c.h),
-        {{"lamp.obj", lamp_obj(c.x0, c.y0, c.x1, c.y1)}});
+            kEmitterMaterial, kEmitterObject, c.h),
+        {{"lamp.obj", emitter_obj(c.x0, c.y0, c.x1, c.y1)}});
     expect_reading(read_meters(scene, 6).front(), kPiDouble * 3 * c.form_factor, 3e-3);
   }
 }
@@ -141,8 +141,8 @@ TEST(Meters, ReadParallelRectanglesByTheirFormFactor) {
             {{"name": "mean", "patch": {{"corner": [0, 0, {4}], "edge1": [0, {3}, 0], "edge2": [{2}, 0, 0]}}}},
             {{"name": "all", "flux": {{"patch": {{"corner": [0, 0, {4}], "edge1": [0, {3}, 0], "edge2": [{2}, 0, 0]}}}}}},
             {{"name": "back", "patch": {{"corner": [0, 0, {4}], "edge1": [{2}, 0, 0], "edge2": [0, {3}, 0]}}}}])",
-                                              kLampMaterial, kLampObject, a, b, h),
-                                  {{"lamp.obj", lamp_obj(0, 0, a, b)}});
+                                              kEmitterMaterial, kEmitterObject, a, b, h),
+                                  {{"lamp.obj", emitter_obj(0, 0, a, b)}});
     const auto readings = read_meters(scene, 6);
     const double expected = kPiDouble * 3 * parallel_form_factor(a, b, h);
     expect_reading(readings[0], expected, 8e-3);
@@ -158,9 +158,9 @@ TEST(Meters, ReadPerpendicularRectanglesByTheirFormFactor) {
     const auto scene = scene_with(
         fmt::format(
             R"({}, {}, "meters": [{{"name": "m", "patch": {{"corner": [0, 0, 0], "edge1": [0, {}, 0], "edge2": [0, 0, {}]}}}}])",
-            kLampMaterial, kLampObject, l, h),
-        {{"lamp.obj", lamp_obj(0, 0, w, l)}});
-    // Reciprocity: the meter's mean irradiance is πL times the form factor from the meter to the lamp.
+            kEmitterMaterial, kEmitterObject, l, h),
+        {{"lamp.obj", emitter_obj(0, 0, w, l)}});
+    // Reciprocity: the meter's mean irradiance is πL times the form factor from the meter to the emitter.
     expect_reading(read_meters(scene, 8).front(), kPiDouble * 3 * perpendicular_form_factor(l, h, w), 1e-2);
   }
 }
@@ -170,11 +170,11 @@ TEST(Meters, ReadCoaxialDiscsByTheirFormFactor) {
   // Gauss-Legendre nodes measure it. The emitter is a polygon of 720 sides.
   constexpr std::array kNodes{0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
   constexpr std::array kWeights{0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
-  for (const auto& [lamp_radius, meter_radius, h] : {std::array{1.0, 1.0, 1.0}, {0.5, 2.0, 1.5}}) {
+  for (const auto& [emitter_radius, meter_radius, h] : {std::array{1.0, 1.0, 1.0}, {0.5, 2.0, 1.5}}) {
     std::string obj = "v 0 0 0\n", faces;
     for (int i = 0; i < 720; ++i) {
       const double angle = 2 * kPiDouble * i / 720;
-      obj += fmt::format("v {:.17g} {:.17g} 0\n", lamp_radius * std::cos(angle), lamp_radius * std::sin(angle));
+      obj += fmt::format("v {:.17g} {:.17g} 0\n", emitter_radius * std::cos(angle), emitter_radius * std::sin(angle));
       faces += fmt::format("f 1 {} {}\n", i + 2, (i + 1) % 720 + 2);
     }
     std::string meters;
@@ -187,7 +187,7 @@ TEST(Meters, ReadCoaxialDiscsByTheirFormFactor) {
         weights.push_back(kWeights[i] / 2);
       }
     }
-    const auto scene = scene_with(fmt::format(R"({}, {}, "meters": [{}])", kLampMaterial, kLampObject, meters),
+    const auto scene = scene_with(fmt::format(R"({}, {}, "meters": [{}])", kEmitterMaterial, kEmitterObject, meters),
                                   {{"lamp.obj", obj + faces}});
     const auto readings = read_meters(scene, 3);
     MeterReading mean;
@@ -199,10 +199,10 @@ TEST(Meters, ReadCoaxialDiscsByTheirFormFactor) {
     mean.half_width = std::sqrt(variance);
     mean.photometric = 683 * mean.value;
     mean.photometric_width = 683 * mean.half_width;
-    // Form factor from the meter's disc to the lamp's (Siegel & Howell, C-41).
-    const double r1 = meter_radius / h, r2 = lamp_radius / h, x = 1 + (1 + r2 * r2) / (r1 * r1);
+    // Form factor from the meter's disc to the emitter's (Siegel & Howell, C-41).
+    const double r1 = meter_radius / h, r2 = emitter_radius / h, x = 1 + (1 + r2 * r2) / (r1 * r1);
     const double form_factor = (x - std::sqrt(x * x - 4 * r2 * r2 / (r1 * r1))) / 2;
-    if (lamp_radius == meter_radius) {
+    if (emitter_radius == meter_radius) {
       EXPECT_NEAR(form_factor, 0.3819660, 5e-8);
     }
     expect_reading(mean, kPiDouble * 3 * form_factor, 6e-3);
@@ -247,8 +247,8 @@ TEST(Meters, ReadWhatAnAbsorbingBallTransmits) {
 }
 
 TEST(Meters, OccludeNothingAndChangeNoPicture) {
-  const std::string parts = fmt::format(R"({}, {})", kLampMaterial, kLampObject);
-  const std::map<std::string, std::string> files{{"lamp.obj", lamp_obj(-1, -1, 1, 1)}};
+  const std::string parts = fmt::format(R"({}, {})", kEmitterMaterial, kEmitterObject);
+  const std::map<std::string, std::string> files{{"lamp.obj", emitter_obj(-1, -1, 1, 1)}};
   const auto plain = scene_with(parts, files);
   const auto metered = scene_with(
       parts +
@@ -266,8 +266,8 @@ TEST(Meters, TheStatedIntervalHoldsTheTruthAsOftenAsStated) {
   const auto scene = scene_with(fmt::format(R"({}, {}, "meters": [
           {{"name": "point", "irradiance": {{"point": [0, 0, 0.5], "normal": [0, 0, -1]}}}},
           {{"name": "edge", "patch": {{"corner": [0, 0, 0], "edge1": [0, 1, 0], "edge2": [0, 0, 1]}}}}])",
-                                            kLampMaterial, kLampObject),
-                                {{"lamp.obj", lamp_obj(0, 0, 1, 1)}});
+                                            kEmitterMaterial, kEmitterObject),
+                                {{"lamp.obj", emitter_obj(0, 0, 1, 1)}});
   const std::array truth{kPiDouble * 3 * corner_form_factor(1, 1, 0.5),
                          kPiDouble * 3 * perpendicular_form_factor(1, 1, 1)};
   constexpr int kFilms = 800;

@@ -200,7 +200,7 @@ TEST(Opacity, CausticsThroughACardAreAsDimAsTheOpacity) {
 
 // A half-transparent emitter of twice the radiance gives as much light as an opaque one. An emitter whose half is cut out
 // does so, too.
-TEST(Opacity, ALampLightsByItsOpacity) {
+TEST(Opacity, AnEmitterLightsByItsOpacity) {
   struct Case {
     double emission, opacity;
     std::string fields;
@@ -354,7 +354,7 @@ TEST(Opacity, RaysWithoutAHierarchyPassTheSameSurfaces) {
   EXPECT_NE(with, std::vector<float>(24 * 24, with[0]));
 }
 
-TEST(Opacity, WhatLightEntersHasNone) {
+TEST(Opacity, GlassHasNone) {
   EXPECT_NE(refusal(document(kFront, 40, 8, R"({"name": "glass", "dielectric": {}, "opacity": {"value": 0.5}})",
                              sphere("glass", "[0, 0, 0]", 1)))
                 .find("materials[0].opacity: light enters this material, so it has no opacity"),

@@ -105,14 +105,14 @@ TEST_P(PhotonAnswers, UnitSquaresHaveTheirFormFactors) {
                        edge1, edge2);
   };
   struct Case {
-    std::string lamp;
+    std::string emitter;
     double factor;
   };
   for (const Case& c : {Case{polygon({{0, 1, 0}, {1, 1, 0}, {1, 1, 1}, {0, 1, 1}}), 0.1998249},
                         {polygon({{0, 0, 0}, {0, 1, 0}, {0, 1, 1}, {0, 0, 1}}), 0.2000438}}) {
     const auto scene = scene_with(fmt::format(R"("materials": [{}], "objects": [{}], {})", diffuse("lamp", 0, 2),
                                               mesh("lamp", "lamp.obj"), patch("[0, 0, 1]", "[1, 0, 0]")),
-                                  {{"lamp.obj", c.lamp}});
+                                  {{"lamp.obj", c.emitter}});
     const auto reading = read_meters(scene, 5, 1, nullptr, GetParam() + ":photons=20000").front();
     expect_reading(reading, 2 * M_PI * c.factor, 3e-2);
   }

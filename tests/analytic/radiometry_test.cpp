@@ -32,7 +32,7 @@ std::string box_of_meters(double side) {
 constexpr const char* kMote = R"("materials": [{"name": "black", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}}],
     "objects": [{"material": "black", "sphere": {"center": [0, -30, 0], "radius": 0.01}}])";
 
-std::string lamp_material(const std::string& emission) {
+std::string emitter_material(const std::string& emission) {
   return fmt::format(R"("materials": [{{"name": "lamp", "diffuse": {{"reflectance": {{"rgb": [0, 0, 0]}}}}, {}}}])",
                      emission);
 }
@@ -64,7 +64,7 @@ TEST(Radiometry, ASphereEmitsItsWatts) {
         fmt::format(R"({}, "objects": [{{"material": "lamp", "sphere": {{"center": [0, 0, 0], "radius": {}}}}}],
                        "meters": [{}, {}, {{"name": "look", "radiance": {{"point": [0, 0, 3], "direction": [0, 0, -1]}}}},
                                   {}])",
-                    lamp_material(fmt::format(R"("emission_strength": {{"watt": {}}})", watt)), diameter / 2,
+                    emitter_material(fmt::format(R"("emission_strength": {{"watt": {}}})", watt)), diameter / 2,
                     irradiance(fmt::format("[{}, 0, 0]", diameter), "[-1, 0, 0]"),
                     irradiance(fmt::format("[{}, 0, 0]", 0.505 * diameter), "[-1, 0, 0]"), box_of_meters(1)));
     const auto readings = read_meters(scene, 7);
@@ -87,7 +87,7 @@ TEST(Radiometry, ASquareEmitsItsWattsWithAndWithoutACosineProfile) {
             R"({0}, "objects": [{{"material": "lamp", "mesh": {{"file": "lamp.obj"}}}}],
                "meters": [{{"name": "near", "patch": {{"corner": [{1}, {2}, {1}], "edge1": [{3}, 0, 0], "edge2": [0, 0, {3}]}}}},
                           {{"name": "look", "radiance": {{"point": [0.1, 1, 1], "direction": [-0.1, -1, -1]}}}}, {4}])",
-            lamp_material(fmt::format(R"("emission": {}, "emission_exponent": {})", gray(c.radiance), c.exponent)),
+            emitter_material(fmt::format(R"("emission": {}, "emission_exponent": {})", gray(c.radiance), c.exponent)),
             corner, gap, c.side, box_of_meters(1)),
         {{"lamp.obj", horizontal_rectangle(corner, corner + c.side, corner, corner + c.side, 0, true)}});
     const auto readings = read_meters(scene, 7);

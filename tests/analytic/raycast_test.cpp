@@ -70,25 +70,25 @@ TEST(Raycast, DirectionalSpotAndCosinePowerAreExact) {
 
 TEST(Raycast, LightsAddUp) {
   const std::string sun = R"({"directional": {"direction": [0, -1, 0], "irradiance": {"rgb": [2, 2, 2]}}})";
-  const std::string lamp = also(sphere("lamp", "[1.5, 2, 0]", 0.5));
-  expect_near(floor_irradiance(1.5, kPoint + also(kPoint) + also(sun), lamp, also(diffuse("lamp", 0, 3))),
+  const std::string emitter = also(sphere("lamp", "[1.5, 2, 0]", 0.5));
+  expect_near(floor_irradiance(1.5, kPoint + also(kPoint) + also(sun), emitter, also(diffuse("lamp", 0, 3))),
               2 * 6 * 0.8 / 6.25 + 0 /* the sun is behind the lamp */ + 3 * M_PI * 0.25 / 4);
 }
 
 TEST(AreaLight, ShinesFromTheMiddleOfItsBoxWithItsPower) {
   // 0.4 × 0.6, L = 5: Φ = 1.2π, so 1.2 along the normal, falling off with the cosine.
   const Files files{{"lamp.obj", horizontal_rectangle(0.8, 1.2, -0.3, 0.3, 2, false)}};
-  const std::string lamp = also(mesh("lamp", "lamp.obj"));
-  expect_near(floor_irradiance(1, "", lamp, also(diffuse("lamp", 0, 5)), files), 0.3);
-  expect_near(floor_irradiance(2.5, "", lamp, also(diffuse("lamp", 0, 5)), files), 1.2 * 0.8 * 0.8 / 6.25);
+  const std::string emitter = also(mesh("lamp", "lamp.obj"));
+  expect_near(floor_irradiance(1, "", emitter, also(diffuse("lamp", 0, 5)), files), 0.3);
+  expect_near(floor_irradiance(2.5, "", emitter, also(diffuse("lamp", 0, 5)), files), 1.2 * 0.8 * 0.8 / 6.25);
   // The same by power. With L = L₀ cos²θ the intensity along the normal is Φ/(2π/4).
   const auto watt = [](double flux, int exponent) {
     return fmt::format(R"(, {{"name": "lamp", "diffuse": {{"reflectance": {}}}, "emission_strength": {{"watt": {}}},
                             "emission_exponent": {}}})",
                        gray(0), flux, exponent);
   };
-  expect_near(floor_irradiance(2.5, "", lamp, watt(1.2 * M_PI, 0), files), 1.2 * 0.8 * 0.8 / 6.25);
-  expect_near(floor_irradiance(2.5, "", lamp, watt(M_PI, 2), files), 2 * std::pow(0.8, 4) / 6.25);
+  expect_near(floor_irradiance(2.5, "", emitter, watt(1.2 * M_PI, 0), files), 1.2 * 0.8 * 0.8 / 6.25);
+  expect_near(floor_irradiance(2.5, "", emitter, watt(M_PI, 2), files), 2 * std::pow(0.8, 4) / 6.25);
 }
 
 TEST(AreaLight, ShinesOnTheSidesThatEmit) {
@@ -159,8 +159,8 @@ TEST(AreaLight, CurvedMeshShinesAboutItsMeanNormal) {
 }
 
 TEST(AreaLight, IsHiddenByOccluders) {
-  const std::string lamp = also(sphere("lamp", "[0, 4, 0]", 0.5)), ball = also(sphere("floor", "[0, 2, 0]", 0.25));
-  const auto lit = [&](double x) { return floor_irradiance(x, "", lamp + ball, also(diffuse("lamp", 0, 1))); };
+  const std::string emitter = also(sphere("lamp", "[0, 4, 0]", 0.5)), ball = also(sphere("floor", "[0, 2, 0]", 0.25));
+  const auto lit = [&](double x) { return floor_irradiance(x, "", emitter + ball, also(diffuse("lamp", 0, 1))); };
   // Seen from the light's middle, 2 above the ball's, the ball hides a cone with sine 1/8: at the floor tan · 4.
   const double edge = 4 / std::sqrt(63);
   EXPECT_EQ(lit(edge - 2e-4), 0);
@@ -216,14 +216,14 @@ TEST(Raycast, EveryMaterialScattersAsInThePathTracer) {
         Case{R"("principled": {"base_color": {"rgb": [0.8, 0.5, 0.3]}, "transmission": 0.8, "roughness": 0.8})",
              true}}) {
     const std::string material = fmt::format(R"({{"name": "shown", {}}})", shown.kind);
-    for (const std::string& lamp : {light, beyond}) {
+    for (const std::string& emitter : {light, beyond}) {
       const auto by = [&](const std::string& method) {
-        return seen(R"("eye": [-1, 1, 0.3], "look_at": [0, 0, 0])", material, mesh("shown", "floor.obj"), lamp,
+        return seen(R"("eye": [-1, 1, 0.3], "look_at": [0, 0, 0])", material, mesh("shown", "floor.obj"), emitter,
                     {{"floor.obj", plane(4, 0, true)}}, method, 1);
       };
       const double by_path = by("path");
-      EXPECT_NEAR(by("raycast"), by_path, 1e-5 * by_path) << material << lamp;
-      EXPECT_EQ(by_path > 1e-3, shown.transmits || lamp == light) << material << lamp << by_path;
+      EXPECT_NEAR(by("raycast"), by_path, 1e-5 * by_path) << material << emitter;
+      EXPECT_EQ(by_path > 1e-3, shown.transmits || emitter == light) << material << emitter << by_path;
     }
   }
 }
@@ -259,12 +259,12 @@ TEST(Raycast, LightIsAbsorbedWhereItGoesStraightOn) {
       "v -9 1 -9\nv 9 1 -9\nv 9 1 9\nv -9 1 9\nv -9 1.5 -9\nv 9 1.5 -9\nv 9 1.5 9\nv -9 1.5 9\n"
       "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n";
   const Files files{{"slab.obj", slab}, {"floor.obj", plane(40, 0, true)}};
-  const auto shown = [&](double ior, const std::string& lamp, const std::string& lights) {
+  const auto shown = [&](double ior, const std::string& emitter, const std::string& lights) {
     const std::string medium = fmt::format(
         R"(, {{"name": "smoke", "dielectric": {{"ior": {}}}, "interior": {{"absorption": {}}}}})", ior, gray(0.7));
     return M_PI * seen(R"("eye": [1.5, 2.5, 0.01], "look_at": [1.5, 0, 0])",
                        diffuse("floor", 1) + medium + also(diffuse("lamp", 0, 3)),
-                       mesh("floor", "floor.obj") + also(mesh("smoke", "slab.obj")) + lamp, lights, files);
+                       mesh("floor", "floor.obj") + also(mesh("smoke", "slab.obj")) + emitter, lights, files);
   };
   const double left = std::exp(-0.7 * 0.5 / 0.8) * std::exp(-0.7 * 0.5);
   EXPECT_NEAR(shown(1, "", kPoint), 6 * 0.8 / 6.25 * left, 1e-4);

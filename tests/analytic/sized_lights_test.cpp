@@ -21,7 +21,7 @@ Estimate lit_floor(double x, const std::string& lights, std::uint32_t level = 8)
   return mean_of(scene.render({"path", 3, 1}, level), 0);
 }
 
-/// What the camera at the origin sees in a direction, with more objects and materials.
+/// Radiance at the origin from a direction, with more objects and materials.
 double seen_towards(const std::string& direction, const std::string& lights, const std::string& objects,
                     const std::string& materials, const std::string& method = "path") {
   const auto scene = TestScene::from_text(
@@ -148,7 +148,7 @@ std::string disk_light(const std::string& fields, double radiance) {
                      gray(radiance), fields);
 }
 
-TEST(DiskLight, ItsFormFactorOnTheAxis) {
+TEST(DiskLight, HasItsFormFactorOnTheAxis) {
   // E = πL r²/(r² + h²).
   for (const double radius : {1e-3, 0.5, 3.0}) {
     const double exact = 4 * radius * radius / (radius * radius + 4);
@@ -282,7 +282,7 @@ double corner_factor(double a, double b) {
   return (a / p * std::atan(b / p) + b / q * std::atan(a / q)) / (2 * M_PI);
 }
 
-TEST(RectangleLight, ItsFormFactor) {
+TEST(RectangleLight, HasItsFormFactor) {
   // 0.8 along z (its `up`) and 3 along x, at height 2: E = πLF, and a white floor shows LF. Off the centre, four corners
   // are above the point, two of them with a negative part.
   const std::string light =

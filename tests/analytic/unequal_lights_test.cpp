@@ -13,16 +13,16 @@ namespace {
 constexpr const char* kCube =
     "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n"
     "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 1 5 8 4\n";
-constexpr const char* kLamp =
+constexpr const char* kEmitter =
     R"({"name": "l1", "material": "far", "triangle": {"a": [-3.4, 3, 1.75], "b": [-2.9, 3, 1.75], "c": [-2.9, 3, 2.25]}})";
 
 /// A cube, a point light of 100 W one unit from its right side, and more lights or objects.
-std::string cube_scene(double lamp_watt, const std::string& objects, const std::string& lights) {
+std::string cube_scene(double emitter_watt, const std::string& objects, const std::string& lights) {
   return fmt::format(
       R"("materials": [{}, {}, {{"name": "far", "diffuse": {{"reflectance": {}}}, "emission_strength": {{"watt": {}}}}}],
          "objects": [{}{}],
          "lights": [{{"name": "near", "point": {{"position": [2, 0, 0]}}, "strength": {{"watt": 100}}}}{}])",
-      diffuse("grey", 0.8), diffuse("black", 0), gray(0), lamp_watt, mesh("grey", "cube.obj"), objects, lights);
+      diffuse("grey", 0.8), diffuse("black", 0), gray(0), emitter_watt, mesh("grey", "cube.obj"), objects, lights);
 }
 
 /// Points of 10 kW behind the cube, as seen from its right side.
@@ -36,15 +36,15 @@ std::string points_behind(int count) {
 
 TEST(UnequalLights, AStrongOneThatDoesNotReachTheSurfaceMakesNoNoise) {
   // E = Φ/4πd² on the right side. The other lights are behind the surface, or behind a black wall.
-  const std::string lamp = also(kLamp);
+  const std::string emitter = also(kEmitter);
   const std::string spots =
       R"(, {"spot": {"position": [9, 0, 0], "direction": [-1, 0, 0], "cutoff_degrees": 30}, "strength": {"watt": 1e5}},
          {"spot": {"position": [9, 1, 0], "direction": [-1, 0, 0], "cutoff_degrees": 30}, "strength": {"watt": 1e5}})";
-  for (const auto& [objects, lights] : {std::pair{lamp, std::string()},
-                                        {lamp, points_behind(2)},
-                                        {lamp, points_behind(7)},
-                                        {lamp, points_behind(40)},
-                                        {lamp + also(mesh("black", "wall.obj")), spots}}) {
+  for (const auto& [objects, lights] : {std::pair{emitter, std::string()},
+                                        {emitter, points_behind(2)},
+                                        {emitter, points_behind(7)},
+                                        {emitter, points_behind(40)},
+                                        {emitter + also(mesh("black", "wall.obj")), spots}}) {
     const auto scene =
         scene_with(cube_scene(10000, objects, lights) +
                        R"(, "meters": [{"name": "m", "irradiance": {"point": [1, 0, 0], "normal": [1, 0, 0]}}])",
@@ -56,11 +56,11 @@ TEST(UnequalLights, AStrongOneThatDoesNotReachTheSurfaceMakesNoNoise) {
 }
 
 /// The middle of the cube's right side, as seen by a camera: red, pixel by pixel, of half A.
-std::vector<double> right_side(double lamp_watt) {
+std::vector<double> right_side(double emitter_watt) {
   const auto scene = TestScene::from_text(
       R"({"camera": {"eye": [6, 3, 6], "look_at": [0, 0, 0], "vertical_fov_degrees": 30},
           "film": {"width": 64, "height": 64}, )" +
-          cube_scene(lamp_watt, also(kLamp), "") + "}",
+          cube_scene(emitter_watt, also(kEmitter), "") + "}",
       {{"cube.obj", kCube}});
   const HalfImages image = scene.render({"path", 9, 0}, 2, {40, 33, 4, 4});
   std::vector<double> out;
@@ -70,7 +70,7 @@ std::vector<double> right_side(double lamp_watt) {
   return out;
 }
 
-TEST(UnequalLights, APictureOfTheRightSideDoesNotDependOnALampOnTheLeft) {
+TEST(UnequalLights, APictureOfTheRightSideDoesNotDependOnALightOnTheLeft) {
   const std::vector<double> weak = right_side(1e-6), strong = right_side(10000);
   ASSERT_EQ(weak.size(), 16u);
   for (std::size_t i = 0; i < weak.size(); ++i) {
@@ -79,8 +79,8 @@ TEST(UnequalLights, APictureOfTheRightSideDoesNotDependOnALampOnTheLeft) {
   }
 }
 
-TEST(UnequalLights, OfManyAWeakOneIsNotStarvedByStrongOnesBehindAWall) {
-  // One lamp of 1 W in the open, and more of 10 kW behind a black wall. The even share bounds the relative variance.
+TEST(UnequalLights, AWeakOneAmongManyIsNotStarvedByStrongOnesBehindAWall) {
+  // One light of 1 W in the open, and more of 10 kW behind a black wall. The even share bounds the relative variance.
   for (const int hidden : {7, 15}) {
     std::string lights = R"({"point": {"position": [0, 0, 1]}, "strength": {"watt": 1}})";
     for (int i = 0; i < hidden; ++i) {

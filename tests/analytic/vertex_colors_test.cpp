@@ -74,7 +74,7 @@ TEST(VertexColors, InstancesHaveThem) {
   expect_color(scene(20 + 2 * 3.25, 4.4).render({"preview", 1, 0}, 1), {0.25, 0, 1}, "between, and moved");
 }
 
-/// A glTF file with a white unlit lamp at z = −1, and before it a black square whose alpha is 0 on the left and 1 on the
+/// A glTF file with a white emitter at z = −1, and before it a black square whose alpha is 0 on the left and 1 on the
 /// right.
 std::string fading_square(const std::string& mode) {
   GltfBuffer b;

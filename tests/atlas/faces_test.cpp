@@ -14,7 +14,7 @@ TEST(Faces, TouchingBlocksLeakNoLight) {
 TEST(Faces, AnEmitterJustBelowTheCeilingLightsOnlyTheFloor) {
   for (const double gap : {1e-2, 1e-4, 1e-5}) {
     const auto seen = [&](const std::string& view) {
-      return mean_of(clean_picture(scene_of(lamp_below_a_ceiling(gap, view)), "path", 10, 1), 0);
+      return mean_of(clean_picture(scene_of(emitter_below_a_ceiling(gap, view)), "path", 10, 1), 0);
     };
     expect_answer(seen(R"("eye": [0, 0.5, 1], "look_at": [0, 0, 0])"), 0.2394565, 2e-3);
     EXPECT_EQ(seen(R"("eye": [2, 0.5, 1], "look_at": [2, 1.1, 0])").value, 0) << gap;
@@ -82,10 +82,11 @@ TEST(Walls, ADoorAjarPassesTheVisiblePartOfTheLight) {
 }
 
 TEST(Faces, ADuplicatedEmitterCountsOnce) {
-  // The same lamp again: in its own file, from another corner, as triangles, as another object; by radiance and by
+  // The same emitter again: in its own file, from another corner, as triangles, as another object; by radiance and by
   // power.
-  const std::string lamp = horizontal_square(1, 1, false);
-  for (const std::string& obj : {lamp + "f 1 2 3 4\n", lamp + "f 2 3 4 1\n", lamp + "f 3 4 1 2\nf 1 2 3 4\n"}) {
+  const std::string emitter = horizontal_square(1, 1, false);
+  for (const std::string& obj :
+       {emitter + "f 1 2 3 4\n", emitter + "f 2 3 4 1\n", emitter + "f 3 4 1 2\nf 1 2 3 4\n"}) {
     for (const double objects : {1, 2}) {
       for (const std::string emission :
            {R"("emission": {"rgb": [1, 1, 1]})", R"("emission_strength": {"watt": 3.14159265})"}) {

@@ -28,11 +28,12 @@ TEST(Triangles, ChangeNothingAsDuplicatesOrWithoutArea) {
 }
 
 TEST(Triangles, EmitNothingWithoutArea) {
-  const std::string lamp = horizontal_square(1, 1, false) + "f 1 1 2\nf 1 2 2\nv 0 1 0\nv 0.1 1 0\nf 1 5 5\nf 5 6 5\n";
+  const std::string emitter =
+      horizontal_square(1, 1, false) + "f 1 1 2\nf 1 2 2\nv 0 1 0\nv 0.1 1 0\nf 1 5 5\nf 5 6 5\n";
   const auto scene = TestScene::from_text(document(R"("eye": [0, 0.5, 1], "look_at": [0, 0, 0])", 0.01, 8,
                                                    diffuse("floor", 1) + also(diffuse("lamp", 0, 1)),
                                                    mesh("floor", "floor.obj") + also(mesh("lamp", "lamp.obj"))),
-                                          {{"floor.obj", plane(20, 0, true)}, {"lamp.obj", lamp}});
+                                          {{"floor.obj", plane(20, 0, true)}, {"lamp.obj", emitter}});
   expect_answer(mean_of(clean_picture(scene, "path", 10, 1), 0), 0.2394565, 2e-3);
 }
 
@@ -90,10 +91,10 @@ void expect_form_factor(double scale, const Vec3d& offset) {
       {"floor.obj", moved({{-8, 0, -11}, {-8, 0, 9}, {12, 0, 9}, {12, 0, -11}})},
       {"lamp.obj", moved({{-0.5, 1, -0.5}, {0.5, 1, -0.5}, {0.5, 1, 0.5}, {-0.5, 1, 0.5}})}};
   const std::string view = fmt::format(R"("eye": {}, "look_at": {})", at(0, 0.5, 1), at(0, 0, 0));
-  const auto lamp = TestScene::from_text(document(view, 0.01, 8, diffuse("floor", 1) + also(diffuse("lamp", 0, 1)),
-                                                  mesh("floor", "floor.obj") + also(mesh("lamp", "lamp.obj"))),
-                                         files);
-  expect_answer(mean_of(clean_picture(lamp, "path", 10, 1), 0), 0.2394565, 2e-3);
+  const auto emitter = TestScene::from_text(document(view, 0.01, 8, diffuse("floor", 1) + also(diffuse("lamp", 0, 1)),
+                                                     mesh("floor", "floor.obj") + also(mesh("lamp", "lamp.obj"))),
+                                            files);
+  expect_answer(mean_of(clean_picture(emitter, "path", 10, 1), 0), 0.2394565, 2e-3);
   const auto point = TestScene::from_text(
       document(view, 0.01, 8, diffuse("floor", 1), mesh("floor", "floor.obj"),
                fmt::format(R"({{"point": {{"position": {}, "intensity": {}}}}})", at(0, 1, 0), gray(scale * scale))),
@@ -153,7 +154,7 @@ TEST(Spheres, ShowTheirAlbedoInAnEvenSkyAtAnySize) {
 }
 
 TEST(Spheres, AreAFloorAtAMillionUnits) {
-  // Lamps down to a thousandth of the radius above the surface. Rays start 4e-6 of the radius off the surface.
+  // Emitters down to a thousandth of the radius above the surface. Rays start 4e-6 of the radius off the surface.
   for (const double height : {1e6, 1e4, 1e3}) {
     const auto scene = TestScene::from_text(document(
         fmt::format(R"("eye": [0, {0}, {0}], "look_at": [0, 0, 0])", 2 * height), 0.01, 8, diffuse("ground", 1),
@@ -184,7 +185,7 @@ TEST(Spheres, GiveTheirIrradianceWhenTinyOrHuge) {
 
 // ---- planes ----
 
-TEST(Planes, AreALineEdgeOn) {
+TEST(Planes, AreALineWhenSeenEdgeOn) {
   // In the plane, the camera sees the sky above and below. Just above it, the lower half of the picture is the plane.
   for (const double height : {0.0, 1e-6, 1e-3}) {
     const auto scene = TestScene::from_text(

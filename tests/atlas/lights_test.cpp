@@ -7,7 +7,7 @@
 namespace lightmill::test {
 namespace {
 
-std::string lamp_of(const std::string& emission) {
+std::string emitter_of(const std::string& emission) {
   return fmt::format(R"({{"name": "lamp", "diffuse": {{"reflectance": {}}}, {}}})", gray(0), emission);
 }
 std::string point_light(const std::string& position, double intensity) {
@@ -32,7 +32,7 @@ TEST(Shrinking, ASphereOfConstantPowerBecomesAPoint) {
   const double exact = 8 / (4 * M_PI) * 2 / std::pow(5, 1.5) / M_PI;
   for (const double radius : {1.0, 0.1, 1e-2, 1e-4, 1e-6, 1e-7, 1e-9, 1e-15}) {
     const std::string ball = also(sphere("lamp", "[1, 2, 0]", radius));
-    const std::string watt = also(lamp_of(R"("emission_strength": {"watt": 8})"));
+    const std::string watt = also(emitter_of(R"("emission_strength": {"watt": 8})"));
     SCOPED_TRACE(radius);
     expect_answer(floor_under(ball, watt, "", "path"), exact, 5e-3);
     EXPECT_NEAR(floor_under(ball, watt, "", "raycast", 1).value, exact, 1e-4 * exact);
@@ -46,7 +46,7 @@ TEST(Shrinking, ASquareOfConstantPowerBecomesACosineLight) {
   // Φ/π along the normal: E = Φ/π cos²θ/d², from height 2 at 45°.
   const double exact = 8 / M_PI * 0.5 / 8 / M_PI;
   for (const double side : {0.1, 1e-2, 1e-4, 1e-6}) {
-    const std::string watt = also(lamp_of(R"("emission_strength": {"watt": 8})"));
+    const std::string watt = also(emitter_of(R"("emission_strength": {"watt": 8})"));
     const std::map<std::string, std::string> files{{"lamp.obj", polygon({{2 - side / 2, 2, -side / 2},
                                                                          {2 + side / 2, 2, -side / 2},
                                                                          {2 + side / 2, 2, side / 2},
@@ -61,7 +61,7 @@ TEST(Shrinking, ASquareOfConstantPowerBecomesACosineLight) {
 }
 
 TEST(Shrinking, PowerWithoutAreaIsRefused) {
-  const std::string watt = also(lamp_of(R"("emission_strength": {"watt": 8})"));
+  const std::string watt = also(emitter_of(R"("emission_strength": {"watt": 8})"));
   const auto why = [&](const std::string& object, const std::string& obj) {
     return refusal(document(kDown, 60, 8, diffuse("floor", 1) + watt, mesh("floor", "floor.obj") + object),
                    {{"floor.obj", plane(20, 0, true)}, {"lamp.obj", obj}});

@@ -8,8 +8,8 @@
 namespace lightmill::test {
 namespace {
 
-Estimate mirrored_lamp(const std::string& kind, std::uint64_t seed) {
-  return mean_of(scene_of(lamp_in_a_floor(kind, 0)).render({"path", seed, 0}, 10), 0);
+Estimate mirrored_emitter(const std::string& kind, std::uint64_t seed) {
+  return mean_of(scene_of(emitter_in_a_floor(kind, 0)).render({"path", seed, 0}, 10), 0);
 }
 
 TEST(Materials, AreMirrorsAsRoughnessFallsToZero) {
@@ -23,7 +23,7 @@ TEST(Materials, AreMirrorsAsRoughnessFallsToZero) {
         {fmt::format(R"("conductor": {{"eta": {}, "k": {}, "roughness": {}}})", gray(1), gray(1000), roughness), 1},
         {fmt::format(R"("principled": {{"base_color": {}, "metallic": 1, "roughness": {}}})", gray(1), roughness), 1}};
     for (const auto& c : cases) {
-      const Estimate seen = mirrored_lamp(c.kind, 50);
+      const Estimate seen = mirrored_emitter(c.kind, 50);
       EXPECT_NEAR(seen.value, c.exact, 5 * seen.standard_error + 2e-3 * c.exact) << c.kind;
       EXPECT_LT(seen.standard_error, 0.02 * c.exact) << c.kind;
     }
@@ -33,7 +33,7 @@ TEST(Materials, AreMirrorsAsRoughnessFallsToZero) {
 TEST(Materials, PhongBecomesAMirrorAtExponentAMillion) {
   for (const double exponent : {1e4, 1e5, 1e6}) {
     const Estimate seen =
-        mirrored_lamp(fmt::format(R"("phong": {{"specular": {}, "exponent": {}}})", gray(0.8), exponent), 51);
+        mirrored_emitter(fmt::format(R"("phong": {{"specular": {}, "exponent": {}}})", gray(0.8), exponent), 51);
     // (s + 2)/(s + 1) times the mean cosine about 45°, over cos 45°: within 2/s of ρ cos θ, Phong's own loss.
     EXPECT_NEAR(seen.value, 0.8 * std::cos(M_PI / 4), 5 * seen.standard_error + 2e-3) << exponent;
   }
@@ -116,7 +116,7 @@ TEST(Materials, VeachsPlatesShowLightsOfAllSizesAtAllRoughnesses) {
   for (const double roughness : {0.1, 0.25, 0.5, 0.8}) {
     for (const double radius : {0.02, 0.1, 0.4, 0.9}) {
       for (const double aside : {0.3, 1.0}) {
-        const AtlasCase plate = lamp_over_a_plate(roughness, radius, aside);
+        const AtlasCase plate = emitter_over_a_plate(roughness, radius, aside);
         SCOPED_TRACE(plate.name);
         expect_answer(mean_of(clean_picture(scene_of(plate), "path", 9, 1), 0), *plate.exact, 1e-2);
       }

@@ -1,8 +1,8 @@
 // The course's two tables on one thread, as Markdown: time with and without the hierarchy, and subdivisions of the
 // pixel against time and error, compared with plain random sampling.
+//
 // Plain random sampling is the same kernel with a separate seed for every sample. Sample i of a picture is sample i of
 // sequence i, so the samples are independent. The error is relMSE against many samples of another seed.
-// of sequence i, so that no two know of each other. The error is relMSE against many samples of another seed.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

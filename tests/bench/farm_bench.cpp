@@ -1,7 +1,7 @@
 // Cost of the farm over the bare renderer, and time to the first picture of a watching client.
 //
 // A real coordinator and worker on loopback render a job for a real client process. Then this process renders the same
-// samples on as many threads. The result is the ratio of CPU time. The farm's is that of all three programs, from
+// samples on the same number of threads. The result is the ratio of CPU time. The farm's is that of all three programs, from
 // submission until the client has the film in memory. It includes the client's start, but not the writing of files.
 // Pairs alternate and the median counts, because the machine may be busy.
 #include <sys/resource.h>

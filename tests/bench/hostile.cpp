@@ -73,7 +73,7 @@ std::string message(std::uint32_t stream, std::uint32_t announced, const std::st
   return frame(kData, whole ? kEndStream : '\0', stream, '\0' + big_endian(announced, 4) + bytes);
 }
 
-/// What connection `i` sends before it falls silent. `job`: a request that names a job (field 1).
+/// The bytes that connection `i` sends before it falls silent. `job`: a request that names a job (field 1).
 std::string words_of(int i, const std::string& job) {
   switch (i % 6) {
     case 0:
@@ -125,7 +125,7 @@ class HostileClient {
       thread_.join();
     }
   }
-  /// How many connections have received more than this many unread bytes. Call it after stop().
+  /// The number of connections with more than this many unread bytes. Call it after stop().
   int answered(int bytes) const {
     return static_cast<int>(std::ranges::count_if(sockets_, [&](int socket) {
       int waiting = 0;

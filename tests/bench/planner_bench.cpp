@@ -164,7 +164,7 @@ void print_fit(const std::vector<TestedScene>& scenes, int repeats) {
     if (!scenes[s].facts.casters.empty()) {
       variants.insert(variants.end(), {{"caustic", 0},
                                        {"caustic:photons=16384", 0},
-                                       {"caustic:photons=16384", 2},  // fewer rays for as many photons
+                                       {"caustic:photons=16384", 2},  // fewer rays for the same number of photons
                                        {"caustic:photons=1024,radius=6", 0}});
     }
     for (const auto& [method, bounces] : variants) {

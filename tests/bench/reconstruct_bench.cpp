@@ -1,4 +1,4 @@
-// How much less error a reconstructed picture has, at equal samples, and how long the reconstruction takes. Renders
+// Error of reconstructed pictures, compared with raw ones of equal samples, and the time of the reconstruction. Renders
 // scenes with 16 and 64 samples and compares the raw and the reconstructed picture with a reference.
 //
 // relMSE = mean((x − a)(x − b) / (r² + 0.01)) with the halves a and b of the reference and their mean r, so that the

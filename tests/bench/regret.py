@@ -4,7 +4,7 @@
   tests/bench/regret.py [SCENE.json ...] -o FOLDER [--seconds 60] [--short 15] [--size 256x256] [--seeds 4]
 
 Renders each scene (default: all of scenes/) by each method that the planner admits, except ppm. Where a pilot of auto has a
-choice, these methods and auto render as many samples as take --seconds of CPU, with several seeds. All others get --short
+choice, these methods and auto render the samples that take --seconds of CPU, with several seeds. All others get --short
 seconds with two seeds. A method's error is half of the relMSE between pictures of different seeds. auto pays for its pilot.
 A job's cost is error x CPU seconds. Regret is auto's cost over that of the best method. The difference of two methods'
 pictures beyond both errors is their bias. Writes FOLDER/results.csv and prints a table.

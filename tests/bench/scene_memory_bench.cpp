@@ -133,18 +133,18 @@ LoadedScene made(const Kind& kind) {
 
 void measure(const std::string& name, const LoadedScene& loaded) {
   const auto assets = [&](const Sha256& digest) -> Result<std::string> { return loaded.assets.at(digest); };
-  const Result<SceneMemory> told = estimate_memory(loaded.scene, assets, read_size);
+  const Result<SceneMemory> estimated = estimate_memory(loaded.scene, assets, read_size);
   std::ofstream("/proc/self/clear_refs") << 5;  // the peak counts from here
   const std::uint64_t before = status_kib("VmRSS:");
   const auto compiled = CompiledScene::compile(loaded.scene, assets, read_image, {});
-  if (!told.ok() || !compiled.ok()) {
-    fmt::print("{}: {}\n", name, message_of(told.ok() ? compiled.status() : told.status()));
+  if (!estimated.ok() || !compiled.ok()) {
+    fmt::print("{}: {}\n", name, message_of(estimated.ok() ? compiled.status() : estimated.status()));
     return;
   }
   const double mib = 1.0 / 1024, peak = static_cast<double>(status_kib("VmHWM:") - before) * mib,
                held = static_cast<double>(status_kib("VmRSS:") - before) * mib,
-               estimate = static_cast<double>(told->bytes) * mib * mib;
-  fmt::print("| {} | {} | {:.0f} | {:.0f} | {:.0f} | {:.0f} | {:.2f} |\n", name, told->triangles, held,
+               estimate = static_cast<double>(estimated->bytes) * mib * mib;
+  fmt::print("| {} | {} | {:.0f} | {:.0f} | {:.0f} | {:.0f} | {:.2f} |\n", name, estimated->triangles, held,
              static_cast<double>((*compiled)->bytes()) * mib * mib, peak, estimate, estimate / peak);
 }
 

@@ -53,8 +53,8 @@ test('the mouse and keys show the values of a point', async () => {
   }
   await eventually('the last point is another', async () => (await values())[0] !== before);
   const last = (await historyOf(first)).at(-1).error.rel_mse;
-  const [told] = await values();
-  assert.ok(Math.abs(Number.parseFloat(told) / last - 1) < 1e-3, `${told} for ${last}`);
+  const [shown] = await values();
+  assert.ok(Math.abs(Number.parseFloat(shown) / last - 1) < 1e-3, `${shown} for ${last}`);
   const box = await plot.boundingBox();
   await page.mouse.move(box.x + 80, box.y + 60);
   await eventually('the mouse has its own', async () => (await values())[0] === before);
@@ -115,7 +115,7 @@ test('a hidden page receives nothing, and catches up when it is visible', async 
   });
   await opened.goto(`${session.farm.page}#/jobs`);
   await opened.getByRole('link', {name: 'by path'}).waitFor();
-  const running = session.farm.submit('cornell-bench-blocks', '--spp', '100000', '--size', '96x80', '--method', 'path', '--name', 'goes on');
+  const running = session.farm.submit('cornell-bench-blocks', '--spp', '100000', '--size', '96x80', '--method', 'path', '--name', 'running');
   await opened.goto(`${session.farm.page}#/jobs/${running}`);
   await opened.waitForSelector('canvas[data-drawn]');
   const before = frames.count;
@@ -168,9 +168,9 @@ test('dropped results of a lab show their methods in one chart', async () => {
   await page.getByRole('img', {name: /^Error against time/}).focus();
   await page.keyboard.press('ArrowRight');
   const [curve] = results.scenes[0].methods.map((each) => each.curve);
-  await eventually('values are told', async () => (await lines.first().locator('.chart-value').textContent()) !== '');
-  const told = Number.parseFloat(await lines.first().locator('.chart-value').textContent());
-  assert.ok(curve.some((point) => Math.abs(told / point.rel_mse - 1) < 1e-3), `${told}`);
+  await eventually('values are shown', async () => (await lines.first().locator('.chart-value').textContent()) !== '');
+  const shown = Number.parseFloat(await lines.first().locator('.chart-value').textContent());
+  assert.ok(curve.some((point) => Math.abs(shown / point.rel_mse - 1) < 1e-3), `${shown}`);
   if (pictures) {
     await page.screenshot({path: join(pictures, 'lab.png')});
   }

@@ -38,7 +38,7 @@ const shown = () => page.evaluate(canvasPixels, kSize);
 const takePicture = async (name) => pictures && (await page.screenshot({path: join(pictures, `${name}.png`)}));
 
 /** Values of `lightmill error`. */
-function told(image, truth) {
+function errorOf(image, truth) {
   return JSON.parse(session.farm.lightmill('error', join(session.farm.folder, `${image}.exr`), join(session.farm.folder, `${truth}.exr`), '--json'));
 }
 
@@ -57,7 +57,7 @@ test('a comparison with a job of the same size has the numbers of the command li
   });
   assert.ok(!offered.some((each) => each.includes('another size') || each.includes('few samples')));
   await compareBox().selectOption(reference);
-  const expected = told(job, reference);
+  const expected = errorOf(job, reference);
   await measuredAs('the numbers are there', (each) => each.FLIP > 0);
   const numbers = await measured();
   // The page has half floats, each within 2^-11 of its value, and four digits. FLIP grows with the root of small differences.
@@ -131,7 +131,7 @@ test('an EXR file of the farm equals the picture, and a file of another size is 
   // Both went through the same rounding to half floats.
   await measuredAs('the file is the job', (each) => each.relMSE === 0 && each.FLIP === 0);
   await page.getByLabel('An EXR file to compare with').setInputFiles(join(session.farm.folder, `${reference}.exr`));
-  const expected = told(job, reference);
+  const expected = errorOf(job, reference);
   await measuredAs('the numbers are those of the command line', (each) => Math.abs(each.relMSE / expected.rel_mse - 1) < 2e-3);
   await page.getByLabel('An EXR file to compare with').setInputFiles({name: 'notes.exr', mimeType: 'image/x-exr', buffer: Buffer.from('no picture')});
   await page.getByRole('alert').getByText('notes.exr: this is not an EXR file').waitFor();

@@ -149,7 +149,7 @@ test('only an admin reads the log of actions, which says what changed', async ()
   page = before;
 });
 
-test('a user whose login ends is told at once, and a valid token logs in again', async () => {
+test('a user whose login ends sees it at once, and a valid token logs in again', async () => {
   farm.token = tokens.root;
   farm.lightmill('tokens', 'revoke', /^lightmill_([0-9a-f]{12})_/.exec(tokens.bob)[1]);
   await page.getByRole('heading', {name: 'Log in'}).waitFor();

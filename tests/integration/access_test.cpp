@@ -80,19 +80,19 @@ TEST(Access, EveryRpcChecksRolesAndOwners) {
     std::shared_ptr<grpc::Channel> channel;
     std::string token;
   };
-  const auto root = secure.channel(secure.person("root", {Role::admin})), nobody = secure.channel(std::nullopt);
+  const auto root = secure.channel(secure.person("root", {Role::admin})), anonymous = secure.channel(std::nullopt);
   std::vector<Caller> callers{
-      {"nobody", nobody, ""}, {"nobody", root, make_token()->text}, {"nobody", root, "rubbish"}};
+      {"anonymous", anonymous, ""}, {"anonymous", root, make_token()->text}, {"anonymous", root, "rubbish"}};
   for (const Role role : kRoles) {
     const std::string name(name_of(role));
     callers.push_back({name, secure.channel(secure.person("ada", {role})), ""});
-    callers.push_back({name, nobody, token_for(root, "ada", {role})});
+    callers.push_back({name, anonymous, token_for(root, "ada", {role})});
     // The token's roles count, not the certificate's.
     callers.push_back({name, root, token_for(root, "ada", {role})});
   }
   for (const google::protobuf::MethodDescriptor* method : all_methods()) {
     const std::string name = method->service()->name() + "/" + method->name();
-    ASSERT_TRUE(expectations().contains(name)) << "who may call " << name << "?";
+    ASSERT_TRUE(expectations().contains(name)) << name << " has no line in this table";
     const Expectation& expected = expectations().at(name);
     const bool names_a_job = job_field(*method) != nullptr;
     for (const auto& [role, channel, token] : callers) {
@@ -101,9 +101,9 @@ TEST(Access, EveryRpcChecksRolesAndOwners) {
         const bool let_in = has_word(own && names_a_job ? expected.own_roles : expected.roles, role);
         const grpc::Status status = call(channel, "/" + method->service()->full_name() + "/" + method->name(),
                                          request_for(*method, job), nullptr, token);
-        EXPECT_EQ(status.error_code(), let_in             ? expected.answer
-                                       : role == "nobody" ? StatusCode::UNAUTHENTICATED
-                                                          : StatusCode::PERMISSION_DENIED)
+        EXPECT_EQ(status.error_code(), let_in                ? expected.answer
+                                       : role == "anonymous" ? StatusCode::UNAUTHENTICATED
+                                                             : StatusCode::PERMISSION_DENIED)
             << name << " as " << role << (token.empty() ? " by certificate" : " by token")
             << (own ? ", own job: " : ", another's job: ") << status.error_message();
       }
@@ -152,7 +152,7 @@ TEST(Access, ARequestIdOfAnotherUserRevealsNothing) {
   EXPECT_EQ(submit(eve), std::pair(StatusCode::ALREADY_EXISTS, std::uint64_t{0}));
 }
 
-TEST(Access, StrangersCannotConnect) {
+TEST(Access, UntrustedCallersCannotConnect) {
   SecureFarm secure;
   const KeyAndCertificate other = make_authority("Test farm", today()).value();
   const auto code = [&](const std::shared_ptr<grpc::Channel>& channel) {
@@ -177,12 +177,12 @@ TEST(Access, StrangersCannotConnect) {
 TEST(Access, CallersAreCheckedBeforeLargeRequestsAreRead) {
   SecureFarm secure;
   const std::string path = "/lightmill.v1.RenderService/", damaged(100'000, '\xff');
-  const auto nobody = secure.channel(std::nullopt), ada = secure.channel(secure.person("ada", {Role::submit}));
+  const auto anonymous = secure.channel(std::nullopt), ada = secure.channel(secure.person("ada", {Role::submit}));
   for (const std::string method : {"SubmitJob", "FindMissingAssets", "InspectScene"}) {
-    EXPECT_EQ(call(nobody, path + method, damaged).error_code(), StatusCode::UNAUTHENTICATED) << method;
+    EXPECT_EQ(call(anonymous, path + method, damaged).error_code(), StatusCode::UNAUTHENTICATED) << method;
     EXPECT_EQ(call(ada, path + method, damaged).error_code(), StatusCode::INVALID_ARGUMENT) << method;
   }
-  EXPECT_EQ(call(nobody, path + "CancelJob", damaged).error_code(), StatusCode::UNAUTHENTICATED);
+  EXPECT_EQ(call(anonymous, path + "CancelJob", damaged).error_code(), StatusCode::UNAUTHENTICATED);
   const grpc::Status large = call(ada, path + "CancelJob", damaged);
   EXPECT_EQ(large.error_code(), StatusCode::INVALID_ARGUMENT);
   EXPECT_EQ(large.error_message(), "the request has 100000 bytes, a lightmill.v1.CancelJobRequest has at most 65536");
@@ -190,13 +190,14 @@ TEST(Access, CallersAreCheckedBeforeLargeRequestsAreRead) {
 
 TEST(Access, EveryoneCanCallHealthAndNoOneReflection) {
   SecureFarm secure;
-  const auto nobody = secure.channel(std::nullopt);
+  const auto anonymous = secure.channel(std::nullopt);
   std::vector<std::string> replies;
-  EXPECT_TRUE(call(nobody, "/grpc.health.v1.Health/Check", "", &replies).ok());
+  EXPECT_TRUE(call(anonymous, "/grpc.health.v1.Health/Check", "", &replies).ok());
   EXPECT_EQ(replies, std::vector{std::string("\x08\x01", 2)}) << "status: SERVING";
-  EXPECT_EQ(call(nobody, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", std::string("\x3a\x00", 2))
-                .error_code(),
-            StatusCode::UNIMPLEMENTED);
+  EXPECT_EQ(
+      call(anonymous, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", std::string("\x3a\x00", 2))
+          .error_code(),
+      StatusCode::UNIMPLEMENTED);
 }
 
 TEST(Access, RenewedCertificatesComeIntoUseWithoutARestart) {
@@ -245,7 +246,7 @@ TEST(Access, AWorkerLogsEachNewReasonWhyItIsNotConnected) {
   EXPECT_EQ(farm.times_said("worker", "signed by 'Other farm'"), 1) << farm.log("worker");
 }
 
-TEST(Access, AWorkerWithACertificateRendersAndOneWithoutIsToldWhy) {
+TEST(Access, AWorkerWithACertificateRendersAndOneWithoutLogsTheReason) {
   SecureFarm secure;
   Farm& farm = secure.farm();
   const auto worker = [&](const std::string& name, std::vector<std::string> options) {
@@ -270,11 +271,11 @@ TEST(Access, AWorkerWithACertificateRendersAndOneWithoutIsToldWhy) {
   const auto lost = worker("lost", {"--tls-ca", secure.write("other.pem", other.certificate)});
   EXPECT_TRUE(says("lost", "its certificate is signed by 'Test farm', which is not the authority of --tls-ca"))
       << farm.log("lost");
-  const auto stranger =
-      worker("stranger", {"--tls-ca", ca, "--tls-cert",
-                          file("s.pem", issue_certificate(other, {"s", {}, {Role::worker}}, today()).value())});
-  EXPECT_TRUE(says("stranger", "it refuses the certificate of --tls-cert, signed by 'Other farm'"))
-      << farm.log("stranger");
+  const auto foreign =
+      worker("foreign", {"--tls-ca", ca, "--tls-cert",
+                         file("s.pem", issue_certificate(other, {"s", {}, {Role::worker}}, today()).value())});
+  EXPECT_TRUE(says("foreign", "it refuses the certificate of --tls-cert, signed by 'Other farm'"))
+      << farm.log("foreign");
 
   const auto good = worker("good", {"--tls-ca", ca, "--tls-cert", file("w.pem", secure.person("w", {Role::worker}))});
   const auto ada = secure.channel(secure.person("ada", {Role::submit}));

@@ -14,7 +14,7 @@ namespace {
 
 using grpc::StatusCode;
 
-/// What the entries of change_everything() say, by RPC. TIME is the end of a token's validity. RPCs with an empty text
+/// Texts of the entries of change_everything(), by RPC. TIME is the end of a token's validity. RPCs with an empty text
 /// change nothing, and are not recorded, as in docs/operate/security.md. This is a second copy, written by hand.
 const std::map<std::string, std::string>& changes() {
   static const std::map<std::string, std::string> all{
@@ -218,7 +218,7 @@ TEST(ActionLog, EveryChangeIsRecordedWithWhoAndWhat) {
 
   // Someone who adds an RPC states here what it changes. The others are not recorded.
   for (const google::protobuf::MethodDescriptor* method : all_methods()) {
-    ASSERT_TRUE(changes().contains(method->name())) << "does " << method->name() << " change something?";
+    ASSERT_TRUE(changes().contains(method->name())) << method->name() << " has no line in this table";
     const std::string& change = changes().at(method->name());
     EXPECT_EQ(seen[method->name()], change);
     if (change.empty()) {
@@ -255,9 +255,10 @@ TEST(ActionLog, RefusalsAreRecordedUpToALimit) {
   to_wire(job_of(Picture(), "one"), &submit);
   done(*stub, &v1::RenderService::Stub::SubmitJob, submit);
   done(*stub, &v1::RenderService::Stub::SubmitJob, submit);  // like a client that received no answer
-  const auto nobody = secure.channel(std::nullopt);
+  const auto anonymous = secure.channel(std::nullopt);
   const auto ask = [&](const std::string& method, const google::protobuf::Message& request, const std::string& by) {
-    return call(nobody, "/lightmill.v1.RenderService/" + method, request.SerializeAsString(), nullptr, by).error_code();
+    return call(anonymous, "/lightmill.v1.RenderService/" + method, request.SerializeAsString(), nullptr, by)
+        .error_code();
   };
   EXPECT_EQ(ask("CancelJob", of_job<v1::CancelJobRequest>(1), token), StatusCode::PERMISSION_DENIED);
   EXPECT_EQ(ask("GetJob", of_job<v1::GetJobRequest>(1), token), StatusCode::PERMISSION_DENIED);

@@ -241,7 +241,7 @@ TEST(Api, HealthAndReflectionAnswer) {
   EXPECT_NE(services.find("lightmill.v1.WorkerService"), std::string::npos);
 }
 
-TEST(Server, ASecondOneOnTheSameDataIsRefusedWithWhatToDo) {
+TEST(Server, ASecondOneOnTheSameDataIsRefusedWithARemedy) {
   Farm farm;
   BackgroundProcess second({program("lightmill-server"), "--data", farm.data().string(), "--listen", "127.0.0.1:0"},
                            (farm.folder() / "second.log").string());

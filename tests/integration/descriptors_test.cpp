@@ -20,7 +20,7 @@ Launch with_few_files() {
 }
 constexpr int kFlood = 300;
 /// Connection limits of gRPC: all connections, and unknown callers of one address.
-constexpr int kPlaces = 84, kStrangers = 21;
+constexpr int kConnections = 84, kUnknownCallers = 21;
 
 /// Connections that send `words` and then nothing.
 class Flood {
@@ -47,7 +47,7 @@ class Flood {
       ::close(socket);
     }
   }
-  /// How many the other side has closed.
+  /// The number that the other side has closed.
   int closed() const {
     return static_cast<int>(std::ranges::count_if(sockets_, [](int socket) { return is_closed(socket); }));
   }
@@ -115,13 +115,13 @@ TEST(Descriptors, AFloodFromTheSameAddressKeepsKnownCallersAndMakesRoom) {
   Farm farm({}, with_few_files());
   const auto open = [&] { return channel_to(farm.address()); };
   std::vector<std::shared_ptr<grpc::Channel>> known;
-  for (int i = 0; i < 2 * kStrangers; ++i) {
+  for (int i = 0; i < 2 * kUnknownCallers; ++i) {
     known.push_back(open());
     EXPECT_TRUE(answers(known.back())) << i;
   }
   const Flood flood(port_of(farm.address()), "127.0.0.1", kFlood);
   EXPECT_TRUE(answers_again("during a flood from the same address", open));
-  EXPECT_GE(flood.closed(), kFlood - kPlaces + kStrangers)
+  EXPECT_GE(flood.closed(), kFlood - kConnections + kUnknownCallers)
       << "connections beyond the limit, and the first that timed out";
   for (const auto& channel : known) {
     EXPECT_EQ(channel->GetState(false), GRPC_CHANNEL_READY);

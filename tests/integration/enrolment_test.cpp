@@ -24,7 +24,7 @@ class Enrolment : public ::testing::Test {
     EXPECT_TRUE(v1::AccessService::NewStub(root())->ListTokens(&context, {}, &response).ok());
     return {response.tokens().begin(), response.tokens().end()};
   }
-  /// How many machines the token has enrolled, according to the coordinator.
+  /// The number of machines that the token has enrolled, according to the coordinator.
   std::uint32_t enrolled(const std::string& text) const {
     for (const v1::Token& token : tokens()) {
       if (token.id() == token_id(text).value()) {

@@ -72,7 +72,7 @@ TEST(Limits, StreamsOfOneCallerAreLimited) {
     again.context.TryCancel();
     (void)again.reader->Finish();
     return taken;
-  })) << "its place is free once it has gone";
+  })) << "its slot is free after its end";
   second.context.TryCancel();
   (void)second.reader->Finish();
 }

@@ -11,7 +11,7 @@ namespace {
 const Picture kPicture;
 const std::uint64_t kPixelSamples = std::uint64_t{128} * 128 * kPicture.samples;
 
-/// What all workers rendered according to their logs, by tile: first sample → end.
+/// Work of all workers according to their logs, by tile: first sample → end.
 struct Rendered {
   std::map<int, std::map<std::uint64_t, std::uint64_t>> by_tile;
   std::uint64_t again = 0;  ///< samples per pixel that a thread got more than once
@@ -30,7 +30,7 @@ Rendered rendered_by(const Farm& farm, const std::vector<std::string>& workers) 
       rendered.by_tile[tile][std::stoull((*at)[1])] = std::stoull((*at)[2]);
     }
   }
-  EXPECT_EQ(rendered.by_tile.size(), 4u) << "the logs do not say what is rendered";
+  EXPECT_EQ(rendered.by_tile.size(), 4u) << "the logs do not name all rendered tiles";
   return rendered;
 }
 

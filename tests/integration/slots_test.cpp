@@ -1,4 +1,4 @@
-// Limited places of a farm. When one caller or address takes all it can, others still get theirs.
+// Limited slots of a farm. When one caller or address takes all it can, others still get theirs.
 #include <gtest/gtest.h>
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
@@ -52,7 +52,7 @@ class IdleWorker {
   std::optional<grpc::Status> ended_;
 };
 
-TEST(PlacesOfAFarm, WorkersOfOneCertificateLeaveHalfOfAFullFarmToAnother) {
+TEST(SlotsOfAFarm, WorkersOfOneCertificateLeaveHalfOfAFullFarmToAnother) {
   SecureFarm secure({"--max-workers", "4"});
   const auto flood = secure.channel(secure.person("flood", {Role::worker}));
   std::vector<std::unique_ptr<IdleWorker>> all;
@@ -117,19 +117,19 @@ class SilentUpload {
   std::optional<grpc::Status> ended_;
 };
 
-TEST(PlacesOfAFarm, SilentUploadsMakeRoomForOthersOfTheirCaller) {
+TEST(SlotsOfAFarm, SilentUploadsMakeRoomForOthersOfTheirCaller) {
   Farm farm({"--caller-streams", "2"});
   FarmClient client = farm.client();
   SilentUpload first(client.stub()), second(client.stub());
   const auto is_served = [&] { return SilentUpload(client.stub()).send_the_rest(); };
-  EXPECT_TRUE(eventually([&] { return !is_served(); })) << "both have their places";
+  EXPECT_TRUE(eventually([&] { return !is_served(); })) << "both have their slots";
   EXPECT_TRUE(eventually(is_served));
   const bool first_stays = first.send_the_rest(), second_stays = second.send_the_rest();
-  EXPECT_NE(first_stays, second_stays) << "one place was enough";
+  EXPECT_NE(first_stays, second_stays) << "one slot was enough";
   EXPECT_EQ((first_stays ? second : first).end().error_code(), grpc::StatusCode::CANCELLED);
 }
 
-TEST(PlacesOfAFarm, UnreadFilmsDoNotBlockOtherFilms) {
+TEST(SlotsOfAFarm, UnreadFilmsDoNotBlockOtherFilms) {
   SecureFarm secure;
   grpc::ChannelArguments small_windows;
   small_windows.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
@@ -196,24 +196,24 @@ std::string open_page(const WebFarm& web, tcp::socket& socket) {
                                        web.host()));
 }
 
-TEST(PlacesOfAFarm, PagesOfOneAddressMakeRoomForThoseOfAnother) {
+TEST(SlotsOfAFarm, PagesOfOneAddressMakeRoomForThoseOfAnother) {
   WebFarm web;
-  constexpr int kPlaces = 256;
+  constexpr int kSlots = 256;
   std::vector<tcp::socket> pages;
-  for (int i = 0; i < kPlaces; ++i) {  // one address may not have so many, but two may
-    pages.push_back(web.connect(i < kPlaces * 3 / 4 ? "127.0.0.2" : "127.0.0.3"));
+  for (int i = 0; i < kSlots; ++i) {  // one address may not have so many, but two may
+    pages.push_back(web.connect(i < kSlots * 3 / 4 ? "127.0.0.2" : "127.0.0.3"));
     ASSERT_EQ(open_page(web, pages.back()), "HTTP/1.1 101 Switching Protocols") << i;
   }
   tcp::socket page = web.connect();
   EXPECT_EQ(open_page(web, page), "HTTP/1.1 101 Switching Protocols");
 }
 
-TEST(PlacesOfAFarm, HalfSentRequestsDoNotBlockOtherRequestsOfTheirCaller) {
+TEST(SlotsOfAFarm, HalfSentRequestsDoNotBlockOtherRequestsOfTheirCaller) {
   WebFarm web({}, {"127.0.0.1", {"/bin/sh", "-c", "ulimit -n 256; exec \"$@\"", "sh"}, {}});
-  constexpr int kPlaces = 24;
+  constexpr int kSlots = 24;
   const std::string request = fmt::format("GET /api/v1/farm HTTP/1.1\r\nHost: {}\r\n", web.host());
   std::vector<tcp::socket> flood;
-  for (int i = 0; i < kPlaces * 3 / 4; ++i) {
+  for (int i = 0; i < kSlots * 3 / 4; ++i) {
     flood.push_back(web.connect());
     ASSERT_EQ(answer_to(flood.back(), request + "\r\n"), "HTTP/1.1 200 OK") << i;
     asio::write(flood.back(), asio::buffer(request));

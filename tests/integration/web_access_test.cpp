@@ -203,7 +203,7 @@ const std::map<std::string, unsigned>& answers() {
   return paths;
 }
 
-/// Whether openapi.json lets the role make the call. It says so apart for jobs of the caller's own.
+/// Whether openapi.json lets the role make the call. Roles for the caller's own jobs are listed separately.
 bool is_allowed(const json& call, const std::string& role, bool own) {
   const auto names = [&](const char* roles) {
     return std::ranges::count(call.value(roles, json::array()), json(role)) > 0;
@@ -222,10 +222,10 @@ TEST(WebAccess, EveryPathChecksRolesAndOwners) {
   upload_assets(ada);
   const std::string adas = std::to_string(ended_job(ada)), bobs = std::to_string(ended_job(bob));
   std::vector<std::pair<std::string, Headers>> callers{
-      {"nobody", {}},
-      {"nobody", bearer(make_token()->text)},
-      {"nobody", {{"Authorization", "rubbish"}}},
-      {"nobody", {{"Cookie", fmt::format("__Host-lightmill-{}=rubbish", web.port())}}}};
+      {"anonymous", {}},
+      {"anonymous", bearer(make_token()->text)},
+      {"anonymous", {{"Authorization", "rubbish"}}},
+      {"anonymous", {{"Cookie", fmt::format("__Host-lightmill-{}=rubbish", web.port())}}}};
   for (const Role role : kRoles) {
     const std::string token = web.token("ada", {role});
     callers.emplace_back(name_of(role), bearer(token));
@@ -246,7 +246,7 @@ TEST(WebAccess, EveryPathChecksRolesAndOwners) {
         continue;
       }
       const std::string name = method + " " + path;
-      ASSERT_TRUE(answers().contains(name)) << "what does " << name << " answer?";
+      ASSERT_TRUE(answers().contains(name)) << name << " has no line in this table";
       const unsigned answer = answers().at(name);
       ++walked;
       for (const auto& [role, shown] : callers) {
@@ -259,12 +259,12 @@ TEST(WebAccess, EveryPathChecksRolesAndOwners) {
           const std::string job = deletes ? std::to_string(ended_job(own ? ada : bob)) : own ? adas : bobs;
           const std::string target =
               (methods.contains("servers") ? "" : "/api/v1") +
-              filled_in(filled_in(filled_in(path, "{id}", job), "{name}", "nobody"), "{digest}", sha256("{}").hex());
+              filled_in(filled_in(filled_in(path, "{id}", job), "{name}", "unknown"), "{digest}", sha256("{}").hex());
           const bool let_in = is_allowed(methods[method], role, own);
           const Response response = web.send(method == "get" ? http::verb::get : http::verb::post, target, headers);
-          EXPECT_EQ(response.result_int(), let_in             ? answer
-                                           : role == "nobody" ? 401
-                                                              : 403)
+          EXPECT_EQ(response.result_int(), let_in                ? answer
+                                           : role == "anonymous" ? 401
+                                                                 : 403)
               << name << " as " << role << (own ? ", own job: " : ", another's job: ") << response.body();
           EXPECT_EQ(response.count(http::field::www_authenticate), response.result_int() == 401 ? 1u : 0u);
           if (!let_in) {

@@ -29,7 +29,7 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 using asio::ip::tcp;
 using nlohmann::json;
-/// A viewer that reads only when told to.
+/// A viewer that reads only when the test asks for it.
 class Page {
  public:
   explicit Page(WebFarm& farm, const Headers& headers = {}) : socket_(farm.connect()) {
@@ -171,9 +171,9 @@ TEST(Web, JobsAndWorkersAreListedAndSteered) {
   EXPECT_EQ(web.get("/api/v1/live").result_int(), 400u) << "it is a WebSocket";
   EXPECT_EQ(web.post(path + "/extend", "{\"samples\": ").result_int(), 400u);
   EXPECT_EQ(web.post("/api/v1/workers/%zz/drain").result_int(), 400u);
-  EXPECT_EQ(json::parse(web.post("/api/v1/workers/nobody/release").body())["error"]["code"], "NOT_FOUND");
-  EXPECT_EQ(web.get("/api/v1/workers/nobody/release").result_int(), 405u);
-  EXPECT_EQ(web.post("/api/v1/workers/nobody").result_int(), 404u);
+  EXPECT_EQ(json::parse(web.post("/api/v1/workers/unknown/release").body())["error"]["code"], "NOT_FOUND");
+  EXPECT_EQ(web.get("/api/v1/workers/unknown/release").result_int(), 405u);
+  EXPECT_EQ(web.post("/api/v1/workers/unknown").result_int(), 404u);
 }
 
 TEST(Web, AnEndedJobShowsItsLastPicture) {
@@ -292,7 +292,7 @@ TEST(Web, PicturesAreTheFilesThatTheCommandLineWrites) {
     EXPECT_TRUE(picture.body() == read_file(file).value()) << kind;
   }
   kill_at_once(web.farm().worker("w"));
-  const std::uint64_t queued = client.submit(small_picture(), "nobody renders this").id();
+  const std::uint64_t queued = client.submit(small_picture(), "never rendered").id();
   EXPECT_EQ(web.get(fmt::format("/api/v1/jobs/{}/picture.exr", queued)).result_int(), 409u) << "as fetch refuses it";
   EXPECT_EQ(web.get("/api/v1/jobs/42/picture.exr").result_int(), 404u);
   EXPECT_EQ(web.get(fmt::format("/api/v1/jobs/{}/picture.gif", job)).result_int(), 404u);
@@ -420,7 +420,7 @@ TEST(Web, JobsOfAPageEndWithItsLastConnection) {
   FarmClient client = web.farm().client();
   client.upload_assets();
   const std::uint64_t kept = client.submit(small_picture(), "kept").id();
-  EXPECT_EQ(submit_for(web, "nobody", "early").result_int(), 409u) << "no connection has named this page";
+  EXPECT_EQ(submit_for(web, "unknown", "early").result_int(), 409u) << "no connection has named this page";
   EXPECT_EQ(client.jobs(), std::vector{kept});
   auto page = std::make_unique<Page>(web), other = std::make_unique<Page>(web);
   name(*page, "a-page");
@@ -645,10 +645,10 @@ TEST(Web, SceneFilesAreReadByAWorker) {
   EXPECT_EQ(found.at("scene").at("name"), "cornell-bench-blocks");
   EXPECT_EQ(found.at("assets").size(), bench_box().assets.size());
   EXPECT_FALSE(found.at("packed").get<std::string>().empty());
-  request.set_camera("nobody's");
+  request.set_camera("not uploaded");
   const Response refused = farm.post(path, json_of(request));
   EXPECT_EQ(refused.result_int(), 400u);
-  EXPECT_NE(refused.body().find("nobody's: is not among the uploaded files"), std::string::npos) << refused.body();
+  EXPECT_NE(refused.body().find("not uploaded: is not among the uploaded files"), std::string::npos) << refused.body();
 }
 
 }  // namespace

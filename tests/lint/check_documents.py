@@ -13,7 +13,7 @@ import sys
 LINK = re.compile(r"!?\[(?:[^\]\[]|\[[^\]]*\])*\]\(([^)\s]+)\)")
 CODE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 SOURCE_FILE = re.compile(r"`([\w./-]+\.(?:h|cpp|py|mjs|tsx?|proto))`")
-LEAST_WORDS = 5  # a bullet with as many words counts as a sentence
+LEAST_WORDS = 5  # a bullet with this many words counts as a sentence
 MOST_MEDIAN, MOST_90_PERCENT = 14, 24  # words a sentence
 
 

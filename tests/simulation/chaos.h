@@ -66,7 +66,7 @@ struct PlantedBugs {
   bool wait_for_the_idle = false;          ///< workers may keep leases as long as they are heard
   bool ignore_grants = false;              ///< results that were never granted are taken
   bool lose_what_is_cut = false;           ///< messages during a cut link are lost, and the stream continues
-  bool disconnect_newcomers = false;       ///< a broken stream is taken for its worker's newest one
+  bool disconnect_newest = false;          ///< a broken stream is taken for its worker's newest one
   bool trust_hashes = false;               ///< damaged results are taken
   bool drop_when_full = false;             ///< writes that a full disk refuses count as stored
   bool hide_damage = false;                ///< damaged nodes are loaded as if they were whole
@@ -96,20 +96,20 @@ struct Report {
   std::uint64_t inspections = 0, inspected = 0;  ///< requests, and answers with a finding
   std::uint64_t restarts = 0;
   std::uint64_t deaths = 0;
-  std::uint64_t poisoned = 0;    ///< jobs that killed too many workers in a row and failed
-  std::uint64_t unlucky = 0;     ///< harmless jobs that failed because as many workers were lost by chance
-  std::uint64_t verified = 0;    ///< pixel samples that audits confirmed
-  std::uint64_t unverified = 0;  ///< unaudited results of done jobs
-  std::uint64_t refused = 0;     ///< jobs that cannot be rendered and failed
-  std::uint64_t spited = 0;      ///< jobs that failed by one liar's refusal while no other worker was connected
-  std::uint64_t too_large = 0;   ///< count of refusals for a worker's own limits
-  std::uint64_t convicted = 0;   ///< count of entries into quarantine
-  std::uint64_t mixed = 0;       ///< jobs whose films have results of two classes
-  bool lied = false;             ///< a worker has sent wrong sums
-  double deceit_parts = 0;       ///< of a race with a deceit: parts of its results in the film
-  double job_seconds = 0;        ///< of a race: from its job's submission to its end
-  double last_part_seconds = 0;  ///< of a race: from 95 % of the job's pixel samples to its end
-  Hash128 effects;               ///< after hash_effects(): hash of all effects and views, in order
+  std::uint64_t poisoned = 0;        ///< jobs that killed too many workers in a row and failed
+  std::uint64_t unlucky = 0;         ///< harmless jobs that failed because enough workers were lost by chance
+  std::uint64_t verified = 0;        ///< pixel samples that audits confirmed
+  std::uint64_t unverified = 0;      ///< unaudited results of done jobs
+  std::uint64_t refused = 0;         ///< jobs that cannot be rendered and failed
+  std::uint64_t failed_by_liar = 0;  ///< jobs that failed by one liar's refusal while no other worker was connected
+  std::uint64_t too_large = 0;       ///< count of refusals for a worker's own limits
+  std::uint64_t convicted = 0;       ///< count of entries into quarantine
+  std::uint64_t mixed = 0;           ///< jobs whose films have results of two classes
+  bool lied = false;                 ///< a worker has sent wrong sums
+  double deceit_parts = 0;           ///< of a race with a deceit: parts of its results in the film
+  double job_seconds = 0;            ///< of a race: from its job's submission to its end
+  double last_part_seconds = 0;      ///< of a race: from 95 % of the job's pixel samples to its end
+  Hash128 effects;                   ///< after hash_effects(): hash of all effects and views, in order
 };
 
 /// Deceit: the first workers of a race falsify some of their results. They share one identity, and their wrong bits are

@@ -16,7 +16,7 @@ class Silence {
 
 class Damages : public testing::TestWithParam<std::uint64_t> {};
 
-TEST_P(Damages, OfAnyRowOrFileAreNeverSilent) {
+TEST_P(Damages, AreNeverSilentInAnyRowOrFile) {
   const Silence silence;
   DamageTable table;
   std::map<std::string, std::uint64_t> outcomes;

@@ -176,7 +176,7 @@ std::string row_text(const JobRecord& record) {
   return effects_text(effects);
 }
 
-/// What the state has lost or changed silently; empty if nothing.
+/// A silent loss or change of the state; empty if there is none.
 std::string silent_losses(const KilledFarm& killed, const StoredState& now, bool may_lack_last) {
   const StoredState& before = killed.loaded;
   if (now.secret != before.secret || now.epoch < before.epoch || now.next_job_id < before.next_job_id) {

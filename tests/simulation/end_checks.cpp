@@ -39,7 +39,7 @@ void EndChecks::check_job(const ClientJob& job) {
   }
   // RefusalChecks has checked who refused.
   if (status->state == JobState::failed && status->reason.find(job.broken ? kBroken : kSpite) != std::string::npos) {
-    ++(job.broken ? world_.report.refused : world_.report.spited);
+    ++(job.broken ? world_.report.refused : world_.report.failed_by_liar);
     return;
   }
   const JobState expected = job.cancelled ? JobState::cancelled : JobState::done;

@@ -14,7 +14,7 @@
 // - no lease is sent before its job's class and method are durable
 // - no lease has merged samples, unless it audits them on another machine
 // - no worker in quarantine gets a lease, and limits hold
-// - no undisturbed worker loses a lease, and jobs fail only after as many lost workers as the rule says
+// - no undisturbed worker loses a lease, and jobs fail only after the number of lost workers that the rule states
 // - jobs with a time limit end neither early nor late
 // - stored nodes never overlap, and their renderers are stored with them
 //

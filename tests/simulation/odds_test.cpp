@@ -7,7 +7,7 @@ namespace lightmill::simulation {
 namespace {
 
 // Four standard errors: a false alarm in one of 16,000 rows. The seeds are fixed.
-TEST(Odds, OfDetectionAreThoseOfTheTheory) {
+TEST(Odds, AreThoseOfTheTheory) {
   const OddsTable table = measure_odds(4);
   fmt::print("{}", table.text());
   EXPECT_LT(table.worst(), 4);

@@ -6,9 +6,9 @@ namespace lightmill::simulation {
 void ServerSide::tell_films(const Effects& effects) {
   for (const FilmOutcome& outcome : effects.films) {
     const auto [begin, end] = film_waits_.equal_range(outcome.job);
-    const std::multimap<JobId, Action> told(begin, end);
+    const std::multimap<JobId, Action> waiting(begin, end);
     film_waits_.erase(outcome.job);
-    for (const auto& [job, action] : told) {
+    for (const auto& [job, action] : waiting) {
       action();
     }
   }

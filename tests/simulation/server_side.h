@@ -50,7 +50,7 @@ class ServerSide {
   void disconnected(const Stream& stream, SessionId session);
 
   // ---- server_films.cpp ----
-  /// Runs `action` when the effects tell about the job's film, unless the coordinator dies first.
+  /// Runs `action` when effects report the job's film, unless the coordinator is killed first.
   void when_film_is_told(JobId job, Action action) { film_waits_.emplace(job, std::move(action)); }
   /// The job's film, read into memory. No other event may be pending.
   const Film& film_now(JobId job);

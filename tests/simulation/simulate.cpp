@@ -183,16 +183,16 @@ int run_all(Options options) {
     });
   }
   const bool terminal = ::isatty(STDERR_FILENO) == 1;
-  double told = 0;
+  double printed = 0;
   for (std::uint64_t done = 0; done < options.seeds && interrupted == 0;) {
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
     const std::lock_guard lock(sum.mutex);
     done = sum.done;
     (void)note();
-    if (!terminal && elapsed() - told < 60) {
+    if (!terminal && elapsed() - printed < 60) {
       continue;
     }
-    told = elapsed();
+    printed = elapsed();
     const double left =
         elapsed() / static_cast<double>(std::max<std::uint64_t>(done, 1)) * static_cast<double>(options.seeds - done);
     fmt::print(stderr, "{}{} of {} schedules, {} failed, {} to go{}", terminal ? "\r" : "", done, options.seeds,

@@ -39,7 +39,7 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
   std::uint64_t convicted = 0;
   std::uint64_t too_large = 0;
   std::uint64_t mixed = 0;
-  std::uint64_t refused = 0, spited = 0;
+  std::uint64_t refused = 0, failed_by_liar = 0;
   for (std::uint64_t i = 0; i < seeds; ++i) {
     const std::uint64_t seed = 1 + GetParam() * seeds + i;
     const Report report = FarmSimulation(seed, Chaos{}, PlantedBugs{}).run();
@@ -52,7 +52,7 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
     too_large += report.too_large;
     mixed += report.mixed;
     refused += report.refused;
-    spited += report.spited;
+    failed_by_liar += report.failed_by_liar;
   }
   // The schedules have enough faults.
   EXPECT_GT(restarts, seeds / 2);
@@ -63,7 +63,7 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
   EXPECT_GT(too_large, seeds / 10);
   EXPECT_GT(mixed, seeds / 100);
   EXPECT_GT(refused, seeds / 20);
-  EXPECT_LT(spited, seeds / 25);  // a coordinator that has just started does not know who may still connect
+  EXPECT_LT(failed_by_liar, seeds / 25);  // a coordinator that has just started does not know who may still connect
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, Simulation, testing::Range<std::uint64_t>(0, kBatches),
                          [](const auto& info) { return fmt::format("Batch{}", info.param); });
@@ -181,7 +181,7 @@ INSTANTIATE_TEST_SUITE_P(
         Planted{"IgnoreIdentities", &PlantedBugs::ignore_identities},
         Planted{"WaitForTheIdle", &PlantedBugs::wait_for_the_idle},
         Planted{"IgnoreGrants", &PlantedBugs::ignore_grants}, Planted{"LoseWhatIsCut", &PlantedBugs::lose_what_is_cut},
-        Planted{"DisconnectNewcomers", &PlantedBugs::disconnect_newcomers},
+        Planted{"DisconnectNewest", &PlantedBugs::disconnect_newest},
         Planted{"TrustHashes", &PlantedBugs::trust_hashes}, Planted{"DropWhenFull", &PlantedBugs::drop_when_full},
         Planted{"HideDamage", &PlantedBugs::hide_damage}, Planted{"NoEpochs", &PlantedBugs::no_epochs},
         Planted{"LoseFilms", &PlantedBugs::lose_films}, Planted{"LoseReports", &PlantedBugs::lose_reports},

@@ -48,10 +48,10 @@ class StoredFarm {
   void commit(std::vector<StoreOp> ops);
   /// Workers render at most so many results. Time passes for work that waits.
   void work(std::uint64_t most_results);
-  /// Reads films from the store, and renders missing nodes again, until all jobs have ended. Returns what is wrong if
-  /// they do not end.
+  /// Reads films from the store, and renders missing nodes again, until all jobs have ended. Returns the reason
+  /// if they do not end.
   std::string finish();
-  /// What is wrong with the films of a farm that finished these jobs, or the remaining ones; empty if nothing.
+  /// The fault in the films of a farm that finished these jobs, or the remaining ones; empty if there is none.
   std::string wrong_films(const std::map<JobId, StoredJob>& jobs) const;
   /// Fetches all assets of the farm's jobs, as workers do.
   void fetch_assets();

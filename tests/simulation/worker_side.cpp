@@ -238,7 +238,7 @@ void WorkerSide::break_stream(const std::shared_ptr<Stream>& stream) {
   world_.after(delay(), [this, stream] {
     stream->lingers = false;
     const std::shared_ptr<Stream> newest = workers_[stream->worker].stream;
-    const SessionId session = world_.bugs.disconnect_newcomers && newest ? newest->session : stream->session;
+    const SessionId session = world_.bugs.disconnect_newest && newest ? newest->session : stream->session;
     server_.disconnected(*stream, session);
   });
 }

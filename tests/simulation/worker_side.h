@@ -89,7 +89,7 @@ class WorkerSide {
   bool have_liars() const { return have_liars_; }
   /// Whether the coordinator asks workers for certificates. If so, liars claim other names and machines.
   bool have_certificates() const { return have_certificates_; }
-  /// Whether the samples are part of the race's deceit, wrong or not.
+  /// Whether the samples belong to the race's deceit. Its samples may be right.
   bool in_deceit(const NodeKey& key) const { return deceit_.contains(key); }
 
   /// Calls a worker's session: later if the worker hangs, never if it dies meanwhile.

@@ -46,7 +46,7 @@ struct Ball {
   double radius;
 };
 
-/// A round room with a lamp and bumpy balls. Nothing touches, so there are no edges for gathering to blur.
+/// A round room with an emitter and bumpy balls. Nothing touches, so there are no edges for gathering to blur.
 TestScene bumpy_room(const std::vector<Ball>& balls) {
   std::string materials = diffuse("room", 0.6) + also(diffuse("lamp", 0, 9)), objects;
   objects = sphere("room", "[0, 0, 0]", 3, true) + also(sphere("lamp", "[0, 1.9, 0]", 0.5));
@@ -86,7 +86,7 @@ TEST(NormalMaps, VcmMatchesPath) {
   expect_same(bumpy_room({kMatt, kMirror, kSoap}), {.method = "vcm:photons=1500", .blur = 0.005});
 }
 
-/// A lamp over a bumpy ball, and a meter below. The readings agree to 5 standard errors (a false alarm once in a
+/// An emitter over a bumpy ball, and a meter below. The readings agree to 5 standard errors (a false alarm once in a
 /// million).
 TEST(NormalMaps, AllMethodsReadTheSameIrradianceBelowABall) {
   for (const Ball& b : {kGlass, kMirror, kMatt}) {

@@ -72,7 +72,7 @@ class FarmClient {
 /// Sends SIGKILL and waits for the end.
 void kill_at_once(BackgroundProcess& process);
 
-/// How a program of a farm is started.
+/// The start of a program of a farm.
 struct Launch {
   std::string address;              ///< a coordinator's listening host; a worker's --server
   std::vector<std::string> before;  ///< a program that starts it, with arguments
@@ -103,14 +103,14 @@ class Farm {
   void replace_worker(const std::string& name);
   std::string worker_log(const std::string& name) const { return log(name); }
   std::string server_log() const { return log("server"); }
-  /// How often the coordinator has logged that a worker connected, or that its connection ended.
+  /// The number of times that the log says that a worker connected, or that its connection ended.
   int times_met(const std::string& worker) const { return times_said("server", worker + " connected"); }
   int times_missed(const std::string& worker) const { return times_said("server", worker + " disconnected"); }
   bool met(const std::string& worker) const { return times_met(worker) > 0; }
   bool missed(const std::string& worker) const { return times_missed(worker) > 0; }
   /// Contents of NAME.log in folder().
   std::string log(const std::string& name) const;
-  /// How often `words` are in log(name).
+  /// The number of times that `words` are in log(name).
   int times_said(const std::string& name, const std::string& words) const;
 
  private:

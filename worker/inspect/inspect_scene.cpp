@@ -50,7 +50,7 @@ Status check_images(LoadedScene& loaded, const SceneLimits& limits, DecoderProce
                     const InspectionHooks& hooks) {
   std::set<std::tuple<Sha256, std::string, bool>> checked;
   for (const ImageAsset& image : loaded.images) {
-    LM_RETURN_IF_ERROR(hooks.go_on());
+    LM_RETURN_IF_ERROR(hooks.may_continue());
     if (!checked.emplace(image.asset, image.name, image.environment).second) {
       continue;
     }
@@ -78,7 +78,7 @@ void add_facts(const ReportRows& rows, Inspection& out) {
 Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& limits, const InspectionHooks& hooks) {
   std::uint64_t bytes = 0;
   UploadedFiles files([&](const Sha256& digest) -> Result<std::string> {
-    LM_RETURN_IF_ERROR(hooks.go_on());
+    LM_RETURN_IF_ERROR(hooks.may_continue());
     LM_ASSIGN_OR_RETURN(std::string file, hooks.fetch(digest));
     bytes += file.size();
     // A reader needs several times the size of its text, next to scenes that are being rendered.
@@ -111,7 +111,7 @@ Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& 
   if (!report.ok()) {
     return as_senders(report.status());
   }
-  LM_RETURN_IF_ERROR(hooks.go_on());
+  LM_RETURN_IF_ERROR(hooks.may_continue());
   const auto assets = [&](const Sha256& digest) -> Result<std::string> { return loaded->assets.at(digest); };
   LM_RETURN_IF_ERROR(check_memory(loaded->scene, assets, images, limits.bytes));
   Inspection out;
@@ -124,7 +124,7 @@ Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& 
   for (const auto& [digest, bytes] : loaded->assets) {
     out.assets.push_back(digest);  // a map: sorted, without duplicates
   }
-  LM_RETURN_IF_ERROR(hooks.upload(loaded->assets, hooks.go_on));
+  LM_RETURN_IF_ERROR(hooks.upload(loaded->assets, hooks.may_continue));
   out.notices = cut_all(loaded->notices);
   add_facts(scene_rows(*loaded, *report), out);
   add_facts(fact_rows(report->facts), out);

@@ -15,10 +15,10 @@ namespace lightmill {
 struct InspectionHooks {
   AssetFetch fetch;
   /// Called before each file and each long step. An error ends the inspection.
-  using GoOn = std::function<Status()>;
-  GoOn go_on;
+  using MayContinue = std::function<Status()>;
+  MayContinue may_continue;
   /// Uploads the assets that the farm lacks.
-  using Upload = std::function<Status(const std::map<Sha256, std::string>& assets, const GoOn& go_on)>;
+  using Upload = std::function<Status(const std::map<Sha256, std::string>& assets, const MayContinue& may_continue)>;
   Upload upload;
 };
 

@@ -79,7 +79,7 @@ void Inspector::work() {
 
 Result<Inspection> Inspector::inspect(const InspectGrant& grant, const std::stop_token& stop) {
   const Time start = clock_.now();
-  const auto go_on = [&]() -> Status {
+  const auto may_continue = [&]() -> Status {
     if (stop.stop_requested()) {
       return cancelled("the worker leaves");
     }
@@ -90,7 +90,7 @@ Result<Inspection> Inspector::inspect(const InspectGrant& grant, const std::stop
   };
   Result<Inspection> found =
       inspect_scene(*grant.request, limits_, decoder_,
-                    {[this](const Sha256& digest) { return assets_.get(digest); }, go_on, upload_});
+                    {[this](const Sha256& digest) { return assets_.get(digest); }, may_continue, upload_});
   spdlog::info("inspection {} of {} files: {} after {:.0f} ms", grant.inspection.value, grant.request->files.size(),
                found.ok() ? "done" : "failed", 1000 * to_seconds(clock_.now() - start));
   return found;

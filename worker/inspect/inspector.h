@@ -1,4 +1,4 @@
-// Thread that reads strangers' scene files, so that rendering and heartbeats continue.
+// Thread that reads uploaded scene files, so that rendering and heartbeats continue.
 #pragma once
 
 #include <functional>

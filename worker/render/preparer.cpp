@@ -207,15 +207,15 @@ Result<std::shared_ptr<const CompiledScene>> Preparer::compiled(const RenderSett
     remove_absorption(document);
   }
   Duration fetching{};
-  const auto go_on = [&] {
-    return stop.stop_requested() ? cancelled("nobody needs the scene any more")
+  const auto may_continue = [&] {
+    return stop.stop_requested() ? cancelled("the scene is not needed any more")
            : to_seconds(system_clock().now() - start - fetching) <= limits_.seconds
                ? ok_status()
                : resource_exhausted("the scene takes longer to prepare than --scene-seconds {:g} of this worker allows",
                                     limits_.seconds);
   };
   const auto assets = [&](const Sha256& digest) -> Result<std::string> {
-    LM_RETURN_IF_ERROR(go_on());
+    LM_RETURN_IF_ERROR(may_continue());
     const Time asked = system_clock().now();
     Result<std::string> bytes = assets_.get(digest);
     fetching += system_clock().now() - asked;
@@ -223,7 +223,7 @@ Result<std::shared_ptr<const CompiledScene>> Preparer::compiled(const RenderSett
   };
   const auto images = [&](ByteView bytes, const std::string& name) -> Result<Texels> {
     Result<Texels> texels = decoder_.decode(bytes, name, limits_.image_pixels);
-    LM_RETURN_IF_ERROR(go_on());
+    LM_RETURN_IF_ERROR(may_continue());
     return texels;
   };
   decoder_.set_stop(stop);

@@ -21,7 +21,7 @@
 
 namespace lightmill {
 
-/// What threads need to render a job's tiles. Immutable and shared.
+/// Inputs of the threads that render a job's tiles. Immutable and shared.
 struct PreparedJob {
   TileGrid grid;
   std::shared_ptr<const Method> method;

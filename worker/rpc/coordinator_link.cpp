@@ -294,7 +294,7 @@ Result<std::string> CoordinatorLink::download(const Sha256& digest) {
 }
 
 Status CoordinatorLink::upload_missing(const std::map<Sha256, std::string>& assets,
-                                       const std::function<Status()>& go_on) {
+                                       const std::function<Status()>& may_continue) {
   v1::FindMissingAssetsRequest request;
   for (const auto& [digest, bytes] : assets) {
     request.add_digests(digest_bytes(digest));
@@ -304,7 +304,7 @@ Status CoordinatorLink::upload_missing(const std::map<Sha256, std::string>& asse
     return connection.render->FindMissingAssets(&context, request, &response);
   }));
   for (const std::string& missing : response.missing()) {
-    LM_RETURN_IF_ERROR(go_on());
+    LM_RETURN_IF_ERROR(may_continue());
     LM_ASSIGN_OR_RETURN(const Sha256 digest, digest_from_bytes(missing));
     const auto found = assets.find(digest);
     if (found == assets.end()) {

@@ -31,7 +31,7 @@ struct LinkHandlers {
 
 inline constexpr const char* kEnrolFileOption = "--enrol-file";
 
-/// How a worker gets its own token, and where it keeps it.
+/// The enrolment of a worker: the source of its own token, and its place.
 struct EnrolmentFiles {
   std::string file;              ///< has an enrolment token; read only when the worker enrols
   StateFolder* state = nullptr;  ///< outlives the link
@@ -69,8 +69,8 @@ class CoordinatorLink {
   /// clients may send it again.
   Result<std::string> download(const Sha256& digest);
   /// Uploads the assets that the coordinator lacks. Blocks. Returns errors like download(), refusals of uploads, and
-  /// errors of `go_on`, which is called before each asset.
-  Status upload_missing(const std::map<Sha256, std::string>& assets, const std::function<Status()>& go_on);
+  /// errors of `may_continue`, which is called before each asset.
+  Status upload_missing(const std::map<Sha256, std::string>& assets, const std::function<Status()>& may_continue);
 
  private:
   struct Connection;

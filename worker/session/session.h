@@ -248,7 +248,7 @@ class Session {
   void erase_lease(LeaseId lease, SessionActions& actions);
   void erase_lease_if_finished(LeaseId lease, SessionActions& actions);
   void erase_leases_of(JobId job, SessionActions& actions);
-  /// Drops the job, and tells the coordinator why.
+  /// Drops the job, and sends the coordinator the reason.
   void refuse(JobId job, const JobRefusal& refused, SessionActions& actions);
   Job* preparing_job(JobId job);  ///< null unless it is being prepared
   void forget_job(JobId job, SessionActions& actions);

@@ -68,7 +68,7 @@ WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
           }),
       inspector_(
           assets_, options.scene, options.decoder,
-          [this](const auto& assets, const auto& go_on) { return link_.upload_missing(assets, go_on); },
+          [this](const auto& assets, const auto& may_continue) { return link_.upload_missing(assets, may_continue); },
           [this](InspectReport report) {
             post([this, report = std::move(report)](Time) { session_.inspection_done(report, actions_); });
           }),

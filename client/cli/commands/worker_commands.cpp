@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-/// How to start the first worker. `authority`: the file of --tls-ca, if connections are encrypted.
+/// The command that starts the first worker. `authority`: the file of --tls-ca, if connections are encrypted.
 std::string no_workers(const std::string& address, const std::string& authority) {
   return authority.empty()
              ? fmt::format("no workers: start one with `lightmill-worker --server {}`", address)

@@ -1,7 +1,7 @@
 import {expect, test} from 'vitest';
 import {QuickLook} from '../src/model/quick_look';
 
-/** A farm that answers when it is told to, and knows how many jobs it ever had at once. */
+/** A farm that answers when the test asks for it, and counts the jobs that it had at once. */
 class Jobs {
   next = 1n;
   readonly there = new Map<bigint, string>();
@@ -33,7 +33,7 @@ class Jobs {
     }
     this.there.delete(job);
   }
-  /** Answers whatever is asked, until nothing is any more. */
+  /** Answers all requests, until none is left. */
   async settle(): Promise<void> {
     for (let quiet = 0; quiet < 20; ++quiet) {
       await Promise.resolve();

@@ -8,7 +8,7 @@ import {SceneSchema, type Scene} from '../src/wire/lightmill/v1/scene_pb';
 const rgb = (r: number, g: number, b: number) => ({rgb: {r, g, b}});
 const at = (x: number, y: number, z: number) => ({x, y, z});
 
-/** Of each kind one, as packed scenes have them. */
+/** One of each kind, as packed scenes have them. */
 const kJson = {
   name: 'all',
   camera: {eye: at(0, 1, 5), lookAt: at(0, 1, 0), up: at(0, 1, 0), verticalFovDegrees: 40, lensRadius: 0.1},

@@ -3,7 +3,7 @@ import {afterEach, expect, test, vi} from 'vitest';
 import {Submitter} from '../src/api/submit';
 import {JobSpecSchema} from '../src/wire/lightmill/v1/farm_pb';
 
-/** Answers one request after the other; what each asked for. */
+/** Answers one request after the other, and records them. */
 function answering(...answers: (() => Response | Promise<Response>)[]): string[] {
   const asked: string[] = [];
   vi.stubGlobal('fetch', async (_: string, {body}: RequestInit) => {

@@ -191,7 +191,7 @@ TEST(LightChoice, TheVarianceIsBoundedWhateverIsOccluded) {
 }
 
 TEST(LightChoice, ANarrowSpotIsDrawnInItsConeAlone) {
-  // Nineteen lamps of 1 W/sr, and a spot of 1° with 1e4 W/sr, whose flux is less than theirs.
+  // Nineteen points of 1 W/sr, and a spot of 1° with 1e4 W/sr, whose flux is less than theirs.
   LightTable table;
   for (int i = 0; i < 19; ++i) {
     table.points.add({{static_cast<float>(i - 9), 5, 0}, Vec3(1)});
@@ -206,7 +206,7 @@ TEST(LightChoice, ANarrowSpotIsDrawnInItsConeAlone) {
   EXPECT_EQ(pmf_at({0.5f, 0, 1}), 0);  // 5.7° off its axis
 }
 
-TEST(LightChoice, ALampThatFacesAwayIsNotDrawn) {
+TEST(LightChoice, AnEmitterThatFacesAwayIsNotDrawn) {
   // As bright as it may be, it leaves all draws to the others.
   LightTable table;
   for (int i = 0; i < 5; ++i) {
@@ -271,7 +271,7 @@ TEST(LightChoice, TheTreeBalancesAHundredThousandLightsInOnePlace) {
 }
 
 TEST(LightChoice, ASunIsDrawnByItsIrradianceInASceneOfAnySize) {
-  // At 1 m from forty lamps in a row of 1 m spacing, a sun of 1 W/m² is one light of many. Far away it is all there is.
+  // At 1 m from forty points in a row of 1 m spacing, a sun of 1 W/m² is one light of many. Far away it is all there is.
   LightTable table;
   for (int i = 0; i < 40; ++i) {
     table.points.add({{static_cast<float>(i), 1, 0}, Vec3(1)});

@@ -280,7 +280,7 @@ TEST(Conductor, IsReciprocal) {
   }
 }
 
-TEST(Conductor, ASmoothOneIsAMirrorWithFresnelsColour) {
+TEST(Conductor, IsAMirrorWithFresnelsColourWhenSmooth) {
   const Vec3d wo = tilted(40);
   const Conductor8 bsdf = metal(0);
   const BsdfSample8 s = bsdf.sample(to_lanes(wo), {F8(0.3f), F8(0.6f)}, F8(0.5f));

@@ -68,7 +68,7 @@ TEST(GlossyFloor, RoughGlassShowsAPointLightBelow) {
 
 TEST(GlossyFloor, ShowsASphereLightByItsFormula) {
   // The light is large and near the mirror direction. Both techniques find it, and their weights must add up.
-  const Vec3d lamp(0.5, 1, 0.1), eye(-0.7, 1.2, 0);
+  const Vec3d emitter(0.5, 1, 0.1), eye(-0.7, 1.2, 0);
   const Vec3d wo = glm::normalize(eye);
   const struct {
     std::string kind;
@@ -84,7 +84,7 @@ TEST(GlossyFloor, ShowsASphereLightByItsFormula) {
         document(view(eye, Vec3d(0)), 0.01, 8, named("floor", c.kind) + "," + diffuse("lamp", 0, 1),
                  mesh("floor", "floor.obj") + "," + sphere("lamp", "[0.5, 1, 0.1]", 0.4)),
         {{"floor.obj", plane(20, 0, true)}});
-    expect_answer(mean_of(scene.render({"path", 22, 1}, 10), 0), lit_by_sphere(lamp, 0.4, wo, c.f), 3e-3);
+    expect_answer(mean_of(scene.render({"path", 22, 1}, 10), 0), lit_by_sphere(emitter, 0.4, wo, c.f), 3e-3);
   }
 }
 

@@ -56,7 +56,7 @@ std::vector<AtlasCase> face_cases() {
   }
   cases.push_back(blocks_in_a_furnace());
   for (const double gap : {1e-2, 1e-4, 1e-5}) {
-    cases.push_back(lamp_below_a_ceiling(gap));
+    cases.push_back(emitter_below_a_ceiling(gap));
   }
   for (const double width : {0.5, 0.1, 0.01}) {
     cases.push_back(door_ajar(width));

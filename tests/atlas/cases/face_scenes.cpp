@@ -36,7 +36,7 @@ AtlasCase blocks_in_a_furnace() {
   return made;
 }
 
-AtlasCase lamp_below_a_ceiling(double gap, const std::string& view) {
+AtlasCase emitter_below_a_ceiling(double gap, const std::string& view) {
   return {.subject = "coplanar faces",
           .name = fmt::format("a lamp {} below a ceiling", gap),
           .document =
@@ -83,7 +83,7 @@ AtlasCase room_without_losses() {
               R"({"point": {"position": [0, 0, 0], "intensity": {"rgb": [3.14159265, 3.14159265, 3.14159265]}}})"),
           .exact = 1000,
           .level = 1,
-          .long_by = "vcm"};  // photons meet as many surfaces, and each is a vertex
+          .long_by = "vcm"};  // photons meet a thousand surfaces, and each is a vertex
 }
 
 AtlasCase room_of_albedo(double albedo) {

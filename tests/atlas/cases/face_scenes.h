@@ -13,7 +13,7 @@ std::string degenerate_floor(double side);
 /// faces are there twice.
 AtlasCase blocks_in_a_furnace();
 /// A unit square of radiance 1, `gap` below a ceiling and 1 above the floor. `view` shows the floor below its middle.
-AtlasCase lamp_below_a_ceiling(double gap, const std::string& view = R"("eye": [0, 0.5, 1], "look_at": [0, 0, 0])");
+AtlasCase emitter_below_a_ceiling(double gap, const std::string& view = R"("eye": [0, 0.5, 1], "look_at": [0, 0, 0])");
 /// A gap of height 1 in a wall. Everything seen through it from a distance of 1 glows.
 AtlasCase door_ajar(double width);
 /// A room that absorbs nothing. The sum over a thousand bounces is finite, and the picture shows it.

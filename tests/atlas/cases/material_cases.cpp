@@ -82,11 +82,11 @@ std::vector<AtlasCase> glass_cases() {
 std::vector<AtlasCase> material_cases() {
   std::vector<AtlasCase> cases;
   for (const double roughness : {0.0, 1e-4, 0.0099, 0.0101, 0.05}) {
-    cases.push_back(lamp_in_a_floor(white_metal(roughness), 1));
+    cases.push_back(emitter_in_a_floor(white_metal(roughness), 1));
   }
   for (const double exponent : {1e4, 1e6}) {
-    cases.push_back(lamp_in_a_floor(fmt::format(R"("phong": {{"specular": {}, "exponent": {}}})", gray(0.8), exponent),
-                                    0.8 * std::sqrt(0.5)));
+    cases.push_back(emitter_in_a_floor(
+        fmt::format(R"("phong": {{"specular": {}, "exponent": {}}})", gray(0.8), exponent), 0.8 * std::sqrt(0.5)));
   }
   const char* const subject = cases.front().subject.c_str();
   for (const double roughness : {1e-3, 0.0101, 0.03, 0.06, 0.1}) {
@@ -109,7 +109,7 @@ std::vector<AtlasCase> material_cases() {
     cases.push_back(std::move(made));
   }
   for (const auto& [roughness, radius] : {std::pair(0.1, 0.02), {0.1, 0.9}, {0.25, 0.1}, {0.5, 0.4}, {0.8, 0.02}}) {
-    cases.push_back(lamp_over_a_plate(roughness, radius, 1));
+    cases.push_back(emitter_over_a_plate(roughness, radius, 1));
   }
   for (const auto& [reflectance, reflections] : {std::pair(1.0, 120), {0.99, 100}, {0.5, 5}}) {
     cases.push_back(mirror_corridor(reflectance, reflections));

@@ -4,7 +4,7 @@
 
 namespace lightmill::test {
 
-AtlasCase lamp_in_a_floor(const std::string& kind, double exact) {
+AtlasCase emitter_in_a_floor(const std::string& kind, double exact) {
   return {.subject = "roughness -> 0, Phong exponent 1e6",
           .name = kind,
           .document = document(R"("eye": [0, 1, 1], "look_at": [0, 0, 0])", 0.01, 8,
@@ -17,10 +17,10 @@ AtlasCase lamp_in_a_floor(const std::string& kind, double exact) {
           .level = 5};
 }
 
-AtlasCase lamp_over_a_plate(double roughness, double radius, double aside) {
-  const Vec3d eye(-1, 1, 0), lamp(1 + aside * radius, 1, 0), wo = glm::normalize(eye);
+AtlasCase emitter_over_a_plate(double roughness, double radius, double aside) {
+  const Vec3d eye(-1, 1, 0), emitter(1 + aside * radius, 1, 0), wo = glm::normalize(eye);
   const double exact = lit_by_sphere(
-      lamp, radius, wo,
+      emitter, radius, wo,
       [&](const Vec3d& o, const Vec3d& i) { return conductor_formula(0.2, 3.9, roughness * roughness, o, i); }, 1000);
   return {.subject = "Veach's MIS plates",
           .name = fmt::format("roughness {}, a lamp of radius {}, {} of it aside", roughness, radius, aside),
@@ -30,7 +30,7 @@ AtlasCase lamp_over_a_plate(double roughness, double radius, double aside) {
                                                   "single_scattering": true)",
                                                   gray(0.2), gray(3.9), roughness)) +
                            also(diffuse("lamp", 0, 1)),
-                       mesh("plate", "floor.obj") + also(sphere("lamp", fmt::format("[{}, 1, 0]", lamp.x), radius))),
+                       mesh("plate", "floor.obj") + also(sphere("lamp", fmt::format("[{}, 1, 0]", emitter.x), radius))),
           .files = {{"floor.obj", plane(20, 0, true)}},
           .exact = exact,
           .max_bounces = 1,

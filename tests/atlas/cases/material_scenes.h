@@ -8,9 +8,9 @@ namespace lightmill::test {
 
 /// A floor that reflects an emitter of radiance 1, seen at 45°. The emitter fills the reflection of a sharp lobe, and
 /// the rest is black.
-AtlasCase lamp_in_a_floor(const std::string& kind, double exact);
+AtlasCase emitter_in_a_floor(const std::string& kind, double exact);
 /// An emitter above a plate of metal (n = 0.2, k = 3.9). A mirror would show the emitter's rim or its inside.
-AtlasCase lamp_over_a_plate(double roughness, double radius, double aside);
+AtlasCase emitter_over_a_plate(double roughness, double radius, double aside);
 /// A view between two mirrors at 45°: one reflection for each unit of length up to the emitter at the end.
 AtlasCase mirror_corridor(double reflectance, int reflections);
 

@@ -49,10 +49,10 @@ struct AtlasSettings {
   int seeds = 32;
   int more_levels = 0;          ///< added to log2 of the samples of each seed, which stays at least 1
   bool measure_vetoed = false;  ///< also measures what the planner vetoes
-  /// How often a result that looks wrong is measured again, with 16 times the samples each time. If it then looks
+  /// The number of times that a result is measured again if it looks wrong, with 16 times the samples each time. If it then looks
   /// right, it is slow.
   int retries = 0;
-  /// When it is set, the remaining cells are not measured.
+  /// Once it is set, the remaining cells are not measured.
   const std::atomic<bool>* stop = nullptr;
 };
 

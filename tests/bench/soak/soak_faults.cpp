@@ -81,8 +81,8 @@ std::function<void()> TroubledFarm::end_worker() {
   return [this, name] {
     const std::optional<int> code = farm_.worker(name).wait(kToFinish);
     if (code != 0) {
-      badly_ended_.push_back(
-          fmt::format("worker {}, told to end, {}", name, code ? fmt::format("ended with code {}", *code) : "did not"));
+      badly_ended_.push_back(fmt::format("worker {}, asked to leave, {}", name,
+                                         code ? fmt::format("ended with code {}", *code) : "did not"));
     }
     farm_.replace_worker(name);
   };

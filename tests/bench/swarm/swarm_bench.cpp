@@ -221,7 +221,7 @@ int run(const Options& options) {
   }
   const std::uint64_t files = raise_file_limit();
   for (const std::uint32_t workers : options.workers) {
-    LM_CHECK(files > workers + 200, "{} workers take as many open files, and this process may have {}", workers, files);
+    LM_CHECK(files > workers + 200, "{} workers take one open file each, and this process may have {}", workers, files);
   }
   fmt::print("{} of {}x{} pixels\n\n", counted(static_cast<std::size_t>(options.jobs), "job"), options.side,
              options.side);

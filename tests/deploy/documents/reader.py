@@ -34,7 +34,7 @@ def listens(port):
 
 class Reader:
     """Runs the commands in turn. Variables that a command exports are there for the next. Programs that run until they are
-    stopped go on in terminals of their own. A new coordinator takes the place of the last one."""
+    stopped continue in terminals of their own. A new coordinator takes the place of the last one."""
 
     def __init__(self, folder, programs):
         self.folder, self.home, self.programs = folder, folder / "home", []

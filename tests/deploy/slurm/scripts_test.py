@@ -165,8 +165,8 @@ class Scripts(unittest.TestCase):
         self.assertEqual({name: value for name, value in self.started_worker(**own).items() if name in own}, own,
                          "a farm without certificates")
         (self.farm / "ca.pem").touch()
-        told = self.started_worker(**own)
-        self.assertEqual({name: told.get(name) for name in [*own, "LIGHTMILL_ENROL_FILE", "LIGHTMILL_STATE"]}, {
+        variables = self.started_worker(**own)
+        self.assertEqual({name: variables.get(name) for name in [*own, "LIGHTMILL_ENROL_FILE", "LIGHTMILL_STATE"]}, {
             **dict.fromkeys(own), "LIGHTMILL_TLS_CA": f"{self.farm}/ca.pem", "LIGHTMILL_ENROL_FILE": f"{self.farm}/worker.enrol",
             "LIGHTMILL_STATE": "/var/tmp/lightmill-worker-ada"})
         self.assertEqual(self.started_worker(LIGHTMILL_STATE="/scratch")["LIGHTMILL_STATE"], "/scratch")
@@ -276,7 +276,7 @@ class Autoscale(unittest.TestCase):
         self.assertEqual(self.slurm.arrays, arrays + 1, "they ran long enough")
         self.slurm.all("COMPLETED", seconds=10)
         self.look()
-        self.assertTrue(self.said[-1].endswith("no submissions for 30 s"), "it began anew")
+        self.assertTrue(self.said[-1].endswith("no submissions for 30 s"), "it started again")
 
     def test_held_workers_do_not_count(self):
         self.slurm.wanted = 2
@@ -290,7 +290,7 @@ class Autoscale(unittest.TestCase):
             self.assertEqual(self.slurm.arrays, arrays + 1, reason)
         self.slurm.wanted = 0
         self.look(600)
-        self.assertEqual(self.slurm.jobs["1_1"][0], "PENDING", "whoever holds it may have it")
+        self.assertEqual(self.slurm.jobs["1_1"][0], "PENDING", "the holder of the job decides")
 
     def test_earlier_failures_do_not_count(self):
         self.slurm.wanted = 1

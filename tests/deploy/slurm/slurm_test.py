@@ -93,7 +93,7 @@ class Farm:
         return (self.cluster.folder / f"{WORKER}-{job}_{task}.log").read_text()
 
     def has_drained(self, name):
-        """Whether the worker had finished the last time it was told to leave."""
+        """Whether the worker finished its units when it was last asked to leave."""
         return "leaving: drained" in self.worker_log(name).rpartition("draining: ")[2]
 
     def submit(self, seed, samples):

@@ -129,7 +129,7 @@ TEST_F(SecureCliTest, PeopleUseTheFarmByTheirRoles) {
   start_server("0.0.0.0:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
   const nlohmann::json job =
       json(as("ada", {"submit", scene("cornell-bench-blocks.json"), "--owner", "bob", "--spp", "1"}));
-  EXPECT_EQ(job["owner"], "ada") << "whatever name she gives";
+  EXPECT_EQ(job["owner"], "ada") << "the owner is the name in her certificate";
   EXPECT_EQ(json(as("ada", {"jobs"}))["jobs"].size(), 1u);
   EXPECT_EQ(json(as("bob", {"jobs"}))["jobs"].size(), 0u);
   EXPECT_TRUE(says(failure(as("bob", {"cancel", "1"})), "the job is somebody else's"));

@@ -81,7 +81,7 @@ TEST_F(SharedFarmTest, ErrorIsZeroAgainstItselfAndFallsWithSamples) {
   EXPECT_EQ(json({"error", file("2.exr"), file("2.exr")})["rel_mse"], 0.0);
   const double coarse = json({"error", file("2.exr"), file("256.exr")})["rel_mse"];
   const double fine = json({"error", file("32.exr"), file("256.exr")})["rel_mse"];
-  EXPECT_LT(fine, coarse / 4);  // 1/n at least; there are 16 times as many samples
+  EXPECT_LT(fine, coarse / 4);  // 1/n at least, at 16 times the samples
 }
 
 TEST_F(FarmCliTest, WorkersAreWantedWhileAJobRuns) {
@@ -272,9 +272,9 @@ TEST_F(FarmCliTest, SeveralJobsAreChangedAtOnceDespiteOneFailure) {
   EXPECT_EQ(std::to_string(all["failed"][0].value("id", 0)), second);
   EXPECT_NE(all["failed"][1]["message"].get<std::string>().find("77"), std::string::npos);
   EXPECT_EQ(all["failure"]["message"], "2 of 4 jobs were not changed");
-  const std::string told = lightmill({"pause", second, "77", "--server", server()}).err;
-  EXPECT_EQ(told.find(fmt::format("job {0}: job {0}", second)), std::string::npos) << told;
-  EXPECT_NE(told.find("\nthere is no job 77\n"), std::string::npos) << told;
+  const std::string errors = lightmill({"pause", second, "77", "--server", server()}).err;
+  EXPECT_EQ(errors.find(fmt::format("job {0}: job {0}", second)), std::string::npos) << errors;
+  EXPECT_NE(errors.find("\nthere is no job 77\n"), std::string::npos) << errors;
   EXPECT_EQ(on_farm({"delete", first, third, "--cancel"})["jobs"].size(), 2u);
   EXPECT_EQ(on_farm({"jobs"})["jobs"].size(), 1u);
 }

@@ -106,7 +106,8 @@ TEST_F(SharedFarmTest, AutoReportsItsMethodAndKeepsItsBits) {
   EXPECT_EQ(asked["render_digest"], chosen["render_digest"]);
   const nlohmann::json named = render({"--method", "path"}, "path.exr");
   EXPECT_EQ(chosen["film_hash"], named["film_hash"]);
-  EXPECT_EQ(chosen["render_digest"], named["render_digest"]) << "the method decides the samples, not who chose it";
+  EXPECT_EQ(chosen["render_digest"], named["render_digest"])
+      << "samples depend on the method, not on how it was chosen";
   const Result<FilmPicture> picture = load_film_picture(file("auto.exr"));
   ASSERT_TRUE(picture.ok()) << picture.status();
   EXPECT_EQ(picture->receipt.method, "path");

@@ -14,28 +14,28 @@ const std::vector<std::string> kSmallByPath{"--size", "96x80", "--method", "path
 // ---- Open Job Description ----
 
 /// A reader of such lines by the specification: anywhere in a program's output, in any order.
-struct Told {
+struct OpenJdLines {
   std::vector<double> progress;
   std::vector<std::string> status, fail;
 };
-Told read_openjd(const std::string& out) {
+OpenJdLines read_openjd(const std::string& out) {
   static const std::regex line("^openjd_([a-z_]+): (.*)$");
-  Told told;
-  std::istringstream lines(out);
-  for (std::string text; std::getline(lines, text);) {
+  OpenJdLines lines;
+  std::istringstream output(out);
+  for (std::string text; std::getline(output, text);) {
     std::smatch found;
     if (!std::regex_match(text, found, line)) {
       EXPECT_FALSE(text.starts_with("openjd")) << text;
     } else if (found[1] == "progress") {
       std::size_t read = 0;
-      told.progress.push_back(std::stod(found[2], &read));
+      lines.progress.push_back(std::stod(found[2], &read));
       EXPECT_EQ(read, found[2].length()) << text;
     } else {
       EXPECT_TRUE(found[1] == "status" || found[1] == "fail") << text;
-      (found[1] == "fail" ? told.fail : told.status).push_back(found[2]);
+      (found[1] == "fail" ? lines.fail : lines.status).push_back(found[2]);
     }
   }
-  return told;
+  return lines;
 }
 
 using StudioTest = FarmCliTest;
@@ -45,22 +45,22 @@ TEST_F(SharedFarmTest, AFarmManagerReceivesTheProgressOfARender) {
       with({"render", scene("cornell-bench-blocks.json"), "-o", file("a.exr"), "--openjd", "--server", server()},
            kSmallByPath));
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  const Told told = read_openjd(run.out);
-  ASSERT_FALSE(told.progress.empty()) << run.out;
-  EXPECT_TRUE(std::ranges::is_sorted(told.progress));
-  EXPECT_GE(told.progress.front(), 0);
-  EXPECT_EQ(told.progress.back(), 100);
-  ASSERT_FALSE(told.status.empty());
-  EXPECT_NE(told.status.back().find("done in"), std::string::npos) << told.status.back();
-  EXPECT_TRUE(told.fail.empty());
+  const OpenJdLines lines = read_openjd(run.out);
+  ASSERT_FALSE(lines.progress.empty()) << run.out;
+  EXPECT_TRUE(std::ranges::is_sorted(lines.progress));
+  EXPECT_GE(lines.progress.front(), 0);
+  EXPECT_EQ(lines.progress.back(), 100);
+  ASSERT_FALSE(lines.status.empty());
+  EXPECT_NE(lines.status.back().find("done in"), std::string::npos) << lines.status.back();
+  EXPECT_TRUE(lines.fail.empty());
 }
 
 TEST_F(StudioTest, AFarmManagerReceivesTheFailure) {
   const CommandResult run = lightmill({"watch", "7", "--openjd", "--server", server()});
   EXPECT_EQ(run.exit_code, 2);
-  const Told told = read_openjd(run.out);
-  ASSERT_EQ(told.fail.size(), 1u) << run.out;
-  EXPECT_NE(told.fail[0].find("7"), std::string::npos);
+  const OpenJdLines lines = read_openjd(run.out);
+  ASSERT_EQ(lines.fail.size(), 1u) << run.out;
+  EXPECT_NE(lines.fail[0].find("7"), std::string::npos);
   EXPECT_NE(lightmill({"watch", "7", "--openjd", "--json", "--server", server()}).exit_code, 0) << "one or the other";
 }
 
@@ -84,8 +84,8 @@ TEST_F(CliTest, AFarmManagerReceivesUsageErrors) {
     const CommandResult run = run_command(command, environment());
     EXPECT_EQ(run.exit_code, 2) << words;
     EXPECT_FALSE(run.err.empty()) << words;
-    const Told told = read_openjd(run.out);
-    EXPECT_EQ(told.fail.size(), 1u) << words << "\n" << run.out;
+    const OpenJdLines lines = read_openjd(run.out);
+    EXPECT_EQ(lines.fail.size(), 1u) << words << "\n" << run.out;
     std::erase(command, "--openjd");
     command.emplace_back("--frobnicate");
     EXPECT_EQ(run_command(command, environment()).out, "") << words;
@@ -100,14 +100,14 @@ TEST_F(StudioTest, AWorkerReportsToItsFarmManager) {
   worker.send(SIGTERM);
   EXPECT_EQ(worker.wait(), 0);
   std::ifstream log(file("task.log"));
-  const Told told = read_openjd(std::string(std::istreambuf_iterator<char>(log), {}));
+  const OpenJdLines lines = read_openjd(std::string(std::istreambuf_iterator<char>(log), {}));
   const auto says = [&](const std::string& part) {
-    return std::ranges::any_of(told.status,
+    return std::ranges::any_of(lines.status,
                                [&](const std::string& text) { return text.find(part) != std::string::npos; });
   };
   EXPECT_TRUE(says("connected to " + server()));
   EXPECT_TRUE(says("leaving"));
-  EXPECT_TRUE(told.fail.empty());
+  EXPECT_TRUE(lines.fail.empty());
 }
 
 // ---- tev ----
@@ -199,8 +199,8 @@ TEST_F(StudioTest, AViewerThatStartsLaterIsFound) {
 
 TEST_F(SharedFarmTest, WatchWithoutAViewerFollowsTheJobAndFails) {
   const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmallByPath));
-  const ReservedPort nobody_listens;
-  const std::string address = fmt::format("127.0.0.1:{}", nobody_listens.number());
+  const ReservedPort without_listener;
+  const std::string address = fmt::format("127.0.0.1:{}", without_listener.number());
   const CommandResult run = lightmill({"watch", job, "--tev", address, "-o", file("a.exr"), "--server", server()});
   EXPECT_EQ(run.exit_code, 1) << run.err;
   EXPECT_TRUE(std::filesystem::exists(file("a.exr")));

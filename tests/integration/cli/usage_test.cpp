@@ -153,7 +153,7 @@ TEST_F(CliTest, OptionsOverrideVariablesInAllCommands) {
 TEST_F(CliTest, AMissingFarmIsReported) {
   for (const auto& [address, cause] :
        {std::pair("127.0.0.1:1", "nothing listens there. Start lightmill-server, or give another --server"),
-        std::pair("nobody.invalid:7350", "unknown host name")}) {
+        std::pair("unknown.invalid:7350", "unknown host name")}) {
     const CommandResult result = lightmill({"jobs", "--server", address});
     EXPECT_EQ(result.exit_code, 3);
     EXPECT_EQ(result.err, fmt::format("lightmill: cannot reach the farm at {}: {}\n", address, cause));
@@ -325,7 +325,7 @@ TEST_F(FarmCliTest, UnknownJobsAndWorkersAreExitCode2) {
   on_farm({"extend", "77", "--spp", "4"}, 2);
   on_farm({"priority", "77", "--to", "-4"}, 2);
   on_farm({"fetch", "77", "-o", file("a.png")}, 2);
-  on_farm({"workers", "drain", "nobody"}, 2);
+  on_farm({"workers", "drain", "unknown"}, 2);
 }
 
 /// A port without a listener. It is bound, so that no other process takes it.

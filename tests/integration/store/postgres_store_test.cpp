@@ -107,7 +107,7 @@ class PostgresStoreTest : public ::testing::Test {
   std::string url_ = server().new_database();
 };
 
-TEST_F(PostgresStoreTest, AnotherFormatIsRefusedWithWhatToDo) {
+TEST_F(PostgresStoreTest, AnotherFormatIsRefusedWithARemedy) {
   {
     const auto store = opened(options()).store;
     ASSERT_TRUE(store->load().ok());
@@ -271,14 +271,14 @@ TEST_F(PostgresStoreTest, AForeignSchemaIsRefusedAndAnEmptyOneIsUsed) {
   EXPECT_TRUE(open_postgres(options()).ok());
 }
 
-TEST_F(PostgresStoreTest, ADatabaseWithoutUtf8IsRefusedWithWhatToDo) {
+TEST_F(PostgresStoreTest, ADatabaseWithoutUtf8IsRefusedWithARemedy) {
   url_ = server().new_database("LATIN1");
   const Status status = open_postgres(options()).status();
   EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
   EXPECT_NE(message_of(status).find("ENCODING 'UTF8'"), std::string::npos) << status;
 }
 
-TEST_F(PostgresStoreTest, ALookCreatesNoFarmAndDoesNotWait) {
+TEST_F(PostgresStoreTest, ReadOnlyAccessCreatesNoFarmAndDoesNotWait) {
   PostgresOptions look = options();
   look.read_only = true;
   const Status none = open_postgres(look).status();

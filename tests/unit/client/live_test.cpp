@@ -32,7 +32,7 @@ v1::Job job_at(std::uint64_t done) {
   return job;
 }
 
-/// How many lines `show` prints for one message.
+/// The number of lines that `show` prints for one message.
 std::size_t lines_of(ProgressPrinter& printer, const v1::Job& job) {
   ::testing::internal::CaptureStderr();
   printer.show(job);
@@ -71,15 +71,15 @@ TEST(Console, KeepsTheLinesOfTwoThreadsApart) {
   news.join();
   console.end_redraw();
   std::istringstream text(::testing::internal::GetCapturedStderr());
-  int told = 0;
+  int notices = 0;
   for (std::string line; std::getline(text, line);) {
-    // What a terminal shows: a notice deletes the redrawn line, and the next redraw is below it.
+    // The terminal's view: a notice deletes the redrawn line, and the next redraw is below it.
     const std::string shown = line.substr(line.rfind('\r') == std::string::npos ? 0 : line.rfind('\r'));
     const bool is_news = shown == "news" || shown == "\r\x1b[Knews";
-    told += is_news ? 1 : 0;
+    notices += is_news ? 1 : 0;
     EXPECT_TRUE(is_news || line.find("news") == std::string::npos) << line;
   }
-  EXPECT_EQ(told, 1000);
+  EXPECT_EQ(notices, 1000);
 }
 
 v1::WatchJobResponse message(int x, int y, int width, int height, float value) {

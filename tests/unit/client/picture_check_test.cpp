@@ -165,7 +165,7 @@ TEST_F(PictureFile, AContradictoryReceiptIsFoundUnderAnyChecksum) {
     }));
     return status.ok() ? settings_of(*load_sound_picture(path_), "scene", {}).status() : status;
   };
-  EXPECT_TRUE(forged("lightmill.name", "other").ok()) << "what it is called is no part of it";
+  EXPECT_TRUE(forged("lightmill.name", "other").ok()) << "the job's name is not checked";
   for (const auto& [name, value] :
        {std::pair("lightmill.seed", "8"), std::pair("lightmill.method", "ppm"),
         std::pair("lightmill.fingerprintClass", "other"), std::pair("lightmill.maxBounces", "3"),

@@ -288,8 +288,8 @@ TEST(TextWidth, CutsBetweenCharacters) {
   EXPECT_EQ(cut_to_columns("冷却塔", 6), "冷却塔");
   EXPECT_EQ(cut_to_columns("冷却塔", 5), "冷却");
   EXPECT_EQ(cut_to_columns("冷却塔", 1), "");
-  EXPECT_EQ(cut_to_columns("e\u0301té", 1), "e\u0301") << "what combines with the last one stays with it";
-  EXPECT_EQ(cut_to_columns("👩\u200d💻", 3), "👩") << "and nothing that would join what is printed next";
+  EXPECT_EQ(cut_to_columns("e\u0301té", 1), "e\u0301") << "a combining mark stays with its character";
+  EXPECT_EQ(cut_to_columns("👩\u200d💻", 3), "👩") << "without a joiner, which would join the next character";
   EXPECT_EQ(cut_to_columns("±2%", 2), "±2");
   EXPECT_EQ(cut_to_columns("text", 0), "");
 }

@@ -11,7 +11,7 @@ class CommandDocs : public testing::Test {
   CommandDocs() {
     app_.footer("The end.");
     app_.add_option("--color", color_, "its colour")->type_name("red|dark-blue")->envname("MILL_COLOR");
-    app_.add_option("--secret", secret_, "not told")->group("");
+    app_.add_option("--secret", secret_, "not shown")->group("");
     CLI::App* grind = app_.add_subcommand("grind", "Make it fine.");
     grind->fallthrough();
     grind->add_option("GRAIN", grain_, "what's ground")->type_name("FILE")->required();
@@ -41,7 +41,7 @@ TEST_F(CommandDocs, TreeHasTheEntriesOfHelpAndNoHiddenOnes) {
 TEST_F(CommandDocs, CommandsHaveTheOptionsOfTheirGroupsAndParents) {
   const CommandDoc grind = command_tree(app_).commands.at(0);
   EXPECT_EQ(grind.words(), "mill grind");
-  EXPECT_EQ(grind.footer, "") << "its parent's is not told twice";
+  EXPECT_EQ(grind.footer, "") << "its parent's is not repeated";
   ASSERT_EQ(grind.positions.size(), 1u);
   EXPECT_TRUE(grind.positions[0].required);
   ASSERT_EQ(grind.options.size(), 4u);

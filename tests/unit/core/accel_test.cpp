@@ -155,7 +155,7 @@ TEST(Accel, HitsLieBeyondTheMinimumDistance) {
       beyond = select(lanes, x.distance * F8(1.0001f), beyond);
     }
   }
-  EXPECT_GT(hits, 8 * 500 * 3 / 2) << "rays go on behind the first hits";
+  EXPECT_GT(hits, 8 * 500 * 3 / 2) << "rays continue behind the first hits";
   EXPECT_LE(other, hits / 500) << "edges, where rounding decides";
 }
 

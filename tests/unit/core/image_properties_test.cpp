@@ -1,4 +1,4 @@
-// What the headers of image files say about their pixels: one row for each property, and what comes of it.
+// Properties of pixels in the headers of image files: one row for each property, with its effect.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -293,7 +293,7 @@ std::string jpeg_with_profile(const std::string& name) {
   return jpeg_with('\xe2', std::string("ICC_PROFILE\0\1\1", 14) + profile);
 }
 
-TEST(ImageProperties, ThatAreIgnoredAreFound) {
+TEST(ImageProperties, IgnoredOnesAreFound) {
   const struct {
     std::string name, file;
     IgnoredProperties ignored;

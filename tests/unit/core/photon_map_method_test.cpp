@@ -12,8 +12,8 @@ namespace {
 
 /// A light that shines down on all of a square floor. The camera sees the floor from above, with or without a slab
 /// between.
-TestScene floor_under_lamp(const std::string& materials = "", const std::string& objects = "",
-                           const std::map<std::string, std::string>& files = {}) {
+TestScene floor_under_light(const std::string& materials = "", const std::string& objects = "",
+                            const std::map<std::string, std::string>& files = {}) {
   auto all = files;
   all["floor.obj"] = horizontal_square(2, 0, true);
   return TestScene::from_text(
@@ -36,7 +36,7 @@ double sum_of(const HalfImages& image, int channel = 0) {
 // of the axis falls within 0.81 of the middle. The light is inside the sphere around the scene, so photons start in all
 // directions alike. The light's cone has the share (1 − cos 15°)/2 of them.
 TEST(PhotonMapMethod, CountsEachPhotonOnAFloorOnce) {
-  const TestScene scene = floor_under_lamp();
+  const TestScene scene = floor_under_light();
   const HalfImages image = scene.render({"photon-map:photons=100000", 1, 1}, 1);
   double largest = 0;
   for (std::size_t i = 0; i < image.a.size(); ++i) {
@@ -49,7 +49,7 @@ TEST(PhotonMapMethod, CountsEachPhotonOnAFloorOnce) {
 }
 
 TEST(PhotonMapMethod, DoesNotDependOnTheNumberOfSamples) {
-  const TestScene scene = floor_under_lamp();
+  const TestScene scene = floor_under_light();
   const HalfImages few = scene.render({"photon-map:photons=2000", 1, 0}, 1);
   const HalfImages many = scene.render({"photon-map:photons=2000", 1, 0}, 4);
   for (std::size_t i = 0; i < few.a.size(); ++i) {
@@ -58,9 +58,9 @@ TEST(PhotonMapMethod, DoesNotDependOnTheNumberOfSamples) {
 }
 
 TEST(PhotonMapMethod, CausticPhotonsNeedGlass) {
-  EXPECT_EQ(sum_of(floor_under_lamp().render({"photon-map:caustic,photons=2000", 1, 0}, 1)), 0);
+  EXPECT_EQ(sum_of(floor_under_light().render({"photon-map:caustic,photons=2000", 1, 0}, 1)), 0);
   const std::string glass = also(named("glass", R"("dielectric": {"ior": 1.5})"));
-  const TestScene ball = floor_under_lamp(glass, also(sphere("glass", "[0, 1, 0.9]", 0.5)));
+  const TestScene ball = floor_under_light(glass, also(sphere("glass", "[0, 1, 0.9]", 0.5)));
   const double caustic = sum_of(ball.render({"photon-map:caustic,photons=2000", 1, 0}, 1));
   EXPECT_GT(caustic, 0);
 }
@@ -70,7 +70,7 @@ TEST(PhotonMapMethod, AbsorptionDarkensPhotonsUnlessDisabled) {
   const std::string amber =
       also(named("amber", R"("dielectric": {"ior": 1}, "interior": {"absorption": {"rgb": [0.1, 1, 0]}})"));
   const std::map<std::string, std::string> slab{{"slab.obj", box(-3, 3, 1, 2, -3, 3)}};
-  const TestScene with = floor_under_lamp(amber, also(mesh("amber", "slab.obj")), slab);
+  const TestScene with = floor_under_light(amber, also(mesh("amber", "slab.obj")), slab);
   const HalfImages image = with.render({"photon-map:photons=5000", 1, 1}, 1);
   const double clear = sum_of(image, 2);
   // Rays go down within 15 degrees of the axis, and back within 12: paths of length 1 to 1.04.

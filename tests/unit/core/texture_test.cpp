@@ -134,7 +134,7 @@ TEST(Texture, ScaleMultipliesAndOffsetIsAdded) {
   EXPECT_EQ(red_at(texture, 0.6f, 0), 2);
 }
 
-/// Of red, per unit of u and of v.
+/// The slopes of red, per unit of u and of v.
 std::pair<float, float> slopes_at(const Texture& texture, float u, float v) {
   alignas(32) float by_u[8], by_v[8];
   const Texture::Slopes8 slopes = texture.slopes(F8(u), F8(v), M8(true));

@@ -64,7 +64,7 @@ TEST(VcmMemory, APassInAClosedRoomNearlyFillsTheVertexLimit) {
                 5 * std::sqrt(of_path.variance * pass->emitted) + 1)
         << albedo;
     EXPECT_LT(pass->bytes(), 160u << 20) << albedo;
-    EXPECT_EQ(pass->path_first.size(), pass->emitted + 1u) << "as many as are drawn from";
+    EXPECT_EQ(pass->path_first.size(), pass->emitted + 1u) << "one for each path, and the end";
   }
 }
 

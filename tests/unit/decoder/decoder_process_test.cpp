@@ -143,7 +143,7 @@ TEST(DecoderProcess, AStopEndsTheImageThatIsRead) {
   ASSERT_TRUE(decoder.decode(as_byte_view(image), "first").ok());
   std::stop_source stop;
   decoder.set_stop(stop.get_token());
-  ASSERT_EQ(::kill(decoder.pid(), SIGSTOP), 0);  // reading the image would take for ever
+  ASSERT_EQ(::kill(decoder.pid(), SIGSTOP), 0);  // reading the image would never end
   std::jthread other([&, reader = ::gettid()] {
     const std::string state = fmt::format("/proc/self/task/{}/stat", reader);
     EXPECT_TRUE(eventually([&] { return read_file(state)->find(") S ") != std::string::npos; })) << "it must wait";

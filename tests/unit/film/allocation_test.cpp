@@ -56,7 +56,7 @@ double mean_share(const std::vector<TileNoise>& tiles, const std::vector<int>& s
   return sum / pixels;
 }
 
-/// Whether tiles have at most one sample on average, and no tile below the greatest shift can have twice as many.
+/// Whether tiles have at most one sample on average, and no tile below the greatest shift can have twice its samples.
 bool spends_all(const std::vector<TileNoise>& tiles, const std::vector<int>& shifts) {
   const int most = *std::ranges::max_element(shifts);
   bool more_fits = false;

@@ -126,7 +126,7 @@ TEST(ErrorEstimate, AnEdgeOfABrightAreaIsComparedWithTheMean) {
   EXPECT_NEAR(estimate_with(101, 1, 500), 2500.0 / (51 * 51 + 0.01), 1e-3);
 }
 
-/// What a disc of this radius gathers at (x, 0) from light 1 left of x = 0, by strips.
+/// Light that a disc of this radius gathers at (x, 0) from light 1 left of x = 0, by strips.
 double gathered_at(double x, double radius) {
   constexpr int kStrips = 2000;
   double lit = 0, all = 0;

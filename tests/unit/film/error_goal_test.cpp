@@ -31,7 +31,7 @@ TEST(ErrorGoal, CountsArePowersOfTwoAndHalfwayBetween) {
 TEST(ErrorGoal, IsMetByTheUpperEndOfTheInterval) {
   EXPECT_TRUE(meets({0.008, 0.002, true}, 0.01));
   EXPECT_FALSE(meets({0.008, 0.0021, true}, 0.01));
-  EXPECT_FALSE(meets({0, 0, false}, 0.01)) << "what is not known is not met";
+  EXPECT_FALSE(meets({0, 0, false}, 0.01)) << "an unknown error meets no goal";
 }
 
 TEST(ErrorGoal, IsExpectedWhereErrorsFallAsOneOverSamples) {

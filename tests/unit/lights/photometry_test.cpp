@@ -40,7 +40,7 @@ double photons_per_second(double watt, double wavelength_m) {
   return watt * wavelength_m / (kPlanck * kLightSpeed);
 }
 
-/// Electrical power of a lamp, which is its light if nothing is lost: V · A.
+/// Electrical power of a bulb, which is its radiant power if nothing is lost: V · A.
 double electrical_watt(double volt, double ampere) {
   return volt * ampere;
 }

@@ -11,13 +11,13 @@ namespace {
 
 TEST(Admit, PathMissesOnlyPointAndSunLightThroughSmoothSurfaces) {
   EXPECT_TRUE(path_finds_all({kWhite}, {kBulb}));
-  EXPECT_TRUE(path_finds_all({kWhite, kGlass, lamp()}, {}));
+  EXPECT_TRUE(path_finds_all({kWhite, kGlass, emitter()}, {}));
   EXPECT_TRUE(path_finds_all({kWhite, kGlass, kMirror}, {kSky}));
   for (const Light& light : {kBulb, kSun}) {
     for (const Material& smooth : {kMirror, kGlass, metal(0), rough_glass(0.005)}) {
       EXPECT_FALSE(path_finds_all({kWhite, smooth}, {light})) << smooth.name;
     }
-    EXPECT_TRUE(path_finds_all({kWhite, metal(0.1)}, {light})) << "lamps are sampled from rough surfaces";
+    EXPECT_TRUE(path_finds_all({kWhite, metal(0.1)}, {light})) << "emitters are sampled from rough surfaces";
     EXPECT_TRUE(path_finds_all({kWhite, rough_glass(0.1)}, {light}));
   }
 }
@@ -42,7 +42,7 @@ TEST(Admit, PathMissesPointLightThroughNarrowLobesNotWideOnes) {
   coated.coat_roughness = 0;
   const SceneFacts lacquered = read_facts(scene_of({kWhite, material("lacquered metal", coated)}, {kBulb}));
   EXPECT_FALSE(admit(lacquered, "path").admitted);
-  EXPECT_TRUE(admit(lacquered, "caustic").admitted) << "all that a caster sends on is followed";
+  EXPECT_TRUE(admit(lacquered, "caustic").admitted) << "light from casters is followed";
 
   const SceneFacts gloss = read_facts(scene_of({kWhite, phong(0, 1e6)}, {kBulb}));
   EXPECT_TRUE(gloss.smooth_casters.empty()) << "caustic takes it for a receiver";
@@ -54,7 +54,7 @@ TEST(Admit, PathRarelyMeetsSmallEmitters) {
   // Spheres stand 3 apart. The emitter's centre is 2 from the mirror's surface, so it fills (r/2)²/4 of all directions.
   const double edge = 4 * std::sqrt(kSmallShare);
   const auto lit_by = [&](double radius, const Material& other) {
-    Scene scene = scene_of({kWhite, lamp(), other}, {});
+    Scene scene = scene_of({kWhite, emitter(), other}, {});
     std::get<SphereShape>(scene.objects[1].shape).radius = radius;
     return scene;
   };
@@ -178,16 +178,16 @@ TEST(Admit, VcmDoesNotCoverInfiniteSmoothCoatsUnderDistantLight) {
   }
   const std::string path = admit(over_plane(lacquer(0), kSun), "path").reason;
   EXPECT_NE(path.find("no method finds it"), std::string::npos) << path;
-  EXPECT_TRUE(admit(over_plane(kWhite, kSun), "vcm").admitted) << "it is lit by what samples the sun";
+  EXPECT_TRUE(admit(over_plane(kWhite, kSun), "vcm").admitted) << "its light samples the sun";
 }
 
 /// Photons never start at spheres with textured emission, and no method draws points on them.
 TEST(Admit, NoMethodFindsSmallUnsampledEmitters) {
   const double edge = 4 * std::sqrt(kSmallShare);  // 2 away from the other ball: as above
   const auto lit_by = [&](double radius, const Material& other) {
-    Material lamp_of_texture = lamp();
-    lamp_of_texture.emission.texture = 0;
-    Scene scene = scene_of({lamp_of_texture, other}, {});
+    Material emitter_of_texture = emitter();
+    emitter_of_texture.emission.texture = 0;
+    Scene scene = scene_of({emitter_of_texture, other}, {});
     std::get<SphereShape>(scene.objects[0].shape).radius = radius;
     return scene;
   };
@@ -217,7 +217,7 @@ TEST(Admit, NoMethodFindsSmallUnsampledEmitters) {
   plane.transform[2][3] = 1;
   metered.materials.push_back(kGray);
   metered.objects.push_back(plane);
-  EXPECT_TRUE(admit(read_facts(metered), "path").admitted) << "nobody says how near the plane is, which was moved";
+  EXPECT_TRUE(admit(read_facts(metered), "path").admitted) << "the distance of a moved plane is unknown";
 }
 
 TEST(Admit, NoLightIsMissedWithoutAReceiver) {
@@ -231,7 +231,7 @@ TEST(Admit, NoLightIsMissedWithoutAReceiver) {
   metered.meters.push_back({"floor", IrradianceMeter{}});
   EXPECT_FALSE(admit(read_facts(metered), "path").admitted);
   metered.meters = {{"eye", RadianceMeter{}}};
-  EXPECT_TRUE(admit(read_facts(metered), "path").admitted) << "it sees what a camera sees";
+  EXPECT_TRUE(admit(read_facts(metered), "path").admitted) << "it sees the same light as a camera";
 
   Material milk = kGlass;
   milk.interior.scattering = {1, 1, 1};
@@ -244,7 +244,7 @@ TEST(Admit, UnusedMaterialsAndLightsDoNotCount) {
   EXPECT_TRUE(admit(read_facts(scene), "path").admitted) << "no object is of glass";
   EXPECT_TRUE(path_finds_all({kWhite, kGlass}, {{"off", PointLight{}}}));
   const Material air = material("air", DielectricMaterial{1});
-  EXPECT_TRUE(path_finds_all({kWhite, air}, {kBulb})) << "light does not notice it";
+  EXPECT_TRUE(path_finds_all({kWhite, air}, {kBulb})) << "it does not change light";
   EXPECT_FALSE(path_finds_all({kWhite, air, rough_glass(0.3)}, {kBulb})) << "it may be a bubble in glass";
 }
 
@@ -267,7 +267,7 @@ TEST(Admit, ReasonsNameTheLightAndTheGlass) {
 }
 
 TEST(Admit, EveryMethodHasAVerdict) {
-  const std::vector<Verdict> all = admit_all(read_facts(scene_of({kWhite, lamp()}, {})));
+  const std::vector<Verdict> all = admit_all(read_facts(scene_of({kWhite, emitter()}, {})));
   EXPECT_EQ(all.size(), method_names().size() - 1) << "all but auto";
   for (const Verdict& verdict : all) {
     EXPECT_TRUE(verdict.admitted || !verdict.reason.empty()) << verdict.method;
@@ -281,14 +281,14 @@ TEST(Admit, PpmFindsAllLightThatEmitsPhotons) {
   const auto admitted = [](const std::vector<Material>& materials, const std::vector<Light>& lights) {
     return admit(read_facts(scene_of(materials, lights)), "ppm").admitted;
   };
-  EXPECT_TRUE(admitted({kWhite, kGlass, kMirror, lamp()}, {kBulb, kSun}));
+  EXPECT_TRUE(admitted({kWhite, kGlass, kMirror, emitter()}, {kBulb, kSun}));
   EXPECT_TRUE(admitted({kWhite, lacquer(0)}, {kBulb})) << "it gathers beside single directions";
   EXPECT_NE(admit(read_facts(scene_of({kWhite, lacquer(0)}, {kBulb})), "path").reason.find("vcm finds it"),
             std::string::npos);
   Material milk = kGlass;
   milk.interior.scattering = {1, 1, 1};
   EXPECT_FALSE(admitted({milk}, {kBulb}));
-  Scene scene = scene_of({kWhite, lamp()}, {kBulb});
+  Scene scene = scene_of({kWhite, emitter()}, {kBulb});
   scene.objects[0].shape = PlaneShape{};
   EXPECT_TRUE(admit(read_facts(scene), "ppm").admitted);
   scene.lights.push_back(kSun);

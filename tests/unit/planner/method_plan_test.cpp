@@ -18,7 +18,7 @@ TEST(Plan, ANamedMethodIsKept) {
 }
 
 TEST(Plan, AutoPicksPathIfItFindsAllLightAndExplains) {
-  const MethodPlan plan = plan_method(read_facts(scene_of({kWhite, lamp()}, {})), "auto");
+  const MethodPlan plan = plan_method(read_facts(scene_of({kWhite, emitter()}, {})), "auto");
   EXPECT_EQ(plan.candidates, std::vector<std::string>{"path"});
   ASSERT_EQ(plan.reasons.size(), 1u);
   EXPECT_FALSE(plan.reasons[0].empty());
@@ -36,7 +36,7 @@ TEST(Plan, AutoPicksAKnownMethodForEveryScene) {
     for (const std::string& method : plan.candidates) {
       EXPECT_TRUE(parse_method(method).ok()) << method;
       EXPECT_EQ(admit(facts, method).admitted, method_notices(facts, method).empty());
-      EXPECT_TRUE(plan.candidates.size() == 1 || admit(facts, method).admitted) << "pilots cannot see what is missing";
+      EXPECT_TRUE(plan.candidates.size() == 1 || admit(facts, method).admitted) << "pilots cannot see missing light";
     }
   }
 }

@@ -54,7 +54,7 @@ TEST_F(PilotRun, MirrorAndGlassUnderAnEmitterChooseCaustic) {
   }
 }
 
-// The pixels of a 96×80 film share few photons, so eight times as many photons are most of the work.
+// The pixels of a 96×80 film share few photons, so eight times the photons are most of the work.
 TEST_F(PilotRun, PhotonsCountAsWorkOfTheFilm) {
   EXPECT_EQ(run({"caustic:photons=4096", "caustic:photons=32768"})->choice, 0u);
   const auto method = make_method(compiled_, {"caustic:photons=3000", 1}).value();
@@ -72,7 +72,7 @@ TEST_F(PilotRun, PhotonsCountAsWorkOfTheFilm) {
 }
 
 /// A glass ball on a matte floor before a wall, and a distant emitter of this radiance and radius.
-test::TestScene ball_under_a_lamp(double radiance, double radius) {
+test::TestScene ball_under_an_emitter(double radiance, double radius) {
   return test::TestScene::from_text(fmt::format(R"({{
     "camera": {{"eye": [0, 1.6, 4], "look_at": [0, 0.5, 0], "vertical_fov_degrees": 35}},
     "film": {{"width": 96, "height": 72}},
@@ -91,7 +91,7 @@ test::TestScene ball_under_a_lamp(double radiance, double radius) {
 // Paths rarely meet so small an emitter by way of the ball, so a pilot meets few or none. Over 64 samples a pixel path
 // had 39 times the relMSE × seconds of caustic (tests/bench/planner_bench).
 TEST(Pilot, LightThatPathRarelyFindsIsForeseen) {
-  const test::TestScene scene = ball_under_a_lamp(400, 0.1);
+  const test::TestScene scene = ball_under_an_emitter(400, 0.1);
   const auto compiled = *CompiledScene::compile(scene.scene(), scene.assets());
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     const Result<PilotChoice> made = run_pilot(compiled, {{"path", "caustic"}, seed, 0, {0, 0, 96, 72}});
@@ -101,17 +101,17 @@ TEST(Pilot, LightThatPathRarelyFindsIsForeseen) {
 }
 
 TEST(Pilot, ShownRadianceIsTheEmittersRadiance) {
-  const test::TestScene scene = ball_under_a_lamp(40, 0.1);
+  const test::TestScene scene = ball_under_an_emitter(40, 0.1);
   const Vec3 radiance = emitter_radiance_in_casters(**CompiledScene::compile(scene.scene(), scene.assets()));
   EXPECT_NEAR(radiance.x, 40, 1e-3);
   EXPECT_NEAR(radiance.y, 40, 1e-3);
   EXPECT_NEAR(radiance.z, 20, 1e-3);
-  const test::TestScene dark = ball_under_a_lamp(0, 0.1);
+  const test::TestScene dark = ball_under_an_emitter(0, 0.1);
   EXPECT_EQ(emitter_radiance_in_casters(**CompiledScene::compile(dark.scene(), dark.assets())), Vec3{0});
 }
 
 /// A rough metal ball, alone under a light of the document or an emitter of radius 3 and radiance 2 above it.
-std::shared_ptr<const CompiledScene> metal_ball(double roughness, const std::string& light, double lamp_y = 1e6) {
+std::shared_ptr<const CompiledScene> metal_ball(double roughness, const std::string& light, double emitter_y = 1e6) {
   const test::TestScene scene = test::TestScene::from_text(fmt::format(R"({{
     "camera": {{"eye": [0, 1, 4], "look_at": [0, 0.5, 0], "vertical_fov_degrees": 40}},
     "film": {{"width": 8, "height": 8}},
@@ -122,10 +122,10 @@ std::shared_ptr<const CompiledScene> metal_ball(double roughness, const std::str
       {{"material": "metal", "sphere": {{"center": [0, 0.5, 0], "radius": 0.5}}}}{}],
     "lights": [{}]}})",
                                                                        roughness,
-                                                                       lamp_y > 1e5 ? ""
-                                                                                    : fmt::format(R"(,
+                                                                       emitter_y > 1e5 ? ""
+                                                                                       : fmt::format(R"(,
       {{"material": "lamp", "sphere": {{"center": [0, {}, 0], "radius": 3}}}})",
-                                                                                                  lamp_y),
+                                                                                                     emitter_y),
                                                                        light));
   return *CompiledScene::compile(scene.scene(), scene.assets());
 }

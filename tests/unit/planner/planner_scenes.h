@@ -36,7 +36,7 @@ inline const Material kBlack = material("black", DiffuseMaterial{{0, 0, 0}});
 inline const Material kMirror = material("mirror", MirrorMaterial{});
 inline const Material kGlass = material("glass", DielectricMaterial{});
 
-inline Material lamp() {
+inline Material emitter() {
   Material made = material("lamp", DiffuseMaterial{});
   made.emission = {1, 1, 1};
   return made;

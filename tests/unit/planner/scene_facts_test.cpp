@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-TEST(Facts, ManyThingsAreCountedAndSomeNamed) {
+TEST(Facts, TheFirstOfManyItemsAreNamedAndTheRestAreCounted) {
   std::vector<Material> many;
   for (int i = 0; i < 40; ++i) {
     many.push_back(material(fmt::format("glass {}", i), DielectricMaterial{}));
@@ -23,7 +23,7 @@ TEST(Facts, FeaturesAreThoseOfTheScene) {
   EXPECT_EQ(features_of(read_facts(scene_of({kWhite}, {kBulb}))), std::vector<std::string>{"light sampling"});
   Material amber = kGlass;
   amber.interior.absorption = {0, 1, 2};
-  Scene scene = scene_of({amber, lamp()}, {kSky});
+  Scene scene = scene_of({amber, emitter()}, {kSky});
   scene.camera.lens_radius = 1;
   EXPECT_EQ(features_of(read_facts(scene)),
             (std::vector<std::string>{"light sampling", "emissive surfaces", "constant environment", "media",
@@ -52,7 +52,7 @@ TEST(Facts, MaterialsThatRaysPassAreNamed) {
 
 TEST(Facts, ASceneThatLosesNoLightIsFlagged) {
   const Material snow = material("snow", DiffuseMaterial{{1, 0.9f, 0.9f}});
-  EXPECT_TRUE(read_facts(scene_of({snow, kMirror, kGlass}, {kSky})).lossless) << "red goes on for ever";
+  EXPECT_TRUE(read_facts(scene_of({snow, kMirror, kGlass}, {kSky})).lossless) << "red light is never absorbed";
   EXPECT_FALSE(read_facts(scene_of({snow, kWhite}, {kSky})).lossless);
   Material amber = kGlass;
   amber.interior.absorption = {1, 0, 0};

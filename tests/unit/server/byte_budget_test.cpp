@@ -51,7 +51,7 @@ TEST(CallersBudget, OneCallerGetsHalfAndAllCallersGetTheWhole) {
   EXPECT_NE(budget.take(eve, 10), nullptr);
   of_ada.reset();
   EXPECT_NE(budget.take(bob, 10, of_bob), nullptr);
-  EXPECT_NE(budget.take(ada, 50), nullptr) << "all that it had is back";
+  EXPECT_NE(budget.take(ada, 50), nullptr) << "it has returned everything";
 }
 
 TEST(CallersBudget, ManyNamesOfAnAddressOrAddressesOfANameGetHalf) {
@@ -60,7 +60,7 @@ TEST(CallersBudget, ManyNamesOfAnAddressOrAddressesOfANameGetHalf) {
   ASSERT_NE(first, nullptr);
   EXPECT_EQ(budget.take({"bob", "10.0.0.1"}, 1), nullptr);
   EXPECT_EQ(budget.take({"ada", "10.0.0.2"}, 1), nullptr);
-  EXPECT_NE(budget.take({"bob", "10.0.0.2"}, 50), nullptr) << "what is refused takes nothing";
+  EXPECT_NE(budget.take({"bob", "10.0.0.2"}, 50), nullptr) << "a refusal takes nothing";
 }
 
 }  // namespace

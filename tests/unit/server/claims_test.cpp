@@ -1,4 +1,4 @@
-// Numbers that a worker says of itself, which nobody can check. A false one harms no job and no other worker for long.
+// Numbers that a worker claims, and that cannot be checked. A false one harms no job and no other worker for long.
 #include "tests/unit/server/verifying_fixture.h"
 
 namespace lightmill::test {
@@ -51,7 +51,7 @@ TEST_F(ClaimsTest, APilotTakesNoLongerThanItsLeaseIsOpen) {
   EXPECT_LE(worker_seconds(job), 15);
 }
 
-TEST_F(ClaimsTest, ManyWorkersOfOneIdentityHaveOneVoiceOnTheRateOfResults) {
+TEST_F(ClaimsTest, ManyWorkersOfOneIdentityCountAsOneForTheRateOfResults) {
   std::vector<SessionId> honest, liars;
   for (const char* const name : {"a", "b"}) {
     honest.push_back(connect_with(name, "1", "machine", "host"));
@@ -85,7 +85,7 @@ TEST_F(ClaimsTest, AnAuditedJobDoesNotStartInAClassOfOneIdentity) {
   EXPECT_EQ(status(job).state, JobState::done);
   EXPECT_EQ(status(job).counters.results_verified, 1u);
   submit_unaudited("unaudited");
-  EXPECT_FALSE(got<LeaseGrant>(liar).empty()) << "it may do what nobody audits";
+  EXPECT_FALSE(got<LeaseGrant>(liar).empty()) << "it may render unaudited work";
 }
 
 TEST_F(ClaimsTest, WorkersOfOneIdentityDoNotMakeAClassThatCanAudit) {
@@ -99,7 +99,7 @@ TEST_F(ClaimsTest, WorkersOfOneIdentityDoNotMakeAClassThatCanAudit) {
   EXPECT_EQ(status(submit_verified()).fingerprint_class, "class-a");
 }
 
-TEST_F(ClaimsTest, AJobThatNobodyCanAuditStartsAnywhere) {
+TEST_F(ClaimsTest, AJobThatNoMachineCanAuditStartsAnywhere) {
   const SessionId lone = connect_on("m0", "a lone one", 1, "class-b"), honest = connect_on("m1", "honest");
   const JobId job = submit_verified();
   EXPECT_EQ(status(job).fingerprint_class, "class-b");
@@ -113,8 +113,8 @@ TEST_F(ClaimsTest, AJobThatNobodyCanAuditStartsAnywhere) {
   EXPECT_EQ(status(heavy).fingerprint_class, "class-b") << "no other worker can render it";
 }
 
-// Else a job that brings nothing would have got the least time, and so be served first for ever.
-TEST_F(ClaimsTest, TimeThatBroughtNothingCountsForItsJob) {
+// Otherwise a job without results would seem to have the least time, and would always be served first.
+TEST_F(ClaimsTest, TimeWithoutAResultCountsForItsJob) {
   limits.leases_per_worker = 1;
   restart({});
   const JobId endless = submit_unaudited("endless");

@@ -179,10 +179,10 @@ TEST_F(CommitQueueTest, CallersLearnOfADelayAndTheirWritesAreStored) {
   }
   EXPECT_TRUE(queue_->stop().ok());
   EXPECT_EQ(store_.deleted(), (std::vector<std::uint64_t>{1, 2}));
-  const std::string told =
+  const std::string delayed =
       "the farm has accepted this, but cannot store it yet: the disk is full. It will be done when it "
       "can be stored: do not repeat the request";
-  EXPECT_EQ(heard, (std::vector<std::string>{"caller: " + told, "behind: " + told, "reply: stored"}));
+  EXPECT_EQ(heard, (std::vector<std::string>{"caller: " + delayed, "behind: " + delayed, "reply: stored"}));
 }
 
 TEST_F(CommitQueueTest, BytesThatWaitForTheStoreHaveALimit) {

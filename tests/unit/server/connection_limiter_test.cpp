@@ -36,29 +36,29 @@ std::size_t count_of(const std::vector<ConnectionLimiter::Arrival>& arrivals, De
   return static_cast<std::size_t>(std::ranges::count(arrivals, decision, &ConnectionLimiter::Arrival::decision));
 }
 
-TEST(ConnectionLimiterTest, StrangersOfOneAddressGetAQuarterOfThePlacesAndTheRestWait) {
+TEST(ConnectionLimiterTest, UnknownCallersOfOneAddressGetAQuarterOfTheSlotsAndTheRestWait) {
   ConnectionLimiter limiter(40);
   const auto arrivals = arrive_from(limiter, "10.0.0.1", 15);
   EXPECT_EQ(count_of(arrivals, Decision::serve), 10u);
   EXPECT_EQ(count_of(arrivals, Decision::wait), 5u);
   EXPECT_EQ(limiter.arrive("10.0.0.2:1", limiter_time(0)).decision, Decision::serve)
-      << "another address waits for none of them";
+      << "another address does not wait for them";
 }
 
-TEST(ConnectionLimiterTest, NewcomersToAFullPortDisplaceTheLargestAddress) {
+TEST(ConnectionLimiterTest, ANewConnectionToAFullPortDisplacesTheLargestAddress) {
   ConnectionLimiter limiter(40);
   const auto arrivals = arrive_from(limiter, "10.0.0.1", 40);
   const auto of_the_largest = limiter.arrive("10.0.0.1:99", limiter_time(1));
   EXPECT_EQ(of_the_largest.decision, Decision::wait);
   EXPECT_EQ(of_the_largest.close, arrivals[10].id) << "the oldest that waits";
-  const auto newcomer = limiter.arrive("10.0.0.2:1", limiter_time(1));
-  EXPECT_EQ(newcomer.decision, Decision::serve);
-  EXPECT_EQ(newcomer.close, arrivals[11].id);
-  EXPECT_EQ(newcomer.end, 0u);
+  const auto arrival = limiter.arrive("10.0.0.2:1", limiter_time(1));
+  EXPECT_EQ(arrival.decision, Decision::serve);
+  EXPECT_EQ(arrival.close, arrivals[11].id);
+  EXPECT_EQ(arrival.end, 0u);
   EXPECT_EQ(limiter.size(), 40u);
 }
 
-TEST(ConnectionLimiterTest, TheOldestStrangerMakesRoomIfNoConnectionWaits) {
+TEST(ConnectionLimiterTest, TheOldestUnknownCallerMakesRoomIfNoConnectionWaits) {
   ConnectionLimiter limiter(8);
   std::vector<ConnectionLimiter::Id> first;
   for (const std::string address : {"10.0.0.1", "10.0.0.2", "10.0.0.3", "10.0.0.4"}) {
@@ -67,22 +67,22 @@ TEST(ConnectionLimiterTest, TheOldestStrangerMakesRoomIfNoConnectionWaits) {
       first.push_back(each.id);
     }
   }
-  const auto newcomer = limiter.arrive("10.0.0.9:1", limiter_time(1));
-  EXPECT_EQ(newcomer.decision, Decision::serve);
-  EXPECT_EQ(newcomer.close, 0u);
-  EXPECT_NE(std::ranges::find(first, newcomer.end), first.end());
+  const auto arrival = limiter.arrive("10.0.0.9:1", limiter_time(1));
+  EXPECT_EQ(arrival.decision, Decision::serve);
+  EXPECT_EQ(arrival.close, 0u);
+  EXPECT_NE(std::ranges::find(first, arrival.end), first.end());
 }
 
-TEST(ConnectionLimiterTest, NewcomersBeyondTheSlackAreRefusedUntilEndedStrangersLeave) {
+TEST(ConnectionLimiterTest, ConnectionsBeyondTheSlackAreRefusedUntilEndedOnesClose) {
   ConnectionLimiter limiter(8);
   for (int i = 0; i < 8; ++i) {
     (void)limiter.arrive(peer_of(fmt::format("10.0.{}.1", i / 2), i), limiter_time(0));
   }
   std::vector<ConnectionLimiter::Id> ended;
   for (int i = 0; i < 100; ++i) {
-    const auto newcomer = limiter.arrive(peer_of(fmt::format("10.1.{}.1", i), 1), limiter_time(0));
-    if (newcomer.end != 0) {
-      ended.push_back(newcomer.end);
+    const auto arrival = limiter.arrive(peer_of(fmt::format("10.1.{}.1", i), 1), limiter_time(0));
+    if (arrival.end != 0) {
+      ended.push_back(arrival.end);
     }
   }
   EXPECT_LE(limiter.size(), 8 + ConnectionLimiter::kSlack);
@@ -93,14 +93,14 @@ TEST(ConnectionLimiterTest, NewcomersBeyondTheSlackAreRefusedUntilEndedStrangers
   EXPECT_LE(limiter.size(), 8u);
 }
 
-TEST(ConnectionLimiterTest, StrangersTimeOutOnlyWhileOthersOfTheirAddressWait) {
+TEST(ConnectionLimiterTest, UnknownCallersTimeOutOnlyWhileOthersOfTheirAddressWait) {
   ConnectionLimiter limiter(40);
   const auto arrivals = arrive_from(limiter, "10.0.0.1", 10);
-  EXPECT_TRUE(limiter.update(limiter_time(60)).end.empty()) << "nobody waits";
+  EXPECT_TRUE(limiter.update(limiter_time(60)).end.empty()) << "no connection waits";
   const auto waiting = limiter.arrive("10.0.0.1:99", limiter_time(60));
   ASSERT_EQ(waiting.decision, Decision::wait);
   const ConnectionLimiter::Changes changes = limiter.update(limiter_time(60));
-  EXPECT_EQ(changes.end, std::vector<ConnectionLimiter::Id>{arrivals[0].id}) << "as many as are needed";
+  EXPECT_EQ(changes.end, std::vector<ConnectionLimiter::Id>{arrivals[0].id}) << "one for the one that waits";
   EXPECT_EQ(changes.serve, std::vector<ConnectionLimiter::Id>{waiting.id});
   EXPECT_FALSE(limiter.has_waiting());
 }
@@ -108,13 +108,13 @@ TEST(ConnectionLimiterTest, StrangersTimeOutOnlyWhileOthersOfTheirAddressWait) {
 TEST(ConnectionLimiterTest, TheNewestWaitingConnectionIsServedNext) {
   ConnectionLimiter limiter(40);
   const auto arrivals = arrive_from(limiter, "10.0.0.1", 40);
-  const auto newcomer = limiter.arrive("10.0.0.1:99", limiter_time(1));
+  const auto arrival = limiter.arrive("10.0.0.1:99", limiter_time(1));
   limiter.leave(arrivals[0].id);
-  EXPECT_EQ(limiter.update(limiter_time(2)).serve, std::vector<ConnectionLimiter::Id>{newcomer.id});
+  EXPECT_EQ(limiter.update(limiter_time(2)).serve, std::vector<ConnectionLimiter::Id>{arrival.id});
   EXPECT_EQ(limiter.update(limiter_time(2)).serve, std::vector<ConnectionLimiter::Id>{});
 }
 
-TEST(ConnectionLimiterTest, AStrangerKeepsItsPlaceForItsTime) {
+TEST(ConnectionLimiterTest, AnUnknownCallerKeepsItsSlotForItsTime) {
   ConnectionLimiter limiter(40);
   (void)arrive_from(limiter, "10.0.0.1", 12, 10);
   const Time early = limiter_time(10) + ConnectionLimiter::kPatience - std::chrono::milliseconds(1);
@@ -133,9 +133,8 @@ TEST(ConnectionLimiterTest, AKnownCallerIsNotDisplaced) {
   EXPECT_EQ(limiter.arrive("10.0.0.1:11", limiter_time(0)).decision, Decision::serve);
   (void)arrive_from(limiter, "10.0.0.2", 60);
   for (int i = 0; i < 100; ++i) {
-    const auto newcomer = limiter.arrive(peer_of(fmt::format("10.1.{}.1", i), 1), limiter_time(0));
-    EXPECT_TRUE(newcomer.decision == Decision::refuse || newcomer.close > 10 || newcomer.end > 10)
-        << "1 to 10 are known";
+    const auto arrival = limiter.arrive(peer_of(fmt::format("10.1.{}.1", i), 1), limiter_time(0));
+    EXPECT_TRUE(arrival.decision == Decision::refuse || arrival.close > 10 || arrival.end > 10) << "1 to 10 are known";
   }
 }
 
@@ -167,7 +166,7 @@ TEST(ConnectionLimiterTest, ACertificatesWorkersGetThreeQuartersAndAPersonAnEigh
   EXPECT_EQ(people, 10);
 }
 
-TEST(ConnectionLimiterTest, AClosedConnectionFreesItsPlace) {
+TEST(ConnectionLimiterTest, AClosedConnectionFreesItsSlot) {
   ConnectionLimiter limiter(8);
   const Identity ada = person("ada", {Role::submit});
   const auto first = limiter.arrive("10.0.0.1:1", limiter_time(0));
@@ -187,12 +186,12 @@ TEST(ConnectionLimiterTest, AReusedPortBelongsToTheNewConnection) {
   const auto second = limiter.arrive("10.0.0.1:1", limiter_time(1));
   EXPECT_EQ(limiter.size(), 1u);
   limiter.leave(first.id);
-  EXPECT_EQ(limiter.size(), 1u) << "the first one's end is not the second's";
+  EXPECT_EQ(limiter.size(), 1u) << "the end of the first does not end the second";
   limiter.leave(second.id);
   EXPECT_EQ(limiter.size(), 0u);
 }
 
-TEST(ConnectionLimiterTest, ADepartedCallerIsAStrangerAndFreesItsShare) {
+TEST(ConnectionLimiterTest, AClearedCallerIsUnknownAndFreesItsShare) {
   ConnectionLimiter limiter(40);
   const Identity ada = person("ada", {Role::submit});
   (void)arrive_from(limiter, "10.0.0.1", 6);
@@ -210,7 +209,7 @@ TEST(ConnectionLimiterTest, ADepartedCallerIsAStrangerAndFreesItsShare) {
   EXPECT_EQ(changes.serve.size(), 1u);
 }
 
-TEST(ConnectionLimiterTest, AnAddressWithAllPlacesMakesRoomForOthers) {
+TEST(ConnectionLimiterTest, AnAddressWithAllSlotsMakesRoomForOthers) {
   ConnectionLimiter limiter(40);
   const Identity one = person("one", {Role::worker}), two = person("two", {Role::worker});
   for (int port = 1; port <= 40; ++port) {
@@ -219,10 +218,10 @@ TEST(ConnectionLimiterTest, AnAddressWithAllPlacesMakesRoomForOthers) {
     EXPECT_TRUE(limiter.set_caller(peer, port <= 30 ? one : two).ok());
   }
   EXPECT_EQ(limiter.arrive("10.0.0.1:99", limiter_time(0)).decision, Decision::refuse);
-  const auto newcomer = limiter.arrive("10.0.0.2:1", limiter_time(0));
-  EXPECT_EQ(newcomer.decision, Decision::serve);
-  EXPECT_EQ(newcomer.end, 40u) << "the newest";
-  EXPECT_TRUE(limiter.set_caller("10.0.0.2:1", two).ok()) << "those that end count for nobody";
+  const auto arrival = limiter.arrive("10.0.0.2:1", limiter_time(0));
+  EXPECT_EQ(arrival.decision, Decision::serve);
+  EXPECT_EQ(arrival.end, 40u) << "the newest";
+  EXPECT_TRUE(limiter.set_caller("10.0.0.2:1", two).ok()) << "ended connections count for no caller";
   EXPECT_EQ(limiter.arrive("10.0.0.2:2", limiter_time(0)).end, 39u);
 }
 

@@ -5,23 +5,23 @@
 namespace lightmill::test {
 namespace {
 
-/// A listener that records what it is sent.
-class Ear final : public DemandSink {
+/// A listener that records each state.
+class DemandRecorder final : public DemandSink {
  public:
-  bool closed() const override { return gone; }
-  bool writable() const override { return !busy; }
-  void offer(bool active) override { told.push_back(active); }
+  bool closed() const override { return is_closed; }
+  bool writable() const override { return !is_busy; }
+  void offer(bool active) override { sent.push_back(active); }
 
-  std::vector<bool> told;
-  bool gone = false, busy = false;
+  std::vector<bool> sent;
+  bool is_closed = false, is_busy = false;
 };
 
 class DemandHubTest : public CoordinatorTest {
  protected:
-  std::shared_ptr<Ear> listen() {
-    auto ear = std::make_shared<Ear>();
-    hub.add(ear);
-    return ear;
+  std::shared_ptr<DemandRecorder> listen() {
+    auto listener = std::make_shared<DemandRecorder>();
+    hub.add(listener);
+    return listener;
   }
   std::optional<Time> publish() { return hub.publish(*coordinator, now); }
 
@@ -29,66 +29,66 @@ class DemandHubTest : public CoordinatorTest {
 };
 
 TEST_F(DemandHubTest, TheStateIsSentAtOnceAndThenOnlyItsChanges) {
-  const auto ear = listen();
+  const auto listener = listen();
   EXPECT_EQ(publish(), std::nullopt) << "an idle farm is not woken";
-  EXPECT_EQ(ear->told, std::vector{false});
+  EXPECT_EQ(listener->sent, std::vector{false});
   pass(std::chrono::seconds(1));
   publish();
-  EXPECT_EQ(ear->told, std::vector{false});
+  EXPECT_EQ(listener->sent, std::vector{false});
   const JobId job = submit(spec());
   pass(std::chrono::seconds(1));
   publish();
-  EXPECT_EQ(ear->told, (std::vector{false, true}));
+  EXPECT_EQ(listener->sent, (std::vector{false, true}));
   pass(std::chrono::seconds(1));
   ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), effects).ok());
   flush();
   publish();
-  EXPECT_EQ(ear->told, (std::vector{false, true, false}));
+  EXPECT_EQ(listener->sent, (std::vector{false, true, false}));
   const auto second = listen();
   pass(std::chrono::seconds(1));
   publish();
-  EXPECT_EQ(second->told, std::vector{false});
-  EXPECT_EQ(ear->told.size(), 3u);
+  EXPECT_EQ(second->sent, std::vector{false});
+  EXPECT_EQ(listener->sent.size(), 3u);
 }
 
 TEST_F(DemandHubTest, DemandIsReadTwiceASecondAtMostAndNoChangeIsLost) {
-  const auto ear = listen();
+  const auto listener = listen();
   publish();
   pass(std::chrono::milliseconds(100));
   submit(spec());
   const std::optional<Time> due = publish();
-  EXPECT_EQ(ear->told, std::vector{false}) << "too early";
+  EXPECT_EQ(listener->sent, std::vector{false}) << "too early";
   ASSERT_TRUE(due.has_value());
   EXPECT_EQ(*due - now, std::chrono::milliseconds(400));
   pass(*due - now);
   EXPECT_EQ(publish(), std::nullopt);
-  EXPECT_EQ(ear->told, (std::vector{false, true}));
+  EXPECT_EQ(listener->sent, (std::vector{false, true}));
 }
 
 TEST_F(DemandHubTest, SlowReadersGetTheNewestState) {
-  const auto ear = listen();
+  const auto listener = listen();
   publish();
-  ear->busy = true;
+  listener->is_busy = true;
   const JobId job = submit(spec());
   pass(std::chrono::seconds(1));
   publish();
   ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), effects).ok());
   flush();
   submit(spec("r2"));
-  ear->busy = false;
+  listener->is_busy = false;
   pass(std::chrono::seconds(1));
   publish();
-  EXPECT_EQ(ear->told, (std::vector{false, true}));
+  EXPECT_EQ(listener->sent, (std::vector{false, true}));
 }
 
 TEST_F(DemandHubTest, ClosedStreamsAreForgotten) {
-  const auto ear = listen();
+  const auto listener = listen();
   publish();
-  ear->gone = true;
+  listener->is_closed = true;
   submit(spec());
   pass(std::chrono::milliseconds(100));
   EXPECT_EQ(publish(), std::nullopt);
-  EXPECT_EQ(ear.use_count(), 1);
+  EXPECT_EQ(listener.use_count(), 1);
 }
 
 }  // namespace

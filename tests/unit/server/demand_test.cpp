@@ -28,7 +28,7 @@ class DemandTest : public CoordinatorTest {
 TEST_F(DemandTest, NoJobWantsNoWorkerAndTheFirstJobWantsOne) {
   EXPECT_EQ(wanted(), 0u);
   connect("w");
-  EXPECT_EQ(wanted(), 0u) << "whoever is there has nothing to do";
+  EXPECT_EQ(wanted(), 0u) << "connected workers have nothing to do";
   coordinator->worker_disconnected(SessionId{1}, now, effects);
   flush();
   const JobId job = submit(spec());
@@ -48,13 +48,13 @@ TEST_F(DemandTest, EachWantedWorkerHasAMinutesWork) {
   // 100 samples of two tiles at 1 s of one thread: 200 s. The first sample is done.
   submit(spec("r1", 100));
   const SessionId w = connect("w", 1);
-  EXPECT_EQ(wanted(), 1u) << "nobody knows yet what it costs";
+  EXPECT_EQ(wanted(), 1u) << "its cost is unknown";
   answer_first(w, 1.0);
   EXPECT_EQ(wanted(), 4u) << "199 s";
   connect("w2", 1);
-  EXPECT_EQ(wanted(), 4u) << "how many are there does not matter";
+  EXPECT_EQ(wanted(), 4u) << "the number of connected workers does not matter";
   connect("large", 4);
-  EXPECT_EQ(wanted(), 3u) << "with two threads on the mean two were enough, but all three are at work";
+  EXPECT_EQ(wanted(), 3u) << "with a mean of two threads, two would do, but all three have work";
 }
 
 TEST_F(DemandTest, BusyWorkersAreWanted) {
@@ -67,7 +67,7 @@ TEST_F(DemandTest, BusyWorkersAreWanted) {
   EXPECT_EQ(wanted(), 3u) << "0.63 s are left, and all have some of it";
   ASSERT_TRUE(coordinator->drain_worker("c", now, effects).ok());
   flush();
-  EXPECT_EQ(wanted(), 2u) << "one that is asked to leave is not";
+  EXPECT_EQ(wanted(), 2u) << "a draining worker does not count";
 }
 
 TEST_F(DemandTest, NoMoreWorkersAreWantedInTheLastMinute) {
@@ -80,7 +80,7 @@ TEST_F(DemandTest, NoMoreWorkersAreWantedInTheLastMinute) {
   render_on(w, 40);
   EXPECT_EQ(wanted(), 1u) << "50 s are left";
   render_on(w, 60);
-  EXPECT_EQ(wanted(), 1u) << "its time is up, and it waits for what is out";
+  EXPECT_EQ(wanted(), 1u) << "its time is up, and it waits for its leases";
 }
 
 TEST_F(DemandTest, JobsOfUnknownCostWantTheConnectedWorkersOnce) {

@@ -110,7 +110,7 @@ TEST_F(EnrolmentTest, ARepeatedRequestCountsOnce) {
   EXPECT_EQ(registry_.enrol(bearer(), again, kEnrolNow).status().code(), kAlreadyExists);
   const TokenRecord& itself = *registry_.find(token_.id);
   EXPECT_EQ(registry_.enrol(bearer(), {itself.id, itself.hash, "x"}, kEnrolNow).status().code(), kAlreadyExists)
-      << "one that was made by hand";
+      << "a manual token";
 }
 
 TEST_F(EnrolmentTest, ExpiredAndRevokedTokensAreRefused) {
@@ -132,7 +132,7 @@ TEST_F(EnrolmentTest, EnrolledMachinesAreKnownAfterTheTokenIsRemoved) {
   ASSERT_TRUE(registry_.remove(token_.id).ok());
   const std::vector<std::string> found = registry_.enrolled_by(token_.id);
   EXPECT_EQ(std::set(found.begin(), found.end()), ids);
-  EXPECT_TRUE(registry_.enrolled_by("").empty()) << "those that were made by hand";
+  EXPECT_TRUE(registry_.enrolled_by("").empty()) << "manual tokens do not count";
 }
 
 TEST_F(EnrolmentTest, ExpiredMachineTokensMakeRoom) {
@@ -172,7 +172,7 @@ TEST_F(EnrolmentTest, InvalidEnrolmentTokensAreRefused) {
     EXPECT_EQ(enrol(host).status().code(), kInvalidArgument) << host;
   }
   EXPECT_EQ(registry_.enrol(bearer(), {"short", {}, "a"}, kEnrolNow).status().code(), kInvalidArgument);
-  EXPECT_EQ(registry_.find(token_.id)->enrolment.enrolled, 0u) << "what is refused takes no use";
+  EXPECT_EQ(registry_.find(token_.id)->enrolment.enrolled, 0u) << "a refusal counts no use";
 }
 
 TEST_F(EnrolmentTest, AnEnrolmentIntoAFullRegistryCountsNoUse) {

@@ -139,7 +139,7 @@ TEST_F(ErrorGoalTest, TheFirstLimitEndsTheJob) {
   EXPECT_EQ(status(JobId{1}).min_tile_samples, 40u);
   EXPECT_EQ(run(error_spec(0.02, 100)).reached, GoalLimit::error);
   EXPECT_EQ(status(JobId{1}).min_tile_samples, 64u);
-  EXPECT_EQ(run(error_spec(0.02, 64)).reached, GoalLimit::error) << "both: it has what was asked for";
+  EXPECT_EQ(run(error_spec(0.02, 64)).reached, GoalLimit::error) << "it reached both, and the error counts";
 
   restart({});
   const JobId job = submit(error_spec(0.02, 100, 5));

@@ -127,7 +127,7 @@ TEST_F(FarmLoadTest, AForgottenWorkersWorkAndLossesAreReported) {
   const auto leases = got<LeaseGrant>(session).size();
   ASSERT_GT(leases, 0u);
   coordinator->worker_disconnected(session, now, effects);
-  EXPECT_TRUE(effects.departed.empty()) << "it may come again and go on";
+  EXPECT_TRUE(effects.departed.empty()) << "it may return and continue";
   EXPECT_TRUE(coordinator->load().workers.empty());
   now += limits.disconnect_grace + std::chrono::milliseconds(1);
   coordinator->tick(now, unix_ms(), effects);

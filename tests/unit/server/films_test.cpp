@@ -198,7 +198,7 @@ TEST_F(FilmsTest, FilmsAreReadOneAtATime) {
   use(second);
   EXPECT_EQ(film_reads, std::vector{first});
   coordinator->film_read(first, stored_film(first), now, effects);
-  EXPECT_TRUE(in_memory(first)) << "until those who wait for it have been told";
+  EXPECT_TRUE(in_memory(first)) << "until its waiting callers have an answer";
   flush();
   EXPECT_EQ(film_reads, std::vector{first});
   stand_still({});
@@ -262,7 +262,7 @@ TEST_F(FilmsTest, AnUnreadableFilmIsReported) {
       "in the coordinator's log");
   EXPECT_EQ(status(job).state, JobState::done);
   use(job);
-  EXPECT_EQ(film_reads, std::vector{job}) << "whoever asks again has it tried again";
+  EXPECT_EQ(film_reads, std::vector{job}) << "each request tries again";
   ASSERT_TRUE(coordinator->remove(job, now, effects).ok());
   answer_reads();
   EXPECT_EQ(films_told.back().status.code(), StatusCode::kNotFound);

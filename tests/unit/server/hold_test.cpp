@@ -20,7 +20,7 @@ TEST_F(HoldTest, AHoldStopsLeasesAndIsTheReasonOfJobs) {
   const SessionId worker = connect("w");
   EXPECT_EQ(status(job).reason, "waits for space");
   ASSERT_TRUE(coordinator->pause(job, now, effects).ok());
-  EXPECT_EQ(status(job).reason, "") << "somebody wants it so";
+  EXPECT_EQ(status(job).reason, "") << "a user paused it";
   ASSERT_TRUE(coordinator->resume(job, now, effects).ok());
   pass(std::chrono::seconds(10));
   EXPECT_TRUE(got<LeaseGrant>(worker).empty());

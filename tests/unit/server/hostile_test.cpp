@@ -117,7 +117,7 @@ TEST_F(CoordinatorTest, AnUngrantedResultIsRefused) {
     say(again, forged[0]);
   }
   EXPECT_EQ(got<Dismissal>(again).size(), 1u);
-  EXPECT_EQ(got<ResultAck>(again).size(), 3u) << "or it would send them for ever";
+  EXPECT_EQ(got<ResultAck>(again).size(), 3u) << "or it would send them again without end";
 }
 
 TEST_F(CoordinatorTest, AGrantSurvivesALostLeaseAndARestart) {

@@ -63,7 +63,7 @@ TEST_F(InspectionTest, IsReadAndAnsweredOnce) {
   ASSERT_EQ(grants(a) + grants(b), 1u);
   const SessionId by = grants(a) == 1 ? a : b, other = by == a ? b : a;
   report(other, id);
-  EXPECT_TRUE(answers.empty()) << "only whoever has it can say what it holds";
+  EXPECT_TRUE(answers.empty()) << "only its own worker can report on it";
   report(by, id);
   report(by, id);
   ASSERT_EQ(answers.size(), 1u);
@@ -101,7 +101,7 @@ TEST_F(InspectionTest, SurvivesOnlyOneLostWorker) {
   ASSERT_EQ(answers.size(), 1u);
   EXPECT_EQ(answers[0].id, id);
   EXPECT_EQ(code(0), StatusCode::kUnavailable);
-  EXPECT_EQ(grants(first ? c : b), 0u) << "it does not walk through the farm";
+  EXPECT_EQ(grants(first ? c : b), 0u) << "a third worker does not get it";
 }
 
 TEST_F(InspectionTest, MovesAwayFromASilentWorker) {
@@ -125,7 +125,7 @@ TEST_F(InspectionTest, MovesFromTwoSilentWorkersToALiveOne) {
     wait(std::chrono::seconds(1));
     ASSERT_LT(now, Time{} + std::chrono::hours(1));
   }
-  EXPECT_TRUE(answers.empty()) << "one of them had it, and one is lost with it";
+  EXPECT_TRUE(answers.empty()) << "one of them had it, and it survives one lost worker";
   EXPECT_EQ(grants(a) + grants(b), 1u);
   const SessionId c = reader("c");
   EXPECT_EQ(grants(c), 1u);
@@ -181,8 +181,8 @@ TEST_F(InspectionTest, TimesOut) {
     wait(std::chrono::seconds(1));
   }
   ASSERT_EQ(answers.size(), 2u);
-  EXPECT_EQ(code(0), StatusCode::kUnavailable) << "nobody had time for the second";
-  EXPECT_EQ(code(1), StatusCode::kDeadlineExceeded) << "the first is read and read";
+  EXPECT_EQ(code(0), StatusCode::kUnavailable) << "no worker had time for the second";
+  EXPECT_EQ(code(1), StatusCode::kDeadlineExceeded) << "the first takes too long";
 }
 
 }  // namespace

@@ -311,14 +311,14 @@ TEST(UnitSize, TheFirstSamplesFillTheTimeThatResultsTake) {
   EXPECT_EQ(first_with(0.005), (SampleRange{0, 0}));
   EXPECT_EQ(first_with(0.020), (SampleRange{2, 0})) << "four take 16 ms";
   EXPECT_EQ(first_with(1), (SampleRange{4, 0})) << "sixteen at most";
-  EXPECT_EQ(choose_range({0, 5}, 64, 4096, 0, aim), (SampleRange{2, 0})) << "or as many as there are";
+  EXPECT_EQ(choose_range({0, 5}, 64, 4096, 0, aim), (SampleRange{2, 0})) << "or all that are left";
   aim.unit_seconds = 0.01;
-  EXPECT_EQ(first_with(1), (SampleRange{1, 0})) << "or as its worker may work on";
+  EXPECT_EQ(first_with(1), (SampleRange{1, 0})) << "or the most that its worker may hold";
   aim.unit_seconds = 1;
   aim.farm_threads = 640;
   EXPECT_EQ(first_with(0.2), (SampleRange{2, 0})) << "64 tiles have 64 results, a tenth of all threads'";
   aim.seconds_per_pixel_sample = 0;
-  EXPECT_EQ(first_with(1), (SampleRange{0, 0})) << "nobody knows what it costs";
+  EXPECT_EQ(first_with(1), (SampleRange{0, 0})) << "its cost is unknown";
   aim.farm_threads = 1000;
   set_times(1, 96 * 1024, 115.234375 * 1024 * 1024, aim);
   EXPECT_DOUBLE_EQ(aim.results_seconds, 1);

@@ -163,7 +163,7 @@ TEST_F(LeasingTest, TheFirstLeasesFitTheRateOfResults) {
   EXPECT_EQ(before.size(), 21u);
   finish(before[0].first, before[0].second);
   const auto after = out();
-  EXPECT_GE(after.size(), 200u) << "everybody has one to work on and one ahead";
+  EXPECT_GE(after.size(), 200u) << "each worker has one to work on and one ahead";
   for (const auto& [session, grant] : after) {
     EXPECT_EQ(grant.unit.tiles.size(), 1u);
   }
@@ -287,13 +287,13 @@ TEST_F(LeasingTest, HeldLeasesOfAnEarlierCoordinatorAreAdopted) {
   const Sha256 digest = render_digest(record.spec.settings, "class-a");
   const LeaseId old{(std::uint64_t{4} << 32) + 17};
   const LeaseGrant grant = granted("w", old, unit, digest);
-  const SessionId stranger =
-      connect("stranger", 1, "class-a", {{old, 4, sha256("another farm"), unit, grant.tags}, held(grant)});
-  EXPECT_EQ(got<LeaseCancel>(stranger).at(0).leases.size(), 2u) << "one of another job, one of another worker";
+  const SessionId another =
+      connect("another", 1, "class-a", {{old, 4, sha256("another farm"), unit, grant.tags}, held(grant)});
+  EXPECT_EQ(got<LeaseCancel>(another).at(0).leases.size(), 2u) << "one of another job, one of another worker";
   const SessionId session = connect("w", 1, "class-a", {held(grant)});
   EXPECT_TRUE(got<LeaseCancel>(session).empty());
   pass(limits.restart_grace);
-  for (const SessionId each : {stranger, session}) {
+  for (const SessionId each : {another, session}) {
     for (const LeaseGrant& other : got<LeaseGrant>(each)) {
       EXPECT_GE(other.unit.range.first(), 4u);  // [0, 4) is being rendered
     }
@@ -460,7 +460,7 @@ TEST_F(LeasingTest, IdleWorkersCopyLateUnits) {
 TEST_F(LeasingTest, ADrainingWorkerGetsNoMore) {
   submit(spec("r1", 1000, {0, 0, 1024, 1024}));
   const SessionId session = connect("w");
-  EXPECT_EQ(coordinator->drain_worker("nobody", now, effects).code(), StatusCode::kNotFound);
+  EXPECT_EQ(coordinator->drain_worker("unknown", now, effects).code(), StatusCode::kNotFound);
   ASSERT_TRUE(coordinator->drain_worker("w", now, effects).ok());
   flush();
   EXPECT_EQ(got<DrainRequest>(session).size(), 1u);

@@ -60,7 +60,7 @@ class ClientSocket {
   int fd_;
 };
 
-/// A server that keeps all its sockets until it is told to close them.
+/// A server that keeps all its sockets until the test closes them.
 class KeepingServer {
  public:
   KeepingServer(const std::string& listen, std::size_t most)
@@ -147,7 +147,7 @@ TEST(Listener, AcceptsConnectionsThatCameWithoutFreeDescriptors) {
   EXPECT_TRUE(server.has(2));
 }
 
-TEST(Listener, AStrangerBeyondAQuarterOfThePlacesWaitsForItsAddress) {
+TEST(Listener, AnUnknownCallerBeyondAQuarterOfTheSlotsWaitsForItsAddress) {
   KeepingServer server("127.0.0.1:0", 8);
   std::vector<ClientSocket> clients(3);
   for (const ClientSocket& client : clients) {
@@ -162,7 +162,7 @@ TEST(Listener, AStrangerBeyondAQuarterOfThePlacesWaitsForItsAddress) {
   EXPECT_EQ(server.peers(), (std::vector{clients[1].name(), elsewhere.name(), clients[2].name()}));
 }
 
-TEST(Listener, AKnownCallerMakesItsPlaceFreeForAStranger) {
+TEST(Listener, AKnownCallerFreesItsSlotForAnUnknownOne) {
   KeepingServer server("127.0.0.1:0", 8);
   std::vector<ClientSocket> clients(3);
   for (const ClientSocket& client : clients) {
@@ -173,7 +173,7 @@ TEST(Listener, AKnownCallerMakesItsPlaceFreeForAStranger) {
   EXPECT_TRUE(server.has(3));
 }
 
-TEST(Listener, AnOldStrangerMakesRoomForAWaitingOne) {
+TEST(Listener, AnOldUnknownCallerMakesRoomForAWaitingOne) {
   KeepingServer server("127.0.0.1:0", 4);
   const ClientSocket first, second;
   first.connect(server.listener().port());
@@ -183,7 +183,7 @@ TEST(Listener, AnOldStrangerMakesRoomForAWaitingOne) {
   EXPECT_TRUE(server.has(2));
 }
 
-TEST(Listener, ADialFromInsideIsServedWhenAllPlacesAreTaken) {
+TEST(Listener, ADialFromInsideIsServedWhenAllSlotsAreTaken) {
   KeepingServer server("127.0.0.1:0", 1);
   const ClientSocket known, refused;
   known.connect(server.listener().port());

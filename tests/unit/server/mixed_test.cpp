@@ -60,7 +60,7 @@ TEST_F(MixedTest, ResultsAreAuditedByTheirOwnClass) {
   const SessionId a = connect_of("class-a", "m1"), b = connect_of("class-b", "m2");
   answer(a);
   EXPECT_EQ(waiting(b), 0u);
-  EXPECT_EQ(status(job).state, JobState::done) << "nobody is there who could verify it";
+  EXPECT_EQ(status(job).state, JobState::done) << "no connected worker can audit it";
   EXPECT_EQ(status(job).results_unverified, 1u);
 
   ASSERT_TRUE(coordinator->extend(job, {.samples = 2}, now, effects).ok());
@@ -107,7 +107,7 @@ TEST_F(MixedTest, OtherBitsOfAnotherClassAccuseNoWorker) {
     EXPECT_EQ(status(job).state, JobState::done) << status(job).reason;
     EXPECT_EQ(status(job).counters.nodes_dropped, 0u);
     EXPECT_EQ(status(job).counters.results_duplicate, 3 + status(job).counters.results_verified)
-        << "both copies, and what `a` says again";
+        << "both copies, and the repeated result of `a`";
     for (const WorkerStatus& each : coordinator->workers(now)) {
       EXPECT_EQ(each.quarantine, "") << each.name;
     }

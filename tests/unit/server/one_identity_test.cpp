@@ -1,4 +1,4 @@
-// What one worker identity cannot do to a job, under any names and in any number of processes.
+// Limits of the harm that one worker identity can do to a job, under any names and in any number of processes.
 #include "server/domain/pending_audits.h"
 #include "tests/unit/server/verifying_fixture.h"
 
@@ -108,7 +108,7 @@ TEST_F(OneIdentityTest, LosesItsLeaseAlsoIfItReconnectsAgainAndAgain) {
   EXPECT_GT(status(job).counters.leases_lost, 0u);
 }
 
-TEST_F(OneIdentityTest, ItsSuspectTileIsCopiedToAnother) {
+TEST_F(OneIdentityTest, ItsSuspectTileIsCopiedToAnotherIdentity) {
   const JobId job = submit_unaudited("r1");
   const SessionId liar = restart_worker(join("liar", "a"), "liar", "a", static_cast<int>(limits.losses_before_alone));
   ASSERT_EQ(waiting(liar), 1u);
@@ -189,7 +189,7 @@ TEST_F(OneIdentityTest, CannotHideALateTileBehindRepeatedResults) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(OneIdentityTest, GivesItsSilentWorkToAnotherUnderAllItsNames) {
+TEST_F(OneIdentityTest, LosesSilentWorkToAnotherUnderAllItsNames) {
   limits.leases_per_worker = 1;
   restart({});
   const JobId job = submit_unaudited("job");
@@ -206,7 +206,7 @@ TEST_F(OneIdentityTest, GivesItsSilentWorkToAnotherUnderAllItsNames) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(OneIdentityTest, CannotGiveBackATileForEver) {
+TEST_F(OneIdentityTest, CannotGiveBackATileForever) {
   const JobId job = submit_unaudited("r1");
   std::vector<SessionId> liars{join("liar", "a"), join("liar", "a2")};
   const SessionId honest = join("honest", "b");
@@ -222,7 +222,7 @@ TEST_F(OneIdentityTest, CannotGiveBackATileForEver) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(OneIdentityTest, CannotLoseAnAuditForEver) {
+TEST_F(OneIdentityTest, CannotLoseAnAuditForever) {
   const JobId job = submit_verified();
   const SessionId liar = join("liar", "a"), honest = join("honest", "c");
   answer(liar, 1);
@@ -246,7 +246,7 @@ TEST_F(OneIdentityTest, CannotLoseAnAuditForEver) {
   EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f);
 }
 
-TEST_F(OneIdentityTest, ThatLosesTheOnlyAuditLeavesTheResultUnaudited) {
+TEST_F(OneIdentityTest, LeavesAResultUnauditedByLosingTheOnlyAudit) {
   const JobId job = submit_verified();
   const SessionId first = join("first", "a"), second = join("second", "b");
   answer(first);
@@ -258,7 +258,7 @@ TEST_F(OneIdentityTest, ThatLosesTheOnlyAuditLeavesTheResultUnaudited) {
   EXPECT_EQ(status(job).audits_lost, 1u);
 }
 
-TEST_F(OneIdentityTest, ThatContradictsItselfDoesNotMakeItsJobWait) {
+TEST_F(OneIdentityTest, DoesNotDelayItsJobByContradictingItself) {
   JobSpec one = spec("r1", 1);
   one.verify_share = 1e-12;
   const JobId job = submit(one);
@@ -275,7 +275,7 @@ TEST_F(OneIdentityTest, ThatContradictsItselfDoesNotMakeItsJobWait) {
   EXPECT_EQ(status(job).results_unverified, 0u) << "none was drawn";
 }
 
-TEST_F(OneIdentityTest, ThatContradictsItselfIsAudited) {
+TEST_F(OneIdentityTest, IsAuditedIfItContradictsItself) {
   JobSpec one = spec("r1", 1);
   one.verify_share = 1e-12;
   const JobId job = submit(one);
@@ -297,7 +297,7 @@ TEST_F(OneIdentityTest, ThatContradictsItselfIsAudited) {
   EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f);
 }
 
-TEST_F(OneIdentityTest, TwoThatLieApartAreFoundByTwoHonestOnes) {
+TEST_F(OneIdentityTest, TwoLiarsThatDifferAreFoundByTwoHonestWorkers) {
   const JobId job = submit_verified();
   const SessionId liar = join("liar", "a"), other = join("liar 2", "b"), c = join("honest", "c"),
                   d = join("honest 2", "d");

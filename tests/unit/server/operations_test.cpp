@@ -103,10 +103,10 @@ class OperationCallTest : public ::testing::Test {
 
   /// Starts the call; its answer comes later.
   std::future<Status> start(const std::shared_ptr<OperationCall>& asked, const Identity& caller) {
-    const auto told = std::make_shared<std::promise<Status>>();
+    const auto answer = std::make_shared<std::promise<Status>>();
     asked->start({caller, asked->operation().rpc, "10.0.0.7:4711"},
-                 [told](const Status& done) { told->set_value(done); });
-    return told->get_future();
+                 [answer](const Status& done) { answer->set_value(done); });
+    return answer->get_future();
   }
   std::shared_ptr<OperationCall> call(Rpc rpc) {
     return std::make_shared<OperationCall>(*runtime, *find_operation(rpc));
@@ -251,8 +251,8 @@ TEST_F(OperationCallTest, TheListOfWorkersSaysWhyAllWorkIsHeld) {
   const auto notices = [&] {
     const auto asked = call(Rpc::list_workers);
     EXPECT_TRUE(start(asked, user("ada")).get().ok());
-    const auto& told = static_cast<const v1::ListWorkersResponse&>(asked->reply()).notices();
-    return std::vector<std::string>(told.begin(), told.end());
+    const auto& found = static_cast<const v1::ListWorkersResponse&>(asked->reply()).notices();
+    return std::vector<std::string>(found.begin(), found.end());
   };
   EXPECT_EQ(notices(), std::vector<std::string>{});
   runtime->loop().set_space("waits for space: the disk is full");
@@ -281,10 +281,10 @@ TEST_F(OperationCallTest, AFullDiskTakesNoNewJobs) {
 }
 
 TEST_F(OperationCallTest, RequestsThatWaitHaveALimitOfBytes) {
-  std::promise<void> begun, go_on;
+  std::promise<void> begun, release;
   runtime->loop().post_always([&](FarmLoop::TaskContext&) {
     begun.set_value();
-    go_on.get_future().wait();
+    release.get_future().wait();
   });
   begun.get_future().wait();
   const auto post = [&](std::uint64_t bytes) { return runtime->loop().post([](FarmLoop::TaskContext&) {}, bytes); };
@@ -292,7 +292,7 @@ TEST_F(OperationCallTest, RequestsThatWaitHaveALimitOfBytes) {
   EXPECT_TRUE(post(1));
   EXPECT_FALSE(post(1));
   EXPECT_TRUE(post(0));
-  go_on.set_value();
+  release.set_value();
   on_farm([](FarmLoop::TaskContext&) {});
   EXPECT_TRUE(post(FarmLoop::kMostTaskBytes + 1)) << "alone, it may have any size";
 }

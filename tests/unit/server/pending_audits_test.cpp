@@ -30,7 +30,8 @@ TEST(Judge, TwoMachinesThatAgreeDecide) {
   EXPECT_EQ(kind({claim("a", 1), claim("a", 2), claim("b", 3)}), open) << "one machine that says two things is one";
   EXPECT_EQ(kind({claim("a", 1), claim("a", 2), claim("b", 3), claim("c", 3)}), agreed);
   EXPECT_EQ(kind({claim("a", 1), claim("a", 2), claim("b", 3), claim("c", 4)}), program);
-  EXPECT_EQ(kind({Claim{{}, {0, 1}}, claim("b", 2), claim("c", 3)}), open) << "b may have a part in what was joined";
+  EXPECT_EQ(kind({Claim{{}, {0, 1}}, claim("b", 2), claim("c", 3)}), open)
+      << "b may have rendered a part of the joined node";
   EXPECT_EQ(kind({Claim{{}, {0, 1}}, claim("b", 2), claim("c", 3), claim("d", 4)}), program);
   const Claim joined{{}, {0, 1}, {"a", "b"}};
   EXPECT_EQ(kind({joined, claim("a", 1)}), open) << "a confirms itself";
@@ -152,7 +153,7 @@ TEST(PendingAudits, AreTakenOverByMachinesThatHaveMadeNoClaim) {
   EXPECT_TRUE(all.take_over(place, LeaseId{7}, LeaseId{9}, on("c")));
   EXPECT_EQ(all.out(), 1u);
   all.release(place, LeaseId{7}, nullptr);
-  EXPECT_EQ(all.find(place)->lease, LeaseId{9}) << "it does not work on it any more";
+  EXPECT_EQ(all.find(place)->lease, LeaseId{9}) << "the audit belongs to another lease now";
 }
 
 TEST(PendingAudits, ADisputeGoesToAThirdMachine) {
@@ -183,14 +184,14 @@ TEST(PendingAudits, AClassAuditsItsOwnResults) {
   EXPECT_FALSE(all.possible_for(std::vector{on("a", "x"), on("b", "y"), on("c", "z")}));
   EXPECT_TRUE(all.possible_for(std::vector{on("c", "z"), on("c", "y")}));
   EXPECT_EQ(all.claim(of_x, {{"u", "c", "x"}, {0, 3}}).kind, Verdict::Kind::open);
-  EXPECT_TRUE(all.next_for(on("d", "y"), 1) == std::vector{of_y}) << "it has no say in the dispute of another class";
+  EXPECT_TRUE(all.next_for(on("d", "y"), 1) == std::vector{of_y}) << "another class does not decide this dispute";
   EXPECT_EQ(all.next_for(on("d", "x"), 1), std::vector{of_x});
   all.lease(of_y, LeaseId{7});
   EXPECT_FALSE(all.take_over(of_y, LeaseId{7}, LeaseId{9}, on("d", "x")));
   EXPECT_TRUE(all.take_over(of_y, LeaseId{7}, LeaseId{9}, on("d", "y")));
 }
 
-TEST(PendingAudits, AnUnchosenPlaceEndsWithItsDispute) {
+TEST(PendingAudits, AResultThatWasNotDrawnIsAuditedOnlyWhileDisputed) {
   PendingAudits all;
   const PendingAudits::Key place{{0, 0}, TileId{0}}, leased{{0, 0}, TileId{1}};
   for (const PendingAudits::Key& each : {place, leased}) {
@@ -200,13 +201,13 @@ TEST(PendingAudits, AnUnchosenPlaceEndsWithItsDispute) {
   all.lease(leased, LeaseId{3});
   all.retract([](const Renderer& by) { return by.identity == "b"; });
   EXPECT_EQ(all.find(place), nullptr);
-  EXPECT_NE(all.find(leased), nullptr) << "somebody works on it";
+  EXPECT_NE(all.find(leased), nullptr) << "a worker has its lease";
   all.release(leased, LeaseId{3}, nullptr);
   EXPECT_EQ(all.size(), 0u);
   EXPECT_FALSE(all.waiting());
 }
 
-TEST(PendingAudits, APlaceThatOneIdentityLosesGoesToOthersUntilThreeLoseIt) {
+TEST(PendingAudits, AnAuditThatOneIdentityLosesGoesToOthersUntilThreeLoseIt) {
   PendingAudits all;
   const PendingAudits::Key place{{0, 0}, TileId{0}};
   all.open(place, claim("a", 1));
@@ -242,7 +243,7 @@ TEST(PendingAudits, ADisputeLeavesAnIdentityThatLosesIt) {
   EXPECT_EQ(all.next_for(on("d"), 1).size(), 1u);
 }
 
-TEST(PendingAudits, PlacesWithinARangeAreClosed) {
+TEST(PendingAudits, AuditsWithinARangeAreClosed) {
   PendingAudits all;
   for (const SampleRange range : {SampleRange{0, 0}, SampleRange{0, 3}, SampleRange{1, 2}, SampleRange{2, 0}}) {
     all.open({range, TileId{0}}, claim("a", 1));

@@ -13,7 +13,7 @@ TEST_F(PilotTest, OneWorkerRunsThePilotBeforeAnyRendering) {
   EXPECT_EQ(pilot(a).settings.method, "auto");
   EXPECT_EQ(status(job).method, "auto");
   EXPECT_EQ(status(job).render_digest, Sha256{});
-  EXPECT_EQ(status(job).fingerprint_class, "class-a") << "who runs it decides whose bits the picture has";
+  EXPECT_EQ(status(job).fingerprint_class, "class-a") << "the job gets the class of the pilot's worker";
   pass(limits.copy_pilot_after - std::chrono::milliseconds(1));
   EXPECT_EQ(got<PilotGrant>(a).size() + got<PilotGrant>(b).size(), 1u) << "no copies yet";
 }
@@ -22,12 +22,12 @@ TEST_F(PilotTest, ASlowPilotIsGivenToAnotherWorkerToo) {
   const SessionId z = connect("z");
   const JobId job = submit_undecided();
   const LeaseId slow = pilot(z).lease;
-  const SessionId stranger = connect("a", 1, "class-b"), b = connect("b"), c = connect("c");
-  live(limits.copy_pilot_after, {z, stranger, b, c});
+  const SessionId other_class = connect("a", 1, "class-b"), b = connect("b"), c = connect("c");
+  live(limits.copy_pilot_after, {z, other_class, b, c});
   EXPECT_TRUE(got<PilotGrant>(b).empty());
-  live(std::chrono::seconds(30), {z, stranger, b, c});
-  EXPECT_EQ(got<PilotGrant>(b).size(), 1u) << "that a worker of another class comes first hides nothing";
-  EXPECT_TRUE(got<PilotGrant>(stranger).empty() && got<PilotGrant>(c).empty()) << "one copy";
+  live(std::chrono::seconds(30), {z, other_class, b, c});
+  EXPECT_EQ(got<PilotGrant>(b).size(), 1u) << "an earlier worker of another class is skipped";
+  EXPECT_TRUE(got<PilotGrant>(other_class).empty() && got<PilotGrant>(c).empty()) << "one copy";
   report(b, 1);
   EXPECT_EQ(status(job).method, "ao");
   ASSERT_EQ(got<LeaseCancel>(z).size(), 1u);
@@ -100,7 +100,7 @@ TEST_F(PilotTest, ALostWorkersPilotGoesToAnother) {
   EXPECT_EQ(status(job).method, "path");
   const SessionId again = connect("a");
   say(again, PilotReport{first.lease, 1, {}, 0});
-  EXPECT_EQ(status(job).method, "path") << "what comes late changes nothing";
+  EXPECT_EQ(status(job).method, "path") << "a late report changes nothing";
 }
 
 TEST_F(PilotTest, AReturningWorkerGetsItsPilotAgain) {
@@ -124,7 +124,7 @@ TEST_F(PilotTest, ARestartedCoordinatorAsksAgain) {
   EXPECT_EQ(status(job).render_digest, Sha256{});
   const SessionId again = connect("a");
   say(again, PilotReport{before.lease, 1, {}, 0});
-  EXPECT_EQ(status(job).method, "auto") << "nobody has asked for it";
+  EXPECT_EQ(status(job).method, "auto") << "this report was not requested";
   pass(limits.restart_grace + std::chrono::milliseconds(1));
   ASSERT_EQ(got<PilotGrant>(again).size(), 1u);
   report(again, 0);
@@ -143,10 +143,10 @@ TEST_F(PilotTest, ADamagedReportIsNoChoice) {
   say(a, PilotReport{LeaseId{12345}, 0, {}, 0});
   const SessionId b = connect("b");
   say(b, PilotReport{pilot(a).lease, 0, {}, 0});
-  EXPECT_EQ(status(job).method, "auto") << "another's";
+  EXPECT_EQ(status(job).method, "auto") << "the report of another worker";
   say(a, PilotReport{pilot(a).lease, 0, {}, -1});
   EXPECT_EQ(status(job).method, "auto");
-  ASSERT_EQ(got<PilotGrant>(b).size(), 1u) << "who was wrong twice is not asked at once";
+  ASSERT_EQ(got<PilotGrant>(b).size(), 1u) << "a worker with two invalid reports has to wait";
   report(b, 0);
   EXPECT_EQ(status(job).method, "path");
 }
@@ -207,7 +207,7 @@ TEST_F(PilotTest, AWorkerOfAnotherVersionGetsNoPilot) {
   coordinator->worker_connected(older, WorkerHello{"a", "host", 1, 1, "class-a", "lightmill-core-3", {}, false}, now,
                                 effects);
   submit_undecided();
-  EXPECT_TRUE(got<PilotGrant>(older).empty()) << "it may not even know what a pilot is";
+  EXPECT_TRUE(got<PilotGrant>(older).empty()) << "it may not know pilots";
   EXPECT_EQ(got<PilotGrant>(connect("b")).size(), 1u);
 }
 

@@ -14,7 +14,7 @@ TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
   EXPECT_EQ(status(job).state, JobState::running);
   EXPECT_NE(status(job).reason.find("differ between liar (m1) and b (m2)"), std::string::npos) << status(job).reason;
   pass_with({liar, b}, limits.auditor_patience * 2);
-  EXPECT_EQ(status(job).state, JobState::running) << "it waits for one who decides";
+  EXPECT_EQ(status(job).state, JobState::running) << "it waits for a third machine";
   const SessionId c = connect_on("m3", "c");
   EXPECT_EQ(status(job).reason, "");
   ASSERT_EQ(waiting(c), 1u);
@@ -34,7 +34,7 @@ TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
   }
   EXPECT_EQ(status(job).state, JobState::done);
   EXPECT_EQ(status(job).results_unverified, 0u);
-  EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f) << "the honest ones'";
+  EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f) << "the result of the honest machines";
 }
 
 // A worker does not render what it holds a result of. It waits for the acknowledgement.
@@ -85,7 +85,7 @@ TEST_F(QuarantineTest, WorkersOfOneCertificateDoNotAuditEachOther) {
   const SessionId one = connect_with("shared", "a", "m1", "h1"), two = connect_with("shared", "b", "m2", "h2");
   answer(one, 1);
   answer(two, 1);
-  EXPECT_EQ(status(job).state, JobState::done) << "it waits for nobody";
+  EXPECT_EQ(status(job).state, JobState::done) << "it does not wait for an auditor";
   EXPECT_TRUE(status(job).one_identity);
   EXPECT_EQ(status(job).results_unverified, 1u);
   EXPECT_EQ(status(job).counters.results_verified, 0u);
@@ -143,13 +143,13 @@ TEST_F(QuarantineTest, AManualQuarantineStopsAWorkerAndItsMachineUntilRelease) {
   const SessionId suspect = connect_on("m1", "suspect"), beside = connect_on("m1", "beside");
   answer_one(suspect);
   ASSERT_GT(waiting(suspect) + waiting(beside), 0u);
-  EXPECT_EQ(coordinator->quarantine_worker("nobody", "by hand", false, now, effects).code(), StatusCode::kNotFound);
+  EXPECT_EQ(coordinator->quarantine_worker("unknown", "by hand", false, now, effects).code(), StatusCode::kNotFound);
   ASSERT_TRUE(coordinator->quarantine_worker("suspect", "put there by ada: smoke", false, now, effects).ok());
   flush();
   EXPECT_EQ(worker("suspect").quarantine, "put there by ada: smoke");
   EXPECT_NE(worker("beside").quarantine.find("in common with suspect"), std::string::npos);
   EXPECT_EQ(written<PutQuarantine>(), 1u);
-  EXPECT_EQ(status(id).counters.nodes_dropped, 0u) << "what it did stays";
+  EXPECT_EQ(status(id).counters.nodes_dropped, 0u) << "its results stay";
   pass_with({suspect, beside}, std::chrono::seconds(2));
   const SessionId other = connect_on("m2", "other");
   while (waiting(other) > 0) {
@@ -172,7 +172,7 @@ TEST_F(QuarantineTest, AManualQuarantineStopsAWorkerAndItsMachineUntilRelease) {
   EXPECT_EQ(worker("suspect").quarantine, "");
 }
 
-TEST_F(QuarantineTest, AnIdentityIsPutThereAndReleasedByItsName) {
+TEST_F(QuarantineTest, AnIdentityIsQuarantinedAndReleasedByItsName) {
   JobSpec job = spec("r1", 8, {0, 0, 64, 64});
   job.verify_share = 0;
   const JobId id = submit(job);
@@ -183,7 +183,7 @@ TEST_F(QuarantineTest, AnIdentityIsPutThereAndReleasedByItsName) {
   flush();
   EXPECT_EQ(worker("render-3/a").quarantine, "put there by ada: smoke");
   EXPECT_EQ(worker("render-4/a").quarantine, "");
-  EXPECT_GT(status(id).counters.nodes_dropped, 0u) << "also what its workers rendered";
+  EXPECT_GT(status(id).counters.nodes_dropped, 0u) << "also results of its workers";
   ASSERT_TRUE(coordinator->release_worker("render-3", now, effects).ok());
   flush();
   EXPECT_EQ(worker("render-3/a").quarantine, "");
@@ -194,7 +194,8 @@ TEST_F(QuarantineTest, AnIdentityIsPutThereAndReleasedByItsName) {
   flush();
   connect_with("render-3", "another", "m1", "h1");
   EXPECT_NE(worker("render-3/another").quarantine, "");
-  ASSERT_TRUE(coordinator->release_worker("render-3", now, effects).ok()) << "it ends what one of its workers began";
+  ASSERT_TRUE(coordinator->release_worker("render-3", now, effects).ok())
+      << "it ends a quarantine that began with another worker of it";
   flush();
   EXPECT_EQ(worker("render-3/another").quarantine, "");
   const Status unknown = coordinator->quarantine_worker("render-7", "put there by ada", false, now, effects);
@@ -222,13 +223,13 @@ TEST_F(QuarantineTest, AJobWithoutOtherWorkersNamesTheQuarantinedOnesAndTheRemed
   EXPECT_EQ(status(job).reason,
             fmt::format("waits for a worker with renderer {} and fingerprint class class-a: other is of class class-b",
                         kRendererVersion))
-      << "who is gone renders nothing, released or not";
+      << "a disconnected worker renders nothing, released or not";
   const SessionId again = connect_on("m1", "first", 2);
   EXPECT_EQ(waiting(again), 0u);
   ASSERT_TRUE(coordinator->release_worker("first", now, effects).ok());
   flush();
   EXPECT_EQ(status(job).reason, "");
-  EXPECT_GT(waiting(again), 0u) << "what the reason says helps";
+  EXPECT_GT(waiting(again), 0u) << "the stated remedy helps";
 }
 
 TEST_F(QuarantineTest, AConvictionReplacesAManualReason) {
@@ -244,7 +245,8 @@ TEST_F(QuarantineTest, AConvictionReplacesAManualReason) {
   EXPECT_EQ(written<PutQuarantine>(), 2u);
   ASSERT_TRUE(coordinator->quarantine_worker("liar", "put there by ada", false, now, effects).ok());
   flush();
-  EXPECT_NE(worker("liar").quarantine.find("which agree"), std::string::npos) << "a person takes nothing back";
+  EXPECT_NE(worker("liar").quarantine.find("which agree"), std::string::npos)
+      << "a manual quarantine does not replace a conviction";
 }
 
 TEST_F(QuarantineTest, ManualQuarantinesHaveTheirOwnReasonsAndRecords) {
@@ -421,7 +423,7 @@ TEST_F(QuarantineTest, ATimedJobUnderAuditResumesWhenSamplesAreDropped) {
   const SessionId liar = connect_on("m1", "liar"), c = connect_on("m2", "c"), d = connect_on("m3", "d");
   pass_with({liar, c, d}, std::chrono::seconds(6));
   answer_one(liar, 1);
-  ASSERT_EQ(status(id).state, JobState::running) << "what the liar rendered is to be verified yet";
+  ASSERT_EQ(status(id).state, JobState::running) << "the liar's results still wait for audits";
   while (worker("liar").quarantine.empty()) {
     ASSERT_GT(waiting(c) + waiting(d), 0u);
     answer_one(c);

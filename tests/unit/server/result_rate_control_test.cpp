@@ -58,7 +58,7 @@ TEST(ResultRateControl, OverloadCutsToNineTenthsOfTheIntake) {
 
 TEST(ResultRateControl, IsCutByThreeQuartersAtMostAndNeverWithoutResults) {
   ResultRateControl control(kMost, kRateStart);
-  EXPECT_FALSE(look(control, kRateStart + seconds(2), {seconds(9)})) << "nothing came: nobody knows what is taken in";
+  EXPECT_FALSE(look(control, kRateStart + seconds(2), {seconds(9)})) << "nothing came: the intake is unknown";
   control.add_result(1, kRateStart + seconds(3));
   EXPECT_TRUE(look(control, kRateStart + seconds(4), {seconds(9)}));
   EXPECT_DOUBLE_EQ(control.bytes_per_second(), kMost / 4);
@@ -95,7 +95,7 @@ TEST(ResultRateControl, GrowsByAFifthWithResultsAndDoublesWhenIdle) {
   EXPECT_TRUE(look(control, kRateStart + seconds(10), {milliseconds(900)}));
   EXPECT_NEAR(control.bytes_per_second(), 300, 1e-9);
   control.add_result(1, kRateStart + seconds(11));
-  EXPECT_FALSE(look(control, kRateStart + seconds(13), {})) << "nobody has said how long they wait";
+  EXPECT_FALSE(look(control, kRateStart + seconds(13), {})) << "no worker has reported a wait";
   EXPECT_TRUE(look(control, kRateStart + seconds(15), {}));
   EXPECT_TRUE(look(control, kRateStart + seconds(17), {}));
   EXPECT_EQ(control.bytes_per_second(), kMost);

@@ -154,7 +154,7 @@ TEST_F(ResultsWaitTest, AHoldDoesNotCutTheRate) {
   coordinator->hold("", now, effects);
   flush();
   wait_for(seconds(9));
-  EXPECT_EQ(rate(), limits.result_bytes_per_second) << "results still tell of that time";
+  EXPECT_EQ(rate(), limits.result_bytes_per_second) << "results still include that time";
   wait_for(seconds(6));
   EXPECT_LT(rate(), limits.result_bytes_per_second);
 }
@@ -190,29 +190,29 @@ TEST_F(ResultsWaitTest, AnUnknownJobIsTriedWithHalfASecondOfResults) {
 TEST_F(ResultsWaitTest, ANoticeMarksTheBeginningAndTheEnd) {
   submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId session = connect("w");
-  std::vector<std::string> told;
+  std::vector<std::string> notices;
   const auto heartbeat = [&](Duration wait) {
     pass(seconds(2));
     longest_range(session, 1);
     coordinator->worker_message(session, WorkerHeartbeat{{}, wait}, now, unix_ms(), effects);
     for (const Note& note : effects.notes) {
-      told.push_back(note.text);
+      notices.push_back(note.text);
     }
     flush();
   };
   for (int i = 0; i < 10; ++i) {
     heartbeat(seconds(9));
   }
-  ASSERT_EQ(told.size(), 1u);
-  EXPECT_EQ(told[0],
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_EQ(notices[0],
             "workers' results wait long for the coordinator: workers send fewer results, each with more samples");
   for (int i = 0; rate() < limits.result_bytes_per_second; ++i) {
     ASSERT_LT(i, 200);
-    ASSERT_EQ(told.size(), 1u);
+    ASSERT_EQ(notices.size(), 1u);
     heartbeat(milliseconds(10));
   }
-  ASSERT_EQ(told.size(), 2u);
-  EXPECT_EQ(told[1], "workers' results no longer wait: workers send them as often as before");
+  ASSERT_EQ(notices.size(), 2u);
+  EXPECT_EQ(notices[1], "workers' results no longer wait: workers send them as often as before");
 }
 
 TEST_F(ResultsWaitTest, WorkersOfALargeFarmSendHeartbeatsLessOften) {
@@ -230,7 +230,7 @@ TEST_F(ResultsWaitTest, WorkersOfALargeFarmSendHeartbeatsLessOften) {
   limits.lease_duration = std::chrono::hours(1);
   limits.silence = seconds(12);
   restart({});
-  EXPECT_EQ(until(2000), seconds(3)) << "or workers would be hung up on";
+  EXPECT_EQ(until(2000), seconds(3)) << "or workers would be disconnected";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// How a worker's time is shared between jobs of equal priority, and how long its units are.
+// Shares of jobs of equal priority in a worker's time, and the length of its units.
 #include <algorithm>
 #include <deque>
 

@@ -1,4 +1,4 @@
-// Places that callers share: which caller gets one, and which makes room.
+// Slots that callers share: which caller gets one, and which makes room.
 #include "server/access/slot_pool.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ using Answer = SlotPool::Answer;
 
 constexpr Time kSlotsBegin{std::chrono::seconds(1'000)};
 
-/// Takes places until one is refused, 1,000 at most. Returns their number.
+/// Takes slots until one is refused, 1,000 at most. Returns their number.
 std::size_t take_all(SlotPool& slots, SlotPool::Id first, const Holder& holder, Time now = kSlotsBegin) {
   std::size_t acquired = 0;
   while (acquired < 1'000 && slots.acquire(first + acquired, holder, now).answer == Answer::acquired) {
@@ -22,14 +22,14 @@ std::size_t take_all(SlotPool& slots, SlotPool::Id first, const Holder& holder, 
   return acquired;
 }
 
-TEST(SlotPool, OneHolderCanTakeAllFreePlaces) {
+TEST(SlotPool, OneHolderCanTakeAllFreeSlots) {
   SlotPool slots(100, 100);
   EXPECT_EQ(take_all(slots, 1, {"ada", "10.0.0.1"}), 100u);
   EXPECT_EQ(slots.acquire(101, {"ada", "10.0.0.1"}, kSlotsBegin).answer, Answer::full);
   EXPECT_EQ(slots.size(), 100u);
 }
 
-TEST(SlotPool, AnotherCallerGetsAsManyAsTheLargestHolderKeeps) {
+TEST(SlotPool, TheLargestHolderSharesEquallyWithAnotherCaller) {
   SlotPool slots(100, 100);
   const Holder flood{"ada", "10.0.0.1"}, bob{"bob", "10.0.0.2"};
   EXPECT_EQ(take_all(slots, 1, flood), 100u);
@@ -48,7 +48,7 @@ TEST(SlotPool, ManyNamesAtOneAddressAreHeldToOneShare) {
     EXPECT_EQ(slots.acquire(id, {fmt::format("name {}", id), "10.0.0.1"}, kSlotsBegin).answer, Answer::acquired);
   }
   EXPECT_EQ(take_all(slots, 100, {"bob", "10.0.0.2"}), 20u)
-      << "with k, the address has 59 - 2k more than bob and one, and each name k fewer: 59 - 3k is positive up to 19";
+      << "slot k + 1 of bob changes the sum of the squares of all counts by 6k - 118: it falls up to k = 19";
 }
 
 TEST(SlotPool, ManyAddressesOfOneNameAreHeldToOneShare) {
@@ -83,7 +83,7 @@ TEST(SlotPool, CallersDoNotDisplaceEachOtherForever) {
     EXPECT_EQ(slots.size(), held.size());
   }
   EXPECT_GT(given, 0);
-  EXPECT_LE(given, 1'600) << "the squares' sum is at most 3,200, and falls by two at least";
+  EXPECT_LE(given, 1'600) << "the sum of squares is at most 3,200, and falls by at least 2";
 }
 
 TEST(SlotPool, AStalledHolderMakesRoomForAnyCaller) {
@@ -101,7 +101,7 @@ TEST(SlotPool, AStalledHolderMakesRoomForAnyCaller) {
       << "2 has a second left, and 3 has moved";
   slots.set_stalled(2, early);
   EXPECT_EQ(slots.acquire(5, ada, kSlotsBegin + 2 * SlotPool::kPatience - std::chrono::seconds(1)).answer, Answer::full)
-      << "2 stands still anew";
+      << "2 has stalled again later";
 }
 
 TEST(SlotPool, AHolderAtItsShareDisplacesOnlyItself) {
@@ -116,7 +116,7 @@ TEST(SlotPool, AHolderAtItsShareDisplacesOnlyItself) {
   EXPECT_EQ(slots.acquire(21, ada, late).evicted, 2u);
 }
 
-TEST(SlotPool, ALeftPlaceIsFree) {
+TEST(SlotPool, AReleasedSlotIsFree) {
   SlotPool slots(1, 1);
   const Holder ada{"ada", "10.0.0.1"};
   EXPECT_EQ(slots.acquire(1, ada, kSlotsBegin).answer, Answer::acquired);
@@ -125,7 +125,7 @@ TEST(SlotPool, ALeftPlaceIsFree) {
   slots.release(1);
   EXPECT_FALSE(slots.holds(1));
   EXPECT_EQ(slots.acquire(2, ada, kSlotsBegin + 2 * SlotPool::kPatience).evicted, std::nullopt);
-  slots.set_stalled(1, kSlotsBegin);  // no effect, because it is gone
+  slots.set_stalled(1, kSlotsBegin);  // no effect, because it was released
   EXPECT_EQ(slots.acquire(3, ada, kSlotsBegin + 2 * SlotPool::kPatience).answer, Answer::full);
 }
 
@@ -143,7 +143,7 @@ TEST(SlotPool, NamesOfDifferentProofsAreDifferentHolders) {
   EXPECT_NE(holder_of(certificate, "10.0.0.7:1"), holder_of(token, "10.0.0.7:1"));
   EXPECT_NE(holder_of(certificate, "10.0.0.7:1"), holder_of(certificate, "10.0.0.8:1"));
   EXPECT_NE(holder_of(Identity{}, "10.0.0.7:1").name, holder_of(Identity{}, "10.0.0.8:1").name)
-      << "who is not known is told apart by the address alone";
+      << "unknown callers differ by their address alone";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Places of calls that last, and which call ends for another.
+// Slots of long calls, and which call ends for another.
 #include "server/runtime/stream_slots.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ TEST(StreamSlots, ACallerHasItsShareOfEachKind) {
   EXPECT_TRUE(slots.take(StreamKind::film, kAda).ok());
 }
 
-TEST(StreamSlots, APlaceIsFreeOnceItsLastCopyIsGone) {
+TEST(StreamSlots, ASlotIsFreeOnceItsLastCopyIsDestroyed) {
   StandingClock clock;
   StreamSlots slots({1, 1, 100}, clock);
   auto slot = slots.take(StreamKind::page, kAda).value();
@@ -61,7 +61,7 @@ TEST(StreamSlots, AStalledCallEndsForAnotherOfItsCaller) {
   const auto silent = slots.take(StreamKind::asset, kAda).value(), busy = slots.take(StreamKind::asset, kAda).value();
   int ends = 0;
   silent->on_evict([&ends] { ++ends; });
-  busy->on_evict([] { FAIL() << "it moves"; });
+  busy->on_evict([] { FAIL() << "it is active"; });
   silent->set_stalled();
   busy->set_stalled();
   clock.advance(SlotPool::kPatience);
@@ -70,7 +70,7 @@ TEST(StreamSlots, AStalledCallEndsForAnotherOfItsCaller) {
   EXPECT_EQ(ends, 1);
 }
 
-TEST(StreamSlots, AnEndedCallLeavesItsPlaceAtOnce) {
+TEST(StreamSlots, AnEndedCallFreesItsSlotAtOnce) {
   StandingClock clock;
   StreamSlots slots({1, 1, 100}, clock);
   const auto over = slots.take(StreamKind::asset, kAda).value();

@@ -454,7 +454,7 @@ TEST_P(StoreConformance, DamagedProgressStartsAgainAndIsNamed) {
   EXPECT_EQ(describe(state), describe(expected));
   EXPECT_EQ(state.damaged_entries,
             std::vector<std::string>{"job 1: its times and counters are damaged and begin at 0"});
-  EXPECT_TRUE(loaded(*open()).damaged_entries.empty()) << "they are written anew";
+  EXPECT_TRUE(loaded(*open()).damaged_entries.empty()) << "they are written again";
 }
 
 TEST_P(StoreConformance, ADamagedQuarantineStaysInForce) {
@@ -471,7 +471,7 @@ TEST_P(StoreConformance, ADamagedQuarantineStaysInForce) {
   EXPECT_TRUE(state.damaged_entries[0].starts_with("worker liar stays in quarantine")) << state.damaged_entries[0];
   const StoredState again = loaded(*open());
   EXPECT_EQ(again.quarantine, state.quarantine);
-  EXPECT_TRUE(again.damaged_entries.empty()) << "it is written anew";
+  EXPECT_TRUE(again.damaged_entries.empty()) << "it is written again";
 }
 
 TEST_P(StoreConformance, OnlyTheDamagedRecordOfAResultIsDropped) {

@@ -19,17 +19,15 @@ namespace {
 TEST(FarmLinkTest, AStreamEndsBeforeTheNextBegins) {
   // Otherwise gRPC's thread would hold the channel last, and would wait for its own end.
   constexpr std::uint64_t kStreams = 10;
-  std::counting_semaphore<> told(0);
+  std::counting_semaphore<> disconnected(0);
   std::atomic<std::uint64_t> returned = 0;
   LinkHandlers handlers;
-  handlers.connected = [](std::uint64_t, const std::string&) { ADD_FAILURE() << "nobody listens there"; };
-  handlers.message = [](std::uint64_t, const CoordinatorMessage&) {
-    ADD_FAILURE() << "nobody is there to say anything";
-  };
+  handlers.connected = [](std::uint64_t, const std::string&) { ADD_FAILURE() << "no server listens there"; };
+  handlers.message = [](std::uint64_t, const CoordinatorMessage&) { ADD_FAILURE() << "no server can send a message"; };
   handlers.disconnected = [&](std::uint64_t stream, const std::string& address, const Status& status) {
     EXPECT_EQ(address, "127.0.0.1:1");
     EXPECT_EQ(status.code(), StatusCode::kUnavailable) << message_of(status);
-    told.release();
+    disconnected.release();
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     returned = stream;
   };
@@ -38,7 +36,7 @@ TEST(FarmLinkTest, AStreamEndsBeforeTheNextBegins) {
     for (std::uint64_t stream = 1; stream <= kStreams; ++stream) {
       EXPECT_EQ(link.open(), stream);
       EXPECT_EQ(returned, stream - 1);
-      told.acquire();
+      disconnected.acquire();
     }
   }
   EXPECT_EQ(returned, kStreams);

@@ -80,9 +80,9 @@ class InspectorTest : public ::testing::Test {
   Inspector inspector_{assets_,
                        SceneLimits{},
                        DecoderOptions{},
-                       [this](const auto&, const auto& go_on) {
+                       [this](const auto&, const auto& may_continue) {
                          clock_.pass(std::chrono::seconds(slow_upload_ ? 61 : 0));
-                         return go_on();
+                         return may_continue();
                        },
                        [this](InspectReport report) {
                          const MutexLock lock(mutex_);
@@ -120,7 +120,7 @@ TEST_F(InspectorTest, ANewInspectionReplacesTheRunningOne) {
   held_.get_future().wait();
   inspector_.add(grant(2, kBall));
   open_ = true;
-  EXPECT_EQ(next_report().inspection, InspectionId{2}) << "nobody waits for the first";
+  EXPECT_EQ(next_report().inspection, InspectionId{2}) << "the first was replaced";
 }
 
 TEST_F(InspectorTest, AnInspectionTimesOutAfterAMinute) {

@@ -223,15 +223,15 @@ TEST(SceneMemory, IsPredictedWithinAFactorAndNamesTheLargestPart) {
   scene.objects.push_back({"hills", 0, MeshShape{"hills.obj", sha256(bytes)}});
   const auto assets = [&](const Sha256&) -> Result<std::string> { return bytes; };
   const auto no_images = [](ByteView, const std::string&) { return Result<ImageSize>(ImageSize{}); };
-  const Result<SceneMemory> told = estimate_memory(scene, assets, no_images);
-  ASSERT_TRUE(told.ok()) << told.status();
-  EXPECT_EQ(told->triangles, 2u * kSide * kSide);
-  EXPECT_EQ(told->largest, "objects[1] \"hills\"");
+  const Result<SceneMemory> estimated = estimate_memory(scene, assets, no_images);
+  ASSERT_TRUE(estimated.ok()) << estimated.status();
+  EXPECT_EQ(estimated->triangles, 2u * kSide * kSide);
+  EXPECT_EQ(estimated->largest, "objects[1] \"hills\"");
   const auto compiled = CompiledScene::compile(scene, assets);
   ASSERT_TRUE(compiled.ok()) << compiled.status();
   const auto held = static_cast<double>((*compiled)->bytes());
-  EXPECT_GT(static_cast<double>(told->bytes), held);
-  EXPECT_LT(static_cast<double>(told->bytes), 3 * held);
+  EXPECT_GT(static_cast<double>(estimated->bytes), held);
+  EXPECT_LT(static_cast<double>(estimated->bytes), 3 * held);
   // A header that promises more than the file has is not trusted.
   const std::string lie = bytes.substr(0, 4) + std::string(4, '\0') + std::string(8, '\xff') + "short";
   const auto liar = [&](const Sha256&) -> Result<std::string> { return lie; };

@@ -88,7 +88,7 @@ std::shared_ptr<const Method> path_method() {
 
 TEST(RenderPool, FirstSamplesGoBeforeOthers) {
   const std::shared_ptr<const Method> method = path_method();
-  std::promise<void> begun, go_on;
+  std::promise<void> begun, release;
   std::vector<std::uint64_t> order;
   {
     std::promise<void> all;
@@ -96,7 +96,7 @@ TEST(RenderPool, FirstSamplesGoBeforeOthers) {
       order.push_back(tile.ticket);
       if (order.size() == 1) {
         begun.set_value();
-        go_on.get_future().wait();
+        release.get_future().wait();
       } else if (order.size() == 6) {
         all.set_value();
       }
@@ -108,7 +108,7 @@ TEST(RenderPool, FirstSamplesGoBeforeOthers) {
     pool.add({3, {1, 1}, {0, 0, 64, 64}, method});
     pool.add({4, {1, 0}, {0, 64, 64, 32}, method});
     pool.add({5, {0, 1}, {64, 64, 32, 32}, method});
-    go_on.set_value();
+    release.set_value();
     all.get_future().wait();
   }
   EXPECT_EQ(order, (std::vector<std::uint64_t>{0, 2, 4, 1, 3, 5}));
@@ -140,7 +140,7 @@ std::shared_ptr<const Method> endless_method() {
   return std::move(made).value();
 }
 
-/// Tells when it begins to render.
+/// Signals the beginning of its render.
 class Announced final : public Method {
  public:
   explicit Announced(std::shared_ptr<const Method> method) : method_(std::move(method)) {}

@@ -41,7 +41,7 @@ TEST_F(StateFolderTest, ARequestedTokenStaysTheSameUntilItIsKept) {
     asked = state.pending_token().value();
     EXPECT_EQ(asked.hash, sha256(asked.text));
     EXPECT_EQ(token_id(asked.text).value(), asked.id);
-    EXPECT_FALSE(state.has_token()) << "nobody has said yes";
+    EXPECT_FALSE(state.has_token()) << "the farm has not confirmed it";
   }
   StateFolder state = StateFolder::take(root_).value();
   EXPECT_EQ(state.pending_token()->text, asked.text) << "after a restart";

@@ -15,7 +15,7 @@ export interface Inspection {
   notices: string[];
   facts: {what: string; value: string}[];
   methods: {method: string; admitted: boolean; reason: string}[];
-  /** What auto would choose, or the candidates of its pilot. */
+  /** The choice of auto, or the candidates of its pilot. */
   chosen: string[];
   cameras: string[];
 }

@@ -5,7 +5,7 @@ import type {ExrPicture} from './exr';
 export const kComparisons = ['picture', 'other', 'split', 'difference', 'squared-error', 'flip', 'hdr-flip'] as const;
 export type Comparison = (typeof kComparisons)[number];
 
-/** What a job is compared with, and how this is shown. */
+/** The reference of a comparison, and its display. */
 export interface Against {
   /** A job, or a file that the user chose. */
   other: bigint | 'file';

@@ -15,7 +15,7 @@ export interface ErrorCurve {
   /** The relMSE goal; undefined without an error goal. */
   target: number | undefined;
   /**
-   * Where the upper end meets the target if errors fall as 1/seconds. `earliest` and `latest` are the same if the true error lies anywhere
+   * The point at which the upper end meets the target, if errors fall as 1/seconds. `earliest` and `latest` are the same if the true error lies anywhere
    * in its interval, and the interval keeps its relative width.
    */
   finish: {seconds: number; error: number; earliest: number; latest: number} | undefined;

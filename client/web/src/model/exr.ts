@@ -12,7 +12,7 @@ export interface ExrPicture {
   rgb: Float32Array;
 }
 
-/** Why a file cannot be read, and what to do. */
+/** The reason why a file cannot be read, and the remedy. */
 export class ExrError extends Error {}
 
 const kMostPixels = 134_217_728;
@@ -30,7 +30,7 @@ interface Header {
   channels: Channel[];
   compression: number;
   window: Rect;
-  /** Where the table of block offsets begins. */
+  /** The start of the table of block offsets. */
   end: number;
 }
 

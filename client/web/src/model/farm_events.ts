@@ -18,7 +18,7 @@ export function eventsOfActions({actions, nextPageToken}: ListActionsResponse): 
   return create(FarmEventsSchema, {events, nextPageToken});
 }
 
-/** The list has no more. The coordinator keeps as many events, and more actions. */
+/** Limit of the list. The coordinator keeps this number of events, and more actions. */
 const kMost = 5_000;
 
 /** The known events. */

@@ -15,7 +15,7 @@ const kLeastShown = 15;
 
 export type Column = (number | null)[];
 
-/** Times in Unix seconds, and as many values of each kind. */
+/** Times in Unix seconds, and a value of each kind for each time. */
 export interface FarmSeries {
   times: number[];
   /** Pixel samples per second. */

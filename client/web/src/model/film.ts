@@ -48,7 +48,7 @@ export class Film {
     readonly crop: Rect,
     /** Empty: beauty. */
     readonly layer = '',
-    /** Of the job. After a reconnection another farm may answer, whose job with this number is another one. */
+    /** The job's identity. After a reconnection another farm may answer, with another job of this number. */
     private readonly identity = '',
   ) {
     this.rgbe = new Uint16Array(4 * crop.width * crop.height);

@@ -18,7 +18,7 @@ export const kFlipPixelsPerDegree = 67.02064327658225;
 
 type Color = [number, number, number];
 type Plane = Float32Array;
-/** Of odd length, centred at 0. */
+/** Weights of odd number, centred at 0. */
 type Kernel = Float32Array;
 
 /** Contrast sensitivity as a sum of two Gaussians: [a1, b1, a2, b2]. */

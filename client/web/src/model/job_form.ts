@@ -52,7 +52,7 @@ export function formOf(spec: JobSpec): JobForm {
   };
 }
 
-/** What is wrong with the form, and what to do; undefined if nothing is. The coordinator checks more. */
+/** The fault in the form, and its remedy; undefined if there is none. The coordinator checks more. */
 export function faultOf(form: JobForm): string | undefined {
   if (!(form.samples > 0) && !(form.seconds > 0) && !(form.percent > 0)) {
     return 'A job needs a goal: give samples, an error or a time.';

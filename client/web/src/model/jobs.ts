@@ -114,7 +114,7 @@ export function listedJobs(list: JobList, query: JobQuery): Job[] {
     });
 }
 
-/** How many jobs each filter would show. */
+/** The number of jobs that each filter would show. */
 export function filterCounts(list: JobList): Record<JobFilter, number> {
   const counts = {all: 0, active: 0, done: 0, failed: 0};
   for (const job of list.values()) {

@@ -26,7 +26,7 @@ export function projectionOf(camera: Camera | undefined, {width, height, crop}: 
   };
 }
 
-/** How a meter is drawn. */
+/** The drawing of a meter. */
 export interface MeterMark {
   name: string;
   /** The position of its name. */

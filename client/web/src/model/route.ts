@@ -6,7 +6,7 @@ import {parseRelight, relightText, type Relight} from './layers';
 import type {Tone} from './tone';
 
 export const kShows = ['color', 'red', 'green', 'blue', 'luminance', 'false-color', 'error', 'relative-error', 'samples'] as const;
-/** What the picture shows. */
+/** The display of the picture. */
 export type Show = (typeof kShows)[number];
 
 export interface Look extends Tone {
@@ -20,7 +20,7 @@ export const kMostGamma = 10;
 export const kPhotons = ['none', 'few', 'many', 'caustic'] as const;
 export type Photons = (typeof kPhotons)[number];
 
-/** What one job's page shows. */
+/** The view of one job's page. */
 export interface JobView {
   look: Look;
   /** Undefined: the whole picture. */

@@ -10,7 +10,7 @@ const kTexts = /\.(json|gltf|obj|mtl|pbrt|xml)$/i;
 export const kMostSearchedBytes = 64 * 1024 * 1024;
 export const kMostFiles = 10_000;
 
-/** How much of a file is searched. An OBJ file names other files before its vertices. */
+/** Bytes of a file that are searched. An OBJ file names other files before its vertices. */
 export function searchedBytes(path: string): number {
   return kMeshes.test(path) ? 1024 * 1024 : kMostSearchedBytes;
 }

@@ -12,7 +12,7 @@ export interface ReferenceFile {
 
 export interface Reference {
   name: string;
-  /** Of the size of the job's film; undefined until it arrives. */
+  /** The reference's film, of the size of the job's; undefined until it arrives. */
   film: Film | undefined;
   failure: string;
 }

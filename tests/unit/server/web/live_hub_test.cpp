@@ -245,7 +245,7 @@ TEST_F(LiveHubTest, HiddenPagesGetNothingAndCatchUp) {
   submit("ada", "two");
   clock.pass(std::chrono::seconds(60));
   settle();
-  EXPECT_EQ(page.messages.size(), before) << "not even that the connection stands";
+  EXPECT_EQ(page.messages.size(), before) << "not even a sign of life";
   ASSERT_TRUE(ask(page).ok());
   settle();
   std::set<std::string> names;
@@ -336,7 +336,7 @@ TEST_F(LiveHubTest, JobsOfOthersAreNeitherListedNorShown) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, ARevokedCallerIsSentAwayOnceAndGetsNothingMore) {
+TEST_F(LiveHubTest, ARevokedCallerIsDisconnectedOnceAndGetsNothingMore) {
   for (const bool hidden : {false, true}) {
     Page page;
     bool known = true;
@@ -345,14 +345,14 @@ TEST_F(LiveHubTest, ARevokedCallerIsSentAwayOnceAndGetsNothingMore) {
     ASSERT_TRUE(ask(page, hidden).ok());
     settle();
     EXPECT_TRUE(page.closed.empty());
-    const std::size_t told = page.messages.size();
+    const std::size_t before = page.messages.size();
     known = false;
     submit("ada", hidden ? "two" : "one");
     settle();
     settle();
     ASSERT_EQ(page.closed.size(), 1u);
     EXPECT_EQ(message_of(page.closed[0]), "the token was revoked");
-    EXPECT_EQ(page.messages.size(), told);
+    EXPECT_EQ(page.messages.size(), before);
     hub->remove(page);
   }
 }
@@ -381,7 +381,7 @@ TEST_F(LiveHubTest, TheOpenJobIsFollowedAndAMissingOneIsReported) {
   hub->remove(page);
 }
 
-/// How often each layer's tiles came, from message `first` on.
+/// The number of tiles of each layer, from message `first` on.
 std::map<std::string, std::size_t> tiles_of(const Page& page, std::size_t first = 0) {
   std::map<std::string, std::size_t> counts;
   for (std::size_t i = first; i < page.messages.size(); ++i) {
@@ -448,12 +448,12 @@ TEST_F(LiveHubTest, ALayerWithoutRoomIsSentWhenThereIsRoom) {
   EXPECT_FALSE(failures.contains("")) << failures[""];
   EXPECT_NE(failures["light:key"].find("80 tiles"), std::string::npos) << failures["light:key"];
   EXPECT_NE(failures["light:rest"].find("80 tiles"), std::string::npos) << failures["light:rest"];
-  bool told = false;
+  bool has_job = false;
   for (const v1::ViewUpdate& message : second.messages) {
     EXPECT_EQ(message.job_failure(), "");
-    told = told || message.job().id() == job.value;
+    has_job = has_job || message.job().id() == job.value;
   }
-  EXPECT_TRUE(told) << "the job itself is followed";
+  EXPECT_TRUE(has_job) << "the job itself is followed";
   hub->remove(first);
   ask_until([&] { return failed_layers(second) == 0; }, second, job, layers);
   failures = layer_failures(second);
@@ -479,11 +479,11 @@ TEST_F(LiveHubTest, ATooLargePictureIsNotShownButItsJobIs) {
   }
   EXPECT_NE(layer_failures(page)[""].find("33024 tiles"), std::string::npos) << layer_failures(page)[""];
   EXPECT_EQ(page.messages.front().job_failure(), "");
-  bool told = false;
+  bool has_job = false;
   for (const v1::ViewUpdate& message : page.messages) {
-    told = told || message.job().id() == job.value;
+    has_job = has_job || message.job().id() == job.value;
   }
-  EXPECT_TRUE(told);
+  EXPECT_TRUE(has_job);
   hub->remove(page);
 }
 

@@ -62,7 +62,7 @@ TEST_F(PageJobsTest, JobsStayWhenThePageReconnectsInTime) {
   submit("p", 1);
   jobs.disconnected("p");
   pass(PageJobs::kPatience / 2);
-  EXPECT_TRUE(jobs.check("p", call_by("ada")).ok()) << "what it submits meanwhile ends with it, too";
+  EXPECT_TRUE(jobs.check("p", call_by("ada")).ok()) << "jobs that it submits now end with it, too";
   EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
   pass(2 * PageJobs::kPatience);
   EXPECT_TRUE(discarded.empty());
@@ -98,7 +98,7 @@ TEST_F(PageJobsTest, APageBelongsToOneCaller) {
   EXPECT_EQ(jobs.connected("p", call_by("bob")).code(), StatusCode::kPermissionDenied);
   EXPECT_EQ(jobs.check("p", call_by("bob")).code(), StatusCode::kFailedPrecondition);
   submit("p", 1, "bob");
-  EXPECT_EQ(discarded, std::vector<std::uint64_t>{1}) << "it is not ada's to keep";
+  EXPECT_EQ(discarded, std::vector<std::uint64_t>{1}) << "ada cannot keep it";
   EXPECT_EQ(jobs.connected(std::string(65, 'p'), call_by("ada")).code(), StatusCode::kInvalidArgument);
 }
 
