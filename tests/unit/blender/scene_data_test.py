@@ -1,7 +1,7 @@
-"""Runs in Blender. Nothing of a scene is left out in silence: whatever is changed changes the document, or is named in a notice.
+"""Runs in Blender. Nothing of a scene is left out in silence: each changed property changes the document, or is named in a notice.
 
-The tests walk all kinds of objects, and the properties of lights, cameras, worlds and films that this Blender has. What
-neither changes nor is named stands in a list here, with its reason.
+The tests walk all kinds of objects, and the properties of lights, cameras, worlds and films that this Blender has. Properties
+that do neither are in a list here, with the reason.
 """
 import json
 import os

@@ -1,4 +1,4 @@
-"""Runs in Blender. No shader node is left out in silence: whatever is changed in a material changes the document, or is named
+"""Runs in Blender. No shader node is left out in silence: each change of a material changes the document, or is named
 in a notice.
 
 The tests walk all shader nodes that this Blender has, their inputs and their properties. What neither changes nor is named
