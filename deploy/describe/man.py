@@ -82,7 +82,7 @@ def command_section(command, program, shared):
     own = [option for option in command.options if option not in program.options or option.names[-1] == "--help"]
     out += "".join(entry(heading(option), option) for option in own if option not in shared)
     also = [bold(option.names[-1]) for option in own if option in shared]
-    out += f".PP\nAnd, as told below: {', '.join(also)}.\n" if also else ""
+    out += f".PP\nDescribed below: {', '.join(also)}.\n" if also else ""
     return out + paragraphs(command.footer)
 
 

@@ -47,7 +47,7 @@ class ManPages(unittest.TestCase):
         titles = list(sections)
         shared = "".join(sections[title] for title in titles[titles.index("OPTIONS OF SEVERAL COMMANDS"):])
         for text in sections.values():
-            for also in re.findall(r"And, as told below: (.*)\.$", text, re.MULTILINE):
+            for also in re.findall(r"Described below: (.*)\.$", text, re.MULTILINE):
                 for name in also.split(", "):
                     self.assertRegex(shared, rf"(?m)^\.TP\n(-\w, )?{name}( |$)")
 
