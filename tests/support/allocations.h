@@ -29,6 +29,14 @@ void* operator new(std::size_t bytes) {
   }
   throw std::bad_alloc();
 }
+// Else AddressSanitizer would provide this one, and report that its memory is freed by the operators below.
+void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
+  try {
+    return ::operator new(bytes);
+  } catch (const std::bad_alloc&) {
+    return nullptr;
+  }
+}
 [[gnu::noinline]] void operator delete(void* memory) noexcept {
   std::free(memory);
 }
