@@ -91,11 +91,6 @@ bool Film::shared() const {
   });
 }
 
-std::vector<float> Film::sums(TileId tile) const {
-  return sums_over(forest(tile), layout(), static_cast<std::size_t>(grid().tile_rect(tile).pixel_count()),
-                   layout().summed);
-}
-
 std::vector<float> Film::beauty_sums(TileId tile) const {
   return sums_over(forest(tile), layout(), static_cast<std::size_t>(grid().tile_rect(tile).pixel_count()),
                    kBeautyChannels);

@@ -44,12 +44,9 @@ class Film : public FilmOutline {
   void restore(TileId tile, NodePtr node);
 
   const std::vector<NodePtr>& forest(TileId tile) const;  ///< ascending, disjoint, maximal
-  /// The sum over the forest, in ascending index order, of the summed channels, laid out as Node::values. All zero for
-  /// an empty forest.
-  std::vector<float> sums(TileId tile) const;
-  /// The same of beauty alone.
+  /// sums_over of beauty.
   std::vector<float> beauty_sums(TileId tile) const;
-  /// The same of the layer `bias`; empty if there is none.
+  /// sums_over of the layer `bias`; empty if there is none.
   std::vector<float> bias_sums(TileId tile) const;
   /// Whether anything else refers to a node, so that deleting the film would not free its memory.
   bool shared() const;

@@ -6,46 +6,20 @@
 #include <vector>
 
 #include "common/base/digest.h"
-#include "common/film/tile_grid.h"
 
 namespace lightmill {
 
 /// A whole film (its crop) as planes: the mean of each half's samples, and the number of samples per pixel.
 ///
-/// `mean_a[channel * pixels + pixel]`, with the crop's pixels row by row. An empty half has mean 0. An EXR of the film
-/// stores the same values, so its hash can be computed from the file.
-struct FilmPlanes {
-  FilmPlanes() = default;
-  FilmPlanes(const PixelRect& crop, std::uint32_t channels);
-
-  /// Stores a tile. `sums`: as Node::values for `rect`, over `samples_a` + `samples_b` samples per pixel. A mean is the
-  /// float32 quotient of sum and count. `rect` must lie within the crop, and the sizes must fit (checked).
-  void set_tile(const PixelRect& rect, std::span<const float> sums, std::uint64_t samples_a, std::uint64_t samples_b);
-
-  PixelRect crop;
-  std::uint32_t channels = 0;
-  std::vector<float> mean_a, mean_b;  ///< of beauty
-  std::vector<std::uint32_t> counts;  ///< samples of both halves, by pixel
-  /// The other layers' planes as in an EXR of the film, one after the other. Empty in a film of beauty alone.
-  std::vector<float> layers;
-  /// meter_hash of each virtual meter.
-  std::vector<Hash128> meters;
-};
-
-/// View of the same planes.
+/// `mean_a[channel * pixels + pixel]`, with the crop's pixels row by row. An empty half has mean 0, else the mean is the
+/// float32 quotient of sum and count. An EXR of the film stores the same values, so its hash can be computed from the
+/// file.
 struct FilmPlanesView {
-  FilmPlanesView() = default;
-  FilmPlanesView(const FilmPlanes& planes)  // NOLINT(google-explicit-constructor): as a span of a vector
-      : mean_a(planes.mean_a),
-        mean_b(planes.mean_b),
-        counts(planes.counts),
-        layers{planes.layers},
-        meters(planes.meters) {}
-
-  std::span<const float> mean_a, mean_b;
-  std::span<const std::uint32_t> counts;
-  std::vector<std::span<const float>> layers;  ///< planes of each layer
-  std::span<const Hash128> meters;
+  std::span<const float> mean_a, mean_b;  ///< of beauty
+  std::span<const std::uint32_t> counts;  ///< samples of both halves, by pixel
+  /// The planes of each other layer as in an EXR of the film. Empty in a film of beauty alone.
+  std::vector<std::span<const float>> layers;
+  std::span<const Hash128> meters;  ///< meter_hash of each virtual meter
 };
 
 /// XXH3-128 over mean_a, mean_b (float32 little-endian) and counts (uint32 little-endian), in this order. Then follow

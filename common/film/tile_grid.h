@@ -35,14 +35,12 @@ class TileGrid {
 
   std::uint32_t tile_count() const { return picture_tiles() + meters_; }  ///< including meters' tiles
   std::uint32_t picture_tiles() const { return static_cast<std::uint32_t>(columns_ * rows_); }
-  std::uint32_t meters() const { return meters_; }
   bool is_meter(TileId tile) const { return tile.value >= picture_tiles(); }
   /// Of all tiles, including meters' tiles.
   std::uint64_t pixel_count() const {
     return static_cast<std::uint64_t>(crop_.pixel_count()) + std::uint64_t{meters_} * kTileSize * kTileSize;
   }
   int columns() const { return columns_; }
-  int rows() const { return rows_; }
   const PixelRect& crop() const { return crop_; }
   PixelRect tile_rect(TileId tile) const;
 

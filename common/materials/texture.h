@@ -41,8 +41,6 @@ class Texture {
   };
   /// The slopes of the bilinear image per unit of u and of v, averaged over one texel.
   Slopes8 slopes(F8 u, F8 v, M8 lanes) const;
-  /// The image's axes run against u, or against v.
-  std::array<bool, 2> mirrored() const { return {settings_.scale[0] < 0, settings_.scale[1] < 0}; }
   /// Mean colour of the image.
   Vec3 mean() const;
   const Texels& texels() const { return *texels_; }

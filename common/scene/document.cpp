@@ -30,25 +30,4 @@ void remove_absorption(Scene& scene) {
   }
 }
 
-std::vector<Sha256> assets_of(const Scene& scene) {
-  std::set<Sha256> assets;
-  for (const TextureImage& texture : scene.textures) {
-    assets.insert(texture.asset);
-  }
-  for (const Object& object : scene.objects) {
-    if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
-      assets.insert(mesh->asset);
-    }
-  }
-  for (const Light& light : scene.lights) {
-    if (const auto* ies = std::get_if<IesLight>(&light.kind)) {
-      assets.insert(ies->asset);
-    } else if (const auto* environment = std::get_if<EnvironmentLight>(&light.kind);
-               environment != nullptr && environment->has_image) {
-      assets.insert(environment->asset);
-    }
-  }
-  return {assets.begin(), assets.end()};
-}
-
 }  // namespace lightmill

@@ -38,7 +38,4 @@ bool has_scattering_media(const Scene& scene);
 /// Removes the absorption of all media. Scattering stays.
 void remove_absorption(Scene& scene);
 
-/// The assets that the scene names, sorted, each once.
-std::vector<Sha256> assets_of(const Scene& scene);
-
 }  // namespace lightmill

@@ -64,7 +64,6 @@ Result<MethodNotes> from_wire(const v1::MethodNotes& notes);
 JobCounters from_wire(const v1::JobCounters& counters);
 ErrorPoint from_wire(const v1::ErrorPoint& point);
 Result<JobSpec> from_wire(const v1::JobSpec& spec);
-Result<JobStatus> from_wire(const v1::Job& job);
 Result<SampleRange> from_wire(const v1::SampleRange& range);
 Result<NodeKey> from_wire(const v1::NodeKey& key);
 Result<Unit> from_wire(const v1::Unit& unit);

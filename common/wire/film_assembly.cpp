@@ -102,11 +102,7 @@ Hash128 film_hash_of(const FilmPicture& picture) {
   for (const std::string& hash : picture.receipt.meter_hashes) {
     meters.push_back(Hash128::from_hex(hash).value_or(Hash128{}));
   }
-  FilmPlanesView planes;
-  planes.mean_a = picture.half_a;
-  planes.mean_b = picture.half_b;
-  planes.counts = counts;
-  planes.meters = meters;
+  FilmPlanesView planes{picture.half_a, picture.half_b, counts, {}, meters};
   for (const PictureLayer& layer : picture.layers) {
     planes.layers.emplace_back(layer.values);
   }

@@ -1,8 +1,5 @@
-#include <cmath>
-
 #include "common/farm/job_rules.h"
 #include "common/wire/bytes.h"
-#include "common/wire/deterministic.h"
 #include "common/wire/enum_table.h"
 #include "common/wire/farm_messages.h"
 #include "common/wire/limits.h"
@@ -285,64 +282,6 @@ void to_wire(const JobStatus& status, v1::Job* out) {
     out->set_render_digest(digest_bytes(status.render_digest));
   }
   out->set_trace_id(hash_bytes(status.trace));
-}
-
-Result<JobStatus> from_wire(const v1::Job& job) {
-  JobStatus out;
-  out.id = JobId{job.id()};
-  out.name = job.name();
-  out.owner = job.owner();
-  out.host = job.host();
-  out.method = job.method();
-  LM_ASSIGN_OR_RETURN(out.method_notes, from_wire(job.method_notes()));
-  out.fingerprint_class = job.fingerprint_class();
-  out.parent = JobId{job.parent()};
-  LM_ASSIGN_OR_RETURN(out.state, from_wire(job.state()));
-  out.reason = job.reason();
-  LM_ASSIGN_OR_RETURN(out.reached, from_wire(job.reached()));
-  out.priority = job.priority();
-  LM_ASSIGN_OR_RETURN(out.goal, from_wire(job.goal()));
-  LM_ASSIGN_OR_RETURN(out.crop, from_wire(job.crop()));
-  LM_RETURN_IF_ERROR(check_crop(job.width(), job.height(), out.crop));
-  out.layers.assign(job.layers().begin(), job.layers().end());
-  LM_RETURN_IF_ERROR(film_layers(out.layers).status());
-  out.width = job.width();
-  out.height = job.height();
-  out.seed = job.seed();
-  out.samples_done = job.samples_done();
-  out.samples_wanted = job.samples_wanted();
-  out.min_tile_samples = job.min_tile_samples();
-  out.max_tile_samples = job.max_tile_samples();
-  out.frame_samples = job.frame_samples();
-  out.active_seconds = job.active_seconds();
-  out.worker_seconds = job.worker_seconds();
-  out.samples_per_second = job.samples_per_second();
-  out.eta_seconds = job.eta_seconds();
-  if (job.has_error()) {
-    out.error = {job.error().rel_mse(), job.error().half_width(), true};
-  }
-  for (const v1::ErrorPoint& point : job.history()) {
-    out.history.push_back(from_wire(point));
-  }
-  out.counters = from_wire(job.counters());
-  out.verify_share = job.verify_share();
-  out.allow_mixed = job.allow_mixed();
-  out.results_unverified = job.results_unverified();
-  out.one_identity = job.one_identity();
-  out.audits_lost = job.audits_lost();
-  out.submitted_unix_ms = job.submitted_unix_ms();
-  out.finished_unix_ms = job.finished_unix_ms();
-  if (!job.render_digest().empty()) {
-    Result<Sha256> digest = digest_from_bytes(job.render_digest());
-    if (!digest.ok()) {
-      return with_context(digest.status(), "render_digest");
-    }
-    out.render_digest = *digest;
-  }
-  if (!job.trace_id().empty()) {
-    LM_ASSIGN_OR_RETURN(out.trace, hash_from_bytes(job.trace_id()));
-  }
-  return out;
 }
 
 void to_wire(const JobSpec& spec, v1::SubmitJobRequest* out) {

@@ -4,6 +4,7 @@
 
 #include "common/film/error_goal.h"
 #include "tests/simulation/fake_renderer.h"
+#include "tests/support/film_planes.h"
 
 namespace lightmill::simulation {
 namespace {
@@ -204,7 +205,7 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
     const NodeLayout& layout = film.layout();
     const auto pixels = static_cast<std::size_t>(film.grid().tile_rect(tile).pixel_count());
     const std::vector<NodePtr> quiet = shared_renderer().forest(status.render_digest, tile, samples, pixels, layout);
-    const std::vector<float> sums = film.sums(tile);
+    const std::vector<float> sums = test::sums_of(film, tile);
     const std::vector<float> quiet_sums = sums_over(quiet, layout, pixels, layout.summed);
     const std::vector<float> first = first_over(film.forest(tile), layout, pixels).values,
                              quiet_first = first_over(quiet, layout, pixels).values;

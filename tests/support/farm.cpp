@@ -9,7 +9,6 @@
 #include <thread>
 
 #include "common/base/file.h"
-#include "common/film/film.h"
 #include "common/methods/method.h"
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
@@ -128,14 +127,14 @@ Hash128 render_reference(const Picture& picture) {
     }
   }
   Film film(grid, kBeautyChannels);
-  FilmPlanes planes(grid.crop(), kBeautyChannels);
+  FilmPlanes planes(grid.crop());
   for (std::uint32_t i = 0; i < grid.tile_count(); ++i) {
     const TileId tile{i};
     for (const auto& node : nodes[i]) {
       film.restore(tile, node);
     }
     const Film::HalfCounts counts = film.half_counts(tile);
-    planes.set_tile(grid.tile_rect(tile), film.sums(tile), counts.a, counts.b);
+    planes.set_tile(grid.tile_rect(tile), sums_of(film, tile), counts.a, counts.b);
   }
   return film_hash(planes);
 }
@@ -290,7 +289,7 @@ FilmPlanes FarmClient::film(std::uint64_t id) {
     v1::GetFilmResponse response;
     while (reader->Read(&response)) {
       if (response.has_header()) {
-        planes = FilmPlanes(from_wire(response.header().job().crop()).value(), kBeautyChannels);
+        planes = FilmPlanes(from_wire(response.header().job().crop()).value());
         continue;
       }
       const v1::FilmTile& tile = response.tile();

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "common/farm/job.h"
-#include "common/film/film_hash.h"
 #include "common/scene_io/load.h"
 #include "lightmill/v1/render_service.grpc.pb.h"
+#include "tests/support/film_planes.h"
 #include "tests/support/process.h"
 #include "tests/support/reserved_port.h"
 #include "tests/support/temporary_folder.h"

@@ -35,9 +35,4 @@ void AssetCache::clear() {
   bytes_ = 0;
 }
 
-std::uint64_t AssetCache::bytes() const {
-  const MutexLock lock(mutex_);
-  return bytes_;
-}
-
 }  // namespace lightmill

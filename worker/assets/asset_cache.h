@@ -25,7 +25,6 @@ class AssetCache {
   /// UNAVAILABLE if the fetched bytes have another digest. Otherwise the errors of the fetch.
   Result<std::string> get(const Sha256& digest);
   void clear();
-  std::uint64_t bytes() const;
 
  private:
   struct Entry {
@@ -34,7 +33,7 @@ class AssetCache {
   };
   const AssetFetch fetch_;
   const std::uint64_t limit_bytes_;
-  mutable Mutex mutex_;
+  Mutex mutex_;
   std::list<Entry> entries_ LM_GUARDED_BY(mutex_);  ///< most recently used first
   std::unordered_map<Sha256, std::list<Entry>::iterator> index_ LM_GUARDED_BY(mutex_);
   std::uint64_t bytes_ LM_GUARDED_BY(mutex_) = 0;

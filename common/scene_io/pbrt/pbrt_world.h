@@ -37,7 +37,6 @@ class PbrtWorld {
 
   FileSource& files() { return files_; }
   Notices& notices() { return notices_; }
-  Faults& faults() { return loaded_.faults; }
   PbrtMaterials& materials() { return materials_; }
   PbrtMedia& media() { return media_; }
   PbrtTextures& textures() { return textures_; }

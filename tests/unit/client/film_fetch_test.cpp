@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "common/base/file.h"
-#include "common/film/film_hash.h"
 #include "common/image/picture_file.h"
+#include "tests/support/film_planes.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lightmill::cli {
@@ -16,7 +16,7 @@ std::pair<FilmPicture, Hash128> example_film() {
   const PixelRect crop{60, 10, 10, 5};
   const PixelRect left{60, 10, 4, 5}, right{64, 10, 6, 5};
   FilmPicture picture({0, 0, 128, 64}, {crop.x, crop.y, crop.width, crop.height});
-  FilmPlanes planes(crop, 3);
+  test::FilmPlanes planes(crop);
   std::uint64_t a = 2, b = 1;
   for (const PixelRect& rect : {left, right}) {
     std::vector<float> sums(6 * static_cast<std::size_t>(rect.pixel_count()));
