@@ -6,19 +6,6 @@
 namespace lightmill {
 namespace {
 
-double dot(const Point3d& a, const Point3d& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-Point3d cross(const Point3d& a, const Point3d& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-Point3d unit(const Point3d& a) {
-  const double length = std::hypot(a[0], a[1], a[2]);
-  return {a[0] / length, a[1] / length, a[2] / length};
-}
-
 /// The matrix whose column j gives column[j] · (p − eye) + constant[j].
 ImageMatrix matrix_of(const std::array<Point3d, 4>& columns, const std::array<double, 4>& constants,
                       const Point3d& eye) {
@@ -35,9 +22,9 @@ ImageMatrix matrix_of(const std::array<Point3d, 4>& columns, const std::array<do
 }  // namespace
 
 CameraMatrices camera_matrices(const Camera& camera, double width, double height) {
-  const Point3d &eye = camera.eye, &at = camera.look_at;
-  const Point3d ahead = unit({at[0] - eye[0], at[1] - eye[1], at[2] - eye[2]});
-  const Point3d right = unit(cross(ahead, unit(camera.up)));
+  const Point3d& eye = camera.eye;
+  const Point3d ahead = normalize(difference(camera.look_at, eye));
+  const Point3d right = normalize(cross(ahead, normalize(camera.up)));
   const Point3d up = cross(right, ahead);
   // Half the picture's height and width at distance 1.
   const double y = std::tan(camera.vertical_fov_degrees / 2 * std::numbers::pi / 180), x = y * width / height;

@@ -3,24 +3,18 @@
 #include <cmath>
 #include <utility>
 
+#include "common/scene/document/values.h"
+
 namespace lightmill {
 namespace {
 
-using Vector = std::array<double, 3>;
-
-Vector edge_of(const Mesh& mesh, std::uint32_t from, std::uint32_t to) {
-  const auto &a = mesh.positions[from], &b = mesh.positions[to];
-  return {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-}
-
-double dot_of(const Vector& a, const Vector& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+Point3d edge_of(const Mesh& mesh, std::uint32_t from, std::uint32_t to) {
+  return difference(mesh.positions[to], mesh.positions[from]);
 }
 
 /// (p1−p0)×(p2−p0).
-Vector normal_of(const Mesh& mesh, const std::array<std::uint32_t, 3>& t) {
-  const Vector a = edge_of(mesh, t[0], t[1]), b = edge_of(mesh, t[0], t[2]);
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+Point3d normal_of(const Mesh& mesh, const std::array<std::uint32_t, 3>& t) {
+  return cross(edge_of(mesh, t[0], t[1]), edge_of(mesh, t[0], t[2]));
 }
 
 }  // namespace
@@ -36,11 +30,11 @@ void reverse_orientation(Mesh& mesh) {
 
 void follow_normals(Mesh& mesh) {
   for (auto& t : mesh.triangles) {
-    const Vector n = normal_of(mesh, t);
+    const Point3d n = normal_of(mesh, t);
     double side = 0;
     for (const std::uint32_t corner : t) {
       const auto& normal = mesh.normals[corner];
-      side += dot_of(n, {normal[0], normal[1], normal[2]});
+      side += dot(n, {normal[0], normal[1], normal[2]});
     }
     if (side < 0) {
       std::swap(t[1], t[2]);
@@ -49,16 +43,16 @@ void follow_normals(Mesh& mesh) {
 }
 
 void add_normals(Mesh& mesh) {
-  std::vector<Vector> sums(mesh.positions.size());
+  std::vector<Point3d> sums(mesh.positions.size());
   std::vector<bool> used(mesh.positions.size());
   for (const auto& t : mesh.triangles) {
-    const Vector n = normal_of(mesh, t);
-    const double length = std::sqrt(dot_of(n, n));
+    const Point3d n = normal_of(mesh, t);
+    const double length = std::sqrt(dot(n, n));
     for (std::size_t i = 0; i < 3; ++i) {
       used[t[i]] = true;
       if (length > 0) {
-        const Vector a = edge_of(mesh, t[i], t[(i + 1) % 3]), b = edge_of(mesh, t[i], t[(i + 2) % 3]);
-        const double angle = std::atan2(length, dot_of(a, b));  // |a × b| is the same at all corners
+        const Point3d a = edge_of(mesh, t[i], t[(i + 1) % 3]), b = edge_of(mesh, t[i], t[(i + 2) % 3]);
+        const double angle = std::atan2(length, dot(a, b));  // |a × b| is the same at all corners
         for (std::size_t k = 0; k < 3; ++k) {
           sums[t[i]][k] += angle * n[k] / length;
         }
@@ -67,7 +61,7 @@ void add_normals(Mesh& mesh) {
   }
   mesh.normals.assign(mesh.positions.size(), {0, 0, 1});
   for (std::size_t i = 0; i < sums.size(); ++i) {
-    const double length = std::sqrt(dot_of(sums[i], sums[i]));
+    const double length = std::sqrt(dot(sums[i], sums[i]));
     if (used[i] && !(length > 1e-6)) {
       mesh.normals.clear();
       return;
@@ -79,18 +73,18 @@ void add_normals(Mesh& mesh) {
 }
 
 void add_tangents(Mesh& mesh) {
-  std::vector<Vector> sums(mesh.positions.size());
+  std::vector<Point3d> sums(mesh.positions.size());
   for (const auto& t : mesh.triangles) {
     const auto &a = mesh.texture_coordinates[t[0]], &b = mesh.texture_coordinates[t[1]],
                &c = mesh.texture_coordinates[t[2]];
     const double u1 = b[0] - a[0], v1 = b[1] - a[1], u2 = c[0] - a[0], v2 = c[1] - a[1];
     const double area = u1 * v2 - u2 * v1;
-    const Vector p = edge_of(mesh, t[0], t[1]), q = edge_of(mesh, t[0], t[2]);
-    Vector along{};
+    const Point3d p = edge_of(mesh, t[0], t[1]), q = edge_of(mesh, t[0], t[2]);
+    Point3d along{};
     for (std::size_t k = 0; k < 3; ++k) {
       along[k] = area < 0 ? q[k] * v1 - p[k] * v2 : p[k] * v2 - q[k] * v1;
     }
-    const double length = std::sqrt(dot_of(along, along));
+    const double length = std::sqrt(dot(along, along));
     for (std::size_t i = 0; length > 0 && i < 3; ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
         sums[t[i]][k] += along[k] / length;
@@ -98,9 +92,9 @@ void add_tangents(Mesh& mesh) {
     }
   }
   mesh.tangents.clear();
-  for (const Vector& sum : sums) {
-    const double length = std::sqrt(dot_of(sum, sum));
-    const Vector unit = length > 1e-6 ? Vector{sum[0] / length, sum[1] / length, sum[2] / length} : Vector{1, 0, 0};
+  for (const Point3d& sum : sums) {
+    const double length = std::sqrt(dot(sum, sum));
+    const Point3d unit = length > 1e-6 ? Point3d{sum[0] / length, sum[1] / length, sum[2] / length} : Point3d{1, 0, 0};
     mesh.tangents.push_back({static_cast<float>(unit[0]), static_cast<float>(unit[1]), static_cast<float>(unit[2]), 1});
   }
 }

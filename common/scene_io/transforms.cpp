@@ -13,14 +13,6 @@ Point3d axis_of(const Transform& t, std::size_t column) {
   return {t[0][column], t[1][column], t[2][column]};
 }
 
-double dot(const Point3d& a, const Point3d& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-Point3d cross(const Point3d& a, const Point3d& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
 }  // namespace
 
 Transform compose(const Transform& a, const Transform& b) {
@@ -43,8 +35,7 @@ Transform scaling(const Point3d& by) {
 }
 
 Transform rotation(double degrees, const Point3d& axis) {
-  const double length = std::hypot(axis[0], axis[1], axis[2]);
-  const double x = axis[0] / length, y = axis[1] / length, z = axis[2] / length;
+  const auto [x, y, z] = normalize(axis);
   const double angle = std::remainder(degrees, 360) * std::numbers::pi / 180;
   const double s = std::sin(angle), c = std::cos(angle), d = 1 - c;
   // Rodrigues' formula.
@@ -97,12 +88,7 @@ std::optional<double> similarity_scale(const Transform& t) {
 }
 
 std::optional<Transform> looking_at(const Point3d& eye, const Point3d& at, const Point3d& up) {
-  const auto unit = [](const Point3d& v) -> Point3d {
-    const double length = std::hypot(v[0], v[1], v[2]);
-    return {v[0] / length, v[1] / length, v[2] / length};
-  };
-  const Point3d z = unit({at[0] - eye[0], at[1] - eye[1], at[2] - eye[2]});
-  const Point3d x = unit(cross(unit(up), z)), y = cross(z, x);
+  const Point3d z = normalize(difference(at, eye)), x = normalize(cross(normalize(up), z)), y = cross(z, x);
   const Transform out{{{x[0], y[0], z[0], eye[0]}, {x[1], y[1], z[1], eye[1]}, {x[2], y[2], z[2], eye[2]}}};
   return spans_space(out) ? std::optional(out) : std::nullopt;
 }

@@ -32,19 +32,18 @@ Status validate(const Camera& camera) {
       return invalid_argument("camera.{}: must be from 0 to {}, got {}", field, kMaxCoordinate, value);
     }
   }
-  const Point3d d{camera.look_at[0] - camera.eye[0], camera.look_at[1] - camera.eye[1],
-                  camera.look_at[2] - camera.eye[2]};
-  const Point3d& u = camera.up;
-  if (!(std::hypot(d[0], d[1], d[2]) > 0)) {
+  const Point3d ahead = difference(camera.look_at, camera.eye);
+  const Point3d& up = camera.up;
+  if (!(length(ahead) > 0)) {
     return invalid_argument("camera.look_at: must differ from camera.eye, both are ({}, {}, {})", camera.eye[0],
                             camera.eye[1], camera.eye[2]);
   }
-  if (!(std::hypot(u[0], u[1], u[2]) > 0)) {
+  if (!(length(up) > 0)) {
     return invalid_argument("camera.up: must not be zero");
   }
-  if (are_parallel(d, u)) {
+  if (are_parallel(ahead, up)) {
     return invalid_argument("camera.up: must not be parallel to the direction from eye to look_at, got ({}, {}, {})",
-                            u[0], u[1], u[2]);
+                            up[0], up[1], up[2]);
   }
   return ok_status();
 }

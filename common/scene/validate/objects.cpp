@@ -18,9 +18,8 @@ Status check_transform(const std::string& path, const Object& object) {
   if (!spans_space(t)) {
     return invalid_argument("{}: the map is not invertible (a scale of zero, or axes in one plane)", path);
   }
-  const double length = std::hypot(t[0][0], t[1][0], t[2][0]);
-  const auto column = [&](std::size_t i) { return Point3d{t[0][i] / length, t[1][i] / length, t[2][i] / length}; };
-  const auto dot = [](const Point3d& a, const Point3d& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
+  const double unit = std::hypot(t[0][0], t[1][0], t[2][0]);
+  const auto column = [&](std::size_t i) { return Point3d{t[0][i] / unit, t[1][i] / unit, t[2][i] / unit}; };
   const Point3d x = column(0), y = column(1), z = column(2);
   const double length2 = dot(x, x);
   const bool similar = std::abs(dot(y, y) - length2) <= 1e-9 * length2 &&
@@ -39,16 +38,14 @@ bool spans_space(const Transform& t) {
   constexpr double kShortest = 1e-30;  // smaller volumes would underflow
   std::array<Point3d, 3> axes{};
   for (std::size_t i = 0; i < 3; ++i) {
-    const double length = std::hypot(t[0][i], t[1][i], t[2][i]);
-    if (!(length >= kShortest)) {
+    const Point3d axis{t[0][i], t[1][i], t[2][i]};
+    if (!(length(axis) >= kShortest)) {
       return false;
     }
-    axes[i] = {t[0][i] / length, t[1][i] / length, t[2][i] / length};
+    axes[i] = normalize(axis);
   }
   const auto& [x, y, z] = axes;
-  const double determinant =
-      x[0] * (y[1] * z[2] - y[2] * z[1]) + x[1] * (y[2] * z[0] - y[0] * z[2]) + x[2] * (y[0] * z[1] - y[1] * z[0]);
-  return std::abs(determinant) > 1e-12;
+  return std::abs(dot(x, cross(y, z))) > 1e-12;
 }
 
 Status check_object(const std::string& path, const Object& object, std::size_t materials) {

@@ -7,7 +7,7 @@ namespace lightmill {
 namespace {
 
 bool has_area(const Point3d& a, const Point3d& b, const Point3d& c) {
-  const Point3d u{b[0] - a[0], b[1] - a[1], b[2] - a[2]}, v{c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+  const Point3d u = difference(b, a), v = difference(c, a);
   return u[1] * v[2] != u[2] * v[1] || u[2] * v[0] != u[0] * v[2] || u[0] * v[1] != u[1] * v[0];
 }
 

@@ -20,7 +20,7 @@ Status check_point(std::string_view path, const Point3d& point) {
 
 Status check_direction(std::string_view path, const Point3d& direction) {
   LM_RETURN_IF_ERROR(check_point(path, direction));
-  if (!(std::hypot(direction[0], direction[1], direction[2]) > 0)) {
+  if (!(length(direction) > 0)) {
     return invalid_argument("{}: must not be zero", path);
   }
   return ok_status();
@@ -50,8 +50,7 @@ Status check_power(const std::string& path, const RgbColor& color) {
 }
 
 bool are_parallel(const Point3d& a, const Point3d& b) {
-  const double across = std::hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
-  return !(across > 1e-6 * std::hypot(a[0], a[1], a[2]) * std::hypot(b[0], b[1], b[2]));
+  return !(length(cross(a, b)) > 1e-6 * length(a) * length(b));
 }
 
 Status check_new_name(std::set<std::string_view>& names, const std::string& path, const std::string& name,

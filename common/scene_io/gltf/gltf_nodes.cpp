@@ -123,7 +123,7 @@ std::string name_of(const PlacedNode& placed, const JsonNode& thing) {
 /// The node's −z axis, along which its lights and cameras look. It must not be zero.
 Point3d forward(const PlacedNode& placed) {
   const Point3d axis = placed.axis(2, -1);
-  if (!(std::hypot(axis[0], axis[1], axis[2]) > 1e-30)) {
+  if (!(length(axis) > 1e-30)) {
     placed.node.fail("the node has a light or a camera, but its z scale is 0");
   }
   return axis;
@@ -203,8 +203,7 @@ std::optional<NamedCamera> read_camera(const GltfData& data, const PlacedNode& p
   const Point3d eye = placed.origin(), ahead = forward(placed), up = placed.axis(1);
   out.camera.eye = eye;
   // A step of the coordinates' size, because the axis may be tiny.
-  const double length = std::hypot(ahead[0], ahead[1], ahead[2]);
-  const double step = std::max({1.0, std::abs(eye[0]), std::abs(eye[1]), std::abs(eye[2])}) / length;
+  const double step = std::max({1.0, std::abs(eye[0]), std::abs(eye[1]), std::abs(eye[2])}) / length(ahead);
   out.camera.look_at = {eye[0] + ahead[0] * step, eye[1] + ahead[1] * step, eye[2] + ahead[2] * step};
   out.camera.up = up;
   out.camera.vertical_fov_degrees = fov * 180 / std::numbers::pi;

@@ -25,12 +25,11 @@ Point3d origin_of_emitter(const MitsubaObject& from, const Transform& to_scene) 
 /// +z of the emitter.
 Point3d axis_of_emitter(const MitsubaObject& from, const Transform& to_scene) {
   const Point3d out = map_vector(to_scene, {0, 0, 1});
-  const double length = std::hypot(out[0], out[1], out[2]);
-  if (!(length > 1e-30 && length < 1e30)) {
+  if (!(length(out) > 1e-30 && length(out) < 1e30)) {
     from.fail(from.place.error("{}: the direction must not be zero", from.what()));
     return {0, 0, 1};
   }
-  return {out[0] / length, out[1] / length, out[2] / length};
+  return normalize(out);
 }
 
 /// The turn of an envmap. Nothing if its transform is not one.

@@ -77,16 +77,15 @@ void turn_v(Mesh& mesh) {
 Mesh MitsubaShapes::cylinder(const MitsubaObject& from, Transform& to_object) {
   const Point3d begin = from.point("p0", {0, 0, 0}), end = from.point("p1", {0, 0, 1});
   const double radius = from.number("radius", 1, 1e-12, kLongestSide);
-  const Point3d axis{end[0] - begin[0], end[1] - begin[1], end[2] - begin[2]};
-  const double length = std::hypot(axis[0], axis[1], axis[2]);
-  const Point3d aside = std::abs(axis[0]) < 0.9 * length ? Point3d{1, 0, 0} : Point3d{0, 1, 0};
+  const Point3d axis = difference(end, begin);
+  const Point3d aside = std::abs(axis[0]) < 0.9 * length(axis) ? Point3d{1, 0, 0} : Point3d{0, 1, 0};
   const std::optional<Transform> frame = looking_at(begin, end, aside);
   if (!frame) {
     from.fail("p1", "must differ from p0");
   } else if (axis[0] == 0 && axis[1] == 0 && axis[2] > 0) {
-    to_object = compose(translation(begin), scaling({radius, radius, length}));
+    to_object = compose(translation(begin), scaling({radius, radius, length(axis)}));
   } else {
-    to_object = compose(*frame, scaling({radius, radius, length}));
+    to_object = compose(*frame, scaling({radius, radius, length(axis)}));
   }
   Mesh out = cylinder_mesh(360);
   turn_v(out);

@@ -212,8 +212,7 @@ Result<Transform> read_mitsuba_transform(std::string_view tag, const MitsubaAttr
     LM_RETURN_IF_ERROR(only({"value", "x", "y", "z", "angle"}));
     LM_ASSIGN_OR_RETURN(const Point3d axis, point_of(given, 0, place));
     LM_ASSIGN_OR_RETURN(const double degrees, number_in(value_of(given, "angle"), place));
-    const double length = std::hypot(axis[0], axis[1], axis[2]);
-    if (!(length > 1e-30 && length < 1e30)) {
+    if (!(length(axis) > 1e-30 && length(axis) < 1e30)) {
       return place.error("the axis of <rotate> must not be zero");
     }
     return rotation(degrees, axis);

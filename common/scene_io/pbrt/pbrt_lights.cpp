@@ -32,8 +32,8 @@ double power_factor(const PbrtParameters& from, std::string_view name, double un
 /// The direction in the scene of a light that shines from `from` to `to`.
 Point3d direction_of(const PbrtParameters& from, const Transform& to_scene) {
   const Point3d begin = from.point("from", {0, 0, 0}), end = from.point("to", {0, 0, 1});
-  const Point3d out = map_vector(to_scene, {end[0] - begin[0], end[1] - begin[1], end[2] - begin[2]});
-  if (!(std::hypot(out[0], out[1], out[2]) > 1e-30)) {
+  const Point3d out = map_vector(to_scene, difference(end, begin));
+  if (!(length(out) > 1e-30)) {
     from.fail("to", "must differ from the point \"from\"");
     return {0, 0, 1};
   }

@@ -16,11 +16,6 @@ constexpr double kLongest = 1e12;
 constexpr std::array<std::array<float, 2>, 3> kTriangleCoordinates{
     {{0, 0}, {1, 0}, {1, 1}}};  ///< of meshes without any
 
-Point3d edge_between(const Mesh& mesh, std::uint32_t from, std::uint32_t to) {
-  const auto &a = mesh.positions[from], &b = mesh.positions[to];
-  return {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-}
-
 /// Normals and texture coordinates of each vertex, if the parameters have as many. Normals without a length count as
 /// none.
 void read_vertices(const PbrtParameters& from, Mesh& out) {
@@ -194,12 +189,9 @@ Result<PbrtShape> PbrtShapes::patches(const PbrtParameters& from) {
   out.triangles_per_shape = 2;
   for (std::size_t i = 0; i + 3 < corners.size(); i += 4) {
     const std::array<std::uint32_t, 4> c{corners[i], corners[i + 1], corners[i + 2], corners[i + 3]};
-    const Point3d u = edge_between(given, c[0], c[1]), v = edge_between(given, c[0], c[2]),
-                  w = edge_between(given, c[0], c[3]);
-    const double volume =
-        u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
-    const double size = std::hypot(u[0], u[1], u[2]) * std::hypot(v[0], v[1], v[2]) * std::hypot(w[0], w[1], w[2]);
-    if (std::abs(volume) > 1e-6 * size) {
+    const auto edge_to = [&](std::size_t k) { return difference(given.positions[c[k]], given.positions[c[0]]); };
+    const Point3d u = edge_to(1), v = edge_to(2), w = edge_to(3);
+    if (std::abs(dot(u, cross(v, w))) > 1e-6 * (length(u) * length(v) * length(w))) {
       notices_.once("bilinear patches that are not flat are rendered as two triangles");
     }
     const auto first = static_cast<std::uint32_t>(out.mesh.positions.size());

@@ -19,8 +19,7 @@ constexpr std::size_t kMostPoweredShapes = 10'000;
 double mapped_area(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, const Transform& map) {
   const Point3d a = map_point(map, mesh.positions[triangle[0]]), b = map_point(map, mesh.positions[triangle[1]]),
                 c = map_point(map, mesh.positions[triangle[2]]);
-  const Point3d u{b[0] - a[0], b[1] - a[1], b[2] - a[2]}, v{c[0] - a[0], c[1] - a[1], c[2] - a[2]};
-  return std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]) / 2;
+  return length(cross(difference(b, a), difference(c, a))) / 2;
 }
 
 /// Some triangles of a mesh, each with its own vertices.
