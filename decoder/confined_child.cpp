@@ -15,7 +15,7 @@
 #include <fstream>
 #include <new>
 
-#include "common/base/quantities.h"
+#include "common/base/number_text.h"
 #include "common/base/sanitizers.h"
 
 namespace lightmill {

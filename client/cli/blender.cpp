@@ -7,9 +7,9 @@
 
 #include "client/cli/child_process.h"
 #include "common/base/file.h"
+#include "common/base/text.h"
 #include "common/scene/validate/validate.h"
 #include "common/scene_io/missing_parts.h"
-#include "common/scene_io/text_lines.h"
 #include "common/wire/scene_json.h"
 
 namespace lightmill::cli {
@@ -91,7 +91,7 @@ Status run_blender(const fs::path& scene, const TemporaryFolder& folder, Signals
   std::error_code error;
   if (*end != "exit code 0" || !fs::exists(folder / "report.json", error)) {
     return failed_precondition("{}: {} could not export the scene ({}). Its output:\n{}", scene.string(), program, *end,
-                               utf8_name(tail_of(log)));
+                               utf8_text(tail_of(log)));
   }
   return ok_status();
 }
@@ -169,7 +169,7 @@ Result<LoadedScene> load_blend(const fs::path& path, const LoadOptions& options,
     return with_context(read.status(), path.string());
   }
   LoadedScene loaded = *std::move(read);
-  loaded.scene.name = utf8_name(path.stem().string());
+  loaded.scene.name = utf8_text(path.stem().string());
   for (ImageAsset& image : loaded.images) {
     image.place = path.string();  // the document is deleted before this place is printed
   }

@@ -1,9 +1,9 @@
 #include "client/cli/farm_choice.h"
 
-#include <charconv>
 #include <cstdlib>
 
 #include "client/cli/units.h"
+#include "common/base/text.h"
 
 namespace lightmill::cli {
 namespace {
@@ -32,13 +32,9 @@ Status check_one(const GivenAddress& given) {
     return invalid_argument("{}: an IPv6 address goes in brackets: write [{}]{}, not {}", given.where,
                             given.address.substr(0, colon), given.address.substr(colon), given.address);
   }
-  unsigned port = 0;
-  if (colon != std::string::npos && colon > 0) {
-    const char* end = given.address.data() + given.address.size();
-    const auto parsed = std::from_chars(given.address.data() + colon + 1, end, port);
-    if (parsed.ec == std::errc() && parsed.ptr == end && port >= 1 && port <= 65535) {
-      return ok_status();
-    }
+  if (colon != std::string::npos && colon > 0 &&
+      parse_number<std::uint16_t>(std::string_view(given.address).substr(colon + 1)).value_or(0) > 0) {
+    return ok_status();
   }
   return invalid_argument("{} must be HOST:PORT (as in farm.example:7350), got '{}'", given.where, given.address);
 }

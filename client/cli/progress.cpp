@@ -4,7 +4,6 @@
 
 #include "client/cli/units.h"
 #include "common/base/number_text.h"
-#include "common/base/quantities.h"
 #include "common/base/text_width.h"
 #include "common/film/error_goal.h"
 #include "common/wire/bytes.h"

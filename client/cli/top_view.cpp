@@ -7,7 +7,7 @@
 #include "client/cli/progress.h"
 #include "client/cli/table.h"
 #include "client/cli/units.h"
-#include "common/base/quantities.h"
+#include "common/base/number_text.h"
 #include "common/base/text.h"
 #include "common/base/text_width.h"
 

@@ -1,26 +1,12 @@
 #include "client/cli/units.h"
 
-#include <charconv>
 #include <cmath>
 #include <ctime>
 
+#include "common/base/text.h"
 #include "common/farm/job_rules.h"
 
 namespace lightmill::cli {
-namespace {
-
-/// The whole of `text` as a number.
-template <class Number>
-std::optional<Number> parse_number(std::string_view text) {
-  Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) {
-    return std::nullopt;
-  }
-  return value;
-}
-
-}  // namespace
 
 std::string human_seconds(double seconds) {
   if (!(seconds >= 0) || seconds > 1e15) {

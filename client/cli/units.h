@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "common/base/clock.h"
-#include "common/base/quantities.h"
+#include "common/base/number_text.h"
 #include "common/base/status.h"
 #include "common/film/tile_grid.h"
 

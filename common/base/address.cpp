@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
+
+#include "common/base/text.h"
 
 namespace lightmill {
 namespace {
@@ -41,13 +42,11 @@ Result<HostPort> parse_host_port(std::string_view text) {
   if (!is_host(host)) {
     return invalid_argument("'{}' must be HOST:PORT, for example 127.0.0.1:7350", text);
   }
-  HostPort parsed{std::string(host), 0};
-  const char* const end = port_text.data() + port_text.size();
-  const auto [at, error] = std::from_chars(port_text.data(), end, parsed.port);
-  if (port_text.empty() || error != std::errc() || at != end) {
+  const std::optional<std::uint16_t> port = parse_number<std::uint16_t>(port_text);
+  if (!port) {
     return invalid_argument("the port of '{}' must be a number from 0 to 65535", text);
   }
-  return parsed;
+  return HostPort{std::string(host), *port};
 }
 
 }  // namespace lightmill

@@ -47,6 +47,22 @@ std::string escaped(const Character& character) {
   return code < 0x80 || !character.valid ? fmt::format("\\x{:02x}", code) : fmt::format("\\u{:04x}", code);
 }
 
+/// Writes invalid bytes, and characters that `keeps` rejects, as escapes.
+template <class Keeps>
+std::string escape_others(std::string_view text, Keeps keeps) {
+  std::string out;
+  while (!text.empty()) {
+    const Character character = first_character(text);
+    if (character.valid && keeps(character.code)) {
+      out += text.substr(0, character.bytes);
+    } else {
+      out += escaped(character);
+    }
+    text.remove_prefix(character.bytes);
+  }
+  return out;
+}
+
 }  // namespace
 
 Status check_name(std::string_view what, std::string_view name) {
@@ -67,18 +83,45 @@ Status check_name(std::string_view what, std::string_view name) {
 }
 
 std::string printable(std::string_view text, bool keep_lines) {
-  std::string shown;
-  for (std::size_t i = 0; i < text.size();) {
-    const Character character = first_character(text.substr(i));
-    const bool layout = keep_lines && (character.code == '\n' || character.code == '\t');
-    if (character.valid && (layout || !is_control(character.code))) {
-      shown += text.substr(i, character.bytes);
-    } else {
-      shown += escaped(character);
+  return escape_others(text, [keep_lines](char32_t code) {
+    return !is_control(code) || (keep_lines && (code == '\n' || code == '\t'));
+  });
+}
+
+std::string utf8_text(std::string_view text) {
+  return escape_others(text, [](char32_t /*code*/) { return true; });
+}
+
+std::string json_text(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out.push_back('\\');
     }
-    i += character.bytes;
+    if (static_cast<unsigned char>(c) < 0x20) {
+      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+    } else {
+      out.push_back(c);
+    }
   }
-  return shown;
+  return out + '"';
+}
+
+std::string library_text(std::string_view text) {
+  constexpr std::size_t kMostBytes = 400;
+  constexpr std::string_view kBlanks = " \t\r\n";
+  std::string line;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view part = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    part.remove_prefix(std::min(part.find_first_not_of(kBlanks), part.size()));
+    part = part.substr(0, part.find_last_not_of(kBlanks) + 1);
+    if (!part.empty()) {
+      line.append(line.empty() ? "" : "; ").append(part);
+    }
+  }
+  return cut_text(printable(line), kMostBytes);
 }
 
 std::string cut_text(std::string text, std::size_t most_bytes) {

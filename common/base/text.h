@@ -1,6 +1,8 @@
-// Text from outside: which text may be a stored name, and which is safe to print.
+// Text from outside: names, numbers, and text that is safe to print or to store.
 #pragma once
 
+#include <charconv>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -20,10 +22,28 @@ Status check_name(std::string_view what, std::string_view name);
 /// `keep_lines` keeps line feeds and tabs.
 std::string printable(std::string_view text, bool keep_lines = false);
 
+/// `text` with invalid UTF-8 bytes written as \xHH, and all else unchanged.
+std::string utf8_text(std::string_view text);
+
+/// `text` as a JSON string, with its quotes. Bytes from 0x80 on are unchanged.
+std::string json_text(std::string_view text);
+
+/// A library's error text on one line, for the end of one of our messages: its lines are trimmed and joined by "; ". The
+/// result is printable, and cut.
+std::string library_text(std::string_view text);
+
 /// `text` if it fits, else the whole characters of its first `most_bytes` and "…". UTF-8.
 std::string cut_text(std::string text, std::size_t most_bytes);
 
 /// `text` as a name that check_name accepts: printable and cut.
 std::string as_name(std::string_view text);
+
+/// The number, if it is the whole text. Blanks and a leading + are not accepted.
+template <class Number>
+std::optional<Number> parse_number(std::string_view text) {
+  Number number{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
+}
 
 }  // namespace lightmill

@@ -4,26 +4,9 @@
 #include <bit>
 
 #include "common/base/check.h"
+#include "common/base/text.h"
 
 namespace lightmill {
-namespace {
-
-std::string json_text(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (static_cast<unsigned char>(c) < 0x20) {
-      out += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
-    } else {
-      out += c;
-    }
-  }
-  return out + '"';
-}
-
-}  // namespace
 
 std::uint32_t murmur_hash3(std::string_view text, std::uint32_t seed) {
   constexpr std::uint32_t kC1 = 0xcc9e2d51, kC2 = 0x1b873593;

@@ -20,7 +20,7 @@
 #include <optional>
 
 #include "common/base/check.h"
-#include "common/base/library_text.h"
+#include "common/base/text.h"
 
 namespace lightmill {
 namespace {

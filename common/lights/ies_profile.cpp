@@ -1,9 +1,9 @@
 #include "common/lights/ies_profile.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
+#include "common/base/text.h"
 #include "common/math/transcendental.h"
 
 namespace lightmill {
@@ -43,13 +43,12 @@ class IesText {
     if (token.front() == '+') {
       token.remove_prefix(1);
     }
-    double value = 0;
-    const auto [end, code] = std::from_chars(token.data(), token.data() + token.size(), value);
-    if (code != std::errc() || end != token.data() + token.size() || !std::isfinite(value)) {
+    const std::optional<double> value = parse_number<double>(token);
+    if (!value || !std::isfinite(*value)) {
       return error("{} is expected, got \"{}\"", what, shown.substr(0, 40));
     }
     rest_.remove_prefix(length);
-    return value;
+    return *value;
   }
   Result<double> number(std::string_view what, double low, double high) {
     LM_ASSIGN_OR_RETURN(const double value, number(what));

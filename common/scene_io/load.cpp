@@ -2,12 +2,12 @@
 
 #include <cctype>
 
-#include "common/base/quantities.h"
+#include "common/base/number_text.h"
+#include "common/base/text.h"
 #include "common/film/tile_grid.h"
 #include "common/scene/validate/validate.h"
 #include "common/scene_io/loaders.h"
 #include "common/scene_io/missing_parts.h"
-#include "common/scene_io/text_lines.h"
 #include "common/wire/scene_json.h"
 
 namespace lightmill {
@@ -96,7 +96,7 @@ Status choose_camera(const std::string& wanted, const SceneFiles& files, LoadedS
       return ok_status();
     }
   }
-  if (const std::optional<std::int64_t> number = parse_integer(wanted)) {
+  if (const std::optional<std::int64_t> number = parse_number<std::int64_t>(wanted)) {
     const auto count = static_cast<std::int64_t>(loaded.cameras.size());
     if (*number < 1 || *number > count) {
       return invalid_argument("--camera {}: the scene has {}", wanted, counted(loaded.cameras.size(), "camera"));

@@ -1,9 +1,9 @@
+#include "common/base/text.h"
 #include "common/lights/ies_profile.h"
 #include "common/scene/validate/validate.h"
 #include "common/scene_io/assets.h"
 #include "common/scene_io/loaders.h"
 #include "common/scene_io/obj.h"
-#include "common/scene_io/text_lines.h"
 #include "common/wire/scene_json.h"
 
 namespace lightmill {
@@ -166,7 +166,7 @@ Result<LoadedScene> load_document(const fs::path& path, const SceneFiles& files)
     return name_fetcher(loaded.status(), path.parent_path(), files);
   }
   if (loaded->scene.name.empty()) {
-    loaded->scene.name = utf8_name(path.stem().string());
+    loaded->scene.name = utf8_text(path.stem().string());
   }
   return loaded;
 }

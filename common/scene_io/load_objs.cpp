@@ -6,7 +6,7 @@
 #include "common/scene_io/loaders.h"
 #include "common/scene_io/missing_parts.h"
 #include "common/scene_io/obj.h"
-#include "common/scene_io/text_lines.h"
+#include "common/scene_io/statement_reader.h"
 
 namespace lightmill {
 namespace fs = std::filesystem;
@@ -28,8 +28,8 @@ std::optional<std::string> find_file(FileFinder& finder, const fs::path& folder,
                                      const std::string& place, Faults& faults) {
   std::optional<std::string> found = finder.find(folder, written);
   if (found && *found != written) {
-    faults.add("file " + written, fmt::format("{}there is no file {}", place, utf8_name(written)),
-               utf8_name(*found) + " is read instead");
+    faults.add("file " + written, fmt::format("{}there is no file {}", place, utf8_text(written)),
+               utf8_text(*found) + " is read instead");
   }
   return found;
 }
@@ -60,7 +60,7 @@ std::vector<fs::path> library_files(ObjWithMaterials& file, const ObjLibrary& li
   }
   for (const std::string& name : missing) {
     file.libraries_are_missing = true;
-    faults.add("file " + name, fmt::format("{}there is no file {}", place, utf8_name(name)),
+    faults.add("file " + name, fmt::format("{}there is no file {}", place, utf8_text(name)),
                "its materials are rendered as grey diffuse");
   }
   return out;
@@ -114,7 +114,7 @@ class MaterialList {
       if (added || same_definition(all_[found->second], material)) {
         return static_cast<std::uint32_t>(found->second);
       }
-      const std::string file = utf8_name(fs::path(material.file).filename().string());
+      const std::string file = utf8_text(fs::path(material.file).filename().string());
       material.name = round == 1 ? fmt::format("{} ({})", material.name, file) : fmt::format("{}'", material.name);
     }
   }
@@ -174,7 +174,7 @@ void find_maps(std::vector<MtlMaterial>& materials, FileFinder& finder, Faults& 
       if (map.keyword == "map_Ke") {
         material.ke = RgbColor{};
       }
-      faults.add("file " + map.file, fmt::format("{}there is no file {}", place, utf8_name(map.file)),
+      faults.add("file " + map.file, fmt::format("{}there is no file {}", place, utf8_text(map.file)),
                  "the map is left out");
       return true;
     });
@@ -201,10 +201,10 @@ Status load_textures(const std::vector<MtlMaterial>& materials, const SceneFiles
     if (added) {
       LM_ASSIGN_OR_RETURN(known->second,
                           add_image_file(files, texture.file,
-                                         {.name = utf8_name(texture.file), .place = places.at(texture.file)}, loaded));
+                                         {.name = utf8_text(texture.file), .place = places.at(texture.file)}, loaded));
     }
     texture.asset = known->second;
-    texture.file = utf8_name(texture.file);
+    texture.file = utf8_text(texture.file);
   }
   return ok_status();
 }
@@ -225,11 +225,11 @@ Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka, boo
       const std::uint32_t material = part_material(file, part, materials, loaded);
       const std::array<const ObjPart*, 1> parts{&part};
       LM_ASSIGN_OR_RETURN(const Sha256 asset, add_mesh(make_mesh(file.obj, parts), loaded));
-      const std::string stem = utf8_name(path.stem().string());
+      const std::string stem = utf8_text(path.stem().string());
       loaded.scene.objects.push_back({part.material.empty() ? stem : stem + "/" + part.material, material,
-                                      MeshShape{utf8_name(path.filename().string()), asset}});
+                                      MeshShape{utf8_text(path.filename().string()), asset}});
     }
-    loaded.scene.name += (loaded.scene.name.empty() ? "" : "+") + utf8_name(path.stem().string());
+    loaded.scene.name += (loaded.scene.name.empty() ? "" : "+") + utf8_text(path.stem().string());
   }
   std::vector<MtlMaterial> all = materials.take();
   find_maps(all, finder, loaded.faults);

@@ -1,6 +1,6 @@
+#include "common/base/text.h"
 #include "common/scene_io/loaders.h"
 #include "common/scene_io/pbrt/pbrt.h"
-#include "common/scene_io/text_lines.h"
 
 namespace lightmill {
 
@@ -9,7 +9,7 @@ Result<LoadedScene> load_pbrt(const std::filesystem::path& path, const SceneFile
   LM_ASSIGN_OR_RETURN(std::string text, files.read(path, kMaxBytes));
   LM_ASSIGN_OR_RETURN(LoadedScene loaded,
                       read_pbrt(std::move(text), path.string(), files_below(path.parent_path(), files, kMaxBytes)));
-  loaded.scene.name = utf8_name(path.stem().string());
+  loaded.scene.name = utf8_text(path.stem().string());
   return loaded;
 }
 

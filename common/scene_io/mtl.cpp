@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "common/scene_io/text_lines.h"
+#include "common/scene_io/statement_reader.h"
 
 namespace lightmill {
 namespace {
@@ -260,7 +260,7 @@ Status read_property(const StatementReader& lines, const Statement& statement, M
     }
     material.ior = ior;
   } else if (keyword == "illum") {
-    const std::optional<std::int64_t> illum = parse_integer(statement.rest);
+    const std::optional<std::int64_t> illum = parse_number<std::int64_t>(statement.rest);
     if (!illum || *illum < 0 || *illum > 1000) {
       return lines.error("illum: the number of an illumination model is expected, got \"{}\"", statement.rest);
     }
@@ -281,7 +281,7 @@ void keep_new_unused(MtlMaterial& material, std::size_t first, std::set<std::str
   const std::vector<MtlUnused> added(unused.begin() + static_cast<std::ptrdiff_t>(first), unused.end());
   unused.resize(first);
   for (const MtlUnused& one : added) {
-    const std::string what = unused.size() + 1 < kMaxMtlUnused ? utf8_name(one.what.substr(0, 80)) : "more statements";
+    const std::string what = unused.size() + 1 < kMaxMtlUnused ? utf8_text(one.what.substr(0, 80)) : "more statements";
     if (said.insert(what).second) {
       unused.push_back({what, one.line});
     }
@@ -308,7 +308,7 @@ std::vector<MtlMaterial> read_mtl(std::string_view text, const std::string& file
     Status odd;
     if (statement->keyword == "newmtl") {
       materials.emplace_back();
-      materials.back().name = statement->rest.empty() ? "default" : utf8_name(statement->rest);
+      materials.back().name = statement->rest.empty() ? "default" : utf8_text(statement->rest);
       materials.back().file = file_name;
       materials.back().line = statement->line;
       said.clear();

@@ -3,8 +3,8 @@
 #include <map>
 #include <tuple>
 
+#include "common/base/text.h"
 #include "common/scene_io/mtl.h"
-#include "common/scene_io/text_lines.h"
 
 namespace lightmill {
 namespace {
@@ -311,7 +311,7 @@ class Mapper {
     const auto [known, added] = textures_.try_emplace(
         {image.file, image.wrap, image.scale, image.offset, image.color_space}, scene_.textures.size());
     if (added) {
-      image.name = fmt::format("{} ({})", utf8_name(map->file), scene_.textures.size());
+      image.name = fmt::format("{} ({})", utf8_text(map->file), scene_.textures.size());
       scene_.textures.push_back(image);
     }
     return static_cast<std::uint32_t>(known->second);

@@ -7,7 +7,7 @@
 #include "common/scene_io/obj_colors.h"
 #include "common/scene_io/polygon.h"
 #include "common/scene_io/smoothing.h"
-#include "common/scene_io/text_lines.h"
+#include "common/scene_io/statement_reader.h"
 
 namespace lightmill {
 namespace {
@@ -172,7 +172,7 @@ class ObjReader {
       smooth_run_.group = 0;
       return ok_status();
     }
-    const std::optional<std::int64_t> group = parse_integer(rest);
+    const std::optional<std::int64_t> group = parse_number<std::int64_t>(rest);
     if (!group || *group < 0) {
       return lines_.error("s: the number of a smoothing group or off is expected, got \"{}\"", rest);
     }
@@ -192,7 +192,7 @@ class ObjReader {
   /// Resolves an index as written: from 1, or negative from the end of the `count` entries so far. The result can be
   /// beyond these, because entries may follow.
   Status resolve(std::string_view what, std::string_view word, std::size_t count, std::uint32_t& out) const {
-    const std::optional<std::int64_t> index = parse_integer(word);
+    const std::optional<std::int64_t> index = parse_number<std::int64_t>(word);
     if (!index) {
       return lines_.error("f: an index is expected, got \"{}\"", word);
     }
@@ -328,7 +328,7 @@ class ObjReader {
 
   Status use_material(std::string_view written) {
     end_smooth_run();
-    const std::string name = utf8_name(written);
+    const std::string name = utf8_text(written);
     const auto [found, added] = part_of_.try_emplace(name, file_.parts.size());
     if (added) {
       file_.parts.push_back({name, lines_.line(), {}});

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "common/materials/texture.h"
-#include "common/scene_io/text_lines.h"
+#include "common/scene_io/statement_reader.h"
 
 namespace lightmill {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "common/scene_io/polygon.h"
-#include "common/scene_io/text_lines.h"
+#include "common/scene_io/statement_reader.h"
 
 namespace lightmill {
 namespace {
@@ -109,7 +109,7 @@ class PlyReader {
         has_format = true;
       } else if (keyword == "element") {
         const std::string_view name = take_word(line);
-        const std::optional<std::int64_t> count = parse_integer(take_word(line));
+        const std::optional<std::int64_t> count = parse_number<std::int64_t>(take_word(line));
         if (!count || *count < 0 || elements_.size() == kMostElements) {
           return error("line {}: the number of elements \"{}\" is expected, of at most {} kinds", line_, name,
                        kMostElements);

@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "common/base/quantities.h"
+#include "common/base/number_text.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/method_plan.h"
 #include "common/scene/mesh.h"

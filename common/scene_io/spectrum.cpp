@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "common/scene_io/text_lines.h"
+#include "common/scene_io/statement_reader.h"
 
 namespace lightmill {
 namespace {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "common/base/library_text.h"
 #include "common/base/text.h"
 #include "common/scene/document.h"
 

@@ -1,7 +1,7 @@
 #include "server/api/work_stream.h"
 
 #include "common/base/log.h"
-#include "common/base/quantities.h"
+#include "common/base/number_text.h"
 #include "common/wire/farm_messages.h"
 #include "server/api/grpc_status.h"
 #include "server/api/worker_streams.h"

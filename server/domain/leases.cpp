@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "common/base/check.h"
-#include "common/base/quantities.h"
+#include "common/base/number_text.h"
 
 namespace lightmill {
 namespace {

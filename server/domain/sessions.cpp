@@ -1,7 +1,7 @@
 #include "server/domain/sessions.h"
 
 #include "common/base/check.h"
-#include "common/base/quantities.h"
+#include "common/base/number_text.h"
 #include "common/base/text.h"
 #include "server/domain/eligibility.h"
 

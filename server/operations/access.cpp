@@ -1,7 +1,7 @@
 // Operations on tokens and the action log.
 #include <fmt/chrono.h>
 
-#include "common/base/quantities.h"
+#include "common/base/number_text.h"
 #include "common/wire/bytes.h"
 #include "common/wire/role_proto.h"
 #include "server/operations/handlers.h"

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "common/base/log.h"
-#include "common/base/quantities.h"
+#include "common/base/number_text.h"
 #include "server/store/check_rows.h"
 #include "server/store/load_state.h"
 

@@ -1,8 +1,6 @@
 // Requests and replies of the JSON API as text.
 #pragma once
 
-#include <charconv>
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -30,15 +28,6 @@ ApiReply error_reply(const Status& status);
 ApiReply json_reply(const google::protobuf::Message& message);
 /// Parses the JSON of a body into `message`. An empty body changes nothing. INVALID_ARGUMENT.
 Status read_json(const std::string& body, google::protobuf::Message& message);
-
-/// The number, if it is the whole text.
-template <class Number>
-std::optional<Number> parse_number(std::string_view text) {
-  Number number{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return !text.empty() && error == std::errc() && end == text.data() + text.size() ? std::optional(number)
-                                                                                   : std::nullopt;
-}
 
 /// The value of a field of the query. Empty if there is none.
 std::string_view query_value(std::string_view query, std::string_view name);

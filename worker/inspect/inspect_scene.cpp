@@ -4,7 +4,7 @@
 #include <set>
 #include <tuple>
 
-#include "common/base/quantities.h"
+#include "common/base/number_text.h"
 #include "common/base/text.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/method_plan.h"

@@ -1,7 +1,7 @@
 #include "worker/render/scene_limits.h"
 
 #include "common/base/machine_memory.h"
-#include "common/base/quantities.h"
+#include "common/base/number_text.h"
 #include "common/scene/compiled/scene_memory.h"
 
 namespace lightmill {

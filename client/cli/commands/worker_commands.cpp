@@ -8,7 +8,7 @@
 #include "client/cli/table.h"
 #include "client/cli/top_view.h"
 #include "client/cli/units.h"
-#include "common/base/quantities.h"
+#include "common/base/number_text.h"
 
 namespace lightmill::cli {
 namespace {

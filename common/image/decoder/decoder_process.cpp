@@ -13,7 +13,7 @@
 #include <cstring>
 
 #include "common/base/file.h"
-#include "common/base/library_text.h"
+#include "common/base/text.h"
 #include "common/image/texel_checks.h"
 
 namespace lightmill {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/base/library_text.h"
+#include "common/base/text.h"
 #include "common/image/exr.h"
 #include "common/image/read/image_format.h"
 #include "common/image/texel_checks.h"

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <set>
 
 #include "common/base/suggestion.h"
+#include "common/base/text.h"
 
 namespace lightmill {
 namespace {
@@ -44,13 +44,12 @@ const Entry* find_method(std::string_view name) {
   return entry == kMethods.end() ? nullptr : entry;
 }
 
-Result<double> parse_number(std::string_view key, std::string_view text, double low, double high) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !(value >= low && value <= high)) {
+Result<double> bounded_number(std::string_view key, std::string_view text, double low, double high) {
+  const std::optional<double> value = parse_number<double>(text);
+  if (!value || !(*value >= low && *value <= high)) {
     return invalid_argument("{}: a number from {} to {} is expected, got '{}'", key, low, high, text);
   }
-  return value;
+  return *value;
 }
 
 /// Whether a list such as "a, b=X, c" has the parameter.
@@ -87,11 +86,11 @@ Status set_parameter(const Entry& entry, std::string_view text, MethodSpec& spec
   }
   const std::string_view value = equals == std::string_view::npos ? "" : text.substr(equals + 1);
   if (key == "glass") {
-    LM_ASSIGN_OR_RETURN(spec.glass, parse_number(key, value, 0, 1));
+    LM_ASSIGN_OR_RETURN(spec.glass, bounded_number(key, value, 0, 1));
     return ok_status();
   }
   if (key == "photons") {
-    LM_ASSIGN_OR_RETURN(const double photons, parse_number(key, value, 1, kMostPhotons));
+    LM_ASSIGN_OR_RETURN(const double photons, bounded_number(key, value, 1, kMostPhotons));
     if (photons != std::floor(photons)) {
       return invalid_argument("photons: a whole number is expected, got '{}'", value);
     }
@@ -99,10 +98,10 @@ Status set_parameter(const Entry& entry, std::string_view text, MethodSpec& spec
     return ok_status();
   }
   if (key == "radius") {
-    LM_ASSIGN_OR_RETURN(spec.radius, parse_number(key, value, 0.01, 1000));
+    LM_ASSIGN_OR_RETURN(spec.radius, bounded_number(key, value, 0.01, 1000));
     return ok_status();
   }
-  LM_ASSIGN_OR_RETURN(spec.distance, parse_number(key, value, 0, 1e12));
+  LM_ASSIGN_OR_RETURN(spec.distance, bounded_number(key, value, 0, 1e12));
   return *spec.distance > 0
              ? ok_status()
              : invalid_argument("{}: a number above 0 is expected, got '{}'; without it there is no limit", key, value);

@@ -1,7 +1,5 @@
 #include "common/scene/validate/parts.h"
 
-#include <cmath>
-
 #include "common/film/tile_grid.h"
 
 namespace lightmill {

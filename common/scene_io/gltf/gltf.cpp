@@ -1,5 +1,6 @@
 #include "common/scene_io/gltf/gltf.h"
 
+#include "common/base/text.h"
 #include "common/scene/validate/validate.h"
 #include "common/scene_io/assets.h"
 #include "common/scene_io/file_finder.h"
@@ -7,7 +8,6 @@
 #include "common/scene_io/gltf/gltf_nodes.h"
 #include "common/scene_io/loaders.h"
 #include "common/scene_io/missing_parts.h"
-#include "common/scene_io/text_lines.h"
 
 namespace lightmill {
 namespace {
@@ -80,7 +80,7 @@ class GltfScene {
     std::size_t named = 0;
     for (const std::string& name : data_.extensions()) {
       if (!is_known(name) && named < kMaxNamed) {
-        notices_.left_out(fmt::format("extension {}", utf8_name(name.substr(0, 80))));
+        notices_.left_out(fmt::format("extension {}", utf8_text(name.substr(0, 80))));
         ++named;
       }
     }
@@ -183,7 +183,7 @@ Result<LoadedScene> load_gltf(const std::filesystem::path& path, bool light_the_
   LM_ASSIGN_OR_RETURN(std::string bytes, files.read(path, kMaxBytes));
   LM_ASSIGN_OR_RETURN(LoadedScene loaded, read_gltf(std::move(bytes), path.string(), light_the_dark,
                                                     files_below(path.parent_path(), files, kMaxBytes)));
-  loaded.scene.name = utf8_name(path.stem().string());
+  loaded.scene.name = utf8_text(path.stem().string());
   return loaded;
 }
 

@@ -4,9 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "common/base/library_text.h"
+#include "common/base/text.h"
 #include "common/scene_io/gltf/gltf_data.h"
-#include "common/scene_io/text_lines.h"
 
 namespace lightmill {
 namespace {
@@ -238,7 +237,7 @@ Result<std::string> GltfData::uri_bytes(const JsonNode& node) const {
     return file.status();
   }
   if (file->name != name) {
-    node.fault(fmt::format("there is no file {}", utf8_name(name)), utf8_name(file->name) + " is read instead");
+    node.fault(fmt::format("there is no file {}", utf8_text(name)), utf8_text(file->name) + " is read instead");
   }
   return std::move(file->bytes);
 }

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "common/base/text.h"
 #include "common/scene_io/assets.h"
-#include "common/scene_io/text_lines.h"
 
 namespace lightmill {
 namespace {
@@ -290,7 +290,7 @@ std::optional<Sha256> GltfMaterials::image(const JsonNode& image, std::string& f
     return std::nullopt;
   }
   const std::string name = image["name"].text();
-  file = utf8_name(!uri.empty() && !uri.starts_with("data:") ? uri : name.empty() ? image.path() : name);
+  file = utf8_text(!uri.empty() && !uri.starts_with("data:") ? uri : name.empty() ? image.path() : name);
   if (!file.ends_with(*ending)) {
     file += *ending;
   }

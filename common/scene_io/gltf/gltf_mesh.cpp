@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "common/base/quantities.h"
+#include "common/base/number_text.h"
 #include "common/math/vec.h"
 #include "common/scene/compiled/convert.h"
 #include "common/scene/document.h"

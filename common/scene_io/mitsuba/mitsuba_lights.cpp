@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/base/text.h"
 #include "common/scene/validate/validate.h"
-#include "common/scene_io/text_lines.h"
 #include "common/scene_io/transforms.h"
 
 namespace lightmill {
@@ -66,7 +66,7 @@ EnvironmentLight envmap_emitter(const MitsubaObject& from, const Transform& worl
     from.fail("filename", message_of(file.status()));
     return out;
   }
-  out.file = utf8_name(file->name);
+  out.file = utf8_text(file->name);
   out.asset =
       add_image(std::move(file->bytes), {.name = out.file, .place = from.place.text(), .environment = true}, loaded);
   out.has_image = true;
@@ -110,7 +110,7 @@ Transform mitsuba_world_to_scene(const std::vector<const MitsubaObject*>& emitte
 Result<Light> read_mitsuba_light(const MitsubaObject& from, const Transform& world_to_scene, MitsubaTextures& textures,
                                  FileSource& files, LoadedScene& loaded, Notices& notices) {
   Light out;
-  out.name = utf8_name(from.label());
+  out.name = utf8_text(from.label());
   const Transform to_scene = compose(world_to_scene, from.transform("to_world"));
   if (from.type == "point") {
     const Transform at =

@@ -1,4 +1,5 @@
 #include "common/scene_io/mitsuba/mitsuba_serialized.h"
+#include "common/base/text.h"
 
 #include <zlib.h>
 
@@ -7,8 +8,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-
-#include "common/scene_io/text_lines.h"
 
 namespace lightmill {
 namespace {
@@ -122,7 +121,7 @@ std::array<float, 3> unit_normal(const std::array<double, 3>& v, bool& valid) {
 
 Result<SerializedMesh> read_serialized(std::string_view bytes, const std::string& file_name, std::size_t index,
                                        SerializedBudget& budget) {
-  const std::string name = utf8_name(file_name);
+  const std::string name = utf8_text(file_name);
   const auto version = number_at<std::uint16_t>(bytes, 2);
   if (!version || number_at<std::uint16_t>(bytes, 0) != kMagic || (*version != 3 && *version != 4)) {
     return invalid_argument("{}: a serialized mesh of version 3 or 4 is expected", name);

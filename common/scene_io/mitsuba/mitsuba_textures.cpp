@@ -4,7 +4,7 @@
 #include <cctype>
 #include <cmath>
 
-#include "common/scene_io/text_lines.h"
+#include "common/base/text.h"
 #include "common/scene_io/tiny_image.h"
 #include "common/scene_io/transforms.h"
 
@@ -290,7 +290,7 @@ TexturedColor MitsubaTextures::bitmap(const MitsubaObject& from) {
       }
       return {1, 1, 1};
     }
-    std::string name = utf8_name(file->name);
+    std::string name = utf8_text(file->name);
     const Sha256 asset = add_image(std::move(file->bytes), {.name = name, .place = from.place.text()}, loaded_);
     known = images_.emplace(written, std::pair(asset, std::move(name))).first;
   }

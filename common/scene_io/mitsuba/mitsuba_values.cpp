@@ -4,7 +4,7 @@
 #include <cctype>
 #include <cmath>
 
-#include "common/scene_io/text_lines.h"
+#include "common/scene_io/statement_reader.h"
 #include "common/scene_io/transforms.h"
 
 namespace lightmill {

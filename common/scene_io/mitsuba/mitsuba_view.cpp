@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "common/film/tile_grid.h"
-#include "common/scene_io/text_lines.h"
+#include "common/scene_io/statement_reader.h"
 #include "common/scene_io/transforms.h"
 
 namespace lightmill {
@@ -114,7 +114,7 @@ Result<MitsubaView> read_mitsuba_view(const MitsubaObject& sensor, const Transfo
                                       Faults& faults) {
   MitsubaView out;
   out.film = {768, 576, {FilterKind::gaussian, 1.5}};
-  out.camera.name = utf8_name(sensor.label());
+  out.camera.name = utf8_text(sensor.label());
   const std::vector<const MitsubaObject*> films = sensor.nested("film"), samplers = sensor.nested("sampler");
   if (films.size() > 1 || samplers.size() > 1) {
     return sensor.place.error("{}: a sensor has one film and one sampler", sensor.what());

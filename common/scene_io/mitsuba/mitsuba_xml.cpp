@@ -6,8 +6,8 @@
 #include <pugixml.hpp>
 #include <set>
 
+#include "common/base/text.h"
 #include "common/scene_io/mitsuba/mitsuba_values.h"
-#include "common/scene_io/text_lines.h"
 #include "common/scene_io/transforms.h"
 
 namespace lightmill {
@@ -71,7 +71,7 @@ class XmlReader {
   };
 
   Status read_file(std::string text, const std::string& name, MitsubaObject* parent, const std::string& child_name) {
-    out_.names.push_back(utf8_name(name));
+    out_.names.push_back(utf8_text(name));
     File file;
     file.name = &out_.names.back();
     const std::size_t slash = name.rfind('/');

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <deque>
 
+#include "common/base/text.h"
 #include "common/scene/validate/validate.h"
 #include "common/scene_io/pbrt/pbrt_world.h"
-#include "common/scene_io/text_lines.h"
 #include "common/scene_io/transforms.h"
 
 namespace lightmill {
@@ -46,7 +46,7 @@ class PbrtReader {
   static const std::map<std::string_view, Directive>& directives();
 
   Status read_file(std::string text, std::string name) {
-    names_.push_back(utf8_name(name));
+    names_.push_back(utf8_text(name));
     PbrtTokens tokens(std::move(text), names_.back());
     ++nesting_;
     while (const std::optional<PbrtToken> token = tokens.next()) {

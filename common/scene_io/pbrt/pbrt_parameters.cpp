@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/scene_io/text_lines.h"
+#include "common/scene_io/statement_reader.h"
 
 namespace lightmill {
 namespace {

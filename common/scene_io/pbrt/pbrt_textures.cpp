@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/scene_io/text_lines.h"
+#include "common/base/text.h"
 #include "common/scene_io/tiny_image.h"
 
 namespace lightmill {
@@ -203,7 +203,7 @@ std::optional<Sha256> PbrtTextures::image(const PbrtParameters& from, std::strin
     }
     return std::nullopt;
   }
-  file = utf8_name(read->name);
+  file = utf8_text(read->name);
   const Sha256 asset = add_image(std::move(read->bytes), {.name = file, .place = from.place().text()}, loaded_);
   images_.emplace(written, std::pair(asset, file));
   return asset;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/scene_io/text_lines.h"
+#include "common/scene_io/statement_reader.h"
 
 namespace lightmill {
 

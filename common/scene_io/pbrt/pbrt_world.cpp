@@ -1,13 +1,12 @@
 #include "common/scene_io/pbrt/pbrt_world.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
+#include "common/base/text.h"
 #include "common/scene/validate/parts.h"
 #include "common/scene/validate/validate.h"
 #include "common/scene_io/mesh_edits.h"
-#include "common/scene_io/text_lines.h"
 #include "common/scene_io/transforms.h"
 
 namespace lightmill {
@@ -325,7 +324,7 @@ Result<LoadedScene> PbrtWorld::finish(const PbrtPlace& place_of_scene) {
   std::map<std::string, int> copies;  ///< materials of one name in the file
   for (const Use& use : uses_) {
     LM_ASSIGN_OR_RETURN(Material material, material_of(use));
-    const std::string name = utf8_name(material.name);
+    const std::string name = utf8_text(material.name);
     material.name = name;
     for (int& copy = copies.try_emplace(name, 1).first->second; !names.insert(material.name).second;) {
       material.name = fmt::format("{} ({})", name, ++copy);

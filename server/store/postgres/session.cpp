@@ -7,8 +7,8 @@
 #include <array>
 #include <cerrno>
 
-#include "common/base/library_text.h"
 #include "common/base/log.h"
+#include "common/base/text.h"
 
 namespace lightmill::postgres {
 namespace {

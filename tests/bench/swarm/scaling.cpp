@@ -11,7 +11,7 @@
 #include "common/base/check.h"
 #include "common/base/file.h"
 #include "common/base/machine_memory.h"
-#include "common/base/quantities.h"
+#include "common/base/number_text.h"
 #include "tests/bench/swarm/swarm.h"
 #include "tests/support/farm.h"
 

@@ -10,7 +10,7 @@
 #include "common/base/check.h"
 #include "common/base/machine_memory.h"
 #include "common/base/mutex.h"
-#include "common/base/quantities.h"
+#include "common/base/number_text.h"
 #include "common/film/tile_grid.h"
 #include "tests/bench/cpu_share.h"
 #include "tests/bench/swarm/swarm.h"

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "common/base/address.h"
-#include "common/base/library_text.h"
+#include "common/base/text.h"
 #include "common/command_line/daemon_options.h"
 
 namespace lightmill::test {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/base/text.h"
 #include "common/scene/mesh.h"
-#include "common/scene_io/text_lines.h"
 #include "common/wire/scene_proto.h"
 #include "tests/unit/scene_io/gltf_text.h"
 #include "tests/unit/scene_io/load_fixture.h"
@@ -217,8 +217,8 @@ TEST_F(Load, NamesInOtherEncodingsCanBePacked) {
   EXPECT_EQ(loaded->scene.name, "a\\xfc");
   const Result<Scene> unpacked = unpack_scene(pack_scene(loaded->scene));
   ASSERT_TRUE(unpacked.ok()) << unpacked.status();
-  EXPECT_EQ(utf8_name("gr\xc3\xbcn \xe2\x82\xac \xf0\x9f\x98\x80"), "gr\xc3\xbcn \xe2\x82\xac \xf0\x9f\x98\x80");
-  EXPECT_EQ(utf8_name("\xc0\x80\xed\xa0\x80\xe2\x82"), "\\xc0\\x80\\xed\\xa0\\x80\\xe2\\x82");
+  EXPECT_EQ(utf8_text("gr\xc3\xbcn \xe2\x82\xac \xf0\x9f\x98\x80"), "gr\xc3\xbcn \xe2\x82\xac \xf0\x9f\x98\x80");
+  EXPECT_EQ(utf8_text("\xc0\x80\xed\xa0\x80\xe2\x82"), "\\xc0\\x80\\xed\\xa0\\x80\\xe2\\x82");
 }
 
 TEST_F(Load, ACameraFileReplacesTheCamera) {

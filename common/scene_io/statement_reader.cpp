@@ -1,4 +1,4 @@
-#include "common/scene_io/text_lines.h"
+#include "common/scene_io/statement_reader.h"
 
 #include <charconv>
 #include <cmath>
@@ -18,28 +18,6 @@ std::string_view trim(std::string_view text) {
     text.remove_suffix(1);
   }
   return text;
-}
-
-/// The length of the well-formed UTF-8 sequence at the begin of the text (Unicode 15, table 3-7). 0 if there is none.
-std::size_t utf8_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<std::uint8_t>(text[i]) : 0u; };
-  const auto within = [&](std::size_t i, unsigned low, unsigned high) { return byte(i) >= low && byte(i) <= high; };
-  const unsigned first = byte(0);
-  if (first < 0x80) {
-    return text.empty() ? 0 : 1;
-  }
-  if (first >= 0xc2 && first <= 0xdf) {
-    return within(1, 0x80, 0xbf) ? 2 : 0;
-  }
-  if (first >= 0xe0 && first <= 0xef) {
-    const bool second = within(1, first == 0xe0 ? 0xa0 : 0x80, first == 0xed ? 0x9f : 0xbf);
-    return second && within(2, 0x80, 0xbf) ? 3 : 0;
-  }
-  if (first >= 0xf0 && first <= 0xf4) {
-    const bool second = within(1, first == 0xf0 ? 0x90 : 0x80, first == 0xf4 ? 0x8f : 0xbf);
-    return second && within(2, 0x80, 0xbf) && within(3, 0x80, 0xbf) ? 4 : 0;
-  }
-  return 0;
 }
 
 std::string_view without_comment(std::string_view line) {
@@ -119,29 +97,6 @@ std::optional<double> parse_number(std::string_view word) {
     return std::nullopt;
   }
   return value;
-}
-
-std::optional<std::int64_t> parse_integer(std::string_view word) {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) {
-    return std::nullopt;
-  }
-  return value;
-}
-
-std::string utf8_name(std::string_view name) {
-  std::string out;
-  while (!name.empty()) {
-    const std::size_t length = utf8_length(name);
-    if (length > 0) {
-      out.append(name.substr(0, length));
-    } else {
-      out += fmt::format("\\x{:02x}", static_cast<std::uint8_t>(name.front()));
-    }
-    name.remove_prefix(std::max<std::size_t>(length, 1));
-  }
-  return out;
 }
 
 }  // namespace lightmill

@@ -57,10 +57,4 @@ std::string_view take_word(std::string_view& text);
 /// Reads a whole word as a finite number. Nothing if it is not one.
 std::optional<double> parse_number(std::string_view word);
 
-/// Reads a whole word as an integer. Nothing if it is not one, or does not fit into 64 bits.
-std::optional<std::int64_t> parse_integer(std::string_view word);
-
-/// A name for a scene. Bytes that are not UTF-8 are written as \xHH.
-std::string utf8_name(std::string_view name);
-
 }  // namespace lightmill
