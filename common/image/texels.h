@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "common/base/status.h"
+
 namespace lightmill {
 
 /// An immutable array whose copies share their elements. A vector holds them, or memory that `owner` keeps alive.
@@ -52,5 +54,11 @@ inline constexpr std::int64_t kMaxTexturePixels = std::int64_t{1} << 28;
 inline std::uint64_t size_bytes(const Texels& texels) {
   return std::uint64_t{texels.bytes.size()} * 4 + std::uint64_t{texels.floats.size()} * 4;
 }
+
+/// INVALID_ARGUMENT, naming the first pixel that is infinite or NaN.
+Status check_finite(const Texels& texels);
+
+/// RESOURCE_EXHAUSTED for an image of more than `max_pixels`.
+Status check_pixels(int width, int height, std::int64_t max_pixels);
 
 }  // namespace lightmill

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "common/lights/closed_form_irradiance.h"
 #include "common/lights/photometry.h"
-#include "common/lights/sphere_irradiance.h"
 
 namespace lightmill {
 

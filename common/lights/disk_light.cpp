@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
+#include "common/lights/closed_form_irradiance.h"
 #include "common/lights/photometry.h"
-#include "common/lights/polygon_irradiance.h"
 
 namespace lightmill {
 

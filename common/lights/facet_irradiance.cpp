@@ -5,7 +5,7 @@
 #include <bit>
 #include <cmath>
 
-#include "common/lights/polygon_irradiance.h"
+#include "common/lights/closed_form_irradiance.h"
 
 namespace lightmill {
 namespace {

@@ -4,9 +4,9 @@
 // direction ω. Its projected area is π r² from everywhere, so its intensity from afar is I(ω). Its inside is dark.
 #pragma once
 
+#include "common/lights/closed_form_irradiance.h"
 #include "common/lights/emission_point.h"
 #include "common/lights/light_sample.h"
-#include "common/lights/sphere_irradiance.h"
 #include "common/lights/sphere_view.h"
 
 namespace lightmill {

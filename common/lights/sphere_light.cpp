@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/lights/closed_form_irradiance.h"
 #include "common/lights/photometry.h"
-#include "common/lights/sphere_irradiance.h"
 #include "common/lights/sphere_view.h"
 #include "common/math/transcendental.h"
 

@@ -6,14 +6,18 @@
 #include "common/base/text.h"
 #include "common/film/tile_grid.h"
 #include "common/scene/validate/validate.h"
+#include "common/scene_io/gltf/gltf.h"
 #include "common/scene_io/loaders.h"
 #include "common/scene_io/missing_parts.h"
+#include "common/scene_io/mitsuba/mitsuba.h"
+#include "common/scene_io/pbrt/pbrt.h"
 #include "common/wire/scene_json.h"
 
 namespace lightmill {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr std::uint64_t kMaxFileBytes = std::uint64_t{4} << 30;
 constexpr std::string_view kExpected =
     "a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb), a pbrt scene (.pbrt), a Mitsuba scene "
     "(.xml) or a .blend file is expected";
@@ -37,19 +41,34 @@ Result<fs::path> resolve(const fs::path& path, const SceneFiles& files) {
   return path;
 }
 
-Result<LoadedScene> load_files(const std::vector<fs::path>& files, const LoadOptions& options) {
-  if (lower_ending(files[0]) == ".json") {
-    return load_document(files[0], *options.files);
+/// Reads the scene in a file of at most `most_bytes`, and the files that it names.
+template <class Read>
+Result<LoadedScene> load_with(const Read& read, const fs::path& path, std::uint64_t most_bytes,
+                              const SceneFiles& files) {
+  LM_ASSIGN_OR_RETURN(std::string bytes, files.read(path, most_bytes));
+  LM_ASSIGN_OR_RETURN(LoadedScene loaded,
+                      read(std::move(bytes), path.string(), files_below(path.parent_path(), files, kMaxFileBytes)));
+  loaded.scene.name = utf8_text(path.stem().string());
+  return loaded;
+}
+
+Result<LoadedScene> load_files(const std::vector<fs::path>& paths, const LoadOptions& options) {
+  const SceneFiles& files = *options.files;
+  if (lower_ending(paths[0]) == ".json") {
+    return load_document(paths[0], files);
   }
-  if (lower_ending(files[0]) == ".pbrt") {
-    return load_pbrt(files[0], *options.files);
+  if (lower_ending(paths[0]) == ".pbrt") {
+    return load_with(read_pbrt, paths[0], kMaxFileBytes, files);
   }
-  if (lower_ending(files[0]) == ".xml") {
-    return load_mitsuba(files[0], *options.files);
+  if (lower_ending(paths[0]) == ".xml") {
+    return load_with(read_mitsuba, paths[0], kMaxDocumentBytes, files);
   }
   const bool light_the_dark = options.sky == SkyChoice::automatic;
-  return is_gltf(files[0]) ? load_gltf(files[0], light_the_dark, *options.files)
-                           : load_objs(files, options.ka, light_the_dark, *options.files);
+  const auto read = [&](std::string bytes, const std::string& name, FileSource named) {
+    return read_gltf(std::move(bytes), name, light_the_dark, std::move(named));
+  };
+  return is_gltf(paths[0]) ? load_with(read, paths[0], kMaxFileBytes, files)
+                           : load_objs(paths, options.ka, light_the_dark, files);
 }
 
 std::string names_of(const std::vector<NamedCamera>& cameras) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "common/image/read/opened_image.h"
-#include "common/image/texel_checks.h"
+#include "common/image/texels.h"
 
 namespace lightmill {
 namespace {

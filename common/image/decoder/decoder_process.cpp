@@ -14,7 +14,7 @@
 
 #include "common/base/file.h"
 #include "common/base/text.h"
-#include "common/image/texel_checks.h"
+#include "common/image/texels.h"
 
 namespace lightmill {
 namespace {

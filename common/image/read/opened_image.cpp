@@ -8,7 +8,7 @@
 #include "common/base/text.h"
 #include "common/image/exr.h"
 #include "common/image/read/image_format.h"
-#include "common/image/texel_checks.h"
+#include "common/image/texels.h"
 
 namespace lightmill {
 namespace {

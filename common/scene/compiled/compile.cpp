@@ -8,7 +8,6 @@
 #include "common/scene/compiled/convert.h"
 #include "common/scene/compiled/light_builder.h"
 #include "common/scene/compiled/mesh_sources.h"
-#include "common/scene/compiled/meter_surfaces.h"
 #include "common/scene/compiled/scene_images.h"
 #include "common/scene/compiled/world_frame.h"
 #include "common/scene/validate/validate.h"
@@ -80,7 +79,7 @@ class SceneCompiler {
     finish_lights(std::move(textures));
     LM_RETURN_IF_ERROR(out_->accel_->commit());
     out_->frame_ = frame_;
-    out_->meters_ = compile_meters(scene_.meters, frame_, MeterSurfaces(scene_, meshes_, maps_, bounds_, frame_));
+    out_->meters_ = compile_meters(scene_, meshes_, maps_, bounds_, frame_);
     out_->camera_ = camera_basis(scene_.camera, scene_.film.height, frame_);
     if (needs_media(scene_, bounds_)) {
       out_->features_.media = true;

@@ -5,12 +5,11 @@
 
 #include "common/math/vec.h"
 #include "common/scene/compiled/medium_table.h"
-#include "common/scene/compiled/world_frame.h"
-#include "common/scene/document.h"
+#include "common/scene/compiled/transform.h"
 
 namespace lightmill {
 
-class MeterSurfaces;
+struct ObjectMeshes;
 
 /// The place where a meter's estimates begin.
 struct CompiledMeter {
@@ -31,6 +30,8 @@ struct CompiledMeter {
 
 using MeterTable = std::vector<CompiledMeter>;
 
-MeterTable compile_meters(const std::vector<Meter>& meters, const WorldFrame& frame, const MeterSurfaces& surfaces);
+/// `maps` and `bounds` (in scene units): one per object.
+MeterTable compile_meters(const Scene& scene, const ObjectMeshes& meshes, const std::vector<Affine>& maps,
+                          const std::vector<Bounds>& bounds, const WorldFrame& frame);
 
 }  // namespace lightmill

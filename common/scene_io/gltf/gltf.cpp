@@ -3,10 +3,8 @@
 #include "common/base/text.h"
 #include "common/scene/validate/validate.h"
 #include "common/scene_io/assets.h"
-#include "common/scene_io/file_finder.h"
 #include "common/scene_io/gltf/gltf_materials.h"
 #include "common/scene_io/gltf/gltf_nodes.h"
-#include "common/scene_io/loaders.h"
 #include "common/scene_io/missing_parts.h"
 
 namespace lightmill {
@@ -176,15 +174,6 @@ Result<LoadedScene> read_gltf(std::string bytes, const std::string& file_name, b
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<GltfData> data,
                       GltfData::open(std::move(bytes), file_name, std::move(files)));
   return GltfScene(*data, file_name).read(light_the_dark);
-}
-
-Result<LoadedScene> load_gltf(const std::filesystem::path& path, bool light_the_dark, const SceneFiles& files) {
-  constexpr std::uint64_t kMaxBytes = std::uint64_t{4} << 30;
-  LM_ASSIGN_OR_RETURN(std::string bytes, files.read(path, kMaxBytes));
-  LM_ASSIGN_OR_RETURN(LoadedScene loaded, read_gltf(std::move(bytes), path.string(), light_the_dark,
-                                                    files_below(path.parent_path(), files, kMaxBytes)));
-  loaded.scene.name = utf8_text(path.stem().string());
-  return loaded;
 }
 
 }  // namespace lightmill

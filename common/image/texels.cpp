@@ -1,4 +1,4 @@
-#include "common/image/texel_checks.h"
+#include "common/image/texels.h"
 
 #include <cmath>
 
