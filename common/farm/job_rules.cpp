@@ -30,13 +30,13 @@ Status check_method(std::string_view text, const RenderSettings& settings) {
   return ok_status();
 }
 
-}  // namespace
-
 Status check_goal_seconds(double seconds) {
   return seconds > 0 && seconds <= kMaxGoalSeconds
              ? ok_status()
              : invalid_argument("must be more than 0 and at most {}, got {}", kMaxGoalSeconds, seconds);
 }
+
+}  // namespace
 
 Status check_goal_error(double error) {
   return error >= kLeastGoalError && std::isfinite(error)

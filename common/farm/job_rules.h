@@ -12,7 +12,6 @@ namespace lightmill {
 // Every check returns INVALID_ARGUMENT. Checks of a single number say what it must be, and the caller names it. The
 // others name the field.
 
-Status check_goal_seconds(double seconds);
 Status check_goal_error(double error);
 
 /// The most samples per pixel of a frame, so that no tile has more than kMaxSamples.

@@ -1,6 +1,7 @@
 #include "common/methods/photons/film_splats.h"
 
 #include <cmath>
+#include <numeric>
 
 #include "common/lights/light_sample.h"
 
@@ -87,10 +88,7 @@ FilmSplats::FilmSplats(const CompiledScene& scene, std::span<const Photon> photo
       }
     }
   }
-  std::uint32_t sum = 0;
-  for (std::uint32_t& first : first_) {
-    sum += std::exchange(first, sum);
-  }
+  std::exclusive_scan(first_.begin(), first_.end(), first_.begin(), std::uint32_t{0});
   std::vector<std::uint32_t> next = first_;
   splats_.resize(unsorted.size());
   for (const Splat& splat : unsorted) {

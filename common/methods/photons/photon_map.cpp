@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cmath>
+#include <numeric>
 
 #include "common/base/check.h"
 
@@ -41,10 +42,7 @@ PhotonMap::PhotonMap(std::span<const Photon> photons, std::span<const std::uint3
     unsorted.push_back({cell_of(coordinate(p.x), coordinate(p.y), coordinate(p.z)), p, number});
     ++first_[bucket(unsorted.back().cell)];
   }
-  std::uint32_t sum = 0;
-  for (std::uint32_t& first : first_) {
-    sum += std::exchange(first, sum);
-  }
+  std::exclusive_scan(first_.begin(), first_.end(), first_.begin(), std::uint32_t{0});
   std::vector<std::uint32_t> next = first_;
   entries_.resize(unsorted.size());
   for (const Entry& entry : unsorted) {
