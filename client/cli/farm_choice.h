@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <memory>
-#include <string>
 
 #include "client/cli/console.h"
 #include "client/cli/context.h"

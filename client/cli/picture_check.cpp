@@ -3,9 +3,9 @@
 #include <bit>
 #include <cmath>
 
-#include "client/cli/film_fetch.h"
 #include "common/base/file.h"
 #include "common/image/exr.h"
+#include "common/wire/film_assembly.h"
 
 namespace lightmill::cli {
 namespace {

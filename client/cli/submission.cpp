@@ -1,6 +1,6 @@
 #include "client/cli/submission.h"
 
-#include "client/cli/units.h"
+#include "common/base/number_text.h"
 #include "common/wire/farm_messages.h"
 
 namespace lightmill::cli {

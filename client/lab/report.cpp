@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "client/chart/chart.h"
 #include "client/lab/analysis.h"

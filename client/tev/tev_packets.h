@@ -2,7 +2,6 @@
 // https://github.com/Tom94/tev, README, "Over the network"; src/Ipc.cpp has the layout of packets.
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>

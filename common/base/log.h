@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdint>
-#include <string>
 #include <string_view>
 
 #include "common/base/digest.h"

@@ -1,7 +1,6 @@
 // Results of light sampling, and helpers that all lights share.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "common/math/vec.h"

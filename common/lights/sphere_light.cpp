@@ -1,6 +1,5 @@
 #include "common/lights/sphere_light.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "common/lights/closed_form_irradiance.h"

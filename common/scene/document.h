@@ -4,7 +4,6 @@
 // scene units (metres if it matters), angles in degrees. y up is customary but not required.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 

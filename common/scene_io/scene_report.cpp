@@ -4,7 +4,6 @@
 
 #include "common/base/number_text.h"
 #include "common/methods/spec/method_spec.h"
-#include "common/planner/method_plan.h"
 #include "common/scene/mesh.h"
 #include "common/scene/meter_reading.h"
 #include "common/scene_io/assets.h"

@@ -4,9 +4,6 @@
 // the wrong field. So its results are safe to use. Both are stateless.
 #pragma once
 
-#include <string>
-#include <string_view>
-
 #include "common/base/status.h"
 #include "common/farm/job.h"
 #include "common/farm/messages.h"

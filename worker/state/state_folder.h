@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 
 #include "common/base/file_lock.h"
 #include "common/base/status.h"

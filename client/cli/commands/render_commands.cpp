@@ -11,7 +11,6 @@
 #include "client/cli/progress.h"
 #include "client/cli/render_options.h"
 #include "client/cli/submission.h"
-#include "client/cli/units.h"
 
 namespace lightmill::cli {
 namespace {

@@ -7,7 +7,6 @@
 #include "client/cli/job_json.h"
 #include "client/cli/table.h"
 #include "client/cli/top_view.h"
-#include "client/cli/units.h"
 #include "common/base/number_text.h"
 
 namespace lightmill::cli {

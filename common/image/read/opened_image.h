@@ -4,7 +4,6 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
-#include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>

@@ -1,6 +1,5 @@
 #include "common/methods/raycast/local_shading.h"
 
-#include "common/base/check.h"
 #include "common/methods/surface_bsdf.h"
 
 namespace lightmill {

@@ -1,7 +1,5 @@
 #include "common/scene/compiled/mesh_sources.h"
 
-#include "common/scene/compiled/convert.h"
-
 namespace lightmill {
 namespace {
 

@@ -1,5 +1,4 @@
 // Buffer views and accessors of GltfData.
-#include <cmath>
 
 #include "common/base/check.h"
 #include "common/scene_io/gltf/gltf_data.h"

@@ -4,7 +4,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <vector>
 
 #include "common/scene_io/gltf/gltf_mesh.h"
 #include "common/scene_io/load.h"

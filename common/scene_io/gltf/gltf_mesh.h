@@ -2,8 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "common/scene/mesh.h"
 #include "common/scene_io/gltf/gltf_data.h"

@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "common/base/text.h"
-#include "common/scene/validate/validate.h"
 #include "common/scene_io/transforms.h"
 
 namespace lightmill {

@@ -1,7 +1,6 @@
 #include "common/scene_io/pbrt/pbrt_spectra.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace lightmill {
 namespace {

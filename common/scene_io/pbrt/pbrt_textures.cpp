@@ -1,7 +1,6 @@
 #include "common/scene_io/pbrt/pbrt_textures.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/base/text.h"
 #include "common/scene_io/tiny_image.h"

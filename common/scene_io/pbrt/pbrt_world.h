@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <set>
 
 #include "common/scene_io/pbrt/pbrt_lights.h"
 #include "common/scene_io/pbrt/pbrt_materials.h"
