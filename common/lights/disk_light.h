@@ -1,7 +1,6 @@
 // Disks, ellipses and rectangles that shine on one side.
 #pragma once
 
-#include "common/lights/emission_point.h"
 #include "common/lights/light_sample.h"
 #include "common/math/transcendental.h"
 

@@ -3,7 +3,7 @@
 
 #include <map>
 
-#include "common/lights/emission_point.h"
+#include "common/lights/light_sample.h"
 #include "common/lights/surface_emission.h"
 #include "common/materials/texture.h"
 

@@ -5,7 +5,6 @@
 #pragma once
 
 #include "common/lights/closed_form_irradiance.h"
-#include "common/lights/emission_point.h"
 #include "common/lights/light_sample.h"
 #include "common/lights/sphere_view.h"
 

@@ -1,7 +1,7 @@
 // Emission of all kinds of lights, by light number: start points of light paths, and intensity by direction.
 #pragma once
 
-#include "common/lights/emission_point.h"
+#include "common/lights/light_sample.h"
 #include "common/lights/light_table.h"
 #include "common/lights/photon_aim.h"
 

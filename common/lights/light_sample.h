@@ -1,4 +1,4 @@
-// Results of light sampling, and helpers that all lights share.
+// Results of light sampling, start points of light paths, and helpers that all lights share.
 #pragma once
 
 #include <vector>
@@ -26,6 +26,25 @@ inline LightSample8 merge(M8 lanes, const LightSample8& a, const LightSample8& b
           select(lanes, a.pdf_solid_angle, b.pdf_solid_angle),
           (a.valid & lanes) | and_not(b.valid, lanes),
           U8(0u)};
+}
+
+/// A point on an emissive surface, or the position of a light without extent. Then only `point` has a meaning.
+struct EmissionPoint8 {
+  V8 point;
+  V8 normal;     ///< unit, to the emitting side; to either side if both emit
+  F8 offset;     ///< along the normal, so that a ray does not hit the surface again
+  F8 area;       ///< 1 / pdf_area
+  V8 texture;    ///< factor of the surface's radiance
+  M8 surface;    ///< false for lights without extent
+  M8 two_sided;  ///< light leaves both sides
+};
+
+/// `lanes` of a, else b.
+inline EmissionPoint8 merge(M8 lanes, const EmissionPoint8& a, const EmissionPoint8& b) {
+  return {select(lanes, a.point, b.point),        select(lanes, a.normal, b.normal),
+          select(lanes, a.offset, b.offset),      select(lanes, a.area, b.area),
+          select(lanes, a.texture, b.texture),    select(lanes, a.surface, b.surface),
+          select(lanes, a.two_sided, b.two_sided)};
 }
 
 /// Distance at which shadow rays to distant lights end. It lies beyond any scene, whose bounded shapes lie within 2^21.

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "common/lights/emission_point.h"
+#include "common/lights/light_sample.h"
 #include "common/lights/photon_targets.h"
 #include "common/sampling/sobol.h"
 

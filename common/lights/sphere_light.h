@@ -1,7 +1,7 @@
 // Emissive spheres.
 #pragma once
 
-#include "common/lights/emission_point.h"
+#include "common/lights/light_sample.h"
 #include "common/lights/surface_emission.h"
 
 namespace lightmill {

@@ -15,7 +15,16 @@ inline constexpr std::uint32_t kFirstPathDecision = 1;
 inline constexpr std::uint32_t kLensDecision = 0x40000000;  ///< above the decisions of path vertices
 
 /// Sets the scrambles of a tile's pixels in one half: one per pixel, row by row.
-void fill_pixel_seeds(const PixelRect& tile, std::uint64_t seed, std::uint32_t half, std::vector<std::uint32_t>& out);
+inline void fill_pixel_seeds(const PixelRect& tile, std::uint64_t seed, std::uint32_t half,
+                             std::vector<std::uint32_t>& out) {
+  out.clear();
+  for (int y = tile.y; y < tile.y + tile.height; ++y) {
+    for (int x = tile.x; x < tile.x + tile.width; ++x) {
+      out.push_back(pixel_seed(seed, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), half));
+    }
+  }
+  out.resize(out.size() + 8, 0);  // reads are eight wide
+}
 
 /// Rays through film positions x, y, in pixels of the full film. (0,0) is the upper left corner.
 inline Ray8 camera_rays(const CompiledScene& scene, F8 x, F8 y) {

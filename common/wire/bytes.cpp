@@ -1,7 +1,14 @@
 #include "common/wire/bytes.h"
 
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+#include <google/protobuf/message_lite.h>
+
 #include <bit>
 #include <cstring>
+#include <limits>
+
+#include "common/base/check.h"
 
 namespace lightmill {
 
@@ -62,6 +69,22 @@ Result<Hash128> trace_from_bytes(std::string_view bytes) {
   }
   Result<Hash128> trace = hash_from_bytes(bytes);
   return trace.ok() ? std::move(trace) : with_context(trace.status(), "trace_id");
+}
+
+std::string deterministic_bytes(const google::protobuf::MessageLite& message) {
+  std::string bytes;
+  {
+    google::protobuf::io::StringOutputStream stream(&bytes);
+    google::protobuf::io::CodedOutputStream coded(&stream);
+    coded.SetSerializationDeterministic(true);
+    LM_CHECK(message.SerializeToCodedStream(&coded), "a message that cannot be serialised");
+  }
+  return bytes;
+}
+
+bool parse_bytes(std::string_view bytes, google::protobuf::MessageLite* message) {
+  return bytes.size() <= static_cast<std::size_t>(std::numeric_limits<int>::max()) &&
+         message->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
 }
 
 }  // namespace lightmill

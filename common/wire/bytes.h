@@ -1,4 +1,4 @@
-// Floats and digests as bytes of messages.
+// Floats and digests as bytes of messages, and messages as bytes.
 #pragma once
 
 #include <span>
@@ -8,6 +8,10 @@
 
 #include "common/base/digest.h"
 #include "common/base/status.h"
+
+namespace google::protobuf {
+class MessageLite;
+}
 
 namespace lightmill {
 
@@ -31,5 +35,11 @@ Result<Hash128> hash_from_bytes(std::string_view bytes);
 
 /// The `trace_id` of a message. Zero if the other program does not send traces.
 Result<Hash128> trace_from_bytes(std::string_view bytes);
+
+/// The message's bytes, for digests: fields in ascending order, maps sorted. Equal messages give equal bytes.
+std::string deterministic_bytes(const google::protobuf::MessageLite& message);
+
+/// Whether `bytes` are a message of this type. If so, fills `message`.
+bool parse_bytes(std::string_view bytes, google::protobuf::MessageLite* message);
 
 }  // namespace lightmill

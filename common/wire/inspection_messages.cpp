@@ -1,7 +1,6 @@
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "common/wire/limits.h"
-#include "common/wire/texts.h"
 #include "lightmill/v1/render_service.pb.h"
 #include "lightmill/v1/worker_service.pb.h"
 

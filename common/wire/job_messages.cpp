@@ -3,7 +3,6 @@
 #include "common/wire/enum_table.h"
 #include "common/wire/farm_messages.h"
 #include "common/wire/limits.h"
-#include "common/wire/texts.h"
 #include "lightmill/v1/farm.pb.h"
 #include "lightmill/v1/render_service.pb.h"
 

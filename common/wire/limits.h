@@ -2,9 +2,12 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/base/status.h"
+#include "common/base/text.h"
 
 namespace lightmill {
 
@@ -38,6 +41,24 @@ inline Status check_count(std::string_view field, int count, std::size_t limit) 
     return invalid_argument("{}: {} entries are more than the limit of {}", field, count, limit);
   }
   return ok_status();
+}
+
+/// Reads a repeated field of strings: at most kMaxMethodNotes, of at most kMaxReasonBytes each.
+template <class Repeated>
+Result<std::vector<std::string>> texts_from_wire(std::string_view field, const Repeated& texts) {
+  if (static_cast<std::size_t>(texts.size()) > kMaxMethodNotes) {
+    return invalid_argument("{}: {} are more than the limit of {}", field, texts.size(), kMaxMethodNotes);
+  }
+  for (const std::string& text : texts) {
+    LM_RETURN_IF_ERROR(check_length(field, text, kMaxReasonBytes));
+  }
+  return std::vector<std::string>(texts.begin(), texts.end());
+}
+
+/// A sentence made fit for a message: it may quote files with any bytes. Protobuf refuses a whole message with an
+/// invalid string, and the stream would end.
+inline std::string sentence(std::string_view text) {
+  return cut_text(printable(text, true), kMaxReasonBytes - std::string_view("…").size());
 }
 
 }  // namespace lightmill

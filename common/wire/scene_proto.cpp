@@ -6,7 +6,7 @@
 
 #include "common/base/check.h"
 #include "common/scene/validate/validate.h"
-#include "common/wire/deterministic.h"
+#include "common/wire/bytes.h"
 #include "common/wire/limits.h"
 #include "common/wire/scene_parts.h"
 #include "lightmill/v1/scene.pb.h"

@@ -5,7 +5,6 @@
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "common/wire/limits.h"
-#include "common/wire/texts.h"
 #include "lightmill/v1/worker_service.pb.h"
 
 namespace lightmill {

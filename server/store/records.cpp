@@ -7,7 +7,6 @@
 #include "common/base/overloaded.h"
 #include "common/base/text.h"
 #include "common/wire/bytes.h"
-#include "common/wire/deterministic.h"
 #include "common/wire/enum_table.h"
 #include "common/wire/farm_messages.h"
 #include "lightmill/stored/v1/stored.pb.h"

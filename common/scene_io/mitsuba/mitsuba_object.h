@@ -6,7 +6,7 @@
 
 #include "common/scene/document.h"
 #include "common/scene_io/faults.h"
-#include "common/scene_io/place.h"
+#include "common/scene_io/source_place.h"
 
 namespace lightmill {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "common/scene_io/place.h"
+#include "common/scene_io/source_place.h"
 
 namespace lightmill {
 
