@@ -164,11 +164,8 @@ Result<LoadedScene> load_blend(const fs::path& path, const LoadOptions& options,
   document_options.camera.clear();
   document_options.sky = SkyChoice::off;  // a Blender scene states its own world
   const std::array<fs::path, 1> document{folder / "scene.json"};
-  Result<LoadedScene> read = lightmill::load_scene(document, document_options);
-  if (!read.ok()) {
-    return with_context(read.status(), path.string());
-  }
-  LoadedScene loaded = *std::move(read);
+  LM_ASSIGN_OR_RETURN(LoadedScene loaded,
+                      with_context(lightmill::load_scene(document, document_options), path.string()));
   loaded.scene.name = utf8_text(path.stem().string());
   for (ImageAsset& image : loaded.images) {
     image.place = path.string();  // the document is deleted before this place is printed
@@ -176,9 +173,7 @@ Result<LoadedScene> load_blend(const fs::path& path, const LoadOptions& options,
   LM_RETURN_IF_ERROR(choose_view(report, options, loaded));
   choose_sky(options.sky, loaded);
   loaded.notices.insert(loaded.notices.end(), report.notices.begin(), report.notices.end());
-  if (const Status valid = validate(loaded.scene); !valid.ok()) {
-    return with_context(valid, path.string());
-  }
+  LM_RETURN_IF_ERROR(with_context(validate(loaded.scene), path.string()));
   return loaded;
 }
 

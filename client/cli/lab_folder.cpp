@@ -54,11 +54,7 @@ Result<LabFolder> LabFolder::open(const fs::path& path) {
     return folder;
   }
   LM_ASSIGN_OR_RETURN(const std::string text, read_file(file));
-  Result<lab::ResultSet> results = lab::read_lines(text);
-  if (!results.ok()) {
-    return with_context(results.status(), file.string());
-  }
-  folder.results_ = std::move(*results);
+  LM_ASSIGN_OR_RETURN(folder.results_, with_context(lab::read_lines(text), file.string()));
   return folder;
 }
 
@@ -99,9 +95,7 @@ Status LabFolder::measure_others(const LabPlan& plan, const std::vector<LabRefer
     const RgbImage& reference = references[other.scene].picture;
     LM_ASSIGN_OR_RETURN(const RgbImage picture, load_rgb(made.file));
     lab::LabResult result;
-    if (const Status status = lab::compare(picture, reference, result); !status.ok()) {
-      return with_context(status, made.file);
-    }
+    LM_RETURN_IF_ERROR(with_context(lab::compare(picture, reference, result), made.file));
     result.key = other.key;
     result.scene = made.scene;
     result.method = made.method;

@@ -49,12 +49,9 @@ Result<LabSceneJob> prepare(const lab::LabScene& scene, const lab::Experiment& e
   if (experiment.width > 0) {
     options.size = fmt::format("{}x{}", experiment.width, experiment.height);
   }
-  Result<PreparedJob> job = make_job(options, signals);
-  if (!job.ok()) {
-    return with_context(job.status(), "scene " + scene.name);
-  }
-  job->spec.settings.meters = 0;  // the lab shows no readings, so it renders no meters
-  return LabSceneJob{scene, std::move(*job), ""};
+  LM_ASSIGN_OR_RETURN(PreparedJob job, with_context(make_job(options, signals), "scene " + scene.name));
+  job.spec.settings.meters = 0;  // the lab shows no readings, so it renders no meters
+  return LabSceneJob{scene, std::move(job), ""};
 }
 
 /// Reads the pictures of other programs, and gives each its level.
@@ -189,11 +186,9 @@ Result<LabPlan> make_lab_plan(const std::string& experiment_file, Signals& signa
     return as_input_error(text.status());
   }
   LabPlan plan;
-  Result<lab::Experiment> experiment = lab::parse_experiment(*text, fs::path(experiment_file).parent_path());
-  if (!experiment.ok()) {
-    return with_context(experiment.status(), experiment_file);
-  }
-  plan.experiment = std::move(*experiment);
+  LM_ASSIGN_OR_RETURN(
+      plan.experiment,
+      with_context(lab::parse_experiment(*text, fs::path(experiment_file).parent_path()), experiment_file));
   for (std::size_t m = 0; m < plan.experiment.methods.size(); ++m) {
     LM_RETURN_IF_ERROR(
         with_context(check_method(plan.experiment.methods[m], fmt::format("methods[{}]", m)), experiment_file));
@@ -202,15 +197,12 @@ Result<LabPlan> make_lab_plan(const std::string& experiment_file, Signals& signa
     if (scene.reference.file.empty()) {
       LM_RETURN_IF_ERROR(with_context(check_method(scene.reference.method, "reference.method"), experiment_file));
     }
-    Result<LabSceneJob> prepared = prepare(scene, plan.experiment, signals);
-    if (!prepared.ok()) {
-      return with_context(prepared.status(), experiment_file);
-    }
-    LM_ASSIGN_OR_RETURN(prepared->reference_key, reference_key(plan, *prepared));
+    LM_ASSIGN_OR_RETURN(LabSceneJob prepared, with_context(prepare(scene, plan.experiment, signals), experiment_file));
+    LM_ASSIGN_OR_RETURN(prepared.reference_key, reference_key(plan, prepared));
     if (!scene.reference.file.empty()) {
-      LM_RETURN_IF_ERROR(with_context(check_reference_file(*prepared, plan), experiment_file));
+      LM_RETURN_IF_ERROR(with_context(check_reference_file(prepared, plan), experiment_file));
     }
-    plan.scenes.push_back(std::move(*prepared));
+    plan.scenes.push_back(std::move(prepared));
   }
   for (const std::uint64_t seed : plan.experiment.seeds) {
     for (std::size_t scene = 0; scene < plan.scenes.size(); ++scene) {

@@ -64,15 +64,12 @@ Result<Goal> checked_goal(Goal goal) {
 }
 
 Result<MethodSpec> checked_method(const RenderSettings& settings) {
-  Result<MethodSpec> method = parse_method(settings.method);
-  if (!method.ok()) {
-    return with_context(method.status(), "--method");
+  LM_ASSIGN_OR_RETURN(MethodSpec method, with_context(parse_method(settings.method), "--method"));
+  if (settings.max_bounces > 0 && !method_bounces(method.name)) {
+    return invalid_argument("--max-bounces has no effect with {}, which traces no light paths", method.name);
   }
-  if (settings.max_bounces > 0 && !method_bounces(method->name)) {
-    return invalid_argument("--max-bounces has no effect with {}, which traces no light paths", method->name);
-  }
-  const Status status = check_max_bounces(method->name, settings.max_bounces);
-  return status.ok() ? std::move(method) : Result<MethodSpec>(with_context(status, "--max-bounces"));
+  LM_RETURN_IF_ERROR(with_context(check_max_bounces(method.name, settings.max_bounces), "--max-bounces"));
+  return method;
 }
 
 Result<std::vector<LayerSpec>> make_layers(std::string_view text, bool denoise, std::string_view method) {
@@ -85,11 +82,8 @@ Result<std::vector<LayerSpec>> make_layers(std::string_view text, bool denoise, 
   if (denoise && std::ranges::find(names, kFeaturesLayer) == names.end()) {
     names.emplace_back(kFeaturesLayer);
   }
-  Result<std::vector<LayerSpec>> layers = film_layers(names);
-  const Status status = layers.ok() ? check_method_layers(method, *layers) : layers.status();
-  if (!status.ok()) {
-    return with_context(status, "--layers");
-  }
+  LM_ASSIGN_OR_RETURN(std::vector<LayerSpec> layers, with_context(film_layers(names), "--layers"));
+  LM_RETURN_IF_ERROR(with_context(check_method_layers(method, layers), "--layers"));
   return layers;
 }
 
@@ -179,12 +173,8 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
   LM_ASSIGN_OR_RETURN(const MethodSpec spec, checked_method(settings));
   LM_ASSIGN_OR_RETURN(settings.layers, make_layers(options.layers, options.denoise, spec.name));
   LM_ASSIGN_OR_RETURN(job.scene, load_scene(options.scene, signals));
-  if (const Status status = check_method_media(spec.name, has_scattering_media(job.scene.scene)); !status.ok()) {
-    return with_context(status, "--method");
-  }
-  if (const Status status = check_light_groups(settings.layers, light_groups_of(job.scene.scene)); !status.ok()) {
-    return with_context(status, "--layers");
-  }
+  LM_RETURN_IF_ERROR(with_context(check_method_media(spec.name, has_scattering_media(job.scene.scene)), "--method"));
+  LM_RETURN_IF_ERROR(with_context(check_light_groups(settings.layers, light_groups_of(job.scene.scene)), "--layers"));
   FilmSettings& film = job.scene.scene.film;
   if (!options.size.empty()) {
     LM_ASSIGN_OR_RETURN(std::tie(film.width, film.height), parse_size(options.size));

@@ -107,15 +107,12 @@ std::uint64_t negative_pixels(const Texels& texels) {
 
 Status check_image(DecoderProcess& decoder, const ImageAsset& image, LoadedScene& loaded) {
   const ByteView bytes = as_byte_view(loaded.assets.at(image.asset));
-  const Result<ImageSize> size = decoder.size(bytes, image.name);
-  const Result<Texels> texels = size.ok() ? decoder.decode(bytes, image.name) : size.status();
-  if (!texels.ok()) {
-    return with_context(texels.status(), image.place);
-  }
-  LM_RETURN_IF_ERROR(check_image_header(image, *size, loaded.notices));
-  if (const std::uint64_t negative = negative_pixels(*texels); negative > 0) {
+  LM_ASSIGN_OR_RETURN(const ImageSize size, with_context(decoder.size(bytes, image.name), image.place));
+  LM_ASSIGN_OR_RETURN(const Texels texels, with_context(decoder.decode(bytes, image.name), image.place));
+  LM_RETURN_IF_ERROR(check_image_header(image, size, loaded.notices));
+  if (const std::uint64_t negative = negative_pixels(texels); negative > 0) {
     loaded.notices.push_back(fmt::format("{}: {}: {} of {} pixels have negative values, which count as 0", image.place,
-                                         image.name, negative, std::int64_t{texels->width} * texels->height));
+                                         image.name, negative, std::int64_t{texels.width} * texels.height));
   }
   return ok_status();
 }

@@ -58,6 +58,10 @@ inline Status with_context(const Status& status, std::string_view context) {
   }
   return make_error(status.code(), "{}: {}", context, message_of(status));
 }
+template <class T>
+Result<T> with_context(Result<T> result, std::string_view context) {
+  return result.ok() ? std::move(result) : Result<T>(with_context(result.status(), context));
+}
 
 }  // namespace lightmill
 

@@ -11,20 +11,13 @@ namespace {
 
 /// Whether the job can be rendered by this method.
 Status check_method(std::string_view text, const RenderSettings& settings) {
-  const Result<MethodSpec> method = parse_method(text);
-  if (!method.ok()) {
-    return with_context(method.status(), "settings.method");
-  }
-  if (method->name == kAutoMethod) {
+  LM_ASSIGN_OR_RETURN(const MethodSpec method, with_context(parse_method(text), "settings.method"));
+  if (method.name == kAutoMethod) {
     return invalid_argument("settings.method: {} has no candidate methods", text);
   }
-  if (const Status status = check_max_bounces(method->name, settings.max_bounces); !status.ok()) {
-    return with_context(status, "settings.max_bounces");
-  }
-  if (const Status status = check_method_layers(method->name, settings.layers); !status.ok()) {
-    return with_context(status, "settings.layers");
-  }
-  if (settings.meters > 0 && !method_reads_meters(method->name)) {
+  LM_RETURN_IF_ERROR(with_context(check_max_bounces(method.name, settings.max_bounces), "settings.max_bounces"));
+  LM_RETURN_IF_ERROR(with_context(check_method_layers(method.name, settings.layers), "settings.layers"));
+  if (settings.meters > 0 && !method_reads_meters(method.name)) {
     return invalid_argument("settings.meters: method {} reads none, got {}", text, settings.meters);
   }
   return ok_status();

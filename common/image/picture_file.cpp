@@ -47,24 +47,14 @@ Result<std::string> encode_picture(const FilmPicture& picture, PictureFormat for
 Result<RgbImage> load_rgb(const fs::path& path) {
   LM_ASSIGN_OR_RETURN(const PictureFormat format, picture_format(path));
   LM_ASSIGN_OR_RETURN(const std::string bytes, read_file(path));
-  Result<RgbImage> image =
-      format == PictureFormat::exr ? rgb_of_exr(as_byte_view(bytes)) : decode_png(as_byte_view(bytes));
-  if (!image.ok()) {
-    return with_context(image.status(), path.string());
-  }
-  return image;
+  return with_context(format == PictureFormat::exr ? rgb_of_exr(as_byte_view(bytes)) : decode_png(as_byte_view(bytes)),
+                      path.string());
 }
 
 Result<FilmPicture> load_film_picture(const fs::path& path) {
   LM_ASSIGN_OR_RETURN(const std::string bytes, read_file(path));
-  Result<Image> image = decode_exr(as_byte_view(bytes));
-  if (!image.ok()) {
-    return with_context(image.status(), path.string());
-  }
-  Result<FilmPicture> picture = from_image(*image);
-  if (!picture.ok()) {
-    return with_context(picture.status(), path.string());
-  }
+  LM_ASSIGN_OR_RETURN(const Image image, with_context(decode_exr(as_byte_view(bytes)), path.string()));
+  LM_ASSIGN_OR_RETURN(FilmPicture picture, with_context(from_image(image), path.string()));
   return picture;
 }
 

@@ -189,9 +189,7 @@ Result<Mesh> decode_mesh(ByteView bytes) {
   mesh.colors = take_array<std::array<float, 4>>(bytes, (header.flags & kHasColors) != 0 ? positions : 0);
   mesh.tangents = take_array<std::array<float, 4>>(bytes, (header.flags & kHasTangents) != 0 ? positions : 0);
   mesh.triangles = take_array<std::array<std::uint32_t, 3>>(bytes, header.triangles);
-  if (Status status = validate(mesh); !status.ok()) {
-    return with_context(status, "mesh");
-  }
+  LM_RETURN_IF_ERROR(with_context(validate(mesh), "mesh"));
   return mesh;
 }
 

@@ -26,11 +26,8 @@ Sha256 add_image(std::string bytes, ImageAsset image, LoadedScene& loaded) {
 
 Result<Sha256> add_image_file(const SceneFiles& files, const std::filesystem::path& path, ImageAsset image,
                               LoadedScene& loaded) {
-  Result<std::string> bytes = files.read(path, kMaxImageBytes);
-  if (!bytes.ok()) {
-    return with_context(bytes.status(), image.place);
-  }
-  return add_image(*std::move(bytes), std::move(image), loaded);
+  LM_ASSIGN_OR_RETURN(std::string bytes, with_context(files.read(path, kMaxImageBytes), image.place));
+  return add_image(std::move(bytes), std::move(image), loaded);
 }
 
 Result<ObjFile> read_obj_file(const SceneFiles& files, const std::filesystem::path& path, Faults& faults) {

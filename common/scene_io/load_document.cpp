@@ -60,11 +60,7 @@ class DocumentLoader {
     const fs::path path = folder_ / shape->file;
     const auto [found, added] = files_.try_emplace(path.string());
     if (added) {
-      Result<ObjFile> file = read_obj_file(sources_, path, loaded_.faults);
-      if (!file.ok()) {
-        return with_context(file.status(), place_of(field));
-      }
-      found->second = *std::move(file);
+      LM_ASSIGN_OR_RETURN(found->second, with_context(read_obj_file(sources_, path, loaded_.faults), place_of(field)));
       append_notices(found->second.notices, loaded_.notices);
     }
     const ObjFile& file = found->second;
@@ -92,15 +88,12 @@ class DocumentLoader {
     if (auto* ies = std::get_if<IesLight>(&light.kind)) {
       const std::string field = fmt::format("lights[{}].ies.file", index);
       const fs::path path = folder_ / ies->file;
-      Result<std::string> text = sources_.read(path, kMaxIesBytes);
-      const Result<IesProfile> profile = text.ok() ? read_ies(*text, path.string()) : text.status();
-      if (!profile.ok()) {
-        return with_context(profile.status(), place_of(field));
-      }
-      for (const std::string& notice : profile->notices) {
+      LM_ASSIGN_OR_RETURN(std::string text, with_context(sources_.read(path, kMaxIesBytes), place_of(field)));
+      LM_ASSIGN_OR_RETURN(const IesProfile profile, with_context(read_ies(text, path.string()), place_of(field)));
+      for (const std::string& notice : profile.notices) {
         loaded_.notices.push_back(fmt::format("{}: {}: {}", place_of(field), path.string(), notice));
       }
-      ies->asset = add_bytes(*std::move(text), loaded_);
+      ies->asset = add_bytes(std::move(text), loaded_);
     } else if (auto* environment = std::get_if<EnvironmentLight>(&light.kind);
                environment != nullptr && environment->has_image) {
       const std::string field = fmt::format("lights[{}].environment.file", index);

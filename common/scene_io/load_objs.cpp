@@ -79,11 +79,10 @@ bool same_definition(const MtlMaterial& a, const MtlMaterial& b) {
 Status load_libraries(ObjWithMaterials& file, const SceneFiles& files, FileFinder& finder, LoadedScene& loaded) {
   for (const ObjLibrary& library : file.obj.libraries) {
     for (const fs::path& path : library_files(file, library, finder, loaded.faults)) {
-      const Result<std::string> text = files.read(path, kMaxMtlBytes);
-      if (!text.ok()) {
-        return with_context(text.status(), fmt::format("{}:{}: mtllib", file.path.string(), library.line));
-      }
-      for (const MtlMaterial& material : read_mtl(*text, path.string(), loaded.faults)) {
+      LM_ASSIGN_OR_RETURN(
+          const std::string text,
+          with_context(files.read(path, kMaxMtlBytes), fmt::format("{}:{}: mtllib", file.path.string(), library.line)));
+      for (const MtlMaterial& material : read_mtl(text, path.string(), loaded.faults)) {
         const auto [known, added] = file.by_name.try_emplace(material.name, file.materials.size());
         if (!added) {
           if (const MtlMaterial& first = file.materials[known->second]; !same_definition(first, material)) {

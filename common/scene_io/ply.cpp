@@ -66,9 +66,7 @@ class PlyReader {
     if (std::ranges::any_of(mesh_.normals, [](const auto& n) { return n == std::array<float, 3>{}; })) {
       mesh_.normals.clear();
     }
-    if (const Status valid = validate(mesh_); !valid.ok()) {
-      return with_context(valid, file_name_);
-    }
+    LM_RETURN_IF_ERROR(with_context(validate(mesh_), file_name_));
     return std::move(mesh_);
   }
 

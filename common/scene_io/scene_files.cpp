@@ -83,12 +83,9 @@ Result<std::string> UploadedFiles::read(const fs::path& path, std::uint64_t limi
         "{}: is not among the uploaded files: add it with the path that the scene uses, relative to the other files",
         path.string());
   }
-  Result<std::string> bytes = fetch_(found->second);
-  if (!bytes.ok()) {
-    return with_context(bytes.status(), path.string());
-  }
-  if (bytes->size() > limit_bytes) {
-    return invalid_argument("{}: has {} bytes, more than {}", path.string(), bytes->size(), limit_bytes);
+  LM_ASSIGN_OR_RETURN(std::string bytes, with_context(fetch_(found->second), path.string()));
+  if (bytes.size() > limit_bytes) {
+    return invalid_argument("{}: has {} bytes, more than {}", path.string(), bytes.size(), limit_bytes);
   }
   return bytes;
 }

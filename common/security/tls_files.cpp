@@ -56,10 +56,6 @@ Result<std::string> read_key(const std::string& file, const std::string& certifi
   return pem;
 }
 
-Result<std::string> with_place(Result<std::string> text, const char* option, const std::string& file) {
-  return text.ok() ? std::move(text) : with_context(text.status(), place(option, file));
-}
-
 }  // namespace
 
 Result<TlsTexts> read_tls_files(const TlsFiles& files, std::int64_t now_unix_s) {
@@ -68,14 +64,15 @@ Result<TlsTexts> read_tls_files(const TlsFiles& files, std::int64_t now_unix_s) 
     return invalid_argument("{} is given without its certificate ({})", kKeyOption, kCertificateOption);
   }
   if (!files.authority.empty()) {
-    LM_ASSIGN_OR_RETURN(texts.authority,
-                        with_place(read_authority(files.authority, now_unix_s), kAuthorityOption, files.authority));
+    LM_ASSIGN_OR_RETURN(texts.authority, with_context(read_authority(files.authority, now_unix_s),
+                                                      place(kAuthorityOption, files.authority)));
   }
   if (!files.certificate.empty()) {
-    LM_ASSIGN_OR_RETURN(texts.certificate, with_place(read_certificate(files.certificate, now_unix_s),
-                                                      kCertificateOption, files.certificate));
+    LM_ASSIGN_OR_RETURN(texts.certificate, with_context(read_certificate(files.certificate, now_unix_s),
+                                                        place(kCertificateOption, files.certificate)));
     const char* const option = files.key.empty() ? kCertificateOption : kKeyOption;
-    LM_ASSIGN_OR_RETURN(texts.key, with_place(read_key(files.key_file(), texts.certificate), option, files.key_file()));
+    LM_ASSIGN_OR_RETURN(texts.key,
+                        with_context(read_key(files.key_file(), texts.certificate), place(option, files.key_file())));
   }
   return texts;
 }

@@ -67,8 +67,7 @@ Result<Hash128> trace_from_bytes(std::string_view bytes) {
   if (bytes.empty()) {
     return Hash128{};
   }
-  Result<Hash128> trace = hash_from_bytes(bytes);
-  return trace.ok() ? std::move(trace) : with_context(trace.status(), "trace_id");
+  return with_context(hash_from_bytes(bytes), "trace_id");
 }
 
 std::string deterministic_bytes(const google::protobuf::MessageLite& message) {

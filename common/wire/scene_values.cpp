@@ -37,8 +37,7 @@ Result<RgbColor> color_from_wire(const std::string& path, bool given, const v1::
 }
 
 Result<Sha256> asset_from_wire(const std::string& path, const std::string& hex) {
-  Result<Sha256> asset = Sha256::from_hex(hex);
-  return asset.ok() ? std::move(asset) : Result<Sha256>(with_context(asset.status(), path));
+  return with_context(Sha256::from_hex(hex), path);
 }
 
 }  // namespace lightmill

@@ -54,15 +54,14 @@ Status check_images(LoadedScene& loaded, const SceneLimits& limits, DecoderProce
     if (!checked.emplace(image.asset, image.name, image.environment).second) {
       continue;
     }
-    const Result<ImageSize> size = images.size(as_byte_view(loaded.assets.at(image.asset)), image.name);
-    if (!size.ok()) {
-      return with_context(size.status(), image.place);
-    }
-    if (size->pixels() > static_cast<std::uint64_t>(limits.image_pixels)) {
+    LM_ASSIGN_OR_RETURN(
+        const ImageSize size,
+        with_context(images.size(as_byte_view(loaded.assets.at(image.asset)), image.name), image.place));
+    if (size.pixels() > static_cast<std::uint64_t>(limits.image_pixels)) {
       return resource_exhausted("{}: {}: {} pixels are more than the {} that --image-megapixels of its worker allows",
-                                image.place, image.name, size->pixels(), limits.image_pixels);
+                                image.place, image.name, size.pixels(), limits.image_pixels);
     }
-    LM_RETURN_IF_ERROR(check_image_header(image, *size, loaded.notices));
+    LM_RETURN_IF_ERROR(check_image_header(image, size, loaded.notices));
   }
   return ok_status();
 }

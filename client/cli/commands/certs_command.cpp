@@ -229,13 +229,10 @@ Result<Roles> roles_for(const CertsOptions& options) {
 
 Status show(const std::string& file, const Console& console) {
   LM_ASSIGN_OR_RETURN(const std::string pem, read_file(file));
-  const Result<std::vector<CertificateFacts>> all = read_certificates(pem);
-  if (!all.ok()) {
-    return with_context(all.status(), file);
-  }
+  LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> all, with_context(read_certificates(pem), file));
   json objects = json::array();
   Rows rows;
-  for (const CertificateFacts& facts : *all) {
+  for (const CertificateFacts& facts : all) {
     objects.push_back(certificate_json(facts));
     if (!rows.empty()) {
       rows.push_back({""});

@@ -93,8 +93,7 @@ class Lab {
     job.spec.request_id += fmt::format("-{}", ++submitted_);
     job.spec.name = as_job_name(label);
     job.scene.assets = scene.job.scene.assets;
-    Result<v1::Job> submitted = submit_job(*farm_.connection, job, console_);
-    return submitted.ok() ? std::move(submitted) : Result<v1::Job>(with_context(submitted.status(), label));
+    return with_context(submit_job(*farm_.connection, job, console_), label);
   }
 
   static std::string as_job_name(const std::string& label);

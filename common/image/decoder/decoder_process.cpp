@@ -271,14 +271,9 @@ Result<DecodeReply> DecoderProcess::ask(ByteView bytes, std::int64_t max_pixels,
 }
 
 Result<ImageSize> DecoderProcess::size(ByteView bytes, const std::string& name) {
-  const Result<DecodeReply> reply = ask(bytes, 0, nullptr);
-  if (!reply.ok()) {
-    return with_context(reply.status(), name);
-  }
-  return ImageSize{reply->width,
-                   reply->height,
-                   reply->bytes_per_pixel,
-                   {reply->orientation != 0, reply->gamma != 0, reply->profile != 0}};
+  LM_ASSIGN_OR_RETURN(const DecodeReply reply, with_context(ask(bytes, 0, nullptr), name));
+  return ImageSize{
+      reply.width, reply.height, reply.bytes_per_pixel, {reply.orientation != 0, reply.gamma != 0, reply.profile != 0}};
 }
 
 Result<Texels> DecoderProcess::decode(ByteView bytes, const std::string& name, std::int64_t max_pixels) {

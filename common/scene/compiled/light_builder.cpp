@@ -186,22 +186,14 @@ Status LightBuilder::add_image(const EnvironmentLight& light, const std::string&
                                const CompiledScene::AssetSource& assets, const CompiledScene::ImageDecoder& images,
                                ImageBudget& budget) {
   LM_CHECK(images != nullptr, "{}: a decoder of images is needed", where);
-  const Result<std::string> bytes = assets(light.asset);
-  if (!bytes.ok()) {
-    return with_context(bytes.status(), where);
-  }
-  Result<Texels> texels = images(as_byte_view(*bytes), light.file);
-  if (!texels.ok()) {
-    return with_context(texels.status(), where);
-  }
-  const int width = texels->width, height = texels->height;
-  if (const Status size = check_environment_size(width, height); !size.ok()) {
-    return with_context(size, fmt::format("{}: {}", where, light.file));
-  }
-  LM_RETURN_IF_ERROR(budget.take(peak_bytes(*texels), where));
+  LM_ASSIGN_OR_RETURN(const std::string bytes, with_context(assets(light.asset), where));
+  LM_ASSIGN_OR_RETURN(Texels texels, with_context(images(as_byte_view(bytes), light.file), where));
+  const int width = texels.width, height = texels.height;
+  LM_RETURN_IF_ERROR(with_context(check_environment_size(width, height), fmt::format("{}: {}", where, light.file)));
+  LM_RETURN_IF_ERROR(budget.take(peak_bytes(texels), where));
   if (!is_black(light.radiance)) {
-    std::vector<float> rgb = linear_rgb(*texels);
-    *texels = {};
+    std::vector<float> rgb = linear_rgb(texels);
+    texels = {};
     lights_.environment =
         EnvironmentRadiance(std::move(rgb), static_cast<std::size_t>(width), static_cast<std::size_t>(height),
                             to_vec(light.radiance), light.rotation_degrees);
@@ -214,18 +206,12 @@ Status LightBuilder::add_ies(const IesLight& light, const std::string& group, co
                              const CompiledScene::AssetSource& assets, std::size_t max_values) {
   auto found = profiles_.find(light.asset);
   if (found == profiles_.end()) {
-    const Result<std::string> bytes = assets(light.asset);
-    if (!bytes.ok()) {
-      return with_context(bytes.status(), where);
-    }
-    const Result<IesProfile> profile = read_ies(*bytes, light.file);
-    if (!profile.ok()) {
-      return with_context(profile.status(), where);
-    }
-    if (profile->candela.size() > max_values - lights_.ies.values()) {
+    LM_ASSIGN_OR_RETURN(const std::string bytes, with_context(assets(light.asset), where));
+    LM_ASSIGN_OR_RETURN(const IesProfile profile, with_context(read_ies(bytes, light.file), where));
+    if (profile.candela.size() > max_values - lights_.ies.values()) {
       return invalid_argument("{}: the scene's IES profiles have more than the limit of {} values", where, max_values);
     }
-    found = profiles_.emplace(light.asset, lights_.ies.add_profile(*profile)).first;
+    found = profiles_.emplace(light.asset, lights_.ies.add_profile(profile)).first;
   }
   const Vec3d per_candela = with_luminance(Vec3d(to_vec(light.color)), radiometric(light.scale));
   if (per_candela == Vec3d(0)) {

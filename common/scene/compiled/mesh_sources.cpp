@@ -57,15 +57,9 @@ Result<ObjectMeshes> load_meshes(const Scene& scene, const CompiledScene::AssetS
     const std::string where = fmt::format("objects[{}] \"{}\"", i, scene.objects[i].name);
     std::shared_ptr<const Mesh>& known = loaded[shape->asset];
     if (known == nullptr) {
-      Result<std::string> bytes = assets(shape->asset);
-      if (!bytes.ok()) {
-        return with_context(bytes.status(), where);
-      }
-      Result<Mesh> decoded = decode_mesh(as_byte_view(*bytes));
-      if (!decoded.ok()) {
-        return with_context(decoded.status(), where);
-      }
-      known = std::make_shared<const Mesh>(std::move(*decoded));
+      LM_ASSIGN_OR_RETURN(const std::string bytes, with_context(assets(shape->asset), where));
+      LM_ASSIGN_OR_RETURN(Mesh decoded, with_context(decode_mesh(as_byte_view(bytes)), where));
+      known = std::make_shared<const Mesh>(std::move(decoded));
     }
     mesh = known;
   }

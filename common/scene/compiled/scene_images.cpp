@@ -55,16 +55,10 @@ class SharedImages {
     std::shared_ptr<const Texels>& read = read_[image.asset];
     if (read == nullptr) {
       LM_CHECK(images_ != nullptr, "{}: a decoder of images is needed", where);
-      Result<std::string> bytes = assets_(image.asset);
-      if (!bytes.ok()) {
-        return with_context(bytes.status(), where);
-      }
-      Result<Texels> texels = images_(as_byte_view(*bytes), image.file);
-      if (!texels.ok()) {
-        return with_context(texels.status(), where);
-      }
-      LM_RETURN_IF_ERROR(budget_.take(size_bytes(*texels), where));
-      read = std::make_shared<const Texels>(std::move(*texels));
+      LM_ASSIGN_OR_RETURN(const std::string bytes, with_context(assets_(image.asset), where));
+      LM_ASSIGN_OR_RETURN(Texels texels, with_context(images_(as_byte_view(bytes), image.file), where));
+      LM_RETURN_IF_ERROR(budget_.take(size_bytes(texels), where));
+      read = std::make_shared<const Texels>(std::move(texels));
     }
     const TextureSettings settings = settings_of(image, *read, color);
     if (!settings.decode || read->floats.empty()) {

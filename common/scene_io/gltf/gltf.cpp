@@ -49,9 +49,7 @@ class GltfScene {
     if (light_the_dark) {
       add_missing_light(loaded_);
     }
-    if (const Status valid = validate(loaded_.scene); !valid.ok()) {
-      return with_context(valid, file_name_);
-    }
+    LM_RETURN_IF_ERROR(with_context(validate(loaded_.scene), file_name_));
     loaded_.faults = data_.faults();
     return std::move(loaded_);
   }

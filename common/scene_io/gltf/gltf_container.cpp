@@ -93,9 +93,7 @@ GltfData::~GltfData() = default;
 
 Result<std::unique_ptr<GltfData>> GltfData::open(std::string bytes, const std::string& file_name, FileSource files) {
   std::unique_ptr<GltfData> data(new GltfData(std::move(bytes), file_name, std::move(files)));
-  if (const Status status = data->parse(); !status.ok()) {
-    return with_context(status, file_name);
-  }
+  LM_RETURN_IF_ERROR(with_context(data->parse(), file_name));
   const JsonNode asset = data->root()["asset"];
   const std::string version = asset["version"].text();
   if (!asset.present() || !version.starts_with("2.")) {

@@ -340,9 +340,7 @@ Result<LoadedScene> read_mitsuba(std::string text, const std::string& file_name,
   LM_ASSIGN_OR_RETURN(const MitsubaDocument document, read_mitsuba_xml(std::move(text), file_name, limited));
   FileSource found = [&](const std::string& name) { return find_mitsuba_file(limited, document.folders, name); };
   LM_ASSIGN_OR_RETURN(LoadedScene loaded, MitsubaWorld(found).convert(document.objects.front()));
-  if (const Status valid = validate(loaded.scene); !valid.ok()) {
-    return with_context(valid, file_name);
-  }
+  LM_RETURN_IF_ERROR(with_context(validate(loaded.scene), file_name));
   return loaded;
 }
 

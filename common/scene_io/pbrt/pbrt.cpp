@@ -391,9 +391,7 @@ const std::map<std::string_view, PbrtReader::Directive>& PbrtReader::directives(
 
 Result<LoadedScene> read_pbrt(std::string text, const std::string& file_name, FileSource files) {
   LM_ASSIGN_OR_RETURN(LoadedScene loaded, PbrtReader(std::move(files)).read(std::move(text), file_name));
-  if (const Status valid = validate(loaded.scene); !valid.ok()) {
-    return with_context(valid, file_name);
-  }
+  LM_RETURN_IF_ERROR(with_context(validate(loaded.scene), file_name));
   return loaded;
 }
 
