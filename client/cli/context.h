@@ -24,7 +24,7 @@ struct CommonOptions {
 struct Context {
   Signals& signals;
   CommonOptions common;
-  std::function<ExitCode(const Console&)> run;
+  std::function<Result<ExitCode>(const Console&)> run;  ///< an error is still to be reported
 };
 
 /// Accepts whole numbers in decimal digits, from `least` to `most`, for an option of integer type.

@@ -148,7 +148,8 @@ int run(int argc, char** argv) {
   }
   const Console console(context.common.json, context.common.openjd);
   try {
-    return console.finish(context.run(console));
+    const Result<ExitCode> code = context.run(console);
+    return console.finish(code.ok() ? *code : console.fail(code.status()));
   } catch (const std::bad_alloc&) {
     const Status status = out_of_memory(fmt::format("`lightmill {}`", app.get_subcommands().front()->get_name()));
     return console.finish(console.fail(internal_error("{}", message_of(status))));

@@ -153,22 +153,17 @@ Status save_camera(const std::string& path, const Camera& camera) {
   return write_file_atomically(path, as_byte_view(write_camera_json(camera)));
 }
 
-ExitCode check(const Console& console, const CheckOptions& options, Signals& signals) {
-  Result<LoadedScene> loaded = load_scene(options.scene, signals);
-  if (!loaded.ok()) {
-    return console.fail(loaded.status());
-  }
-  const Result<SceneReport> report = report_on(*loaded);
+Result<ExitCode> check(const Console& console, const CheckOptions& options, Signals& signals) {
+  LM_ASSIGN_OR_RETURN(LoadedScene loaded, load_scene(options.scene, signals));
+  const Result<SceneReport> report = report_on(loaded);
   if (!report.ok()) {
-    return console.fail(as_input_error(report.status()));
+    return as_input_error(report.status());
   }
   if (!options.save_camera.empty()) {
-    if (const Status status = save_camera(options.save_camera, loaded->scene.camera); !status.ok()) {
-      return console.fail(status);
-    }
+    LM_RETURN_IF_ERROR(save_camera(options.save_camera, loaded.scene.camera));
   }
-  console.object(report_json(*loaded, *report));
-  print(console, *loaded, *report);
+  console.object(report_json(loaded, *report));
+  print(console, loaded, *report);
   return kDone;
 }
 

@@ -39,10 +39,10 @@ bool is_png(const std::string& file) {
   return std::filesystem::path(file).extension() == ".png";
 }
 
-ExitCode show_error(const Console& console, const ErrorOptions& options) {
+Result<ExitCode> show_error(const Console& console, const ErrorOptions& options) {
   const Result<Comparison> comparison = compare_files(options);
   if (!comparison.ok()) {
-    return console.fail(as_input_error(comparison.status()));
+    return as_input_error(comparison.status());
   }
   if (is_png(options.image) != is_png(options.reference)) {
     const std::string& png = is_png(options.image) ? options.image : options.reference;

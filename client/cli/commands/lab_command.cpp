@@ -207,34 +207,26 @@ bool needs_farm(const LabPlan& plan, const LabFolder& folder, const std::vector<
          std::ranges::any_of(references, [](const LabReference& one) { return one.picture.pixels() == 0; });
 }
 
-ExitCode run_lab(Context& context, const Console& console, const LabOptions& options) {
-  const Result<LabPlan> plan = make_lab_plan(options.experiment, context.signals);
-  if (!plan.ok()) {
-    return console.fail(plan.status());
-  }
-  for (const std::string& notice : plan->notices) {
+Result<ExitCode> run_lab(Context& context, const Console& console, const LabOptions& options) {
+  LM_ASSIGN_OR_RETURN(const LabPlan plan, make_lab_plan(options.experiment, context.signals));
+  for (const std::string& notice : plan.notices) {
     console.notice(notice);
   }
-  Result<LabFolder> folder = LabFolder::open(options.folder);
-  if (!folder.ok()) {
-    return console.fail(folder.status());
-  }
-  std::vector<LabReference> references = references_there(*plan, *folder);
+  LM_ASSIGN_OR_RETURN(LabFolder folder, LabFolder::open(options.folder));
+  std::vector<LabReference> references = references_there(plan, folder);
   Status status;
-  if (needs_farm(*plan, *folder, references)) {
-    Result<Farm> farm = choose_farm(context.common, options.local, {options.threads}, context.signals, console);
-    if (!farm.ok()) {
-      return console.fail(farm.status());
-    }
-    status = Lab(*plan, *folder, *farm, context.signals, console).run(references);
+  if (needs_farm(plan, folder, references)) {
+    LM_ASSIGN_OR_RETURN(Farm farm,
+                        choose_farm(context.common, options.local, {options.threads}, context.signals, console));
+    status = Lab(plan, folder, farm, context.signals, console).run(references);
   }
   if (status.ok()) {
-    status = folder->measure_others(*plan, references);
+    status = folder.measure_others(plan, references);
   }
-  const Status written = folder->write_report(*plan, references);
-  const std::vector<std::string> wanted = plan->wanted(folder->results());
+  const Status written = folder.write_report(plan, references);
+  const std::vector<std::string> wanted = plan.wanted(folder.results());
   const auto done =
-      std::ranges::count_if(wanted, [&](const std::string& key) { return folder->results().contains(key); });
+      std::ranges::count_if(wanted, [&](const std::string& key) { return folder.results().contains(key); });
   if (!status.ok()) {
     console.notice(fmt::format("{} of {} results are in {}; the same command resumes from them", done, wanted.size(),
                                options.folder));
@@ -244,8 +236,8 @@ ExitCode run_lab(Context& context, const Console& console, const LabOptions& opt
     return console.fail(written);
   }
   console.object(
-      nlohmann::json{{"folder", options.folder}, {"results", done}, {"report", folder->report_path().string()}});
-  console.result(fmt::format("{}: {} results", folder->report_path().string(), done));
+      nlohmann::json{{"folder", options.folder}, {"results", done}, {"report", folder.report_path().string()}});
+  console.result(fmt::format("{}: {} results", folder.report_path().string(), done));
   return kDone;
 }
 

@@ -83,63 +83,52 @@ void warn_if_no_worker(const Console& console, CoordinatorClient& connection) {
   }
 }
 
-ExitCode render(Context& context, const Console& console, RenderCommandOptions options) {
+Result<ExitCode> render(Context& context, const Console& console, RenderCommandOptions options) {
   std::vector<std::string>& outputs = options.picture.outputs;
   if (outputs.empty()) {
     const std::string stem = std::filesystem::path(options.render.scene.scenes.front()).stem().string();
     outputs = {stem + ".exr", stem + ".png"};
   }
-  const Result<PictureOutputs> checked = options.picture.checked();
-  if (!checked.ok()) {
-    return console.fail(checked.status());
-  }
+  LM_ASSIGN_OR_RETURN(const PictureOutputs checked, options.picture.checked());
   options.render.denoise = options.picture.denoise;
-  const Result<PreparedJob> prepared = make_job(options.render, context.signals);
-  if (!prepared.ok()) {
-    return console.fail(prepared.status());
-  }
-  print_notices(console, *prepared);
+  LM_ASSIGN_OR_RETURN(const PreparedJob prepared, make_job(options.render, context.signals));
+  print_notices(console, prepared);
   const bool exr = std::ranges::any_of(outputs, [](const std::string& path) { return lower_ending(path) == ".exr"; });
   if (!options.render.layers.empty() && !exr) {
     console.notice("note: --layers are written only to EXR files, and none is written: " +
                    fmt::format("{}", fmt::join(outputs, ", ")));
   }
-  Result<Farm> farm = choose_farm(context.common, options.local,
-                                  {options.threads, options.render.scene.unsandboxed_images}, context.signals, console);
-  if (!farm.ok()) {
-    return console.fail(farm.status());
-  }
-  const Result<v1::Job> submitted = submit_job(*farm->connection, *prepared, console);
+  LM_ASSIGN_OR_RETURN(
+      Farm farm, choose_farm(context.common, options.local, {options.threads, options.render.scene.unsandboxed_images},
+                             context.signals, console));
+  const Result<v1::Job> submitted = submit_job(*farm.connection, prepared, console);
   if (!submitted.ok()) {
     return console.fail(submitted.status());
   }
-  if (!farm->local_farm) {
-    warn_if_no_worker(console, *farm->connection);
+  if (!farm.local_farm) {
+    warn_if_no_worker(console, *farm.connection);
   }
   ProgressPrinter progress(console, system_clock());
-  const Result<v1::Job> job = follow_job(*farm, submitted->id(), false, context.signals, console,
+  const Result<v1::Job> job = follow_job(farm, submitted->id(), false, context.signals, console,
                                          [&](const v1::WatchJobResponse& response) { progress.show(response.job()); });
   if (!job.ok()) {
     nlohmann::json object{{"id", submitted->id()}};
     std::string message = message_of(job.status());
     if (context.signals.interrupted()) {
-      message += "; " + end_interrupted(*farm, submitted->id(), context.signals.interrupted_by_user(),
-                                        context.common.server_words(), *checked, object);
+      message += "; " + end_interrupted(farm, submitted->id(), context.signals.interrupted_by_user(),
+                                        context.common.server_words(), checked, object);
     }
     return console.fail(make_error(job.status().code(), "{}", message), std::move(object));
   }
-  return report_ended_job(console, *farm->connection, *job, *checked, prepared->scene.notices);
+  return report_ended_job(console, *farm.connection, *job, checked, prepared.scene.notices);
 }
 
-ExitCode submit(Context& context, const Console& console, const RenderOptions& options) {
-  const Result<PreparedJob> prepared = make_job(options, context.signals);
-  if (!prepared.ok()) {
-    return console.fail(prepared.status());
-  }
-  print_notices(console, *prepared);
+Result<ExitCode> submit(Context& context, const Console& console, const RenderOptions& options) {
+  LM_ASSIGN_OR_RETURN(const PreparedJob prepared, make_job(options, context.signals));
+  print_notices(console, prepared);
   return with_farm(console, context.common, [&](CoordinatorClient& connection) -> Status {
-    LM_ASSIGN_OR_RETURN(const v1::Job job, submit_job(connection, *prepared, console));
-    console.object(to_json(job, prepared->scene.notices));
+    LM_ASSIGN_OR_RETURN(const v1::Job job, submit_job(connection, prepared, console));
+    console.object(to_json(job, prepared.scene.notices));
     for (const std::string& line : method_lines(job)) {
       console.notice(line);
     }

@@ -115,12 +115,9 @@ void follow_farm(CoordinatorClient& connection, TopSnapshot snapshot, Duration i
   } while (!screen.quit_requested(kTick));
 }
 
-ExitCode top(Context& context, const Console& console, const TopOptions& options) {
-  const Result<std::unique_ptr<CoordinatorClient>> connection = connect(context.common);
-  if (!connection.ok()) {
-    return console.fail(connection.status());
-  }
-  Result<TopSnapshot> snapshot = first_snapshot(**connection, context.signals);
+Result<ExitCode> top(Context& context, const Console& console, const TopOptions& options) {
+  LM_ASSIGN_OR_RETURN(const std::unique_ptr<CoordinatorClient> connection, connect(context.common));
+  Result<TopSnapshot> snapshot = first_snapshot(*connection, context.signals);
   if (!snapshot.ok()) {
     return console.fail(snapshot.status());
   }
@@ -132,7 +129,7 @@ ExitCode top(Context& context, const Console& console, const TopOptions& options
     return kDone;
   }
   const std::chrono::duration<double> interval(*parse_interval(options.interval));
-  follow_farm(**connection, *std::move(snapshot), std::chrono::duration_cast<Duration>(interval), context.signals);
+  follow_farm(*connection, *std::move(snapshot), std::chrono::duration_cast<Duration>(interval), context.signals);
   return kDone;
 }
 

@@ -110,30 +110,25 @@ Result<std::string> compare(Farm& farm, const Task& task, const TileRerender& re
   return compare_tile(task.picture, film.picture, rerender.rect);
 }
 
-ExitCode verify(Context& context, const Console& console, const VerifyOptions& options) {
+Result<ExitCode> verify(Context& context, const Console& console, const VerifyOptions& options) {
   const std::uint64_t nonce = std::uint64_t{std::random_device{}()} << 32 | std::random_device{}();
   const std::uint64_t seed = options.seed.value_or(nonce & kMostSeed);
-  const Result<Task> task = prepare(options, seed, context.signals);
-  if (!task.ok()) {
-    return console.fail(task.status());
-  }
-  if (task->picture.receipt.fingerprint_class == kMixedClass) {
-    return console.fail(failed_precondition(
+  LM_ASSIGN_OR_RETURN(const Task task, prepare(options, seed, context.signals));
+  if (task.picture.receipt.fingerprint_class == kMixedClass) {
+    return failed_precondition(
         "{}: the file is unchanged, but workers of mixed fingerprint classes rendered it (--allow-mixed), so its "
         "tiles cannot be verified",
-        options.image));
+        options.image);
   }
-  Result<Farm> farm = choose_farm(context.common, options.local, {options.threads, options.scene.unsandboxed_images},
-                                  context.signals, console);
-  if (!farm.ok()) {
-    return console.fail(farm.status());
-  }
+  LM_ASSIGN_OR_RETURN(Farm farm,
+                      choose_farm(context.common, options.local, {options.threads, options.scene.unsandboxed_images},
+                                  context.signals, console));
   std::vector<TileRerender> tiles;
   Status status;
   nlohmann::json wrong = nlohmann::json::array();
   std::vector<std::string> lines;
-  for (std::size_t i = 0; i < task->tiles.size() && status.ok(); ++i) {
-    const Result<TileRerender> rerender = submit_tile(*farm, *task, task->tiles[i], seed, nonce, console);
+  for (std::size_t i = 0; i < task.tiles.size() && status.ok(); ++i) {
+    const Result<TileRerender> rerender = submit_tile(farm, task, task.tiles[i], seed, nonce, console);
     status = rerender.status();
     if (rerender.ok()) {
       tiles.push_back(*rerender);
@@ -141,7 +136,7 @@ ExitCode verify(Context& context, const Console& console, const VerifyOptions& o
   }
   for (std::size_t i = 0; i < tiles.size() && status.ok(); ++i) {
     const PixelRect& rect = tiles[i].rect;
-    const Result<std::string> differs = compare(*farm, *task, tiles[i], context.signals, console);
+    const Result<std::string> differs = compare(farm, task, tiles[i], context.signals, console);
     status = differs.status();
     if (differs.ok() && !differs->empty()) {
       wrong.push_back({{"x", rect.x}, {"y", rect.y}, {"differs", *differs}});
@@ -149,20 +144,20 @@ ExitCode verify(Context& context, const Console& console, const VerifyOptions& o
     }
   }
   for (const TileRerender& rerender : tiles) {  // a private farm's jobs end with it
-    if (!farm->local_farm) {
-      (void)farm->connection->delete_job(rerender.job, true);
+    if (!farm.local_farm) {
+      (void)farm.connection->delete_job(rerender.job, true);
     }
   }
   if (!status.ok()) {
     return console.fail(status);
   }
-  const std::uint32_t all = TileGrid(task->job.spec.settings.crop).picture_tiles();
-  nlohmann::json object{{"image", options.image}, {"film_hash", task->picture.receipt.film_hash},
+  const std::uint32_t all = TileGrid(task.job.spec.settings.crop).picture_tiles();
+  nlohmann::json object{{"image", options.image}, {"film_hash", task.picture.receipt.film_hash},
                         {"tiles", all},           {"verified", tiles.size()},
                         {"wrong", wrong},         {"seed", seed}};
   if (!lines.empty()) {
     // A picture of an unfinished job may lack some of its earlier samples. No job can render exactly the others again.
-    const char* const why = task->picture.receipt.ended.empty()
+    const char* const why = task.picture.receipt.ended.empty()
                                 ? ". The picture was fetched before its job had ended, which may be the reason: "
                                   "fetch it again"
                                 : "";

@@ -69,41 +69,29 @@ ExitCode follow(Context& context, const Console& console, const WatchOptions& op
   return report_ended_job(console, *farm.connection, *job, outputs);
 }
 
-ExitCode watch(Context& context, const Console& console, const WatchOptions& options) {
-  const Result<PictureOutputs> outputs = options.picture.checked();
-  if (!outputs.ok()) {
-    return console.fail(outputs.status());
-  }
-  Result<std::unique_ptr<CoordinatorClient>> connection = connect(context.common);
-  if (!connection.ok()) {
-    return console.fail(connection.status());
-  }
-  Farm farm{nullptr, std::move(*connection)};
+Result<ExitCode> watch(Context& context, const Console& console, const WatchOptions& options) {
+  LM_ASSIGN_OR_RETURN(const PictureOutputs outputs, options.picture.checked());
+  Farm farm;
+  LM_ASSIGN_OR_RETURN(farm.connection, connect(context.common));
   if (const Result<v1::Job> job = farm.connection->get_job(options.job); !job.ok()) {
     return console.fail(job.status());
   }
   if (options.tev.empty()) {
-    return follow(context, console, options, *outputs, farm, nullptr);
+    return follow(context, console, options, outputs, farm, nullptr);
   }
   TevViewer viewer(*parse_host_port(options.tev), options.job, console);
-  const ExitCode code = follow(context, console, options, *outputs, farm, &viewer);
+  const ExitCode code = follow(context, console, options, outputs, farm, &viewer);
   const bool shown = finish_showing(viewer, context.signals);
   return code == kDone && !shown ? kJobFailed : code;
 }
 
-ExitCode fetch(Context& context, const Console& console, const WatchOptions& options) {
-  const Result<PictureOutputs> outputs = options.picture.checked();
-  if (!outputs.ok()) {
-    return console.fail(outputs.status());
-  }
-  const Result<std::unique_ptr<CoordinatorClient>> connection = connect(context.common);
-  if (!connection.ok()) {
-    return console.fail(connection.status());
-  }
-  return fetch_and_report(console, **connection, options.job, *outputs);
+Result<ExitCode> fetch(Context& context, const Console& console, const WatchOptions& options) {
+  LM_ASSIGN_OR_RETURN(const PictureOutputs outputs, options.picture.checked());
+  LM_ASSIGN_OR_RETURN(const std::unique_ptr<CoordinatorClient> connection, connect(context.common));
+  return fetch_and_report(console, *connection, options.job, outputs);
 }
 
-using WatchAction = ExitCode (*)(Context&, const Console&, const WatchOptions&);
+using WatchAction = Result<ExitCode> (*)(Context&, const Console&, const WatchOptions&);
 
 CLI::App* add_command(CLI::App& app, Context& context, const std::shared_ptr<WatchOptions>& options, const char* name,
                       const char* about, WatchAction action) {
