@@ -1,5 +1,7 @@
 #include "server/host_monitor.h"
 
+#include <algorithm>
+
 #include "common/base/log.h"
 
 namespace lightmill {

@@ -2,7 +2,9 @@
 
 #include <grpc/support/log.h>
 
+#include <algorithm>
 #include <map>
+#include <thread>
 
 #include "client/cli/coordinators.h"
 #include "client/cli/known_jobs.h"

@@ -1,5 +1,6 @@
 #include "client/cli/farm_choice.h"
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "client/cli/units.h"

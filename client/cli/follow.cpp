@@ -1,5 +1,7 @@
 #include "client/cli/follow.h"
 
+#include <algorithm>
+
 #include "client/cli/progress.h"
 #include "client/cli/units.h"
 

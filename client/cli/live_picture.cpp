@@ -1,5 +1,7 @@
 #include "client/cli/live_picture.h"
 
+#include <algorithm>
+
 #include "client/cli/console.h"
 #include "common/base/file.h"
 #include "common/image/png.h"

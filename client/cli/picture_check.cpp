@@ -1,5 +1,6 @@
 #include "client/cli/picture_check.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 

@@ -1,5 +1,7 @@
 #include "client/cli/picture_options.h"
 
+#include <algorithm>
+
 #include "client/cli/context.h"
 #include "common/image/picture_file.h"
 

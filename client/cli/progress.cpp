@@ -1,5 +1,6 @@
 #include "client/cli/progress.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "client/cli/units.h"

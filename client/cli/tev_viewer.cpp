@@ -1,5 +1,7 @@
 #include "client/cli/tev_viewer.h"
 
+#include <algorithm>
+
 #include "common/wire/bytes.h"
 
 namespace lightmill::cli {

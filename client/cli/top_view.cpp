@@ -1,5 +1,6 @@
 #include "client/cli/top_view.h"
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <optional>

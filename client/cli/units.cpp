@@ -1,5 +1,6 @@
 #include "client/cli/units.h"
 
+#include <algorithm>
 #include <cmath>
 #include <ctime>
 

@@ -1,5 +1,6 @@
 #include "client/lab/experiment.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>

@@ -1,5 +1,6 @@
 #include "client/lab/report.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 

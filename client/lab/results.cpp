@@ -1,5 +1,6 @@
 #include "client/lab/results.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
 

@@ -4,6 +4,7 @@
 #include <openssl/hmac.h>
 #include <xxhash.h>
 
+#include <functional>
 #include <new>
 
 #include "common/base/check.h"

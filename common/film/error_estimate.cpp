@@ -1,6 +1,7 @@
 #include "common/film/error_estimate.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/base/check.h"
 #include "common/math/rel_mse.h"

@@ -6,6 +6,7 @@
 //   id      the object of each sample
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>

@@ -1,5 +1,6 @@
 #include "common/film/reconstruct.h"
 
+#include <algorithm>
 #include <cmath>
 #include <thread>
 

@@ -1,5 +1,7 @@
 #include "common/film/tile_grid.h"
 
+#include <algorithm>
+
 #include "common/base/check.h"
 
 namespace lightmill {

@@ -1,5 +1,6 @@
 #include "common/image/color.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace lightmill {

@@ -1,5 +1,6 @@
 #include "common/image/error_metrics.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/math/rel_mse.h"

@@ -14,10 +14,12 @@
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <exception>
 #include <optional>
+#include <stdexcept>
 
 #include "common/base/check.h"
 #include "common/base/text.h"

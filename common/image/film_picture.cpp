@@ -1,7 +1,9 @@
 #include "common/image/film_picture.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <functional>
 
 #include "common/base/check.h"
 #include "common/base/digest.h"

@@ -1,7 +1,10 @@
 #include "common/image/flip.h"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
+#include <span>
 
 #include "common/image/error_metrics.h"
 

@@ -1,5 +1,6 @@
 #include "common/image/picture_file.h"
 
+#include <algorithm>
 #include <cctype>
 
 #include "common/base/file.h"

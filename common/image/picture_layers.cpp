@@ -1,5 +1,7 @@
 #include "common/image/picture_layers.h"
 
+#include <algorithm>
+
 #include "common/base/check.h"
 #include "common/image/cryptomatte.h"
 

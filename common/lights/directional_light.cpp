@@ -1,5 +1,6 @@
 #include "common/lights/directional_light.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/lights/closed_form_irradiance.h"

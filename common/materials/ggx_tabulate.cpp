@@ -1,4 +1,6 @@
 // Prints the tables of ggx_albedo.h as C++. This is a step of the build, so that no program computes them at its start.
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <numeric>
 #include <string>

@@ -1,6 +1,7 @@
 // Columns of tables in which eight lanes look up values.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "common/math/vec.h"

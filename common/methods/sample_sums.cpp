@@ -1,5 +1,7 @@
 #include "common/methods/sample_sums.h"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "common/base/check.h"

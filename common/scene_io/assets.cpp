@@ -1,5 +1,7 @@
 #include "common/scene_io/assets.h"
 
+#include <algorithm>
+
 namespace lightmill {
 namespace {
 

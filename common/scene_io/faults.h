@@ -1,6 +1,7 @@
 // Faults of a scene's files that do not stop its loading.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 #include <string_view>

@@ -1,5 +1,6 @@
 #include "common/scene_io/load.h"
 
+#include <algorithm>
 #include <cctype>
 
 #include "common/base/number_text.h"

@@ -1,6 +1,7 @@
 #include "common/scene_io/mtl.h"
 
 #include <algorithm>
+#include <functional>
 #include <set>
 
 #include "common/scene_io/statement_reader.h"

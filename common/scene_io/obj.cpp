@@ -1,5 +1,6 @@
 #include "common/scene_io/obj.h"
 
+#include <algorithm>
 #include <cmath>
 #include <unordered_map>
 

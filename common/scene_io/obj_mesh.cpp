@@ -1,4 +1,8 @@
 #include "common/scene_io/obj.h"
+
+#include <algorithm>
+#include <bit>
+
 #include "common/scene_io/smoothing.h"
 
 namespace lightmill {

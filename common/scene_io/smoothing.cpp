@@ -1,5 +1,6 @@
 #include "common/scene_io/smoothing.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/math/vec.h"

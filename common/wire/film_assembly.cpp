@@ -1,5 +1,6 @@
 #include "common/wire/film_assembly.h"
 
+#include <algorithm>
 #include <ctime>
 #include <nlohmann/json.hpp>
 

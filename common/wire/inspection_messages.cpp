@@ -1,4 +1,7 @@
 #include "common/wire/bytes.h"
+
+#include <algorithm>
+
 #include "common/wire/farm_messages.h"
 #include "common/wire/limits.h"
 #include "lightmill/v1/render_service.pb.h"

@@ -1,6 +1,7 @@
 #include "common/wire/scene_json.h"
 
 #include <google/protobuf/util/json_util.h>
+#include <algorithm>
 
 #include "common/base/check.h"
 #include "common/wire/json_reader.h"

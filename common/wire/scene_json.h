@@ -7,6 +7,7 @@
 // fields, null, NaN and infinities are errors.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 #include <string_view>

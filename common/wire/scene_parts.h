@@ -2,6 +2,7 @@
 // "materials[3].roughness"; `path` is its beginning. Ranges are checked by validate.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 

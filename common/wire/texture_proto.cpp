@@ -1,4 +1,7 @@
 #include "common/wire/scene_parts.h"
+
+#include <tuple>
+
 #include "lightmill/v1/scene.pb.h"
 
 namespace lightmill {

@@ -1,5 +1,7 @@
 #include <google/protobuf/util/time_util.h>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "common/wire/bytes.h"

@@ -1,5 +1,7 @@
 #include "server/domain/farm_events.h"
 
+#include <algorithm>
+
 #include "common/base/text.h"
 
 namespace lightmill {

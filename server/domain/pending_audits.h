@@ -4,6 +4,7 @@
 // Identities count, not workers: a liar can run two workers, but has one certificate.
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <set>

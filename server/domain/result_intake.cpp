@@ -1,5 +1,7 @@
 #include "server/domain/result_intake.h"
 
+#include <bit>
+
 namespace lightmill {
 namespace {
 

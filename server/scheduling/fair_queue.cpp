@@ -1,6 +1,7 @@
 #include "server/scheduling/fair_queue.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace lightmill {

@@ -1,5 +1,6 @@
 #include "server/store/row_values.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "common/base/log.h"

@@ -3,6 +3,7 @@
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/buffers_to_string.hpp>
 
+#include <algorithm>
 #include <array>
 
 #include "common/base/text.h"

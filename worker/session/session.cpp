@@ -1,6 +1,8 @@
 // Leases, jobs, tiles and results of the worker's session.
 #include "worker/session/session.h"
 
+#include <algorithm>
+
 #include "common/base/check.h"
 #include "common/base/overloaded.h"
 

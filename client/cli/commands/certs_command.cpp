@@ -1,5 +1,7 @@
 // lightmill certs init | server | worker | person | show
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "client/cli/context.h"
 #include "client/cli/table.h"

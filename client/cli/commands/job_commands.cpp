@@ -1,6 +1,7 @@
 // lightmill jobs | cancel | pause | resume | priority | extend | delete
 #include <cmath>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"

@@ -1,5 +1,6 @@
 #include "common/image/read/radiance_header.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <string_view>

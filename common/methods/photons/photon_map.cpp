@@ -1,5 +1,6 @@
 #include "common/methods/photons/photon_map.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <numeric>

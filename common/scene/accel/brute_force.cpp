@@ -1,6 +1,7 @@
 #include "common/scene/accel/brute_force.h"
 
 #include <immintrin.h>
+#include <cmath>
 
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>

@@ -1,5 +1,6 @@
 // Shapes of LightBuilder: spheres, triangles and parallelograms that emit.
 #include <cmath>
+#include <tuple>
 
 #include "common/scene/compiled/light_builder.h"
 #include "common/scene/compiled/mesh_parts.h"

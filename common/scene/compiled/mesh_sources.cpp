@@ -1,5 +1,7 @@
 #include "common/scene/compiled/mesh_sources.h"
 
+#include <tuple>
+
 namespace lightmill {
 namespace {
 

@@ -1,5 +1,6 @@
 #include "common/scene/compiled/world_frame.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace lightmill {

@@ -1,5 +1,6 @@
 #include "common/scene/validate/parts.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/base/overloaded.h"

@@ -1,5 +1,7 @@
 #include "common/scene/validate/parts.h"
 
+#include <algorithm>
+
 #include "common/base/text.h"
 #include "common/scene/mesh.h"
 

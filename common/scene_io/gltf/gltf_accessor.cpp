@@ -1,6 +1,9 @@
 // Buffer views and accessors of GltfData.
 
 #include "common/base/check.h"
+
+#include <algorithm>
+
 #include "common/scene_io/gltf/gltf_data.h"
 
 namespace lightmill {

@@ -1,6 +1,7 @@
 #include "common/scene_io/gltf/gltf_mesh.h"
 
 #include <cmath>
+#include <numeric>
 
 #include "common/base/number_text.h"
 #include "common/math/vec.h"

@@ -1,6 +1,7 @@
 // Values in the attributes of Mitsuba's XML elements.
 #pragma once
 
+#include <functional>
 #include <map>
 
 #include "common/scene_io/mitsuba/mitsuba_object.h"

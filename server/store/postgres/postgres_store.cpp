@@ -1,5 +1,6 @@
 #include "server/store/postgres/postgres_store.h"
 
+#include <algorithm>
 #include <optional>
 
 #include "common/base/check.h"

@@ -1,5 +1,7 @@
 #include "server/store/sqlite/sqlite_store.h"
 
+#include <algorithm>
+
 #include "common/base/check.h"
 #include "common/base/file.h"
 #include "common/base/log.h"
