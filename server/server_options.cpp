@@ -204,10 +204,11 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
             "after a start, running jobs wait this time for workers to return with the work that they hold");
   add_limit(app, "--unit-seconds", options.unit_seconds, "SECONDS", {0.05, 60.0},
             "the least time that a unit should take a worker");
-  add_limit(app, "--tile-cpu-seconds", options.tile_cpu_seconds, "SECONDS", {1.0, 1e6},
-            "CPU time that one range of samples of a tile may take. Beyond it, samples are given out one by one. A job "
-            "fails if one sample takes longer for two workers with different certificates or tokens. A worker that "
-            "sends nothing for twice as long loses its work");
+  add_limit(
+      app, "--tile-cpu-seconds", options.tile_cpu_seconds, "SECONDS", {1.0, 1e6},
+      "CPU time that a pilot, or one range of samples of a tile, may take. Beyond it, samples are given out one by "
+      "one. A job fails if its pilot or one sample takes longer for two workers with different certificates or "
+      "tokens. A worker that sends nothing for twice as long loses its work");
   add_limit(app, "--results-rate", options.results_mib, "MIB/S", {1.0, 1e6},
             "limit of the results of all workers together. More workers get longer units, and still longer ones "
             "while results wait long for their acknowledgement");

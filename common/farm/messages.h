@@ -63,7 +63,7 @@ struct WorkerHello {
   std::string identity = {};
 };
 
-/// A tile that a thread works on.
+/// A tile that a thread works on, or a pilot, whose tile is 0.
 struct TileAtWork {
   LeaseId lease;
   TileId tile;
@@ -78,7 +78,7 @@ struct WorkerHeartbeat {
   /// The longest wait of a result for its acknowledgement. It covers results acknowledged since the previous heartbeat,
   /// and results that still wait. None if there are neither.
   std::optional<Duration> longest_wait = std::nullopt;
-  std::vector<TileAtWork> at_work = {};  ///< tiles that took a second of CPU time or more
+  std::vector<TileAtWork> at_work = {};  ///< tiles and pilots that took a second of CPU time or more
 };
 
 struct WorkerResult {

@@ -25,6 +25,7 @@ void Coordinator::tick(Time now, std::int64_t unix_ms, Effects& effects) {
   parts_->life_cycle.tick(event);
   parts_->films.tick(event);
   parts_->scheduler.serve_all(event);
+  parts_->preparations.tick(event);
   parts_->copies.tick(event);
   parts_->sessions.end_silent(event);
   parts_->inspections.tick(event);

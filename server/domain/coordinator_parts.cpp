@@ -26,7 +26,7 @@ std::optional<Time> Coordinator::Parts::next_deadline() const {
   std::optional<Time> next;
   for (const std::optional<Time>& time :
        {leases.next_deadline(), life_cycle.next_deadline(), films.next_deadline(), copies.next_deadline(),
-        workers.next_silence_check(), inspections.next_deadline()}) {
+        preparations.next_deadline(), workers.next_silence_check(), inspections.next_deadline()}) {
     next = next && time ? std::min(*next, *time) : next ? next : time;
   }
   return next;

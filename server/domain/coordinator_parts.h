@@ -4,6 +4,7 @@
 #include "server/domain/coordinator.h"
 #include "server/domain/copies.h"
 #include "server/domain/farm_view.h"
+#include "server/domain/preparations.h"
 #include "server/domain/result_intake.h"
 
 namespace lightmill {
@@ -48,6 +49,7 @@ struct Coordinator::Parts {
   JobLifeCycle life_cycle{limits, jobs, films, leases, workers, queue, audits, provenance, totals};
   Pilots pilots{leases, jobs, queue, life_cycle};
   Scheduler scheduler{limits, clock_time, jobs, leases, workers, queue, life_cycle, pilots};
+  Preparations preparations{jobs, leases, workers, queue, scheduler};
   Copies copies{limits, jobs, leases, workers, pilots, scheduler};
   Quarantine quarantine{quarantined, jobs, leases, workers, queue, provenance, life_cycle, scheduler, totals};
   Sessions sessions{limits, signer, jobs, leases, workers, quarantined, queue, life_cycle, scheduler, inspections};

@@ -31,21 +31,38 @@ void Inspections::serve(const Event& event) {
     }
   }
   std::ranges::stable_sort(free, {}, [](const Worker* worker) { return worker->leases().size(); });
-  auto next = free.begin();
-  for (auto& [id, waiting] : waiting_) {
-    if (waiting.reader) {
-      continue;
-    }
-    if (next == free.end()) {
+  for (const Worker* const reader : free) {
+    const auto found = next();
+    if (found == waiting_.end()) {
       return;
     }
-    const Worker& reader = **next++;
-    waiting.reader = reader.session();
+    auto& [id, waiting] = *found;
+    waiting.reader = reader->session();
     waiting.deadline = event.now + limits_.reading;
-    busy_[*reader.session()] = id;
-    event.send(*reader.session(), InspectGrant{id, waiting.request});
-    event.info(about(reader.name()), "worker {} reads the scene files of inspection {}", reader.name(), id.value);
+    busy_[*reader->session()] = id;
+    last_reader_[waiting.caller] = ++readers_given_;
+    event.send(*reader->session(), InspectGrant{id, waiting.request});
+    event.info(about(reader->name()), "worker {} reads the scene files of inspection {}", reader->name(), id.value);
   }
+}
+
+std::map<InspectionId, Inspections::Waiting>::iterator Inspections::next() {
+  std::map<std::string_view, std::size_t> readers;
+  for (const auto& [id, waiting] : waiting_) {
+    readers[waiting.caller] += waiting.reader ? 1 : 0;
+  }
+  std::erase_if(last_reader_, [&](const auto& entry) { return !readers.contains(entry.first); });
+  auto best = waiting_.end();
+  std::pair<std::size_t, std::uint64_t> of_best;
+  for (auto at = waiting_.begin(); at != waiting_.end(); ++at) {
+    const auto last = last_reader_.find(at->second.caller);
+    const std::pair of_this(readers.at(at->second.caller), last == last_reader_.end() ? 0 : last->second);
+    if (!at->second.reader && (best == waiting_.end() || of_this < of_best)) {
+      best = at;
+      of_best = of_this;
+    }
+  }
+  return best;
 }
 
 void Inspections::report(SessionId session, const InspectReport& report, const Event& event) {

@@ -14,14 +14,15 @@ namespace lightmill {
 
 struct InspectionLimits {
   std::size_t most = 64, most_per_caller = 4;    ///< that wait or are read
-  Duration patience = std::chrono::seconds(60);  ///< an inspection that no worker takes within this time fails
+  Duration patience = std::chrono::seconds(90);  ///< an inspection that no worker takes within this time fails
   /// A worker itself stops sooner. If it does not, the inspection fails, and the worker gets no other until it reports.
   Duration reading = std::chrono::seconds(75);
   std::uint32_t losses = 2;  ///< after so many lost workers an inspection fails
 };
 
-/// Queue of inspections. Each worker reads one at a time. The oldest goes first. Each is answered once, with the
-/// effects (`inspected`), unless it is forgotten.
+/// Queue of inspections. Each worker reads one at a time. Callers with the fewest readers go first, then those that
+/// waited longest for a reader, then the oldest inspection. Each is answered once, with the effects (`inspected`),
+/// unless it is forgotten.
 class Inspections {
  public:
   /// Ids count up from `first`.
@@ -49,13 +50,17 @@ class Inspections {
     std::optional<SessionId> reader;
     std::uint32_t lost = 0;
   };
+  /// The next inspection that has no reader; waiting_.end() if there is none.
+  std::map<InspectionId, Waiting>::iterator next();
   void answer(InspectionId id, Result<std::shared_ptr<const Inspection>> found, const Event& event);
 
   const InspectionLimits limits_{};
   const WorkerRegistry& workers_;
   std::uint64_t next_;
   std::map<InspectionId, Waiting> waiting_;
-  std::map<SessionId, InspectionId> busy_;  ///< also with forgotten inspections
+  std::uint64_t readers_given_ = 0;
+  std::map<std::string, std::uint64_t> last_reader_;  ///< by caller that waits: number of its last reader
+  std::map<SessionId, InspectionId> busy_;            ///< also with forgotten inspections
 };
 
 }  // namespace lightmill

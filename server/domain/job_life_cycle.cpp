@@ -79,7 +79,7 @@ void JobLifeCycle::finish(Job& job, JobState state, std::string reason, const Ev
   job.end(state, limit, std::move(reason), event);
   totals_.jobs_failed += state == JobState::failed ? 1 : 0;
   films_.keep(job, event.now);
-  queue_.remove(job.id());
+  queue_.remove(job);
   for (std::set<JobId>* const waiting : {&timed_, &restored_, &ending_}) {
     waiting->erase(job.id());
   }

@@ -1,6 +1,7 @@
 // Queue of the jobs that have work to lease, in the order in which workers get it.
 //
-// Owns each job's fair share of thread time. Takes every change of a job's work. FairQueue has the order.
+// Owns each job's fair share of thread time, and what each owner's jobs had of workers before they brought anything.
+// Takes every change of a job's work. FairQueue has the order.
 #pragma once
 
 #include "server/domain/job.h"
@@ -19,8 +20,15 @@ class JobQueue {
   void refresh(const Job& job);
   /// The job had a thread for so long, and no result came of it.
   void add_lost(const Job& job, double seconds);
+  /// A worker spent so long on a pilot, or on a job of which it has delivered nothing. Less than a second does not
+  /// count. It delays the owner's jobs that have no result yet.
+  void add_preparation(const Job& job, double seconds, Time now);
   /// The job has ended.
-  void remove(JobId job);
+  void remove(const Job& job);
+  /// Moves the job if its owner owes more than when it got its place. Whether the other one comes before it now.
+  bool fell_behind(const Job& job, const FairQueue::Entry* other);
+  /// Owners of active jobs.
+  std::size_t owners() const { return active_.size(); }
 
   bool empty() const { return queue_.empty(); }
   bool contains(JobId job) const { return queue_.contains(job); }
@@ -32,6 +40,13 @@ class JobQueue {
     double base = 0;      ///< thread seconds that do not count: what other jobs had when it entered
     double at_start = 0;  ///< its place when it last entered
   };
+  /// Preparation of an owner's jobs.
+  struct Debt {
+    double seconds = 0;
+    Time last;
+  };
+  /// 0 for a job with results, and while all jobs have one owner.
+  double owed_seconds(const Job& job) const;
   /// Thread seconds that the job got since it entered, with those of its leases.
   double given_seconds(const Job& job) const;
   /// Whether its first picture is not complete, and goes before the work of other jobs.
@@ -40,7 +55,9 @@ class JobQueue {
   const CoordinatorLimits& limits_;
   const WorkerRegistry& workers_;
   FairQueue queue_;
-  std::map<JobId, Share> shares_;  ///< of active jobs
+  std::map<JobId, Share> shares_;                  ///< of active jobs
+  std::map<std::string, std::set<JobId>> active_;  ///< by owner
+  std::map<std::string, Debt> debts_;              ///< by owner
 };
 
 }  // namespace lightmill

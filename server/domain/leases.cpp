@@ -26,6 +26,17 @@ bool LeaseTable::is_idle(const Lease& lease, Time now) const {
   return is_oldest(lease) && now >= lease.got_on + limits_.result_patience();
 }
 
+bool LeaseTable::is_preparation(const Lease& lease) const {
+  return lease.is_pilot() || !workers_.at(lease.worker).find_job(lease.unit.job)->delivered;
+}
+
+void LeaseTable::prepared(LeaseId id, double rendering_seconds, Time now) {
+  const Lease& lease = leases_.at(id);
+  if (is_worked_on(lease)) {
+    queue_.add_preparation(jobs_.at(lease.unit.job), to_seconds(now - lease.got_on) - rendering_seconds, now);
+  }
+}
+
 bool LeaseTable::wants_more(const Worker& worker) const {
   if (!worker.counts() || worker.silent()) {
     return false;
@@ -213,6 +224,10 @@ void LeaseTable::end(LeaseId id, End how, const Event& event) {
   if (was_oldest && !lease.audits && (lost || (how.cancel && lease.remaining > 0))) {
     // One thread, because a worker may claim many that it does not have.
     queue_.add_lost(job, to_seconds(event.now - lease.got_on));
+  }
+  if (lease.sent && (was_oldest || lease.is_pilot()) && (lease.is_pilot() || lease.remaining > 0) &&
+      is_preparation(lease)) {
+    queue_.add_preparation(job, to_seconds(event.now - lease.got_on), event.now);
   }
   worker.ended(lease);
   if (was_oldest && !worker.leases().empty()) {

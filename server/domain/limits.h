@@ -29,7 +29,8 @@ struct CoordinatorLimits {
   /// After `losses_before_alone` lost workers in a row, a tile or pilot goes only to workers without other leases.
   /// After `losses_alone` of those are lost too, its job fails.
   std::uint32_t losses_before_alone = 2, losses_alone = 3;
-  /// CPU time of a thread for one range of a tile. Beyond it, the range is cut to one sample.
+  /// CPU time of a thread for one range of a tile, or for a pilot. Beyond it, the range is cut to one sample. The pilot
+  /// is ended, and counts as refused.
   double tile_cpu_seconds = 600;
   /// A lease without a result for so long is lost, even if its worker is heard.
   Duration result_patience() const { return 2 * from_seconds(tile_cpu_seconds); }

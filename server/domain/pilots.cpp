@@ -63,7 +63,7 @@ Status check_pilot(const Job& job, const PilotReport& report) {
 }  // namespace
 
 bool Pilots::may_have(const Worker& worker, const Job& job, Time now) {
-  return now >= worker.pilots_from() && lightmill::may_have(worker, job, now);
+  return !worker.has_pilot() && now >= worker.pilots_from() && lightmill::may_have(worker, job, now);
 }
 
 void Pilots::grant(Worker& worker, Job& job, const Event& event) {

@@ -12,6 +12,7 @@ class Pilots {
   Pilots(LeaseTable& leases, JobTable& jobs, JobQueue& queue, JobLifeCycle& life_cycle)
       : leases_(leases), jobs_(jobs), queue_(queue), life_cycle_(life_cycle) {}
 
+  /// A worker runs one pilot at a time.
   static bool may_have(const Worker& worker, const Job& job, Time now);
   /// If the job has no class, it gets the worker's.
   void grant(Worker& worker, Job& job, const Event& event);

@@ -148,6 +148,9 @@ void ResultIntake::count_cost(Job& job, const Renderer& by, const WorkerResult& 
   const std::uint64_t pixel_samples = result.key.range.count() * job.pixels_of(result.key.tile);
   job.add_cost(result.seconds, pixel_samples);
   if (Worker* const worker = workers_.find(by.worker); worker != nullptr && result.seconds > 0) {
+    if (!worker->job(job.id()).delivered) {
+      leases_.prepared(result.lease, result.seconds, event.now);
+    }
     worker->rendered(job.id(), result.seconds / static_cast<double>(pixel_samples), pixel_samples, event.now);
   }
 }

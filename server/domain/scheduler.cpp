@@ -64,7 +64,8 @@ bool Scheduler::grant_next(Worker& worker, const Event& event) {
     Job& job = jobs_.at(at->job);
     ++at;  // the code below may move or remove the job's entry
     life_cycle_.close_if_time_is_up(job, event);
-    if (!queue_.contains(job.id()) || !may_have(worker, job, event.now) || !may_start(worker, job)) {
+    if (!queue_.contains(job.id()) || queue_.fell_behind(job, at == queue_.end() ? nullptr : &*at) ||
+        !may_have(worker, job, event.now) || !may_start(worker, job)) {
       continue;
     }
     const std::optional<bool> granted = grant(worker, job, event);

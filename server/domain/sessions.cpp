@@ -1,5 +1,7 @@
 #include "server/domain/sessions.h"
 
+#include <fmt/ranges.h>
+
 #include "common/base/check.h"
 #include "common/base/number_text.h"
 #include "common/base/text.h"
@@ -214,11 +216,16 @@ void Sessions::heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, const
 void Sessions::check_overruns(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event) {
   for (const TileAtWork& at_work : heartbeat.at_work) {
     const Lease* const lease = leases_.find(at_work.lease);
-    if (lease == nullptr || lease->worker != worker.name() || !lease->wants(at_work.tile)) {
+    if (lease == nullptr || lease->worker != worker.name() || !(lease->is_pilot() || lease->wants(at_work.tile))) {
       continue;
     }
     // A thread has no more CPU time than the lease is open.
-    if (std::min(at_work.cpu_seconds, to_seconds(event.now - lease->granted)) > limits_.tile_cpu_seconds) {
+    if (std::min(at_work.cpu_seconds, to_seconds(event.now - lease->granted)) <= limits_.tile_cpu_seconds) {
+      continue;
+    }
+    if (lease->is_pilot()) {
+      pilot_overran(worker, Lease(*lease), event);
+    } else {
       overran(worker, Lease(*lease), at_work.tile, event);
     }
   }
@@ -240,6 +247,18 @@ void Sessions::overran(Worker& worker, const Lease& lease, TileId tile, const Ev
     job.refused(worker.identity(), worker.name(), reason, false);
     life_cycle_.withdraw(job, worker, event);
   }
+  scheduler_.serve_all(event);
+}
+
+void Sessions::pilot_overran(Worker& worker, const Lease& lease, const Event& event) {
+  Job& job = jobs_.at(lease.unit.job);
+  const std::string reason =
+      fmt::format("the pilot of job {} ({}) took more than {:g} s of CPU time", job.id().value,
+                  fmt::join(job.record().method_notes.candidates, ", "), limits_.tile_cpu_seconds);
+  event.warn(about(job.id(), worker.name(), lease.id), "worker {}: {}", worker.name(), reason);
+  leases_.end(lease.id, {.cancel = true}, event);
+  job.refused(worker.identity(), worker.name(), reason, false);
+  life_cycle_.withdraw(job, worker, event);
   scheduler_.serve_all(event);
 }
 

@@ -49,9 +49,10 @@ class Sessions {
   Duration heartbeat_interval() const;
   void take_back_held(Worker& worker, const WorkerHello& hello, bool other_process, const Event& event);
   bool adopt(Worker& worker, const HeldLease& held, const Event& event);
-  /// Takes back tiles that take too long.
+  /// Takes back tiles and pilots that take too long.
   void check_overruns(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event);
   void overran(Worker& worker, const Lease& lease, TileId tile, const Event& event);
+  void pilot_overran(Worker& worker, const Lease& lease, const Event& event);
 
   const CoordinatorLimits& limits_;
   const GrantSigner& signer_;

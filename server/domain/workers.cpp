@@ -27,12 +27,14 @@ void Worker::lent(const Lease& lease) {
   leases_.insert(lease.id);
   waits_since_ = std::max(waits_since_, lease.id);
   tiles_out_ += lease.remaining;
+  pilots_out_ += lease.is_pilot() ? 1 : 0;
   ++jobs_[lease.unit.job].leases;
 }
 
 void Worker::ended(const Lease& lease) {
   leases_.erase(lease.id);
   tiles_out_ -= lease.remaining;
+  pilots_out_ -= lease.is_pilot() ? 1 : 0;
   --jobs_[lease.unit.job].leases;
 }
 
@@ -57,6 +59,7 @@ void Worker::waits(Duration wait, Time now) {
 
 void Worker::rendered(JobId job, double seconds, std::uint64_t pixel_samples, Time now) {
   jobs_[job].cost.add(seconds);
+  jobs_[job].delivered = true;
   rate_.add(static_cast<double>(pixel_samples), now);
   pixel_samples_ += pixel_samples;
 }

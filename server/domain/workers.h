@@ -34,6 +34,7 @@ struct WorkerJob {
   std::uint32_t leases = 0;
   bool describe = true;    ///< the worker may not know the job; the next lease comes with a description
   bool confirmed = false;  ///< a message of the worker shows that it got a lease of the job
+  bool delivered = false;  ///< a result of an open lease came in this session, so the scene is prepared
   MeasuredCost cost = {};
 };
 
@@ -78,6 +79,7 @@ class Worker {
   void lost(const Lease& lease, Time now);
   /// When it may have a pilot. Each lost pilot delays it. Else it would lose the same one forever.
   Time pilots_from() const { return pilots_from_; }
+  bool has_pilot() const { return pilots_out_ > 0; }
   void pilot_received() { pilots_lost_ = 0; }
 
   // ---- jobs ----
@@ -107,6 +109,7 @@ class Worker {
   LeaseId waits_since_ = {};
   std::uint32_t tiles_out_ = 0;
   double unit_scale_ = 1;
+  std::uint32_t pilots_out_ = 0;
   std::uint32_t pilots_lost_ = 0;  ///< since the last pilot that came
   Time pilots_from_;
   std::map<JobId, WorkerJob> jobs_;

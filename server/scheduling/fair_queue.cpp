@@ -23,14 +23,15 @@ void FairQueue::remove(JobId job) {
 double FairQueue::starting_seconds(std::int32_t priority) const {
   // Within a priority, jobs in their first round come before the others, and each group is ascending. So two look-ups
   // do.
-  double least = std::numeric_limits<double>::infinity();
+  double least = std::numeric_limits<double>::infinity(), given = 0;
   for (const bool first_round : {true, false}) {
     const auto at = order_.lower_bound({{priority, first_round, -std::numeric_limits<double>::infinity()}, JobId{0}});
     if (at != order_.end() && at->position.priority == priority && at->position.first_round == first_round) {
-      least = std::min(least, at->position.given_seconds);
+      given = at->position.sum() < least ? at->position.given_seconds : given;
+      least = std::min(least, at->position.sum());
     }
   }
-  return std::isinf(least) ? 0 : least;
+  return given;
 }
 
 }  // namespace lightmill

@@ -15,6 +15,8 @@ struct QueuePosition {
   std::int32_t priority = 0;  ///< higher first
   bool first_round = false;   ///< first among equals, so that every job has a picture soon
   double given_seconds = 0;   ///< thread seconds since it entered, with those of open leases; fewer first
+  double owed_seconds = 0;    ///< added to `given_seconds`: what its owner's other jobs had in vain
+  double sum() const { return given_seconds + owed_seconds; }
 };
 
 /// Jobs that have work to lease, in order. A change of a job's place costs O(log jobs).
@@ -25,7 +27,9 @@ class FairQueue {
   void remove(JobId job);
   bool empty() const { return order_.empty(); }
   bool contains(JobId job) const { return positions_.contains(job); }
-  /// Start value for a job that enters: the least `given_seconds` of its priority, or 0. So it neither waits for the
+  /// The job is in the queue (checked).
+  const QueuePosition& position(JobId job) const { return positions_.at(job); }
+  /// Start value for a job that enters: `given_seconds` of the next job of its priority, or 0. So it neither waits for the
   /// past shares of others nor starves them.
   double starting_seconds(std::int32_t priority) const;
 
@@ -33,8 +37,8 @@ class FairQueue {
     QueuePosition position;
     JobId job;
     friend bool operator<(const Entry& a, const Entry& b) {
-      return std::tuple(-std::int64_t{a.position.priority}, !a.position.first_round, a.position.given_seconds, a.job) <
-             std::tuple(-std::int64_t{b.position.priority}, !b.position.first_round, b.position.given_seconds, b.job);
+      return std::tuple(-std::int64_t{a.position.priority}, !a.position.first_round, a.position.sum(), a.job) <
+             std::tuple(-std::int64_t{b.position.priority}, !b.position.first_round, b.position.sum(), b.job);
     }
   };
   auto begin() const { return order_.begin(); }

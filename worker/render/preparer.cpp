@@ -93,6 +93,11 @@ void Preparer::drop(LeaseId pilot) {
   }
 }
 
+std::optional<std::pair<LeaseId, double>> Preparer::pilot_at_work() const {
+  const MutexLock lock(mutex_);
+  return running_pilot_ ? std::optional(std::pair(*running_pilot_, pilot_cpu_->seconds())) : std::nullopt;
+}
+
 void Preparer::drop_caches() {
   enqueue(DropCaches{});
 }
@@ -133,6 +138,7 @@ void Preparer::work() {
       waiting_.pop_front();
       if (const auto* pilot = std::get_if<std::shared_ptr<const PilotGrant>>(&task)) {
         running_pilot_ = (*pilot)->lease;
+        pilot_cpu_.emplace();
       } else if (const auto* description = std::get_if<std::shared_ptr<const JobDescription>>(&task)) {
         running_job_ = (*description)->job;
       }

@@ -16,6 +16,7 @@
 #include "common/methods/method.h"
 #include "common/scene/compiled/compiled_scene.h"
 #include "worker/assets/asset_cache.h"
+#include "worker/render/render_pool.h"
 #include "worker/render/scene_cache.h"
 #include "worker/render/scene_limits.h"
 
@@ -44,6 +45,8 @@ class Preparer {
   void drop(JobId job);
   /// Drops the pilot, even while it runs.
   void drop(LeaseId pilot);
+  /// The running pilot, and the CPU seconds of its thread. Nothing if none runs.
+  std::optional<std::pair<LeaseId, double>> pilot_at_work() const;
   /// Frees cached scenes and assets, because another thread has run out of memory.
   void drop_caches();
 
@@ -68,10 +71,11 @@ class Preparer {
   DecoderProcess decoder_;  // used by the thread only
   const Done done_;
   const PilotDone pilot_done_;
-  Mutex mutex_;
+  mutable Mutex mutex_;
   CondVar changed_;
   std::deque<Task> waiting_ LM_GUARDED_BY(mutex_);
   std::optional<LeaseId> running_pilot_ LM_GUARDED_BY(mutex_);
+  std::optional<CpuClock> pilot_cpu_ LM_GUARDED_BY(mutex_);  ///< while a pilot runs
   std::optional<JobId> running_job_ LM_GUARDED_BY(mutex_);
   bool unwanted_ LM_GUARDED_BY(mutex_) = false;  ///< the running job was dropped
   std::stop_source stop_ LM_GUARDED_BY(mutex_);  ///< of the running task

@@ -157,6 +157,12 @@ void Session::pilot_failed(LeaseId lease, const JobRefusal& refused, Time, Sessi
   }
 }
 
+void Session::pilot_at_work(LeaseId lease, double cpu_seconds) {
+  if (const auto found = pilots_.find(lease); found != pilots_.end()) {
+    found->second.cpu_seconds = cpu_seconds;
+  }
+}
+
 void Session::pilot_unavailable(LeaseId lease, Time now, SessionActions&) {
   if (const auto found = pilots_.find(lease); found != pilots_.end()) {
     found->second.retry = now + config_.prepare_retry;

@@ -165,6 +165,8 @@ class Session {
   void tile_rendered(RenderedTile tile, Time now, SessionActions& actions);
   /// CPU time that a thread has spent on this tile. The next heartbeat reports it.
   void at_work(std::uint64_t ticket, double cpu_seconds);
+  /// The same for a pilot.
+  void pilot_at_work(LeaseId lease, double cpu_seconds);
 
   void pilot_done(PilotReport report, Time now, SessionActions& actions);
   /// See job_failed().
@@ -207,6 +209,7 @@ class Session {
   struct Pilot {
     std::shared_ptr<const PilotGrant> grant;
     std::optional<Time> retry;  ///< if unavailable
+    double cpu_seconds = 0;
   };
   struct Rendering {
     NodeKey key;

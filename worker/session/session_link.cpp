@@ -145,6 +145,9 @@ void Session::tick(Time now, SessionActions& actions) {
     }
     for (const auto& [id, pilot] : pilots_) {
       heartbeat.leases.push_back(id);
+      if (pilot.cpu_seconds >= kReportedCpuSeconds) {
+        heartbeat.at_work.push_back({id, TileId{0}, pilot.cpu_seconds});
+      }
     }
     for (const auto& [ticket, tile] : rendering_) {
       if (tile.wanted && tile.cpu_seconds >= kReportedCpuSeconds) {

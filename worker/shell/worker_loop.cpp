@@ -145,6 +145,9 @@ Status WorkerLoop::run() {
       for (const auto& [ticket, cpu_seconds] : pool_.at_work()) {
         session_.at_work(ticket, cpu_seconds);
       }
+      if (const std::optional<std::pair<LeaseId, double>> pilot = preparer_.pilot_at_work()) {
+        session_.pilot_at_work(pilot->first, pilot->second);
+      }
       session_.tick(now, actions_);
     }
     perform();

@@ -99,6 +99,26 @@ TEST_F(PreparerTest, OnlyTheLastDescriptionOfAJobIsPrepared) {
   EXPECT_EQ(prepared_[0], last);
 }
 
+TEST_F(PreparerTest, ReportsTheCpuTimeOfTheRunningPilot) {
+  const std::unique_ptr<Preparer> preparer = make();
+  EXPECT_FALSE(preparer->pilot_at_work());
+  preparer->add(endless(1));
+  preparer->add(endless(2));
+  double seconds = 0;
+  EXPECT_TRUE(test::eventually([&] {
+    const std::optional<std::pair<LeaseId, double>> pilot = preparer->pilot_at_work();
+    EXPECT_TRUE(!pilot || pilot->first == LeaseId{1}) << "the other one waits";
+    seconds = pilot ? pilot->second : 0;
+    return seconds > 0.05;
+  }));
+  preparer->drop(LeaseId{1});
+  EXPECT_TRUE(test::eventually([&] {
+    const std::optional<std::pair<LeaseId, double>> pilot = preparer->pilot_at_work();
+    return pilot && pilot->first == LeaseId{2};
+  }));
+  EXPECT_LT(preparer->pilot_at_work()->second, 60) << "each one has a time of its own";
+}
+
 TEST_F(PreparerTest, DestructionDoesNotWaitForAPilot) {
   std::unique_ptr<Preparer> preparer = make();
   preparer->add(endless(1));

@@ -28,6 +28,16 @@ TEST_F(SessionTest, HeartbeatsReportTheTimeOfRunningTiles) {
   EXPECT_EQ(said<WorkerHeartbeat>().back().at_work, expected);
 }
 
+TEST_F(SessionTest, HeartbeatsReportTheTimeOfARunningPilot) {
+  connect();
+  say(PilotGrant{LeaseId{7}, JobId{1}, {}, {"path", "ao"}});
+  session->pilot_at_work(LeaseId{7}, 2.5);
+  session->pilot_at_work(LeaseId{999}, 3);
+  pass(std::chrono::seconds(2));
+  const std::vector<TileAtWork> expected{{LeaseId{7}, TileId{0}, 2.5}};
+  EXPECT_EQ(said<WorkerHeartbeat>().back().at_work, expected);
+}
+
 TEST_F(SessionTest, HeartbeatsReportTheWaitOfResults) {
   const auto last_wait = [&] { return said<WorkerHeartbeat>().back().longest_wait; };
   begin(4);

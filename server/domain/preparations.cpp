@@ -1,0 +1,100 @@
+#include "server/domain/preparations.h"
+
+#include "server/domain/eligibility.h"
+
+namespace lightmill {
+namespace {
+
+constexpr Duration kSearchInterval = std::chrono::seconds(1);
+/// A preparation has so long before it makes way. Each time that its job made way doubles it, up to kMostDoublings. So a
+/// scene that takes long is prepared in the end.
+constexpr Duration kPreparationPatience = std::chrono::seconds(10);
+constexpr std::uint32_t kMostDoublings = 6;
+/// Jobs for which one search finds a worker.
+constexpr std::size_t kMostHeldUp = 32;
+
+}  // namespace
+
+std::optional<Time> Preparations::next_deadline() const {
+  const bool possible = scheduler_.held().empty() && queue_.owners() > 1 && !leases_.all().empty();
+  return possible ? std::optional(next_check_) : std::nullopt;
+}
+
+const Lease* Preparations::at_work(const Worker& worker) const {
+  for (const LeaseId id : worker.leases()) {
+    if (const Lease& lease = leases_.at(id); lease.sent && !lease.abandoned && leases_.is_preparation(lease)) {
+      return &lease;
+    }
+  }
+  return nullptr;
+}
+
+bool Preparations::is_held_up(const Job& job) const {
+  if (!job.in_progress() || !(job.plan().has_work() || !job.leases().empty())) {
+    return false;
+  }
+  return std::ranges::all_of(job.leases(), [&](LeaseId id) {
+    const Lease& lease = leases_.at(id);
+    const Lease* const first = at_work(workers_.at(lease.worker));
+    return lease.sent && leases_.is_preparation(lease) && first != nullptr && first->unit.job != job.id();
+  });
+}
+
+const Lease* Preparations::longest_before(const Job& job, Time now) const {
+  const Lease* longest = nullptr;
+  for (const auto& [name, worker] : workers_.all()) {
+    const Lease* const lease = worker.counts() && !worker.silent() ? at_work(worker) : nullptr;
+    if (lease == nullptr || !may_have(worker, job, now)) {
+      continue;
+    }
+    const Job& other = jobs_.at(lease->unit.job);
+    const auto times = made_way_.find(other.id());
+    const Duration patience =
+        kPreparationPatience * (1 << (times == made_way_.end() ? 0 : std::min(times->second, kMostDoublings)));
+    if (other.spec().owner != job.spec().owner && other.spec().priority <= job.spec().priority &&
+        now >= lease->got_on + patience && (longest == nullptr || lease->got_on < longest->got_on)) {
+      longest = lease;
+    }
+  }
+  return longest;
+}
+
+void Preparations::make_way(const Lease& lease, const Job& job, const Event& event) {
+  Worker& worker = workers_.at(lease.worker);
+  const Job& other = jobs_.at(lease.unit.job);
+  event.info(about(other.id(), worker.name(), lease.id),
+             "worker {} leaves job {}, which it has prepared for {:.0f} s, because job {} of another user waits",
+             worker.name(), other.id().value, to_seconds(event.now - lease.got_on), job.id().value);
+  ++made_way_[other.id()];
+  for (const LeaseId id : std::set(worker.leases())) {
+    if (const Lease& each = leases_.at(id); each.unit.job == other.id() && leases_.is_preparation(each)) {
+      leases_.end(id, {.cancel = true}, event);
+    }
+  }
+  scheduler_.serve(worker, event);
+}
+
+void Preparations::tick(const Event& event) {
+  if (const std::optional<Time> due = next_deadline(); !due || event.now < *due) {
+    return;
+  }
+  next_check_ = event.now + kSearchInterval;
+  std::erase_if(made_way_, [&](const auto& entry) {
+    const Job* const job = jobs_.find(entry.first);
+    return job == nullptr || !job->in_progress();
+  });
+  std::vector<JobId> held_up;
+  for (const auto& [id, job] : jobs_.all()) {
+    if (held_up.size() < kMostHeldUp && is_held_up(*job)) {
+      held_up.push_back(id);
+    }
+  }
+  for (const JobId id : held_up) {
+    const Job& job = jobs_.at(id);
+    if (const Lease* const lease = is_held_up(job) ? longest_before(job, event.now) : nullptr) {
+      make_way(Lease(*lease), job, event);
+    }
+  }
+}
+
+}  // namespace lightmill
