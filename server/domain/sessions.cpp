@@ -99,24 +99,38 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
     event.send(session, Notice{"in quarantine, this worker gets nothing to render until it is released"});
   }
   worker.waits_from(leases_.last_id());
-  take_back_held(worker, hello, other_process, event);
+  const std::optional<LeaseId> forged = take_back_held(worker, hello, other_process, event);
   scheduler_.serve_all(event);  // who waited before has first call on what this one lost
-  scheduler_.serve(worker, event);
+  if (forged) {
+    // Counts once for each hello: an honest worker may bring leases of another farm that it finds at this address.
+    event.warn(about(JobId{}, hello.name, *forged), "worker {}: lease {}, which it brings, was never granted to it",
+               hello.name, forged->value);
+    distrust(session, {}, make_error(StatusCode::kPermissionDenied, "leases that were never granted to this worker"),
+             event);
+  } else {
+    scheduler_.serve(worker, event);
+  }
   inspections_.serve(event);
 }
 
-void Sessions::take_back_held(Worker& worker, const WorkerHello& hello, bool other_process, const Event& event) {
+std::optional<LeaseId> Sessions::take_back_held(Worker& worker, const WorkerHello& hello, bool other_process,
+                                                const Event& event) {
   LeaseCancel unwanted;
+  std::optional<LeaseId> forged;
   std::set<LeaseId> kept;
   std::size_t tried = 0;
   for (const HeldLease& held : hello.held) {
     if (kept.contains(held.lease)) {
       continue;
     }
-    if (++tried <= kMostHeld && adopt(worker, held, event)) {
+    const Adoption adopted = ++tried <= kMostHeld ? adopt(worker, held, event) : Adoption::unwanted;
+    if (adopted == Adoption::adopted) {
       kept.insert(held.lease);
     } else {
       unwanted.leases.push_back(held.lease);
+    }
+    if (adopted == Adoption::forged) {
+      forged = held.lease;
     }
   }
   // The worker does not render leases in its name that it does not hold.
@@ -133,28 +147,29 @@ void Sessions::take_back_held(Worker& worker, const WorkerHello& hello, bool oth
   if (!unwanted.leases.empty()) {
     event.send_after_commit(*worker.session(), std::move(unwanted));
   }
+  return forged;
 }
 
-bool Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) {
+Sessions::Adoption Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) {
   Job* const job = jobs_.find(held.unit.job);
   if (job == nullptr || !job->active() || job->undecided() || job->digest() != held.render_digest ||
       !may_render(worker, *job)) {
-    return false;
+    return Adoption::unwanted;
   }
   const std::vector<TileId>& tiles = held.unit.tiles;
   if (tiles.empty() || tiles.size() != held.tags.size() || !are_ascending(tiles)) {
-    return false;
+    return Adoption::unwanted;
   }
   // The first wrong tag ends the work for a lease. A worker has no right tags but those of its grants.
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     const NodeKey key{held.unit.job, tiles[i], held.unit.range};
     if (!signer_.verify(held.tags[i], worker.name(), held.lease, held.render_digest, key)) {
-      return false;
+      return Adoption::forged;
     }
   }
   if (const Lease* const lease = leases_.find(held.lease)) {
     if (lease->worker != worker.name() || lease->unit.job != held.unit.job || lease->unit.range != held.unit.range) {
-      return false;
+      return Adoption::unwanted;
     }
     leases_.resume(held.lease, event.now);
     for (const TileId tile : std::vector(lease->unit.tiles)) {
@@ -165,10 +180,10 @@ bool Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) 
     }
     queue_.refresh(*job);
     if (leases_.find(held.lease) == nullptr) {
-      return false;
+      return Adoption::unwanted;
     }
   } else if (held.lease > leases_.last_id()) {
-    return false;  // the id is not used yet, and another lease will get it
+    return Adoption::unwanted;  // the id is not used yet, and another lease will get it
   } else {
     // The lease is from an earlier coordinator, or was taken for lost. The worker resumes the tiles that are still
     // free. Suspect tiles go to a worker alone.
@@ -179,7 +194,7 @@ bool Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) 
       }
     }
     if (unit.tiles.empty()) {
-      return false;
+      return Adoption::unwanted;
     }
     leases_.open(worker, *job, {.id = held.lease, .unit = std::move(unit)}, event.now);
     queue_.refresh(*job);
@@ -188,7 +203,7 @@ bool Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) 
   known.describe = false;
   known.confirmed = true;
   job->came_back(held.lease);
-  return true;
+  return Adoption::adopted;
 }
 
 // ---- messages of workers ----

@@ -47,8 +47,12 @@ class Sessions {
   void end(SessionId session, const Event& event);
   /// For a worker that connects now. It grows with the number of sessions.
   Duration heartbeat_interval() const;
-  void take_back_held(Worker& worker, const WorkerHello& hello, bool other_process, const Event& event);
-  bool adopt(Worker& worker, const HeldLease& held, const Event& event);
+  /// Returns a lease with a tag of no grant to this worker, if the hello lists one.
+  std::optional<LeaseId> take_back_held(Worker& worker, const WorkerHello& hello, bool other_process,
+                                        const Event& event);
+  enum class Adoption { adopted, unwanted, forged };
+  /// `forged`: a tag is of no grant to this worker. Leases that are merely stale are unwanted.
+  Adoption adopt(Worker& worker, const HeldLease& held, const Event& event);
   /// Takes back tiles and pilots that take too long.
   void check_overruns(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event);
   void overran(Worker& worker, const Lease& lease, TileId tile, const Event& event);

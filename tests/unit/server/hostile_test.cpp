@@ -78,6 +78,44 @@ TEST_F(CoordinatorTest, AWorkerCannotClaimUngrantedLeases) {
   EXPECT_EQ(got<LeaseCancel>(second).front().leases, std::vector<LeaseId>{next});
 }
 
+TEST_F(CoordinatorTest, ForgedLeasesInHellosEndTheSession) {
+  submit(spec("r1", 1024, {0, 0, 512, 64}));
+  const SessionId honest = connect("honest");
+  const HeldLease stolen = held(got<LeaseGrant>(honest).at(0));
+  HeldLease invented = stolen;
+  for (Sha256& tag : invented.tags) {
+    tag = sha256("a guess");
+  }
+  for (std::uint32_t i = 1; i < limits.max_bad_results; ++i) {
+    EXPECT_TRUE(got<Dismissal>(connect("liar", 1, "class-a", {stolen, invented})).empty()) << "one each hello";
+  }
+  const SessionId last = connect("liar", 1, "class-a", {invented});
+  ASSERT_EQ(got<Dismissal>(last).size(), 1u);
+  EXPECT_NE(got<Dismissal>(last)[0].reason.find("never granted"), std::string::npos);
+  EXPECT_EQ(coordinator->workers(now).size(), 1u);
+  EXPECT_TRUE(got<LeaseCancel>(honest).empty());
+}
+
+TEST_F(CoordinatorTest, StaleLeasesInHellosCountForNothing) {
+  const JobId job = submit(spec("r1", 1024, {0, 0, 512, 64}));
+  const SessionId first = connect("w");
+  std::vector<HeldLease> leases;
+  for (const LeaseGrant& grant : got<LeaseGrant>(first)) {
+    leases.push_back(held(grant));
+  }
+  coordinator->worker_disconnected(first, now, effects);
+  pass(limits.disconnect_grace);
+  connect("other");  // it gets the same samples
+  for (std::uint32_t i = 0; i < 2 * limits.max_bad_results; ++i) {
+    EXPECT_TRUE(got<Dismissal>(connect("w", 1, "class-a", leases)).empty());
+  }
+  EXPECT_TRUE(coordinator->cancel(job, now, unix_ms(), effects).ok());
+  flush();
+  for (std::uint32_t i = 0; i < 2 * limits.max_bad_results; ++i) {
+    EXPECT_TRUE(got<Dismissal>(connect("w", 1, "class-a", leases)).empty());
+  }
+}
+
 TEST_F(CoordinatorTest, AnUngrantedResultIsRefused) {
   const JobId job = submit(spec("r1", 1024, {0, 0, 512, 64}));
   const SessionId honest = connect("honest", 4), liar = connect("liar", 4);
