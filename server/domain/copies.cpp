@@ -43,7 +43,7 @@ double Copies::seconds_left(const Lease& lease, Time now) const {
       least = to_seconds(now - each.got_on);  // results of other leases do not count
     }
     least = std::max(least, expected * slowdown);  // of one tile, however many threads the worker claims
-    seconds += each.remaining * expected * slowdown / worker.hello().threads;
+    seconds += each.remaining * expected * slowdown / worker.threads();
     if (id == lease.id) {
       break;
     }
@@ -144,8 +144,7 @@ bool Copies::copy(const Lease& lease, Worker& worker, const Event& event) {
   // From its end, because its worker renders from the front.
   const LeaseId id = leases_.next_id();
   Unit unit{job.id(), lease.unit.range, {}};
-  for (std::size_t i = lease.unit.tiles.size();
-       i-- > 0 && unit.tiles.size() < std::max(wanted, worker.hello().threads);) {
+  for (std::size_t i = lease.unit.tiles.size(); i-- > 0 && unit.tiles.size() < std::max(wanted, worker.threads());) {
     const TileId tile = lease.unit.tiles[i];
     if (!lease.done[i] && may_also_hold(worker, job.plan().holders(tile, lease.unit.range)) &&
         job.plan().add_copy(id, tile, lease.unit.range)) {
@@ -165,7 +164,7 @@ bool Copies::take_over_audit(const Lease& lease, Worker& worker, const Event& ev
   const LeaseId from = lease.id, id = leases_.next_id();
   const Renderer by = renderer_of(worker, job);
   Unit unit{job.id(), lease.unit.range, {}};
-  for (std::size_t i = 0; i < lease.unit.tiles.size() && unit.tiles.size() < worker.hello().threads; ++i) {
+  for (std::size_t i = 0; i < lease.unit.tiles.size() && unit.tiles.size() < worker.threads(); ++i) {
     const TileId tile = lease.unit.tiles[i];
     if (!lease.done[i] && job.audits().take_over({unit.range, tile}, from, id, by)) {
       unit.tiles.push_back(tile);

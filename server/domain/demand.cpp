@@ -51,7 +51,7 @@ std::uint32_t FarmView::wanted_workers(Time now) const {
     }
     quarantined += worker.session() && worker.quarantined() ? 1 : 0;
   }
-  const auto threads_there = static_cast<double>(workers_.threads());
+  const auto threads_there = static_cast<double>(workers_.claimed_threads());
   bool waiting = false, all_that_are_here = false;
   double threads = 0;
   for (const auto& [id, job] : jobs_.all()) {

@@ -47,7 +47,7 @@ bool LeaseTable::wants_more(const Worker& worker) const {
   }
   const std::uint32_t wanted = limits_.leases_per_worker;
   return held < wanted ||
-         (worker.tiles_out() < worker.hello().threads * wanted && held < std::size_t{wanted} * kSmallUnitsFactor);
+         (worker.tiles_out() < worker.threads() * wanted && held < std::size_t{wanted} * kSmallUnitsFactor);
 }
 
 // ---- opening and sending ----

@@ -16,6 +16,10 @@ struct CoordinatorLimits {
       1.0;  ///< target time of a unit at its worker's measured speed; longer if results would be too many
   double result_bytes_per_second = 192.0 * 1024 * 1024;  ///< of all workers together, at most
   std::uint32_t leases_per_worker = 2;                   ///< one to render, one ahead
+  /// A worker's claim of threads counts up to the number of results that it delivered in this session, or up to this.
+  std::uint32_t threads_at_first = 16;
+  /// Tiles of one sample of a job that a worker may hold. If it delivered more of the job lately, it may hold more.
+  std::uint32_t tiles_at_first = 64;
   Duration disconnect_grace = std::chrono::seconds(3);   ///< leases of a broken stream expire after so long
   Duration restart_grace = std::chrono::seconds(2);      ///< after a restart, workers may come back with their leases
   Duration copy_after = std::chrono::milliseconds(100);  ///< least age of a lease that is copied to an idle worker

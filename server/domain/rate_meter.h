@@ -9,9 +9,10 @@
 
 namespace lightmill {
 
-/// Counts into half-second bins and looks back over ten of them.
+/// Counts into bins, by default of half a second, and looks back over ten of them.
 class RateMeter {
  public:
+  explicit RateMeter(Duration bin = std::chrono::milliseconds(500)) : bin_(bin) {}
   void add(double amount, Time now) {
     const std::int64_t bin = bin_of(now);
     if (first_bin_ < 0) {
@@ -29,24 +30,28 @@ class RateMeter {
     if (first_bin_ < 0) {
       return 0;
     }
+    const Time window_start{bin_ * std::max<std::int64_t>(bin_of(now) - kBins + 1, 0)};
+    return recent(now) / std::max(to_seconds(now - std::max(window_start, first_)), 0.1);
+  }
+  /// In the ten bins.
+  double recent(Time now) const {
     const std::int64_t bin = bin_of(now);
     double sum = 0;
     for (const Bin& slot : bins_) {
       sum += slot.number > bin - kBins ? slot.amount : 0;
     }
-    const Time window_start{kBin * std::max<std::int64_t>(bin - kBins + 1, 0)};
-    return sum / std::max(to_seconds(now - std::max(window_start, first_)), 0.1);
+    return sum;
   }
 
  private:
   static constexpr std::int64_t kBins = 10;
-  static constexpr Duration kBin = std::chrono::milliseconds(500);
-  static std::int64_t bin_of(Time now) { return now.time_since_epoch() / kBin; }
+  std::int64_t bin_of(Time now) const { return now.time_since_epoch() / bin_; }
 
   struct Bin {
     std::int64_t number = -1;
     double amount = 0;
   };
+  Duration bin_;
   std::array<Bin, kBins> bins_;
   std::int64_t first_bin_ = -1;
   Time first_;

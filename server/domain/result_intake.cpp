@@ -84,6 +84,12 @@ void ResultIntake::take(SessionId session, WorkerResult result, const Event& eve
     }
   }
   job->came_back(lease);
+  if (Worker* const worker = workers_.find(by.worker); worker != nullptr && is_granted(by.worker, result)) {
+    if (!worker->job(key.job).delivered) {
+      leases_.prepared(lease, seconds_that_count(by.worker, result, event.now), event.now);
+    }
+    workers_.delivered(*worker, key.job, key.range.count() * job->pixels_of(key.tile), event.now);
+  }
   result.seconds = seconds_that_count(by.worker, result, event.now);
   const bool cost_was_known = job->cost().known();
   const Lease* const open = leases_.find(lease);
@@ -137,20 +143,19 @@ void ResultIntake::reject(SessionId session, const WorkerResult& result, const S
   sessions_.distrust(session, result.lease, error, event);
 }
 
-double ResultIntake::seconds_that_count(const std::string& worker, const WorkerResult& result, Time now) const {
+bool ResultIntake::is_granted(const std::string& worker, const WorkerResult& result) const {
   const Lease* const lease = leases_.find(result.lease);
-  return lease != nullptr && lease->worker == worker && lease->wants(result.key.tile)
-             ? lease->possible_seconds(result.seconds, now)
-             : 0;
+  return lease != nullptr && lease->worker == worker && lease->wants(result.key.tile);
+}
+
+double ResultIntake::seconds_that_count(const std::string& worker, const WorkerResult& result, Time now) const {
+  return is_granted(worker, result) ? leases_.at(result.lease).possible_seconds(result.seconds, now) : 0;
 }
 
 void ResultIntake::count_cost(Job& job, const Renderer& by, const WorkerResult& result, const Event& event) {
   const std::uint64_t pixel_samples = result.key.range.count() * job.pixels_of(result.key.tile);
   job.add_cost(result.seconds, pixel_samples);
   if (Worker* const worker = workers_.find(by.worker); worker != nullptr && result.seconds > 0) {
-    if (!worker->job(job.id()).delivered) {
-      leases_.prepared(result.lease, result.seconds, event.now);
-    }
     worker->rendered(job.id(), result.seconds / static_cast<double>(pixel_samples), pixel_samples, event.now);
   }
 }

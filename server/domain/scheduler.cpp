@@ -118,6 +118,9 @@ std::optional<bool> Scheduler::grant(Worker& worker, Job& job, const Event& even
   }
   const LeaseId id = leases_.next_id();
   const UnitAim aim = aim_for(worker, job, event.now);
+  if (aim.most_pixel_samples <= 0) {
+    return false;
+  }
   result_rate_.add_unit(from_seconds(std::max(limits_.unit_seconds, 2 * aim.results_seconds)));
   std::optional<Unit> unit = job.plan().take(job.id(), id, aim);
   if (!unit) {

@@ -32,6 +32,9 @@ class Scheduler {
   void hold(const std::string& why, const Event& event);
 
   // ---- unit_sizing.cpp ----
+  /// Pixel samples of the job that the worker may get now. A worker's own speed and threads would allow more, but
+  /// nobody can check them.
+  double most_pixel_samples(const Worker& worker, const Job& job, const UnitAim& aim, Time now) const;
   UnitAim aim_for(const Worker& worker, const Job& job, Time now) const;
   void result_received(const WorkerResult& result, Time now);
   /// Slows the pace if results wait too long for their acknowledgement. Else speeds it up.

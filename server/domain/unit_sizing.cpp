@@ -10,6 +10,9 @@ namespace {
 /// While the sample cost of a job is unknown, units have one sample per pixel. The coordinator leases so many that it
 /// can take their results within this time. Else thousands of workers would send theirs at once.
 constexpr double kTriedSeconds = 0.5;
+/// What a worker may hold of a job: this times what it delivered of it in the last minute. Where units take longer than
+/// a quarter of a minute, so many units.
+constexpr double kRecentWork = 2, kUnitsHeld = 4;
 
 double pixels_of_a_tile(const Job& job) {
   return static_cast<double>(
@@ -23,6 +26,21 @@ double node_bytes(const Job& job) {
 
 }  // namespace
 
+double Scheduler::most_pixel_samples(const Worker& worker, const Job& job, const UnitAim& aim, Time now) const {
+  const WorkerJob* const known = worker.find_job(job.id());
+  const double recent = known == nullptr ? 0 : known->delivered_samples.recent(now);
+  const double window = to_seconds(kDeliveryBin) * 10;
+  double most = std::max(limits_.tiles_at_first * pixels_of_a_tile(job),
+                         recent * std::max(kRecentWork, kUnitsHeld * aim.unit_seconds / window));
+  for (const LeaseId id : worker.leases()) {
+    const Lease& lease = leases_.at(id);
+    most -= lease.unit.job == job.id()
+                ? lease.remaining * static_cast<double>(lease.unit.range.count()) * pixels_of_a_tile(job)
+                : 0;
+  }
+  return most;
+}
+
 UnitAim Scheduler::aim_for(const Worker& worker, const Job& job, Time now) const {
   UnitAim aim;
   aim.farm_threads = static_cast<std::uint32_t>(std::max<std::uint64_t>(workers_.threads(), 1));
@@ -35,7 +53,8 @@ UnitAim Scheduler::aim_for(const Worker& worker, const Job& job, Time now) const
   aim.unit_seconds *= worker.unit_scale();
   const WorkerJob* const known = worker.find_job(job.id());
   aim.seconds_per_pixel_sample = (known != nullptr && known->cost.known() ? known->cost : job.cost()).peak.value();
-  aim.threads = worker.hello().threads;
+  aim.threads = worker.threads();
+  aim.most_pixel_samples = most_pixel_samples(worker, job, aim, now);
   const Result<MethodSpec> method = parse_method(job.spec().settings.method);
   aim.shared_samples = method.ok() ? shared_samples(*method) : 0;
   return aim;

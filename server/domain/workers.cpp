@@ -59,7 +59,6 @@ void Worker::waits(Duration wait, Time now) {
 
 void Worker::rendered(JobId job, double seconds, std::uint64_t pixel_samples, Time now) {
   jobs_[job].cost.add(seconds);
-  jobs_[job].delivered = true;
   rate_.add(static_cast<double>(pixel_samples), now);
   pixel_samples_ += pixel_samples;
 }
@@ -68,7 +67,8 @@ void Worker::rendered(JobId job, double seconds, std::uint64_t pixel_samples, Ti
 
 void WorkerRegistry::count(const Worker& worker) {
   const WorkerHello& hello = worker.hello_;
-  threads_ += hello.threads;
+  threads_ += worker.threads_;
+  claimed_threads_ += hello.threads;
   auto& identities = classes_[{hello.renderer_version, hello.fingerprint_class}];
   if (++identities[worker.identity()] == 1 && identities.size() == 2) {
     ++audited_classes_[hello.renderer_version];
@@ -77,7 +77,8 @@ void WorkerRegistry::count(const Worker& worker) {
 
 void WorkerRegistry::uncount(const Worker& worker) {
   const WorkerHello& hello = worker.hello_;
-  threads_ -= hello.threads;
+  threads_ -= worker.threads_;
+  claimed_threads_ -= hello.threads;
   const auto of_class = classes_.find({hello.renderer_version, hello.fingerprint_class});
   const auto identity = of_class->second.find(worker.identity());
   if (--identity->second > 0) {
@@ -89,6 +90,16 @@ void WorkerRegistry::uncount(const Worker& worker) {
   }
   if (of_class->second.empty()) {
     classes_.erase(of_class);
+  }
+}
+
+void WorkerRegistry::delivered(Worker& worker, JobId job, std::uint64_t pixel_samples, Time now) {
+  WorkerJob& known = worker.jobs_[job];
+  known.delivered = true;
+  known.delivered_samples.add(static_cast<double>(pixel_samples), now);
+  if (++worker.delivered_ > worker.threads_ && worker.threads_ < worker.hello_.threads) {
+    ++worker.threads_;
+    threads_ += worker.counts() ? 1 : 0;
   }
 }
 
@@ -145,6 +156,8 @@ bool WorkerRegistry::connect(SessionId session, const WorkerHello& hello, bool q
     }
     worker.hello_ = hello;
     worker.hello_.held.clear();
+    worker.threads_ = std::min(hello.threads, limits_.threads_at_first);
+    worker.delivered_ = 0;
     worker.session_ = session;
     worker.connected_at_ = worker.heard_at_ = now;
     worker.draining_ = hello.draining;

@@ -29,6 +29,9 @@ inline const std::string& identity_of(const WorkerHello& hello) {
 /// Whether both hellos are of one process. It may connect again before the coordinator notices its broken stream.
 bool same_process(const WorkerHello& a, const WorkerHello& b);
 
+/// Time over which a worker's results show what it can do: ten bins of this length.
+inline constexpr Duration kDeliveryBin = std::chrono::seconds(6);
+
 /// A job as one worker sees it.
 struct WorkerJob {
   std::uint32_t leases = 0;
@@ -36,6 +39,7 @@ struct WorkerJob {
   bool confirmed = false;  ///< a message of the worker shows that it got a lease of the job
   bool delivered = false;  ///< a result of an open lease came in this session, so the scene is prepared
   MeasuredCost cost = {};
+  RateMeter delivered_samples{kDeliveryBin};  ///< pixel samples that it was granted, in this session
 };
 
 /// Worker that is connected or has leases.
@@ -62,6 +66,8 @@ class Worker {
   WorkerCount count() const;
   double samples_per_second(Time now) const { return rate_.per_second(now); }
   std::uint64_t results() const { return results_; }
+  /// Its claim, as far as its results support it.
+  std::uint32_t threads() const { return threads_; }
   std::uint64_t leases_lost() const { return leases_lost_; }
 
   // ---- leases ----
@@ -103,6 +109,8 @@ class Worker {
 
   WorkerHello hello_;
   std::optional<SessionId> session_;
+  std::uint32_t threads_ = 0;
+  std::uint64_t delivered_ = 0;  ///< granted results, in this session
   Time connected_at_, heard_at_, result_at_;
   bool draining_ = false, silent_ = false, quarantined_ = false;
   std::set<LeaseId> leases_;
@@ -130,7 +138,10 @@ class WorkerRegistry {
   Worker& at(const std::string& name) { return workers_.at(name); }
   std::map<std::string, Worker>& all() { return workers_; }  ///< by name
   const std::map<std::string, Worker>& all() const { return workers_; }
-  std::uint64_t threads() const { return threads_; }  ///< of all workers with counts()
+  std::uint64_t threads() const { return threads_; }  ///< Worker::threads() of all workers with counts()
+  std::uint64_t claimed_threads() const { return claimed_threads_; }
+  /// A result came for an open lease of the worker.
+  void delivered(Worker& worker, JobId job, std::uint64_t pixel_samples, Time now);
 
   // ---- sessions ----
   struct Session {
@@ -207,7 +218,7 @@ class WorkerRegistry {
   std::map<std::string, Worker> workers_;
   std::unordered_map<SessionId, Session> sessions_;
   std::set<std::string> idle_;
-  std::uint64_t threads_ = 0;
+  std::uint64_t threads_ = 0, claimed_threads_ = 0;
   /// By renderer version and class: the identities that count, with their numbers of workers.
   std::map<std::pair<std::string, std::string>, std::map<std::string, std::size_t>> classes_;
   std::map<std::string, std::size_t> audited_classes_;  ///< by renderer version: how many classes have two identities

@@ -63,7 +63,9 @@ SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile
     const bool too_long = seconds > most_seconds;
     const bool too_few =
         pieces < kPiecesPerThread * std::uint64_t{aim.farm_threads} && seconds / 2 >= aim.least_seconds;
-    if (!too_long && !too_few) {
+    const bool too_much =
+        std::ldexp(static_cast<double>(tile_pixels), static_cast<int>(level)) > aim.most_pixel_samples;
+    if (!too_long && !too_few && !too_much) {
       break;
     }
     --level;
@@ -80,7 +82,8 @@ std::uint32_t choose_tile_count(const SampleRange& range, std::uint64_t tiles, s
         static_cast<double>(tile_pixels) * static_cast<double>(range.count()) * aim.seconds_per_pixel_sample;
     wanted = std::max(std::floor(aim.unit_seconds * threads / tile_seconds), threads);
   }
-  const double most = std::min<double>(static_cast<double>(tiles), kMaxTilesPerUnit);
+  const double most = std::min({static_cast<double>(tiles), static_cast<double>(kMaxTilesPerUnit),
+                                aim.most_pixel_samples / static_cast<double>(tile_pixels * range.count())});
   return static_cast<std::uint32_t>(std::clamp(std::min(wanted, share_of(tiles, aim)), 1.0, std::max(most, 1.0)));
 }
 

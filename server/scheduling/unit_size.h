@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "common/film/sample_range.h"
 
@@ -16,8 +17,10 @@ struct UnitAim {
   double least_seconds = 0.03;          ///< least thread time of a range that is cut to give work to others
   double results_seconds = 0;           ///< time in which all threads together may send one result each
   double seconds_per_pixel_sample = 0;  ///< of one of its threads, for this job's costlier tiles; 0: unknown
-  std::uint32_t threads = 1;            ///< of the worker
-  std::uint32_t farm_threads = 1;       ///< of all workers of the farm that can get work
+  /// Of the unit, as far as one sample of one tile allows.
+  double most_pixel_samples = std::numeric_limits<double>::infinity();
+  std::uint32_t threads = 1;       ///< of the worker
+  std::uint32_t farm_threads = 1;  ///< of all workers of the farm that can get work
   /// If above 0, tiles share work of their samples. Each worker does it once, and keeps it for so many samples. Then
   /// units have many tiles with few samples, not few tiles with many samples.
   std::uint32_t shared_samples = 0;
@@ -39,6 +42,7 @@ void set_times(double unit_seconds, double node_bytes, double bytes_per_second, 
 /// - the gap, and its alignment (so at most as many samples as came before);
 /// - `unit_seconds` of thread time for each tile; if samples are shared, for all of the worker's tiles together;
 /// - `shared_samples`, if above 0;
+/// - `most_pixel_samples`;
 /// - small enough that all threads of the farm find work in the `left` free pixel samples of the job.
 /// The first sample of a pixel comes alone, so that a picture appears soon. So do all samples while the cost is
 /// unknown. If first samples would give too many results, the first range has as many samples as take the time of

@@ -12,6 +12,22 @@ class ClaimsTest : public VerifyingTest {
     return submit(job);
   }
   double worker_seconds(JobId job) const { return status(job).worker_seconds; }
+  SessionId connect_claiming(const std::string& name, std::uint32_t threads) {
+    return connect_as({name, name, 1, threads, "class-a", kRendererVersion, {}, false, name});
+  }
+  /// Time passes while the workers send heartbeats with all leases that they were ever granted.
+  void hold_with(const std::vector<SessionId>& sessions, Duration time) {
+    for (const Time until = now + time; now < until;) {
+      pass(std::min<Duration>(limits.heartbeat_interval, until - now));
+      for (const SessionId session : sessions) {
+        WorkerHeartbeat heartbeat;
+        for (const LeaseGrant& grant : got<LeaseGrant>(session)) {
+          heartbeat.leases.push_back(grant.lease);
+        }
+        say(session, std::move(heartbeat));
+      }
+    }
+  }
 };
 
 TEST_F(ClaimsTest, AResultTakesNoLongerThanItsLeaseIsOpen) {
@@ -72,6 +88,64 @@ TEST_F(ClaimsTest, ManyWorkersOfOneIdentityCountAsOneForTheRateOfResults) {
   pass(std::chrono::milliseconds(200));
   say(honest[0], WorkerHeartbeat{});
   EXPECT_EQ(coordinator->gauges().results_rate, limits.result_bytes_per_second);
+}
+
+TEST_F(ClaimsTest, ThreadsCountAsFarAsResultsCame) {
+  JobSpec large = spec("r1", 1 << 14, {0, 0, 4096, 4096});
+  large.verify_share = 0;
+  submit(large);
+  const SessionId liar = connect_claiming("liar", 4096);
+  const auto tiles_held = [&] {
+    std::size_t tiles = 0;
+    for (std::size_t i = worked[liar]; i < got<LeaseGrant>(liar).size(); ++i) {
+      tiles += got<LeaseGrant>(liar)[i].unit.tiles.size();
+    }
+    return tiles;
+  };
+  EXPECT_LE(tiles_held(), limits.tiles_at_first);
+  answer_one(liar);
+  EXPECT_LE(tiles_held(), 2 * limits.tiles_at_first);
+}
+
+// It takes a second for each sample of a tile, and says that it takes none.
+TEST_F(ClaimsTest, ASpeedCountsAsFarAsResultsCame) {
+  JobSpec large = spec("r1", 1 << 20, {0, 0, 128, 128});
+  large.verify_share = 0;
+  const JobId job = submit(large);
+  const SessionId liar = connect_claiming("liar", 1);
+  double slowest = 0;
+  const Time end = now + std::chrono::minutes(20);
+  for (std::size_t i = 0; i < got<LeaseGrant>(liar).size() && now < end; ++i) {
+    const LeaseGrant grant = got<LeaseGrant>(liar)[i];
+    const Time start = now;
+    for (const TileId tile : grant.unit.tiles) {
+      hold_with({liar}, from_seconds(static_cast<double>(grant.unit.range.count())));
+      say(liar, result(grant, tile, 1e-9));
+    }
+    slowest = std::max(slowest, to_seconds(now - start));
+  }
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+  EXPECT_GT(slowest, 16);
+  EXPECT_LE(slowest, 128) << "twice what it delivers in a minute";
+}
+
+TEST_F(ClaimsTest, ThreadsDoNotMakeTheUnitsOfOthersLonger) {
+  JobSpec large = spec("r1", 1 << 14, {0, 0, 1024, 1024});
+  large.verify_share = 0;
+  submit(large);
+  const SessionId honest = connect_claiming("honest", 1), liar = connect_claiming("liar", 4096);
+  double longest = 0;
+  for (std::size_t i = 0; i < 200 && i < got<LeaseGrant>(honest).size(); ++i) {
+    const LeaseGrant grant = got<LeaseGrant>(honest)[i];
+    const double tile_seconds = 0.1 * static_cast<double>(grant.unit.range.count());
+    for (const TileId tile : grant.unit.tiles) {
+      hold_with({honest, liar}, from_seconds(tile_seconds));
+      say(honest, result(grant, tile, tile_seconds));
+    }
+    longest = std::max(longest, tile_seconds * static_cast<double>(grant.unit.tiles.size()));
+  }
+  EXPECT_GT(longest, 0.5);
+  EXPECT_LE(longest, limits.unit_seconds + 1e-9);
 }
 
 TEST_F(ClaimsTest, AnAuditedJobDoesNotStartInAClassOfOneIdentity) {

@@ -12,6 +12,10 @@ constexpr double kMiB = 1024 * 1024;
 
 class ResultsWaitTest : public CoordinatorTest {
  protected:
+  ResultsWaitTest() {
+    limits.threads_at_first = limits.tiles_at_first = 100'000;  // each worker has the threads that it claims
+    restart({});
+  }
   void restart_with(double bytes_per_second) {
     limits.result_bytes_per_second = bytes_per_second;
     restart({});
