@@ -266,8 +266,8 @@ FarmLoad Coordinator::load() const {
   return parts_->view.load();
 }
 
-FarmGauges Coordinator::gauges() const {
-  return parts_->view.gauges();
+FarmGauges Coordinator::gauges(Time now) const {
+  return parts_->view.gauges(now);
 }
 
 const FarmTotals& Coordinator::totals() const {

@@ -141,7 +141,7 @@ class Coordinator {
   std::size_t count_jobs(const JobFilter& filter) const;
   FarmLoad load() const;
   const FarmTotals& totals() const;
-  FarmGauges gauges() const;
+  FarmGauges gauges(Time now) const;
   std::vector<WorkerStatus> workers(Time now, const WorkerFilter& filter = {}) const;  ///< by name
   /// Number of workers that the farm can use, for autoscalers:
   /// - so many that each has a minute of work in the remaining samples of all jobs, and at least the busy ones;

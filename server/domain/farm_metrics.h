@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string_view>
 
 #include "common/base/histogram.h"
 #include "common/farm/job.h"
@@ -25,12 +26,30 @@ struct FarmTotals {
   Histogram first_picture{kFirstPictureBounds};  ///< seconds from a job's submission until every pixel had a sample
 };
 
+/// Why a job waits (wait_reasons.cpp). In the order of kWaitReasonNames.
+enum class WaitReason {
+  storage,        ///< nothing can be stored, or the disk is full
+  missing_file,   ///< an asset was lost
+  dispute,        ///< two identities differ, and no third is connected
+  silent_worker,  ///< its workers have brought no result for long
+  quarantine,     ///< the workers that may render it are in quarantine or leave
+  leaving,        ///< they leave
+  refused,        ///< workers of one identity refused it
+  larger_worker,  ///< it exceeds the limits of all workers
+  other_kind,     ///< no worker has its renderer version and fingerprint class
+  no_worker,      ///< none is connected
+};
+inline constexpr std::array<std::string_view, 10> kWaitReasonNames{
+    "storage", "missing_file", "dispute",       "silent_worker", "quarantine",
+    "leaving", "refused",      "larger_worker", "other_kind",    "no_worker"};
+
 inline constexpr std::array kJobStates{JobState::queued, JobState::running, JobState::paused,
                                        JobState::done,   JobState::failed,  JobState::cancelled};
 
 /// State of the farm at one moment.
 struct FarmGauges {
-  std::array<std::uint64_t, kJobStates.size()> jobs{};  ///< by JobState
+  std::array<std::uint64_t, kJobStates.size()> jobs{};         ///< by JobState
+  std::array<std::uint64_t, kWaitReasonNames.size()> waits{};  ///< jobs in progress, by WaitReason
   std::uint64_t units_out = 0;
   /// Neither rendered nor leased, of jobs in progress. Jobs that end only by time do not count.
   std::uint64_t free_pixel_samples = 0;

@@ -38,7 +38,7 @@ JobStatus FarmView::decided_status(const Job& job, Time now, KindsOfEvent& kinds
   status.fingerprint_class = record.fingerprint_class;
   status.parent = spec.parent;
   status.state = record.state;
-  status.reason = record.reason.empty() ? reason_to_wait(job, now, kinds) : record.reason;
+  status.reason = record.reason.empty() ? wait_of(job, now, kinds).text : record.reason;
   status.reached = record.reached;
   status.priority = spec.priority;
   status.goal = spec.goal;
@@ -155,6 +155,13 @@ std::vector<WorkerStatus> FarmView::workers(Time now, const WorkerFilter& filter
   return found;
 }
 
+namespace {
+
+/// Pairs of job and worker. A job that waits may have to be compared with all workers.
+constexpr std::size_t kMostExplained = 1'000'000;
+
+}  // namespace
+
 FarmLoad FarmView::load() const {
   FarmLoad load;
   load.pixel_samples = totals_.pixel_samples;
@@ -171,12 +178,18 @@ FarmLoad FarmView::load() const {
   return load;
 }
 
-FarmGauges FarmView::gauges() const {
+FarmGauges FarmView::gauges(Time now) const {
   FarmGauges farm;
+  KindsOfEvent kinds(workers_);
+  std::size_t explained = 0;
   farm.results_rate = scheduler_.result_bytes_per_second();
   farm.units_out = leases_.all().size();
   for (const auto& [id, job] : jobs_.all()) {
     ++farm.jobs[static_cast<std::size_t>(job->shown_state())];
+    if (const Wait wait = explained <= kMostExplained ? wait_of(*job, now, kinds) : Wait{}; !wait.text.empty()) {
+      ++farm.waits[static_cast<std::size_t>(wait.reason)];
+      explained += workers_.all().size();
+    }
     const Goal& goal = job->spec().goal;
     const bool counted = goal.samples > 0 || goal.error > 0;  // a job that ends only by time has no limit of samples
     farm.free_pixel_samples += counted && job->in_progress() ? job->plan().free_pixel_samples() : 0;

@@ -31,7 +31,7 @@ class FarmView {
   std::size_t count_jobs(const JobFilter& filter) const;
   std::vector<WorkerStatus> workers(Time now, const WorkerFilter& filter) const;
   FarmLoad load() const;
-  FarmGauges gauges() const;
+  FarmGauges gauges(Time now) const;
 
   // ---- demand.cpp ----
   std::uint32_t wanted_workers(Time now) const;
@@ -59,13 +59,16 @@ class FarmView {
 
   JobStatus status(const Job& job, Time now, KindsOfEvent& kinds) const;
   JobStatus decided_status(const Job& job, Time now, KindsOfEvent& kinds) const;
-  /// Empty if the job does not wait, because a connected worker may render it.
-  std::string reason_to_wait(const Job& job, Time now, KindsOfEvent& kinds) const;
+  struct Wait {
+    WaitReason reason = WaitReason::storage;
+    std::string text = {};  ///< empty if the job does not wait, because a connected worker may render it
+  };
+  Wait wait_of(const Job& job, Time now, KindsOfEvent& kinds) const;
   std::string reason_of_missing(const Job& job, Time now) const;
   static std::string wait_for_lost(const Sha256& asset);
   /// Why the job stands still, if no lease of it has brought a result for long.
   std::string reason_of_standstill(const Job& job, Time now) const;
-  static std::string why_none_may(const Job& job, const WorkerKinds& kinds);
+  static Wait why_none_may(const Job& job, const WorkerKinds& kinds);
   static bool any_may_render(const Job& job, const WorkerKinds& kinds);
   WorkerStatus status(const Worker& worker, Time now) const;
 

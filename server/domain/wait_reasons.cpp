@@ -44,26 +44,26 @@ void FarmView::asset_is_missing(const Sha256& digest, const Event& event) {
   }
 }
 
-std::string FarmView::reason_to_wait(const Job& job, Time now, KindsOfEvent& kinds) const {
+FarmView::Wait FarmView::wait_of(const Job& job, Time now, KindsOfEvent& kinds) const {
   if (!job.in_progress()) {
-    return "";
+    return {};
   }
   if (!scheduler_.held().empty()) {
-    return scheduler_.held();
+    return {WaitReason::storage, scheduler_.held()};
   }
   if (std::string missing = reason_of_missing(job, now); !missing.empty()) {
-    return missing;
+    return {WaitReason::missing_file, std::move(missing)};
   }
   if (std::string dispute = audits_.reason_for_dispute(job); !dispute.empty()) {
-    return dispute;
+    return {WaitReason::dispute, std::move(dispute)};
   }
   if (!job.leases().empty()) {
-    return reason_of_standstill(job, now);
+    return {WaitReason::silent_worker, reason_of_standstill(job, now)};
   }
   if (!any_may_render(job, kinds.get())) {
     return why_none_may(job, kinds.get());
   }
-  return job.refusals().empty() ? "" : job.refusals().reason_to_wait();
+  return job.refusals().empty() ? Wait{} : Wait{WaitReason::refused, job.refusals().reason_to_wait()};
 }
 
 std::string FarmView::reason_of_missing(const Job& job, Time now) const {
@@ -118,7 +118,7 @@ bool FarmView::any_may_render(const Job& job, const WorkerKinds& kinds) {
 }
 
 /// Why no connected worker may render the job. Reasons that an operator can change come first.
-std::string FarmView::why_none_may(const Job& job, const WorkerKinds& kinds) {
+FarmView::Wait FarmView::why_none_may(const Job& job, const WorkerKinds& kinds) {
   SomeWorkers in_quarantine, leaving, too_small, of_others;
   for (const auto& [kind, workers] : kinds) {
     const bool suited = suits(kind.second, kind.first, job);
@@ -146,25 +146,27 @@ std::string FarmView::why_none_may(const Job& job, const WorkerKinds& kinds) {
     reasons.push_back(fmt::format("{} leaving the farm", leaving.text()));
   }
   if (!reasons.empty()) {
-    return fmt::format("waits for a worker: {}{}", fmt::join(reasons, "; "), remedy);
+    return {in_quarantine.count > 0 ? WaitReason::quarantine : WaitReason::leaving,
+            fmt::format("waits for a worker: {}{}", fmt::join(reasons, "; "), remedy)};
   }
   if (!job.refusals().empty()) {
-    return job.refusals().reason_to_wait();
+    return {WaitReason::refused, job.refusals().reason_to_wait()};
   }
   if (too_small.count > 0) {
-    return fmt::format("waits for a larger worker; for {} {}", too_small.first->name(),
-                       too_small.first->too_large().at(job.id()));
+    return {WaitReason::larger_worker, fmt::format("waits for a larger worker; for {} {}", too_small.first->name(),
+                                                   too_small.first->too_large().at(job.id()))};
   }
   if (of_others.count == 0) {
-    return "waits for a worker: none is connected";
+    return {WaitReason::no_worker, "waits for a worker: none is connected"};
   }
   const WorkerHello& other = of_others.first->hello();
   const std::string& version = job.spec().settings.renderer_version;
   const std::string fixed = job.spec().allow_mixed ? "" : job.record().fingerprint_class;
-  return fmt::format("waits for a worker with renderer {}{}{}: {} {}", version,
-                     fixed.empty() ? "" : " and fingerprint class ", fixed, other.name,
-                     other.renderer_version != version ? "has renderer " + other.renderer_version
-                                                       : "is of class " + other.fingerprint_class);
+  return {WaitReason::other_kind,
+          fmt::format("waits for a worker with renderer {}{}{}: {} {}", version,
+                      fixed.empty() ? "" : " and fingerprint class ", fixed, other.name,
+                      other.renderer_version != version ? "has renderer " + other.renderer_version
+                                                        : "is of class " + other.fingerprint_class)};
 }
 
 }  // namespace lightmill

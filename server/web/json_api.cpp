@@ -216,7 +216,7 @@ void JsonApi::show_metrics(const ApiRequest& request, Reply reply) {
   }
   farm_requests_.post(std::move(reply), [&loop = runtime_.loop(), version = greeting_.version](
                                             FarmLoop::TaskContext& context, const PendingReply& back) {
-    back.compute([farm = MetricValues{context.farm.totals(), context.farm.gauges(),
+    back.compute([farm = MetricValues{context.farm.totals(), context.farm.gauges(context.now),
                                       context.farm.wanted_workers(context.now), context.farm.held().empty()},
                   &loop, version] {
       return ApiReply{200, std::string(kMetricsType),

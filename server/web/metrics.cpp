@@ -90,6 +90,11 @@ void add_farm(const MetricValues& farm, MetricLines& out) {
   for (std::size_t i = 0; i < gauges.jobs.size(); ++i) {
     out.line(fmt::format("lightmill_jobs{{state=\"{}\"}}", kStateNames[i]), static_cast<double>(gauges.jobs[i]));
   }
+  out.begin("lightmill_jobs_waiting", "Jobs that wait, by the reason that lightmill show gives.", "gauge");
+  for (std::size_t i = 0; i < gauges.waits.size(); ++i) {
+    out.line(fmt::format("lightmill_jobs_waiting{{reason=\"{}\"}}", kWaitReasonNames[i]),
+             static_cast<double>(gauges.waits[i]));
+  }
   out.gauge("lightmill_units_out", "Units that workers have now.", static_cast<double>(gauges.units_out));
   out.gauge("lightmill_queue_pixel_samples",
             "Samples of all pixels that are wanted now and not given to a worker. Without jobs that end only by time.",

@@ -192,7 +192,7 @@ std::string view_text(const Coordinator& coordinator, Time now) {
   for (const WorkerCount& worker : load.workers) {
     text += text_of(worker) + "\n";
   }
-  const FarmGauges gauges = coordinator.gauges();
+  const FarmGauges gauges = coordinator.gauges(now);
   const FarmTotals& totals = coordinator.totals();
   text += fmt::format("{} samples, {} running, {} waiting; jobs {}, {} units, {} free, {} {} {} {} workers, {}, {}\n",
                       load.pixel_samples, load.jobs_running, load.jobs_waiting, fmt::join(gauges.jobs, " "),

@@ -87,7 +87,7 @@ TEST_F(ClaimsTest, ManyWorkersOfOneIdentityCountAsOneForTheRateOfResults) {
   }
   pass(std::chrono::milliseconds(200));
   say(honest[0], WorkerHeartbeat{});
-  EXPECT_EQ(coordinator->gauges().results_rate, limits.result_bytes_per_second);
+  EXPECT_EQ(coordinator->gauges(now).results_rate, limits.result_bytes_per_second);
 }
 
 TEST_F(ClaimsTest, ThreadsCountAsFarAsResultsCame) {

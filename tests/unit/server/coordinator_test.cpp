@@ -236,7 +236,7 @@ TEST_F(CoordinatorTest, AnEndIsShownOnceItsRowIsStored) {
     EXPECT_EQ(count({.unfinished = true}), 1u);
     EXPECT_EQ(count({.states = {JobState::running}}), 1u);
     EXPECT_EQ(count({.states = {JobState::done}}), 0u);
-    EXPECT_EQ(coordinator->gauges().jobs[static_cast<std::size_t>(JobState::running)], 1u);
+    EXPECT_EQ(coordinator->gauges(now).jobs[static_cast<std::size_t>(JobState::running)], 1u);
   };
   work(session);
   EXPECT_EQ(coordinator->decided_status(job, now)->state, JobState::done);

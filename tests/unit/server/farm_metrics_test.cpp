@@ -9,7 +9,7 @@ namespace {
 class FarmTotalsTest : public CoordinatorTest {
  protected:
   const FarmTotals& totals() const { return coordinator->totals(); }
-  FarmGauges gauges() const { return coordinator->gauges(); }
+  FarmGauges gauges() const { return coordinator->gauges(now); }
   std::uint64_t pictures() const {
     const std::vector<std::uint64_t>& counts = totals().first_picture.counts();
     return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
@@ -36,6 +36,29 @@ TEST_F(FarmTotalsTest, RepeatedWorkIsCountedOnce) {
   work(connect("w2"));
   EXPECT_EQ(totals().pixel_samples, 4u * 128 * 64);
   EXPECT_EQ(gauges().jobs[static_cast<std::size_t>(JobState::done)], 1u);
+}
+
+TEST_F(FarmTotalsTest, EachWaitHasAReason) {
+  const auto waits = [&](WaitReason reason) { return gauges().waits[static_cast<std::size_t>(reason)]; };
+  const JobId job = submit(spec("r1", 4));
+  EXPECT_EQ(waits(WaitReason::no_worker), 1u);
+  connect("older", 1, "class-b");
+  JobSpec other = spec("r2", 4);
+  other.settings.renderer_version = "another";
+  const JobId second = submit(other);
+  EXPECT_EQ(waits(WaitReason::no_worker), 0u);
+  EXPECT_EQ(waits(WaitReason::other_kind), 1u);
+  EXPECT_NE(status(second).reason, "");
+  EXPECT_EQ(status(job).reason, "");
+  coordinator->hold("the disk is full", now, effects);
+  EXPECT_EQ(waits(WaitReason::storage), 2u);
+  EXPECT_EQ(waits(WaitReason::other_kind), 0u);
+  coordinator->hold("", now, effects);
+  ASSERT_TRUE(coordinator->quarantine_worker("older", std::string(kByHand) + "ada", true, now, effects).ok());
+  flush();
+  EXPECT_EQ(waits(WaitReason::quarantine), 1u);
+  EXPECT_TRUE(coordinator->cancel(job, now, unix_ms(), effects).ok());
+  EXPECT_EQ(waits(WaitReason::quarantine), 0u);
 }
 
 TEST_F(FarmTotalsTest, EachJobCountsOneFirstPicture) {

@@ -20,7 +20,7 @@ class ResultsWaitTest : public CoordinatorTest {
     limits.result_bytes_per_second = bytes_per_second;
     restart({});
   }
-  double rate() const { return coordinator->gauges().results_rate; }
+  double rate() const { return coordinator->gauges(now).results_rate; }
   void say_wait(SessionId session, Duration wait) { say(session, WorkerHeartbeat{{}, wait}); }
   void say_nothing(SessionId session) { say(session, WorkerHeartbeat{}); }
   /// Sends the results of a lease. Returns the bytes that they take of the rate.

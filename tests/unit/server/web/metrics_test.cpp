@@ -36,23 +36,34 @@ TEST(Metrics, FollowTheTextFormat) {
   farm.totals.first_picture.add(7000);
   farm.gauges.jobs[static_cast<std::size_t>(JobState::failed)] = 2;
   farm.totals.jobs_failed = 4;
+  farm.gauges.waits[static_cast<std::size_t>(WaitReason::no_worker)] = 3;
   farm.gauges.results_rate = 12'582'912;
   farm.storing = false;
   Traffic traffic;
   traffic.assets_in = 5;
   const std::array bounds{0.5};
   const std::string text = metrics_text(farm, Histogram(bounds), traffic, {.cpu_seconds = 1.5}, "1.2.3");
-  for (const char* const line :
-       {"# TYPE lightmill_units_leased_total counter", "lightmill_units_leased_total 3",
-        "lightmill_pixel_samples_total 123456789012", "# TYPE lightmill_jobs gauge",
-        "lightmill_jobs{state=\"failed\"} 2", "lightmill_jobs{state=\"done\"} 0", "lightmill_storing 0",
-        "lightmill_results_rate_bytes 12582912", "# TYPE lightmill_first_picture_seconds histogram",
-        "lightmill_first_picture_seconds_bucket{le=\"0.1\"} 0", "lightmill_first_picture_seconds_bucket{le=\"0.25\"} 2",
-        "lightmill_first_picture_seconds_bucket{le=\"1800\"} 2",
-        "lightmill_first_picture_seconds_bucket{le=\"+Inf\"} 3", "lightmill_first_picture_seconds_sum 7000.45",
-        "lightmill_first_picture_seconds_count 3", "lightmill_received_bytes_total{what=\"assets\"} 5",
-        "lightmill_jobs_failed_total 4", "process_cpu_seconds_total 1.5",
-        "lightmill_build_info{version=\"1.2.3\"} 1"}) {
+  for (const char* const line : {"# TYPE lightmill_units_leased_total counter",
+                                 "lightmill_units_leased_total 3",
+                                 "lightmill_pixel_samples_total 123456789012",
+                                 "# TYPE lightmill_jobs gauge",
+                                 "lightmill_jobs{state=\"failed\"} 2",
+                                 "lightmill_jobs{state=\"done\"} 0",
+                                 "lightmill_storing 0",
+                                 "lightmill_jobs_waiting{reason=\"no_worker\"} 3",
+                                 "lightmill_jobs_waiting{reason=\"storage\"} 0",
+                                 "lightmill_results_rate_bytes 12582912",
+                                 "# TYPE lightmill_first_picture_seconds histogram",
+                                 "lightmill_first_picture_seconds_bucket{le=\"0.1\"} 0",
+                                 "lightmill_first_picture_seconds_bucket{le=\"0.25\"} 2",
+                                 "lightmill_first_picture_seconds_bucket{le=\"1800\"} 2",
+                                 "lightmill_first_picture_seconds_bucket{le=\"+Inf\"} 3",
+                                 "lightmill_first_picture_seconds_sum 7000.45",
+                                 "lightmill_first_picture_seconds_count 3",
+                                 "lightmill_received_bytes_total{what=\"assets\"} 5",
+                                 "lightmill_jobs_failed_total 4",
+                                 "process_cpu_seconds_total 1.5",
+                                 "lightmill_build_info{version=\"1.2.3\"} 1"}) {
     EXPECT_TRUE(has_line(text, line)) << line << "\n" << text;
   }
   EXPECT_TRUE(text.ends_with("\n"));
