@@ -63,6 +63,12 @@ void Readiness::set_answering(bool answering) {
   tell();
 }
 
+void Readiness::set_moving(bool moving) {
+  const MutexLock lock(mutex_);
+  moving_ = moving;
+  tell();
+}
+
 void Readiness::stop() {
   const MutexLock lock(mutex_);
   serving_ = false;
@@ -71,7 +77,7 @@ void Readiness::stop() {
 }
 
 void Readiness::tell() {
-  const bool ready = serving_ && storing_ && answering_;
+  const bool ready = serving_ && storing_ && answering_ && moving_;
   if (service_ != nullptr) {
     service_->SetServingStatus(ready);
   }

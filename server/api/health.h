@@ -42,7 +42,8 @@ class HealthPort {
   std::unique_ptr<Listener> listener_;
 };
 
-/// Whether a coordinator accepts jobs: it serves, can store its state, and its port answers. Thread-safe.
+/// Whether a coordinator accepts jobs: it serves, can store its state, its port answers, and its farm thread makes
+/// progress. Thread-safe.
 class Readiness {
  public:
   explicit Readiness(std::function<void(bool)> on_change) : on_change_(std::move(on_change)) {}
@@ -50,6 +51,7 @@ class Readiness {
   void start(grpc::HealthCheckServiceInterface* service);
   void set_storing(bool storing);
   void set_answering(bool answering);
+  void set_moving(bool moving);
   void stop();
 
  private:
@@ -61,6 +63,7 @@ class Readiness {
   bool serving_ LM_GUARDED_BY(mutex_) = false;
   bool storing_ LM_GUARDED_BY(mutex_) = true;
   bool answering_ LM_GUARDED_BY(mutex_) = true;
+  bool moving_ LM_GUARDED_BY(mutex_) = true;
 };
 
 }  // namespace lightmill
