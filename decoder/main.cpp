@@ -17,6 +17,7 @@
 #include <string_view>
 
 #include "decoder/decode.h"
+#include "decoder/fingerprint.h"
 
 namespace lightmill {
 namespace {
@@ -84,7 +85,21 @@ int serve(bool unsandboxed) {
   return 0;
 }
 
+int print_fingerprint() {
+  prepare_readers();
+  const Result<std::string> fingerprint = decoder_fingerprint();
+  if (!fingerprint.ok()) {
+    std::cerr << "lightmill-image-decoder: " << message_of(fingerprint.status()) << "\n";
+    return 1;
+  }
+  std::cout << *fingerprint << std::endl;
+  return 0;
+}
+
 int run(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == kFingerprintFlag) {
+    return print_fingerprint();
+  }
   int type = 0;
   socklen_t size = sizeof(type);
   if (::getsockopt(kAsker, SOL_SOCKET, SO_TYPE, &type, &size) != 0 || type != SOCK_SEQPACKET) {

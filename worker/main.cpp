@@ -22,9 +22,9 @@
 #include "common/command_line/daemon_options.h"
 #include "common/command_line/describe_option.h"
 #include "common/farm/job.h"
-#include "common/methods/fingerprint.h"
 #include "common/security/caller_options.h"
 #include "worker/render/scene_limits.h"
+#include "worker/render/worker_class.h"
 #include "worker/shell/worker_loop.h"
 #include "worker/state/state_folder.h"
 
@@ -235,7 +235,7 @@ WorkerOptions worker_options(const Options& options, StateFolder* state) {
   worker.session.machine = machine_name();
   worker.session.pid = static_cast<std::uint32_t>(::getpid());
   worker.session.threads = options.threads;
-  worker.session.fingerprint_class = fingerprint_class();
+  worker.session.fingerprint_class = worker_class(worker.decoder.program);
   worker.session.renderer_version = kRendererVersion;
   worker.connected = stay_within_group_memory;
   worker.session.unacknowledged_bytes = bytes_of_gib(options.results_mib / 1024);

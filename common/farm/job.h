@@ -34,8 +34,8 @@ inline TileGrid grid_of(const RenderSettings& settings) {
   return TileGrid(settings.crop, settings.meters);
 }
 
-/// Raised whenever any sample's bits change.
-inline constexpr const char* kRendererVersion = "lightmill-core-12";
+/// Raised whenever any sample's bits, or the names of fingerprint classes, change.
+inline constexpr const char* kRendererVersion = "lightmill-core-13";
 
 /// The class of a job whose samples workers of any class may render. No worker has it.
 inline constexpr const char* kMixedClass = "mixed";

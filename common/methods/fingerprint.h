@@ -1,11 +1,11 @@
-// Fingerprint class: workers of one class render the same bits.
+// Fingerprint of this machine's renderer. worker/render/worker_class.h makes the class of a worker of it.
 #pragma once
 
 #include <string>
 
 namespace lightmill {
 
-/// This machine's class: a hash of a built-in test render. It covers a large smooth mesh, coplanar ties, every BSDF,
+/// A hash of a built-in test render. It covers a large smooth mesh, coplanar ties, every BSDF,
 /// every kind of light, every filter and every method. Takes about 0.3 s of one core.
 std::string fingerprint_class();
 

@@ -1,11 +1,11 @@
 // Dishonest and faulty machines, with real processes. Audits find their results, and the farm renders them again.
 #include <gtest/gtest.h>
 
-#include "common/methods/fingerprint.h"
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
 #include "tests/support/farm.h"
 #include "tests/support/places.h"
+#include "worker/render/worker_class.h"
 
 namespace lightmill::test {
 namespace {
@@ -142,7 +142,7 @@ class RawWorker {
     context_.set_deadline(std::chrono::system_clock::now() + kPatience);
     WorkerHello hello;
     hello.name = hello.host = hello.machine = name;
-    hello.fingerprint_class = fingerprint_class();
+    hello.fingerprint_class = worker_class(program("lightmill-image-decoder"));
     hello.renderer_version = std::string(kRendererVersion);
     say(hello);
   }

@@ -9,7 +9,7 @@
 #include "common/base/log.h"
 #include "common/base/signals.h"
 #include "common/farm/job.h"
-#include "common/methods/fingerprint.h"
+#include "worker/render/worker_class.h"
 #include "worker/shell/worker_loop.h"
 
 namespace lightmill {
@@ -36,7 +36,7 @@ int run(int argc, char** argv) {
   options.session.host = argv[3];
   options.session.machine = argv[3];
   options.session.pid = static_cast<std::uint32_t>(::getpid());
-  options.session.fingerprint_class = argc == 6 ? argv[5] : fingerprint_class();
+  options.session.fingerprint_class = argc == 6 ? argv[5] : worker_class(options.decoder.program);
   options.session.renderer_version = kRendererVersion;
   if (share > 0) {
     options.tamper = [share](Node& node) { lie_about(node, share); };

@@ -143,6 +143,43 @@ std::filesystem::path image_decoder_program() {
   return own_folder() / "lightmill-image-decoder";
 }
 
+Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path) {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
+    return resource_exhausted("no pipe for the image decoder: {}", std::strerror(errno));
+  }
+  const Descriptor output(ends[0]);
+  Descriptor childs(ends[1]);
+  posix_spawn_file_actions_t files;
+  ::posix_spawn_file_actions_init(&files);
+  ::posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDWR, 0);
+  ::posix_spawn_file_actions_adddup2(&files, ends[1], STDOUT_FILENO);
+  ::posix_spawn_file_actions_addclosefrom_np(&files, kFirstOtherDescriptor);
+  std::string program = path.string(), flag = kFingerprintFlag;
+  const std::array<char*, 3> arguments{program.data(), flag.data(), nullptr};
+  pid_t pid = 0;
+  const int error =
+      ::posix_spawn(&pid, program.c_str(), &files, nullptr, arguments.data(), decoder_environment().data());
+  ::posix_spawn_file_actions_destroy(&files);
+  if (error != 0) {
+    return failed_precondition("cannot start {}: {}; install it beside this program", program, std::strerror(error));
+  }
+  childs.close();
+  std::string text;
+  std::array<char, 256> part{};
+  ssize_t size = 0;
+  while ((size = ::read(output.number(), part.data(), part.size())) > 0 || (size < 0 && errno == EINTR)) {
+    text.append(part.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+  }
+  int status = 0;
+  while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (status != 0 || text.empty()) {
+    return failed_precondition("{} {} fails: {}", program, flag, described(status));
+  }
+  return text.substr(0, text.find('\n'));
+}
+
 Status DecoderProcess::start() {
   std::array<int, 2> ends{};
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0) {

@@ -23,6 +23,10 @@ namespace lightmill {
 /// The decoder in the directory of this program.
 std::filesystem::path image_decoder_program();
 
+/// What the decoder prints about its libraries (decoder/fingerprint.h). Takes some 0.3 s. FAILED_PRECONDITION if it
+/// does not start or fails.
+Result<std::string> fingerprint_of_decoder(const std::filesystem::path& program);
+
 struct DecoderOptions {
   std::filesystem::path program = image_decoder_program();
   bool unsandboxed = false;                                        ///< decode even if the kernel refuses the sandbox

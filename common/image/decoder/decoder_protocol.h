@@ -58,5 +58,7 @@ inline Status write_all(int descriptor, ByteView bytes) {
 inline constexpr const char* kUnsandboxedFlag = "--unsandboxed";
 /// The option of other programs for the same.
 inline constexpr const char* kUnsandboxedImages = "--unsandboxed-images";
+/// The decoder's option to print its fingerprint (decoder/fingerprint.h) and end.
+inline constexpr const char* kFingerprintFlag = "--fingerprint";
 
 }  // namespace lightmill

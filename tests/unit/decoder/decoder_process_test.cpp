@@ -20,6 +20,7 @@
 #include "common/image/exr.h"
 #include "common/image/png.h"
 #include "common/image/read/image_format.h"
+#include "decoder/fingerprint.h"
 #include "tests/support/image_files.h"
 #include "tests/support/places.h"
 #include "tests/support/process.h"
@@ -286,6 +287,15 @@ TEST(DecoderProcess, RefusesImagesWithoutSeccompUnlessAllowed) {
             }),
             "small.png: the kernel refuses the sandbox (seccomp): Operation not permitted; allow seccomp, or trust "
             "the senders of scenes and give --unsandboxed-images\ndecoded");
+}
+
+TEST(DecoderProcess, ItsFingerprintIsOfItsLibrariesAndPixels) {
+  const Result<std::string> fingerprint = fingerprint_of_decoder(program("lightmill-image-decoder"));
+  ASSERT_TRUE(fingerprint.ok()) << fingerprint.status();
+  EXPECT_EQ(fingerprint->size(), 16u);
+  EXPECT_EQ(*fingerprint, decoder_fingerprint().value()) << "the same libraries in this process";
+  EXPECT_EQ(fingerprint_of_decoder("/nowhere/lightmill-image-decoder").status().code(),
+            StatusCode::kFailedPrecondition);
 }
 
 }  // namespace

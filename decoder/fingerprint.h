@@ -1,0 +1,14 @@
+// Fingerprint of the image libraries: programs with the same one decode images to the same bits.
+#pragma once
+
+#include <string>
+
+#include "common/base/status.h"
+
+namespace lightmill {
+
+/// A hash of the versions of OpenImageIO and of the libraries that it reads our formats with, and of the pixels of a
+/// built-in JPEG picture. JPEG is the format whose decoders may differ in the last bits. The readers must be prepared.
+Result<std::string> decoder_fingerprint();
+
+}  // namespace lightmill

@@ -1,0 +1,27 @@
+#include "worker/render/worker_class.h"
+
+#include <future>
+
+#include "common/base/digest.h"
+#include "common/base/log.h"
+#include "common/image/decoder/decoder_process.h"
+#include "common/methods/fingerprint.h"
+
+namespace lightmill {
+
+std::string worker_class(const std::filesystem::path& decoder) {
+  // Beside the test render, because the decoder's libraries take as long to load. Without a thread, after it.
+  std::future<Result<std::string>> images =
+      std::async(std::launch::async | std::launch::deferred, [&decoder] { return fingerprint_of_decoder(decoder); });
+  const std::string rendered = fingerprint_class();
+  const Result<std::string> read = images.get();
+  if (!read.ok()) {
+    spdlog::warn(
+        "the image decoder does not work, so this worker is in a class of workers without one: {}; such workers render "
+        "no job of other classes",
+        message_of(read.status()));
+  }
+  return sha256(fmt::format("{} {}", rendered, read.ok() ? *read : "no images")).hex().substr(0, 16);
+}
+
+}  // namespace lightmill
