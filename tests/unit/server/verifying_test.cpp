@@ -21,6 +21,35 @@ TEST_F(VerifyingTest, AResultIsRenderedAgainOnAnotherMachineBeforeTheJobIsDone) 
   EXPECT_EQ(written<PutVerified>(), 1u);
 }
 
+// A worker knows the job, its digest, tiles and samples. Only the store's secret decides which results are audited.
+TEST_F(VerifyingTest, TheDrawDependsOnTheStoresSecretAndIsTheSameAfterATakeover) {
+  const auto drawn = [&](const Sha256& secret, std::uint64_t epoch) {
+    sent.clear();
+    writes.clear();
+    worked.clear();
+    StoredState stored;
+    stored.epoch = epoch;
+    stored.secret = secret;
+    restart(std::move(stored));
+    JobSpec job = spec("r1", 1, {0, 0, 512, 512});
+    job.verify_share = 0.04;  // a result has 1000/64 parts, so about half are audited
+    submit(job);
+    const SessionId a = connect_on("m1", "a");
+    answer(a);
+    std::vector<bool> audited;
+    for (const StoreOp& op : writes) {
+      if (const auto* const put = std::get_if<PutResult>(&op)) {
+        audited.push_back(put->to_verify);
+      }
+    }
+    EXPECT_EQ(audited.size(), 64u);
+    return audited;
+  };
+  const std::vector<bool> first = drawn(sha256("one secret"), 1);
+  EXPECT_EQ(drawn(sha256("one secret"), 7), first);
+  EXPECT_NE(drawn(sha256("another secret"), 1), first);
+}
+
 TEST_F(VerifyingTest, AJobWithoutAnotherMachineIsDoneUnaudited) {
   const JobId job = submit_verified();
   const SessionId a = connect_on("m1", "a");
