@@ -1,6 +1,7 @@
 // Films of ended jobs: dropped from memory and loaded again.
 #include "server/domain/films.h"
 
+#include "tests/support/film_planes.h"
 #include "tests/unit/server/verifying_fixture.h"
 
 namespace lightmill {
@@ -95,7 +96,7 @@ class FilmsTest : public test::VerifyingTest {
   std::vector<std::vector<float>> sums(JobId job) const {
     std::vector<std::vector<float>> all;
     for (TileId tile{0}; tile.value < coordinator->outline(job)->grid().tile_count(); ++tile.value) {
-      all.push_back(coordinator->film(job)->sums(tile));
+      all.push_back(test::sums_of(*coordinator->film(job), tile));
     }
     return all;
   }

@@ -1,5 +1,6 @@
 // Limits of the harm that one worker identity can do to a job, under any names and in any number of processes.
 #include "server/domain/pending_audits.h"
+#include "tests/support/film_planes.h"
 #include "tests/unit/server/verifying_fixture.h"
 
 namespace lightmill::test {
@@ -243,7 +244,7 @@ TEST_F(OneIdentityTest, CannotLoseAnAuditForever) {
     }
   }
   EXPECT_EQ(status(job).state, JobState::done);
-  EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f);
+  EXPECT_EQ(sums_of(*coordinator->film(job), TileId{0})[0], 1.0f);
 }
 
 TEST_F(OneIdentityTest, LeavesAResultUnauditedByLosingTheOnlyAudit) {
@@ -294,7 +295,7 @@ TEST_F(OneIdentityTest, IsAuditedIfItContradictsItself) {
   EXPECT_EQ(worker("b").quarantine, "");
   answer(honest);
   EXPECT_EQ(status(job).state, JobState::done);
-  EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f);
+  EXPECT_EQ(sums_of(*coordinator->film(job), TileId{0})[0], 1.0f);
 }
 
 TEST_F(OneIdentityTest, TwoLiarsThatDifferAreFoundByTwoHonestWorkers) {
@@ -310,7 +311,7 @@ TEST_F(OneIdentityTest, TwoLiarsThatDifferAreFoundByTwoHonestWorkers) {
   EXPECT_EQ(status(job).state, JobState::done) << status(job).reason;
   EXPECT_NE(worker("a").quarantine, "");
   EXPECT_NE(worker("b").quarantine, "");
-  EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f);
+  EXPECT_EQ(sums_of(*coordinator->film(job), TileId{0})[0], 1.0f);
 }
 
 }  // namespace

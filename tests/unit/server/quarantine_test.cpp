@@ -1,4 +1,5 @@
 // Liars and bad machines: how a coordinator treats results that differ.
+#include "tests/support/film_planes.h"
 #include "tests/unit/server/verifying_fixture.h"
 
 namespace lightmill::test {
@@ -34,7 +35,7 @@ TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
   }
   EXPECT_EQ(status(job).state, JobState::done);
   EXPECT_EQ(status(job).results_unverified, 0u);
-  EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f) << "the result of the honest machines";
+  EXPECT_EQ(sums_of(*coordinator->film(job), TileId{0})[0], 1.0f) << "the result of the honest machines";
 }
 
 // A worker does not render what it holds a result of. It waits for the acknowledgement.
@@ -377,7 +378,7 @@ TEST_F(QuarantineTest, ADoneJobWithResultsOfALiarResumes) {
   }
   EXPECT_EQ(status(first).state, JobState::done);
   EXPECT_EQ(status(second).state, JobState::done);
-  EXPECT_EQ(coordinator->film(first)->sums(TileId{0})[0], 1.0f);
+  EXPECT_EQ(sums_of(*coordinator->film(first), TileId{0})[0], 1.0f);
 }
 
 TEST_F(QuarantineTest, SecondsOfDroppedResultsAreUsedAgain) {
