@@ -86,15 +86,16 @@ TEST_P(Stragglers, CostAShortJobHardlyMoreThanAUnit) {
   EXPECT_LE(last.most_seconds, 1.5 * quiet.median_seconds + 1);
 }
 
-// Everything is rendered twice, by two workers. Audits of a straggler move to others too.
+// Everything is rendered twice, by two workers. Audits of a straggler move to others too. Three workers do the work of four. The
+// straggler holds up to two seconds of results, and may later hold two seconds of audits.
 TEST_P(Stragglers, DoNotHoldUpVerification) {
   const Race race{.samples = 128, .verify_share = 1};
   static const LastPart quiet = last_part(race);
   const LastPart last = last_part(with(GetParam(), race, quiet));
   fmt::print("a job of {:.0f} s, all verified: from 95 % to done {:.2f} s ({:.2f} at most) instead of {:.2f} s\n",
              quiet.job_seconds, last.median_seconds, last.most_seconds, quiet.median_seconds);
-  EXPECT_LE(last.median_seconds, 1.5 * quiet.median_seconds);
-  EXPECT_LE(last.most_seconds, 1.7 * quiet.median_seconds);
+  EXPECT_LE(last.median_seconds, 4.0 / 3 * quiet.median_seconds + 2);
+  EXPECT_LE(last.most_seconds, 4.0 / 3 * quiet.median_seconds + 4);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Stragglers,
