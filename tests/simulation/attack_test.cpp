@@ -36,17 +36,19 @@ TEST_P(AttackCheck, FindsACoordinatorWithoutTheDefence) {
   const AttackTable::Row row = try_attack(GetParam().attack, kFarms, bugs);
   EXPECT_GT(row.unnoticed, 0u) << "the check has no failure on " << kFarms << " farms";
 }
-INSTANTIATE_TEST_SUITE_P(All, AttackCheck,
-                         testing::Values(Defenceless{"WrongSums", Attack::wrong_sums, &PlantedBugs::repeat_results},
-                                         Defenceless{"SomeWrongSums", Attack::some_wrong_sums,
-                                                     &PlantedBugs::repeat_results},
-                                         Defenceless{"TwoNames", Attack::two_names, &PlantedBugs::trust_claims},
-                                         Defenceless{"Claims", Attack::claims, &PlantedBugs::trust_claims},
-                                         Defenceless{"Ungranted", Attack::ungranted, &PlantedBugs::ignore_grants},
-                                         Defenceless{"Garbage", Attack::garbage, &PlantedBugs::trust_hashes},
-                                         Defenceless{"Idle", Attack::idle, &PlantedBugs::wait_for_the_idle},
-                                         Defenceless{"Spite", Attack::spite, &PlantedBugs::believe_one_refusal}),
-                         [](const auto& info) { return std::string(info.param.name); });
+INSTANTIATE_TEST_SUITE_P(
+    All, AttackCheck,
+    testing::Values(Defenceless{"WrongSums", Attack::wrong_sums, &PlantedBugs::repeat_results},
+                    Defenceless{"SomeWrongSums", Attack::some_wrong_sums, &PlantedBugs::repeat_results},
+                    Defenceless{"TwoNames", Attack::two_names, &PlantedBugs::trust_claims},
+                    Defenceless{"Claims", Attack::claims, &PlantedBugs::trust_claims},
+                    Defenceless{"Ungranted", Attack::ungranted, &PlantedBugs::ignore_grants},
+                    Defenceless{"Garbage", Attack::garbage, &PlantedBugs::trust_hashes},
+                    Defenceless{"Idle", Attack::idle, &PlantedBugs::wait_for_the_idle},
+                    Defenceless{"Losses", Attack::losses, &PlantedBugs::believe_one_refusal},
+                    Defenceless{"SecondIdentity", Attack::second_identity, &PlantedBugs::repeat_after_conviction},
+                    Defenceless{"Spite", Attack::spite, &PlantedBugs::believe_one_refusal}),
+    [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace
 }  // namespace lightmill::simulation

@@ -23,6 +23,8 @@ constexpr Kind kKinds[] = {
     {Attack::ungranted, "results without a lease", "results that were not granted"},
     {Attack::garbage, "messages of garbage", "messages of garbage"},
     {Attack::idle, "holds leases and delivers nothing", "tiles that are never delivered"},
+    {Attack::losses, "loses its leases on purpose", "leases lost on purpose"},
+    {Attack::second_identity, "comes with a second identity after it was found", "liars with a second identity"},
     {Attack::spite, "refuses what it could render", "refusals out of spite"},
 };
 

@@ -13,7 +13,18 @@
 namespace lightmill::simulation {
 
 /// Attack of one machine on a farm.
-enum class Attack { wrong_sums, some_wrong_sums, two_names, claims, ungranted, garbage, idle, spite };
+enum class Attack {
+  wrong_sums,
+  some_wrong_sums,
+  two_names,
+  claims,
+  ungranted,
+  garbage,
+  idle,
+  spite,
+  losses,
+  second_identity
+};
 
 /// Faults of the farm while chaos lasts.
 struct Chaos {
@@ -58,6 +69,8 @@ struct PlantedBugs {
   bool lose_acknowledgements = false;      ///< acknowledgements are not sent
   bool forget_jobs = false;                ///< a restarted coordinator does not know the newest job
   bool repeat_results = false;             ///< an auditor sends the first result, not its own
+  bool repeat_after_conviction = false;    ///< the same, once a liar was found
+  bool wrong_beside_lies = false;          ///< results beside an unaudited one of a liar differ in the last bit
   bool forget_quarantine = false;          ///< a restarted coordinator has no quarantine
   bool keep_dropped_results = false;       ///< records of dropped results stay on disk
   bool lose_verifications = false;         ///< pending audits do not reach the disk

@@ -25,6 +25,7 @@ void Checks::server_starts(const StoredState& stored) {
 void Checks::hello_came(const std::shared_ptr<Stream>& stream, const WorkerHello& hello) {
   brought_[hello.name] = hello.held.size();
   losses_.hello_came(stream, hello);
+  refusals_.hello_came(*stream);
 }
 
 void Checks::result_came(const Stream& stream, const WorkerResult& result) {
@@ -108,7 +109,7 @@ void Checks::note_writes(const Effects& effects) {
     } else if (const auto* held = std::get_if<PutQuarantine>(&op);
                held != nullptr && !held->record.reason.starts_with(kByHand)) {
       ++world_.report.convicted;
-      if (held->record.of.identity != kIdentityOfLies && !world_.bugs.wrong_bits) {
+      if (!is_of_lies(held->record.of.identity) && !world_.bugs.wrong_bits) {
         world_.fail(
             fmt::format("{} is in quarantine, but has not lied: {}", held->record.of.worker, held->record.reason));
       }

@@ -111,6 +111,13 @@ bool EndChecks::may_be_rounded(const ClientJob& job) const {
          std::ranges::any_of(workers_, [](const SimulatedWorker& each) { return each.fingerprint != kUsualClass; });
 }
 
+bool EndChecks::is_right(const ClientJob& job, const JobStatus& status, TileId tile, const Node& node) const {
+  const FilmOutline& film = *server_.coordinator()->outline(*job.id);
+  const auto pixels = static_cast<std::size_t>(film.grid().tile_rect(tile).pixel_count());
+  const NodePtr quiet = shared_renderer().node(status.render_digest, tile, node.range, pixels, film.layout());
+  return node.values == quiet->values || (may_be_rounded(job) && are_near(node.values, quiet->values));
+}
+
 std::uint64_t EndChecks::check_results(JobId job, TileId tile) {
   std::vector<std::pair<std::uint64_t, std::uint64_t>> nodes, results;
   const auto append = [](auto& spans, const SampleRange& range) {
@@ -196,11 +203,23 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
     for (const Disk::Result& result : server_.disk().results(*job.id, tile)) {
       classes.insert(result.by.fingerprint_class);
     }
-    const bool is_lied_about = std::ranges::any_of(server_.disk().results(*job.id, tile), [](const auto& result) {
-      return result.by.identity == kIdentityOfLies && !result.verified;
-    });
+    // Unaudited results of liars may be wrong, where the job reports such results or was cancelled.
+    bool is_lied_about = false;
+    for (const NodePtr& node : film.forest(tile)) {
+      const bool may_lie = std::ranges::any_of(server_.disk().results(*job.id, tile), [&](const auto& result) {
+        return node->range.contains(result.range) && is_of_lies(result.by.identity) && !result.verified;
+      });
+      is_lied_about = is_lied_about || may_lie;
+      if (!may_lie && !is_right(job, status, tile, *node)) {
+        world_.fail(
+            fmt::format("job {}, tile {}: the node of samples [{}, {}) has other bytes than in the run without "
+                        "faults, and no part of a liar",
+                        job.id->value, i, node->range.first(), node->range.end()));
+        return;
+      }
+    }
     if (job.cancelled || (is_lied_about && status.results_unverified > 0)) {
-      continue;  // a liar was alone for too long, and the job reports unaudited results
+      continue;
     }
     const NodeLayout& layout = film.layout();
     const auto pixels = static_cast<std::size_t>(film.grid().tile_rect(tile).pixel_count());

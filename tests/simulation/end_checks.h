@@ -20,6 +20,8 @@ class EndChecks {
   /// Checks that each node was merged from stored results, each sample from one of them. Returns the count of stored
   /// results that were not audited.
   std::uint64_t check_results(JobId job, TileId tile);
+  /// Whether the node has the bytes of a run without faults.
+  bool is_right(const ClientJob& job, const JobStatus& status, TileId tile, const Node& node) const;
   /// Whether workers of this job may have rounded differently.
   bool may_be_rounded(const ClientJob& job) const;
   /// Sample count at the end of a job with an error goal. It does not depend on faults of the farm.

@@ -16,6 +16,26 @@ void RefusalChecks::server_starts() {
   refusals_.clear();
 }
 
+void RefusalChecks::hello_came(const Stream& stream) {
+  identities_[stream.name] = identity_of(stream.worker);
+}
+
+std::set<std::string> RefusalChecks::lost_in(const std::string& reason) const {
+  constexpr std::string_view kBegin = "the last ones (";
+  std::set<std::string> identities;
+  for (std::size_t at = reason.find(kBegin); at != std::string::npos; at = reason.find(kBegin, at)) {
+    at += kBegin.size();
+    for (const std::size_t end = reason.find(')', at); at < end;) {
+      const std::size_t next = std::min(reason.find(", ", at), end);
+      if (const auto known = identities_.find(reason.substr(at, next - at)); known != identities_.end()) {
+        identities.insert(known->second);
+      }
+      at = next + 2;
+    }
+  }
+  return identities;
+}
+
 void RefusalChecks::refusal_came(const Stream& stream, const WorkerRefusal& refusal) {
   if (refusal.own_limits) {
     refusals_[refusal.job].left.insert(stream.name);
@@ -41,10 +61,12 @@ void RefusalChecks::note_heard(const Note& note) {
 
 void RefusalChecks::check_failed(const JobRecord& job) {
   const Refusals& of = refusals_[job.id];
-  if (of.heard.size() > 1 || job.reason.find(kLostInARow) != std::string::npos) {
+  std::set<std::string> accusers = lost_in(job.reason);
+  accusers.insert(of.heard.begin(), of.heard.end());
+  if (accusers.size() > 1) {
     return;
   }
-  if (of.heard.empty()) {
+  if (accusers.empty()) {
     world_.fail(fmt::format("job {} failed, but no worker refused it: {}", job.id.value, job.reason));
   }
   const FilmOutline& film = *server_.coordinator()->outline(job.id);
@@ -55,9 +77,11 @@ void RefusalChecks::check_failed(const JobRecord& job) {
     // The class of a job without samples may change.
     const bool suits = job.spec.allow_mixed || film.pixel_samples() == 0 || world_.bugs.hide_classes ||
                        job.fingerprint_class == other.fingerprint;
-    if (known != all.end() && known->connected && !known->draining && known->quarantine.empty() && suits &&
-        !of.heard.contains(identity_of(stream->worker)) && !of.left.contains(stream->name)) {
-      world_.fail(fmt::format("job {} failed after the refusal of one identity while {} was connected: {}",
+    // A worker that brings nothing is left out after a while.
+    if (other.lies != Lies::idle && known != all.end() && known->connected && !known->draining &&
+        known->quarantine.empty() && suits && !accusers.contains(identity_of(stream->worker)) &&
+        !of.left.contains(stream->name)) {
+      world_.fail(fmt::format("job {} failed after the refusal or losses of one identity while {} was connected: {}",
                               job.id.value, stream->name, job.reason));
     }
   }

@@ -1,6 +1,7 @@
 // Checks of the coordinator's decisions on refusals.
 //
 // A job fails for refusals only if two identities refuse it, or one does and no other that may render it is connected.
+// The same holds for workers that are lost with it. LossChecks knows whether they were.
 // An identity that refused a job does not get it again from this coordinator.
 #pragma once
 
@@ -23,12 +24,15 @@ class RefusalChecks {
       : world_(world), server_(server), workers_(workers) {}
 
   void server_starts();
+  void hello_came(const Stream& stream);
   void refusal_came(const Stream& stream, const WorkerRefusal& refusal);
   /// Like Checks::check_effects.
   void check(const Effects& effects);
 
  private:
   const std::string& identity_of(std::size_t worker) const;
+  /// Identities of the workers that the reason names as lost.
+  std::set<std::string> lost_in(const std::string& reason) const;
   /// The coordinator has handled a refusal.
   void note_heard(const Note& note);
   void check_failed(const JobRecord& job);
@@ -43,6 +47,7 @@ class RefusalChecks {
     std::set<std::string> left;               ///< workers that left it to others
   };
   std::map<JobId, Refusals> refusals_;
+  std::map<std::string, std::string> identities_;  ///< by worker name
 };
 
 }  // namespace lightmill::simulation

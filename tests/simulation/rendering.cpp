@@ -68,7 +68,9 @@ void WorkerSide::die_of_poison(std::size_t index) {
 void WorkerSide::run_pilot(std::size_t index, const RunPilot& pilot) {
   const std::uint64_t life = workers_[index].life;
   world_.after(world_.random.seconds_between(0.01, 1), [this, index, life, grant = pilot.grant] {
-    if (workers_[index].alive && workers_[index].life == life && clients_.job_of(grant->settings).poisoned_pilot) {
+    if (workers_[index].alive && workers_[index].life == life &&
+        (clients_.job_of(grant->settings).poisoned_pilot ||
+         (workers_[index].lies == Lies::loses && world_.chaos_now()))) {
       die_of_poison(index);
       return;
     }
@@ -178,6 +180,11 @@ void WorkerSide::tile_rendered(std::size_t index, std::uint64_t life, const Rend
     return;
   }
   if (tile.key.tile == TileId{0} && tile.key.range.end() > clients_.job_of(tile.description->settings).poison) {
+    die_of_poison(index);
+    return;
+  }
+  if (worker.lies == Lies::loses && world_.chaos_now()) {
+    world_.inject("leases lost on purpose");
     die_of_poison(index);
     return;
   }

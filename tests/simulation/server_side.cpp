@@ -314,7 +314,15 @@ void ServerSide::disconnected(const Stream& stream, SessionId session) {
 }
 
 void ServerSide::falsify(const Stream& stream, WorkerResult& result) {
-  if (world_.bugs.repeat_results) {
+  if (world_.bugs.wrong_beside_lies && workers_[stream.worker].lies == Lies::never &&
+      (falsified_.contains(result.key) ||
+       std::ranges::any_of(disk_.results(result.key.job, result.key.tile),
+                           [](const Disk::Result& each) { return is_of_lies(each.by.identity) && !each.verified; }))) {
+    falsified_.insert(result.key);
+    result.node.values[0] = std::nextafter(result.node.values[0], 1e30f);
+    result.hash = hash_of(result.node);
+  }
+  if (world_.bugs.repeat_results || (world_.bugs.repeat_after_conviction && world_.report.convicted > 0)) {
     result.node = first_results_.try_emplace(result.key, result.node).first->second;
     result.hash = hash_of(result.node);
   }

@@ -122,6 +122,7 @@ class ServerSide {
   std::uint64_t next_session_ = 1;
   std::map<SessionId, std::shared_ptr<Stream>> streams_;
   std::multimap<JobId, Action> film_waits_;
+  std::set<NodeKey> falsified_;            ///< by the planted bug `wrong_beside_lies`
   std::map<NodeKey, Node> first_results_;  ///< only with repeat_results
   std::optional<Xxh3Hasher> hash_;
 };

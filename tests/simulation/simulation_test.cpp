@@ -146,6 +146,18 @@ TEST(DeadWorkers, CostOnlyTheirOwnUnacknowledgedWork) {
   EXPECT_GT(deaths, 100u);
 }
 
+/// Films are compared node by node. So wrong results are found beside unaudited ones of a liar, and in cancelled jobs.
+TEST(LyingMachine, HidesNoWrongResultOfOthers) {
+  PlantedBugs bugs;
+  bugs.wrong_beside_lies = true;
+  for (std::uint64_t seed = 1; seed <= 2000; ++seed) {
+    if (FarmSimulation(seed, Chaos{}, bugs).run().failure.find("and no part of a liar") != std::string::npos) {
+      return;
+    }
+  }
+  FAIL() << "such results went unnoticed";
+}
+
 struct Planted {
   const char* name;
   bool PlantedBugs::*bug;

@@ -50,6 +50,21 @@ void WorkerSide::slow_down() {
   workers_[world_.random.below(workers_.size())].slow_until = world_.now + world_.random.seconds_between(0.5, 10);
 }
 
+void WorkerSide::come_again_when_found(std::size_t index) {
+  world_.after(std::chrono::milliseconds(200), [this, index] {
+    if (world_.report.convicted == 0) {
+      come_again_when_found(index);
+      return;
+    }
+    world_.inject("liars with a second identity");
+    kill(index);
+    SimulatedWorker& worker = workers_[index];
+    worker.identity = worker.machine = kSecondIdentityOfLies;
+    worker.name = "worker-again";
+    world_.after(world_.random.seconds_between(0.05, 1), [this, index] { start(index); });
+  });
+}
+
 void WorkerSide::leave_sometimes(std::size_t index) {
   world_.after(world_.random.seconds_between(0.5, 3), [this, index] {
     on_worker(index, workers_[index].life,
@@ -60,7 +75,7 @@ void WorkerSide::leave_sometimes(std::size_t index) {
 
 void WorkerSide::plan_babble() {
   for (std::size_t i = 0; i < workers_.size(); ++i) {
-    if (workers_[i].lies == Lies::never || workers_[i].lies == Lies::idle) {
+    if (workers_[i].lies == Lies::never || workers_[i].lies == Lies::idle || workers_[i].lies == Lies::loses) {
       continue;
     }
     for (std::uint64_t n = world_.random.below(12); n > 0; --n) {

@@ -22,7 +22,8 @@ void WorkerSide::make() {
   } else if (garbage || idle) {
     count = std::max<std::size_t>(count, 2);
   }
-  have_certificates_ = world_.random.chance(0.5) || attack == Attack::claims || attack == Attack::two_names;
+  have_certificates_ = world_.random.chance(0.5) || attack == Attack::claims || attack == Attack::two_names ||
+                       attack == Attack::second_identity;
   for (std::size_t i = 0; i < count; ++i) {
     SimulatedWorker worker;
     worker.name = fmt::format("worker-{}", i);
@@ -34,6 +35,7 @@ void WorkerSide::make() {
                   : attack == Attack::some_wrong_sums   ? Lies::sometimes
                   : attack == Attack::ungranted         ? Lies::in_requests
                   : attack == Attack::spite             ? Lies::in_requests
+                  : attack == Attack::losses            ? Lies::loses
                   : attack || world_.random.chance(0.5) ? Lies::always
                                                         : Lies::sometimes;
     worker.fingerprint = liars == 0 && world_.random.chance(0.15) ? "class-b" : kUsualClass;
@@ -41,6 +43,9 @@ void WorkerSide::make() {
     worker.slowness = world_.random.chance(0.2) ? world_.random.between(2, 6) : world_.random.between(0.7, 1.5);
     workers_.push_back(std::move(worker));
     world_.at(world_.now + world_.random.seconds_between(0, 1), [this, i] { start(i); });
+  }
+  if (attack == Attack::second_identity) {
+    come_again_when_found(0);
   }
 }
 

@@ -21,8 +21,12 @@ namespace lightmill::simulation {
 class ServerSide;
 class ClientSide;
 
-/// All liars of a farm share it.
+/// All liars of a farm share it, but for a liar that comes with a second identity.
 inline constexpr const char* kIdentityOfLies = "identity-of-lies";
+inline constexpr const char* kSecondIdentityOfLies = "identity-of-lies, again";
+inline bool is_of_lies(const std::string& identity) {
+  return identity == kIdentityOfLies || identity == kSecondIdentityOfLies;
+}
 
 /// Class of most workers.
 inline constexpr const char* kUsualClass = "class-a";
@@ -44,8 +48,8 @@ inline constexpr const char* kBroken = "the scene does not compile";
 inline constexpr const char* kSpite = "out of spite";
 
 /// Misbehaviour of a worker. `idle`: it is heard, takes work and delivers nothing. `in_requests`: its sums are right,
-/// but it refuses work or sends results that were not granted. `by_plan`: Deceit.
-enum class Lies { never, always, sometimes, garbage, idle, in_requests, by_plan };
+/// but it refuses work or sends results that were not granted. `loses`: it dies with its leases. `by_plan`: Deceit.
+enum class Lies { never, always, sometimes, garbage, idle, in_requests, loses, by_plan };
 
 struct SimulatedWorker {
   std::string name;
@@ -103,6 +107,8 @@ class WorkerSide {
   void break_one();
   void cut_link();
   void slow_down();
+  /// Once it is found, a liar comes again with a second identity.
+  void come_again_when_found(std::size_t index);
   /// A liar with new names leaves now and then.
   void leave_sometimes(std::size_t index);
   /// Plans the next garbage of a worker that sends it, and the next ungranted samples of a liar.
