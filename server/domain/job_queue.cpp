@@ -7,9 +7,9 @@ namespace {
 constexpr double kFreshUnits = 2;
 /// Shorter preparations are normal.
 constexpr double kLeastPreparationSeconds = 1;
-/// First pictures of owners that owe more do not go before the work of others.
+/// First pictures of owners with more preparation time do not go before the work of others, in seconds.
 constexpr double kMostOwedOfFresh = 2;
-/// A debt is forgotten after so long without preparations.
+/// An owner's preparation time is forgotten after this time without preparations.
 constexpr Duration kDebtMemory = std::chrono::hours(1);
 
 }  // namespace

@@ -1,7 +1,7 @@
 // Queue of the jobs that have work to lease, in the order in which workers get it.
 //
-// Owns each job's fair share of thread time, and what each owner's jobs had of workers before they brought anything.
-// Takes every change of a job's work. FairQueue has the order.
+// Owns each job's fair share of thread time, and the time that workers spent on preparations for each owner. Takes every
+// change of a job's work. FairQueue has the order.
 #pragma once
 
 #include "server/domain/job.h"
@@ -20,12 +20,13 @@ class JobQueue {
   void refresh(const Job& job);
   /// The job had a thread for so long, and no result came of it.
   void add_lost(const Job& job, double seconds);
-  /// A worker spent so long on a pilot, or on a job of which it has delivered nothing. Less than a second does not
-  /// count. It delays the owner's jobs that have no result yet.
+  /// Adds a worker's time for a pilot, or for a job without results from this worker. Times below a second do not count.
+  /// The sum delays those jobs of the owner that have no result yet.
   void add_preparation(const Job& job, double seconds, Time now);
   /// The job has ended.
   void remove(const Job& job);
-  /// Moves the job if its owner owes more than when it got its place. Whether the other one comes before it now.
+  /// Moves the job if its owner's preparation time changed since it got its place. Returns whether it left the queue, or
+  /// the other entry comes before it now.
   bool fell_behind(const Job& job, const FairQueue::Entry* other);
   /// Owners of active jobs.
   std::size_t owners() const { return active_.size(); }
@@ -40,12 +41,12 @@ class JobQueue {
     double base = 0;      ///< thread seconds that do not count: what other jobs had when it entered
     double at_start = 0;  ///< its place when it last entered
   };
-  /// Preparation of an owner's jobs.
+  /// Preparation time of an owner's jobs.
   struct Debt {
     double seconds = 0;
-    Time last;
+    Time last;  ///< of the latest addition
   };
-  /// 0 for a job with results, and while all jobs have one owner.
+  /// The owner's preparation time. 0 for a job with results, and while all jobs have one owner.
   double owed_seconds(const Job& job) const;
   /// Thread seconds that the job got since it entered, with those of its leases.
   double given_seconds(const Job& job) const;

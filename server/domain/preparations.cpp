@@ -6,7 +6,7 @@ namespace lightmill {
 namespace {
 
 constexpr Duration kSearchInterval = std::chrono::seconds(1);
-/// A preparation has so long before it makes way. Each time that its job made way doubles it, up to kMostDoublings. So a
+/// Time of a preparation before it makes way. It doubles each time that the job makes way, up to kMostDoublings times. So a
 /// scene that takes long is prepared in the end.
 constexpr Duration kPreparationPatience = std::chrono::seconds(10);
 constexpr std::uint32_t kMostDoublings = 6;

@@ -1,8 +1,8 @@
 // Preparations: workers that fetch and compile a scene, or run its pilot, and have delivered nothing of the job yet.
 //
 // If a job of another owner waits for such a worker, the preparation makes way for it after a while. So the jobs of one
-// owner cannot keep all workers busy before they bring anything. Owns the time of the next search, and how often each
-// job made way. JobQueue has what preparations cost their owners.
+// owner cannot keep all workers busy without results. Owns the time of the next search, and counts how often each job
+// made way. JobQueue adds up the preparation time of each owner.
 #pragma once
 
 #include "server/domain/scheduler.h"

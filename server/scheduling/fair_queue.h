@@ -15,7 +15,7 @@ struct QueuePosition {
   std::int32_t priority = 0;  ///< higher first
   bool first_round = false;   ///< first among equals, so that every job has a picture soon
   double given_seconds = 0;   ///< thread seconds since it entered, with those of open leases; fewer first
-  double owed_seconds = 0;    ///< added to `given_seconds`: what its owner's other jobs had in vain
+  double owed_seconds = 0;    ///< added to `given_seconds`: preparation time of its owner's jobs
   double sum() const { return given_seconds + owed_seconds; }
 };
 

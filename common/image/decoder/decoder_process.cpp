@@ -137,6 +137,42 @@ Status receive_pixels(const FromDecoder& from, std::int64_t max_pixels, Texels& 
   return check_finite(texels);
 }
 
+/// Starts the decoder with these descriptors as its input and output; /dev/null for −1. `flag` may be null. Only those two stay
+/// open, all signals are as at a program's start, and it has its own process group, so that Ctrl-C in a terminal reaches
+/// only the caller.
+Result<pid_t> spawn_decoder(const std::filesystem::path& path, const char* flag, int input, int output) {
+  posix_spawn_file_actions_t files;
+  ::posix_spawn_file_actions_init(&files);
+  for (const auto& [from, to] : {std::pair{input, STDIN_FILENO}, std::pair{output, STDOUT_FILENO}}) {
+    if (from >= 0) {
+      ::posix_spawn_file_actions_adddup2(&files, from, to);
+    } else {
+      ::posix_spawn_file_actions_addopen(&files, to, "/dev/null", O_RDWR, 0);
+    }
+  }
+  ::posix_spawn_file_actions_addclosefrom_np(&files, kFirstOtherDescriptor);
+  posix_spawnattr_t attributes;
+  ::posix_spawnattr_init(&attributes);
+  sigset_t signals;
+  ::sigemptyset(&signals);
+  ::posix_spawnattr_setsigmask(&attributes, &signals);
+  ::sigfillset(&signals);
+  ::posix_spawnattr_setsigdefault(&attributes, &signals);
+  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+  std::string program = path.string(), option = flag == nullptr ? "" : flag;
+  const std::array<char*, 3> arguments{program.data(), flag == nullptr ? nullptr : option.data(), nullptr};
+  pid_t pid = 0;
+  const int error =
+      ::posix_spawn(&pid, program.c_str(), &files, &attributes, arguments.data(), decoder_environment().data());
+  ::posix_spawnattr_destroy(&attributes);
+  ::posix_spawn_file_actions_destroy(&files);
+  if (error != 0) {
+    return failed_precondition("cannot decode images: cannot start {}: {}; install it beside this program", program,
+                               std::strerror(error));
+  }
+  return pid;
+}
+
 }  // namespace
 
 std::filesystem::path image_decoder_program() {
@@ -150,20 +186,7 @@ Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path) {
   }
   const Descriptor output(ends[0]);
   Descriptor childs(ends[1]);
-  posix_spawn_file_actions_t files;
-  ::posix_spawn_file_actions_init(&files);
-  ::posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDWR, 0);
-  ::posix_spawn_file_actions_adddup2(&files, ends[1], STDOUT_FILENO);
-  ::posix_spawn_file_actions_addclosefrom_np(&files, kFirstOtherDescriptor);
-  std::string program = path.string(), flag = kFingerprintFlag;
-  const std::array<char*, 3> arguments{program.data(), flag.data(), nullptr};
-  pid_t pid = 0;
-  const int error =
-      ::posix_spawn(&pid, program.c_str(), &files, nullptr, arguments.data(), decoder_environment().data());
-  ::posix_spawn_file_actions_destroy(&files);
-  if (error != 0) {
-    return failed_precondition("cannot start {}: {}; install it beside this program", program, std::strerror(error));
-  }
+  LM_ASSIGN_OR_RETURN(const pid_t pid, spawn_decoder(path, kFingerprintFlag, -1, ends[1]));
   childs.close();
   std::string text;
   std::array<char, 256> part{};
@@ -175,7 +198,7 @@ Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path) {
   while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
   }
   if (status != 0 || text.empty()) {
-    return failed_precondition("{} {} fails: {}", program, flag, described(status));
+    return failed_precondition("{} {} fails: {}", path.string(), kFingerprintFlag, described(status));
   }
   return text.substr(0, text.find('\n'));
 }
@@ -186,33 +209,12 @@ Status DecoderProcess::start() {
     return resource_exhausted("no socket for the image decoder: {}", std::strerror(errno));
   }
   const Descriptor childs(ends[1]);
-  posix_spawn_file_actions_t files;
-  ::posix_spawn_file_actions_init(&files);
-  ::posix_spawn_file_actions_adddup2(&files, ends[1], STDIN_FILENO);
-  ::posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_RDWR, 0);
-  ::posix_spawn_file_actions_addclosefrom_np(&files, kFirstOtherDescriptor);
-  posix_spawnattr_t attributes;
-  ::posix_spawnattr_init(&attributes);
-  sigset_t signals;
-  ::sigemptyset(&signals);
-  ::posix_spawnattr_setsigmask(&attributes, &signals);
-  ::sigfillset(&signals);
-  ::posix_spawnattr_setsigdefault(&attributes, &signals);
-  // In its own process group, so that Ctrl-C in a terminal reaches only the caller.
-  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-  std::string program = options_.program.string();
-  std::string flag = kUnsandboxedFlag;
-  const std::array<char*, 3> arguments{program.data(), options_.unsandboxed ? flag.data() : nullptr, nullptr};
-  const int error =
-      ::posix_spawn(&pid_, program.c_str(), &files, &attributes, arguments.data(), decoder_environment().data());
-  ::posix_spawnattr_destroy(&attributes);
-  ::posix_spawn_file_actions_destroy(&files);
-  if (error != 0) {
-    pid_ = 0;
+  Result<pid_t> pid = spawn_decoder(options_.program, options_.unsandboxed ? kUnsandboxedFlag : nullptr, ends[1], -1);
+  if (!pid.ok()) {
     ::close(ends[0]);
-    return failed_precondition("cannot decode images: cannot start {}: {}; install it beside this program", program,
-                               std::strerror(error));
+    return pid.status();
   }
+  pid_ = *pid;
   socket_ = ends[0];
   return ok_status();
 }

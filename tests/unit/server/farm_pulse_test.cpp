@@ -14,52 +14,50 @@
 namespace lightmill::test {
 namespace {
 
-TEST(FarmPulse, AHungFarmThreadIsNotServing) {
-  const TemporaryFolder folder;
-  Result<std::unique_ptr<Store>> store = open_sqlite_store(folder.path() / "farm.sqlite", {});
-  ASSERT_TRUE(store.ok()) << store.status();
-  Result<StoredState> state = (*store)->load();
-  ASSERT_TRUE(state.ok()) << state.status();
-  ActionLog actions({}, {});
-  Coordinator farm({}, *std::move(state), system_clock().now());
-  FarmLoop loop(farm, actions, **store, system_clock(), [](const Status&) {});
+/// A farm thread over an empty store.
+class FarmPulseTest : public testing::Test {
+ protected:
+  /// Keeps the farm thread from everything else until `release_` has its value.
+  void hang() {
+    loop_.post_always([until = release_.get_future().share()](const FarmLoop::TaskContext&) { until.wait(); });
+  }
+
+  TemporaryFolder folder_;
+  std::unique_ptr<Store> store_ = open_sqlite_store(folder_.path() / "farm.sqlite", {}).value();
+  ActionLog actions_{{}, {}};
+  Coordinator farm_{{}, store_->load().value(), system_clock().now()};
+  FarmLoop loop_{farm_, actions_, *store_, system_clock(), [](const Status&) {}};
+  std::promise<void> release_;
+};
+
+TEST_F(FarmPulseTest, AHungFarmThreadIsNotServing) {
   std::atomic<bool> serving = false;
   Readiness readiness([&](bool ready) { serving = ready; });
   readiness.start(nullptr);
   ASSERT_TRUE(serving);
-  std::promise<void> release;
   {
     FarmPulse pulse(
-        loop, [&](bool beats) { readiness.set_moving(beats); }, std::chrono::milliseconds(300),
+        loop_, [&](bool beats) { readiness.set_moving(beats); }, std::chrono::milliseconds(300),
         std::chrono::milliseconds(10));
     std::promise<void> runs;
-    loop.post_always([&runs](const FarmLoop::TaskContext&) { runs.set_value(); });
+    loop_.post_always([&runs](const FarmLoop::TaskContext&) { runs.set_value(); });
     runs.get_future().wait();
-    EXPECT_TRUE(serving) << "a farm thread that works";
-    loop.post_always([hang = release.get_future().share()](const FarmLoop::TaskContext&) { hang.wait(); });
+    EXPECT_TRUE(eventually([&] { return serving.load(); })) << "a farm thread that works";
+    hang();
     EXPECT_TRUE(eventually([&] { return !serving; }));
-    release.set_value();
+    release_.set_value();
     EXPECT_TRUE(eventually([&] { return serving.load(); }));
   }
-  EXPECT_TRUE(loop.stop().ok());
+  EXPECT_TRUE(loop_.stop().ok());
 }
 
-TEST(FarmPulse, EndsBesideAHungFarmThread) {
-  const TemporaryFolder folder;
-  Result<std::unique_ptr<Store>> store = open_sqlite_store(folder.path() / "farm.sqlite", {});
-  ASSERT_TRUE(store.ok()) << store.status();
-  Result<StoredState> state = (*store)->load();
-  ASSERT_TRUE(state.ok()) << state.status();
-  ActionLog actions({}, {});
-  Coordinator farm({}, *std::move(state), system_clock().now());
-  FarmLoop loop(farm, actions, **store, system_clock(), [](const Status&) {});
-  std::promise<void> release;
-  loop.post_always([hang = release.get_future().share()](const FarmLoop::TaskContext&) { hang.wait(); });
+TEST_F(FarmPulseTest, EndsBesideAHungFarmThread) {
+  hang();
   {
-    const FarmPulse pulse(loop, [](bool) {});
+    const FarmPulse pulse(loop_, [](bool) {});
   }
-  release.set_value();
-  EXPECT_TRUE(loop.stop().ok());
+  release_.set_value();
+  EXPECT_TRUE(loop_.stop().ok());
 }
 
 }  // namespace
