@@ -63,8 +63,18 @@ target_precompile_headers(lightmill_kernel_pch PRIVATE ${LIGHTMILL_PCH_HEADERS} 
 target_compile_options(lightmill_kernel_pch PRIVATE ${LIGHTMILL_KERNEL_OPTIONS})
 target_link_libraries(lightmill_kernel_pch PUBLIC fmt::fmt)
 
+# The same headers for code that simulations run for minutes. Without optimisation the address sanitizer slows it 30 times.
+set(LIGHTMILL_SIMULATED_PCH lightmill_pch)
+if(LIGHTMILL_SANITIZE MATCHES "address" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  set(LIGHTMILL_SIMULATED_PCH lightmill_simulated_pch)
+  add_library(lightmill_simulated_pch STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
+  target_precompile_headers(lightmill_simulated_pch PRIVATE ${LIGHTMILL_PCH_HEADERS})
+  target_compile_options(lightmill_simulated_pch PRIVATE -O1)
+  target_link_libraries(lightmill_simulated_pch PUBLIC fmt::fmt)
+endif()
+
 # lightmill_sources(TARGET KIND): sets how the sources of a target are compiled. KIND is KERNEL, SHELL (reads options and calls
-# the rest; optimised for compile time) or empty.
+# the rest; optimised for compile time), SIMULATED or empty.
 function(lightmill_sources target kind)
   lightmill_unity(${target} 24)
   if(kind STREQUAL "KERNEL")
@@ -76,21 +86,26 @@ function(lightmill_sources target kind)
     else()
       target_precompile_headers(${target} REUSE_FROM lightmill_pch)
     endif()
+  elseif(kind STREQUAL "SIMULATED" AND NOT LIGHTMILL_SIMULATED_PCH STREQUAL "lightmill_pch")
+    target_compile_options(${target} PRIVATE -O1)
+    target_precompile_headers(${target} REUSE_FROM ${LIGHTMILL_SIMULATED_PCH})
   else()
     target_precompile_headers(${target} REUSE_FROM lightmill_pch)
   endif()
 endfunction()
 
-# lightmill_library(NAME [KERNEL | SHELL] [SOURCES a.cpp ...] [DEPS lib ...] [PRIVATE_DEPS lib ...]): the static library
+# lightmill_library(NAME [KERNEL | SHELL | SIMULATED] [SOURCES a.cpp ...] [DEPS lib ...] [PRIVATE_DEPS lib ...]): the static library
 # lightmill_NAME. Without SOURCES it has only headers.
 function(lightmill_library name)
-  cmake_parse_arguments(ARG "KERNEL;SHELL" "" "SOURCES;DEPS;PRIVATE_DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "KERNEL;SHELL;SIMULATED" "" "SOURCES;DEPS;PRIVATE_DEPS" ${ARGN})
   if(ARG_SOURCES)
     set(kind "")
     if(ARG_KERNEL)
       set(kind KERNEL)
     elseif(ARG_SHELL)
       set(kind SHELL)
+    elseif(ARG_SIMULATED)
+      set(kind SIMULATED)
     endif()
     add_library(lightmill_${name} STATIC ${ARG_SOURCES})
     target_include_directories(lightmill_${name} PUBLIC ${PROJECT_SOURCE_DIR})
