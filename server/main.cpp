@@ -183,7 +183,7 @@ RuntimeOptions runtime_options(const ServerOptions& options, const DescriptorPla
   runtime.gate.accepts_tokens = !options.insecure;
   CallLimitOptions& calls = runtime.gate.calls;
   calls = options.calls;
-  // Each stream may hold a file open. No caller may take all places.
+  // Each stream may hold a file open. No caller may take all of them.
   calls.streams = std::min(calls.streams, static_cast<std::uint32_t>(plan.assets));
   calls.streams_per_caller = std::min(calls.streams_per_caller, std::max(calls.streams / 2, 1u));
   runtime.limits = limits_of(options);

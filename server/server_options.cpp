@@ -87,7 +87,7 @@ Status check_page(const ServerOptions& options) {
   return ok_status();
 }
 
-/// FAILED_PRECONDITION if strangers can reach the coordinator, unless --insecure allows it. The message says what to
+/// FAILED_PRECONDITION if other machines can reach the coordinator, unless --insecure allows it. The message says what to
 /// do.
 Status check_access(const ServerOptions& options, const HostPort& listen) {
   if (options.tls.certificate.empty() && !options.tls.key.empty()) {
@@ -111,8 +111,8 @@ Status check_access(const ServerOptions& options, const HostPort& listen) {
   if (!is_loopback(listen.host) && !options.insecure) {
     return failed_precondition(
         "--listen {}: others could use and stop this farm, and read its traffic. Give it certificates ({} and {}; "
-        "`lightmill certs` makes them, see docs/operate/security.md), or --insecure if the network keeps strangers "
-        "out",
+        "`lightmill certs` makes them, see docs/operate/security.md), or --insecure if only people whom you trust "
+        "reach this network",
         options.listen, kCertificateOption, kAuthorityOption);
   }
   return ok_status();

@@ -28,7 +28,7 @@ DescriptorPlan plan_descriptors(std::uint64_t files) {
   return plan;
 }
 
-std::size_t ConnectionLimiter::most_strangers() const {
+std::size_t ConnectionLimiter::most_unknown() const {
   return std::clamp<std::size_t>(most_ / 4, 1, kMostStrangers);
 }
 
@@ -40,7 +40,7 @@ std::size_t ConnectionLimiter::most_of(const Identity& caller) const {
 
 bool ConnectionLimiter::is_full(const std::string& peer) const {
   const auto address = addresses_.find(address_key(peer));
-  return address != addresses_.end() && address->second.served.size() >= most_strangers();
+  return address != addresses_.end() && address->second.served.size() >= most_unknown();
 }
 
 bool ConnectionLimiter::is_full(const std::string& peer, const Identity& caller) const {
@@ -51,12 +51,12 @@ bool ConnectionLimiter::is_full(const std::string& peer, const Identity& caller)
 template <class Change>
 void ConnectionLimiter::change(const std::string& key, const Change& change) {
   Address& address = addresses_[key];
-  by_size_.erase({address.strangers(), key});
+  by_size_.erase({address.unknown(), key});
   waiting_ -= address.waiting.size();
   change(address);
   waiting_ += address.waiting.size();
-  if (address.strangers() > 0) {
-    by_size_.emplace(address.strangers(), key);
+  if (address.unknown() > 0) {
+    by_size_.emplace(address.unknown(), key);
   } else if (address.known.empty()) {
     addresses_.erase(key);
   }
@@ -92,7 +92,7 @@ bool ConnectionLimiter::make_room(const std::string& key, Arrival& arrival) {
     return largest != addresses_.end() && largest->second.known.size() > of_own + 1 &&
            end_for(arrival, *largest->second.known.rbegin());
   }
-  const bool is_largest = own != addresses_.end() && own->second.strangers() >= by_size_.rbegin()->first;
+  const bool is_largest = own != addresses_.end() && own->second.unknown() >= by_size_.rbegin()->first;
   const Address& largest = is_largest ? own->second : addresses_.at(by_size_.rbegin()->second);
   if (!largest.waiting.empty()) {
     arrival.close = *largest.waiting.begin();
@@ -126,7 +126,7 @@ void ConnectionLimiter::take_out(Id id) {
   entries_.erase(found);
 }
 
-/// Changes the state of a connection, and the counters. `until`: end of the time of a served stranger.
+/// Changes the state of a connection, and the counters. `until`: end of the time of a served unknown connection.
 void ConnectionLimiter::turn(Id id, State to, Time until) {
   Entry& entry = entries_.at(id);
   change(entry.address, [&](Address& address) {
@@ -187,7 +187,7 @@ ConnectionLimiter::Changes ConnectionLimiter::update(Time now) {
   for (const std::string& key : keys) {
     const Address& address = addresses_.at(key);
     while (!address.waiting.empty()) {
-      if (address.served.size() >= most_strangers()) {
+      if (address.served.size() >= most_unknown()) {
         const auto [until, longest] = *address.served.begin();
         if (until > now) {
           break;

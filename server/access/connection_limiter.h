@@ -26,10 +26,10 @@ struct DescriptorPlan {
 /// Plan for a process that may open `files` files.
 DescriptorPlan plan_descriptors(std::uint64_t files);
 
-/// Limits strangers per address, and known callers per identity. A stranger is a connection whose caller is not known
-/// yet. Strangers beyond the limit wait. The newest is served next, so an earlier flood does not delay it. If all
-/// places are taken, the address with most strangers loses one. Without strangers, the address with most known callers
-/// loses one. Not thread-safe.
+/// Limits connections per address while their caller is unknown, and per identity afterwards. Unknown ones beyond the
+/// limit wait. The newest is served next, so an earlier flood does not delay it. If the port has its most connections,
+/// the address with most unknown ones loses one. If all are known, the address with most connections loses one. Not
+/// thread-safe.
 class ConnectionLimiter {
  public:
   using Id = std::uint64_t;
@@ -48,29 +48,29 @@ class ConnectionLimiter {
   /// The connection was closed.
   void leave(Id id);
   /// Sets the identity of the connection from ADDRESS:PORT. The first call counts. RESOURCE_EXHAUSTED if the caller has
-  /// too many connections; this one remains a stranger.
+  /// too many connections; this one remains unknown.
   Status set_caller(const std::string& peer, const Identity& caller);
-  /// Makes a connection with a known caller a stranger until the next set_caller(). It is the first to make room for others
-  /// of its address.
+  /// Makes the caller of a connection unknown until the next set_caller(). The connection is the first of its address to
+  /// make room for others.
   void clear_caller(const std::string& peer, Time now);
 
   struct Changes {
     std::vector<Id> serve;  ///< these waited until now
-    std::vector<Id> end;    ///< strangers whose time is over, one for each that is served
+    std::vector<Id> end;    ///< unknown ones whose time is over, one for each that is served
   };
   Changes update(Time now);
 
   bool is_full() const { return entries_.size() >= most_; }
-  /// Whether another stranger from this address has to wait.
+  /// Whether another connection from this address has to wait.
   bool is_full(const std::string& peer) const;
   bool is_full(const std::string& peer, const Identity& caller) const;
   bool has_waiting() const { return waiting_ > 0; }
   std::size_t size() const { return entries_.size(); }
 
-  /// Strangers of one address that are served at a time.
-  std::size_t most_strangers() const;
+  /// Unknown connections of one address that are served at a time.
+  std::size_t most_unknown() const;
   std::size_t most_of(const Identity& caller) const;
-  /// Time for a stranger while others of its address wait.
+  /// Time to become known while others of the address wait.
   static constexpr Duration kPatience = std::chrono::seconds(5);
   /// Connections accepted beyond the limit, while those that were ended for them are still open.
   static constexpr std::size_t kSlack = 16;
@@ -78,10 +78,10 @@ class ConnectionLimiter {
  private:
   enum class State { waiting, served, ending, known };
   struct Address {
-    std::set<Id> waiting;                  ///< strangers, by age
-    std::set<std::pair<Time, Id>> served;  ///< strangers, by the time at which they make room
+    std::set<Id> waiting;                  ///< unknown, by age
+    std::set<std::pair<Time, Id>> served;  ///< unknown, by the time at which they make room
     std::set<Id> known;                    ///< by age
-    std::size_t strangers() const { return waiting.size() + served.size(); }
+    std::size_t unknown() const { return waiting.size() + served.size(); }
   };
   struct Entry {
     std::string peer, address, caller;
@@ -103,7 +103,7 @@ class ConnectionLimiter {
   std::unordered_map<Id, Entry> entries_;
   std::unordered_map<std::string, Id> peers_;
   std::map<std::string, Address> addresses_;
-  std::set<std::pair<std::size_t, std::string>> by_size_;  ///< addresses with strangers, by their number
+  std::set<std::pair<std::size_t, std::string>> by_size_;  ///< addresses with unknown connections, by their number
   std::unordered_map<std::string, std::size_t> callers_;   ///< connections of each caller
 };
 

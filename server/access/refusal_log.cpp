@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-/// Strings may come from strangers and have any length, so they are shortened.
+/// Strings may come from unknown callers and have any length, so they are shortened.
 std::string key_of(const Call& call, const CallSubject& about, const Status& status) {
   return fmt::format("{}|{}|{}|{}|{}|{}", caller_key(call.caller, call.peer), call.caller.token,
                      static_cast<int>(call.rpc), about.job, as_name(about.text), as_name(message_of(status)));

@@ -37,7 +37,7 @@ Holder holder_of(const Identity& identity, std::string_view peer) {
   const std::string address = address_key(peer);
   switch (identity.proof) {
     case Proof::none:
-      return {"nobody at " + address, address};
+      return {"unknown at " + address, address};
     case Proof::certificate:
       return {"certificate " + identity.name, address};
     case Proof::token:
@@ -105,8 +105,8 @@ void SlotPool::set_active(Id id) {
   }
 }
 
-/// Each place that is taken away reduces the sum of the squares of all names' and addresses' counts. So callers cannot
-/// take places from each other endlessly.
+/// Each slot that is taken away reduces the sum of the squares of all names' and addresses' counts. So callers cannot
+/// take slots from each other endlessly.
 std::optional<SlotPool::Id> SlotPool::evict_for(const Holder& holder) {
   const std::int64_t of_name = count_of(names_, holder.name), of_address = count_of(addresses_, holder.address);
   std::int64_t most = 0;

@@ -1,4 +1,4 @@
-// Places that callers share. When all are taken, an idle caller or the one with most places gives one up.
+// Slots that callers share. When all are taken, an idle caller or the one with most slots gives one up.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ namespace lightmill {
 /// all of it. IPv6 addresses keep their brackets.
 std::string address_key(std::string_view peer);
 
-/// Owner of a place. Places with one name count together, and so do places with one address.
+/// Owner of a slot. Slots with one name count together, and so do slots with one address.
 struct Holder {
   std::string name;  ///< of the identity; without one, the address
   std::string address;
@@ -33,24 +33,24 @@ class SlotPool {
  public:
   using Id = std::uint64_t;
 
-  /// `of_holder`: places of one name at one address.
+  /// `of_holder`: slots of one name at one address.
   SlotPool(std::size_t all, std::size_t of_holder) : all_(all), of_holder_(of_holder) {}
 
   enum class Answer { acquired, holder_limit, full };
   struct Arrival {
     Answer answer = Answer::acquired;
-    std::optional<Id> evicted;  ///< a place that is taken away: the caller has to end its call
+    std::optional<Id> evicted;  ///< a slot that is taken away: the caller has to end its call
   };
-  /// Takes a place. `id` identifies it until release().
+  /// Takes a slot. `id` identifies it until release().
   Arrival acquire(Id id, const Holder& holder, Time now);
-  /// Does nothing if the place is not held.
+  /// Does nothing if the slot is not held.
   void release(Id id);
 
   /// The call waits for its caller to send or read. set_active() ends this state.
   void set_stalled(Id id, Time now);
   void set_active(Id id);
 
-  /// Takes a place away for one more of `holder`: the newest place of the largest share. None if this would not make
+  /// Takes a slot away for one more of `holder`: the newest slot of the largest share. None if this would not make
   /// the shares more equal.
   std::optional<Id> evict_for(const Holder& holder);
 
@@ -75,7 +75,7 @@ class SlotPool {
   const std::size_t all_, of_holder_;
   std::unordered_map<Id, Entry> entries_;
   std::map<Holder, Share> shares_;
-  std::unordered_map<std::string, std::size_t> names_, addresses_;  ///< number of places of each
+  std::unordered_map<std::string, std::size_t> names_, addresses_;  ///< number of slots of each
 };
 
 }  // namespace lightmill

@@ -50,7 +50,7 @@ Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc
   Result<Identity> caller = gate.identify(credentials);
   const bool lasts = rpc == Rpc::work || stream_kind(rpc);
   if (caller.ok()) {
-    // If the caller has its share of connections, this one remains a stranger, and may end soon. That is enough for a
+    // If the caller has its share of connections, this one remains unknown, and may end soon. That is enough for a
     // short call.
     if (const Status met = gate.set_caller(credentials.peer, *caller); !met.ok() && lasts) {
       caller = met;

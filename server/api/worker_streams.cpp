@@ -14,7 +14,7 @@ constexpr std::size_t kSpare = 16;
 
 const grpc::Status kStopping(grpc::StatusCode::UNAVAILABLE, "the coordinator stops");
 const grpc::Status kEvicted(grpc::StatusCode::DEADLINE_EXCEEDED,
-                            "the stream sent no hello, or did not read its end, and another stream needs its place");
+                            "the stream sent no hello, or did not read its end, and another stream needs its slot");
 
 }  // namespace
 

@@ -3,7 +3,7 @@
 namespace lightmill {
 namespace {
 
-/// A client that waits longer for a film is told to try again.
+/// A client that waits longer for a film gets an error, and tries again.
 constexpr Duration kPatience = std::chrono::seconds(30);
 /// Pause before the next check of films that must leave but are shared.
 constexpr Duration kCheckPause = std::chrono::milliseconds(200);

@@ -33,7 +33,7 @@ class Scheduler {
 
   // ---- unit_sizing.cpp ----
   /// Pixel samples of the job that the worker may get now. A worker's own speed and threads would allow more, but
-  /// nobody can check them.
+  /// no one can check them.
   double most_pixel_samples(const Worker& worker, const Job& job, const UnitAim& aim, Time now) const;
   UnitAim aim_for(const Worker& worker, const Job& job, Time now) const;
   void result_received(const WorkerResult& result, Time now);

@@ -203,19 +203,19 @@ void CommitQueue::notify_callers(std::vector<CommitReply>& callers, const Status
 }
 
 Status CommitQueue::commit_with_retries(const std::vector<StoreOp>& writes, std::vector<CommitReply>& callers) {
-  bool told = false;
+  bool stalled = false;
   for (;;) {
     const Status status = store_.commit(writes);
     if (status.ok()) {
-      if (told) {
+      if (stalled) {
         spdlog::info("the store can be written again");
         handlers_.on_stall(ok_status());
       }
       return status;
     }
-    if (!told) {
+    if (!stalled) {
       spdlog::error("cannot store progress, nothing is acknowledged until it can: {}", message_of(status));
-      told = true;
+      stalled = true;
       if (worth_retrying(status)) {
         handlers_.on_stall(status);
       }
@@ -243,9 +243,9 @@ Status CommitQueue::commit_with_retries(const std::vector<StoreOp>& writes, std:
 }
 
 void CommitQueue::finish(Batch& batch, const Status& status) {
-  const Status told = status.ok() ? status : unavailable("the farm cannot store this now: {}", message_of(status));
+  const Status outcome = status.ok() ? status : unavailable("the farm cannot store this now: {}", message_of(status));
   for (const CommitReply& reply : batch.replies) {
-    reply(told);
+    reply(outcome);
   }
   if (status.ok()) {
     for (Outgoing& message : batch.after_commit) {
@@ -253,7 +253,7 @@ void CommitQueue::finish(Batch& batch, const Status& status) {
     }
   }
   for (const CommitReply& reply : batch.callers) {
-    reply(told);
+    reply(outcome);
   }
 }
 

@@ -14,8 +14,8 @@ std::optional<Time> DemandHub::publish(const Coordinator& farm, Time now) {
   const bool active = farm.wants_workers();
   for (Listener& listener : listeners_) {
     // A stream that is still writing calls FarmLoop::poke when it is done.
-    if (listener.told != active && listener.sink->writable()) {
-      listener.told = active;
+    if (listener.sent != active && listener.sink->writable()) {
+      listener.sent = active;
       listener.sink->offer(active);
     }
   }

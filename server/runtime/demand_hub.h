@@ -33,7 +33,7 @@ class DemandHub {
  private:
   struct Listener {
     std::shared_ptr<DemandSink> sink;
-    std::optional<bool> told;
+    std::optional<bool> sent;
   };
   std::vector<Listener> listeners_;
   Time next_check_{};

@@ -226,9 +226,9 @@ void FarmLoop::notify_films(TaskContext& context) {
       watchers_.fail_film(outcome.job, outcome.status);
     }
     const auto [begin, end] = films_.waiting.equal_range(outcome.job);
-    const std::multimap<JobId, FilmTask> told(begin, end);
+    const std::multimap<JobId, FilmTask> tasks(begin, end);
     films_.waiting.erase(outcome.job);
-    for (const auto& [job, task] : told) {
+    for (const auto& [job, task] : tasks) {
       if (outcome.status.ok()) {
         context.with_film(job, task);
       } else {

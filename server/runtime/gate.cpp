@@ -55,7 +55,7 @@ Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer
   if (status.ok()) {
     status = caller.ok() ? check_call(*caller, rpc) : caller.status();
   }
-  if (status.ok() && kind) {  // only after the check, so that strangers take no places
+  if (status.ok() && kind) {  // only after the check, so that unknown callers take no slots
     Result<std::shared_ptr<StreamSlot>> slot = slots_.take(*kind, holder_of(call.caller, peer));
     status = slot.status();
     call.slot = std::move(slot).value_or(nullptr);

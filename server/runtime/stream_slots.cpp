@@ -7,7 +7,7 @@ namespace lightmill {
 namespace {
 
 constexpr std::array<std::string_view, static_cast<std::size_t>(StreamKind::count)> kKinds{
-    "assets under way", "films under way", "watched jobs", "autoscalers that listen", "open pages"};
+    "asset transfers", "film transfers", "watched jobs", "listening autoscalers", "open pages"};
 
 }  // namespace
 
@@ -91,7 +91,7 @@ Result<std::shared_ptr<StreamSlot>> StreamSlots::take(StreamKind kind, const Hol
     const SlotPool::Id id = next_id_++;
     const SlotPool::Arrival arrival = all.slots.acquire(id, holder, now);
     if (arrival.answer == SlotPool::Answer::full) {
-      return resource_exhausted("the farm has places for {} {}, and all are taken: try again later", all.most, name);
+      return resource_exhausted("the farm serves at most {} {} at a time: try again later", all.most, name);
     }
     if (arrival.answer == SlotPool::Answer::holder_limit) {
       return resource_exhausted("the farm takes {} {} of one caller (--caller-streams): try again when one has ended",

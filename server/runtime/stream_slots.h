@@ -1,4 +1,4 @@
-// Places for long calls: each kind has a limited number, which callers share.
+// Slots for long calls: each kind has a limited number, which callers share.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ std::optional<StreamKind> stream_kind(Rpc rpc);
 
 class StreamSlots;
 
-/// Place of one call, freed at its end. Thread-safe.
+/// Slot of one call, freed at its end. Thread-safe.
 class StreamSlot {
  public:
   StreamSlot(StreamSlots& slots, StreamKind kind, SlotPool::Id id) : slots_(slots), kind_(kind), id_(id) {}
@@ -35,9 +35,9 @@ class StreamSlot {
   StreamSlot(const StreamSlot&) = delete;
   StreamSlot& operator=(const StreamSlot&) = delete;
 
-  /// Sets what ends the call when another needs its place. Called at most once, from any thread. It must not block.
+  /// Sets what ends the call when another needs its slot. Called at most once, from any thread. It must not block.
   void on_evict(std::function<void()> end);
-  /// The place is free, and `end` is not called from now on. A stream calls it before it sends its last status: its
+  /// The slot is free, and `end` is not called from now on. A stream calls it before it sends its last status: its
   /// caller may begin the next call at once.
   void call_ended();
   /// The call waits for its caller from now on, until set_active().
@@ -56,7 +56,7 @@ class StreamSlot {
   bool evicted_ LM_GUARDED_BY(mutex_) = false;
 };
 
-/// Thread-safe. Must outlive its places.
+/// Thread-safe. Must outlive its slots.
 class StreamSlots {
  public:
   StreamSlots(const CallLimitOptions& options, const Clock& clock);

@@ -111,7 +111,7 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
 
   const UploadWay way_;
   const Sha256 digest_;
-  const Call call_;  ///< holds the place among the streams
+  const Call call_;  ///< holds the slot of the stream
   const UploadDone done_;
   const RequestHead head_;
   const std::uint64_t length_;  ///< according to the sender; 0: unknown

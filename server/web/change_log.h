@@ -16,7 +16,7 @@ using SharedBytes = std::shared_ptr<const std::string>;
 
 /// Position of a reader in the log.
 struct ChangeCursor {
-  bool begun = false;       ///< otherwise it knows nothing, and has to be told even of an empty log
+  bool begun = false;       ///< otherwise it knows nothing, and receives even an empty log
   std::uint64_t seen = 0;   ///< a stamp
   std::uint64_t floor = 0;  ///< removals up to this stamp do not concern it, because it began later
 };

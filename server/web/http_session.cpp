@@ -88,7 +88,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     body_read_ = false;
     reservation_ = nullptr;
     call_.reset();
-    parts_.listener->clear_caller(peer_);  // a connection with half a request holds no caller's place
+    parts_.listener->clear_caller(peer_);  // a connection with half a request holds no caller's slot
     stream_.tcp().expires_after(kRequestTimeout);
     read_head();
   }
@@ -270,7 +270,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
             stream_.encrypted() || as_std(request_[http::field::origin]).starts_with("https://")};
   }
 
-  /// Identifies the caller. The connection is no stranger's afterwards, unless the caller has its share of connections.
+  /// Identifies the caller. The connection is known afterwards, unless the caller has its share of connections.
   Result<Identity> identify(const HttpCredentials& credentials) const {
     LM_ASSIGN_OR_RETURN(Identity caller, parts_.authenticator.identify(credentials));
     parts_.listener->set_caller(peer_, caller).IgnoreError();

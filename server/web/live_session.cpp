@@ -82,7 +82,7 @@ class LiveSession final : public ViewerLink, public std::enable_shared_from_this
     call_.slot->on_evict([mailbox = parts_.mailbox, weak = weak_from_this()] {
       mailbox->post([weak] {
         if (const auto self = weak.lock(); self != nullptr && !self->closing_) {
-          self->close(resource_exhausted("another caller's page needs the place"),
+          self->close(resource_exhausted("another caller's page needs the connection"),
                       websocket::close_code::try_again_later);
         }
       });

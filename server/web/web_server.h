@@ -18,7 +18,7 @@ struct WebOptions {
   std::string version;
   TlsFiles tls;                     ///< with a certificate, connections are encrypted
   std::vector<std::string> names;   ///< host names, besides those of the certificate
-  bool open_to_all = false;         ///< strangers may use it without encryption
+  bool open_to_all = false;         ///< other machines may use it without encryption
   std::size_t connections = 1'024;  ///< limit
   /// Memory limits: pictures that are made or downloaded, and pictures that open pages show.
   std::uint64_t file_bytes = std::uint64_t{2} << 30, view_bytes = std::uint64_t{1} << 30;
@@ -30,7 +30,7 @@ struct WebParts;
 /// their time are limited.
 class WebServer {
  public:
-  /// INVALID_ARGUMENT if strangers can reach the address and it is not encrypted. UNAVAILABLE if the address cannot be
+  /// INVALID_ARGUMENT if other machines can reach the address and it is not encrypted. UNAVAILABLE if the address cannot be
   /// bound. Also returns errors of the certificate.
   static Result<std::unique_ptr<WebServer>> start(Runtime& runtime, const WebOptions& options);
   /// Closes all connections. The runtime must still run.

@@ -43,7 +43,7 @@ class Descriptor {
   int number_;
 };
 
-/// Only the variables of the loader and of sanitizers. Others may be secrets, which must not reach strangers' images.
+/// Only the variables of the loader and of sanitizers. Others may be secrets, which uploaded images must not reach.
 std::vector<char*> decoder_environment() {
   static char bind_now[] = "LD_BIND_NOW=1";  // otherwise each child would resolve symbols again
   std::vector<char*> variables{bind_now};
@@ -278,7 +278,7 @@ Result<DecodeReply> DecoderProcess::exchange(const DecodeRequest& request, int f
 
 Result<DecodeReply> DecoderProcess::ask(ByteView bytes, std::int64_t max_pixels, Texels* texels) {
   if (stop_.stop_requested()) {
-    return cancelled("nobody needs the image any more");
+    return cancelled("the image is no longer needed");
   }
   const Descriptor file(::memfd_create("image", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (file.number() < 0) {
@@ -302,7 +302,7 @@ Result<DecodeReply> DecoderProcess::ask(ByteView bytes, std::int64_t max_pixels,
     }
     end = stop();
     if (stop_.stop_requested()) {
-      return cancelled("nobody needs the image any more");
+      return cancelled("the image is no longer needed");
     }
   }
   return failed_precondition("cannot decode it: {} was started twice and ended ({}); run it by hand to see why",

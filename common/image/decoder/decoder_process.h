@@ -1,6 +1,6 @@
 // Client of `lightmill-image-decoder`, a process that reads each image in a sandboxed child.
 //
-// Image files come from strangers, and the libraries that read them have faults. Some even open files and addresses
+// Users upload image files, and the libraries that read them have faults. Some even open files and addresses
 // that an image names. The child has the image's bytes and a pipe for its pixels, and no other access to the machine
 // (decoder/confined_child.h).
 #pragma once

@@ -140,7 +140,7 @@ Result<std::string> Leadership::try_to_take(Session& session) {
 }
 
 Status Leadership::stand_by() {
-  std::string told;
+  std::string reported;
   for (bool first = true;; first = false) {
     // The same outage may have kept the active coordinator from renewing its lease, so it gets time to do so.
     if (!first && !session_.connected() && session_.connect().ok() && !options_.wait(options_.lease)) {
@@ -165,9 +165,9 @@ Status Leadership::stand_by() {
                   "standing by: {} is active on {}; this coordinator takes over when that one is silent for {:g} s",
                   *holder, session_.place(), std::chrono::duration<double>(options_.lease).count())
             : fmt::format("standing by, but {}", message_of(holder.status()));
-    if (news != told) {
+    if (news != reported) {
       spdlog::info("{}", news);
-      told = news;
+      reported = news;
     }
     if (!options_.wait(kCheckPause)) {
       return cancelled("stopped while standing by");

@@ -24,7 +24,7 @@ TEST(StreamSlots, ACallerHasItsShareOfEachKind) {
   const auto first = slots.take(StreamKind::asset, kAda), second = slots.take(StreamKind::asset, kAda);
   ASSERT_TRUE(first.ok() && second.ok());
   EXPECT_EQ(message_of(slots.take(StreamKind::asset, kAda).status()),
-            "the farm takes 2 assets under way of one caller (--caller-streams): try again when one has ended");
+            "the farm takes 2 asset transfers of one caller (--caller-streams): try again when one has ended");
   EXPECT_TRUE(slots.take(StreamKind::asset, kBob).ok());
   EXPECT_TRUE(slots.take(StreamKind::film, kAda).ok());
 }
@@ -50,7 +50,7 @@ TEST(StreamSlots, OneCallerDoesNotTakeAllFilms) {
     held.back()->on_evict([&ended, i] { ended.push_back(i); });
   }
   EXPECT_EQ(message_of(slots.take(StreamKind::film, kAda).status()),
-            "the farm has places for 64 films under way, and all are taken: try again later");
+            "the farm serves at most 64 film transfers at a time: try again later");
   EXPECT_TRUE(slots.take(StreamKind::film, kBob).ok());
   EXPECT_EQ(ended, std::vector{StreamSlots::kMostFilms - 1});
 }
