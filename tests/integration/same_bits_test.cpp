@@ -77,8 +77,9 @@ TEST(SameBits, TheLengthOfUnitsDoesNotChangeTheBits) {
     expect_reference_film(farm.client(), job, picture);
     results.push_back(farm.client().job(job).counters().results_merged());
   }
-  EXPECT_LT(2 * results[1], results[0]);
-  EXPECT_LT(2 * results[2], results[0]);
+  // The lengths differed. By how much depends on the machine's speed.
+  EXPECT_LT(results[1], results[0]);
+  EXPECT_LT(results[2], results[0]);
 }
 
 TEST(SameBits, FourKilledWorkersKeepTheBits) {
