@@ -196,6 +196,7 @@ void explain_scenes(const Console& console) {
        {"--camera auto", "a view of all from the front, above and right, which scenes without a camera get"},
        {"--sky auto", "OBJ and glTF files that nothing lights get an even white sky"},
        {"--sky on, --sky off", "every scene gets it, or none"},
+       {"--at SECONDS", "a glTF file at this moment of its first animation, or of that which --animation names"},
        {"--mtl course", "Ka in MTL files is emission. The default if only some materials have it, and none has Ke"},
        {"--mtl standard", "Ka is ambient light, which is ignored"},
        {"--strict", "files with faults are refused. Without it, a notice names each kind of fault"}});

@@ -45,6 +45,12 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
                   "an even white sky: on, off, or auto, which adds it to OBJ and glTF files that nothing lights")
       ->type_name("auto|on|off")
       ->capture_default_str();
+  command.add_option("--at", options.at, "show a glTF file at this moment of its animation")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.0, 1e9).description(""));
+  command
+      .add_option("--animation", options.animation, "the animation that --at (default 0) is about: its name or number")
+      ->type_name("NAME|N");
   command.add_flag("--strict", options.strict,
                    "refuse OBJ, MTL, glTF, pbrt and Mitsuba files with faults, such as odd lines and missing files");
   command.add_flag(
@@ -68,6 +74,9 @@ Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
     return invalid_argument("--sky must be auto, on or off, got '{}'", options.sky);
   }
   load_options.sky = options.sky == "on" ? SkyChoice::on : options.sky == "off" ? SkyChoice::off : SkyChoice::automatic;
+  if (options.at || !options.animation.empty()) {
+    load_options.moment = AnimationMoment{options.animation, options.at.value_or(0)};
+  }
   const std::vector<std::filesystem::path> paths(options.scenes.begin(), options.scenes.end());
   for (const std::filesystem::path& path : paths) {
     if (lower_ending(path) == ".exr" || lower_ending(path) == ".png") {
@@ -75,6 +84,9 @@ Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
     }
     if (!options.mtl.empty() && lower_ending(path) != ".obj") {
       return invalid_argument("--mtl applies only to OBJ files, and {} is none", path.string());
+    }
+    if (load_options.moment && lower_ending(path) != ".gltf" && lower_ending(path) != ".glb") {
+      return invalid_argument("--at and --animation apply only to glTF files, and {} is none", path.string());
     }
   }
   const auto is_blend = [](const std::filesystem::path& path) { return lower_ending(path) == ".blend"; };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,8 @@ struct SceneOptions {
   std::string camera;
   std::string mtl;
   std::string sky = "auto";
+  std::optional<double> at;  ///< seconds
+  std::string animation;
   bool strict = false;
   bool unsandboxed_images = false;
 };

@@ -54,10 +54,17 @@ Status choose_camera(const std::string& wanted, const SceneFiles& files, LoadedS
 /// A file's ending in lower case, as ".json". Empty if it has none.
 std::string lower_ending(const std::filesystem::path& path);
 
+/// A moment of an animation.
+struct AnimationMoment {
+  std::string animation;  ///< its name, or its number from 1. Empty: the first one
+  double seconds = 0;
+};
+
 struct LoadOptions {
   std::string camera;  ///< replaces the scene's camera (choose_camera)
   KaMeaning ka = KaMeaning::automatic;
   SkyChoice sky = SkyChoice::automatic;
+  std::optional<AnimationMoment> moment;       ///< of glTF files; none: nodes and meshes as they are modelled
   bool strict = false;                         ///< refuses files with faults
   const SceneFiles* files = &files_on_disk();  ///< the files that can be read; must outlive the call
 };

@@ -99,6 +99,37 @@ TEST(SceneFuzz, DamagedMaterialFilesAreReadOrRefused) {
   expect_both_outcomes({shipped("assets/CornellBox.mtl")}, 3, kSceneRounds, read_damaged);
 }
 
+TEST(SceneFuzz, DamagedGltfScenesAreReadOrRefused) {
+  constexpr std::array<std::string_view, 20> kWords{"\"byteOffset\":1,",
+                                                    "\"byteStride\":4,",
+                                                    "\"normalized\":true,",
+                                                    "\"sparse\":{\"count\":1},",
+                                                    "\"mesh\":0,",
+                                                    "\"skin\":0,",
+                                                    "\"children\":[0],",
+                                                    "\"matrix\":[",
+                                                    "\"weights\":[1e300],",
+                                                    "\"CUBICSPLINE\"",
+                                                    "\"extensions\":{",
+                                                    "\"uri\":\"data:;base64,AAAA\",",
+                                                    "{",
+                                                    "}",
+                                                    "[",
+                                                    "]",
+                                                    "1e300",
+                                                    "-1",
+                                                    "4294967296",
+                                                    "null"};
+  std::vector<std::string> originals;
+  for (const char* name : {"all.gltf", "all.glb", "posed.gltf"}) {
+    originals.push_back(read_file(test::source_file(std::string("tests/fuzz/seeds/gltf/") + name)).value());
+    EXPECT_TRUE(fuzz::try_gltf(originals.back())) << name;
+  }
+  expect_both_outcomes(originals, 8, kSceneRounds / 5, [&](const std::string& whole, FuzzRandom& random) {
+    return fuzz::try_gltf(mutate(whole, kWords, random));
+  });
+}
+
 TEST(SceneFuzz, DamagedPbrtScenesAreReadOrRefused) {
   constexpr std::array<std::string_view, 20> kWords{"AttributeBegin ",
                                                     "AttributeEnd ",

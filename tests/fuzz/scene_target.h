@@ -1,4 +1,4 @@
-// The readers of pbrt and Mitsuba scenes, called as in the program, for tests and libFuzzer.
+// The readers of glTF, pbrt and Mitsuba scenes, called as in the program, for tests and libFuzzer.
 #pragma once
 
 #include <google/protobuf/stubs/logging.h>
@@ -6,6 +6,7 @@
 #include "common/base/check.h"
 #include "common/scene/mesh.h"
 #include "common/scene/validate/validate.h"
+#include "common/scene_io/gltf/gltf.h"
 #include "common/scene_io/mitsuba/mitsuba.h"
 #include "common/scene_io/pbrt/pbrt.h"
 #include "common/wire/scene_proto.h"
@@ -52,6 +53,18 @@ inline bool check_fuzzed_scene(const Result<LoadedScene>& loaded) {
     }
   }
   return true;
+}
+
+/// Files that the scene names have a few zeros. With animations, it is read at a moment of the first one.
+inline bool try_gltf(std::string_view text) {
+  static const google::protobuf::LogSilencer quiet;
+  GltfOptions options;
+  if (text.find("\"animations\"") != text.npos) {
+    options.moment = AnimationMoment{"", 0.5};
+  }
+  return check_fuzzed_scene(read_gltf(std::string(text), "fuzz", options, [](const std::string& name) {
+    return Result<SourceFile>(SourceFile{name, std::string(64, '\0')});
+  }));
 }
 
 inline bool try_pbrt(std::string_view text) {

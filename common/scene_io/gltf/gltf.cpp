@@ -1,9 +1,11 @@
 #include "common/scene_io/gltf/gltf.h"
 
+#include "common/base/number_text.h"
 #include "common/base/text.h"
 #include "common/scene/validate/validate.h"
 #include "common/scene_io/assets.h"
 #include "common/scene_io/gltf/gltf_materials.h"
+#include "common/scene_io/gltf/gltf_mesh.h"
 #include "common/scene_io/gltf/gltf_nodes.h"
 #include "common/scene_io/missing_parts.h"
 
@@ -17,6 +19,8 @@ constexpr std::array<std::string_view, 10> kKnownExtensions{
     "KHR_mesh_quantization"};
 
 constexpr std::size_t kMaxNamed = 100;  ///< unlisted extensions of a file that are named
+/// Vertices of all deformed meshes, times the morph targets that move each. Each deformed copy is a mesh of its own.
+constexpr std::uint64_t kMaxDeformed = 100'000'000;
 
 bool is_known(std::string_view extension) {
   return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), extension) != kKnownExtensions.end();
@@ -27,17 +31,23 @@ class GltfScene {
   GltfScene(const GltfData& data, const std::string& file_name)
       : data_(data), file_name_(file_name), notices_(loaded_.notices), materials_(data, file_name, loaded_, notices_) {}
 
-  Result<LoadedScene> read(bool light_the_dark) {
+  Result<LoadedScene> read(const GltfOptions& options) {
     check_extensions();
-    for (const PlacedNode& placed : placed_nodes(data_)) {
+    if (options.moment) {
+      LM_ASSIGN_OR_RETURN(poses_, with_context(poses_at(data_, *options.moment), file_name_));
+    } else if (data_.root()["animations"].size() > 0) {
+      notices_.left_out("animations (`--at SECONDS` shows a moment of one)");
+    }
+    const std::vector<PlacedNode> nodes = placed_nodes(data_, poses_);
+    for (const PlacedNode& placed : nodes) {
+      places_.emplace(placed.node.path(), placed.to_scene);
+    }
+    for (const PlacedNode& placed : nodes) {
       read_node(placed);
       LM_RETURN_IF_ERROR(data_.status());
     }
     LM_RETURN_IF_ERROR(data_.status());
     say_what_is_flat();
-    if (data_.root()["animations"].size() > 0) {
-      notices_.left_out("animations");
-    }
     if (loaded_.scene.objects.empty()) {
       return invalid_argument("{}: the scene has no triangles", file_name_);
     }
@@ -46,7 +56,7 @@ class GltfScene {
     } else {
       use_camera(loaded_.cameras.front(), loaded_.scene);
     }
-    if (light_the_dark) {
+    if (options.light_the_dark) {
       add_missing_light(loaded_);
     }
     LM_RETURN_IF_ERROR(with_context(validate(loaded_.scene), file_name_));
@@ -92,15 +102,15 @@ class GltfScene {
     if (std::optional<NamedCamera> camera = read_camera(data_, placed, notices_)) {
       loaded_.cameras.push_back(*std::move(camera));
     }
-    if (placed.node["skin"].present()) {
-      notices_.left_out("skins (meshes keep their modelled pose)");
-    }
   }
 
   void add_objects(const PlacedNode& placed) {
     const JsonNode mesh = data_.element("meshes", placed.node["mesh"]);
-    const std::vector<Part>& parts = parts_of(mesh);
-    if (!spans_space(placed.to_scene)) {
+    const MeshPose pose = mesh_pose(placed.node, mesh);
+    // The joints of a skin place the mesh, so the node does not (glTF 2.0, 3.7.3.1).
+    const Transform& to_scene = pose.joints == nullptr ? placed.to_scene : kIdentityTransform;
+    const std::vector<Part>& parts = parts_of(mesh, pose, placed.node["skin"]);
+    if (!spans_space(to_scene)) {
       flat_.push_back(name_of(placed.node));
       return;
     }
@@ -108,22 +118,69 @@ class GltfScene {
     name = !name.empty() ? name : mesh["name"].text();
     for (const Part& part : parts) {
       const std::string& material = loaded_.scene.materials[part.material].name;
-      loaded_.scene.objects.push_back({parts.size() == 1 ? name : fmt::format("{}/{}", name, material), part.material,
-                                       part.shape, placed.to_scene});
+      loaded_.scene.objects.push_back(
+          {parts.size() == 1 ? name : fmt::format("{}/{}", name, material), part.material, part.shape, to_scene});
     }
   }
 
-  /// The primitives of a mesh as assets. They are read once for all instances.
-  const std::vector<Part>& parts_of(const JsonNode& mesh) {
-    const auto [found, added] = meshes_.try_emplace(mesh.path());
+  /// How a node deforms its mesh.
+  MeshPose mesh_pose(const JsonNode& node, const JsonNode& mesh) {
+    MeshPose pose;
+    if (const auto animated = poses_.find(node.path()); animated != poses_.end() && animated->second.weights) {
+      pose.weights = *animated->second.weights;
+    } else {
+      const JsonNode weights = node["weights"].present() ? node["weights"] : mesh["weights"];
+      for (std::size_t i = 0; i < weights.size(); ++i) {
+        pose.weights.push_back(weights.at(i).number(0, -1e6, 1e6));
+      }
+    }
+    if (std::ranges::all_of(pose.weights, [](double weight) { return weight == 0; })) {
+      pose.weights.clear();
+    }
+    if (const JsonNode skin = data_.element("skins", node["skin"]); skin.present()) {
+      const auto [found, added] = joints_.try_emplace(skin.path());
+      if (added) {
+        found->second = joints_of(data_, skin, places_);
+      }
+      pose.joints = found->second;
+    }
+    return pose;
+  }
+
+  /// Whether a primitive can be deformed within the limit. Reports an error if not.
+  bool counts_as_deformed(const JsonNode& primitive, const MeshPose& pose) {
+    if (pose.joints == nullptr && pose.weights.empty()) {
+      return true;
+    }
+    const auto moving = std::ranges::count_if(pose.weights, [](double weight) { return weight != 0; });
+    deformed_ += data_.count(primitive["attributes"]["POSITION"]) * static_cast<std::uint64_t>(1 + moving);
+    if (deformed_ > kMaxDeformed) {
+      primitive.fail(fmt::format("skins and morph targets move more than {} vertices of this file", kMaxDeformed));
+    }
+    return data_.status().ok();
+  }
+
+  /// The primitives of a mesh as assets. They are read once for all instances with the same pose.
+  const std::vector<Part>& parts_of(const JsonNode& mesh, const MeshPose& pose, const JsonNode& skin) {
+    std::string key = mesh.path();
+    if (pose.joints != nullptr) {
+      key += fmt::format(" {}", data_.element("skins", skin).path());
+    }
+    if (!pose.weights.empty()) {
+      key += fmt::format(" {}", fmt::join(pose.weights, " "));
+    }
+    const auto [found, added] = meshes_.try_emplace(key);
     if (!added) {
       return found->second;
     }
     const JsonNode primitives = mesh["primitives"];
     for (std::size_t i = 0; i < primitives.size() && data_.status().ok(); ++i) {
       const JsonNode primitive = primitives.at(i);
+      if (!counts_as_deformed(primitive, pose)) {
+        break;
+      }
       const GltfMaterials::Used used = materials_.use(primitive["material"]);
-      std::optional<Mesh> triangles = read_primitive(data_, primitive, used.texture_set, used.tangents, notices_);
+      std::optional<Mesh> triangles = read_primitive(data_, primitive, pose, used.texture_set, used.tangents, notices_);
       if (!triangles) {
         continue;
       }
@@ -162,16 +219,21 @@ class GltfScene {
   LoadedScene loaded_;
   Notices notices_;
   GltfMaterials materials_;
-  std::map<std::string, std::vector<Part>> meshes_;
+  GltfPoses poses_;
+  std::unordered_map<std::string, Transform> places_;                            ///< of the scene's nodes
+  std::map<std::string, std::shared_ptr<const std::vector<Transform>>> joints_;  ///< by skin
+  std::map<std::string, std::vector<Part>> meshes_;                              ///< by mesh and pose
+  std::uint64_t deformed_ = 0;                                                   ///< see kMaxDeformed
   std::vector<std::string> flat_;  ///< nodes with scale 0; this hides everything in them
 };
 
 }  // namespace
 
-Result<LoadedScene> read_gltf(std::string bytes, const std::string& file_name, bool light_the_dark, FileSource files) {
+Result<LoadedScene> read_gltf(std::string bytes, const std::string& file_name, const GltfOptions& options,
+                              FileSource files) {
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<GltfData> data,
                       GltfData::open(std::move(bytes), file_name, std::move(files)));
-  return GltfScene(*data, file_name).read(light_the_dark);
+  return GltfScene(*data, file_name).read(options);
 }
 
 }  // namespace lightmill

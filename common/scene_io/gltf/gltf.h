@@ -6,10 +6,16 @@
 
 namespace lightmill {
 
-/// Reads a glTF file: the nodes of its scene with their meshes (instances share theirs), materials (gltf_materials.h),
-/// images inside and outside the file, punctual lights and perspective cameras. The first camera is the scene's.
-/// Without a camera, the scene gets one that sees all of it. If nothing lights it and `light_the_dark` is set, it gets an
-/// even white sky (missing_parts.h). Notices report both, and what was left out. Errors read "model.gltf: accessors[3].count: …".
-Result<LoadedScene> read_gltf(std::string bytes, const std::string& file_name, bool light_the_dark, FileSource files);
+struct GltfOptions {
+  std::optional<AnimationMoment> moment = {};
+  bool light_the_dark = true;  ///< adds a sky if nothing lights the scene
+};
+
+/// Reads a glTF file: the nodes of its scene with their meshes (instances share theirs) at a moment, materials
+/// (gltf_materials.h), images inside and outside the file, punctual lights and perspective cameras. The first camera is
+/// the scene's. Without a camera, the scene gets one that sees all of it. The sky is an even white one
+/// (missing_parts.h). Notices report both, and what was left out. Errors read "model.gltf: accessors[3].count: …".
+Result<LoadedScene> read_gltf(std::string bytes, const std::string& file_name, const GltfOptions& options,
+                              FileSource files);
 
 }  // namespace lightmill

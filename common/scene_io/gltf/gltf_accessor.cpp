@@ -69,7 +69,7 @@ double component(std::uint64_t type, const char* at, bool normalized) {
 
 std::string_view type_name(std::size_t components) {
   constexpr std::array<std::string_view, 5> kNames{"", "SCALAR", "VEC2", "VEC3", "VEC4"};
-  return kNames[components];
+  return components == 16 ? "MAT4" : kNames[components];
 }
 
 }  // namespace
@@ -238,6 +238,8 @@ template std::vector<std::array<double, 3>> GltfData::vectors(const JsonNode&) c
 template std::vector<std::array<double, 2>> GltfData::vectors(const JsonNode&, std::span<const std::uint32_t>) const;
 template std::vector<std::array<double, 4>> GltfData::vectors(const JsonNode&, std::span<const std::uint32_t>) const;
 template std::vector<std::array<double, 3>> GltfData::vectors(const JsonNode&, std::span<const std::uint32_t>) const;
+template std::vector<std::array<double, 1>> GltfData::vectors(const JsonNode&, std::span<const std::uint32_t>) const;
+template std::vector<std::array<double, 16>> GltfData::vectors(const JsonNode&, std::span<const std::uint32_t>) const;
 
 std::vector<std::uint32_t> GltfData::indices(const JsonNode& index) const {
   const JsonNode type = element("accessors", index)["componentType"];

@@ -59,13 +59,6 @@ void replace_missing_normals(Mesh& mesh) {
   std::ranges::replace(mesh.normals, kNoNormal, std::array<float, 3>{0, 0, 1});
 }
 
-/// The vertices of a primitive: the accessors' elements that its triangles use. Primitives often share accessors and
-/// use few of their elements each.
-struct Vertices {
-  std::size_t count = 0;            ///< of elements in each accessor
-  std::vector<std::uint32_t> used;  ///< which of them, ascending
-};
-
 /// The vertices that the triangles use, ascending. Replaces their corners by indices into this list.
 std::vector<std::uint32_t> compact(std::vector<std::array<std::uint32_t, 3>>& triangles) {
   std::vector<std::uint32_t> used;
@@ -110,18 +103,12 @@ std::vector<std::uint32_t> compact(std::vector<std::array<std::uint32_t, 3>>& tr
   return used;
 }
 
-/// Whether an attribute has an element for each vertex. Reports an error if not.
-bool fits(const GltfData& data, const JsonNode& attribute, std::string_view what, const Vertices& vertices) {
-  const std::size_t count = data.count(attribute);
-  if (data.status().ok() && count != vertices.count) {
-    attribute.fail(fmt::format("{} {} are expected, got {}", vertices.count, what, count));
-  }
-  return data.status().ok();
-}
-
-void read_normals(const GltfData& data, const JsonNode& attribute, const Vertices& vertices, Mesh& mesh) {
-  const auto normals = fits(data, attribute, "normals", vertices) ? data.vectors<3>(attribute, vertices.used)
-                                                                  : std::vector<std::array<double, 3>>();
+void read_normals(const GltfData& data, const JsonNode& primitive, const MeshPose& pose, const GltfVertices& vertices,
+                  Mesh& mesh) {
+  const JsonNode attribute = primitive["attributes"]["NORMAL"];
+  auto normals = has_all(data, attribute, "normals", vertices) ? data.vectors<3>(attribute, vertices.used)
+                                                               : std::vector<std::array<double, 3>>();
+  add_morph_targets(data, primitive, "NORMAL", pose.weights, vertices, normals);
   std::size_t missing = 0;
   for (const auto& [x, y, z] : normals) {
     const double length = std::hypot(x, y, z);
@@ -139,8 +126,9 @@ void read_normals(const GltfData& data, const JsonNode& attribute, const Vertice
   }
 }
 
-void read_texture_coordinates(const GltfData& data, const JsonNode& attribute, const Vertices& vertices, Mesh& mesh) {
-  if (!fits(data, attribute, "texture coordinates", vertices)) {
+void read_texture_coordinates(const GltfData& data, const JsonNode& attribute, const GltfVertices& vertices,
+                              Mesh& mesh) {
+  if (!has_all(data, attribute, "texture coordinates", vertices)) {
     return;
   }
   for (const auto& [u, v] : data.vectors<2>(attribute, vertices.used)) {
@@ -149,8 +137,8 @@ void read_texture_coordinates(const GltfData& data, const JsonNode& attribute, c
 }
 
 /// Linear colours with or without alpha (glTF 2.0, 3.7.2.1).
-void read_colors(const GltfData& data, const JsonNode& attribute, const Vertices& vertices, Mesh& mesh) {
-  if (!fits(data, attribute, "colours", vertices)) {
+void read_colors(const GltfData& data, const JsonNode& attribute, const GltfVertices& vertices, Mesh& mesh) {
+  if (!has_all(data, attribute, "colours", vertices)) {
     return;
   }
   bool cut = false;
@@ -172,16 +160,25 @@ void read_colors(const GltfData& data, const JsonNode& attribute, const Vertices
   }
 }
 
-void read_tangents(const GltfData& data, const JsonNode& attribute, const Vertices& vertices, Mesh& mesh) {
-  if (!fits(data, attribute, "tangents", vertices)) {
+void read_tangents(const GltfData& data, const JsonNode& primitive, const MeshPose& pose, const GltfVertices& vertices,
+                   Mesh& mesh) {
+  const JsonNode attribute = primitive["attributes"]["TANGENT"];
+  if (!has_all(data, attribute, "tangents", vertices)) {
     return;
   }
+  const auto tangents = data.vectors<4>(attribute, vertices.used);
+  std::vector<std::array<double, 3>> directions;
+  for (const auto& [x, y, z, sign] : tangents) {
+    directions.push_back({x, y, z});
+  }
+  add_morph_targets(data, primitive, "TANGENT", pose.weights, vertices, directions);
   std::size_t missing = 0;
-  for (const auto& [x, y, z, sign] : data.vectors<4>(attribute, vertices.used)) {
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    const auto& [x, y, z] = directions[i];
     const double length = std::hypot(x, y, z);
     missing += std::isfinite(length) && length > 1e-30 ? 0 : 1;
     mesh.tangents.push_back({static_cast<float>(x / length), static_cast<float>(y / length),
-                             static_cast<float>(z / length), sign < 0 ? -1.0f : 1.0f});
+                             static_cast<float>(z / length), tangents[i][3] < 0 ? -1.0f : 1.0f});
   }
   if (missing > 0) {
     attribute.fault(fmt::format("{} without a direction", counted(missing, "tangent")),
@@ -194,14 +191,17 @@ void say_attributes_left_out(const JsonNode& primitive, std::optional<std::uint6
   for (const std::string& name : primitive["attributes"].keys()) {
     if (name.starts_with("COLOR_") && name != "COLOR_0") {
       notices.left_out("vertex colours beyond the first ones");
-    } else if (name.starts_with("JOINTS_") || name.starts_with("WEIGHTS_")) {
-      notices.left_out("skins (meshes keep their modelled pose)");
     } else if (name.starts_with("_")) {
       notices.left_out(fmt::format("vertex attribute {}", name));
     }
   }
-  if (primitive["targets"].size() > 0) {
-    notices.left_out("morph targets");
+  const JsonNode targets = primitive["targets"];
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    for (const std::string& name : targets.at(i).keys()) {
+      if (name != "POSITION" && name != "NORMAL" && name != "TANGENT") {
+        notices.left_out("morph targets of other attributes than positions, normals and tangents");
+      }
+    }
   }
   if (texture_set && !primitive["attributes"][fmt::format("TEXCOORD_{}", *texture_set)].present()) {
     notices.left_out("textures of meshes without texture coordinates: they show the colour at (0, 0)");
@@ -249,7 +249,7 @@ void leave_out_wrong_triangles(const JsonNode& indices, std::size_t vertices, Me
 
 }  // namespace
 
-std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primitive,
+std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primitive, const MeshPose& pose,
                                    std::optional<std::uint64_t> texture_set, bool tangents, Notices& notices) {
   const std::uint64_t mode = primitive["mode"].whole(kTriangles, 0, kFan);
   if (mode < kTriangles) {
@@ -261,7 +261,7 @@ std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primiti
     return std::nullopt;
   }
   Mesh mesh;
-  Vertices vertices;
+  GltfVertices vertices;
   vertices.count = data.count(attributes["POSITION"]);
   std::vector<std::uint32_t> corners;
   if (primitive["indices"].present()) {
@@ -288,14 +288,9 @@ std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primiti
   if (vertices.used.size() != mesh.positions.size()) {
     mesh.positions = data.vectors<3>(attributes["POSITION"], vertices.used);
   }
-  if (data.status().ok() && std::ranges::none_of(mesh.triangles, [&](const auto& t) { return has_area(mesh, t); })) {
-    primitive.fail("none of its triangles has an area");
-  }
-  if (!data.status().ok()) {
-    return std::nullopt;
-  }
+  add_morph_targets(data, primitive, "POSITION", pose.weights, vertices, mesh.positions);
   if (attributes["NORMAL"].present()) {
-    read_normals(data, attributes["NORMAL"], vertices, mesh);
+    read_normals(data, primitive, pose, vertices, mesh);
   }
   say_attributes_left_out(primitive, texture_set, notices);
   if (texture_set) {
@@ -307,7 +302,13 @@ std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primiti
     read_colors(data, colors, vertices, mesh);
   }
   if (tangents && attributes["TANGENT"].present()) {
-    read_tangents(data, attributes["TANGENT"], vertices, mesh);
+    read_tangents(data, primitive, pose, vertices, mesh);
+  }
+  if (pose.joints != nullptr && data.status().ok()) {
+    move_with_joints(data, primitive, *pose.joints, vertices, mesh);
+  }
+  if (data.status().ok() && std::ranges::none_of(mesh.triangles, [&](const auto& t) { return has_area(mesh, t); })) {
+    primitive.fail("none of its triangles has an area");
   }
   if (!data.status().ok()) {
     return std::nullopt;

@@ -9,9 +9,12 @@ namespace lightmill {
 namespace {
 
 /// A node's matrix, or its translation, rotation and scale (glTF 2.0, 3.5.2).
-Transform local_transform(const JsonNode& node) {
+Transform local_transform(const JsonNode& node, const NodePose& pose) {
   Transform out = kIdentityTransform;
   if (const JsonNode matrix = node["matrix"]; matrix.present()) {
+    if (pose.translation || pose.rotation || pose.scale) {
+      matrix.fault("a node with a matrix cannot be animated", "its animation is skipped");
+    }
     std::array<double, 16> identity{};
     for (int i = 0; i < 4; ++i) {
       identity[static_cast<std::size_t>(5 * i)] = 1;
@@ -27,9 +30,9 @@ Transform local_transform(const JsonNode& node) {
     }
     return out;
   }
-  const auto t = node["translation"].numbers<3>({0, 0, 0}, -kMaxCoordinate, kMaxCoordinate);
-  auto q = node["rotation"].numbers<4>({0, 0, 0, 1}, -1e6, 1e6);
-  const auto s = node["scale"].numbers<3>({1, 1, 1}, -kMaxCoordinate, kMaxCoordinate);
+  const auto t = pose.translation.value_or(node["translation"].numbers<3>({0, 0, 0}, -kMaxCoordinate, kMaxCoordinate));
+  auto q = pose.rotation.value_or(node["rotation"].numbers<4>({0, 0, 0, 1}, -1e6, 1e6));
+  const auto s = pose.scale.value_or(node["scale"].numbers<3>({1, 1, 1}, -kMaxCoordinate, kMaxCoordinate));
   const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   if (!(length > 1e-6)) {
     node["rotation"].fail("a unit quaternion is expected");
@@ -85,7 +88,7 @@ std::vector<JsonNode> roots(const GltfData& data) {
 
 }  // namespace
 
-std::vector<PlacedNode> placed_nodes(const GltfData& data) {
+std::vector<PlacedNode> placed_nodes(const GltfData& data, const GltfPoses& poses) {
   std::vector<PlacedNode> out;
   std::set<std::string> seen;
   const auto place = [&](const JsonNode& node, const Transform& parent) {
@@ -96,7 +99,8 @@ std::vector<PlacedNode> placed_nodes(const GltfData& data) {
       node.fail("the node is in the scene twice");
       return;
     }
-    out.push_back({node, compose(parent, local_transform(node))});
+    const auto pose = poses.find(node.path());
+    out.push_back({node, compose(parent, local_transform(node, pose == poses.end() ? NodePose() : pose->second))});
   };
   for (const JsonNode& node : roots(data)) {
     place(node, kIdentityTransform);

@@ -5,7 +5,7 @@
 
 #include "common/scene/document.h"
 #include "common/scene_io/gltf/gltf_data.h"
-#include "common/scene_io/gltf/gltf_mesh.h"
+#include "common/scene_io/gltf/gltf_pose.h"
 #include "common/scene_io/load.h"
 
 namespace lightmill {
@@ -22,9 +22,9 @@ struct PlacedNode {
   }
 };
 
-/// The nodes of the file's scene, parents before children. All trees if the file names no scene. A node that is in the
-/// scene twice is an error. Empty after an error.
-std::vector<PlacedNode> placed_nodes(const GltfData& data);
+/// The nodes of the file's scene in these poses, parents before children. All trees if the file names no scene. A node
+/// that is in the scene twice is an error. Empty after an error.
+std::vector<PlacedNode> placed_nodes(const GltfData& data, const GltfPoses& poses);
 
 /// The light of a node (KHR_lights_punctual), if it has one and its type is known. 683 lm/W converts candelas and lux to
 /// W/sr and W/m².

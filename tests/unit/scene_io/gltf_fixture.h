@@ -32,7 +32,7 @@ class OneTriangle {
 };
 
 inline Result<LoadedScene> read(const std::string& text, bool light_the_dark = true) {
-  return read_gltf(text, "a.gltf", light_the_dark, no_files);
+  return read_gltf(text, "a.gltf", {.light_the_dark = light_the_dark}, no_files);
 }
 
 inline LoadedScene good(const std::string& text) {

@@ -171,14 +171,14 @@ TEST(GltfScene, OmissionsAreReportedOnce) {
   const LoadedScene loaded = good(OneTriangle().text(
       R"("extensionsUsed":["KHR_materials_sheen","KHR_materials_unlit"],"animations":[{}],
 "materials":[{"alphaMode":"BLEND"},{"occlusionTexture":{"index":0}}],
-"nodes":[{"mesh":0,"scale":[0,1,1]},{"mesh":0,"skin":0},{"mesh":0,"name":"flat","scale":[1,1e-40,1]}])",
+"nodes":[{"mesh":0,"scale":[0,1,1]},{"mesh":0},{"mesh":0,"name":"flat","scale":[1,1e-40,1]}])",
       R"(,"material":0},{"attributes":{"POSITION":0},"material":1)"));
-  EXPECT_EQ(loaded.notices,
-            (std::vector<std::string>{"left out: extension KHR_materials_sheen",
-                                      "left out: occlusion maps (light is followed instead)",
-                                      "left out: skins (meshes keep their modelled pose)",
-                                      "left out: objects with a scale of 0: nodes[0], nodes[2] \"flat\"",
-                                      "left out: animations", kNoCamera, kNoLight}));
+  EXPECT_EQ(
+      loaded.notices,
+      (std::vector<std::string>{
+          "left out: extension KHR_materials_sheen", "left out: animations (`--at SECONDS` shows a moment of one)",
+          "left out: occlusion maps (light is followed instead)",
+          "left out: objects with a scale of 0: nodes[0], nodes[2] \"flat\"", kNoCamera, kNoLight}));
   ASSERT_EQ(loaded.scene.objects.size(), 2u);
   EXPECT_EQ(loaded.scene.objects[0].name, "tri/materials[0]");
 }

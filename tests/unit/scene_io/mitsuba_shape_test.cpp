@@ -13,14 +13,6 @@ namespace {
 
 using std::numbers::pi;
 
-Mesh mesh_of(const LoadedScene& loaded, std::size_t object = 0) {
-  if (loaded.scene.objects.size() <= object) {
-    return {};
-  }
-  const auto& shape = std::get<MeshShape>(loaded.scene.objects[object].shape);
-  return decode_mesh(as_byte_view(loaded.assets.at(shape.asset))).value();
-}
-
 constexpr const char* kChecked = R"(<bsdf type="diffuse"><texture name="reflectance" type="checkerboard"/></bsdf>)";
 
 std::string shape(const std::string& type, const std::string& parameters = "") {
@@ -28,7 +20,7 @@ std::string shape(const std::string& type, const std::string& parameters = "") {
 }
 
 Mesh mesh_of_shape(const std::string& type, const std::string& parameters = "", const TextFiles& files = {}) {
-  return mesh_of(mitsuba_scene(shape(type, parameters), files));
+  return object_mesh(mitsuba_scene(shape(type, parameters), files));
 }
 
 struct Sums {
@@ -85,7 +77,7 @@ TEST(MitsubaShapes, CurvedShapesHaveTheirAreas) {
   EXPECT_NEAR(sums_of(mesh_of_shape("disk")).area_vector[2], pi, 1e-9);
   const LoadedScene tube = mitsuba_scene(shape("cylinder", R"(<point name="p0" value="1, 0, 0"/>
 <point name="p1" value="1, 3, 4"/><float name="radius" value="0.5"/>)"));
-  const Sums sums = sums_of(mesh_of(tube), tube.scene.objects[0].transform);
+  const Sums sums = sums_of(object_mesh(tube), tube.scene.objects[0].transform);
   EXPECT_NEAR(sums.area, 2 * pi * 0.5 * 5, 1e-9);
   EXPECT_GT(sums.volume, 0);
   EXPECT_EQ(mitsuba_error("\n" + shape("cylinder", R"(<point name="p1" value="0"/>)")),
@@ -108,7 +100,7 @@ TEST(MitsubaShapes, DiskHasMitsubasCoordinates) {
 
 TEST(MitsubaShapes, TexturedSpheresAreTriangles) {
   const LoadedScene loaded = mitsuba_scene(shape("sphere", kChecked));
-  const Mesh mesh = mesh_of(loaded);
+  const Mesh mesh = object_mesh(loaded);
   EXPECT_GT(sums_of(mesh).volume, 4.18);
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     // v is 0 at +z in Mitsuba.
@@ -162,7 +154,7 @@ TEST(MitsubaShapes, MeshesWithoutNormalsGetSmoothOnes) {
 }
 
 TEST(MitsubaShapes, NormalMapsGetTheDirectionOfU) {
-  const Mesh mesh = mesh_of(mitsuba_scene(
+  const Mesh mesh = object_mesh(mitsuba_scene(
       shape("rectangle",
             R"(<bsdf type="normalmap"><texture name="normalmap" type="bitmap"><string name="filename" value="a.png"/>
 <boolean name="raw" value="true"/></texture><bsdf type="diffuse"/></bsdf>)"),

@@ -14,11 +14,6 @@ using std::numbers::pi;
 
 const std::string kSquare = R"("point3 P" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] "integer indices" [0 1 2 0 2 3])";
 
-Mesh mesh_of(const LoadedScene& loaded, std::size_t object = 0) {
-  const auto& shape = std::get<MeshShape>(loaded.scene.objects.at(object).shape);
-  return decode_mesh(as_byte_view(loaded.assets.at(shape.asset))).value();
-}
-
 /// Half the cross product of a triangle's edges, in the mesh's coordinates.
 Vec3d area_normal(const Mesh& mesh, std::size_t triangle = 0) {
   const auto at = [&](std::size_t i) {
@@ -29,23 +24,23 @@ Vec3d area_normal(const Mesh& mesh, std::size_t triangle = 0) {
 }
 
 TEST(PbrtShapes, TrianglesKeepTheirCornersAndSides) {
-  const Mesh square = mesh_of(world("Shape \"trianglemesh\" " + kSquare));
+  const Mesh square = object_mesh(world("Shape \"trianglemesh\" " + kSquare));
   EXPECT_EQ(square.positions.size(), 4u);
   EXPECT_EQ(square.triangles, (std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}}));
   EXPECT_GT(area_normal(square).z, 0);
-  EXPECT_LT(area_normal(mesh_of(world("ReverseOrientation Shape \"trianglemesh\" " + kSquare))).z, 0);
+  EXPECT_LT(area_normal(object_mesh(world("ReverseOrientation Shape \"trianglemesh\" " + kSquare))).z, 0);
   // Shading normals decide the side, as in pbrt.
   const Mesh turned =
-      mesh_of(world("Shape \"trianglemesh\" " + kSquare + "\"normal N\" [0 0 -2 0 0 -2 0 0 -2 0 0 -2]"));
+      object_mesh(world("Shape \"trianglemesh\" " + kSquare + "\"normal N\" [0 0 -2 0 0 -2 0 0 -2 0 0 -2]"));
   EXPECT_LT(area_normal(turned).z, 0);
   EXPECT_EQ(turned.normals[0], (std::array<float, 3>{0, 0, -1}));
-  const Mesh both = mesh_of(
+  const Mesh both = object_mesh(
       world("ReverseOrientation Shape \"trianglemesh\" " + kSquare + "\"normal N\" [0 0 -2 0 0 -2 0 0 -2 0 0 -2]"));
   EXPECT_GT(area_normal(both).z, 0);
 }
 
 TEST(PbrtShapes, PatchesAndPlyMeshesAreMeshes) {
-  const Mesh patch = mesh_of(world("Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0]"));
+  const Mesh patch = object_mesh(world("Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0]"));
   ASSERT_EQ(patch.triangles.size(), 2u);
   for (std::size_t i = 0; i < 2; ++i) {
     EXPECT_EQ(area_normal(patch, i).z, 0.5);
@@ -54,7 +49,7 @@ TEST(PbrtShapes, PatchesAndPlyMeshesAreMeshes) {
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
       "property list uchar int vertex_indices\nend_header\n0 0 0 1 0 0 0 1 0 3 0 1 2\n";
-  EXPECT_EQ(area_normal(mesh_of(world("Shape \"plymesh\" \"string filename\" \"m.ply\"", {{"m.ply", ply}}))).z, 0.5);
+  EXPECT_EQ(area_normal(object_mesh(world("Shape \"plymesh\" \"string filename\" \"m.ply\"", {{"m.ply", ply}}))).z, 0.5);
   EXPECT_EQ(pbrt_error("Shape \"plymesh\" \"string filename\" \"m.ply\"", {{"m.ply", "obj"}}),
             "a.pbrt:3: plymesh: m.ply: a PLY file begins with the line \"ply\"");
 }
@@ -63,7 +58,7 @@ TEST(PbrtShapes, CurvedOnesFaceTheirSide) {
   const LoadedScene loaded = world(R"(Shape "disk" "float radius" 2 "float height" 3
 Shape "cylinder" "float radius" 2 "float zmin" 1 "float zmax" 4 ReverseOrientation Shape "sphere")");
   ASSERT_EQ(loaded.scene.objects.size(), 3u);
-  EXPECT_GT(area_normal(mesh_of(loaded, 0)).z, 0);
+  EXPECT_GT(area_normal(object_mesh(loaded, 0)).z, 0);
   EXPECT_EQ(loaded.scene.objects[0].transform, (Transform{{{2, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 2, 3}}}));
   EXPECT_EQ(loaded.scene.objects[1].transform, (Transform{{{2, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 3, 1}}}));
   EXPECT_TRUE(std::get<SphereShape>(loaded.scene.objects[2].shape).normal_inward);
@@ -136,7 +131,7 @@ Shape "trianglemesh" "point3 P" [0 0 0 1 0 0 0 1 0 0 0 1 4 0 1 0 1 1] "integer i
   ASSERT_EQ(loaded.scene.objects.size(), 2u);
   EXPECT_NEAR(loaded.scene.materials[0].emission.rgb.r, 1 / (0.5 * pi), 1e-6);
   EXPECT_NEAR(loaded.scene.materials[1].emission.rgb.r, 1 / (2 * pi), 1e-6);
-  EXPECT_EQ(mesh_of(loaded, 1).triangles.size(), 1u);
+  EXPECT_EQ(object_mesh(loaded, 1).triangles.size(), 1u);
 }
 
 TEST(PbrtAreaLights, AlphaIsOpacity) {

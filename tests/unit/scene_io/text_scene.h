@@ -5,6 +5,7 @@
 
 #include <map>
 
+#include "common/scene/mesh.h"
 #include "common/scene_io/load.h"
 #include "common/wire/scene_proto.h"
 #include "tests/support/error_message.h"
@@ -31,6 +32,11 @@ inline LoadedScene good_scene(Result<LoadedScene> loaded) {
   const Result<Scene> back = unpack_scene(pack_scene(loaded->scene));
   EXPECT_TRUE(back.ok()) << back.status();
   return *std::move(loaded);
+}
+
+inline Mesh object_mesh(const LoadedScene& loaded, std::size_t object = 0) {
+  const auto& shape = std::get<MeshShape>(loaded.scene.objects.at(object).shape);
+  return decode_mesh(as_byte_view(loaded.assets.at(shape.asset))).value();
 }
 
 inline void expect_near(const Point3d& a, const Point3d& b, double tolerance = 1e-12) {
