@@ -12,11 +12,17 @@
 namespace lightmill {
 namespace {
 
-constexpr std::array<std::string_view, 10> kKnownExtensions{
-    "KHR_lights_punctual",  "KHR_materials_clearcoat", "KHR_materials_emissive_strength",
-    "KHR_materials_ior",    "KHR_materials_specular",  "KHR_materials_transmission",
-    "KHR_materials_unlit",  "KHR_materials_volume",    "KHR_texture_transform",
-    "KHR_mesh_quantization"};
+constexpr std::array<std::string_view, 11> kKnownExtensions{"KHR_lights_punctual",
+                                                            "KHR_materials_clearcoat",
+                                                            "KHR_materials_emissive_strength",
+                                                            "KHR_materials_ior",
+                                                            "KHR_materials_specular",
+                                                            "KHR_materials_transmission",
+                                                            "KHR_materials_unlit",
+                                                            "KHR_materials_volume",
+                                                            "KHR_texture_transform",
+                                                            "KHR_mesh_quantization",
+                                                            kMeshopt};
 
 constexpr std::size_t kMaxNamed = 100;  ///< unlisted extensions of a file that are named
 /// Vertices of all deformed meshes, times the morph targets that move each. Each deformed copy is a mesh of its own.

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "common/scene_io/gltf/gltf_data.h"
+#include "common/scene_io/gltf/gltf_meshopt.h"
 
 namespace lightmill {
 namespace {
@@ -91,8 +92,28 @@ bool GltfData::has_bytes(const JsonNode& index) const {
   return buffer && !buffers_[*buffer].empty();
 }
 
+std::string_view GltfData::decoded(const JsonNode& view, const JsonNode& compressed) const {
+  const auto [found, added] = decoded_.try_emplace(view.path());
+  if (!added || !status().ok()) {
+    return found->second;
+  }
+  // The extension names the compressed bytes as a buffer view does.
+  found->second = decode_meshopt(compressed, part_of_buffer(compressed), meshopt_budget_);
+  if (const std::uint64_t length = view["byteLength"].whole(0, 0, std::uint64_t{1} << 40);
+      status().ok() && length != found->second.size()) {
+    view["byteLength"].fail(
+        fmt::format("{} bytes are expected, its compressed data have {}", length, found->second.size()));
+  }
+  return found->second;
+}
+
 std::string_view GltfData::view(const JsonNode& index) const {
   const JsonNode view = element("bufferViews", index);
+  const JsonNode compressed = view["extensions"][kMeshopt];
+  return compressed.present() && !has_bytes(index) ? decoded(view, compressed) : part_of_buffer(view);
+}
+
+std::string_view GltfData::part_of_buffer(const JsonNode& view) const {
   const std::optional<std::size_t> buffer = view["buffer"].index("buffers", buffers_.size());
   const std::uint64_t offset = view["byteOffset"].whole(0, 0, std::uint64_t{1} << 40);
   const std::uint64_t length = view["byteLength"].whole(0, 0, std::uint64_t{1} << 40);

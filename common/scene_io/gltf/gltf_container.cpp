@@ -184,7 +184,7 @@ void GltfData::load_buffers() {
     const JsonNode buffer = list.at(i);
     const std::uint64_t length = buffer["byteLength"].whole(0, 1, std::uint64_t{1} << 40);
     std::string_view bytes;
-    if (!buffer["uri"].present() && (buffer["extensions"]["EXT_meshopt_compression"]["fallback"].boolean(false) ||
+    if (!buffer["uri"].present() && (buffer["extensions"][kMeshopt]["fallback"].boolean(false) ||
                                      buffer["extensions"]["KHR_meshopt_compression"]["fallback"].boolean(false))) {
       buffers_.emplace_back();
       continue;

@@ -1,12 +1,14 @@
 // A glTF file's JSON, its binary data, and the numbers of its accessors.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "common/scene_io/file_finder.h"
+#include "common/scene_io/gltf/gltf_meshopt.h"
 #include "common/scene_io/gltf/json_node.h"
 
 namespace lightmill {
@@ -42,7 +44,8 @@ class GltfData {
   std::vector<std::uint32_t> indices(const JsonNode& index) const;
   /// Whether the buffer of a buffer view is there. It is not if it stands for compressed data.
   bool has_bytes(const JsonNode& index) const;
-  /// The bytes of a buffer view. Empty after an error.
+  /// The bytes of a buffer view. If they are only there in the compressed form of kMeshopt, they are decoded. Empty after
+  /// an error.
   std::string_view view(const JsonNode& index) const;
   /// The bytes that a uri names. NOT_FOUND without a place if there is no such file. Else an error is also noted.
   Result<std::string> uri_bytes(const JsonNode& uri) const;
@@ -53,6 +56,8 @@ class GltfData {
   Status parse();
   void load_buffers();
   Accessor accessor(const JsonNode& index, std::size_t components) const;
+  std::string_view part_of_buffer(const JsonNode& view) const;
+  std::string_view decoded(const JsonNode& view, const JsonNode& compressed) const;
   template <std::size_t n>
   std::vector<std::array<double, n>> read(const Accessor& from, const std::span<const std::uint32_t>* which) const;
   bool find_elements(const JsonNode& at, const JsonNode& view_index, std::size_t count, std::size_t element_bytes,
@@ -67,6 +72,8 @@ class GltfData {
   std::vector<std::string> owned_;         ///< buffers outside the file
   std::vector<std::string_view> buffers_;  ///< each with its byteLength
   mutable FirstError errors_;
+  mutable std::map<std::string, std::string> decoded_;  ///< compressed views, by path
+  mutable std::uint64_t meshopt_budget_ = kMaxMeshoptBytes;
   mutable std::uint64_t made_of_nothing_ = 0;  ///< elements of accessors without data so far
 };
 

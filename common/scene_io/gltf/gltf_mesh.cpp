@@ -214,8 +214,7 @@ bool is_lost(const GltfData& data, const JsonNode& primitive) {
   const JsonNode accessor = data.element("accessors", position);
   const JsonNode view = data.element("bufferViews", accessor["bufferView"]);
   for (const auto& [where, name] :
-       {std::pair{primitive, "KHR_draco_mesh_compression"}, std::pair{view, "EXT_meshopt_compression"},
-        std::pair{view, "KHR_meshopt_compression"}}) {
+       {std::pair{primitive, "KHR_draco_mesh_compression"}, std::pair{view, "KHR_meshopt_compression"}}) {
     if (where["extensions"][name].present() && !data.has_bytes(accessor["bufferView"])) {
       primitive.fail(fmt::format(
           "its geometry is compressed ({}), and there is none beside it: export it without compression", name));

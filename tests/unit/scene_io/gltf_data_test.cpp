@@ -358,12 +358,12 @@ TEST(Gltf, LostGeometryIsAMistake) {
   EXPECT_EQ(of(R"({"bufferView":0,"type":"VEC3","componentType":5126,"count":5})", draco), "no error");
   const auto meshopt = [&](const std::string& buffer) {
     return error(gltf(fmt::format(R"("buffers":[{}],"bufferViews":[{{"buffer":0,"byteLength":36,"extensions":{{
-"EXT_meshopt_compression":{{"buffer":0}}}}}}],"accessors":[{{"bufferView":0,"type":"VEC3","componentType":5126,"count":3}}],
+"KHR_meshopt_compression":{{"buffer":0}}}}}}],"accessors":[{{"bufferView":0,"type":"VEC3","componentType":5126,"count":3}}],
 "nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}])",
                                   buffer)));
   };
-  EXPECT_EQ(meshopt(R"({"byteLength":36,"extensions":{"EXT_meshopt_compression":{"fallback":true}}})"),
-            at + "its geometry is compressed (EXT_meshopt_compression), and there is none beside it: export it without "
+  EXPECT_EQ(meshopt(R"({"byteLength":36,"extensions":{"KHR_meshopt_compression":{"fallback":true}}})"),
+            at + "its geometry is compressed (KHR_meshopt_compression), and there is none beside it: export it without "
                  "compression");
   EXPECT_EQ(meshopt(fmt::format(R"({{"byteLength":36,"uri":"data:;base64,{}"}})",
                                 test::base64(packed<float>({0, 0, 0, 1, 0, 0, 0, 1, 0})))),
