@@ -12,7 +12,7 @@
 namespace lightmill {
 namespace {
 
-constexpr std::array<std::string_view, 11> kKnownExtensions{"KHR_lights_punctual",
+constexpr std::array<std::string_view, 13> kKnownExtensions{"KHR_lights_punctual",
                                                             "KHR_materials_clearcoat",
                                                             "KHR_materials_emissive_strength",
                                                             "KHR_materials_ior",
@@ -22,7 +22,9 @@ constexpr std::array<std::string_view, 11> kKnownExtensions{"KHR_lights_punctual
                                                             "KHR_materials_volume",
                                                             "KHR_texture_transform",
                                                             "KHR_mesh_quantization",
-                                                            kMeshopt};
+                                                            kMeshopt,
+                                                            kWebpTextures,
+                                                            kDdsTextures};
 
 constexpr std::size_t kMaxNamed = 100;  ///< unlisted extensions of a file that are named
 /// Vertices of all deformed meshes, times the morph targets that move each. Each deformed copy is a mesh of its own.

@@ -20,6 +20,12 @@ std::optional<std::string_view> ending_of(std::string_view bytes) {
   if (bytes.starts_with("\xff\xd8\xff")) {
     return ".jpg";
   }
+  if (bytes.starts_with("RIFF") && bytes.substr(0, 12).ends_with("WEBP")) {
+    return ".webp";
+  }
+  if (bytes.starts_with("DDS ")) {
+    return ".dds";
+  }
   return std::nullopt;
 }
 
@@ -218,13 +224,19 @@ std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSp
   if (!from.present()) {
     return kNoTexture;
   }
-  if (const JsonNode extensions = from["extensions"]; !from["source"].present() && !extensions.keys().empty()) {
+  JsonNode source_index = from["source"];
+  if (const JsonNode extensions = from["extensions"]; !source_index.present() && !extensions.keys().empty()) {
     std::string_view extension = "unknown extensions";
-    for (const char* name : {"KHR_texture_basisu", "EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds"}) {
+    for (const char* name : {"KHR_texture_basisu", "EXT_texture_avif"}) {
       extension = extensions[name].present() ? name : extension;
     }
-    notices_.left_out(fmt::format("textures whose only image is of {}", extension));
-    return kNoTexture;
+    for (const std::string_view name : {kWebpTextures, kDdsTextures}) {
+      source_index = extensions[name].present() ? extensions[name]["source"] : source_index;
+    }
+    if (!source_index.present()) {
+      notices_.left_out(fmt::format("textures whose only image is of {}", extension));
+      return kNoTexture;
+    }
   }
   TextureImage out;
   const JsonNode sampler = data_.element("samplers", from["sampler"]);
@@ -247,11 +259,11 @@ std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSp
     notices_.left_out("textures with other texture coordinates than the first texture of their material");
     return kNoTexture;
   }
-  const JsonNode source = data_.element("images", from["source"]);
+  const JsonNode source = data_.element("images", source_index);
   const std::optional<Sha256> asset = image(source, out.file);
   if (!asset) {
-    if (!from["source"].present()) {
-      from["source"].fail("an image is expected");
+    if (!source_index.present()) {
+      source_index.fail("an image is expected");
     }
     return kNoTexture;
   }
@@ -286,7 +298,7 @@ std::optional<Sha256> GltfMaterials::image(const JsonNode& image, std::string& f
   std::string bytes = std::move(read).value_or("");
   const std::optional<std::string_view> ending = ending_of(bytes);
   if (!ending || !data_.status().ok()) {
-    image.fail("PNG or JPEG is expected");
+    image.fail("PNG, JPEG, WebP or DDS is expected");
     return std::nullopt;
   }
   const std::string name = image["name"].text();

@@ -88,7 +88,7 @@ TEST(GltfScene, AnIndexOfZeroReflectsByTheSpecularFactors) {
   EXPECT_EQ(notices[0], "left out: an index of refraction of 0 where light is transmitted: it is 1.5");
 }
 
-TEST(GltfScene, TexturesOfExtensionsAloneAreLeftOut) {
+TEST(GltfScene, ImagesOfExtensionsAreReadIfTheirFormatIsDecoded) {
   const auto of = [](const std::string& texture, std::vector<std::string>& notices) {
     const Result<LoadedScene> loaded =
         read(OneTriangle().text(kOneNode + fmt::format(R"(,"images":[{{"bufferView":2}}],"textures":[{}],"materials":[
@@ -101,10 +101,12 @@ TEST(GltfScene, TexturesOfExtensionsAloneAreLeftOut) {
     return loaded.ok() ? std::get<PrincipledMaterial>(loaded->scene.materials.at(0).kind).base_color : TexturedColor{};
   };
   std::vector<std::string> notices;
-  EXPECT_EQ(of(R"({"extensions":{"EXT_texture_webp":{"source":0}}})", notices),
+  for (const char* extension : {"EXT_texture_webp", "MSFT_texture_dds"}) {
+    EXPECT_EQ(of(fmt::format(R"({{"extensions":{{"{}":{{"source":0}}}}}})", extension), notices).texture, 0u);
+    EXPECT_EQ(notices.size(), 1u) << extension;  // of the camera
+  }
+  EXPECT_EQ(of(R"({"extensions":{"KHR_texture_basisu":{"source":0}}})", notices),
             (TexturedColor{{0.5f, 0.5f, 0.5f}, kNoTexture}));
-  EXPECT_EQ(notices[0], "left out: textures whose only image is of EXT_texture_webp");
-  of(R"({"extensions":{"KHR_texture_basisu":{"source":0}}})", notices);
   EXPECT_EQ(notices[0], "left out: textures whose only image is of KHR_texture_basisu");
   of(R"({"extensions":{"OTHER_texture":{}}})", notices);
   EXPECT_EQ(notices[0], "left out: textures whose only image is of unknown extensions");
@@ -357,7 +359,7 @@ TEST(GltfScene, ImageMistakesAreNamed) {
   EXPECT_EQ(error(kOneNode + R"(,"images":[{"bufferView":0}],"textures":[{"source":0}],
 "materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])",
                   R"(,"material":0)"),
-            "a.gltf: images[0]: PNG or JPEG is expected");
+            "a.gltf: images[0]: PNG, JPEG, WebP or DDS is expected");
   const std::string textured = R"("materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])";
   for (const auto& [texture, fault] :
        {std::pair{"{}", "a.gltf: textures[0].source: an image is expected"},
