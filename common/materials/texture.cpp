@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <set>
+#include <tuple>
 
 #include "common/base/check.h"
 
@@ -83,9 +84,16 @@ Texture::Rgba8 Texture::texel(U8 x, U8 y, M8 lanes) const {
           gather(base + 3, first, lanes)};
 }
 
+std::pair<F8, F8> Texture::mapped(F8 u, F8 v) const {
+  const auto along = [&](std::size_t axis) {
+    const auto& [by_u, by_v] = settings_.matrix[axis];
+    return u * F8(by_u) + v * F8(by_v) + F8(settings_.offset[axis]);
+  };
+  return {along(0), along(1)};
+}
+
 Texture::Rgba8 Texture::lookup(F8 u, F8 v, M8 lanes) const {
-  u = u * F8(settings_.scale[0]) + F8(settings_.offset[0]);
-  v = v * F8(settings_.scale[1]) + F8(settings_.offset[1]);
+  std::tie(u, v) = mapped(u, v);
   return settings_.filter == TextureFilter::nearest ? nearest(u, v, lanes) : bilinear(u, v, lanes);
 }
 
@@ -119,17 +127,26 @@ Texture::Rgba8 Texture::bilinear(F8 u, F8 v, M8 lanes) const {
 }
 
 Texture::Slopes8 Texture::slopes(F8 u, F8 v, M8 lanes) const {
-  u = u * F8(settings_.scale[0]) + F8(settings_.offset[0]);
-  v = v * F8(settings_.scale[1]) + F8(settings_.offset[1]);
-  // The steps are those of the rounded coordinates.
-  const auto slope = [&](F8 at, int texels, float scale, const auto& look) -> Rgba8 {
-    const F8 half(0.5f / static_cast<float>(texels)), low = at - half, high = at + half;
-    const F8 per_unit = select(high > low, F8(scale) / (high - low), F8(0.0f));
-    const Rgba8 a = look(low), b = look(high);
-    return {(b.rgb - a.rgb) * per_unit, (b.alpha - a.alpha) * per_unit};
+  std::tie(u, v) = mapped(u, v);
+  struct Difference {
+    Rgba8 value;
+    F8 step;  ///< of the rounded coordinates
   };
-  return {slope(u, texels_->width, settings_.scale[0], [&](F8 at) { return bilinear(at, v, lanes); }),
-          slope(v, texels_->height, settings_.scale[1], [&](F8 at) { return bilinear(u, at, lanes); })};
+  const auto difference = [&](F8 at, int texels, const auto& look) -> Difference {
+    const F8 half(0.5f / static_cast<float>(texels)), low = at - half, high = at + half;
+    const Rgba8 a = look(low), b = look(high);
+    return {{b.rgb - a.rgb, b.alpha - a.alpha}, high - low};
+  };
+  const Difference by_x = difference(u, texels_->width, [&](F8 at) { return bilinear(at, v, lanes); });
+  const Difference by_y = difference(v, texels_->height, [&](F8 at) { return bilinear(u, at, lanes); });
+  const auto slope = [&](std::size_t axis) -> Rgba8 {
+    const auto factor = [&](const Difference& by, float along) {
+      return select(by.step > F8(0.0f), F8(along) / by.step, F8(0.0f));
+    };
+    const F8 x = factor(by_x, settings_.matrix[0][axis]), y = factor(by_y, settings_.matrix[1][axis]);
+    return {by_x.value.rgb * x + by_y.value.rgb * y, by_x.value.alpha * x + by_y.value.alpha * y};
+  };
+  return {slope(0), slope(1)};
 }
 
 Vec3 Texture::mean() const {

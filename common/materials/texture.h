@@ -1,11 +1,12 @@
 // Textures: images, and their lookup by a surface's coordinates.
 //
 // u points right and v up. (0, 0) is the image's lower left corner, (1, 1) its upper right one. Texel centres are at
-// half-integers. Coordinates are scaled and moved first (u' = u · scale + offset).
+// half-integers. Coordinates are mapped first.
 #pragma once
 
 #include <array>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "common/image/texels.h"
@@ -21,8 +22,8 @@ struct TextureSettings {
   TextureFilter filter = TextureFilter::bilinear;
   std::array<TextureWrap, 2> wrap{};  ///< along u and v
   bool decode = false;                ///< byte colours are sRGB-encoded; floats are always linear
-  std::array<float, 2> scale{1, 1};
-  std::array<float, 2> offset{0, 0};
+  std::array<std::array<float, 2>, 2> matrix{{{1, 0}, {0, 1}}};  ///< of (u, v), row by row
+  std::array<float, 2> offset{0, 0};                             ///< added to the product
 };
 
 /// An image with its lookup settings. Immutable, thread-safe.
@@ -47,6 +48,8 @@ class Texture {
 
  private:
   Rgba8 texel(U8 x, U8 y, M8 lanes) const;
+  /// The coordinates of the image.
+  std::pair<F8, F8> mapped(F8 u, F8 v) const;
   /// Coordinates are those of the image.
   Rgba8 nearest(F8 u, F8 v, M8 lanes) const;
   Rgba8 bilinear(F8 u, F8 v, M8 lanes) const;

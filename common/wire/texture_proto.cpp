@@ -48,6 +48,7 @@ void to_wire_texture(const TextureImage& texture, v1::Texture* out) {
   }
   out->mutable_scale()->set_u(texture.scale[0]);
   out->mutable_scale()->set_v(texture.scale[1]);
+  out->set_rotation_degrees(texture.rotation_degrees);
   out->mutable_offset()->set_u(texture.offset[0]);
   out->mutable_offset()->set_v(texture.offset[1]);
 }
@@ -79,6 +80,7 @@ Result<TextureImage> texture_from_wire(const std::string& path, const v1::Textur
   if (texture.has_scale()) {
     out.scale = {texture.scale().u(), texture.scale().v()};
   }
+  out.rotation_degrees = texture.rotation_degrees();
   if (texture.has_offset()) {
     out.offset = {texture.offset().u(), texture.offset().v()};
   }

@@ -1,5 +1,6 @@
 #include "common/scene/compiled/normal_maps.h"
 
+#include "common/math/transcendental.h"
 #include "common/scene/compiled/scalar_channel.h"
 
 namespace lightmill {
@@ -8,13 +9,18 @@ NormalMaps::NormalMaps(const Scene& scene, double length_scale) {
   for (const Material& material : scene.materials) {
     const NormalMap& normal = material.normal_map;
     const BumpMap& bump = material.bump_map;
-    // A texture that is scaled by a negative factor shows a mirrored image, whose right side is against u.
+    // The right side of an image is where its own first coordinate grows. This is against u if the image is scaled by a
+    // negative factor, and elsewhere if it is rotated.
     std::array<double, 2> sign{1, 1};
+    double angle = 0;
     if (normal.texture != kNoTexture) {
-      const std::array<double, 2>& scale = scene.textures[normal.texture].scale;
-      sign = {scale[0] < 0 ? -1.0 : 1.0, scale[1] < 0 ? -1.0 : 1.0};
+      const TextureImage& image = scene.textures[normal.texture];
+      sign = {image.scale[0] < 0 ? -1.0 : 1.0, image.scale[1] < 0 ? -1.0 : 1.0};
+      angle = image.rotation_degrees * kPiDouble / 180;
     }
     normals_.push_back(normal.texture);
+    cosine_.push_back(static_cast<float>(cos_fixed(angle)));
+    sine_.push_back(static_cast<float>(sin_fixed(angle)));
     scale_u_.push_back(static_cast<float>(normal.scale * sign[0]));
     scale_v_.push_back(static_cast<float>(normal.scale * sign[1]));
     heights_.push_back(bump.map.texture);
@@ -57,8 +63,11 @@ V8 NormalMaps::normals(const TextureSet& textures, const Tangents8& tangents, co
   const V8 b = across * copysign(F8(1.0f), dot(across, tangents.v));
   const V8 texel = textures.lookup(normals_.at(surface.material, lanes), surface.u, surface.v, lanes).rgb;
   const auto part = [](F8 value) { return value * F8(2.0f) - F8(1.0f); };
-  const V8 bent = t * (part(texel.x) * scale_u_.at(surface.material, lanes)) +
-                  b * (part(texel.y) * scale_v_.at(surface.material, lanes)) + n * part(texel.z);
+  const F8 cosine = cosine_.at(surface.material, lanes), sine = sine_.at(surface.material, lanes);
+  const F8 x = part(texel.x), y = part(texel.y);
+  const F8 along_u = x * cosine + y * sine, along_v = y * cosine - x * sine;
+  const V8 bent = t * (along_u * scale_u_.at(surface.material, lanes)) +
+                  b * (along_v * scale_v_.at(surface.material, lanes)) + n * part(texel.z);
   return select(length2 > F8(0.0f), bent, n);
 }
 

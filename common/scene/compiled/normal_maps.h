@@ -35,6 +35,7 @@ class NormalMaps {
 
   Column<std::uint32_t> normals_, heights_;  ///< textures, or TextureSet::kNone
   Column<float> scale_u_, scale_v_;          ///< of a normal map's parts
+  Column<float> cosine_, sine_;              ///< of its rotation
   Column<std::uint32_t> channel_;            ///< of heights
   Column<float> height_;                     ///< in the frame
 };

@@ -3,6 +3,7 @@
 #include <set>
 
 #include "common/base/check.h"
+#include "common/math/transcendental.h"
 
 namespace lightmill {
 namespace {
@@ -38,9 +39,13 @@ TextureSettings settings_of(const TextureImage& image, const Texels& texels, boo
                         : image.color_space == TextureImage::ColorSpace::srgb;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     settings.wrap[axis] = wrap_of(image.wrap[axis]);
-    settings.scale[axis] = static_cast<float>(image.scale[axis]);
     settings.offset[axis] = static_cast<float>(image.offset[axis]);
   }
+  const double angle = image.rotation_degrees * kPiDouble / 180;
+  const double cosine = cos_fixed(angle), sine = sin_fixed(angle);
+  const auto [u, v] = image.scale;
+  settings.matrix = {{{static_cast<float>(cosine * u), static_cast<float>(-sine * v)},
+                      {static_cast<float>(sine * u), static_cast<float>(cosine * v)}}};
   return settings;
 }
 

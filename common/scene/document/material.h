@@ -19,6 +19,8 @@ inline constexpr double kMaxMeanCosine = 0.99;     ///< of a phase function
 inline constexpr double kMaxAbsorption = 0x1p100;  ///< per scene unit; opaque
 
 /// An image on surfaces, placed by their texture coordinates (common/materials/texture.h).
+inline constexpr double kMaxRotationDegrees = 1e4;  ///< of texture coordinates
+
 struct TextureImage {
   std::string name;
   std::string file;  ///< as the document named it; for messages
@@ -28,8 +30,10 @@ struct TextureImage {
   std::array<Wrap, 2> wrap{};  ///< along u and v
   /// Whether colours are sRGB-encoded. `automatic` follows the file's format: integers are, floats are not.
   enum class ColorSpace { automatic, srgb, linear } color_space = ColorSpace::automatic;
-  std::array<double, 2> scale{1, 1};   ///< of the texture coordinates, applied before
-  std::array<double, 2> offset{0, 0};  ///< is added
+  // The texture coordinates are scaled, rotated about (0, 0) and moved, in this order.
+  std::array<double, 2> scale{1, 1};
+  double rotation_degrees = 0;  ///< counter-clockwise: from u towards v
+  std::array<double, 2> offset{0, 0};
 };
 
 inline constexpr std::uint32_t kNoTexture = 0xffffffff;

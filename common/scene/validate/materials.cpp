@@ -148,7 +148,7 @@ Status check_texture(const std::string& path, const TextureImage& texture) {
       }
     }
   }
-  return ok_status();
+  return check_range(path + ".rotation_degrees", texture.rotation_degrees, -kMaxRotationDegrees, kMaxRotationDegrees);
 }
 
 Status check_material(const std::string& path, const Material& material) {

@@ -1,6 +1,7 @@
 #include "common/scene_io/gltf/gltf_materials.h"
 
 #include <cmath>
+#include <numbers>
 
 #include "common/base/text.h"
 #include "common/scene_io/assets.h"
@@ -249,10 +250,10 @@ std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSp
   const auto scale = transform["scale"].numbers<2>({1, 1}, -1e6, 1e6);
   const auto offset = transform["offset"].numbers<2>({0, 0}, -1e6, 1e6);
   out.scale = scale;
-  out.offset = {offset[0], 1 - scale[1] - offset[1]};  // our v is 1 − glTF's v
-  if (transform["rotation"].number(0) != 0) {
-    notices_.left_out("rotations of textures");
-  }
+  // glTF's v is 1 − v, and its matrix is [cos sin; −sin cos] (https://github.com/KhronosGroup/glTF/issues/1563).
+  const double rotation = transform["rotation"].number(0, -100, 100);
+  out.rotation_degrees = rotation * 180 / std::numbers::pi;
+  out.offset = {offset[0] + scale[1] * std::sin(rotation), 1 - scale[1] * std::cos(rotation) - offset[1]};
   const JsonNode set_of = transform["texCoord"].present() ? transform["texCoord"] : info["texCoord"];
   const std::uint64_t set = set_of.whole(0, 0, 1000);
   if (texture_set_.value_or(set) != set) {
@@ -270,9 +271,9 @@ std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSp
   texture_set_ = set;
   out.asset = *asset;
   const std::string key =
-      fmt::format("{} {} {} {} {} {} {} {} {} {}", asset->hex(), out.file, static_cast<int>(out.filter),
+      fmt::format("{} {} {} {} {} {} {} {} {} {} {}", asset->hex(), out.file, static_cast<int>(out.filter),
                   static_cast<int>(out.wrap[0]), static_cast<int>(out.wrap[1]), static_cast<int>(out.color_space),
-                  out.scale[0], out.scale[1], out.offset[0], out.offset[1]);
+                  out.scale[0], out.scale[1], out.rotation_degrees, out.offset[0], out.offset[1]);
   const auto [found, added] = textures_.try_emplace(key, static_cast<std::uint32_t>(loaded_.scene.textures.size()));
   if (added) {
     out.name = fmt::format("{} ({})", out.file, loaded_.scene.textures.size());

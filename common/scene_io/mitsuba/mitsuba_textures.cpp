@@ -245,11 +245,18 @@ void MitsubaTextures::place(const MitsubaObject& from, TextureImage& out) {
     to_uv = compose(scaling({from.number("uscale", 1), from.number("vscale", 1), 1}),
                     translation({from.number("uoffset", 0), from.number("voffset", 0), 0}));
   }
-  if (to_uv[0][1] != 0 || to_uv[1][0] != 0) {
-    from.fail("to_uv", "only scales and translations can be rendered");
+  const double a = to_uv[0][0], b = to_uv[0][1], c = to_uv[1][0], d = to_uv[1][1];
+  out.scale = {a, d};
+  if (b != 0 || c != 0) {  // our matrix is [a −b; −c d]
+    out.scale = {std::hypot(a, c), std::hypot(b, d)};
+    if (!(std::abs(a * b + c * d) <= 1e-6 * out.scale[0] * out.scale[1] && out.scale[0] > 0)) {
+      from.fail("to_uv", "only scales, then a rotation, then a translation can be rendered");
+      out.scale = {1, 1};
+    }
+    out.scale[1] = std::copysign(out.scale[1], a * d - b * c);
+    out.rotation_degrees = std::atan2(-c, a) * 180 / std::numbers::pi;
   }
-  out.scale = {to_uv[0][0], to_uv[1][1]};
-  out.offset = {to_uv[0][3], 1 - to_uv[1][1] - to_uv[1][3]};
+  out.offset = {b + to_uv[0][3], 1 - d - to_uv[1][3]};
   for (std::size_t i = 0; i < 2; ++i) {
     if (!(std::abs(out.scale[i]) <= kLimit && std::abs(out.offset[i]) <= kLimit)) {
       from.fail("to_uv", fmt::format("numbers must be at most {}", kLimit));

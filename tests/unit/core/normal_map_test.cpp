@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -158,6 +159,14 @@ TEST(NormalMap, MirroredTextureCoordinatesMirrorTheFrame) {
   expect_direction(by_image.normal(), {-0.3, 0.1, 1});
 }
 
+TEST(NormalMap, RotatedTextureCoordinatesRotateTheFrame) {
+  Bent turned;  // the image's first coordinate grows against y, and its second one along x
+  turned.image.rotation_degrees = 90;
+  expect_direction(turned.normal(), {0.1, -0.3, 1});
+  turned.image.scale = {-1, 1};
+  expect_direction(turned.normal(), {-0.1, -0.3, 1});
+}
+
 /// The frame is that of u, made perpendicular to the normal.
 TEST(NormalMap, SkewCoordinatesKeepTheDirectionOfU) {
   Bent bent;
@@ -273,6 +282,16 @@ TEST(BumpMap, NormalsAreThoseOfTheHeightField) {
   expect_direction(bent.normal(0.3, 0.6), Vec3d(0, 0, 1) + 0.2 * wave_gradient(0.3, 0.6), 3e-4);
   bent.bump->map.channel = ScalarMap::Channel::b;
   EXPECT_EQ(bent.normal(0.3, 0.6), Vec3d(0, 0, 1));
+}
+
+TEST(BumpMap, RotatedTextureCoordinatesRotateTheSlopes) {
+  Bent bent = waves(0.2);
+  bent.image.scale = {2, 3};
+  bent.image.rotation_degrees = 30;
+  const double c = std::cos(std::numbers::pi / 6), s = 0.5, x = 0.3, y = 0.6;
+  const Vec3d inner = wave_gradient(c * 2 * x - s * 3 * y, s * 2 * x + c * 3 * y);
+  const Vec3d gradient(2 * (c * inner.x + s * inner.y), 3 * (c * inner.y - s * inner.x), 0);
+  expect_direction(bent.normal(x, y), Vec3d(0, 0, 1) - 0.2 * gradient, 6e-4);
 }
 
 /// The height is in scene units, however large the surface and however the image is repeated on it.

@@ -24,10 +24,10 @@ float red_at(const Texture& texture, float u, float v) {
 }
 
 Texture nearest(int width, int height, TextureWrap wrap = TextureWrap::repeat) {
-  return Texture(numbered(width, height), {TextureFilter::nearest, {wrap, wrap}, false, {1, 1}, {0, 0}});
+  return Texture(numbered(width, height), {TextureFilter::nearest, {wrap, wrap}, false});
 }
 Texture bilinear(int width, int height, TextureWrap wrap = TextureWrap::repeat) {
-  return Texture(numbered(width, height), {TextureFilter::bilinear, {wrap, wrap}, false, {1, 1}, {0, 0}});
+  return Texture(numbered(width, height), {TextureFilter::bilinear, {wrap, wrap}, false});
 }
 
 TEST(Texture, NearestCountsColumnsToTheRightAndRowsUpwards) {
@@ -63,7 +63,7 @@ TEST(Texture, AnImageOfOneTexelIsConstant) {
   const auto texels = std::make_shared<Texels>(Texels{1, 1, {}, std::vector<float>{7, 8, 9, 1}, false});
   for (const TextureFilter filter : {TextureFilter::nearest, TextureFilter::bilinear}) {
     for (const TextureWrap wrap : {TextureWrap::repeat, TextureWrap::clamp, TextureWrap::mirror}) {
-      const Texture texture(texels, {filter, {wrap, wrap}, false, {1, 1}, {0, 0}});
+      const Texture texture(texels, {filter, {wrap, wrap}, false});
       for (const float u : {-1e9f, -1.5f, 0.0f, 0.3f, 1.0f, 1e9f}) {
         EXPECT_EQ(red_at(texture, u, -u), 7);
       }
@@ -122,16 +122,21 @@ TEST(Texture, EachAxisWrapsInItsOwnWay) {
   constexpr std::array<float, 3> kColumn{0, 2, 2}, kBelow{0, 0, 1};
   for (std::size_t u = 0; u < 3; ++u) {
     for (std::size_t v = 0; v < 3; ++v) {
-      const Texture texture(numbered(3, 2), {TextureFilter::nearest, {kWays[u], kWays[v]}, false, {1, 1}, {0, 0}});
+      const Texture texture(numbered(3, 2), {TextureFilter::nearest, {kWays[u], kWays[v]}, false});
       EXPECT_EQ(red_at(texture, 1.1f, -0.7f), kColumn[u] + 3 * (1 - kBelow[v])) << u << " " << v;
     }
   }
 }
 
-TEST(Texture, ScaleMultipliesAndOffsetIsAdded) {
-  const Texture texture(numbered(4, 1), {TextureFilter::nearest, {}, false, {0.5f, 1}, {0.25f, 0}});
+TEST(Texture, TheMatrixMultipliesAndOffsetIsAdded) {
+  const Texture texture(numbered(4, 1), {TextureFilter::nearest, {}, false, {{{0.5f, 0}, {0, 1}}}, {0.25f, 0}});
   EXPECT_EQ(red_at(texture, 0, 0), 1);
   EXPECT_EQ(red_at(texture, 0.6f, 0), 2);
+  // Its first coordinate is v, its second one 1 − u: 0 1 2 above 3 4 5, turned clockwise.
+  const Texture turned(numbered(3, 2), {TextureFilter::nearest, {}, false, {{{0, 1}, {-1, 0}}}, {0, 1}});
+  EXPECT_EQ(red_at(turned, 0.1f, 0.1f), 0);
+  EXPECT_EQ(red_at(turned, 0.1f, 0.9f), 2);
+  EXPECT_EQ(red_at(turned, 0.9f, 0.1f), 3);
 }
 
 /// The slopes of red, per unit of u and of v.
@@ -156,9 +161,11 @@ TEST(Texture, SlopesAreThoseToTheNeighbours) {
   EXPECT_EQ(slopes_at(mirror, 1.5f, 0.5f), Slopes(-4, -8));
   // Halfway between the middles of texels, the mean of two slopes counts.
   EXPECT_EQ(slopes_at(repeated, 0.125f, 0.5f), Slopes((4 - 12) / 2.0f, -8));
-  const Texture scaled(numbered(4, 2), {TextureFilter::bilinear, {}, false, {-0.5f, 2}, {0.75f, -0.5f}});
+  const Texture scaled(numbered(4, 2), {TextureFilter::bilinear, {}, false, {{{-0.5f, 0}, {0, 2}}}, {0.75f, -0.5f}});
   EXPECT_EQ(slopes_at(scaled, 0.5f, 0.5f), Slopes(-2, -16));
-  const Texture far_away(numbered(4, 2), {TextureFilter::bilinear, {}, false, {1, 1}, {1024, 1e9f}});
+  const Texture sheared(numbered(4, 2), {TextureFilter::bilinear, {}, false, {{{1, 2}, {0, 1}}}, {-1, 0}});
+  EXPECT_EQ(slopes_at(sheared, 0.5f, 0.5f), Slopes(4, 2 * 4 - 8));
+  const Texture far_away(numbered(4, 2), {TextureFilter::bilinear, {}, false, {{{1, 0}, {0, 1}}}, {1024, 1e9f}});
   EXPECT_EQ(slopes_at(far_away, 0.5f, 0.5f), Slopes(4, 0));
 }
 
@@ -173,7 +180,7 @@ TEST(Texture, DecodingFollowsTheStandard) {
 TEST(Texture, BytesAreDecodedAndAlphaIsNot) {
   const std::vector<std::uint32_t> bytes{188u | 0u << 8 | 255u << 16 | 51u << 24};
   const auto texels = std::make_shared<Texels>(Texels{1, 1, bytes, {}, true});
-  const Texture texture(texels, {TextureFilter::nearest, {}, true, {1, 1}, {0, 0}});
+  const Texture texture(texels, {TextureFilter::nearest, {}, true});
   const Texture::Rgba8 found = texture.lookup(F8(0.5f), F8(0.5f), M8(true));
   alignas(32) float red[8], blue[8], alpha[8];
   found.rgb.x.store(red);

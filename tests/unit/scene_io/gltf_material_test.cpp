@@ -115,6 +115,19 @@ TEST(GltfScene, ImagesOfExtensionsAreReadIfTheirFormatIsDecoded) {
   EXPECT_EQ(notices.size(), 1u);  // of the camera
 }
 
+TEST(GltfScene, TexturesAreScaledThenRotatedThenMoved) {
+  const Result<LoadedScene> loaded = read(OneTriangle().text(
+      kOneNode +
+          R"(,"images":[{"bufferView":2}],"textures":[{"source":0}],"materials":[{"pbrMetallicRoughness":{"baseColorTexture":
+{"index":0,"extensions":{"KHR_texture_transform":{"scale":[2,3],"rotation":1.5707963267948966,"offset":[0.5,0.25]}}}}}])",
+      R"(,"material":0)"));
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  // v grows downwards. (1, 0.5) is scaled to (2, 1.5), turned counter-clockwise to (1.5, −2), and moved.
+  const auto [u, v] = test::mapped_coordinates(loaded->scene.textures.at(0), 1, 1 - 0.5);
+  EXPECT_NEAR(u, 1.5 + 0.5, 1e-12);
+  EXPECT_NEAR(1 - v, -2 + 0.25, 1e-12);
+}
+
 /// The only mesh and material of a file with a normal map, and tangents.
 struct Mapped {
   Mesh mesh;

@@ -253,9 +253,17 @@ TEST(MitsubaTextures, CoordinatesAreTransformed) {
 <translate x="0.5" y="0.25"/></transform>)");
   EXPECT_EQ(image.scale, (std::array<double, 2>{2, 3}));
   EXPECT_EQ(image.offset, (std::array<double, 2>{0.5, -2.25}));
-  EXPECT_EQ(mitsuba_error(R"(<shape type="sphere"><bsdf type="diffuse"><texture name="reflectance" type="bitmap">
-<transform name="to_uv"><rotate z="1" angle="45"/></transform></texture></bsdf></shape>)"),
-            "a.xml:3: texture bitmap: transform to_uv: only scales and translations can be rendered");
+  EXPECT_EQ(image.rotation_degrees, 0);
+  // (u, v) = (1, 0.5) is scaled to (2, −1.5), turned to (1.5, 2), and moved to (2, 2.25).
+  const TextureImage turned = texture_of(std::string(kImage) + R"(<transform name="to_uv"><scale x="2" y="-3"/>
+<rotate z="1" angle="90"/><translate x="0.5" y="0.25"/></transform>)");
+  const auto [u, v] = test::mapped_coordinates(turned, 1, 1 - 0.5);
+  EXPECT_NEAR(u, 2, 1e-12);
+  EXPECT_NEAR(1 - v, 2.25, 1e-12);
+  EXPECT_EQ(
+      mitsuba_error(R"(<shape type="sphere"><bsdf type="diffuse"><texture name="reflectance" type="bitmap">
+<transform name="to_uv"><rotate z="1" angle="45"/><scale x="2"/></transform></texture></bsdf></shape>)"),
+      "a.xml:3: texture bitmap: transform to_uv: only scales, then a rotation, then a translation can be rendered");
 }
 
 TEST(MitsubaTextures, MissingImagesAreFaults) {

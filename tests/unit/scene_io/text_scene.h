@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
+#include <numbers>
 
 #include "common/scene/mesh.h"
 #include "common/scene_io/load.h"
@@ -37,6 +39,14 @@ inline LoadedScene good_scene(Result<LoadedScene> loaded) {
 inline Mesh object_mesh(const LoadedScene& loaded, std::size_t object = 0) {
   const auto& shape = std::get<MeshShape>(loaded.scene.objects.at(object).shape);
   return decode_mesh(as_byte_view(loaded.assets.at(shape.asset))).value();
+}
+
+/// Texture coordinates as the image is looked up with them.
+inline std::pair<double, double> mapped_coordinates(const TextureImage& image, double u, double v) {
+  const double angle = image.rotation_degrees * std::numbers::pi / 180;
+  const double x = u * image.scale[0], y = v * image.scale[1];
+  return {std::cos(angle) * x - std::sin(angle) * y + image.offset[0],
+          std::sin(angle) * x + std::cos(angle) * y + image.offset[1]};
 }
 
 inline void expect_near(const Point3d& a, const Point3d& b, double tolerance = 1e-12) {
