@@ -165,13 +165,15 @@ TestScene make_test_scene(const Rendered& rendered) {
   scene.materials[17].normal_map = {1, 0.8};
   scene.materials[18].bump_map = {{0, ScalarMap::Channel::luminance}, -0.1};
   using Image = TextureImage;
-  scene.textures = {{"tiles", "", kTexture, Image::Filter::bilinear, {}, Image::ColorSpace::srgb, {1.3, 0.7}},
+  scene.textures = {{"tiles", "", kTexture, Image::Filter::bilinear, {}, Image::ColorSpace::srgb, {1.3, 0.7}, 20},
                     {"print",
                      "",
                      kTexture,
                      Image::Filter::nearest,
                      {Image::Wrap::clamp, Image::Wrap::clamp},
-                     Image::ColorSpace::linear}};
+                     Image::ColorSpace::linear,
+                     {1, 1},
+                     -35}};
   if (filter == FilterKind::tent) {
     scene.camera.lens_radius = 0.1;
   }

@@ -29,8 +29,7 @@ inline void fill_pixel_seeds(const PixelRect& tile, std::uint64_t seed, std::uin
 /// Rays through film positions x, y, in pixels of the full film. (0,0) is the upper left corner.
 inline Ray8 camera_rays(const CompiledScene& scene, F8 x, F8 y) {
   const CameraBasis& camera = scene.camera();
-  const F8 dx = x - F8(0.5f * static_cast<float>(scene.film_width()));
-  const F8 dy = y - F8(0.5f * static_cast<float>(scene.film_height()));
+  const F8 dx = x - F8(camera.center_x), dy = y - F8(camera.center_y);
   const V8 direction = broadcast(camera.forward) + broadcast(camera.right) * dx + broadcast(camera.down) * dy;
   return {broadcast(camera.position), normalize(direction), F8(std::numeric_limits<float>::infinity())};
 }

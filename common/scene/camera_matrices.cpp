@@ -28,10 +28,11 @@ CameraMatrices camera_matrices(const Camera& camera, double width, double height
   const Point3d up = cross(right, ahead);
   // Half the picture's height and width at distance 1.
   const double y = std::tan(camera.vertical_fov_degrees / 2 * std::numbers::pi / 180), x = y * width / height;
+  const double center_x = 0.5 - camera.shift_x * height / width, center_y = 0.5 + camera.shift_y;  // of `ahead`
   Point3d across, down;
   for (std::size_t i = 0; i < 3; ++i) {
-    across[i] = (ahead[i] + right[i] / x) / 2;
-    down[i] = (ahead[i] - up[i] / y) / 2;
+    across[i] = center_x * ahead[i] + right[i] / (2 * x);
+    down[i] = center_y * ahead[i] - up[i] / (2 * y);
   }
   return {matrix_of({right, up, ahead, Point3d{0, 0, 0}}, {0, 0, 0, 1}, eye),
           matrix_of({across, down, ahead, ahead}, {0, 0, -1, 0}, eye)};

@@ -140,6 +140,8 @@ void to_wire(const Scene& scene, v1::Scene* out) {
   out->mutable_camera()->set_vertical_fov_degrees(scene.camera.vertical_fov_degrees);
   out->mutable_camera()->set_lens_radius(scene.camera.lens_radius);
   out->mutable_camera()->set_focus_distance(scene.camera.focus_distance);
+  out->mutable_camera()->set_shift_x(scene.camera.shift_x);
+  out->mutable_camera()->set_shift_y(scene.camera.shift_y);
   out->mutable_film()->set_width(scene.film.width);
   out->mutable_film()->set_height(scene.film.height);
   out->mutable_film()->mutable_filter()->set_kind(to_wire_filter(scene.film.filter.kind));
@@ -170,6 +172,8 @@ Result<Camera> from_wire(const v1::Camera& camera) {
   }
   out.lens_radius = camera.lens_radius();
   out.focus_distance = camera.focus_distance();
+  out.shift_x = camera.shift_x();
+  out.shift_y = camera.shift_y();
   switch (camera.view_case()) {
     case v1::Camera::kVerticalFovDegrees:
       out.vertical_fov_degrees = camera.vertical_fov_degrees();

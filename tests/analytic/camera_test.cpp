@@ -1,4 +1,4 @@
-// The thin lens, through public scene documents. It is sharp at its focus. Elsewhere it blurs an edge by the share of
+// The camera, through public scene documents. A thin lens is sharp at its focus. Elsewhere it blurs an edge by the share of
 // the lens that sees past the edge.
 #include <gtest/gtest.h>
 
@@ -11,13 +11,13 @@ namespace {
 
 /// 16×16 pixels, a field of view of 53.13° (a film of 1 at distance 1), a lens focused at 4, and a glowing half plane x
 /// > 0 at distance `depth`.
-HalfImages edge_at(double depth, double lens_radius) {
+HalfImages edge_at(double depth, double lens_radius, const std::string& shift = "") {
   const std::string text = fmt::format(R"({{
-    "camera": {{"eye": [0, 0, 0], "look_at": [0, 0, -1], "camera_constant": 1, "lens_radius": {0}, "focus_distance": 4}},
+    "camera": {{"eye": [0, 0, 0], "look_at": [0, 0, -1], "camera_constant": 1, "lens_radius": {0}, "focus_distance": 4{2}}},
     "film": {{"width": 16, "height": 16, "filter": {{"kind": "BOX", "radius_pixels": 0.5}}}},
     "materials": [{{"name": "lamp", "diffuse": {{"reflectance": {{"rgb": [0, 0, 0]}}}}, "emission": {{"rgb": [1, 1, 1]}}}}],
     "objects": [{{"material": "lamp", "triangle": {{"a": [0, -1000, {1}], "b": [2000, 0, {1}], "c": [0, 1000, {1}]}}}}]}})",
-                                       lens_radius, -depth);
+                                       lens_radius, -depth, shift);
   return TestScene::from_text(text).render({"path", 1, 0}, 10);
 }
 
@@ -43,6 +43,18 @@ double exact_column(int x, double depth, double radius) {
     sum += 0.5 - (t * std::sqrt(1 - t * t) + std::asin(t)) / M_PI;
   }
   return sum / kSteps;
+}
+
+TEST(Shift, MovesThePictureByHeightsOfTheFilm) {
+  constexpr double kRounding = 1e-3;  // of samples at the edge
+  for (const double radius : {0.0, 0.5}) {  // a pinhole, and a lens that is in focus
+    const HalfImages right = edge_at(4, radius, R"(, "shift_x": 0.25, "shift_y": -3)");
+    EXPECT_NEAR(column(right, 3), 0, kRounding);
+    EXPECT_NEAR(column(right, 4), 1, kRounding);
+    const HalfImages left = edge_at(4, radius, R"(, "shift_x": -0.375)");
+    EXPECT_NEAR(column(left, 13), 0, kRounding);
+    EXPECT_NEAR(column(left, 14), 1, kRounding);
+  }
 }
 
 TEST(ThinLens, IsSharpInThePlaneOfFocus) {

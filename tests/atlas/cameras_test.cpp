@@ -35,6 +35,8 @@ TEST(Cameras, AreRefusedWithoutAView) {
        "camera.lens_radius: must be from 0 to 1000000000000, got -1"},
       {looking("[0, 0, 5]", "[0, 0, 0]", 40) + R"(, "lens_radius": 1, "focus_distance": -2)",
        "camera.focus_distance: must be from 0 to 1000000000000, got -2"},
+      {looking("[0, 0, 5]", "[0, 0, 0]", 40) + R"(, "shift_y": -1001)",
+       "camera.shift_y: must be from -1000 to 1000, got -1001"},
       {looking("[1e13, 0, 5]", "[0, 0, 0]", 40),
        "camera.eye: coordinates must be finite and at most 1000000000000, got (10000000000000, 0, 5)"}};
   for (const auto& c : cases) {

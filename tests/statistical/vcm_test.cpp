@@ -68,7 +68,8 @@ TestScene open_floor(const std::string& lights, const std::string& ball, const s
        {"back.obj", polygon({{-2.5, 0, -2.5}, {2.5, 0, -2.5}, {2.5, 4, -2.5}, {-2.5, 4, -2.5}})}});
 }
 const char* const kView = R"("eye": [0, 1.6, 4], "look_at": [0, 0.7, 0])";
-const char* const kLens = R"("eye": [0, 1.6, 4], "look_at": [0, 0.7, 0], "lens_radius": 0.2, "focus_distance": 3)";
+const char* const kLens = R"("eye": [0, 1.6, 4], "look_at": [0, 0.7, 0], "lens_radius": 0.2, "focus_distance": 3,
+                                "shift_x": 0.1, "shift_y": -0.15)";
 
 TEST(Vcm, MatchesPathUnderSunAndSky) {
   expect_same(open_floor(R"({"directional": {"direction": [-0.4, -1, -0.3], "irradiance": {"rgb": [2, 2, 1]}}},
@@ -77,7 +78,7 @@ TEST(Vcm, MatchesPathUnderSunAndSky) {
               {.method = kUnmerged});
 }
 
-TEST(Vcm, MatchesPathThroughALens) {
+TEST(Vcm, MatchesPathThroughAShiftedLens) {
   expect_same(open_floor(R"({"point": {"position": [1, 3, 2], "intensity": {"rgb": [9, 9, 9]}}})",
                          R"("diffuse": {"reflectance": {"rgb": [0.5, 0.2, 0.2]}})", kLens),
               {.method = kUnmerged});

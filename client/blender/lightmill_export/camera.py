@@ -1,7 +1,7 @@
 """Cameras, and the film.
 
-A document's camera is a thin lens in perspective, and its film is centred. A notice names what differs: orthographic and
-panoramic cameras, shifts, and the shape of the aperture.
+A document's camera is a thin lens in perspective. A notice names what differs: orthographic and panoramic cameras, and the
+shape of the aperture.
 """
 import math
 
@@ -51,8 +51,6 @@ def export(camera, world_matrix, scene, notices):
     fit = data.sensor_fit if data.sensor_fit != "AUTO" else ("HORIZONTAL" if aspect >= 1 else "VERTICAL")
     sensor = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
     wide = fit == "HORIZONTAL"
-    if data.shift_x or data.shift_y:
-        notices.here(f"its shift ({data.shift_x:g}, {data.shift_y:g}) is left out")
     if data.type == "ORTHO":
         height = data.ortho_scale / (aspect if wide else 1)
         distance = FAR * data.ortho_scale
@@ -72,6 +70,9 @@ def export(camera, world_matrix, scene, notices):
         lens_radius = aperture(data, notices) if data.dof.use_dof else 0.0
     out = {"eye": space.vector(eye), "look_at": space.vector(eye + forward * max(focus, 1e-3)),
            "up": space.vector(up.normalized()), "vertical_fov_degrees": math.degrees(fov)}
+    per_height = aspect if wide else 1  # Blender's shifts are in widths of the film, or in heights
+    if data.shift_x or data.shift_y:
+        out["shift_x"], out["shift_y"] = data.shift_x * per_height, data.shift_y * per_height
     if lens_radius > 0:
         out["lens_radius"], out["focus_distance"] = lens_radius, focus
     return out

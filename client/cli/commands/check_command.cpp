@@ -125,7 +125,8 @@ json report_json(const LoadedScene& loaded, const SceneReport& report) {
             {{"eye", scene.camera.eye},
              {"look_at", scene.camera.look_at},
              {"up", scene.camera.up},
-             {"vertical_fov_degrees", scene.camera.vertical_fov_degrees}}},
+             {"vertical_fov_degrees", scene.camera.vertical_fov_degrees},
+             {"shift", {scene.camera.shift_x, scene.camera.shift_y}}}},
            {"notices", loaded.notices}};
   out.update(plan_json(report.facts));
   return out;

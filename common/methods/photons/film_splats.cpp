@@ -69,8 +69,8 @@ FilmSplats::FilmSplats(const CompiledScene& scene, std::span<const Photon> photo
     // Where the ray from the lens meets the plane of focus (of a pinhole: at distance 1), relative to the lens centre.
     const V8 seen = lens_point + way * (focus / depth) - broadcast(camera.position);
     const F8 scale = across / focus;
-    const F8 x = dot(seen, broadcast(camera.right)) * scale + F8(0.5f * static_cast<float>(width));
-    const F8 y = dot(seen, broadcast(camera.down)) * scale + F8(0.5f * static_cast<float>(height));
+    const F8 x = dot(seen, broadcast(camera.right)) * scale + F8(camera.center_x);
+    const F8 y = dot(seen, broadcast(camera.down)) * scale + F8(camera.center_y);
     const F8 margin(scene.filter().radius() + 1);
     const M8 on_film = lanes & (depth > F8(0.0f)) & (x > -margin) & (y > -margin) &
                        (x < F8(static_cast<float>(width)) + margin) & (y < F8(static_cast<float>(height)) + margin);

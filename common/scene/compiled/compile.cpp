@@ -15,13 +15,18 @@
 namespace lightmill {
 namespace {
 
-CameraBasis camera_basis(const Camera& camera, int height, const WorldFrame& frame) {
+CameraBasis camera_basis(const Camera& camera, const FilmSettings& film, const WorldFrame& frame) {
   const Vec3d forward = glm::normalize(near_one(to_vec(camera.look_at) - to_vec(camera.eye)));
   const Vec3d right = glm::normalize(glm::cross(forward, near_one(to_vec(camera.up))));
   const Vec3d down = glm::cross(forward, right);
   const double half_height = tan_fixed(camera.vertical_fov_degrees * kPiDouble / 360.0);
-  const double pixel = 2.0 * half_height / height;
-  CameraBasis basis{Vec3(frame.to_frame(to_vec(camera.eye))), Vec3(forward), Vec3(right * pixel), Vec3(down * pixel)};
+  const double pixel = 2.0 * half_height / film.height;
+  CameraBasis basis{Vec3(frame.to_frame(to_vec(camera.eye))),
+                    Vec3(forward),
+                    Vec3(right * pixel),
+                    Vec3(down * pixel),
+                    static_cast<float>(0.5 * film.width - camera.shift_x * film.height),
+                    static_cast<float>(0.5 * film.height + camera.shift_y * film.height)};
   if (camera.lens_radius > 0) {
     const double focus =
         camera.focus_distance > 0 ? camera.focus_distance : glm::length(to_vec(camera.look_at) - to_vec(camera.eye));
@@ -80,7 +85,7 @@ class SceneCompiler {
     LM_RETURN_IF_ERROR(out_->accel_->commit());
     out_->frame_ = frame_;
     out_->meters_ = compile_meters(scene_, meshes_, maps_, bounds_, frame_);
-    out_->camera_ = camera_basis(scene_.camera, scene_.film.height, frame_);
+    out_->camera_ = camera_basis(scene_.camera, scene_.film, frame_);
     if (needs_media(scene_, bounds_)) {
       out_->features_.media = true;
       out_->media_ = MediumTable(scene_, frame_.scale());

@@ -28,12 +28,13 @@
 namespace lightmill {
 
 /// The camera's basis. The camera ray through film position (x, y) in pixels has the direction forward + right · (x −
-/// width/2) + down · (y − height/2).
+/// center_x) + down · (y − center_y).
 struct CameraBasis {
-  Vec3 position;  ///< in the recentred frame
-  Vec3 forward;   ///< unit
-  Vec3 right;     ///< one pixel to the right on the plane at distance 1
-  Vec3 down;      ///< one pixel down
+  Vec3 position;             ///< in the recentred frame
+  Vec3 forward;              ///< unit
+  Vec3 right;                ///< one pixel to the right on the plane at distance 1
+  Vec3 down;                 ///< one pixel down
+  float center_x, center_y;  ///< film position of `forward`, in pixels
   // Thin lens:
   Vec3 lens_x{0}, lens_y{0};  ///< from its centre to its edge; zero for a pinhole
   float focus = 1;            ///< distance in focus, along `forward`

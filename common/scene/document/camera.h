@@ -7,6 +7,8 @@ namespace lightmill {
 
 inline constexpr double kMaxFilterRadius = 16;  ///< pixels
 
+inline constexpr double kMaxShift = 1000;  ///< of a camera, in heights of the film
+
 struct Camera {
   Point3d eye{0, 0, 0};
   Point3d look_at{0, 0, -1};
@@ -14,6 +16,9 @@ struct Camera {
   double vertical_fov_degrees = 40;  ///< over the full height of the film; in (0, 180)
   double lens_radius = 0;            ///< of a thin lens, scene units; 0: a pinhole
   double focus_distance = 0;         ///< along the view, scene units; 0: the distance of look_at
+  /// The film's centre is this far to the right and up from the view's axis, in heights of the film. Parallel lines stay
+  /// parallel.
+  double shift_x = 0, shift_y = 0;
 };
 
 enum class FilterKind { box, tent, gaussian, blackman_harris };

@@ -30,6 +30,11 @@ Status validate(const Camera& camera) {
       return invalid_argument("camera.{}: must be from 0 to {}, got {}", field, kMaxCoordinate, value);
     }
   }
+  for (const auto& [field, value] : {std::pair{"shift_x", camera.shift_x}, {"shift_y", camera.shift_y}}) {
+    if (!(std::abs(value) <= kMaxShift)) {
+      return invalid_argument("camera.{}: must be from {} to {}, got {}", field, -kMaxShift, kMaxShift, value);
+    }
+  }
   const Point3d ahead = difference(camera.look_at, camera.eye);
   const Point3d& up = camera.up;
   if (!(length(ahead) > 0)) {

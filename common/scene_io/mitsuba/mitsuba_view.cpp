@@ -12,6 +12,7 @@ namespace lightmill {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kMostOffset = 1;  ///< of the principal point, in sides of the film
 
 void read_rfilter(const MitsubaObject& from, PixelFilter& out, Notices& notices) {
   if (from.type == "box") {
@@ -100,11 +101,9 @@ void read_lens(const MitsubaObject& from, const Transform& world_to_scene, Mitsu
   camera.lens_radius = lens ? from.number("aperture_radius", 0, 0, 1e6) : 0;
   const double focus = from.number("focus_distance", 1e4, 1e-6, kMaxCoordinate);
   camera.focus_distance = camera.lens_radius > 0 ? focus : 0;
-  for (const char* offset : {"principal_point_offset_x", "principal_point_offset_y"}) {
-    if (from.number(offset, 0) != 0) {
-      from.fail(offset, "only 0 can be rendered");
-    }
-  }
+  // In widths to the right, and in heights downwards.
+  camera.shift_x = aspect * from.number("principal_point_offset_x", 0, -kMostOffset, kMostOffset);
+  camera.shift_y = -from.number("principal_point_offset_y", 0, -kMostOffset, kMostOffset);
   from.ignore({"near_clip", "far_clip", "shutter_open", "shutter_close"});
 }
 

@@ -114,8 +114,9 @@ void read_field_of_view(const PbrtParameters& camera, PbrtView& out) {
   if (!(width > 0 && height > 0) || std::abs(width - height * aspect) > tolerance * std::max(aspect, 1.0)) {
     camera.fail(camera.has("screenwindow") ? "screenwindow" : "frameaspectratio",
                 "only square pixels can be rendered: the film's aspect ratio is expected");
-  } else if (std::abs(window[0] + window[1]) > tolerance || std::abs(window[2] + window[3]) > tolerance) {
-    camera.fail("screenwindow", "only a window with its centre at 0 can be rendered");
+  } else {
+    out.camera.shift_x = std::clamp((window[0] + window[1]) / 2 / height, -kMaxShift, kMaxShift);
+    out.camera.shift_y = std::clamp((window[2] + window[3]) / 2 / height, -kMaxShift, kMaxShift);
   }
   const double half = std::tan(fov / 2 * std::numbers::pi / 180) * std::abs(height) / 2;
   out.camera.vertical_fov_degrees = std::clamp(2 * std::atan(half) * 180 / std::numbers::pi, 1e-6, 179.9999);

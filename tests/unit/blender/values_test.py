@@ -108,6 +108,7 @@ class Cameras(unittest.TestCase):
         for width, height in ((300, 200), (200, 300)):
             for fit in ("AUTO", "HORIZONTAL", "VERTICAL"):
                 scene.render.resolution_x, scene.render.resolution_y = width, height
+                item.data.shift_x, item.data.shift_y = 0.2, -0.1
                 item.data.sensor_fit, item.data.lens, item.data.sensor_width, item.data.sensor_height = fit, 30, 32, 21
                 item.location, item.rotation_euler, item.scale = (1, -4, 2), (1.1, 0.2, 0.4), (2, 2, 2)
                 bpy.context.view_layer.update()
@@ -124,8 +125,9 @@ class Cameras(unittest.TestCase):
                     seen = world_to_camera_view(scene, item, point)
                     to_point = to_document(point) - eye
                     depth = to_point @ forward
-                    self.assertAlmostEqual(0.5 + to_point @ right / depth * scale * height / width, seen.x, 4)
-                    self.assertAlmostEqual(0.5 + to_point @ up / depth * scale, seen.y, 4)
+                    x, y = to_point @ right / depth * scale - made["shift_x"], to_point @ up / depth * scale - made["shift_y"]
+                    self.assertAlmostEqual(0.5 + x * height / width, seen.x, 4)
+                    self.assertAlmostEqual(0.5 + y, seen.y, 4)
 
     def test_the_lens_is_that_of_the_f_number(self):
         item = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))

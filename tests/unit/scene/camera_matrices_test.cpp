@@ -49,5 +49,14 @@ TEST(CameraMatrices, MapKnownPointsOfACameraThatLooksDown) {
   expect_ndc(m, {0, 0, 5}, 1, 0.5);
 }
 
+TEST(CameraMatrices, MapKnownPointsOfAShiftedCamera) {
+  // At distance 1 the picture is 2 high and 4 wide, and its centre is 1 to the right and 0.5 up.
+  const CameraMatrices m = camera_matrices({{1, 2, 3}, {1, 2, 1}, {0, 5, 1}, 90, 0, 0, 0.5, 0.25}, 200, 100);
+  expect_camera(m, {2, 4, -1}, {1, 2, 4});
+  expect_ndc(m, {1 + 1, 2 + 0.5, 2}, 0.5, 0.5);
+  expect_ndc(m, {1 + 1 - 2, 2 + 0.5 + 1, 2}, 0, 0);
+  expect_ndc(m, {1 + 10 + 20, 2 + 5 - 10, -7}, 1, 1);
+}
+
 }  // namespace
 }  // namespace lightmill

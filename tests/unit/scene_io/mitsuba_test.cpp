@@ -211,6 +211,15 @@ TEST(MitsubaSensor, StandsWhereItsTransformSays) {
   EXPECT_EQ(scene.film.height, 576);
 }
 
+// In widths to the right and in heights down; ours is in heights to the right and up.
+TEST(MitsubaSensor, PrincipalPointsAreShifts) {
+  const Camera camera = seen_by(R"(<sensor type="perspective"><float name="principal_point_offset_x" value="0.25"/>
+<float name="principal_point_offset_y" value="0.5"/></sensor>)")
+                            .scene.camera;
+  EXPECT_DOUBLE_EQ(camera.shift_x, 0.25 * 768 / 576);
+  EXPECT_DOUBLE_EQ(camera.shift_y, -0.5);
+}
+
 TEST(MitsubaSensor, SeveralAreCamerasByTheirIds) {
   const LoadedScene loaded = seen_by(R"(<sensor type="perspective" id="near"/><sensor type="perspective" id="far"/>)");
   ASSERT_EQ(loaded.cameras.size(), 2u);
@@ -239,9 +248,6 @@ TEST(MitsubaSensor, UnsupportedSensorsAreErrors) {
   EXPECT_EQ(
       error_of("<sensor type=\"perspective\">\n<transform name=\"to_world\"><scale x=\"-1\"/></transform></sensor>"),
       "a.xml:3: sensor perspective: transform to_world: only moves and turns of a camera can be rendered");
-  EXPECT_EQ(
-      error_of("<sensor type=\"perspective\">\n<float name=\"principal_point_offset_x\" value=\"0.1\"/></sensor>"),
-      "a.xml:3: sensor perspective: float principal_point_offset_x: only 0 can be rendered");
   EXPECT_EQ(error_of("<sensor type=\"perspective\">\n<film type=\"specfilm\"/></sensor>"),
             "a.xml:3: films of the type \"specfilm\" cannot be rendered");
 }

@@ -166,7 +166,7 @@ TEST(SceneJson, WrongTypesAreNamed) {
             "box.json:3:19: film.width: null is not allowed; an integer is expected or the field must be left out");
   EXPECT_EQ(scene_error(document("7", kFilm, kMaterials, kObjects)),
             "box.json:2:11: camera: an object with eye, look_at, up, vertical_fov_degrees, camera_constant, "
-            "lens_radius, focus_distance is "
+            "lens_radius, focus_distance, shift_x, shift_y is "
             "expected, got 7");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, "{}", kObjects)),
             "box.json:4:14: materials: a list is expected, got an object");
@@ -293,7 +293,7 @@ TEST(SceneJson, CamerasCanStandAlone) {
             "c.json:2:14: look_at: must differ from camera.eye, both are (0, 0, 0)");
   EXPECT_EQ(error("{\"foo\": 1}"),
             "c.json:1:2: foo: unknown field. Known fields: eye, look_at, up, vertical_fov_degrees, camera_constant, "
-            "lens_radius, focus_distance");
+            "lens_radius, focus_distance, shift_x, shift_y");
   EXPECT_EQ(error(R"({"eye": [0, 0, 0], "look_at": [0, 0, 1], "camera_constant": -1})"),
             "c.json:1:61: camera_constant: must be in [0.001, 1000000], got -1");
 }
