@@ -305,6 +305,11 @@ void Listener::update() {
 }
 
 /// The server closes connections without notice. Then the file descriptor is free, or another file has it.
+bool Listener::Socket::is_open() const {
+  struct stat about {};
+  return ::fstat(fd, &about) == 0 && about.st_dev == device && about.st_ino == inode;
+}
+
 void Listener::sweep(Time now) {
   if (now - swept_at_ < kSweepPause) {
     return;
@@ -312,22 +317,18 @@ void Listener::sweep(Time now) {
   swept_at_ = now;
   std::erase_if(open_, [this](const auto& entry) LM_REQUIRES(mutex_) {
     const auto& [id, socket] = entry;
-    struct stat about {};
-    const bool there = ::fstat(socket.fd, &about) == 0 && about.st_dev == socket.device && about.st_ino == socket.inode;
-    if (!there) {
+    const bool closed = !socket.is_open();
+    if (closed) {
       limiter_.leave(id);
     }
-    return !there;
+    return closed;
   });
 }
 
 /// The server sees the end and closes the socket. Between the two calls, the descriptor may become another file's. If
 /// that is no socket, nothing happens. If it is a connection, its owner connects again.
 void Listener::shut(Id id) {
-  const auto found = open_.find(id);
-  struct stat about {};
-  if (found != open_.end() && ::fstat(found->second.fd, &about) == 0 && about.st_ino == found->second.inode &&
-      about.st_dev == found->second.device) {
+  if (const auto found = open_.find(id); found != open_.end() && found->second.is_open()) {
     ::shutdown(found->second.fd, SHUT_RDWR);
   }
 }

@@ -49,6 +49,7 @@ class Listener {
   struct Socket {
     int fd = -1;
     std::uint64_t device = 0, inode = 0;
+    bool is_open() const;
   };
   Listener(std::vector<int> sockets, int port, int wake, std::size_t most);
   void run();
