@@ -39,7 +39,7 @@ struct CoordinatorLimits {
   /// A lease without a result for so long is lost, even if its worker is heard.
   Duration result_patience() const { return 2 * from_seconds(tile_cpu_seconds); }
   std::uint32_t refusals = 2;         ///< a job fails after refusals of so many identities
-  std::uint32_t max_bad_results = 3;  ///< a worker is dismissed after so many damaged results
+  std::uint32_t max_bad_results = 3;  ///< a worker is dismissed after so many damaged results of its identity
   /// A job with a complete film waits for auditors that were heard within this time.
   Duration auditor_patience = std::chrono::seconds(45);
   /// Of the scenes of all jobs, with ended ones. One owner's may have half of it.
