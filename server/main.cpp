@@ -91,13 +91,30 @@ struct State {
   std::string place;
 };
 
+/// Disk for the films of one user. Without authentication anyone can be any user, so a default would bound nobody.
+std::uint64_t user_disk_bytes(const ServerOptions& options) {
+  constexpr std::uint64_t kDefaultPart = 3;
+  if (options.user_disk_gib > 0) {
+    return bytes_of_gib(options.user_disk_gib);
+  }
+  std::error_code error;
+  const bool known = options.store.empty() && (options.tls.given() || options.authenticate);
+  const std::uint64_t disk = known ? fs::space(options.data, error).capacity : 0;
+  return known && !error ? disk / kDefaultPart : std::numeric_limits<std::uint64_t>::max();
+}
+
+AssetLimits asset_limits(const ServerOptions& options) {
+  const std::uint64_t all = bytes_of_gib(options.max_assets_gib);
+  return {bytes_of_gib(options.max_asset_gib), all, std::min(all, user_disk_bytes(options)) / 2,
+          bytes_of_gib(options.reserve_gib)};
+}
+
 Result<State> open_state(const ServerOptions& options, StopRequest& stop) {
-  const AssetLimits limits{bytes_of_gib(options.max_asset_gib), bytes_of_gib(options.max_assets_gib)};
   State state;
   if (!options.store.empty()) {
     PostgresOptions postgres;
     postgres.url = options.store;
-    postgres.assets = limits;
+    postgres.assets = asset_limits(options);
     postgres.read_only = options.check;
     postgres.accept_loss = options.accept_loss;
     if (!options.data.empty()) {
@@ -114,7 +131,7 @@ Result<State> open_state(const ServerOptions& options, StopRequest& stop) {
   }
   LM_ASSIGN_OR_RETURN(DataDirectory data, DataDirectory::open(options.data));
   LM_ASSIGN_OR_RETURN(state.store, open_sqlite_store(data.database_file(), {.accept_loss = options.accept_loss}));
-  LM_ASSIGN_OR_RETURN(state.assets, open_asset_folder(data.assets_folder(), limits));
+  LM_ASSIGN_OR_RETURN(state.assets, open_asset_folder(data.assets_folder(), asset_limits(options)));
   state.place = data.path().string();
   state.data.emplace(std::move(data));
   return state;
@@ -187,6 +204,7 @@ RuntimeOptions runtime_options(const ServerOptions& options, const DescriptorPla
   calls.streams = std::min(calls.streams, static_cast<std::uint32_t>(plan.assets));
   calls.streams_per_caller = std::min(calls.streams_per_caller, std::max(calls.streams / 2, 1u));
   runtime.limits = limits_of(options);
+  runtime.limits.film_bytes_per_owner = user_disk_bytes(options);
   runtime.log = {options.log_entries, options.log_days};
   if (options.insecure) {
     runtime.notices.push_back("this farm runs with --insecure: everyone who reaches it can use it and stop its jobs");

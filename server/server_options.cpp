@@ -221,6 +221,10 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
       ->default_str("half of the memory that the coordinator may use");
   add_limit(app, "--max-asset-gib", options.max_asset_gib, "GIB", {0.001, 1024.0}, "size of one asset");
   add_limit(app, "--max-assets-gib", options.max_assets_gib, "GIB", {0.001, 1e6}, "disk for all assets together");
+  add_limit(app, "--user-disk-gib", options.user_disk_gib, "GIB", {0.001, 1e6},
+            "disk for the films of one user's jobs, with ended ones. The assets that one user sends may have half as "
+            "much, and at most half of --max-assets-gib")
+      ->default_str("a third of the disk of --data; without authentication or with --store: no limit");
   add_limit(app, "--max-jobs", options.max_jobs, "N", {1, 1'000'000}, "stored jobs");
   add_limit(app, "--user-jobs", options.user_jobs, "N", {1, 1'000'000}, "stored jobs of one user");
   add_limit(app, "--caller-requests", options.calls.requests_per_second, "N", {1.0, 1e6},
@@ -236,9 +240,10 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
             "connected workers; further ones are refused, and retry");
   add_limit(app, "--keep-days", options.keep_days, "DAYS", {0.0, 36'500.0},
             "ended jobs are deleted after this time; 0: never");
-  add_limit(app, "--reserve-gib", options.reserve_gib, "GIB", {0.0, 65536.0},
-            "with less free space on the disk of --data, no job is accepted and no work is given out; jobs say so, and "
-            "resume by themselves");
+  add_limit(
+      app, "--reserve-gib", options.reserve_gib, "GIB", {0.0, 65536.0},
+      "with less free space on the disk of --data, no job or asset is accepted and no work is given out; jobs say so, and "
+      "resume by themselves");
   add_limit(app, "--log-entries", options.log_entries, "N", {100, 1'000'000},
             "changes that the farm's log keeps (`lightmill log`), and a quarter as many refusals and connected "
             "workers");

@@ -37,6 +37,7 @@ struct ServerOptions {
   double films_gib = share_of_memory_gib(0.5, 65536);
   double max_assets_gib = 64;
   double max_asset_gib = 2;
+  double user_disk_gib = 0;  ///< 0: the default
   std::uint32_t max_jobs = 10'000, user_jobs = 2'000;
   CallLimitOptions calls;
   double wire_gib = std::max(share_of_memory_gib(1.0 / 8, 4), kLeastWireGib);

@@ -166,8 +166,55 @@ void expect_host(SSL* connection, const std::string& host) {
   }
 }
 
-/// The preface and empty settings, with which each HTTP/2 connection begins (RFC 9113, 3.4).
-constexpr std::string_view kHttp2Begins("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\4\0\0\0\0\0", 33);
+// ---- a call over HTTP/2 (RFC 9113), with a header block without compression (RFC 7541) ----
+
+constexpr char kData = 0, kHeaders = 1, kSettings = 4;  ///< types of frames
+constexpr char kEndOfStream = 1, kEndOfHeaders = 4;     ///< flags
+constexpr std::size_t kFrameHeadBytes = 9;
+/// Frames of the other side before its answer: settings, pings and windows. A server of ours sends a few.
+constexpr int kMostFrames = 64;
+
+std::string frame(char type, char flags, char stream, std::string_view payload) {
+  std::string bytes{0, 0, static_cast<char>(payload.size()), type, flags, 0, 0, 0, stream};
+  return bytes += payload;
+}
+
+std::string sized(std::string_view text) {
+  return static_cast<char>(text.size()) + std::string(text);
+}
+
+/// A new connection with a call of grpc.health.v1.Health/Check for the service "".
+std::string health_call() {
+  const std::string headers =
+      "\x83\x86"  // :method POST, :scheme http
+      "\x04" +
+      sized("/grpc.health.v1.Health/Check") +   // :path
+      "\x01" + sized("localhost") +             // :authority
+      "\x0f\x10" + sized("application/grpc") +  // content-type
+      std::string(1, '\0') + sized("te") + sized("trailers");
+  return "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + frame(kSettings, 0, 0, "") + frame(kHeaders, kEndOfHeaders, 1, headers) +
+         frame(kData, kEndOfStream, 1, std::string(5, '\0'));  // an empty message
+}
+
+/// Sends the call and waits for the head of its answer. `send` and `receive` move all bytes, or return false.
+template <class Send, class Receive>
+bool calls(const Send& send, const Receive& receive) {
+  std::string head(kFrameHeadBytes, '\0'), payload;
+  if (!send(health_call())) {
+    return false;
+  }
+  for (int i = 0; i < kMostFrames && receive(head); ++i) {
+    const auto byte = [&](std::size_t at) { return std::size_t{static_cast<unsigned char>(head[at])}; };
+    if (head[3] == kHeaders && byte(8) == 1) {
+      return true;
+    }
+    payload.resize(byte(0) << 16 | byte(1) << 8 | byte(2));
+    if (!receive(payload)) {
+      return false;
+    }
+  }
+  return false;
+}
 
 }  // namespace
 
@@ -175,12 +222,15 @@ Status check_answers(int socket, bool encrypted) {
   if (const int error = wait_until_connected(socket); error != 0) {
     return unavailable("no connection: {}", std::strerror(error));
   }
-  char first = 0;
   if (!encrypted) {
-    const bool answers = ::send(socket, kHttp2Begins.data(), kHttp2Begins.size(), MSG_NOSIGNAL) ==
-                             static_cast<ssize_t>(kHttp2Begins.size()) &&
-                         ::recv(socket, &first, 1, 0) == 1;
-    return answers ? ok_status() : unavailable("no HTTP/2 on the connection");
+    const bool answers = calls(
+        [socket](std::string_view bytes) {
+          return ::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
+        },
+        [socket](std::string& bytes) {
+          return ::recv(socket, bytes.data(), bytes.size(), MSG_WAITALL) == static_cast<ssize_t>(bytes.size());
+        });
+    return answers ? ok_status() : unavailable("no answer to a health check");
   }
   const openssl::Context context = context_of({});
   const openssl::Connection connection(context == nullptr ? nullptr : SSL_new(context.get()));
@@ -188,10 +238,21 @@ Status check_answers(int socket, bool encrypted) {
     return internal_error("no TLS connection can be made");
   }
   ERR_clear_error();
-  const bool answers = SSL_connect(connection.get()) == 1 &&
-                       SSL_write(connection.get(), kHttp2Begins.data(), static_cast<int>(kHttp2Begins.size())) > 0 &&
-                       SSL_read(connection.get(), &first, 1) == 1;
-  return answers ? ok_status() : unavailable("no HTTP/2 over TLS on the connection");
+  const bool answers =
+      SSL_connect(connection.get()) == 1 &&
+      calls(
+          [&](std::string_view bytes) {
+            return SSL_write(connection.get(), bytes.data(), static_cast<int>(bytes.size())) > 0;
+          },
+          [&](std::string& bytes) {
+            int got = 1;
+            std::size_t done = 0;
+            for (; got > 0 && done < bytes.size(); done += static_cast<std::size_t>(std::max(got, 0))) {
+              got = SSL_read(connection.get(), bytes.data() + done, static_cast<int>(bytes.size() - done));
+            }
+            return got > 0;
+          });
+  return answers ? ok_status() : unavailable("no answer to a health check over TLS");
 }
 
 std::optional<std::string> connection_problem(const std::string& address, const TlsTexts& texts) {

@@ -13,8 +13,9 @@ namespace lightmill {
 /// what to do. Nothing if nothing listens there, or no problem is found. Waits some seconds at most.
 std::optional<std::string> connection_problem(const std::string& address, const TlsTexts& texts);
 
-/// Whether the coordinator at the other end of a socket answers a client without credentials over HTTP/2. The socket
-/// may still be connecting. UNAVAILABLE if not. Waits some seconds at most. Afterwards the socket is blocking.
+/// Whether the coordinator at the other end of a socket answers a call of its health service, which needs no
+/// credentials. Any answer will do. The socket may still be connecting. UNAVAILABLE if none comes within some seconds.
+/// Afterwards the socket is blocking.
 Status check_answers(int socket, bool encrypted);
 
 }  // namespace lightmill

@@ -44,7 +44,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
   Status take() {
     if (upload_ == nullptr) {
       LM_ASSIGN_OR_RETURN(const Sha256 digest, digest_from_bytes(request_.digest()));
-      LM_ASSIGN_OR_RETURN(upload_, assets_.start_upload(digest));
+      LM_ASSIGN_OR_RETURN(upload_, assets_.start_upload(digest, uploader(call_.caller)));
     } else if (!request_.digest().empty()) {
       return invalid_argument("digest: only the first message has one");
     }

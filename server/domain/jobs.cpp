@@ -87,13 +87,24 @@ Status JobTable::check_footprint(const JobSpec& spec, const Job* instead_of) con
     return invalid_argument("the film may need {:.4g} GiB, more than --films-gib {:.4g} of the server allows", gib(own),
                             gib(limits_.film_bytes));
   }
-  std::uint64_t active = own, largest_ended = 0;
+  std::uint64_t active = own, largest_ended = 0, of_owner = own;
   for (const auto& [id, job] : jobs_) {
-    if (job.get() != instead_of && job->active()) {
-      active += job->reserved_bytes();
-    } else if (job.get() != instead_of) {
-      largest_ended = std::max(largest_ended, job->outline().bytes());
+    if (job.get() == instead_of) {
+      continue;
     }
+    const std::uint64_t bytes = job->active() ? job->reserved_bytes() : job->outline().bytes();
+    if (job->active()) {
+      active += bytes;
+    } else {
+      largest_ended = std::max(largest_ended, bytes);
+    }
+    of_owner += job->spec().owner == spec.owner ? bytes : 0;
+  }
+  if (of_owner > limits_.film_bytes_per_owner) {
+    return resource_exhausted(
+        "the films of '{}' may need {:.4g} GiB of disk, more than --user-disk-gib {:.4g} of the server allows: delete "
+        "some jobs that have ended",
+        spec.owner, gib(of_owner), gib(limits_.film_bytes_per_owner));
   }
   if (active + largest_ended > limits_.film_bytes) {
     return resource_exhausted(

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "common/base/clock.h"
 
@@ -29,6 +30,8 @@ struct CoordinatorLimits {
   /// Of all films in memory. Active jobs count with their finished size, and jobs that exceed the limit are refused.
   /// The rest is a cache for films of ended jobs.
   std::uint64_t film_bytes = std::uint64_t{8} << 30;
+  /// On the disk: of one owner's films, with those of ended jobs. Active jobs count with their finished size.
+  std::uint64_t film_bytes_per_owner = std::numeric_limits<std::uint64_t>::max();
   Duration film_idle = std::chrono::minutes(10);  ///< an unused film of an ended job leaves memory after so long
   /// After `losses_before_alone` lost workers in a row, a tile or pilot goes only to workers without other leases.
   /// After `losses_alone` of those are lost too, its job fails.
@@ -39,7 +42,7 @@ struct CoordinatorLimits {
   /// A lease without a result for so long is lost, even if its worker is heard.
   Duration result_patience() const { return 2 * from_seconds(tile_cpu_seconds); }
   std::uint32_t refusals = 2;         ///< a job fails after refusals of so many identities
-  std::uint32_t max_bad_results = 3;  ///< a worker is dismissed after so many damaged results
+  std::uint32_t max_bad_results = 3;  ///< a worker is dismissed after so many damaged results of its identity
   /// A job with a complete film waits for auditors that were heard within this time.
   Duration auditor_patience = std::chrono::seconds(45);
   /// Of the scenes of all jobs, with ended ones. One owner's may have half of it.

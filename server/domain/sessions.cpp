@@ -102,11 +102,12 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
   const std::optional<LeaseId> forged = take_back_held(worker, hello, other_process, event);
   scheduler_.serve_all(event);  // who waited before has first call on what this one lost
   if (forged) {
-    // Counts once for each hello: an honest worker may bring leases of another farm that it finds at this address.
+    // Counts once for each hello, and not for the identity: honest workers of one machine may bring leases of another
+    // farm that they find at this address.
     event.warn(about(JobId{}, hello.name, *forged), "worker {}: lease {}, which it brings, was never granted to it",
                hello.name, forged->value);
-    distrust(session, {}, make_error(StatusCode::kPermissionDenied, "leases that were never granted to this worker"),
-             event);
+    judge(session, worker.count_bad_result(),
+          make_error(StatusCode::kPermissionDenied, "leases that were never granted to this worker"), event);
   } else {
     scheduler_.serve(worker, event);
   }
@@ -313,16 +314,21 @@ void Sessions::refuse(Worker& worker, const WorkerRefusal& refusal, const Event&
 // ---- ends of sessions ----
 
 void Sessions::distrust(SessionId session, LeaseId lease_id, const Status& error, const Event& event) {
-  const std::string name = workers_.find_session(session)->worker;
-  if (const Lease* const lease = leases_.find(lease_id); lease != nullptr && lease->worker == name) {
+  if (const Lease* const lease = leases_.find(lease_id);
+      lease != nullptr && lease->worker == workers_.find_session(session)->worker) {
     life_cycle_.end_lease(lease_id, {.cancel = true, .lost = true}, event);
   }
+  judge(session, workers_.count_bad_result(session, event.now), error, event);
+}
+
+void Sessions::judge(SessionId session, std::uint32_t bad_results, const Status& error, const Event& event) {
   Worker* const worker = workers_.of(session);
   if (worker == nullptr) {
     return;
   }
-  if (worker->count_bad_result() >= limits_.max_bad_results) {
-    dismiss(session, fmt::format("{} damaged results, the last: {}", worker->bad_results(), message_of(error)), event);
+  if (bad_results >= limits_.max_bad_results) {
+    const std::string name = worker->name();
+    dismiss(session, fmt::format("{} damaged results, the last: {}", bad_results, message_of(error)), event);
     while (!worker->leases().empty()) {
       life_cycle_.end_lease(*worker->leases().begin(), {.lost = true}, event);
     }

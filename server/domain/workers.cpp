@@ -93,6 +93,19 @@ void WorkerRegistry::uncount(const Worker& worker) {
   }
 }
 
+std::uint32_t WorkerRegistry::count_bad_result(SessionId session, Time now) {
+  Worker* const worker = of(session);
+  const std::uint32_t own = worker == nullptr ? 1 : worker->count_bad_result();
+  std::erase_if(bad_results_, [&](const auto& entry) { return now >= entry.second.last + kBadResultMemory; });
+  const std::string& identity = find_session(session)->identity;
+  if (bad_results_.size() >= limits_.max_workers && !bad_results_.contains(identity)) {
+    return own;  // without authentication, a liar can claim any number of machines
+  }
+  BadResults& bad = bad_results_[identity];
+  bad.last = now;
+  return std::max(++bad.count, own);
+}
+
 void WorkerRegistry::delivered(Worker& worker, JobId job, std::uint64_t pixel_samples, Time now) {
   WorkerJob& known = worker.jobs_[job];
   known.delivered = true;

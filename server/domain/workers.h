@@ -32,6 +32,9 @@ bool same_process(const WorkerHello& a, const WorkerHello& b);
 /// Time over which a worker's results show what it can do: ten bins of this length.
 inline constexpr Duration kDeliveryBin = std::chrono::seconds(6);
 
+/// An identity that sent no bad result for so long starts at none again.
+inline constexpr Duration kBadResultMemory = std::chrono::hours(1);
+
 /// A job as one worker sees it.
 struct WorkerJob {
   std::uint32_t leases = 0;
@@ -99,6 +102,7 @@ class Worker {
   /// The longest wait of its results for their acknowledgement, if it reported one in this session after `since`.
   std::optional<Duration> wait_since(Time since) const { return wait_at_ >= since ? wait_ : std::nullopt; }
   void waits(Duration wait, Time now);
+  /// Of this process. WorkerRegistry counts those of an identity.
   std::uint32_t bad_results() const { return bad_results_; }
   std::uint32_t count_bad_result() { return ++bad_results_; }
   void count_good_result() { ++results_; }
@@ -140,6 +144,9 @@ class WorkerRegistry {
   const std::map<std::string, Worker>& all() const { return workers_; }
   std::uint64_t threads() const { return threads_; }  ///< Worker::threads() of all workers with counts()
   std::uint64_t claimed_threads() const { return claimed_threads_; }
+  /// Counts a bad result of the session's worker, and of its identity. Returns the number of the identity. Another name
+  /// or process does not change that. It ends when the identity sent none for kBadResultMemory.
+  std::uint32_t count_bad_result(SessionId session, Time now);
   /// A result came for an open lease of the worker.
   void delivered(Worker& worker, JobId job, std::uint64_t pixel_samples, Time now);
 
@@ -223,6 +230,11 @@ class WorkerRegistry {
   std::map<std::pair<std::string, std::string>, std::map<std::string, std::size_t>> classes_;
   std::map<std::string, std::size_t> audited_classes_;  ///< by renderer version: how many classes have two identities
   std::map<std::string, Absent> absent_;
+  struct BadResults {
+    std::uint32_t count = 0;
+    Time last;
+  };
+  std::map<std::string, BadResults> bad_results_;  ///< by identity
   Time next_silence_check_, backlog_at_;
 };
 

@@ -53,8 +53,8 @@ void SelfCheck::run() {
     const Status status = dial();
     const PortHealth::Verdict verdict = health.note(status.ok(), clock_.now());
     if (verdict == PortHealth::Verdict::unresponsive) {
-      on_unresponsive_(unavailable("port {} does not answer connections from this process any more: {}",
-                                   listener_.port(), message_of(status)));
+      on_unresponsive_(unavailable("port {} does not answer calls from this process any more: {}", listener_.port(),
+                                   message_of(status)));
       return;
     }
     if (const bool answers_now = verdict == PortHealth::Verdict::answering; answers_now != answering) {
@@ -62,8 +62,8 @@ void SelfCheck::run() {
       if (answering) {
         spdlog::info("port {} answers again", listener_.port());
       } else {
-        spdlog::warn("port {} does not answer connections from this process: {}; health checks report this",
-                     listener_.port(), message_of(status));
+        spdlog::warn("port {} does not answer calls from this process: {}; health checks report this", listener_.port(),
+                     message_of(status));
       }
       on_answering_(answering);
     }

@@ -1,4 +1,4 @@
-// Self-check of the coordinator's port: connects to it regularly from inside.
+// Self-check of the coordinator's port: calls its health service regularly, over a new connection from inside.
 #pragma once
 
 #include <functional>

@@ -26,6 +26,18 @@ std::set<Sha256> assets_of(const StoredState& state) {
   return wanted;
 }
 
+/// The store does not know who sent an asset. So it counts for the owner of the first job that names it.
+void attribute_assets(AssetStore& assets, const StoredState& state) {
+  std::set<Sha256> seen;
+  for (const StoredState::StoredJob& job : state.jobs) {
+    for (const Sha256& asset : *job.record.spec.settings.assets) {
+      if (seen.insert(asset).second) {
+        assets.attribute(asset, job.record.spec.owner);
+      }
+    }
+  }
+}
+
 /// Jobs that end with their page: no page's connection outlives its coordinator.
 std::vector<JobId> jobs_of_pages(const StoredState& state) {
   std::vector<JobId> jobs;
@@ -56,6 +68,12 @@ void record_refusals(Gate& gate, FarmLoop& loop) {
 
 }  // namespace
 
+std::string uploader(const Identity& caller) {
+  const bool only_renders =
+      caller.roles.has(Role::worker) && !caller.roles.has_any({Role::submit, Role::operate, Role::admin});
+  return !caller.is_known() ? "" : only_renders ? std::string(kUploadsOfWorkers) : caller.name;
+}
+
 Result<std::unique_ptr<Runtime>> Runtime::start(std::unique_ptr<Store> store, std::unique_ptr<AssetStore> assets,
                                                 const RuntimeOptions& options) {
   LM_ASSIGN_OR_RETURN(StoredState state, store->load());
@@ -66,6 +84,7 @@ Result<std::unique_ptr<Runtime>> Runtime::start(std::unique_ptr<Store> store, st
     LM_RETURN_IF_ERROR(store->commit(repairs));
   }
   forget_others(*assets, assets_of(state));
+  attribute_assets(*assets, state);
   spdlog::info("epoch {}, {} jobs in the store", state.epoch, state.jobs.size());
   return std::unique_ptr<Runtime>(new Runtime(options, std::move(store), std::move(assets), state));
 }

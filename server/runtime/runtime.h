@@ -26,6 +26,10 @@ struct RuntimeOptions {
   std::function<void(const Status&)> on_fatal = [](const Status&) {};
 };
 
+/// Whom an asset of this caller counts for (AssetStore::start_upload). Workers send what they find in users' scene
+/// files.
+std::string uploader(const Identity& caller);
+
 /// Servers have a reference to it, and end before it.
 class Runtime {
  public:

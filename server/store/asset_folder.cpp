@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <optional>
 
 #include "common/base/log.h"
 
@@ -32,12 +33,13 @@ void sync_folder(const fs::path& folder) {
 class AssetFolder final : public AssetStore {
  public:
   AssetFolder(fs::path folder, AssetLimits limits, std::uint64_t total_bytes)
-      : folder_(std::move(folder)), budget_(limits, total_bytes) {}
+      : folder_(std::move(folder)), reserve_bytes_(limits.reserve_bytes), budget_(limits, total_bytes) {}
 
   std::vector<Sha256> digests() const override;
   Result<std::uint64_t> size(const Sha256& digest) const override;
   Status check_room(const Sha256& digest, std::uint64_t bytes) const override { return budget_.check(digest, bytes); }
-  Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest) override;
+  Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest, const std::string& user) override;
+  void attribute(const Sha256& digest, const std::string& user) override;
   Result<std::unique_ptr<Reader>> open_asset(const Sha256& digest) const override;
   std::uint64_t collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) override;
   void forget(const Reader& damaged) override;
@@ -46,8 +48,11 @@ class AssetFolder final : public AssetStore {
  private:
   friend class FileUpload;
   fs::path path_of(const Sha256& digest) const;
+  /// RESOURCE_EXHAUSTED if so many bytes more would leave too little space on the disk.
+  Status check_space(std::uint64_t bytes) const;
 
   const fs::path folder_;
+  const std::uint64_t reserve_bytes_;
   AssetBudget budget_;
   std::atomic<std::uint64_t> next_temporary_ = 0;
   Mutex placing_;  ///< one upload at a time is moved into place and counted
@@ -55,8 +60,8 @@ class AssetFolder final : public AssetStore {
 
 class FileUpload final : public AssetStore::Upload {
  public:
-  FileUpload(AssetFolder& store, const Sha256& digest, fs::path temporary, int fd)
-      : store_(store), digest_(digest), temporary_(std::move(temporary)), fd_(fd) {}
+  FileUpload(AssetFolder& store, const Sha256& digest, std::string user, fs::path temporary, int fd)
+      : store_(store), digest_(digest), user_(std::move(user)), temporary_(std::move(temporary)), fd_(fd) {}
   ~FileUpload() override;
   FileUpload(const FileUpload&) = delete;
   FileUpload& operator=(const FileUpload&) = delete;
@@ -66,6 +71,7 @@ class FileUpload final : public AssetStore::Upload {
  private:
   AssetFolder& store_;
   const Sha256 digest_;
+  const std::string user_;
   const fs::path temporary_;
   int fd_;
   std::uint64_t size_bytes_ = 0;
@@ -74,15 +80,17 @@ class FileUpload final : public AssetStore::Upload {
 
 class FileReader final : public AssetStore::Reader {
  public:
-  FileReader(fs::path path, int fd) : path_(std::move(path)), fd_(fd) {}
+  FileReader(const Sha256& digest, fs::path path, int fd) : digest_(digest), path_(std::move(path)), fd_(fd) {}
   ~FileReader() override { ::close(fd_); }
-  /// Deletes the file, unless another one has its path now. Returns its size in bytes, or 0.
-  std::uint64_t remove_file() const;
+  const Sha256& digest() const { return digest_; }
+  /// Deletes the file, unless another one has its path now. Returns its size in bytes if it was deleted.
+  std::optional<std::uint64_t> remove_file() const;
   FileReader(const FileReader&) = delete;
   FileReader& operator=(const FileReader&) = delete;
   Result<std::string> next(std::size_t limit_bytes) override;
 
  private:
+  const Sha256 digest_;
   const fs::path path_;
   const int fd_;
 };
@@ -102,25 +110,36 @@ Result<std::uint64_t> AssetFolder::size(const Sha256& digest) const {
 
 // ---- writing ----
 
-Result<std::unique_ptr<AssetStore::Upload>> AssetFolder::start_upload(const Sha256& digest) {
+Status AssetFolder::check_space(std::uint64_t bytes) const {
+  std::error_code error;
+  const std::uint64_t free_bytes = reserve_bytes_ == 0 ? 0 : fs::space(folder_, error).available;
+  if (reserve_bytes_ == 0 || error || free_bytes >= reserve_bytes_ + bytes) {
+    return ok_status();
+  }
+  return resource_exhausted("the disk of {} has less than --reserve-gib {:g} left: delete ended jobs, or free space",
+                            folder_.string(), static_cast<double>(reserve_bytes_) / (1 << 30));
+}
+
+Result<std::unique_ptr<AssetStore::Upload>> AssetFolder::start_upload(const Sha256& digest, const std::string& user) {
   const fs::path temporary = folder_ / "incoming" / fmt::format("{}-{}", digest.hex(), next_temporary_++);
   const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (fd < 0) {
     return errno_error("create", temporary);
   }
-  return std::unique_ptr<Upload>(std::make_unique<FileUpload>(*this, digest, temporary, fd));
+  return std::unique_ptr<Upload>(std::make_unique<FileUpload>(*this, digest, user, temporary, fd));
 }
 
 FileUpload::~FileUpload() {
   if (fd_ >= 0) {
     ::close(fd_);
     ::unlink(temporary_.c_str());
-    store_.budget_.release(size_bytes_);
+    store_.budget_.release(user_, size_bytes_);
   }
 }
 
 Status FileUpload::append(ByteView bytes) {
-  LM_RETURN_IF_ERROR(store_.budget_.reserve(digest_, size_bytes_, bytes.size()));
+  LM_RETURN_IF_ERROR(store_.check_space(bytes.size()));
+  LM_RETURN_IF_ERROR(store_.budget_.reserve(digest_, user_, size_bytes_, bytes.size()));
   size_bytes_ += bytes.size();
   hasher_.append(bytes);
   while (!bytes.empty()) {
@@ -147,22 +166,30 @@ Status FileUpload::finish() {
   const fs::path path = store_.path_of(digest_);
   std::error_code error;
   fs::create_directories(path.parent_path(), error);
-  bool there_already = false;
   {
     // If two uploads have the same digest, the second one replaces equal bytes.
     const MutexLock lock(store_.placing_);
-    there_already = store_.has(digest_);
+    const bool there_already = store_.has(digest_);
     if (::rename(temporary_.c_str(), path.c_str()) != 0) {
       return errno_error("rename to", path);
+    }
+    if (there_already) {
+      store_.budget_.release(user_, size_bytes_);
+    } else {
+      store_.budget_.stored(digest_, user_);
     }
   }
   sync_folder(path.parent_path());
   sync_folder(store_.folder_);
   ::close(std::exchange(fd_, -1));
-  if (there_already) {
-    store_.budget_.release(size_bytes_);
-  }
   return ok_status();
+}
+
+void AssetFolder::attribute(const Sha256& digest, const std::string& user) {
+  const MutexLock lock(placing_);
+  if (const Result<std::uint64_t> bytes = size(digest); bytes.ok()) {
+    budget_.attribute(digest, user, *bytes);
+  }
 }
 
 // ---- reading ----
@@ -173,7 +200,7 @@ Result<std::unique_ptr<AssetStore::Reader>> AssetFolder::open_asset(const Sha256
   if (fd < 0) {
     return errno == ENOENT ? not_found("there is no asset {}", digest.hex()) : errno_error("open", path);
   }
-  return std::unique_ptr<Reader>(std::make_unique<FileReader>(std::move(path), fd));
+  return std::unique_ptr<Reader>(std::make_unique<FileReader>(digest, std::move(path), fd));
 }
 
 Result<std::string> FileReader::next(std::size_t limit_bytes) {
@@ -222,24 +249,27 @@ std::uint64_t AssetFolder::collect(const std::set<Sha256>& wanted, std::int64_t 
         return false;
       }
       freed_bytes += size_bytes;
-      budget_.release(size_bytes);
+      budget_.removed(digest, size_bytes);
       return true;
     });
   }
   return freed_bytes;
 }
 
-std::uint64_t FileReader::remove_file() const {
+std::optional<std::uint64_t> FileReader::remove_file() const {
   struct stat read {
   }, placed{};
   const bool same = ::fstat(fd_, &read) == 0 && ::stat(path_.c_str(), &placed) == 0 && read.st_dev == placed.st_dev &&
                     read.st_ino == placed.st_ino;
-  return same && ::unlink(path_.c_str()) == 0 ? static_cast<std::uint64_t>(read.st_size) : 0;
+  return same && ::unlink(path_.c_str()) == 0 ? std::optional(static_cast<std::uint64_t>(read.st_size)) : std::nullopt;
 }
 
 void AssetFolder::forget(const Reader& damaged) {
   const MutexLock lock(placing_);
-  budget_.release(static_cast<const FileReader&>(damaged).remove_file());
+  const auto& read = static_cast<const FileReader&>(damaged);
+  if (const std::optional<std::uint64_t> bytes = read.remove_file()) {
+    budget_.removed(read.digest(), *bytes);
+  }
 }
 
 }  // namespace

@@ -32,7 +32,8 @@ bool AssetStore::remove_unless_kept(const Sha256& digest, std::int64_t spare_age
   return remove();
 }
 
-Status AssetBudget::check(const Sha256& digest, std::uint64_t had_bytes, std::uint64_t more_bytes) const {
+Status AssetBudget::check(const Sha256& digest, const std::string& user, std::uint64_t had_bytes,
+                          std::uint64_t more_bytes) const {
   if (had_bytes + more_bytes > limits_.asset_bytes) {
     return resource_exhausted("asset {} is larger than the limit of {} bytes", digest.hex(), limits_.asset_bytes);
   }
@@ -41,24 +42,66 @@ Status AssetBudget::check(const Sha256& digest, std::uint64_t had_bytes, std::ui
         "the farm's assets would pass their limit of {} bytes; raise --max-assets-gib or delete jobs",
         limits_.total_bytes);
   }
+  const auto of_user = bytes_of_.find(user);
+  const std::uint64_t limit = user == kUploadsOfWorkers ? limits_.user_bytes / 2 : limits_.user_bytes;
+  if (!user.empty() && (of_user == bytes_of_.end() ? 0 : of_user->second) + more_bytes > limit) {
+    return resource_exhausted(
+        "the assets that '{}' sent would pass the limit of {} bytes (--user-disk-gib, --max-assets-gib): delete jobs "
+        "that use them; assets that no job uses are deleted after a day",
+        user, limit);
+  }
   return ok_status();
 }
 
 Status AssetBudget::check(const Sha256& digest, std::uint64_t bytes) const {
   const MutexLock lock(mutex_);
-  return check(digest, 0, bytes);
+  return check(digest, "", 0, bytes);
 }
 
-Status AssetBudget::reserve(const Sha256& digest, std::uint64_t had_bytes, std::uint64_t more_bytes) {
+Status AssetBudget::reserve(const Sha256& digest, const std::string& user, std::uint64_t had_bytes,
+                            std::uint64_t more_bytes) {
   const MutexLock lock(mutex_);
-  LM_RETURN_IF_ERROR(check(digest, had_bytes, more_bytes));
+  LM_RETURN_IF_ERROR(check(digest, user, had_bytes, more_bytes));
   used_bytes_ += more_bytes;
+  if (!user.empty()) {
+    bytes_of_[user] += more_bytes;
+  }
   return ok_status();
 }
 
-void AssetBudget::release(std::uint64_t bytes) {
+void AssetBudget::take_back(const std::string& user, std::uint64_t bytes) {
+  if (const auto of_user = bytes_of_.find(user); of_user != bytes_of_.end() && (of_user->second -= bytes) == 0) {
+    bytes_of_.erase(of_user);
+  }
+}
+
+void AssetBudget::release(const std::string& user, std::uint64_t bytes) {
   const MutexLock lock(mutex_);
   used_bytes_ -= bytes;
+  take_back(user, bytes);
+}
+
+void AssetBudget::stored(const Sha256& digest, const std::string& user) {
+  const MutexLock lock(mutex_);
+  if (!user.empty()) {
+    user_of_[digest] = user;
+    bytes_of_[user] += kBytesOfFile;
+  }
+}
+
+void AssetBudget::removed(const Sha256& digest, std::uint64_t bytes) {
+  const MutexLock lock(mutex_);
+  used_bytes_ -= bytes;
+  if (const auto user = user_of_.extract(digest)) {
+    take_back(user.mapped(), bytes + kBytesOfFile);
+  }
+}
+
+void AssetBudget::attribute(const Sha256& digest, const std::string& user, std::uint64_t bytes) {
+  const MutexLock lock(mutex_);
+  if (!user.empty() && user_of_.emplace(digest, user).second) {
+    bytes_of_[user] += bytes + kBytesOfFile;
+  }
 }
 
 std::uint64_t AssetBudget::used_bytes() const {

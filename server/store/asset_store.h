@@ -19,7 +19,14 @@ namespace lightmill {
 struct AssetLimits {
   std::uint64_t asset_bytes = std::uint64_t{2} << 30;   ///< per asset
   std::uint64_t total_bytes = std::uint64_t{64} << 30;  ///< all assets together
+  std::uint64_t user_bytes = total_bytes;               ///< those of one user
+  std::uint64_t reserve_bytes = 0;                      ///< free space that uploads leave on the disk of a folder
 };
+
+/// What an asset counts for its user besides its bytes. Small files take a block of the disk and an inode.
+inline constexpr std::uint64_t kBytesOfFile = 4096;
+/// The user that has the uploads of all workers. They may have half as much as a user.
+inline constexpr std::string_view kUploadsOfWorkers = "(workers)";
 
 /// Thread-safe. An asset is complete and its bytes match its digest, or it does not exist.
 class AssetStore {
@@ -45,7 +52,10 @@ class AssetStore {
     /// Checks the digest (INVALID_ARGUMENT) and stores the asset durably.
     virtual Status finish() = 0;
   };
-  virtual Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest) = 0;
+  /// The asset counts as the user's until it is deleted, unless it was there before. Empty: as nobody's.
+  virtual Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest, const std::string& user = "") = 0;
+  /// After a start: a stored asset counts as the user's, if it is nobody's.
+  virtual void attribute(const Sha256& digest, const std::string& user) = 0;
 
   /// Reads an asset piece by piece. Not thread-safe.
   class Reader {
@@ -74,25 +84,35 @@ class AssetStore {
   mutable std::map<Sha256, Moment> kept_ LM_GUARDED_BY(keeping_);
 };
 
-/// Counts the bytes of all assets, and enforces the limits. Thread-safe.
+/// Counts the bytes of all assets and of each user, and enforces the limits. Thread-safe.
 class AssetBudget {
  public:
   AssetBudget(AssetLimits limits, std::uint64_t used_bytes) : limits_(limits), used_bytes_(used_bytes) {}
 
   /// Reserves `more_bytes` for an asset that has `had_bytes`. RESOURCE_EXHAUSTED, without a reservation, if a limit is
   /// exceeded.
-  Status reserve(const Sha256& digest, std::uint64_t had_bytes, std::uint64_t more_bytes);
+  Status reserve(const Sha256& digest, const std::string& user, std::uint64_t had_bytes, std::uint64_t more_bytes);
   /// Like reserve(), without a reservation.
   Status check(const Sha256& digest, std::uint64_t bytes) const;
-  void release(std::uint64_t bytes);
+  /// An upload ended, and left nothing.
+  void release(const std::string& user, std::uint64_t bytes);
+  /// An upload ended, and its asset is new.
+  void stored(const Sha256& digest, const std::string& user);
+  /// A stored asset is deleted.
+  void removed(const Sha256& digest, std::uint64_t bytes);
+  void attribute(const Sha256& digest, const std::string& user, std::uint64_t bytes);
   std::uint64_t used_bytes() const;
 
  private:
-  Status check(const Sha256& digest, std::uint64_t had_bytes, std::uint64_t more_bytes) const LM_REQUIRES(mutex_);
+  Status check(const Sha256& digest, const std::string& user, std::uint64_t had_bytes, std::uint64_t more_bytes) const
+      LM_REQUIRES(mutex_);
+  void take_back(const std::string& user, std::uint64_t bytes) LM_REQUIRES(mutex_);
 
   const AssetLimits limits_;
   mutable Mutex mutex_;
   std::uint64_t used_bytes_ LM_GUARDED_BY(mutex_);
+  std::map<std::string, std::uint64_t> bytes_of_ LM_GUARDED_BY(mutex_);  ///< by user
+  std::map<Sha256, std::string> user_of_ LM_GUARDED_BY(mutex_);          ///< stored assets that are somebody's
 };
 
 }  // namespace lightmill

@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "server/runtime/runtime.h"
 #include "server/runtime/stream_slots.h"
 
 namespace lightmill {
@@ -46,7 +47,7 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
  private:
   Status open() {
     LM_RETURN_IF_ERROR(way_.assets.check_room(digest_, length_));
-    LM_ASSIGN_OR_RETURN(upload_, way_.assets.start_upload(digest_));
+    LM_ASSIGN_OR_RETURN(upload_, way_.assets.start_upload(digest_, uploader(call_.caller)));
     return ok_status();
   }
 

@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "common/wire/bytes.h"
 #include "tests/integration/secure_farm.h"
 #include "tests/support/places.h"
 
@@ -132,6 +133,43 @@ TEST(Access, SubmittersSeeAndOwnOnlyTheirJobs) {
   EXPECT_EQ(listed(bob), (Owners{{bobs, "bob"}}));
   EXPECT_EQ(listed(secure.channel(secure.person("eve", {Role::submit}))), Owners{});
   EXPECT_EQ(listed(secure.channel(secure.person("eve", {Role::view}))), (Owners{{adas, "ada"}, {bobs, "bob"}}));
+}
+
+TEST(Access, OneUserLeavesDiskToOthers) {
+  SecureFarm secure(
+      {"--user-disk-gib", "0.001"});  // 1,073,741 bytes for films, half for assets, a quarter for workers'
+  const auto send = [&](const std::string& name, Role role, std::size_t bytes) {
+    const std::string asset(bytes, name[0]);
+    const auto stub = v1::RenderService::NewStub(secure.channel(secure.person(name, {role})));
+    grpc::ClientContext context;
+    v1::UploadAssetResponse response;
+    const auto writer = stub->UploadAsset(&context, &response);
+    v1::UploadAssetRequest request;
+    request.set_digest(digest_bytes(sha256(asset)));
+    request.set_chunk(asset);
+    writer->Write(request);
+    writer->WritesDone();
+    const grpc::Status status = writer->Finish();
+    EXPECT_TRUE(status.ok() || status.error_message().find("(--user-disk-gib") != std::string::npos)
+        << status.error_message();
+    return status.error_code();
+  };
+  EXPECT_EQ(send("ada", Role::submit, 500'000), StatusCode::OK);
+  EXPECT_EQ(send("ada", Role::submit, 50'000), StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(send("bob", Role::submit, 50'000), StatusCode::OK);
+  EXPECT_EQ(send("w1", Role::worker, 250'000), StatusCode::OK);
+  EXPECT_EQ(send("w2", Role::worker, 50'000), StatusCode::RESOURCE_EXHAUSTED) << "workers send for anyone";
+  const auto bob = secure.channel(secure.person("bob", {Role::submit}));
+  upload_assets(bob);
+  Picture large;
+  large.side = 256;
+  v1::SubmitJobRequest request;
+  to_wire(job_of(large, "large"), &request);
+  grpc::ClientContext context;
+  v1::Job job;
+  const grpc::Status refused = v1::RenderService::NewStub(bob)->SubmitJob(&context, request, &job);
+  EXPECT_EQ(refused.error_code(), StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_NE(refused.error_message().find("the films of 'bob' may need"), std::string::npos) << refused.error_message();
 }
 
 TEST(Access, ARequestIdOfAnotherUserRevealsNothing) {

@@ -7,6 +7,7 @@
 #include <set>
 #include <thread>
 
+#include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "tests/support/farm.h"
 #include "tests/support/memory_group.h"
@@ -50,6 +51,15 @@ TEST(Storage, JobsWaitWhenSpaceIsShortAndResumeByThemselves) {
   const grpc::Status refused = client.stub().SubmitJob(&context, request, &another);
   EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_TRUE(says(refused.error_message(), "the farm takes no new jobs")) << refused.error_message();
+  v1::UploadAssetRequest asset;
+  asset.set_digest(digest_bytes(sha256("asset")));
+  asset.set_chunk("asset");
+  v1::UploadAssetResponse stored;
+  grpc::ClientContext upload_context;
+  const auto upload = client.stub().UploadAsset(&upload_context, &stored);
+  upload->Write(asset);
+  upload->WritesDone();
+  EXPECT_TRUE(says(upload->Finish().error_message(), "less than --reserve-gib 0.0625"));
   farm.add_worker(1, "w1");
   disk.make_room();
   expect_reference_film(farm.client(), job, picture);

@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <thread>
 
 #include "common/base/file.h"
 #include "common/base/text.h"
@@ -23,7 +24,8 @@ constexpr int kFirstOtherDescriptor = 3;
 constexpr std::chrono::milliseconds kGrace = std::chrono::seconds(30);  ///< for start and end, in addition to the
                                                                         ///< image's time
 
-constexpr int kPipeBytes = 1 << 20;  ///< what every process may have without privileges
+constexpr int kPipeBytes = 1 << 20;                ///< what every process may have without privileges
+constexpr std::chrono::milliseconds kEndPause(5);  ///< between two looks whether a process has ended
 
 /// Owner of a file descriptor.
 class Descriptor {
@@ -179,7 +181,7 @@ std::filesystem::path image_decoder_program() {
   return own_folder() / "lightmill-image-decoder";
 }
 
-Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path) {
+Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path, std::chrono::milliseconds time_limit) {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
     return resource_exhausted("no pipe for the image decoder: {}", std::strerror(errno));
@@ -188,14 +190,25 @@ Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path) {
   Descriptor childs(ends[1]);
   LM_ASSIGN_OR_RETURN(const pid_t pid, spawn_decoder(path, kFingerprintFlag, -1, ends[1]));
   childs.close();
+  const FromDecoder from{.patience = time_limit};
   std::string text;
   std::array<char, 256> part{};
   ssize_t size = 0;
-  while ((size = ::read(output.number(), part.data(), part.size())) > 0 || (size < 0 && errno == EINTR)) {
-    text.append(part.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+  bool late = false;
+  while (!(late = !from.wait_for(output.number())) && (size = ::read(output.number(), part.data(), part.size())) > 0) {
+    text.append(part.data(), static_cast<std::size_t>(size));
   }
   int status = 0;
-  while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  for (std::chrono::milliseconds waited{}; ::waitpid(pid, &status, WNOHANG) == 0; waited += kEndPause) {
+    late = late || waited >= time_limit;
+    if (late) {
+      ::kill(-pid, SIGKILL);  // with processes that it started
+    }
+    std::this_thread::sleep_for(kEndPause);
+  }
+  if (late) {
+    return failed_precondition("{} {} did not end within {:g} s: run it by hand to see why, then start this again",
+                               path.string(), kFingerprintFlag, std::chrono::duration<double>(time_limit).count());
   }
   if (status != 0 || text.empty()) {
     return failed_precondition("{} {} fails: {}", path.string(), kFingerprintFlag, described(status));

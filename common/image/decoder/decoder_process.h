@@ -24,8 +24,9 @@ namespace lightmill {
 std::filesystem::path image_decoder_program();
 
 /// What the decoder prints about its libraries (decoder/fingerprint.h). Takes some 0.3 s. FAILED_PRECONDITION if it
-/// does not start or fails.
-Result<std::string> fingerprint_of_decoder(const std::filesystem::path& program);
+/// does not start, fails, or does not end within `time_limit`, and is killed.
+Result<std::string> fingerprint_of_decoder(const std::filesystem::path& program,
+                                           std::chrono::milliseconds time_limit = std::chrono::minutes(2));
 
 struct DecoderOptions {
   std::filesystem::path program = image_decoder_program();

@@ -99,7 +99,12 @@ class PostgresAssets final : public AssetStore {
     return all;
   }
   Status check_room(const Sha256& digest, std::uint64_t bytes) const override { return budget_.check(digest, bytes); }
-  Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest) override;
+  Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest, const std::string& user) override;
+  void attribute(const Sha256& digest, const std::string& user) override {
+    if (const Result<std::uint64_t> bytes = size(digest); bytes.ok()) {
+      budget_.attribute(digest, user, *bytes);
+    }
+  }
   Result<std::unique_ptr<Reader>> open_asset(const Sha256& digest) const override;
   std::uint64_t collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) override;
   void forget(const Reader& damaged) override;
@@ -142,7 +147,8 @@ class PostgresAssets final : public AssetStore {
 
 class PostgresUpload final : public AssetStore::Upload {
  public:
-  PostgresUpload(PostgresAssets& store, const Sha256& digest) : store_(store), digest_(digest) {}
+  PostgresUpload(PostgresAssets& store, const Sha256& digest, std::string user)
+      : store_(store), digest_(digest), user_(std::move(user)) {}
   ~PostgresUpload() override;
   PostgresUpload(const PostgresUpload&) = delete;
   PostgresUpload& operator=(const PostgresUpload&) = delete;
@@ -155,6 +161,7 @@ class PostgresUpload final : public AssetStore::Upload {
 
   PostgresAssets& store_;
   const Sha256 digest_;
+  const std::string user_;
   std::optional<std::uint64_t> id_;  ///< set once the database has a row
   std::string unsent_;
   std::int64_t next_position_ = 0;
@@ -191,14 +198,15 @@ Result<Entry> PostgresAssets::find(const Sha256& digest) const {
 
 // ---- writing ----
 
-Result<std::unique_ptr<AssetStore::Upload>> PostgresAssets::start_upload(const Sha256& digest) {
-  return std::unique_ptr<Upload>(std::make_unique<PostgresUpload>(*this, digest));
+Result<std::unique_ptr<AssetStore::Upload>> PostgresAssets::start_upload(const Sha256& digest,
+                                                                         const std::string& user) {
+  return std::unique_ptr<Upload>(std::make_unique<PostgresUpload>(*this, digest, user));
 }
 
 PostgresUpload::~PostgresUpload() {
   if (!kept_) {
     remove();
-    store_.budget_.release(size_bytes_);
+    store_.budget_.release(user_, size_bytes_);
   }
 }
 
@@ -215,7 +223,7 @@ void PostgresUpload::remove() {
 }
 
 Status PostgresUpload::append(ByteView bytes) {
-  LM_RETURN_IF_ERROR(store_.budget_.reserve(digest_, size_bytes_, bytes.size()));
+  LM_RETURN_IF_ERROR(store_.budget_.reserve(digest_, user_, size_bytes_, bytes.size()));
   size_bytes_ += bytes.size();
   hasher_.append(bytes);
   unsent_.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -264,6 +272,7 @@ Status PostgresUpload::finish() {
     if (status.ok()) {
       kept_ = true;
       store_.insert(digest_, {*id_, size_bytes_});
+      store_.budget_.stored(digest_, user_);
       return status;
     }
     if (session.last_state() != kUniqueViolation) {
@@ -341,9 +350,11 @@ std::uint64_t PostgresAssets::collect(const std::set<Sha256>& wanted, std::int64
       spdlog::warn("cannot delete assets: {}", message_of(failure));
       break;
     }
-    freed_bytes += removed ? entry->size_bytes : 0;
+    if (removed) {
+      freed_bytes += entry->size_bytes;
+      budget_.removed(*digest, entry->size_bytes);
+    }
   }
-  budget_.release(freed_bytes);
   return freed_bytes;
 }
 
@@ -355,7 +366,7 @@ void PostgresAssets::forget(const Reader& damaged) {
     return;
   }
   if (erase(read.digest(), read.entry())) {
-    budget_.release(read.entry().size_bytes);
+    budget_.removed(read.digest(), read.entry().size_bytes);
   }
 }
 

@@ -12,6 +12,8 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 
 #include "common/base/check.h"
@@ -25,6 +27,7 @@
 #include "tests/support/places.h"
 #include "tests/support/process.h"
 #include "tests/support/read_image.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lightmill::test {
 namespace {
@@ -296,6 +299,20 @@ TEST(DecoderProcess, ItsFingerprintIsOfItsLibrariesAndPixels) {
   EXPECT_EQ(*fingerprint, decoder_fingerprint().value()) << "the same libraries in this process";
   EXPECT_EQ(fingerprint_of_decoder("/nowhere/lightmill-image-decoder").status().code(),
             StatusCode::kFailedPrecondition);
+}
+
+TEST(DecoderProcess, AFingerprintThatDoesNotComeEndsWithAnError) {
+  const TemporaryFolder folder;
+  const auto asked = [&](const std::string& name, const std::string& does) {
+    const std::filesystem::path program = folder.path() / name;
+    std::ofstream(program) << "#!/bin/sh\n" << does << "\n";
+    std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+    return message_of(fingerprint_of_decoder(program, std::chrono::milliseconds(200)).status());
+  };
+  const std::string hangs = folder.path().string() + "/hangs";
+  EXPECT_EQ(asked("hangs", "sleep 1000; true"),
+            hangs + " --fingerprint did not end within 0.2 s: run it by hand to see why, then start this again");
+  EXPECT_NE(asked("stays", "echo 0123456789abcdef; exec sleep 1000 >&-").find("did not end"), std::string::npos);
 }
 
 }  // namespace

@@ -189,6 +189,24 @@ TEST_F(FilmsTest, TheLargestFilmOfAnEndedJobAlwaysHasRoom) {
   EXPECT_TRUE(coordinator->submit(spec("r4"), now, 0, effects).ok());
 }
 
+TEST_F(FilmsTest, OneOwnersFilmsLeaveTheDiskToOthers) {
+  limits.film_bytes_per_owner = 2 * kFilmBytes;
+  restart({});
+  worker_ = connect_on("m1", "w");
+  const JobId first = done_job("r1");
+  done_job("r2");
+  const Status refused = coordinator->submit(spec("r3"), now, 0, effects).status();
+  EXPECT_EQ(refused.code(), StatusCode::kResourceExhausted);
+  EXPECT_NE(message_of(refused).find("--user-disk-gib"), std::string::npos) << refused;
+  EXPECT_EQ(coordinator->extend(first, {.samples = 5}, now, effects).code(), StatusCode::kResourceExhausted);
+  EXPECT_TRUE(coordinator->extend(first, {.samples = 8}, now, effects).ok()) << "it replaces its film";
+  JobSpec other = spec("r4");
+  other.owner = "another";
+  EXPECT_TRUE(coordinator->submit(other, now, 0, effects).ok());
+  ASSERT_TRUE(coordinator->discard(first, now, 0, effects).ok());
+  EXPECT_TRUE(coordinator->submit(spec("r3"), now, 0, effects).ok());
+}
+
 TEST_F(FilmsTest, FilmsAreReadOneAtATime) {
   limits.film_idle = {};
   restart({});

@@ -158,6 +158,40 @@ TEST_F(CoordinatorTest, AnUngrantedResultIsRefused) {
   EXPECT_EQ(got<ResultAck>(again).size(), 3u) << "or it would send them again without end";
 }
 
+TEST_F(CoordinatorTest, AnotherProcessOrNameKeepsTheIdentitysBadResults) {
+  const JobId job = submit(spec("r1", 4, {0, 0, 512, 64}));
+  const SessionId first = connect("liar");
+  const LeaseGrant grant = got<LeaseGrant>(first).at(0);
+  WorkerResult forged = result(grant, grant.unit.tiles.front());
+  forged.tag = {};
+  coordinator->worker_disconnected(first, now, effects);
+  std::uint32_t pid = 1;
+  for (std::uint32_t i = 1; i < limits.max_bad_results; ++i) {
+    const SessionId session = connect("liar", 1, "class-a", {}, ++pid);
+    say(session, forged);
+    EXPECT_TRUE(got<Dismissal>(session).empty());
+    coordinator->worker_disconnected(session, now, effects);
+    pass(limits.disconnect_grace);
+  }
+  for (const std::string name : {"liar", "another"}) {
+    const SessionId session = connect(name, 1, "class-a", {}, ++pid);
+    say(session, forged);
+    EXPECT_EQ(got<Dismissal>(session).size(), 1u) << name;
+  }
+  const SessionId honest = connect("honest", 1, "class-a", {}, ++pid);  // on the same machine
+  work(honest);
+  EXPECT_TRUE(got<Dismissal>(honest).empty());
+  EXPECT_EQ(status(job).state, JobState::done);
+  pass(std::chrono::hours(1));
+  submit(spec("r2"));
+  const SessionId later = connect("liar", 1, "class-a", {}, ++pid);
+  const LeaseGrant next = got<LeaseGrant>(later).at(0);
+  WorkerResult damaged = result(next, next.unit.tiles.front());
+  damaged.hash = {};
+  say(later, damaged);
+  EXPECT_TRUE(got<Dismissal>(later).empty()) << "the others are forgotten";
+}
+
 TEST_F(CoordinatorTest, AGrantSurvivesALostLeaseAndARestart) {
   const JobId job = submit(spec("r1", 4));
   const SessionId first = connect("w");

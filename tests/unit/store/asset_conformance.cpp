@@ -10,8 +10,9 @@ namespace {
 /// Longer than a test lasts.
 constexpr std::chrono::seconds kSpareAge = std::chrono::hours(1);
 
-Status put(AssetStore& store, std::string_view bytes, const Sha256& digest, std::size_t piece_bytes = 3) {
-  LM_ASSIGN_OR_RETURN(const auto upload, store.start_upload(digest));
+Status put(AssetStore& store, std::string_view bytes, const Sha256& digest, std::size_t piece_bytes = 3,
+           const std::string& user = "") {
+  LM_ASSIGN_OR_RETURN(const auto upload, store.start_upload(digest, user));
   for (std::size_t at = 0; at < bytes.size(); at += piece_bytes) {
     LM_RETURN_IF_ERROR(upload->append(as_byte_view(bytes.substr(at, piece_bytes))));
   }
@@ -93,6 +94,36 @@ TEST_P(AssetConformance, LimitsHold) {
   EXPECT_EQ(store->total_bytes(), 15u);
   store.reset();
   EXPECT_EQ(open()->total_bytes(), 15u) << "counted again after a restart";
+}
+
+TEST_P(AssetConformance, AUserCannotTakeTheRoomOfOthers) {
+  const AssetLimits limits{.user_bytes = 10'000};
+  const std::string worker(kUploadsOfWorkers);
+  auto store = open(limits);
+  const auto file = [](char name, std::size_t bytes) { return std::string(bytes, name); };
+  const auto send = [&](const std::string& user, const std::string& bytes) {
+    return put(*store, bytes, sha256(bytes), 1000, user).code();
+  };
+  EXPECT_EQ(send("ada", file('a', 3'000)), StatusCode::kOk);
+  EXPECT_EQ(send("ada", file('b', 3'000)), StatusCode::kResourceExhausted) << "each file counts 4 KiB more";
+  EXPECT_EQ(send("ada", file('c', 2'000)), StatusCode::kOk) << "a refused upload does not count";
+  EXPECT_EQ(send("ada", "1"), StatusCode::kResourceExhausted);
+  EXPECT_EQ(send("bob", file('c', 2'000)), StatusCode::kOk) << "there already, so it stays ada's";
+  EXPECT_EQ(send("bob", file('d', 9'000)), StatusCode::kOk);
+  EXPECT_EQ(send("", file('e', 20'000)), StatusCode::kOk) << "nobody's";
+  EXPECT_EQ(send(worker, file('f', 5'001)), StatusCode::kResourceExhausted);
+  EXPECT_EQ(send(worker, file('f', 5'000)), StatusCode::kOk);
+  store->forget(*store->open_asset(sha256(file('a', 3'000))).value());
+  EXPECT_EQ(store->collect({sha256(file('d', 9'000))}, -1), 2'000u + 20'000 + 5'000);
+  EXPECT_EQ(send("ada", file('g', 10'000)), StatusCode::kOk) << "its room is back";
+  EXPECT_EQ(store->total_bytes(), 19'000u);
+  store.reset();
+  store = open(limits);
+  EXPECT_EQ(send("ada", file('h', 1'000)), StatusCode::kOk) << "the store does not know whose they are";
+  store->attribute(sha256(file('g', 10'000)), "bob");
+  store->attribute(sha256(file('g', 10'000)), "ada");
+  EXPECT_EQ(send("bob", "1"), StatusCode::kResourceExhausted);
+  EXPECT_EQ(send("ada", file('i', 1'000)), StatusCode::kOk);
 }
 
 TEST_P(AssetConformance, AForgottenAssetCanBeStoredAgain) {

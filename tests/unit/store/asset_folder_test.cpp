@@ -28,5 +28,19 @@ INSTANTIATE_TEST_SUITE_P(Folder, AssetConformance,
                          ::testing::Values(AssetKind{"folder", [] { return std::make_unique<FolderPlace>(); }}),
                          [](const auto& info) { return info.param.name; });
 
+TEST(AssetFolder, UploadsLeaveTheReserveFree) {
+  const TemporaryFolder folder;
+  const std::uint64_t free_bytes = std::filesystem::space(folder.path()).available;
+  const auto code = [&](std::uint64_t reserve_bytes) {
+    const auto store = open_asset_folder(folder.path() / "assets", {.reserve_bytes = reserve_bytes}).value();
+    const Status status = store->start_upload(sha256("bytes")).value()->append(as_byte_view("bytes"));
+    EXPECT_TRUE(status.ok() || message_of(status).find("less than --reserve-gib") != std::string::npos) << status;
+    EXPECT_EQ(store->total_bytes(), 0u);
+    return status.code();
+  };
+  EXPECT_EQ(code(2 * free_bytes), StatusCode::kResourceExhausted);
+  EXPECT_EQ(code(free_bytes / 2), StatusCode::kOk);
+}
+
 }  // namespace
 }  // namespace lightmill::test

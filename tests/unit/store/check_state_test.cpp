@@ -237,7 +237,10 @@ class AwayAssets final : public AssetStore {
   std::vector<Sha256> digests() const override { return {sha256("one")}; }
   Result<std::uint64_t> size(const Sha256&) const override { return std::uint64_t{3}; }
   Status check_room(const Sha256&, std::uint64_t) const override { return unavailable("away"); }
-  Result<std::unique_ptr<Upload>> start_upload(const Sha256&) override { return unavailable("away"); }
+  Result<std::unique_ptr<Upload>> start_upload(const Sha256&, const std::string&) override {
+    return unavailable("away");
+  }
+  void attribute(const Sha256&, const std::string&) override {}
   Result<std::unique_ptr<Reader>> open_asset(const Sha256&) const override { return unavailable("away"); }
   std::uint64_t collect(const std::set<Sha256>&, std::int64_t) override { return collected = 1; }
   void forget(const Reader&) override { ++collected; }
