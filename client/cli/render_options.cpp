@@ -9,6 +9,7 @@
 
 #include "client/cli/context.h"
 #include "client/cli/units.h"
+#include "common/base/address.h"
 #include "common/base/text.h"
 #include "common/farm/job_rules.h"
 #include "common/film/reconstruct.h"
@@ -29,11 +30,6 @@ std::string user_name() {
   }
   const char* user = std::getenv("USER");
   return user == nullptr ? "" : user;
-}
-
-std::string host_name() {
-  std::array<char, 256> name{};
-  return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
 }
 
 /// 128 random bits: two submissions never share an id by chance.

@@ -1,9 +1,6 @@
 #include "server/runtime/records.h"
 
-#include <unistd.h>
-
-#include <array>
-
+#include "common/base/address.h"
 #include "common/base/log.h"
 
 namespace lightmill {
@@ -30,11 +27,6 @@ std::string refusal_text(const Status& status, const SuppressedRefusals& suppres
     text += fmt::format("({} refusals before it are not recorded) ", suppressed.left_out);
   }
   return text + message_of(status);
-}
-
-std::string host_name() {
-  std::array<char, 256> name{};
-  return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "?";
 }
 
 }  // namespace
