@@ -1,4 +1,4 @@
-#include "server/runtime/records.h"
+#include "server/runtime/action_records.h"
 
 #include "common/base/address.h"
 #include "common/base/log.h"
@@ -65,13 +65,6 @@ void record_login(FarmLoop::TaskContext& context, const Gate& gate, const Identi
 
 void record_own(FarmLoop::TaskContext& context, std::string_view what, std::string about) {
   context.keep({0, 0, "", Proof::none, "", host_name(), std::string(what), 0, std::move(about), StatusCode::kOk, ""});
-}
-
-Status check_store(const FarmLoop::TaskContext& context) {
-  return context.no_store.empty()
-             ? ok_status()
-             : resource_exhausted("the farm cannot store anything now, so nothing is changed: {}; try again later",
-                                  context.no_store);
 }
 
 Status check_job_call(FarmLoop::TaskContext& context, const Gate& gate, const Call& call, JobId job) {
