@@ -43,7 +43,7 @@ Result<PixelRect> checked_crop(const std::string& text, int width, int height) {
     return PixelRect{0, 0, width, height};
   }
   LM_ASSIGN_OR_RETURN(const PixelRect crop, parse_crop(text));
-  if (crop.x + crop.width > width || crop.y + crop.height > height) {
+  if (!check_crop(width, height, crop).ok()) {
     return invalid_argument("--crop {} does not lie within the picture of {}x{} pixels", text, width, height);
   }
   return crop;
