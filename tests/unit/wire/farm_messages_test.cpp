@@ -41,6 +41,15 @@ CoordinatorMessage through_wire(const CoordinatorMessage& message) {
   return *back;
 }
 
+void expect_every_field(const google::protobuf::Message& message) {
+  const google::protobuf::Reflection& fields = *message.GetReflection();
+  for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
+    const google::protobuf::FieldDescriptor* field = message.GetDescriptor()->field(i);
+    EXPECT_TRUE(field->is_repeated() ? fields.FieldSize(message, field) > 0 : fields.HasField(message, field))
+        << field->full_name();
+  }
+}
+
 TEST(FarmMessages, AJobSpecificationSurvivesARoundTrip) {
   const JobSpec spec = example_spec();
   v1::SubmitJobRequest wire;
@@ -55,8 +64,13 @@ TEST(FarmMessages, AJobSpecificationSurvivesARoundTrip) {
   EXPECT_EQ(back->host, spec.host);
   EXPECT_EQ(back->parent, spec.parent);
   EXPECT_EQ(back->priority, spec.priority);
+  EXPECT_EQ(back->verify_share, spec.verify_share);
+  EXPECT_EQ(back->allow_mixed, spec.allow_mixed);
   EXPECT_EQ(back->goal, spec.goal);
   expect_equal(back->settings, spec.settings);
+  expect_every_field(received.job());
+  expect_every_field(received.job().goal());
+  expect_every_field(received.job().settings());
   v1::SubmitJobRequest again;
   to_wire(*back, &again);
   EXPECT_EQ(again.SerializeAsString(), wire.SerializeAsString());
@@ -107,12 +121,7 @@ TEST(FarmMessages, AJobHasEveryFieldOfItsStatus) {
     status.state = state;
     v1::Job job;
     to_wire(status, &job);
-    const google::protobuf::Reflection& fields = *v1::Job::GetReflection();
-    for (int i = 0; i < v1::Job::descriptor()->field_count(); ++i) {
-      const google::protobuf::FieldDescriptor* field = v1::Job::descriptor()->field(i);
-      EXPECT_TRUE(field->is_repeated() ? fields.FieldSize(job, field) > 0 : fields.HasField(job, field))
-          << field->name();
-    }
+    expect_every_field(job);
     EXPECT_EQ(from_wire(job.state()).value(), state);
     EXPECT_EQ(from_wire(job.method_notes()).value(), status.method_notes);
     EXPECT_EQ(from_wire(job.goal()).value(), status.goal);
