@@ -79,11 +79,6 @@ struct Options {
   bool openjd = false;
 };
 
-std::string host_name() {
-  std::array<char, 256> name{};
-  return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
-}
-
 /// Identifies this machine until its next boot, equally in all its containers. Without a boot id it is the host's name.
 std::string machine_name() {
   std::ifstream file("/proc/sys/kernel/random/boot_id");

@@ -9,6 +9,7 @@
 
 #include "client/cli/context.h"
 #include "client/cli/units.h"
+#include "common/base/address.h"
 #include "common/base/text.h"
 #include "common/farm/job_rules.h"
 #include "common/film/reconstruct.h"
@@ -31,11 +32,6 @@ std::string user_name() {
   return user == nullptr ? "" : user;
 }
 
-std::string host_name() {
-  std::array<char, 256> name{};
-  return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
-}
-
 /// 128 random bits: two submissions never share an id by chance.
 std::string new_request_id() {
   std::random_device random;
@@ -47,7 +43,7 @@ Result<PixelRect> checked_crop(const std::string& text, int width, int height) {
     return PixelRect{0, 0, width, height};
   }
   LM_ASSIGN_OR_RETURN(const PixelRect crop, parse_crop(text));
-  if (crop.x + crop.width > width || crop.y + crop.height > height) {
+  if (!check_crop(width, height, crop).ok()) {
     return invalid_argument("--crop {} does not lie within the picture of {}x{} pixels", text, width, height);
   }
   return crop;

@@ -1,9 +1,11 @@
 #include "common/base/address.h"
 
 #include <arpa/inet.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <climits>
 
 #include "common/base/text.h"
 
@@ -16,6 +18,11 @@ bool is_host(std::string_view host) {
 }
 
 }  // namespace
+
+std::string host_name() {
+  std::array<char, HOST_NAME_MAX + 1> name{};
+  return ::gethostname(name.data(), name.size()) == 0 ? name.data() : "unknown";
+}
 
 bool is_loopback(const std::string& host) {
   std::array<unsigned char, 4> v4{};

@@ -1,4 +1,4 @@
-// Network addresses as people write them: HOST:PORT.
+// Network addresses as people write them, HOST:PORT, and the name of this host.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +8,9 @@
 #include "common/base/status.h"
 
 namespace lightmill {
+
+/// Name of this machine, as the system gives it.
+std::string host_name();
 
 struct HostPort {
   std::string host;  ///< without the brackets of an IPv6 address

@@ -7,6 +7,7 @@
 #include "server/api/rejected_stream.h"
 #include "server/api/render_service.h"
 #include "server/operations/messages.h"
+#include "server/runtime/action_records.h"
 
 namespace lightmill {
 namespace {

@@ -8,7 +8,7 @@
 #include "common/base/mutex.h"
 #include "server/api/grpc_status.h"
 #include "server/api/watch_registry.h"
-#include "server/runtime/records.h"
+#include "server/runtime/farm_loop.h"
 #include "server/runtime/runtime.h"
 
 namespace lightmill {

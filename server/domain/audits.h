@@ -7,7 +7,7 @@
 
 #include <set>
 
-#include "server/domain/leases.h"
+#include "server/domain/lease_table.h"
 #include "server/domain/provenance.h"
 #include "server/domain/quarantine_list.h"
 
@@ -46,7 +46,7 @@ class Audits {
   Dispute compare(Job& job, const NodeKey& key, const Hash128& hash, const Renderer& by, bool differs,
                   const Event& event);
 
-  // ---- auditors.cpp ----
+  // ---- auditors: workers that may audit results of others ----
   /// Whether no worker that is connected, or was recently, can audit more of the job.
   bool are_done(const Job& job, Time now) const;
   /// Whether all connected workers that may render the job have one identity.

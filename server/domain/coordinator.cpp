@@ -114,7 +114,7 @@ Status Coordinator::release_worker(const std::string& name, Time now, Effects& e
 }
 
 void Coordinator::asset_is_missing(const Sha256& digest, Time now, Effects& effects) {
-  parts_->view.asset_is_missing(digest, parts_->at(now, effects));
+  parts_->waits.asset_is_missing(digest, parts_->at(now, effects));
 }
 
 Result<InspectionId> Coordinator::inspect(const std::string& caller, InspectionRequest request, Time now,

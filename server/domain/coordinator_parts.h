@@ -55,7 +55,8 @@ struct Coordinator::Parts {
   Sessions sessions{limits, signer, jobs, leases, workers, quarantined, queue, life_cycle, scheduler, inspections};
   ResultIntake intake{signer,     jobs,      leases, workers,    quarantined, queue, provenance,
                       life_cycle, scheduler, audits, quarantine, sessions,    totals};
-  FarmView view{limits, jobs, leases, workers, quarantined, audits, scheduler, totals};
+  WaitReasons waits{jobs, leases, audits, scheduler};
+  FarmView view{limits, jobs, leases, workers, quarantined, audits, scheduler, waits, totals};
 };
 
 }  // namespace lightmill

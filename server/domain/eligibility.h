@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/domain/job.h"
-#include "server/domain/workers.h"
+#include "server/domain/worker_registry.h"
 
 namespace lightmill {
 

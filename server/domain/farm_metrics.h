@@ -26,7 +26,7 @@ struct FarmTotals {
   Histogram first_picture{kFirstPictureBounds};  ///< seconds from a job's submission until every pixel had a sample
 };
 
-/// Why a job waits (wait_reasons.cpp). In the order of kWaitReasonNames.
+/// Why a job waits (WaitReasons). In the order of kWaitReasonNames.
 enum class WaitReason {
   storage,        ///< nothing can be stored, or the disk is full
   missing_file,   ///< an asset was lost

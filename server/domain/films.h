@@ -9,7 +9,7 @@
 #include <deque>
 #include <optional>
 
-#include "server/domain/jobs.h"
+#include "server/domain/job_table.h"
 
 namespace lightmill {
 

@@ -8,7 +8,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/status.h"
-#include "server/domain/workers.h"
+#include "server/domain/worker_registry.h"
 
 namespace lightmill {
 

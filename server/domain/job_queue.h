@@ -5,7 +5,7 @@
 #pragma once
 
 #include "server/domain/job.h"
-#include "server/domain/workers.h"
+#include "server/domain/worker_registry.h"
 #include "server/scheduling/fair_queue.h"
 
 namespace lightmill {

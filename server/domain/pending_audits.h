@@ -15,7 +15,7 @@
 #include "common/base/digest.h"
 #include "common/base/ids.h"
 #include "common/farm/messages.h"
-#include "server/domain/effects.h"
+#include "server/domain/stored_rows.h"
 
 namespace lightmill {
 

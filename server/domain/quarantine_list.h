@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "server/domain/effects.h"
+#include "server/domain/stored_rows.h"
 
 namespace lightmill {
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "server/domain/retry_delay.h"
+#include "server/domain/limits.h"
 
 namespace lightmill {
 namespace {

@@ -31,7 +31,7 @@ class Scheduler {
   const std::string& held() const { return held_; }
   void hold(const std::string& why, const Event& event);
 
-  // ---- unit_sizing.cpp ----
+  // ---- sizes of units ----
   /// Pixel samples of the job that the worker may get now. A worker's own speed and threads would allow more, but
   /// no one can check them.
   double most_pixel_samples(const Worker& worker, const Job& job, const UnitAim& aim, Time now) const;

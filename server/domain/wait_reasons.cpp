@@ -1,8 +1,8 @@
-// Reasons for which jobs wait.
+#include "server/domain/wait_reasons.h"
+
 #include <fmt/ranges.h>
 
 #include "server/domain/eligibility.h"
-#include "server/domain/farm_view.h"
 
 namespace lightmill {
 namespace {
@@ -27,98 +27,13 @@ struct SomeWorkers {
   }
 };
 
-}  // namespace
-
-void FarmView::asset_is_missing(const Sha256& digest, const Event& event) {
-  std::erase_if(missing_assets_, [&](const auto& entry) { return event.now - entry.second > kMissingPatience; });
-  if (const auto known = missing_assets_.find(digest); known != missing_assets_.end()) {
-    known->second = event.now;
-    return;
-  }
-  for (const auto& [id, job] : jobs_.all()) {
-    if (job->in_progress() && std::ranges::count(*job->spec().settings.assets, digest) > 0) {
-      missing_assets_[digest] = event.now;
-      job->touch();
-      event.warn(about(id), "job {} {}", id.value, wait_for_lost(digest));
-    }
-  }
-}
-
-FarmView::Wait FarmView::wait_of(const Job& job, Time now, KindsOfEvent& kinds) const {
-  if (!job.in_progress()) {
-    return {};
-  }
-  if (!scheduler_.held().empty()) {
-    return {WaitReason::storage, scheduler_.held()};
-  }
-  if (std::string missing = reason_of_missing(job, now); !missing.empty()) {
-    return {WaitReason::missing_file, std::move(missing)};
-  }
-  if (std::string dispute = audits_.reason_for_dispute(job); !dispute.empty()) {
-    return {WaitReason::dispute, std::move(dispute)};
-  }
-  if (!job.leases().empty()) {
-    return {WaitReason::silent_worker, reason_of_standstill(job, now)};
-  }
-  if (!any_may_render(job, kinds.get())) {
-    return why_none_may(job, kinds.get());
-  }
-  return job.refusals().empty() ? Wait{} : Wait{WaitReason::refused, job.refusals().reason_to_wait()};
-}
-
-std::string FarmView::reason_of_missing(const Job& job, Time now) const {
-  if (missing_assets_.empty()) {
-    return "";
-  }
-  for (const Sha256& asset : *job.spec().settings.assets) {
-    if (const auto missing = missing_assets_.find(asset);
-        missing != missing_assets_.end() && now - missing->second < kMissingPatience) {
-      return wait_for_lost(asset);
-    }
-  }
-  return "";
-}
-
-std::string FarmView::wait_for_lost(const Sha256& asset) {
+std::string wait_for_lost(const Sha256& asset) {
   return fmt::format("waits for a file that was lost ({}): submit the same scene again, which sends it",
                      asset.hex().substr(0, 12));
 }
 
-std::string FarmView::reason_of_standstill(const Job& job, Time now) const {
-  const Lease* oldest = nullptr;
-  for (const LeaseId id : job.leases()) {
-    const Lease& lease = leases_.at(id);
-    if (now < lease.got_on + kStandstill) {
-      return "";
-    }
-    oldest = oldest == nullptr || lease.got_on < oldest->got_on ? &lease : oldest;
-  }
-  return fmt::format("waits for worker {}: no result for {:.0f} s", oldest->worker, to_seconds(now - oldest->got_on));
-}
-
-const FarmView::WorkerKinds& FarmView::KindsOfEvent::get() {
-  if (!kinds_) {
-    kinds_.emplace();
-    for (const auto& [name, worker] : workers_.all()) {
-      if (worker.session()) {
-        (*kinds_)[{worker.hello().renderer_version, worker.hello().fingerprint_class}].push_back(&worker);
-      }
-    }
-  }
-  return *kinds_;
-}
-
-bool FarmView::any_may_render(const Job& job, const WorkerKinds& kinds) {
-  return std::ranges::any_of(kinds, [&](const auto& entry) {
-    const auto& [kind, workers] = entry;
-    return suits(kind.second, kind.first, job) && std::ranges::any_of(workers, [&](const Worker* worker) {
-             return worker->stays() && may_render(*worker, job);
-           });
-  });
-}
-
 /// Why no connected worker may render the job. Reasons that an operator can change come first.
-FarmView::Wait FarmView::why_none_may(const Job& job, const WorkerKinds& kinds) {
+Wait why_none_may(const Job& job, const WorkerKinds::ByKind& kinds) {
   SomeWorkers in_quarantine, leaving, too_small, of_others;
   for (const auto& [kind, workers] : kinds) {
     const bool suited = suits(kind.second, kind.first, job);
@@ -167,6 +82,91 @@ FarmView::Wait FarmView::why_none_may(const Job& job, const WorkerKinds& kinds) 
                       fixed.empty() ? "" : " and fingerprint class ", fixed, other.name,
                       other.renderer_version != version ? "has renderer " + other.renderer_version
                                                         : "is of class " + other.fingerprint_class)};
+}
+
+}  // namespace
+
+const WorkerKinds::ByKind& WorkerKinds::get() {
+  if (!kinds_) {
+    kinds_.emplace();
+    for (const auto& [name, worker] : workers_.all()) {
+      if (worker.session()) {
+        (*kinds_)[{worker.hello().renderer_version, worker.hello().fingerprint_class}].push_back(&worker);
+      }
+    }
+  }
+  return *kinds_;
+}
+
+bool WorkerKinds::any_may_render(const Job& job) {
+  return std::ranges::any_of(get(), [&](const auto& entry) {
+    const auto& [kind, workers] = entry;
+    return suits(kind.second, kind.first, job) && std::ranges::any_of(workers, [&](const Worker* worker) {
+             return worker->stays() && may_render(*worker, job);
+           });
+  });
+}
+
+void WaitReasons::asset_is_missing(const Sha256& digest, const Event& event) {
+  std::erase_if(missing_assets_, [&](const auto& entry) { return event.now - entry.second > kMissingPatience; });
+  if (const auto known = missing_assets_.find(digest); known != missing_assets_.end()) {
+    known->second = event.now;
+    return;
+  }
+  for (const auto& [id, job] : jobs_.all()) {
+    if (job->in_progress() && std::ranges::count(*job->spec().settings.assets, digest) > 0) {
+      missing_assets_[digest] = event.now;
+      job->touch();
+      event.warn(about(id), "job {} {}", id.value, wait_for_lost(digest));
+    }
+  }
+}
+
+Wait WaitReasons::of(const Job& job, Time now, WorkerKinds& kinds) const {
+  if (!job.in_progress()) {
+    return {};
+  }
+  if (!scheduler_.held().empty()) {
+    return {WaitReason::storage, scheduler_.held()};
+  }
+  if (std::string missing = reason_of_missing(job, now); !missing.empty()) {
+    return {WaitReason::missing_file, std::move(missing)};
+  }
+  if (std::string dispute = audits_.reason_for_dispute(job); !dispute.empty()) {
+    return {WaitReason::dispute, std::move(dispute)};
+  }
+  if (!job.leases().empty()) {
+    return {WaitReason::silent_worker, reason_of_standstill(job, now)};
+  }
+  if (!kinds.any_may_render(job)) {
+    return why_none_may(job, kinds.get());
+  }
+  return job.refusals().empty() ? Wait{} : Wait{WaitReason::refused, job.refusals().reason_to_wait()};
+}
+
+std::string WaitReasons::reason_of_missing(const Job& job, Time now) const {
+  if (missing_assets_.empty()) {
+    return "";
+  }
+  for (const Sha256& asset : *job.spec().settings.assets) {
+    if (const auto missing = missing_assets_.find(asset);
+        missing != missing_assets_.end() && now - missing->second < kMissingPatience) {
+      return wait_for_lost(asset);
+    }
+  }
+  return "";
+}
+
+std::string WaitReasons::reason_of_standstill(const Job& job, Time now) const {
+  const Lease* oldest = nullptr;
+  for (const LeaseId id : job.leases()) {
+    const Lease& lease = leases_.at(id);
+    if (now < lease.got_on + kStandstill) {
+      return "";
+    }
+    oldest = oldest == nullptr || lease.got_on < oldest->got_on ? &lease : oldest;
+  }
+  return fmt::format("waits for worker {}: no result for {:.0f} s", oldest->worker, to_seconds(now - oldest->got_on));
 }
 
 }  // namespace lightmill

@@ -13,6 +13,11 @@ namespace lightmill::handlers {
 // Submission of scenes and jobs.
 Status find_missing_assets(Runtime& runtime, const v1::FindMissingAssetsRequest& request,
                            v1::FindMissingAssetsResponse* reply);
+/// Limit for the files of one inspection together. A worker has them in memory beside the scenes that it renders.
+inline constexpr std::uint64_t kMostInspectedBytes = std::uint64_t{512} << 20;
+
+/// FAILED_PRECONDITION if a file is missing, RESOURCE_EXHAUSTED if they have too many bytes. Blocks on the disk.
+Status check_files(const InspectionRequest& request, const AssetStore& assets);
 Result<Apply> inspect_scene(Runtime& runtime, v1::InspectSceneRequest& request, v1::InspectSceneResponse* reply);
 Result<Apply> submit_job(Runtime& runtime, v1::SubmitJobRequest& request, v1::Job* reply);
 

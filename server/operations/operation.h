@@ -7,7 +7,6 @@
 #include <span>
 #include <string_view>
 
-#include "server/runtime/records.h"
 #include "server/runtime/runtime.h"
 
 namespace lightmill {

@@ -3,10 +3,23 @@
 #include <utility>
 
 #include "server/operations/changes.h"
+#include "server/runtime/action_records.h"
 
 namespace lightmill {
 
 using TaskContext = FarmLoop::TaskContext;
+
+namespace {
+
+/// RESOURCE_EXHAUSTED while the farm can store nothing, because the call would wait.
+Status check_store(const TaskContext& context) {
+  return context.no_store.empty()
+             ? ok_status()
+             : resource_exhausted("the farm cannot store anything now, so nothing is changed: {}; try again later",
+                                  context.no_store);
+}
+
+}  // namespace
 
 OperationCall::OperationCall(Runtime& runtime, const Operation& operation)
     : runtime_(runtime),

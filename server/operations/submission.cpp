@@ -1,5 +1,4 @@
-#include "server/operations/submission.h"
-
+// Submission of scenes and jobs.
 #include "common/base/text.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/method_plan.h"
@@ -88,6 +87,8 @@ void add_bias_layer(JobSpec& spec, const MethodNotes& notes) {
 
 }  // namespace
 
+namespace handlers {
+
 Status check_files(const InspectionRequest& request, const AssetStore& assets) {
   std::uint64_t bytes = 0;
   for (const InspectionRequest::File& file : request.files) {
@@ -104,8 +105,6 @@ Status check_files(const InspectionRequest& request, const AssetStore& assets) {
                    "reads them where they are",
                    request.files.size(), bytes >> 20, kMostInspectedBytes >> 20);
 }
-
-namespace handlers {
 
 Status find_missing_assets(Runtime& runtime, const v1::FindMissingAssetsRequest& request,
                            v1::FindMissingAssetsResponse* reply) {

@@ -143,4 +143,9 @@ class FarmLoop {
   std::thread thread_;
 };
 
+/// Error of a farm that has no room for another task (FarmLoop::post). RESOURCE_EXHAUSTED.
+inline Status busy() {
+  return resource_exhausted("the farm has too much to do at once: try again");
+}
+
 }  // namespace lightmill

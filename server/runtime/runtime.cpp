@@ -6,7 +6,7 @@
 #include <set>
 
 #include "common/base/log.h"
-#include "server/runtime/records.h"
+#include "server/runtime/action_records.h"
 #include "server/store/check_rows.h"
 
 namespace lightmill {

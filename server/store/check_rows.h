@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/base/status.h"
-#include "server/domain/effects.h"
+#include "server/domain/stored_rows.h"
 
 namespace lightmill {
 

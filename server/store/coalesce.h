@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "server/domain/effects.h"
+#include "server/domain/stored_rows.h"
 
 namespace lightmill {
 

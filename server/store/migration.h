@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "common/base/status.h"
-#include "server/domain/effects.h"
+#include "server/domain/stored_rows.h"
 #include "server/store/store.h"
 
 namespace lightmill {

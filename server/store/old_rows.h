@@ -3,7 +3,7 @@
 // They had one column per value, names for enumerators, and one checksum over all rows of a job.
 #pragma once
 
-#include "server/domain/effects.h"
+#include "server/domain/stored_rows.h"
 #include "server/store/row_source.h"
 
 namespace lightmill::stored {

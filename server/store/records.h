@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/domain/effects.h"
+#include "server/domain/stored_rows.h"
 
 namespace lightmill::stored {
 

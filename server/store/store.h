@@ -6,7 +6,7 @@
 #include <span>
 
 #include "common/base/status.h"
-#include "server/domain/effects.h"
+#include "server/domain/stored_rows.h"
 
 namespace lightmill {
 

@@ -1,6 +1,6 @@
 #include "server/web/farm_requests.h"
 
-#include "server/runtime/records.h"
+#include "server/runtime/farm_loop.h"
 
 namespace lightmill {
 

@@ -5,7 +5,7 @@
 #include "common/image/png.h"
 #include "common/scene/meter_reading.h"
 #include "lightmill/v1/web.pb.h"
-#include "server/runtime/records.h"
+#include "server/runtime/action_records.h"
 #include "server/web/list_changes.h"
 
 namespace lightmill {

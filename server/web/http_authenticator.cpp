@@ -1,7 +1,7 @@
 #include "server/web/http_authenticator.h"
 
 #include "common/security/token.h"
-#include "server/runtime/records.h"
+#include "server/runtime/action_records.h"
 
 namespace lightmill {
 namespace {

@@ -11,7 +11,6 @@
 #include "server/runtime/stream_slots.h"
 #include "server/web/asset_upload.h"
 #include "server/web/http_response.h"
-#include "server/web/live_session.h"
 #include "server/web/metrics.h"
 #include "server/web/web_parts.h"
 

@@ -1,7 +1,7 @@
 #include "server/web/job_pictures.h"
 
 #include "common/wire/film_assembly.h"
-#include "server/runtime/records.h"
+#include "server/runtime/action_records.h"
 #include "server/web/byte_budget.h"
 
 namespace lightmill {

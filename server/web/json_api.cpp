@@ -5,7 +5,6 @@
 #include "common/base/text.h"
 #include "lightmill/v1/web.pb.h"
 #include "server/operations/operation_call.h"
-#include "server/runtime/records.h"
 #include "server/web/metrics.h"
 
 namespace lightmill {

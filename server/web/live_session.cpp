@@ -1,11 +1,11 @@
-#include "server/web/live_session.h"
-
+// WebSocket of one viewer.
 #include <boost/beast/core/flat_static_buffer.hpp>
 #include <boost/beast/websocket.hpp>
 
 #include "common/base/log.h"
 #include "common/base/text.h"
 #include "server/runtime/stream_slots.h"
+#include "server/web/web_parts.h"
 
 namespace lightmill {
 namespace {

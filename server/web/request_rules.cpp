@@ -11,7 +11,7 @@ namespace lightmill {
 namespace {
 
 /// Lower case, without port and brackets.
-std::string host_name(std::string_view host) {
+std::string bare_host(std::string_view host) {
   const bool bracket = host.starts_with('[') && host.find(']') != std::string_view::npos;
   std::string name(bracket ? host.substr(1, host.find(']') - 1) : host.substr(0, host.find(':')));
   std::ranges::transform(name, name.begin(),
@@ -28,7 +28,7 @@ bool is_address(const std::string& name) {
 /// Whether it is one of `names`. "*.example" matches every name with one more label.
 bool is_among(const std::string& name, std::span<const std::string> names) {
   return std::ranges::any_of(names, [&](const std::string& each) {
-    const std::string known = host_name(each);
+    const std::string known = bare_host(each);
     const std::size_t dot = name.find('.');
     return name == known ||
            (known.starts_with("*.") && dot != std::string::npos && name.substr(dot) == known.substr(1));
@@ -49,7 +49,7 @@ bool is_host(std::string_view host) {
 }
 
 Status check_host(const RequestOrigin& request, const HostRules& rules) {
-  const std::string name = host_name(request.host);
+  const std::string name = bare_host(request.host);
   if (name == "localhost" || is_address(name) || is_among(name, rules.certified) || is_among(name, rules.named)) {
     return ok_status();
   }
@@ -61,7 +61,7 @@ Status check_host(const RequestOrigin& request, const HostRules& rules) {
 
 Status check_origin(const RequestOrigin& request, const HostRules& rules) {
   const std::string host(request.host);
-  const bool proxied = !rules.encrypted && is_among(host_name(host), rules.named);
+  const bool proxied = !rules.encrypted && is_among(bare_host(host), rules.named);
   const bool same_origin = request.origin.empty() ||
                            request.origin == (rules.encrypted ? "https://" : "http://") + host ||
                            (proxied && request.origin == "https://" + host);

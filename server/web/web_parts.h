@@ -13,6 +13,7 @@
 #include "common/base/mutex.h"
 #include "server/listen/listener.h"
 #include "server/web/http_authenticator.h"
+#include "server/web/http_body.h"
 #include "server/web/json_api.h"
 #include "server/web/live_hub.h"
 #include "server/web/page_files.h"
@@ -71,5 +72,9 @@ struct WebParts {
 
 /// Serves the connection from `peer` (ADDRESS:PORT) until it ends. Encrypted if `parts` has a certificate.
 void start_http_session(WebParts& parts, boost::asio::ip::tcp::socket&& socket, const std::string& peer);
+
+/// Answers a WebSocket upgrade, and serves the connection until it ends or `holds` returns an error.
+void start_live_session(WebParts& parts, WebStream&& stream, const RequestHead& request, Call call,
+                        LiveHub::Holds holds);
 
 }  // namespace lightmill

@@ -6,7 +6,7 @@
 #include "common/base/log.h"
 #include "lightmill/v1/render_service.pb.h"
 #include "server/operations/operation_call.h"
-#include "server/runtime/records.h"
+#include "server/runtime/action_records.h"
 
 namespace lightmill {
 namespace {

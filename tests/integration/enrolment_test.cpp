@@ -2,6 +2,7 @@
 #include <csignal>
 #include <fstream>
 
+#include "common/base/address.h"
 #include "tests/integration/secure_farm.h"
 #include "tests/support/places.h"
 
@@ -98,12 +99,7 @@ class Enrolment : public ::testing::Test {
   }
   std::string state(const std::string& file) const { return secure_.path("state/" + file); }
 
-  static std::string host() {
-    std::array<char, 256> name{};
-    EXPECT_EQ(::gethostname(name.data(), name.size() - 1), 0);
-    return name.data();
-  }
-  const std::string first_ = "render/" + host(), second_ = first_ + "-2";
+  const std::string first_ = "render/" + host_name(), second_ = first_ + "-2";
   SecureFarm secure_;
 };
 
@@ -155,7 +151,7 @@ TEST_F(Enrolment, AWorkerWhoseAnswerWasLostRepeatsItsRequest) {
   const NewToken asked = make_token().value();
   std::filesystem::create_directories(state("1"));
   ASSERT_TRUE(write_secret_file(state("1/token.asked"), as_byte_view(asked.text + "\n"), false).ok());
-  ASSERT_TRUE(enrol(by, asked, host()).ok());
+  ASSERT_TRUE(enrol(by, asked, host_name()).ok());
   const auto process = worker(secure_.write("enrol", by));
   EXPECT_TRUE(come_to_be({first_})) << secure_.farm().log("worker");
   EXPECT_EQ(read_file(state("1/token")).value(), asked.text + "\n");

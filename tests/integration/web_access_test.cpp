@@ -1,20 +1,11 @@
 // Access over HTTP, on real encrypted connections: all paths × all roles × own and others' jobs, and logins.
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/read.hpp>
-#include <boost/asio/ssl.hpp>
-#include <boost/asio/write.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/ssl.hpp>
 #include <boost/beast/websocket.hpp>
 #include <boost/beast/websocket/ssl.hpp>
 
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "lightmill/v1/web.pb.h"
-#include "tests/integration/secure_farm.h"
-#include "tests/integration/web_farm.h"
+#include "tests/integration/secure_web.h"
 #include "tests/support/movable_clock.h"
 #include "tests/support/places.h"
 
@@ -25,98 +16,7 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
-using asio::ip::tcp;
 using nlohmann::json;
-using TlsStream = beast::ssl_stream<beast::tcp_stream>;
-
-/// A farm with authentication and a page.
-class SecureWeb {
- public:
-  explicit SecureWeb(const Environment& environment = {})
-      : secure_({"--http", "127.0.0.1:0", "--http-port-file", (folder_.path() / "port").string()},
-                {"127.0.0.1", {}, environment}) {
-    trusted_.add_certificate_authority(asio::buffer(secure_.authority().certificate));
-  }
-
-  SecureFarm& secure() { return secure_; }
-  std::shared_ptr<grpc::Channel> channel(const std::string& name, Roles roles) {
-    return secure_.channel(secure_.person(name, roles));
-  }
-  std::string token(const std::string& name, Roles roles, std::int64_t until_unix_s = now_unix_s() + kDay) {
-    return token_for(channel("root", {Role::admin}), name, roles, until_unix_s);
-  }
-  void revoke(const std::string& token) {
-    v1::RevokeTokenRequest revoke;
-    revoke.set_id(token_id(token).value());
-    v1::RevokeTokenResponse response;
-    grpc::ClientContext context;
-    const auto stub = v1::AccessService::NewStub(channel("root", {Role::admin}));
-    EXPECT_TRUE(stub->RevokeToken(&context, revoke, &response).ok());
-  }
-
-  int port() const {
-    const std::string file = (folder_.path() / "port").string();
-    EXPECT_TRUE(eventually([&] { return std::filesystem::exists(file); }));
-    return std::stoi(read_file(file).value());
-  }
-  std::string host() const { return fmt::format("127.0.0.1:{}", port()); }
-  tcp::socket socket() {
-    tcp::socket made(io_);
-    made.connect({asio::ip::make_address("127.0.0.1"), static_cast<std::uint16_t>(port())});
-    return made;
-  }
-  /// Connects only if the coordinator's certificate is valid.
-  TlsStream connect(beast::error_code& error) {
-    TlsStream stream(socket(), trusted_);
-    stream.set_verify_mode(asio::ssl::verify_peer);
-    stream.set_verify_callback(asio::ssl::host_name_verification("127.0.0.1"));
-    stream.handshake(asio::ssl::stream_base::client, error);
-    return stream;
-  }
-  Response send(http::verb verb, const std::string& target, const Headers& headers = {},
-                const std::string& body = "{}") {
-    http::request<http::string_body> request(verb, target, 11);
-    request.set(http::field::host, host());
-    if (verb == http::verb::post) {
-      request.set(http::field::content_type, "application/json");
-      request.body() = body;
-    }
-    for (const auto& [name, value] : headers) {
-      request.set(name, value);
-    }
-    request.prepare_payload();
-    beast::error_code error;
-    TlsStream stream = connect(error);
-    EXPECT_FALSE(error) << error.message();
-    http::write(stream, request, error);
-    beast::flat_buffer buffer;
-    Response response;
-    http::read(stream, buffer, response, error);
-    EXPECT_FALSE(error) << target << ": " << error.message();
-    return response;
-  }
-  Response get(const std::string& target, const Headers& headers = {}) {
-    return send(http::verb::get, target, headers);
-  }
-  Response log_in(const std::string& token) {
-    return send(http::verb::post, "/api/v1/login", {}, json{{"token", token}}.dump());
-  }
-  /// The header of a logged-in browser.
-  Headers cookie_of(const std::string& token) {
-    const std::string cookie(log_in(token)[http::field::set_cookie]);
-    return {{"Cookie", cookie.substr(0, cookie.find(';'))}};
-  }
-
- private:
-  TemporaryFolder folder_;
-  SecureFarm secure_;
-  asio::io_context io_;
-  asio::ssl::context trusted_{asio::ssl::context::tls_client};
-};
-
-Headers bearer(const std::string& token) {
-  return {{"Authorization", "Bearer " + token}};
-}
 
 /// A page that receives live messages.
 class SecurePage {
@@ -466,82 +366,6 @@ TEST(WebAccess, AJobBelongsToItsCallerAndIsRecorded) {
   EXPECT_EQ(times("DeleteJob", "ada", grpc::StatusCode::OK), 1);
   EXPECT_EQ(times("DeleteJob", "eve", grpc::StatusCode::PERMISSION_DENIED), 1);
   EXPECT_EQ(times("GetJob", "eve", grpc::StatusCode::PERMISSION_DENIED), 1);
-}
-
-TEST(WebAccess, PlainHttpIsRedirectedToHttpsAndGetsNothingElse) {
-  SecureWeb web;
-  const std::string token = web.token("ada", {Role::view});
-  const auto ask = [&](http::verb verb, const std::string& target) {
-    beast::tcp_stream stream(web.socket());
-    http::request<http::string_body> request(verb, target, 11);
-    request.set(http::field::host, web.host());
-    request.set(http::field::authorization, "Bearer " + token);
-    request.body() = verb == http::verb::post ? std::string(1000, ' ') : "";
-    request.prepare_payload();
-    http::write(stream, request);
-    beast::flat_buffer buffer;
-    Response response;
-    http::read(stream, buffer, response);
-    if (verb == http::verb::get) {
-      beast::error_code error;
-      http::response<http::string_body> more;
-      http::read(stream, buffer, more, error);
-      EXPECT_EQ(error, http::error::end_of_stream) << "it closes the connection";
-    }
-    return response;
-  };
-  for (const http::verb verb : {http::verb::get, http::verb::post}) {
-    const Response response = ask(verb, "/api/v1/jobs?page_size=2");
-    EXPECT_EQ(response.result_int(), 307u);
-    EXPECT_EQ(response[http::field::location], "https://" + web.host() + "/api/v1/jobs?page_size=2");
-    EXPECT_EQ(response.count("Strict-Transport-Security"), 0u) << "plain HTTP can be forged on its way";
-    EXPECT_NE(response.body().find("https://"), std::string::npos);
-    EXPECT_EQ(response.body().find("jobs"), std::string::npos);
-  }
-  EXPECT_EQ(web.get("/api/v1/jobs", bearer(token)).result_int(), 200u) << "other calls continue";
-}
-
-TEST(WebAccess, EncryptedAnswersTellBrowsersToStayEncrypted) {
-  SecureWeb web;
-  for (const char* const path : {"/", "/none", "/api/v1/farm", "/api/v1/jobs"}) {
-    EXPECT_EQ(web.get(path)["Strict-Transport-Security"], "max-age=31536000") << path;
-  }
-}
-
-TEST(WebAccess, ARenewedCertificateComesIntoUseWithoutARestart) {
-  SecureWeb web;
-  const auto serial = [&]() -> std::string {
-    beast::error_code error;
-    TlsStream stream = web.connect(error);
-    X509* const shown = error ? nullptr : ::SSL_get_peer_certificate(stream.native_handle());
-    if (shown == nullptr) {
-      return "";
-    }
-    std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-    unsigned size = 0;
-    ::X509_digest(shown, ::EVP_sha256(), digest.data(), &size);
-    ::X509_free(shown);
-    return {reinterpret_cast<const char*>(digest.data()), size};
-  };
-  const std::string before = serial();
-  EXPECT_FALSE(before.empty());
-  web.secure().renew_server(today());
-  EXPECT_TRUE(eventually([&] { return !serial().empty() && serial() != before; }));
-  web.secure().write("server.pem", "no certificate");
-  EXPECT_TRUE(eventually(
-      [&] { return web.secure().farm().server_log().find("new connections may fail") != std::string::npos; }));
-  EXPECT_FALSE(serial().empty()) << "earlier readings stay";
-}
-
-TEST(WebAccess, PlainHttpGetsNoAnswer) {
-  SecureWeb web;
-  tcp::socket plain = web.socket();
-  beast::error_code error;
-  asio::write(plain, asio::buffer("GET /api/v1/farm HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", 49), error);
-  std::string answer;
-  asio::read(plain, asio::dynamic_buffer(answer), error);
-  EXPECT_EQ(answer.find("HTTP/1.1 200"), std::string::npos) << answer;
-  EXPECT_EQ(web.get("/api/v1/farm").result_int(), 401u) << "it still serves others";
 }
 
 }  // namespace

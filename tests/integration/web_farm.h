@@ -35,6 +35,13 @@ inline std::string submit_body(const JobSpec& spec) {
   return json_of(request);
 }
 
+inline Picture small_picture(std::uint64_t samples = 8) {
+  Picture picture;
+  picture.side = 96;
+  picture.samples = samples;
+  return picture;
+}
+
 /// A farm with a page and a document.
 class WebFarm {
  public:

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "common/film/film.h"
-#include "server/domain/effects.h"
+#include "server/domain/stored_rows.h"
 
 namespace lightmill::simulation {
 

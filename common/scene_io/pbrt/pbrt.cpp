@@ -21,7 +21,7 @@ class PbrtReader {
 
   Result<LoadedScene> read(std::string text, const std::string& file_name) {
     LM_RETURN_IF_ERROR(read_file(std::move(text), file_name));
-    const PbrtPlace end{&names_.front(), 1};
+    const SourcePlace end{&names_.front(), 1};
     if (!in_world_) {
       return end.error("the scene has no WorldBegin");
     }
@@ -31,7 +31,7 @@ class PbrtReader {
   }
 
  private:
-  using Handler = Status (PbrtReader::*)(PbrtTokens&, const PbrtPlace&);
+  using Handler = Status (PbrtReader::*)(PbrtTokens&, const SourcePlace&);
   enum class Where { options, world, anywhere };
   struct Directive {
     Where where;
@@ -40,7 +40,7 @@ class PbrtReader {
   struct Saved {
     PbrtState state;
     bool object;
-    PbrtPlace place;
+    SourcePlace place;
   };
 
   static const std::map<std::string_view, Directive>& directives();
@@ -50,7 +50,7 @@ class PbrtReader {
     PbrtTokens tokens(std::move(text), names_.back());
     ++nesting_;
     while (const std::optional<PbrtToken> token = tokens.next()) {
-      const PbrtPlace place = tokens.place_of(*token);
+      const SourcePlace place = tokens.place_of(*token);
       const auto found = directives().find(token->quoted ? "" : token->text);
       if (found == directives().end()) {
         return place.error("unknown directive {}", token->text);
@@ -65,7 +65,7 @@ class PbrtReader {
     return tokens.status();
   }
 
-  Status include(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status include(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(const std::string name, tokens.string("a file's name", PbrtTokens::kMostPathBytes));
     if (nesting_ == kMostNestedFiles || names_.size() == kMostFiles) {
       return place.error("at most {} files can be included, {} deep", kMostFiles, kMostNestedFiles);
@@ -77,7 +77,7 @@ class PbrtReader {
     return file.ok() ? read_file(std::move(file->bytes), file->name) : place.error("{}", message_of(file.status()));
   }
 
-  Status import(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status import(PbrtTokens& tokens, const SourcePlace& place) {
     const PbrtState state = state_;
     LM_RETURN_IF_ERROR(include(tokens, place));
     state_ = state;
@@ -85,7 +85,7 @@ class PbrtReader {
   }
 
   /// A quoted type, and the parameters that follow it. Later attributes count before earlier ones.
-  Result<PbrtEntity> entity(PbrtTokens& tokens, const PbrtPlace& place, std::string_view directive,
+  Result<PbrtEntity> entity(PbrtTokens& tokens, const SourcePlace& place, std::string_view directive,
                             const std::string& attributes = "") {
     LM_ASSIGN_OR_RETURN(std::string type, tokens.string(directive));
     LM_ASSIGN_OR_RETURN(PbrtParameterList list, read_pbrt_parameters(tokens));
@@ -98,7 +98,7 @@ class PbrtReader {
 
   // Transforms.
 
-  Status set_transform(const Transform& transform, const PbrtPlace& place) {
+  Status set_transform(const Transform& transform, const SourcePlace& place) {
     const auto small = [](const auto& row) {
       return std::ranges::all_of(row, [](double value) { return std::abs(value) <= 1e30; });
     };
@@ -112,10 +112,10 @@ class PbrtReader {
     }
     return ok_status();
   }
-  Status append(const Transform& transform, const PbrtPlace& place) {
+  Status append(const Transform& transform, const SourcePlace& place) {
     return set_transform(compose(state_.to_scene, transform), place);
   }
-  Result<Transform> matrix(PbrtTokens& tokens, const PbrtPlace& place) {
+  Result<Transform> matrix(PbrtTokens& tokens, const SourcePlace& place) {
     std::array<double, 16> m{};
     LM_RETURN_IF_ERROR(tokens.numbers(m));
     if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1) {
@@ -129,26 +129,26 @@ class PbrtReader {
     }
     return out;
   }
-  Status identity(PbrtTokens&, const PbrtPlace& place) { return set_transform(world_.world_to_scene(), place); }
-  Status transform(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status identity(PbrtTokens&, const SourcePlace& place) { return set_transform(world_.world_to_scene(), place); }
+  Status transform(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(const Transform given, matrix(tokens, place));
     return set_transform(compose(world_.world_to_scene(), given), place);
   }
-  Status concat_transform(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status concat_transform(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(const Transform given, matrix(tokens, place));
     return append(given, place);
   }
-  Status translate(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status translate(PbrtTokens& tokens, const SourcePlace& place) {
     Point3d by;
     LM_RETURN_IF_ERROR(tokens.numbers(by));
     return append(translation(by), place);
   }
-  Status scale(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status scale(PbrtTokens& tokens, const SourcePlace& place) {
     Point3d by;
     LM_RETURN_IF_ERROR(tokens.numbers(by));
     return append(scaling(by), place);
   }
-  Status rotate(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status rotate(PbrtTokens& tokens, const SourcePlace& place) {
     std::array<double, 4> v{};
     LM_RETURN_IF_ERROR(tokens.numbers(v));
     if (!(std::hypot(v[1], v[2], v[3]) > 1e-30)) {
@@ -156,25 +156,25 @@ class PbrtReader {
     }
     return append(rotation(v[0], {v[1], v[2], v[3]}), place);
   }
-  Status look_at(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status look_at(PbrtTokens& tokens, const SourcePlace& place) {
     std::array<double, 9> v{};
     LM_RETURN_IF_ERROR(tokens.numbers(v));
     const std::optional<Transform> from_camera = looking_at({v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]});
     return from_camera ? append(inverse(*from_camera).value(), place)
                        : place.error("LookAt: the points must differ, and up must not be along the view");
   }
-  Status coordinate_system(PbrtTokens& tokens, const PbrtPlace&) {
+  Status coordinate_system(PbrtTokens& tokens, const SourcePlace&) {
     LM_ASSIGN_OR_RETURN(const std::string name, tokens.string("a name"));
     systems_[name] = state_.to_scene;
     return ok_status();
   }
-  Status coord_sys_transform(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status coord_sys_transform(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(const std::string name, tokens.string("a name"));
     const auto found = systems_.find(name);
     return found != systems_.end() ? set_transform(found->second, place)
                                    : place.error("there is no coordinate system \"{}\"", name);
   }
-  Status active_transform(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status active_transform(PbrtTokens& tokens, const SourcePlace& place) {
     const std::optional<PbrtToken> which = tokens.next();
     if (!which || (which->text != "All" && which->text != "StartTime" && which->text != "EndTime")) {
       return place.error("ActiveTransform: All, StartTime or EndTime is expected");
@@ -182,18 +182,18 @@ class PbrtReader {
     at_end_time_ = which->text == "EndTime";
     return ok_status();
   }
-  Status transform_times(PbrtTokens& tokens, const PbrtPlace&) {
+  Status transform_times(PbrtTokens& tokens, const SourcePlace&) {
     std::array<double, 2> times{};
     return tokens.numbers(times);
   }
-  Status reverse_orientation(PbrtTokens&, const PbrtPlace&) {
+  Status reverse_orientation(PbrtTokens&, const SourcePlace&) {
     state_.reversed = !state_.reversed;
     return ok_status();
   }
 
   // Options.
 
-  Status camera(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status camera(PbrtTokens& tokens, const SourcePlace& place) {
     if (!state_.outside.empty()) {
       return place.error("a camera within a medium cannot be rendered");
     }
@@ -202,29 +202,29 @@ class PbrtReader {
     systems_["camera"] = inverse(state_.to_scene).value_or(kIdentityTransform);
     return ok_status();
   }
-  Status film(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status film(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(options_.film, entity(tokens, place, "Film"));
     return ok_status();
   }
-  Status pixel_filter(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status pixel_filter(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(options_.filter, entity(tokens, place, "PixelFilter"));
     return ok_status();
   }
-  Status job_setting(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status job_setting(PbrtTokens& tokens, const SourcePlace& place) {
     world_.notices().left_out("Sampler, Integrator and Accelerator: the job has its samples and method");
     return entity(tokens, place, "a type").status();
   }
-  Status option(PbrtTokens& tokens, const PbrtPlace&) {
+  Status option(PbrtTokens& tokens, const SourcePlace&) {
     LM_RETURN_IF_ERROR(tokens.string("a name").status());
     tokens.next();
     world_.notices().left_out("Option directives");
     return tokens.status();
   }
-  Status color_space(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status color_space(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(const std::string name, tokens.string("a name"));
     return name == "srgb" ? ok_status() : place.error("only the ColorSpace \"srgb\" can be rendered, got \"{}\"", name);
   }
-  Status world_begin(PbrtTokens&, const PbrtPlace& place) {
+  Status world_begin(PbrtTokens&, const SourcePlace& place) {
     LM_RETURN_IF_ERROR(world_.set_view(options_, place));
     in_world_ = true;
     for (auto& [name, system] : systems_) {
@@ -238,14 +238,14 @@ class PbrtReader {
 
   // The world.
 
-  Status push(bool object, const PbrtPlace& place) {
+  Status push(bool object, const SourcePlace& place) {
     if (states_.size() == kMostStates) {
       return place.error("AttributeBegin is nested more than {} deep", kMostStates);
     }
     states_.push_back({state_, object, place});
     return ok_status();
   }
-  Status pop(bool object, const PbrtPlace& place) {
+  Status pop(bool object, const SourcePlace& place) {
     if (states_.empty() || states_.back().object != object) {
       return place.error("{} without its begin", object ? "ObjectEnd" : "AttributeEnd");
     }
@@ -254,9 +254,9 @@ class PbrtReader {
     at_end_time_ = false;
     return ok_status();
   }
-  Status attribute_begin(PbrtTokens&, const PbrtPlace& place) { return push(false, place); }
-  Status attribute_end(PbrtTokens&, const PbrtPlace& place) { return pop(false, place); }
-  Status attribute(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status attribute_begin(PbrtTokens&, const SourcePlace& place) { return push(false, place); }
+  Status attribute_end(PbrtTokens&, const SourcePlace& place) { return pop(false, place); }
+  Status attribute(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(const std::string target, tokens.string("a kind of directive"));
     LM_ASSIGN_OR_RETURN(const PbrtParameterList list, read_pbrt_parameters(tokens));
     constexpr std::array<std::string_view, 5> kTargets{"shape", "light", "material", "medium", "texture"};
@@ -272,57 +272,57 @@ class PbrtReader {
     return attributes.size() <= kMostAttributes ? ok_status()
                                                 : place.error("Attribute: there are more than {}", kMostAttributes);
   }
-  Status object_begin(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status object_begin(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(const std::string name, tokens.string("a name"));
     LM_RETURN_IF_ERROR(push(true, place));
     return world_.begin_object(name, place);
   }
-  Status object_end(PbrtTokens&, const PbrtPlace& place) {
+  Status object_end(PbrtTokens&, const SourcePlace& place) {
     LM_RETURN_IF_ERROR(pop(true, place));
     return world_.end_object(place);
   }
-  Status object_instance(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status object_instance(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(const std::string name, tokens.string("a name"));
     return world_.add_instance(name, state_, place);
   }
-  Status shape(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status shape(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(const PbrtEntity from, entity(tokens, place, "Shape", "shape"));
     return world_.add_shape(from.type, from.parameters, state_);
   }
-  Status light_source(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status light_source(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(const PbrtEntity from, entity(tokens, place, "LightSource", "light"));
     return world_.add_light(from.type, from.parameters, state_);
   }
-  Status area_light_source(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status area_light_source(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(const PbrtEntity from, entity(tokens, place, "AreaLightSource", "light"));
     LM_ASSIGN_OR_RETURN(state_.light, world_.area_light(from.type, from.parameters));
     return ok_status();
   }
-  Status material(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status material(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(PbrtEntity from, entity(tokens, place, "Material", "material"));
     state_.material = world_.materials().define(std::move(from.type), std::move(from.parameters));
     state_.named_material.clear();
     return ok_status();
   }
-  Status make_named_material(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status make_named_material(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(PbrtEntity from, entity(tokens, place, "MakeNamedMaterial", "material"));
     return world_.materials().define_named(from.type, std::move(from.parameters));
   }
-  Status named_material(PbrtTokens& tokens, const PbrtPlace&) {
+  Status named_material(PbrtTokens& tokens, const SourcePlace&) {
     LM_ASSIGN_OR_RETURN(state_.named_material, tokens.string("a material's name"));
     return ok_status();
   }
-  Status texture(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status texture(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(const std::string name, tokens.string("a texture's name"));
     LM_ASSIGN_OR_RETURN(const std::string kind, tokens.string("float or spectrum"));
     LM_ASSIGN_OR_RETURN(const PbrtEntity from, entity(tokens, place, "Texture", "texture"));
     return world_.textures().define(name, kind, from.type, from.parameters);
   }
-  Status make_named_medium(PbrtTokens& tokens, const PbrtPlace& place) {
+  Status make_named_medium(PbrtTokens& tokens, const SourcePlace& place) {
     LM_ASSIGN_OR_RETURN(const PbrtEntity from, entity(tokens, place, "MakeNamedMedium", "medium"));
     return world_.media().define(from.type, from.parameters);
   }
-  Status medium_interface(PbrtTokens& tokens, const PbrtPlace&) {
+  Status medium_interface(PbrtTokens& tokens, const SourcePlace&) {
     LM_ASSIGN_OR_RETURN(state_.inside, tokens.string("a medium's name"));
     state_.outside = state_.inside;
     if (tokens.peek() && tokens.peek()->quoted) {

@@ -49,7 +49,7 @@ Status PbrtMaterials::define_named(const std::string& name, PbrtParameters from)
   return ok_status();
 }
 
-Result<std::size_t> PbrtMaterials::named(const std::string& name, const PbrtPlace& place) const {
+Result<std::size_t> PbrtMaterials::named(const std::string& name, const SourcePlace& place) const {
   const auto found = by_name_.find(name);
   return found == by_name_.end() ? Result<std::size_t>(place.error("there is no material \"{}\"", name))
                                  : found->second;
@@ -267,7 +267,7 @@ Status PbrtMedia::define(const std::string& name, const PbrtParameters& from) {
   return media_.try_emplace(name, out).second ? ok_status() : from.place().error("there are two media \"{}\"", name);
 }
 
-Result<Medium> PbrtMedia::find(const std::string& name, const PbrtPlace& place) const {
+Result<Medium> PbrtMedia::find(const std::string& name, const SourcePlace& place) const {
   const auto found = media_.find(name);
   return name.empty()            ? Medium{}
          : found != media_.end() ? Result<Medium>(found->second)

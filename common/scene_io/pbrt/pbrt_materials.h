@@ -18,7 +18,7 @@ class PbrtMaterials {
   std::size_t define(std::string type, PbrtParameters from);
   Status define_named(const std::string& name, PbrtParameters from);
   /// The number of a named material, or an error.
-  Result<std::size_t> named(const std::string& name, const PbrtPlace& place) const;
+  Result<std::size_t> named(const std::string& name, const SourcePlace& place) const;
   /// Whether a material certainly has no texture.
   bool is_plain(std::size_t number) const;
   /// Whether the surface only bounds a medium.
@@ -60,7 +60,7 @@ class PbrtMedia {
 
   Status define(const std::string& name, const PbrtParameters& from);
   /// No name is the vacuum.
-  Result<Medium> find(const std::string& name, const PbrtPlace& place) const;
+  Result<Medium> find(const std::string& name, const SourcePlace& place) const;
 
  private:
   PbrtSpectra& spectra_;

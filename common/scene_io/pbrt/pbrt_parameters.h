@@ -14,7 +14,7 @@ namespace lightmill {
 
 struct PbrtParameter {
   std::string type, name;
-  PbrtPlace place;
+  SourcePlace place;
   std::vector<double> numbers;
   std::vector<std::string> strings;
   bool boolean = false;        ///< of the type bool
@@ -33,10 +33,10 @@ class PbrtParameters {
   static constexpr double kAnything = std::numeric_limits<double>::max();
 
   /// `what` names the directive: "Shape sphere".
-  PbrtParameters(PbrtParameterList list, PbrtPlace place, std::string what)
+  PbrtParameters(PbrtParameterList list, SourcePlace place, std::string what)
       : list_(std::move(list)), place_(place), what_(std::move(what)) {}
 
-  const PbrtPlace& place() const { return place_; }
+  const SourcePlace& place() const { return place_; }
   const std::string& what() const { return what_; }
 
   bool has(std::string_view name) const;
@@ -67,7 +67,7 @@ class PbrtParameters {
   std::optional<double> one(std::string_view name, std::string_view type) const;
 
   PbrtParameterList list_;
-  PbrtPlace place_;
+  SourcePlace place_;
   std::string what_;
   mutable Status first_;
 };

@@ -95,7 +95,7 @@ Result<PbrtShape> PbrtShapes::read(const std::string& type, const PbrtParameters
   return shape;
 }
 
-Status PbrtShapes::cut(const std::string& type, const std::string& form, const PbrtPlace& place, PbrtShape& shape) {
+Status PbrtShapes::cut(const std::string& type, const std::string& form, const SourcePlace& place, PbrtShape& shape) {
   notices_.once(fmt::format("shapes of the type \"{}\" are rendered as triangles", type));
   const std::size_t triangles = shape.mesh.triangles.size();
   shape.triangles_per_shape = static_cast<std::uint32_t>(triangles);
@@ -107,7 +107,7 @@ Status PbrtShapes::cut(const std::string& type, const std::string& form, const P
                            kMostKeptTriangles);
 }
 
-Result<PbrtShape> PbrtShapes::sphere_of_triangles(double radius, const PbrtPlace& place) {
+Result<PbrtShape> PbrtShapes::sphere_of_triangles(double radius, const SourcePlace& place) {
   PbrtShape out;
   out.mesh = sphere_mesh(-1, 1, 360);
   out.to_object = scaling({radius, radius, radius});

@@ -27,7 +27,7 @@ class PbrtShapes {
   /// `plain`: the material has no texture, so texture coordinates do not matter.
   Result<PbrtShape> read(const std::string& type, const PbrtParameters& from, bool plain);
   /// The mesh of a sphere that must be distorted or textured.
-  Result<PbrtShape> sphere_of_triangles(double radius, const PbrtPlace& place);
+  Result<PbrtShape> sphere_of_triangles(double radius, const SourcePlace& place);
 
  private:
   Result<PbrtShape> sphere(const PbrtParameters& from, bool plain);
@@ -37,7 +37,7 @@ class PbrtShapes {
   Result<PbrtShape> patches(const PbrtParameters& from);
   Result<PbrtShape> ply(const PbrtParameters& from, bool plain);
   /// Notes that a shape was cut into triangles, and counts them. Meshes of one type and form are equal, and kept once.
-  Status cut(const std::string& type, const std::string& form, const PbrtPlace& place, PbrtShape& shape);
+  Status cut(const std::string& type, const std::string& form, const SourcePlace& place, PbrtShape& shape);
 
   FileSource& files_;
   Notices& notices_;

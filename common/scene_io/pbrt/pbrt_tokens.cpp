@@ -54,7 +54,7 @@ std::optional<PbrtToken> PbrtTokens::scan_string(int line) {
     at_ += text_[at_] == '\\' ? 2 : 1;
   }
   if (at_ >= text_.size() || text_[at_] != '"') {
-    status_ = PbrtPlace{file_, line}.error("a string must end on its line, with \"");
+    status_ = SourcePlace{file_, line}.error("a string must end on its line, with \"");
     return std::nullopt;
   }
   const std::string_view raw = std::string_view(text_).substr(begin, at_++ - begin);
@@ -70,7 +70,7 @@ std::optional<PbrtToken> PbrtTokens::scan_string(int line) {
     constexpr std::string_view kCodes = "bfnrt\\'\"", kMeanings = "\b\f\n\r\t\\'\"";
     const std::size_t code = kCodes.find(raw[++i]);
     if (code == std::string_view::npos) {
-      status_ = PbrtPlace{file_, line}.error("unknown escape \\{}", raw[i]);
+      status_ = SourcePlace{file_, line}.error("unknown escape \\{}", raw[i]);
       return std::nullopt;
     }
     unescaped_ += kMeanings[code];

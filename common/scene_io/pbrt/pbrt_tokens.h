@@ -10,8 +10,6 @@
 
 namespace lightmill {
 
-using PbrtPlace = SourcePlace;
-
 struct PbrtToken {
   std::string_view text;  ///< without quotes
   bool quoted = false;
@@ -32,8 +30,8 @@ class PbrtTokens {
   /// The one that next() will give.
   const std::optional<PbrtToken>& peek();
   const Status& status() const { return status_; }
-  PbrtPlace place() const { return {file_, line_}; }
-  PbrtPlace place_of(const PbrtToken& token) const { return {file_, token.line}; }
+  SourcePlace place() const { return {file_, line_}; }
+  SourcePlace place_of(const PbrtToken& token) const { return {file_, token.line}; }
 
   static constexpr std::size_t kMostNameBytes = 200, kMostPathBytes = 4096;
   /// The next token, which must be a quoted string of at most so many bytes.

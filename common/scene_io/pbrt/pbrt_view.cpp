@@ -153,7 +153,7 @@ void read_camera(const PbrtEntity& from, const Transform& camera_from_world, Pbr
 
 }  // namespace
 
-Result<PbrtView> read_pbrt_view(const PbrtOptions& options, const PbrtPlace& end, Notices& notices, Faults& faults) {
+Result<PbrtView> read_pbrt_view(const PbrtOptions& options, const SourcePlace& end, Notices& notices, Faults& faults) {
   const auto entity = [&](const std::optional<PbrtEntity>& given, const char* type, const char* what) {
     return given ? *given : PbrtEntity{type, PbrtParameters({}, end, what)};
   };

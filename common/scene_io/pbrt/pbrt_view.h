@@ -28,6 +28,6 @@ struct PbrtView {
 };
 
 /// `end` is the place of WorldBegin, for errors of defaults.
-Result<PbrtView> read_pbrt_view(const PbrtOptions& options, const PbrtPlace& end, Notices& notices, Faults& faults);
+Result<PbrtView> read_pbrt_view(const PbrtOptions& options, const SourcePlace& end, Notices& notices, Faults& faults);
 
 }  // namespace lightmill

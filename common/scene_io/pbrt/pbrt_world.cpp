@@ -47,7 +47,7 @@ RgbColor brighter(const RgbColor& color, double factor) {
 
 }  // namespace
 
-Status PbrtWorld::set_view(const PbrtOptions& options, const PbrtPlace& end) {
+Status PbrtWorld::set_view(const PbrtOptions& options, const SourcePlace& end) {
   LM_ASSIGN_OR_RETURN(view_, read_pbrt_view(options, end, notices_, loaded_.faults));
   loaded_.scene.camera = view_.camera;
   loaded_.scene.film = view_.film;
@@ -55,7 +55,7 @@ Status PbrtWorld::set_view(const PbrtOptions& options, const PbrtPlace& end) {
   return valid.ok() ? ok_status() : end.error("{}", message_of(valid));
 }
 
-Status PbrtWorld::begin_object(const std::string& name, const PbrtPlace& place) {
+Status PbrtWorld::begin_object(const std::string& name, const SourcePlace& place) {
   if (object_ != nullptr) {
     return place.error("ObjectBegin: an object cannot be defined within an object");
   }
@@ -67,7 +67,7 @@ Status PbrtWorld::begin_object(const std::string& name, const PbrtPlace& place) 
   return ok_status();
 }
 
-Status PbrtWorld::end_object(const PbrtPlace& place) {
+Status PbrtWorld::end_object(const SourcePlace& place) {
   if (object_ == nullptr) {
     return place.error("ObjectEnd without ObjectBegin");
   }
@@ -75,7 +75,7 @@ Status PbrtWorld::end_object(const PbrtPlace& place) {
   return ok_status();
 }
 
-Status PbrtWorld::add_instance(const std::string& name, const PbrtState& state, const PbrtPlace& place_of_instance) {
+Status PbrtWorld::add_instance(const std::string& name, const PbrtState& state, const SourcePlace& place_of_instance) {
   const auto found = objects_.find(name);
   if (object_ != nullptr || found == objects_.end()) {
     return place_of_instance.error("ObjectInstance: {}", object_ != nullptr
@@ -90,7 +90,7 @@ Status PbrtWorld::add_instance(const std::string& name, const PbrtState& state, 
   return ok_status();
 }
 
-bool PbrtWorld::is_plain(const PbrtState& state, const PbrtPlace& place) const {
+bool PbrtWorld::is_plain(const PbrtState& state, const SourcePlace& place) const {
   if (state.named_material.empty()) {
     return materials_.is_plain(state.material);
   }
@@ -128,7 +128,7 @@ Status PbrtWorld::add_shape(const std::string& type, const PbrtParameters& from,
   return ok_status();
 }
 
-Status PbrtWorld::place(Piece& piece, const Transform& to_scene, const PbrtPlace& at) {
+Status PbrtWorld::place(Piece& piece, const Transform& to_scene, const SourcePlace& at) {
   if (++placed_ > kMaxSceneEntries) {
     return at.error("there are more than {} shapes and instances", kMaxSceneEntries);
   }
@@ -173,7 +173,7 @@ Status PbrtWorld::place(Piece& piece, const Transform& to_scene, const PbrtPlace
 }
 
 /// pbrt gives the power to each triangle or patch of a mesh, so that small ones are brighter.
-Status PbrtWorld::place_powered(const Piece& piece, const Transform& to_scene, const PbrtPlace& at) {
+Status PbrtWorld::place_powered(const Piece& piece, const Transform& to_scene, const SourcePlace& at) {
   const Mesh& mesh = piece.shape.mesh;
   const std::uint32_t group = piece.shape.triangles_per_shape;
   if (group == 0 || mesh.triangles.size() / group > kMostPoweredShapes) {
@@ -204,7 +204,7 @@ Status PbrtWorld::place_powered(const Piece& piece, const Transform& to_scene, c
 }
 
 Status PbrtWorld::add_object(const Use& use, std::variant<MeshShape, SphereShape, PlaneShape, TriangleShape> shape,
-                             const Transform& transform, const PbrtPlace& at) {
+                             const Transform& transform, const SourcePlace& at) {
   constexpr double kLargestRadiance = 1e20;
   if (loaded_.scene.objects.size() == kMaxSceneEntries) {
     return at.error("there are more than {} shapes and instances", kMaxSceneEntries);
@@ -319,7 +319,7 @@ void PbrtWorld::merge_skies() {
   loaded_.scene.lights = std::move(lights);
 }
 
-Result<LoadedScene> PbrtWorld::finish(const PbrtPlace& place_of_scene) {
+Result<LoadedScene> PbrtWorld::finish(const SourcePlace& place_of_scene) {
   std::set<std::string> names;
   std::map<std::string, int> copies;  ///< materials of one name in the file
   for (const Use& use : uses_) {

@@ -40,18 +40,18 @@ class PbrtWorld {
   PbrtMedia& media() { return media_; }
   PbrtTextures& textures() { return textures_; }
 
-  Status set_view(const PbrtOptions& options, const PbrtPlace& end);
+  Status set_view(const PbrtOptions& options, const SourcePlace& end);
   const Transform& world_to_scene() const { return view_.world_to_scene; }
 
-  Status begin_object(const std::string& name, const PbrtPlace& place);
-  Status end_object(const PbrtPlace& place);
-  Status add_instance(const std::string& name, const PbrtState& state, const PbrtPlace& place);
+  Status begin_object(const std::string& name, const SourcePlace& place);
+  Status end_object(const SourcePlace& place);
+  Status add_instance(const std::string& name, const PbrtState& state, const SourcePlace& place);
   Status add_shape(const std::string& type, const PbrtParameters& from, const PbrtState& state);
   Status add_light(const std::string& type, const PbrtParameters& from, const PbrtState& state);
   Result<std::shared_ptr<const PbrtAreaLight>> area_light(const std::string& type, const PbrtParameters& from);
 
   /// The place is for errors of the whole.
-  Result<LoadedScene> finish(const PbrtPlace& place_of_scene);
+  Result<LoadedScene> finish(const SourcePlace& place_of_scene);
 
  private:
   /// What becomes a material of the scene.
@@ -62,7 +62,7 @@ class PbrtWorld {
     bool two_sided = false;
     PbrtValue opacity;
     std::string inside, outside;
-    PbrtPlace place;  ///< of the first shape
+    SourcePlace place;  ///< of the first shape
   };
   struct Piece {
     Use use;
@@ -73,14 +73,14 @@ class PbrtWorld {
   };
 
   /// Puts a shape into the scene.
-  Status place(Piece& piece, const Transform& to_scene, const PbrtPlace& at);
-  Status place_powered(const Piece& piece, const Transform& to_scene, const PbrtPlace& at);
+  Status place(Piece& piece, const Transform& to_scene, const SourcePlace& at);
+  Status place_powered(const Piece& piece, const Transform& to_scene, const SourcePlace& at);
   Status add_object(const Use& use, std::variant<MeshShape, SphereShape, PlaneShape, TriangleShape> shape,
-                    const Transform& transform, const PbrtPlace& at);
+                    const Transform& transform, const SourcePlace& at);
   std::uint32_t use_index(const Use& use);
   Result<std::size_t> number_of(const Use& use) const;
   /// Whether the material has no texture. One that is not defined yet may have some.
-  bool is_plain(const PbrtState& state, const PbrtPlace& place) const;
+  bool is_plain(const PbrtState& state, const SourcePlace& place) const;
   Result<Material> material_of(const Use& use);
   /// Where media are within each other, the inner one counts.
   Status set_priorities();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <random>
 
+#include "common/base/address.h"
 #include "common/base/log.h"
 #include "server/store/migration.h"
 #include "server/store/postgres/migrations.h"
@@ -36,11 +37,7 @@ std::uint64_t mark_of(std::uint64_t epoch, std::uint64_t commits) {
 
 /// "HOST, process N", for people.
 std::string own_name() {
-  std::array<char, 256> host{};
-  if (::gethostname(host.data(), host.size() - 1) != 0) {
-    return fmt::format("process {}", ::getpid());
-  }
-  return fmt::format("{}, process {}", host.data(), ::getpid());
+  return fmt::format("{}, process {}", host_name(), ::getpid());
 }
 
 /// Creates the tables in an empty database, unless `read_only`. Refuses tables of an unknown format. Sets `format` of the

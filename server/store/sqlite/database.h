@@ -98,4 +98,7 @@ class Database final : public stored::RowSource {
   sqlite3* handle_ = nullptr;
 };
 
+/// Reads all pages. DATA_LOSS names the tables whose pages are damaged, and the jobs whose rows cannot be read.
+Status check_structure(Database& database);
+
 }  // namespace lightmill::sqlite

@@ -1,7 +1,7 @@
 // Reader of stores of format 12, the previous one.
 #pragma once
 
-#include "server/domain/effects.h"
+#include "server/domain/stored_rows.h"
 #include "server/store/sqlite/database.h"
 
 namespace lightmill::sqlite {

@@ -14,7 +14,6 @@
 #include "server/store/sqlite/journal_scan.h"
 #include "server/store/sqlite/schema.h"
 #include "server/store/sqlite/store_row.h"
-#include "server/store/sqlite/structure.h"
 
 namespace lightmill {
 namespace {

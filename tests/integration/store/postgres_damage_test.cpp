@@ -8,9 +8,7 @@
 
 #include "server/store/check_rows.h"
 #include "server/store/check_state.h"
-#include "server/store/postgres/postgres_store.h"
-#include "tests/support/postgres_server.h"
-#include "tests/unit/store/stored_examples.h"
+#include "tests/integration/store/postgres_fixture.h"
 #include "tests/unit/store/stored_items.h"
 
 namespace lightmill::test {
@@ -170,8 +168,7 @@ class PostgresDamage : public ::testing::Test {
     return names_damage(*state) ? "named" : assets < kJobs ? "sent again" : "harmless";
   }
 
-  PostgresServer server_;
-  const std::string url_ = server_.new_database();
+  const std::string url_ = server().new_database();
   std::vector<std::string> tables_;
   std::string restore_;
 };

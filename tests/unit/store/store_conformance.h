@@ -33,6 +33,8 @@ struct StoreKind {
 class StoreConformance : public ::testing::TestWithParam<StoreKind> {
  protected:
   std::unique_ptr<Store> open() { return place_->open(); }
+  static StoredState loaded(Store& store);
+  static void commit(Store& store, const std::vector<StoreOp>& ops);
   std::unique_ptr<StorePlace> place_ = GetParam().make();
 };
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/farm/job.h"
-#include "server/domain/effects.h"
+#include "server/domain/stored_rows.h"
 
 namespace lightmill::test {
 

@@ -5,70 +5,20 @@
 #include <limits>
 
 #include "common/wire/bytes.h"
-#include "common/wire/limits.h"
 #include "lightmill/v1/farm.pb.h"
 #include "lightmill/v1/render_service.pb.h"
 #include "lightmill/v1/worker_service.pb.h"
 #include "tests/support/error_message.h"
+#include "tests/unit/wire/example_messages.h"
 
-namespace lightmill {
+namespace lightmill::test {
 namespace {
-
-RenderSettings example_settings() {
-  RenderSettings settings;
-  settings.scene = std::string("scene\0bytes", 11);
-  std::vector<Sha256> assets{sha256("a"), sha256("b")};
-  std::ranges::sort(assets);
-  settings.assets = assets;
-  settings.width = 640;
-  settings.height = 480;
-  settings.crop = {10, 20, 630, 460};
-  settings.layers = {{"beauty", 3, LayerKind::summed},
-                     {"direct", 3, LayerKind::summed},
-                     {"normal", 3, LayerKind::first_mean},
-                     {"depth", 1, LayerKind::first_nearest},
-                     {"id", 1, LayerKind::first_samples}};
-  settings.meters = 3;
-  settings.seed = std::numeric_limits<std::uint64_t>::max();
-  settings.method = "path";
-  settings.max_bounces = 7;
-  settings.renderer_version = kRendererVersion;
-  return settings;
-}
-
-JobSpec example_spec() {
-  JobSpec spec;
-  spec.request_id = "request-1";
-  spec.name = "box";
-  spec.owner = "ada";
-  spec.host = "engine";
-  spec.parent = JobId{17};
-  spec.priority = -3;
-  spec.goal = {300, 12.5, 0.0123, true};
-  spec.settings = example_settings();
-  return spec;
-}
 
 void expect_equal(const RenderSettings& a, const RenderSettings& b) {
   EXPECT_EQ(render_digest(a, "class"), render_digest(b, "class"));
   EXPECT_EQ(a.crop, b.crop);
   EXPECT_EQ(a.layers, b.layers);
   EXPECT_EQ(a.meters, b.meters);
-}
-
-WorkerResult example_result() {
-  WorkerResult result;
-  result.lease = LeaseId{9};
-  result.key = {JobId{4}, TileId{63}, {3, 5}};
-  result.node.range = result.key.range;
-  result.node.values = {0.0f, 1.5f, -2.25f, std::numeric_limits<float>::denorm_min(), 3e38f, 7.0f};
-  result.node.non_finite = 2;
-  result.hash = hash_of(result.node);
-  result.render_digest = sha256("job");
-  result.seconds = 0.25;
-  result.trace = {3, 4};
-  result.tag = sha256("tag");
-  return result;
 }
 
 WorkerMessage through_wire(const WorkerMessage& message) {
@@ -91,7 +41,14 @@ CoordinatorMessage through_wire(const CoordinatorMessage& message) {
   return *back;
 }
 
-using test::error_message;
+void expect_every_field(const google::protobuf::Message& message) {
+  const google::protobuf::Reflection& fields = *message.GetReflection();
+  for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
+    const google::protobuf::FieldDescriptor* field = message.GetDescriptor()->field(i);
+    EXPECT_TRUE(field->is_repeated() ? fields.FieldSize(message, field) > 0 : fields.HasField(message, field))
+        << field->full_name();
+  }
+}
 
 TEST(FarmMessages, AJobSpecificationSurvivesARoundTrip) {
   const JobSpec spec = example_spec();
@@ -107,8 +64,13 @@ TEST(FarmMessages, AJobSpecificationSurvivesARoundTrip) {
   EXPECT_EQ(back->host, spec.host);
   EXPECT_EQ(back->parent, spec.parent);
   EXPECT_EQ(back->priority, spec.priority);
+  EXPECT_EQ(back->verify_share, spec.verify_share);
+  EXPECT_EQ(back->allow_mixed, spec.allow_mixed);
   EXPECT_EQ(back->goal, spec.goal);
   expect_equal(back->settings, spec.settings);
+  expect_every_field(received.job());
+  expect_every_field(received.job().goal());
+  expect_every_field(received.job().settings());
   v1::SubmitJobRequest again;
   to_wire(*back, &again);
   EXPECT_EQ(again.SerializeAsString(), wire.SerializeAsString());
@@ -159,12 +121,7 @@ TEST(FarmMessages, AJobHasEveryFieldOfItsStatus) {
     status.state = state;
     v1::Job job;
     to_wire(status, &job);
-    const google::protobuf::Reflection& fields = *v1::Job::GetReflection();
-    for (int i = 0; i < v1::Job::descriptor()->field_count(); ++i) {
-      const google::protobuf::FieldDescriptor* field = v1::Job::descriptor()->field(i);
-      EXPECT_TRUE(field->is_repeated() ? fields.FieldSize(job, field) > 0 : fields.HasField(job, field))
-          << field->name();
-    }
+    expect_every_field(job);
     EXPECT_EQ(from_wire(job.state()).value(), state);
     EXPECT_EQ(from_wire(job.method_notes()).value(), status.method_notes);
     EXPECT_EQ(from_wire(job.goal()).value(), status.goal);
@@ -355,121 +312,6 @@ TEST(FarmMessages, CoordinatorMessagesSurviveARoundTrip) {
   EXPECT_EQ(std::get<Dismissal>(through_wire(CoordinatorMessage(Dismissal{"twice"}))).reason, "twice");
 }
 
-TEST(FarmMessages, BadRangesAreNamed) {
-  v1::SampleRange range;
-  range.set_level(31);
-  EXPECT_EQ(error_message(from_wire(range)), "range.level: must be at most 30, got 31");
-  range.set_level(30);
-  range.set_index(1);
-  EXPECT_EQ(error_message(from_wire(range)), "range.index: 1 at level 30 is beyond sample 1073741824");
-  range.set_index(0);
-  EXPECT_TRUE(from_wire(range).ok());
-  range.set_level(0);
-  range.set_index((1u << 30) - 1);
-  EXPECT_TRUE(from_wire(range).ok());
-  range.set_index(1u << 30);
-  EXPECT_FALSE(from_wire(range).ok());
-}
-
-TEST(FarmMessages, BadSettingsAreNamed) {
-  const auto refused = [](const auto& change) {
-    v1::RenderSettings wire;
-    to_wire(example_settings(), &wire);
-    change(wire);
-    return error_message(from_wire(wire));
-  };
-  EXPECT_EQ(refused([](auto& w) { w.set_width(0); }), "settings: width and height must be 1 to 65536, got 0x480");
-  EXPECT_EQ(refused([](auto& w) { w.set_height(65537); }),
-            "settings: width and height must be 1 to 65536, got 640x65537");
-  EXPECT_EQ(refused([](auto& w) { w.mutable_crop()->set_x(11); }),
-            "settings.crop: 11,20 630x460 does not lie within 640x480 pixels");
-  EXPECT_EQ(refused([](auto& w) { w.mutable_crop()->set_width(std::numeric_limits<int>::max()); }),
-            "rectangle numbers must be 0 to 65536, got x 10, y 20, width 2147483647, height 460");
-  EXPECT_EQ(refused([](auto& w) { w.mutable_crop()->set_width(0); }),
-            "settings.crop: 10,20 0x460 does not lie within 640x480 pixels");
-  EXPECT_EQ(refused([](auto& w) { w.clear_crop(); }), "settings.crop: 0,0 0x0 does not lie within 640x480 pixels");
-  EXPECT_EQ(refused([](auto& w) { w.set_assets(1, "short"); }), "settings.assets[1]: a SHA-256 has 32 bytes, got 5");
-  EXPECT_EQ(refused([](auto& w) { w.mutable_assets()->SwapElements(0, 1); }),
-            "settings.assets[1]: digests must be sorted, each once");
-  EXPECT_EQ(refused([](auto& w) { w.set_assets(1, w.assets(0)); }),
-            "settings.assets[1]: digests must be sorted, each once");
-  EXPECT_EQ(refused([](auto& w) { w.clear_layers(); }), "settings.layers: 1 to 64 are expected, got 0");
-  EXPECT_EQ(refused([](auto& w) { w.mutable_layers(0)->set_channels(89); }),
-            "settings.layers: 97 channels in all are more than the limit of 96");
-  EXPECT_EQ(refused([](auto& w) { w.mutable_layers(0)->set_channels(0); }),
-            "settings.layers: a layer needs a name and at least one channel, got 'beauty' with 0");
-  EXPECT_EQ(refused([](auto& w) { w.mutable_layers(0)->clear_kind(); }),
-            "settings.layers: kind of 'beauty': unknown value 0");
-  EXPECT_EQ(refused([](auto& w) { w.set_meters(kMaxMeters + 1); }), "settings.meters: at most 256, got 257");
-  EXPECT_EQ(refused([](auto& w) { w.set_method(std::string(2000, 'x')); }),
-            "settings.method: 2000 bytes are more than the limit of 1024");
-}
-
-TEST(FarmMessages, BadGoalsAreNamed) {
-  v1::Goal goal;
-  goal.set_seconds(-1);
-  EXPECT_EQ(error_message(from_wire(goal)), "goal.seconds: must be more than 0 and at most 1000000000, got -1");
-  goal.set_seconds(std::numeric_limits<double>::quiet_NaN());
-  EXPECT_EQ(error_message(from_wire(goal)), "goal.seconds: must be more than 0 and at most 1000000000, got nan");
-  goal.set_seconds(0);
-  goal.set_error(-0.5);
-  EXPECT_EQ(error_message(from_wire(goal)), "goal.error: must be finite and at least 1e-12, got -0.5");
-  goal.set_error(std::numeric_limits<double>::infinity());
-  EXPECT_EQ(error_message(from_wire(goal)), "goal.error: must be finite and at least 1e-12, got inf");
-  goal.set_error(0);
-  goal.set_samples(kMaxSamples + 1);
-  EXPECT_EQ(error_message(from_wire(goal)), "goal.samples: at most 1073741824, got 1073741825");
-}
-
-TEST(FarmMessages, APilotWithoutMethodsIsRefused) {
-  v1::WorkResponse wire;
-  to_wire(CoordinatorMessage(PilotGrant{LeaseId{7}, JobId{3}, example_settings(), {}, true}), &wire);
-  EXPECT_EQ(error_message(from_wire(wire)), "pilot.methods: at least one is expected");
-}
-
-TEST(FarmMessages, BadResultsAreNamed) {
-  const auto refused = [](const auto& change) {
-    v1::WorkRequest wire;
-    to_wire(WorkerMessage(example_result()), &wire);
-    change(*wire.mutable_result());
-    return error_message(from_wire(wire));
-  };
-  EXPECT_EQ(refused([](auto& w) { w.set_values("12345"); }), "float values take a multiple of 4 bytes, got 5");
-  const std::vector<float> infinite{1, std::numeric_limits<float>::infinity()};
-  EXPECT_EQ(refused([&](auto& w) { w.set_values(float_bytes(infinite)); }), "values: a node's sums must be finite");
-  const std::vector<float> nan{std::numeric_limits<float>::quiet_NaN()};
-  EXPECT_EQ(refused([&](auto& w) { w.set_values(float_bytes(nan)); }), "values: a node's sums must be finite");
-  EXPECT_EQ(refused([](auto& w) { w.set_values(std::string(4'000'000, '\0')); }),
-            "values: 4000000 bytes are more than the limit of 3145728");
-  EXPECT_EQ(refused([](auto& w) { w.set_hash("x"); }), "an XXH3-128 has 16 bytes, got 1");
-  EXPECT_EQ(refused([](auto& w) { w.set_seconds(-0.5); }), "seconds: must be finite and not negative, got -0.5");
-  EXPECT_EQ(refused([](auto& w) { w.mutable_key()->mutable_range()->set_level(40); }),
-            "range.level: must be at most 30, got 40");
-}
-
-TEST(FarmMessages, OtherBadMessagesAreNamed) {
-  EXPECT_EQ(error_message(from_wire(v1::WorkRequest())), "unknown kind of worker message");
-  EXPECT_EQ(error_message(from_wire(v1::WorkResponse())), "unknown kind of coordinator message");
-  v1::WorkRequest hello;
-  to_wire(WorkerMessage(WorkerHello{}), &hello);
-  EXPECT_EQ(error_message(from_wire(hello)), "hello.name: must not be empty");
-  v1::WorkResponse welcome;
-  welcome.mutable_welcome()->mutable_lease_duration()->set_seconds(-1);
-  EXPECT_EQ(error_message(from_wire(welcome)),
-            "welcome.lease_duration: must be between 0 and 86400 s, got -1 s and 0 ns");
-  v1::SubmitJobRequest submit;
-  EXPECT_EQ(error_message(from_wire(submit)), "request_id: must not be empty");
-  v1::WorkRequest heartbeat;
-  heartbeat.mutable_heartbeat()->mutable_leases()->Resize(static_cast<int>(kMaxListedLeases) + 1, 1);
-  EXPECT_EQ(error_message(from_wire(heartbeat)), "leases: 10001 entries are more than the limit of 10000");
-  for (const int seconds : {-1, 86401}) {
-    heartbeat.mutable_heartbeat()->clear_leases();
-    heartbeat.mutable_heartbeat()->mutable_longest_wait()->set_seconds(seconds);
-    EXPECT_EQ(error_message(from_wire(heartbeat)),
-              fmt::format("heartbeat.longest_wait: must be between 0 and 86400 s, got {} s and 0 ns", seconds));
-  }
-}
-
 TEST(Bytes, AHashKeepsItsCanonicalOrder) {
   const Hash128 hash = xxh3_128(as_byte_view("some bytes"));
   std::string hex;
@@ -482,4 +324,4 @@ TEST(Bytes, AHashKeepsItsCanonicalOrder) {
 }
 
 }  // namespace
-}  // namespace lightmill
+}  // namespace lightmill::test

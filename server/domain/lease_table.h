@@ -11,7 +11,7 @@
 #include "server/domain/farm_metrics.h"
 #include "server/domain/grant_signer.h"
 #include "server/domain/job_queue.h"
-#include "server/domain/jobs.h"
+#include "server/domain/job_table.h"
 
 namespace lightmill {
 

@@ -1,4 +1,4 @@
-#include "server/domain/jobs.h"
+#include "server/domain/job_table.h"
 
 namespace lightmill {
 namespace {

@@ -24,14 +24,6 @@ void record_login(FarmLoop::TaskContext& context, const Gate& gate, const Identi
 /// Records an action of the coordinator itself.
 void record_own(FarmLoop::TaskContext& context, std::string_view what, std::string about);
 
-/// RESOURCE_EXHAUSTED while the farm can store nothing, because the call would wait.
-Status check_store(const FarmLoop::TaskContext& context);
-
-/// Error of a farm that is too busy. RESOURCE_EXHAUSTED.
-inline Status busy() {
-  return resource_exhausted("the farm has too much to do at once: try again");
-}
-
 /// Whether the caller may make this call for this job. Records a refusal. NOT_FOUND, PERMISSION_DENIED.
 Status check_job_call(FarmLoop::TaskContext& context, const Gate& gate, const Call& call, JobId job);
 

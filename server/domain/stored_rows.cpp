@@ -1,4 +1,4 @@
-#include "server/domain/effects.h"
+#include "server/domain/stored_rows.h"
 
 namespace lightmill {
 
@@ -16,18 +16,6 @@ std::vector<JobId> ends_in(std::span<const StoreOp> writes) {
     }
   }
   return ended;
-}
-
-std::vector<LeaseId> leases_granted(std::span<const Outgoing> messages) {
-  std::vector<LeaseId> leases;
-  for (const Outgoing& each : messages) {
-    if (const auto* grant = std::get_if<LeaseGrant>(&each.message)) {
-      leases.push_back(grant->lease);
-    } else if (const auto* pilot = std::get_if<PilotGrant>(&each.message)) {
-      leases.push_back(pilot->lease);
-    }
-  }
-  return leases;
 }
 
 }  // namespace lightmill

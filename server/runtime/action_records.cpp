@@ -1,9 +1,6 @@
-#include "server/runtime/records.h"
+#include "server/runtime/action_records.h"
 
-#include <unistd.h>
-
-#include <array>
-
+#include "common/base/address.h"
 #include "common/base/log.h"
 
 namespace lightmill {
@@ -30,11 +27,6 @@ std::string refusal_text(const Status& status, const SuppressedRefusals& suppres
     text += fmt::format("({} refusals before it are not recorded) ", suppressed.left_out);
   }
   return text + message_of(status);
-}
-
-std::string host_name() {
-  std::array<char, 256> name{};
-  return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "?";
 }
 
 }  // namespace
@@ -73,13 +65,6 @@ void record_login(FarmLoop::TaskContext& context, const Gate& gate, const Identi
 
 void record_own(FarmLoop::TaskContext& context, std::string_view what, std::string about) {
   context.keep({0, 0, "", Proof::none, "", host_name(), std::string(what), 0, std::move(about), StatusCode::kOk, ""});
-}
-
-Status check_store(const FarmLoop::TaskContext& context) {
-  return context.no_store.empty()
-             ? ok_status()
-             : resource_exhausted("the farm cannot store anything now, so nothing is changed: {}; try again later",
-                                  context.no_store);
 }
 
 Status check_job_call(FarmLoop::TaskContext& context, const Gate& gate, const Call& call, JobId job) {

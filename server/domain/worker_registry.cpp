@@ -1,9 +1,8 @@
-#include "server/domain/workers.h"
+#include "server/domain/worker_registry.h"
 
 #include <algorithm>
 
 #include "common/base/text.h"
-#include "server/domain/retry_delay.h"
 
 namespace lightmill {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/domain/leases.h"
+#include "server/domain/lease_table.h"
 
 #include <algorithm>
 
