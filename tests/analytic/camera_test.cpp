@@ -46,7 +46,7 @@ double exact_column(int x, double depth, double radius) {
 }
 
 TEST(Shift, MovesThePictureByHeightsOfTheFilm) {
-  constexpr double kRounding = 1e-3;  // of samples at the edge
+  constexpr double kRounding = 1e-3;        // of samples at the edge
   for (const double radius : {0.0, 0.5}) {  // a pinhole, and a lens that is in focus
     const HalfImages right = edge_at(4, radius, R"(, "shift_x": 0.25, "shift_y": -3)");
     EXPECT_NEAR(column(right, 3), 0, kRounding);

@@ -100,8 +100,8 @@ TEST(ImageFormats, AJpegInAGltfFileIsATexture) {
 "nodes":[{"mesh":0}],"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],"textures":[{"source":0}],
 "images":[{"uri":"data:image/jpeg;base64,)" +
       base64(red_and_blue_jpeg()) + R"("}])");
-  const Result<LoadedScene> loaded = read_gltf(
-      text, "a.gltf", {}, [](const std::string& name) { return Result<SourceFile>(not_found("{}", name)); });
+  const Result<LoadedScene> loaded =
+      read_gltf(text, "a.gltf", {}, [](const std::string& name) { return Result<SourceFile>(not_found("{}", name)); });
   ASSERT_TRUE(loaded.ok()) << loaded.status();
   ASSERT_EQ(loaded->scene.textures.size(), 1u);
   const TextureImage& image = loaded->scene.textures[0];

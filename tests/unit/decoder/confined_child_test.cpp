@@ -9,6 +9,7 @@
 #include <sys/ptrace.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -67,7 +68,7 @@ TEST_F(ConfinedChild, AForbiddenSystemCallEndsItAndIsNamed) {
       {"kill", [] { ::kill(::getpid(), SIGTERM); }},
       {"unlink", [] { ::unlink("/nowhere"); }},
       {"prctl", [] { ::prctl(PR_SET_DUMPABLE, 1, 0, 0, 0); }},
-      {"rt_sigaction", [] { ::signal(SIGSYS, SIG_IGN); }},
+      {"rt_sigaction", [] { ::syscall(SYS_rt_sigaction, SIGSYS, nullptr, nullptr, 8); }},
       {"mmap", [] { ::mmap(nullptr, 4096, PROT_READ | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0); }},
   };
   for (const auto& [call, attempt] : attempts) {

@@ -139,8 +139,7 @@ TEST(GltfSkins, FaultsKeepTheModelledPose) {
       fmt::format(
           R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0,"skin":0}},{{}},{{}}],"skins":[{{"joints":[1,2]}}])"),
       fmt::format(R"(,"JOINTS_0":{},"WEIGHTS_0":{}}})", file.joints, file.weights)));
-  EXPECT_TRUE(
-      says(all_of(loaded.faults.notices()), "skins[0].joints[0]: the joint is not in the scene"));
+  EXPECT_TRUE(says(all_of(loaded.faults.notices()), "skins[0].joints[0]: the joint is not in the scene"));
   expect_near(object_mesh(loaded).positions[1], {1, 0, 0});
 }
 

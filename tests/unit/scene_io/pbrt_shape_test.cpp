@@ -49,7 +49,8 @@ TEST(PbrtShapes, PatchesAndPlyMeshesAreMeshes) {
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
       "property list uchar int vertex_indices\nend_header\n0 0 0 1 0 0 0 1 0 3 0 1 2\n";
-  EXPECT_EQ(area_normal(object_mesh(world("Shape \"plymesh\" \"string filename\" \"m.ply\"", {{"m.ply", ply}}))).z, 0.5);
+  EXPECT_EQ(area_normal(object_mesh(world("Shape \"plymesh\" \"string filename\" \"m.ply\"", {{"m.ply", ply}}))).z,
+            0.5);
   EXPECT_EQ(pbrt_error("Shape \"plymesh\" \"string filename\" \"m.ply\"", {{"m.ply", "obj"}}),
             "a.pbrt:3: plymesh: m.ply: a PLY file begins with the line \"ply\"");
 }
