@@ -91,7 +91,7 @@ struct State {
   std::string place;
 };
 
-/// Disk for the films of one user. Without authentication anyone can be any user, so a default would bound nobody.
+/// Disk for the films of one user. Without authentication anyone can be any user, so a default would limit no user.
 std::uint64_t user_disk_bytes(const ServerOptions& options) {
   constexpr std::uint64_t kDefaultPart = 3;
   if (options.user_disk_gib > 0) {

@@ -111,7 +111,7 @@ Status check_access(const ServerOptions& options, const HostPort& listen) {
   if (!is_loopback(listen.host) && !options.insecure) {
     return failed_precondition(
         "--listen {}: others could use and stop this farm, and read its traffic. Give it certificates ({} and {}; "
-        "`lightmill certs` makes them, see docs/operate/security.md), or --insecure if only people whom you trust "
+        "`lightmill certs` makes them, see docs/operate/security.md), or --insecure if only people you trust "
         "reach this network",
         options.listen, kCertificateOption, kAuthorityOption);
   }

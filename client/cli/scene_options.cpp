@@ -48,8 +48,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command.add_option("--at", options.at, "show a glTF file at this moment of its animation")
       ->type_name("SECONDS")
       ->check(CLI::Range(0.0, 1e9).description(""));
-  command
-      .add_option("--animation", options.animation, "the animation that --at (default 0) is about: its name or number")
+  command.add_option("--animation", options.animation, "animation for --at (default 0), by name or number")
       ->type_name("NAME|N");
   command.add_flag("--strict", options.strict,
                    "refuse OBJ, MTL, glTF, pbrt and Mitsuba files with faults, such as odd lines and missing files");

@@ -26,8 +26,8 @@ struct RuntimeOptions {
   std::function<void(const Status&)> on_fatal = [](const Status&) {};
 };
 
-/// Whom an asset of this caller counts for (AssetStore::start_upload). Workers send what they find in users' scene
-/// files.
+/// The user that an asset of this caller counts for (AssetStore::start_upload). Workers send files that they find in
+/// users' scene files.
 std::string uploader(const Identity& caller);
 
 /// Servers have a reference to it, and end before it.

@@ -176,7 +176,7 @@ Status FileUpload::finish() {
     if (there_already) {
       store_.budget_.release(user_, size_bytes_);
     } else {
-      store_.budget_.stored(digest_, user_);
+      store_.budget_.stored(digest_, user_, size_bytes_);
     }
   }
   sync_folder(path.parent_path());

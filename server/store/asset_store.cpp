@@ -81,10 +81,10 @@ void AssetBudget::release(const std::string& user, std::uint64_t bytes) {
   take_back(user, bytes);
 }
 
-void AssetBudget::stored(const Sha256& digest, const std::string& user) {
+void AssetBudget::stored(const Sha256& digest, const std::string& user, std::uint64_t bytes) {
   const MutexLock lock(mutex_);
   if (!user.empty()) {
-    user_of_[digest] = user;
+    user_of_[digest] = {user, bytes + kBytesOfFile};
     bytes_of_[user] += kBytesOfFile;
   }
 }
@@ -92,14 +92,14 @@ void AssetBudget::stored(const Sha256& digest, const std::string& user) {
 void AssetBudget::removed(const Sha256& digest, std::uint64_t bytes) {
   const MutexLock lock(mutex_);
   used_bytes_ -= bytes;
-  if (const auto user = user_of_.extract(digest)) {
-    take_back(user.mapped(), bytes + kBytesOfFile);
+  if (const auto counted = user_of_.extract(digest)) {  // a damaged file may have another size than was counted
+    take_back(counted.mapped().user, counted.mapped().bytes);
   }
 }
 
 void AssetBudget::attribute(const Sha256& digest, const std::string& user, std::uint64_t bytes) {
   const MutexLock lock(mutex_);
-  if (!user.empty() && user_of_.emplace(digest, user).second) {
+  if (!user.empty() && user_of_.emplace(digest, Counted{user, bytes + kBytesOfFile}).second) {
     bytes_of_[user] += bytes + kBytesOfFile;
   }
 }

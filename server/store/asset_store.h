@@ -52,9 +52,9 @@ class AssetStore {
     /// Checks the digest (INVALID_ARGUMENT) and stores the asset durably.
     virtual Status finish() = 0;
   };
-  /// The asset counts as the user's until it is deleted, unless it was there before. Empty: as nobody's.
+  /// The asset counts as the user's until it is deleted, unless it was there before. Empty: as no user's.
   virtual Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest, const std::string& user = "") = 0;
-  /// After a start: a stored asset counts as the user's, if it is nobody's.
+  /// After a start: a stored asset counts as the user's, if it is no user's.
   virtual void attribute(const Sha256& digest, const std::string& user) = 0;
 
   /// Reads an asset piece by piece. Not thread-safe.
@@ -97,7 +97,7 @@ class AssetBudget {
   /// An upload ended, and left nothing.
   void release(const std::string& user, std::uint64_t bytes);
   /// An upload ended, and its asset is new.
-  void stored(const Sha256& digest, const std::string& user);
+  void stored(const Sha256& digest, const std::string& user, std::uint64_t bytes);
   /// A stored asset is deleted.
   void removed(const Sha256& digest, std::uint64_t bytes);
   void attribute(const Sha256& digest, const std::string& user, std::uint64_t bytes);
@@ -112,7 +112,11 @@ class AssetBudget {
   mutable Mutex mutex_;
   std::uint64_t used_bytes_ LM_GUARDED_BY(mutex_);
   std::map<std::string, std::uint64_t> bytes_of_ LM_GUARDED_BY(mutex_);  ///< by user
-  std::map<Sha256, std::string> user_of_ LM_GUARDED_BY(mutex_);          ///< stored assets that are somebody's
+  struct Counted {
+    std::string user;
+    std::uint64_t bytes = 0;
+  };
+  std::map<Sha256, Counted> user_of_ LM_GUARDED_BY(mutex_);  ///< stored assets that count for a user
 };
 
 }  // namespace lightmill

@@ -10,14 +10,17 @@ namespace lightmill::test {
 namespace {
 
 /// 16×16 pixels, a field of view of 53.13° (a film of 1 at distance 1), a lens focused at 4, and a glowing half plane x
-/// > 0 at distance `depth`.
-HalfImages edge_at(double depth, double lens_radius, const std::string& shift = "") {
+/// > 0 at distance `depth`. `upper`: y > 0 instead.
+HalfImages edge_at(double depth, double lens_radius, const std::string& shift = "", bool upper = false) {
+  const std::string corners =
+      upper ? fmt::format(R"("a": [1000, 0, {0}], "b": [0, 2000, {0}], "c": [-1000, 0, {0}])", -depth)
+            : fmt::format(R"("a": [0, -1000, {0}], "b": [2000, 0, {0}], "c": [0, 1000, {0}])", -depth);
   const std::string text = fmt::format(R"({{
     "camera": {{"eye": [0, 0, 0], "look_at": [0, 0, -1], "camera_constant": 1, "lens_radius": {0}, "focus_distance": 4{2}}},
     "film": {{"width": 16, "height": 16, "filter": {{"kind": "BOX", "radius_pixels": 0.5}}}},
     "materials": [{{"name": "lamp", "diffuse": {{"reflectance": {{"rgb": [0, 0, 0]}}}}, "emission": {{"rgb": [1, 1, 1]}}}}],
-    "objects": [{{"material": "lamp", "triangle": {{"a": [0, -1000, {1}], "b": [2000, 0, {1}], "c": [0, 1000, {1}]}}}}]}})",
-                                       lens_radius, -depth, shift);
+    "objects": [{{"material": "lamp", "triangle": {{{3}}}}}]}})",
+                                       lens_radius, -depth, shift, corners);
   return TestScene::from_text(text).render({"path", 1, 0}, 10);
 }
 
@@ -54,6 +57,9 @@ TEST(Shift, MovesThePictureByHeightsOfTheFilm) {
     const HalfImages left = edge_at(4, radius, R"(, "shift_x": -0.375)");
     EXPECT_NEAR(column(left, 13), 0, kRounding);
     EXPECT_NEAR(column(left, 14), 1, kRounding);
+    const HalfImages up = edge_at(4, radius, R"(, "shift_y": 0.25)", true);
+    EXPECT_NEAR(up.mean(3 * (16 * 11 + 5)), 1, kRounding);  // rows count from the top
+    EXPECT_NEAR(up.mean(3 * (16 * 12 + 5)), 0, kRounding);
   }
 }
 

@@ -18,7 +18,7 @@ namespace lightmill::cli {
 namespace {
 
 constexpr const char* kVerifyFooter =
-    "SCENE is the scene of the render, with the same --camera, --mtl and --sky. First the file and its receipt are\n"
+    "SCENE is the scene of the render, with the same --camera, --at, --animation, --mtl and --sky. First the file and its receipt are\n"
     "checked. Then random tiles are rendered again and compared bit for bit. `lightmill help receipts` explains what\n"
     "this finds.";
 

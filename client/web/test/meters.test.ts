@@ -25,6 +25,11 @@ test('points are projected by similar triangles', () => {
   expect(cropped([0, 0, 0])).toEqual({x: 10, y: 10});
 });
 
+test('a shift moves the picture by heights of the film', () => {
+  const shifted = projectionOf(create(CameraSchema, {...kCamera, shiftX: 0.25, shiftY: -0.5}), kFilm);
+  expect(shifted([0, 0, 0])).toEqual({x: 75, y: 0});
+});
+
 test('a camera constant is the distance of a film of height 1', () => {
   const project = projectionOf(create(CameraSchema, {...kCamera, view: {case: 'cameraConstant', value: 0.5}}), kFilm);
   expect(project([2, 0, 0])!.x).toBeCloseTo(110, 9);

@@ -24,7 +24,8 @@ constexpr int kFirstOtherDescriptor = 3;
 constexpr std::chrono::milliseconds kGrace = std::chrono::seconds(30);  ///< for start and end, in addition to the
                                                                         ///< image's time
 
-constexpr int kPipeBytes = 1 << 20;                ///< what every process may have without privileges
+constexpr int kPipeBytes = 1 << 20;  ///< what every process may have without privileges
+constexpr std::size_t kMostFingerprintBytes = 65536;
 constexpr std::chrono::milliseconds kEndPause(5);  ///< between two looks whether a process has ended
 
 /// Owner of a file descriptor.
@@ -190,17 +191,23 @@ Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path, st
   Descriptor childs(ends[1]);
   LM_ASSIGN_OR_RETURN(const pid_t pid, spawn_decoder(path, kFingerprintFlag, -1, ends[1]));
   childs.close();
-  const FromDecoder from{.patience = time_limit};
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point end = Clock::now() + time_limit;
+  const auto waits = [&] {
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now());
+    return FromDecoder{.patience = std::max(left, std::chrono::milliseconds(0))}.wait_for(output.number());
+  };
   std::string text;
   std::array<char, 256> part{};
   ssize_t size = 0;
   bool late = false;
-  while (!(late = !from.wait_for(output.number())) && (size = ::read(output.number(), part.data(), part.size())) > 0) {
-    text.append(part.data(), static_cast<std::size_t>(size));
+  while (text.size() <= kMostFingerprintBytes && !(late = !waits()) &&
+         ((size = ::read(output.number(), part.data(), part.size())) > 0 || (size < 0 && errno == EINTR))) {
+    text.append(part.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
   }
   int status = 0;
-  for (std::chrono::milliseconds waited{}; ::waitpid(pid, &status, WNOHANG) == 0; waited += kEndPause) {
-    late = late || waited >= time_limit;
+  while (::waitpid(pid, &status, WNOHANG) == 0) {
+    late = late || Clock::now() >= end;
     if (late) {
       ::kill(-pid, SIGKILL);  // with processes that it started
     }

@@ -16,8 +16,8 @@ struct Camera {
   double vertical_fov_degrees = 40;  ///< over the full height of the film; in (0, 180)
   double lens_radius = 0;            ///< of a thin lens, scene units; 0: a pinhole
   double focus_distance = 0;         ///< along the view, scene units; 0: the distance of look_at
-  /// The film's centre is this far to the right and up from the view's axis, in heights of the film. Parallel lines stay
-  /// parallel.
+  /// The film's centre is this far to the right and up from the view's axis, in heights of the film. Lines that
+  /// are parallel to the film stay parallel.
   double shift_x = 0, shift_y = 0;
 };
 

@@ -18,9 +18,9 @@ inline constexpr double kMaxPhongExponent = 1e6;   ///< single precision has no 
 inline constexpr double kMaxMeanCosine = 0.99;     ///< of a phase function
 inline constexpr double kMaxAbsorption = 0x1p100;  ///< per scene unit; opaque
 
-/// An image on surfaces, placed by their texture coordinates (common/materials/texture.h).
 inline constexpr double kMaxRotationDegrees = 1e4;  ///< of texture coordinates
 
+/// An image on surfaces, placed by their texture coordinates (common/materials/texture.h).
 struct TextureImage {
   std::string name;
   std::string file;  ///< as the document named it; for messages

@@ -27,8 +27,6 @@ constexpr std::array<std::string_view, 13> kKnownExtensions{"KHR_lights_punctual
                                                             kDdsTextures};
 
 constexpr std::size_t kMaxNamed = 100;  ///< unlisted extensions of a file that are named
-/// Vertices of all deformed meshes, times the morph targets that move each. Each deformed copy is a mesh of its own.
-constexpr std::uint64_t kMaxDeformed = 100'000'000;
 
 bool is_known(std::string_view extension) {
   return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), extension) != kKnownExtensions.end();
@@ -114,10 +112,10 @@ class GltfScene {
 
   void add_objects(const PlacedNode& placed) {
     const JsonNode mesh = data_.element("meshes", placed.node["mesh"]);
-    const MeshPose pose = mesh_pose(placed.node, mesh);
+    const MeshPose pose = mesh_pose(placed, mesh);
     // The joints of a skin place the mesh, so the node does not (glTF 2.0, 3.7.3.1).
     const Transform& to_scene = pose.joints == nullptr ? placed.to_scene : kIdentityTransform;
-    const std::vector<Part>& parts = parts_of(mesh, pose, placed.node["skin"]);
+    const std::vector<Part>& parts = parts_of(mesh, pose, placed.node);
     if (!spans_space(to_scene)) {
       flat_.push_back(name_of(placed.node));
       return;
@@ -132,18 +130,19 @@ class GltfScene {
   }
 
   /// How a node deforms its mesh.
-  MeshPose mesh_pose(const JsonNode& node, const JsonNode& mesh) {
+  MeshPose mesh_pose(const PlacedNode& placed, const JsonNode& mesh) {
+    const JsonNode& node = placed.node;
     MeshPose pose;
     if (const auto animated = poses_.find(node.path()); animated != poses_.end() && animated->second.weights) {
-      pose.weights = *animated->second.weights;
+      pose.weights = moving(*animated->second.weights);
+    } else if (node["weights"].present()) {
+      pose.weights = weights_of(node["weights"], mesh);
     } else {
-      const JsonNode weights = node["weights"].present() ? node["weights"] : mesh["weights"];
-      for (std::size_t i = 0; i < weights.size(); ++i) {
-        pose.weights.push_back(weights.at(i).number(0, -1e6, 1e6));
+      const auto [found, added] = mesh_weights_.try_emplace(mesh.path());
+      if (added) {
+        found->second = weights_of(mesh["weights"], mesh);
       }
-    }
-    if (std::ranges::all_of(pose.weights, [](double weight) { return weight == 0; })) {
-      pose.weights.clear();
+      pose.weights = found->second;
     }
     if (const JsonNode skin = data_.element("skins", node["skin"]); skin.present()) {
       const auto [found, added] = joints_.try_emplace(skin.path());
@@ -151,32 +150,32 @@ class GltfScene {
         found->second = joints_of(data_, skin, places_);
       }
       pose.joints = found->second;
+      pose.to_scene = placed.to_scene;
     }
     return pose;
   }
 
-  /// Whether a primitive can be deformed within the limit. Reports an error if not.
-  bool counts_as_deformed(const JsonNode& primitive, const MeshPose& pose) {
-    if (pose.joints == nullptr && pose.weights.empty()) {
-      return true;
+  /// Null if all are 0.
+  static std::shared_ptr<const std::vector<double>> moving(std::vector<double> weights) {
+    const bool moves = std::ranges::any_of(weights, [](double weight) { return weight != 0; });
+    return moves ? std::make_shared<const std::vector<double>>(std::move(weights)) : nullptr;
+  }
+  /// As many as the mesh has targets.
+  static std::shared_ptr<const std::vector<double>> weights_of(const JsonNode& weights, const JsonNode& mesh) {
+    const JsonNode primitives = mesh["primitives"];
+    const std::size_t targets = primitives.size() == 0 ? 0 : primitives.at(0)["targets"].size();
+    std::vector<double> out;
+    for (std::size_t i = 0; i < std::min(weights.size(), targets); ++i) {
+      out.push_back(weights.at(i).number(0, -kMostWeight, kMostWeight));
     }
-    const auto moving = std::ranges::count_if(pose.weights, [](double weight) { return weight != 0; });
-    deformed_ += data_.count(primitive["attributes"]["POSITION"]) * static_cast<std::uint64_t>(1 + moving);
-    if (deformed_ > kMaxDeformed) {
-      primitive.fail(fmt::format("skins and morph targets move more than {} vertices of this file", kMaxDeformed));
-    }
-    return data_.status().ok();
+    return moving(std::move(out));
   }
 
-  /// The primitives of a mesh as assets. They are read once for all instances with the same pose.
-  const std::vector<Part>& parts_of(const JsonNode& mesh, const MeshPose& pose, const JsonNode& skin) {
-    std::string key = mesh.path();
-    if (pose.joints != nullptr) {
-      key += fmt::format(" {}", data_.element("skins", skin).path());
-    }
-    if (!pose.weights.empty()) {
-      key += fmt::format(" {}", fmt::join(pose.weights, " "));
-    }
+  /// The primitives of a mesh as assets. They are read once for all nodes that do not deform it otherwise than the mesh
+  /// itself says.
+  const std::vector<Part>& parts_of(const JsonNode& mesh, const MeshPose& pose, const JsonNode& node) {
+    const bool own = pose.joints != nullptr || (pose.weights != nullptr && pose.weights != mesh_weights_[mesh.path()]);
+    const std::string key = own ? fmt::format("{} {}", mesh.path(), node.path()) : mesh.path();
     const auto [found, added] = meshes_.try_emplace(key);
     if (!added) {
       return found->second;
@@ -184,11 +183,9 @@ class GltfScene {
     const JsonNode primitives = mesh["primitives"];
     for (std::size_t i = 0; i < primitives.size() && data_.status().ok(); ++i) {
       const JsonNode primitive = primitives.at(i);
-      if (!counts_as_deformed(primitive, pose)) {
-        break;
-      }
       const GltfMaterials::Used used = materials_.use(primitive["material"]);
-      std::optional<Mesh> triangles = read_primitive(data_, primitive, pose, used.texture_set, used.tangents, notices_);
+      std::optional<Mesh> triangles =
+          read_primitive(data_, primitive, pose, used.texture_set, used.tangents, deformed_, notices_);
       if (!triangles) {
         continue;
       }
@@ -228,10 +225,11 @@ class GltfScene {
   Notices notices_;
   GltfMaterials materials_;
   GltfPoses poses_;
-  std::unordered_map<std::string, Transform> places_;                            ///< of the scene's nodes
-  std::map<std::string, std::shared_ptr<const std::vector<Transform>>> joints_;  ///< by skin
-  std::map<std::string, std::vector<Part>> meshes_;                              ///< by mesh and pose
-  std::uint64_t deformed_ = 0;                                                   ///< see kMaxDeformed
+  std::map<std::string, std::shared_ptr<const std::vector<double>>> mesh_weights_;  ///< by mesh
+  std::unordered_map<std::string, Transform> places_;                               ///< of the scene's nodes
+  std::map<std::string, std::shared_ptr<const std::vector<Transform>>> joints_;     ///< by skin
+  std::map<std::string, std::vector<Part>> meshes_;                                 ///< by mesh and pose
+  std::uint64_t deformed_ = 0;                                                      ///< see count_deformed
   std::vector<std::string> flat_;  ///< nodes with scale 0; this hides everything in them
 };
 

@@ -12,15 +12,17 @@ struct Influences {
   std::vector<std::array<double, 4>> joints, weights;
 };
 
-/// The sets JOINTS_0, JOINTS_1, … with their weights. Empty after an error.
+constexpr std::size_t kMostSets = 4;
+
+/// The sets JOINTS_0, JOINTS_1, … with their weights, at most kMostSets. Empty after an error.
 std::vector<Influences> read_influences(const GltfData& data, const JsonNode& primitive, std::size_t joints,
                                         const GltfVertices& vertices) {
   std::vector<Influences> sets;
-  for (std::size_t set = 0;; ++set) {
+  for (std::size_t set = 0; set < kMostSets; ++set) {
     const JsonNode which = primitive["attributes"][fmt::format("JOINTS_{}", set)];
     const JsonNode weights = primitive["attributes"][fmt::format("WEIGHTS_{}", set)];
     if (!which.present() || !weights.present()) {
-      return sets;
+      break;
     }
     if (!has_all(data, which, "joints", vertices) || !has_all(data, weights, "weights of joints", vertices)) {
       return {};
@@ -38,6 +40,7 @@ std::vector<Influences> read_influences(const GltfData& data, const JsonNode& pr
       return {};
     }
   }
+  return sets;
 }
 
 /// The weighted mean of the maps of a vertex's joints. Without weights, that of the first joint.
@@ -70,14 +73,15 @@ Transform mean_map(const std::vector<Influences>& sets, std::size_t vertex, cons
   return sum;
 }
 
-/// The map of normals: the matrix of cofactors. It exists where the map has no inverse.
-Transform normal_map_of(const Transform& t) {
+/// The map of normals: the matrix of cofactors, which exists where the map has no inverse. Times −1 if the map mirrors.
+Transform normal_map_of(const Transform& t, bool mirrors) {
   Transform out{};
+  const double sign = mirrors ? -1 : 1;
   for (std::size_t row = 0; row < 3; ++row) {
     const std::size_t r1 = (row + 1) % 3, r2 = (row + 2) % 3;
     for (std::size_t column = 0; column < 3; ++column) {
       const std::size_t c1 = (column + 1) % 3, c2 = (column + 2) % 3;
-      out[row][column] = t[r1][c1] * t[r2][c2] - t[r1][c2] * t[r2][c1];
+      out[row][column] = sign * (t[r1][c1] * t[r2][c2] - t[r1][c2] * t[r2][c1]);
     }
   }
   return out;
@@ -104,9 +108,26 @@ bool has_all(const GltfData& data, const JsonNode& attribute, std::string_view w
   return data.status().ok();
 }
 
+bool count_deformed(const JsonNode& primitive, const MeshPose& pose, std::size_t vertices, std::size_t triangles,
+                    std::uint64_t& deformed) {
+  const auto moves = [](double weight) { return weight != 0; };
+  const std::uint64_t arrays = (pose.joints != nullptr ? 2 * kMostSets : 0) +
+                               (pose.weights != nullptr ? std::ranges::count_if(*pose.weights, moves) : 0);
+  deformed += (vertices + triangles) * (1 + arrays) + primitive["targets"].size();
+  if (deformed > kMostDeformed) {
+    primitive.fail(fmt::format("skins and morph targets move too much: more than {} vertices, triangles and targets",
+                               kMostDeformed));
+  }
+  return deformed <= kMostDeformed;
+}
+
 void add_morph_targets(const GltfData& data, const JsonNode& primitive, std::string_view attribute,
-                       const std::vector<double>& weights, const GltfVertices& vertices,
+                       const MeshPose& pose, const GltfVertices& vertices,
                        std::vector<std::array<double, 3>>& vectors) {
+  if (pose.weights == nullptr) {
+    return;
+  }
+  const std::vector<double>& weights = *pose.weights;
   const JsonNode targets = primitive["targets"];
   for (std::size_t i = 0; i < std::min(targets.size(), weights.size()) && data.status().ok(); ++i) {
     const JsonNode target = targets.at(i)[attribute];
@@ -122,19 +143,31 @@ void add_morph_targets(const GltfData& data, const JsonNode& primitive, std::str
   }
 }
 
-void move_with_joints(const GltfData& data, const JsonNode& primitive, const std::vector<Transform>& joints,
+void move_with_joints(const GltfData& data, const JsonNode& primitive, const MeshPose& pose,
                       const GltfVertices& vertices, Mesh& mesh) {
-  const std::vector<Influences> sets = read_influences(data, primitive, joints.size(), vertices);
-  for (std::size_t v = 0; v < mesh.positions.size() && !sets.empty(); ++v) {
-    const Transform map = mean_map(sets, v, joints);
+  const std::vector<Influences> sets = read_influences(data, primitive, pose.joints->size(), vertices);
+  if (!data.status().ok()) {
+    return;
+  }
+  std::vector<bool> mirrored(mesh.positions.size());
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    const Transform map = sets.empty() ? pose.to_scene : mean_map(sets, v, *pose.joints);
+    const bool mirrors = determinant(map) < 0;
+    mirrored[v] = mirrors;
     mesh.positions[v] = map_point(map, mesh.positions[v]);
     if (!mesh.normals.empty()) {
       auto& [x, y, z] = mesh.normals[v];
-      map_direction(normal_map_of(map), x, y, z);
+      map_direction(normal_map_of(map, mirrors), x, y, z);
     }
     if (!mesh.tangents.empty()) {
       auto& [x, y, z, sign] = mesh.tangents[v];
       map_direction(map, x, y, z);
+      sign = mirrors ? -sign : sign;
+    }
+  }
+  for (auto& triangle : mesh.triangles) {
+    if (mirrored[triangle[0]]) {
+      std::swap(triangle[1], triangle[2]);
     }
   }
 }

@@ -108,7 +108,7 @@ void read_normals(const GltfData& data, const JsonNode& primitive, const MeshPos
   const JsonNode attribute = primitive["attributes"]["NORMAL"];
   auto normals = has_all(data, attribute, "normals", vertices) ? data.vectors<3>(attribute, vertices.used)
                                                                : std::vector<std::array<double, 3>>();
-  add_morph_targets(data, primitive, "NORMAL", pose.weights, vertices, normals);
+  add_morph_targets(data, primitive, "NORMAL", pose, vertices, normals);
   std::size_t missing = 0;
   for (const auto& [x, y, z] : normals) {
     const double length = std::hypot(x, y, z);
@@ -171,7 +171,7 @@ void read_tangents(const GltfData& data, const JsonNode& primitive, const MeshPo
   for (const auto& [x, y, z, sign] : tangents) {
     directions.push_back({x, y, z});
   }
-  add_morph_targets(data, primitive, "TANGENT", pose.weights, vertices, directions);
+  add_morph_targets(data, primitive, "TANGENT", pose, vertices, directions);
   std::size_t missing = 0;
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const auto& [x, y, z] = directions[i];
@@ -249,7 +249,8 @@ void leave_out_wrong_triangles(const JsonNode& indices, std::size_t vertices, Me
 }  // namespace
 
 std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primitive, const MeshPose& pose,
-                                   std::optional<std::uint64_t> texture_set, bool tangents, Notices& notices) {
+                                   std::optional<std::uint64_t> texture_set, bool tangents, std::uint64_t& deformed,
+                                   Notices& notices) {
   const std::uint64_t mode = primitive["mode"].whole(kTriangles, 0, kFan);
   if (mode < kTriangles) {
     notices.left_out("points and lines");
@@ -284,10 +285,13 @@ std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primiti
   }
   leave_out_wrong_triangles(primitive["indices"], vertices.count, mesh);
   vertices.used = compact(mesh.triangles);
+  if (pose.deforms() && !count_deformed(primitive, pose, vertices.used.size(), mesh.triangles.size(), deformed)) {
+    return std::nullopt;
+  }
   if (vertices.used.size() != mesh.positions.size()) {
     mesh.positions = data.vectors<3>(attributes["POSITION"], vertices.used);
   }
-  add_morph_targets(data, primitive, "POSITION", pose.weights, vertices, mesh.positions);
+  add_morph_targets(data, primitive, "POSITION", pose, vertices, mesh.positions);
   if (attributes["NORMAL"].present()) {
     read_normals(data, primitive, pose, vertices, mesh);
   }
@@ -304,9 +308,13 @@ std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primiti
     read_tangents(data, primitive, pose, vertices, mesh);
   }
   if (pose.joints != nullptr && data.status().ok()) {
-    move_with_joints(data, primitive, *pose.joints, vertices, mesh);
+    move_with_joints(data, primitive, pose, vertices, mesh);
   }
   if (data.status().ok() && std::ranges::none_of(mesh.triangles, [&](const auto& t) { return has_area(mesh, t); })) {
+    if (pose.deforms()) {
+      primitive.fault("none of its triangles has an area in this pose", "it is left out");
+      return std::nullopt;
+    }
     primitive.fail("none of its triangles has an area");
   }
   if (!data.status().ok()) {

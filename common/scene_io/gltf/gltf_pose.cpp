@@ -98,12 +98,24 @@ class Samplers {
   static std::string short_text(const std::string& text) { return utf8_text(text.substr(0, 40)); }
   static void skip(const JsonNode& at, std::string_view what) { at.fault(what, "its animation is skipped"); }
 
+  /// Counts numbers that are read. Reports an error if they are too many.
+  bool reads(const JsonNode& at, std::size_t numbers) {
+    values_ += numbers;
+    if (values_ > kMostValues) {
+      at.fail(fmt::format("the animation needs more than {} numbers", kMostValues));
+    }
+    return values_ <= kMostValues;
+  }
+
   /// Nothing, with a fault, if the times are wrong.
   std::optional<Keyframes> keyframes(const JsonNode& input) {
     const JsonNode accessor = data_.element("accessors", input);
     const auto [found, added] = keyframes_.try_emplace(accessor.path());
     if (!added) {
       return found->second;
+    }
+    if (!reads(input, data_.count(input))) {
+      return std::nullopt;
     }
     std::vector<double> times;
     for (const auto& [time] : data_.vectors<1>(input)) {
@@ -114,7 +126,7 @@ class Samplers {
     }
     if (times.empty() || !std::ranges::all_of(times, [](double time) { return std::isfinite(time); }) ||
         !std::ranges::is_sorted(times)) {
-      skip(input, "times that ascend are expected");
+      skip(input, "ascending times are expected");
       return std::nullopt;
     }
     Keyframes keys{.count = times.size()};
@@ -132,9 +144,7 @@ class Samplers {
     for (std::size_t i = 0; i < which.size(); ++i) {
       which[i] = static_cast<std::uint32_t>(row * which.size() + i);
     }
-    values_ += width;
-    if (values_ > kMostValues) {
-      output.fail(fmt::format("the animation needs more than {} numbers", counted(kMostValues, "number")));
+    if (!reads(output, width)) {
       return std::vector<double>(width);
     }
     std::vector<double> out;
@@ -174,7 +184,7 @@ Result<JsonNode> find_animation(const GltfData& data, const std::string& wanted)
     }
   }
   if (list.size() == 0) {
-    return invalid_argument("the file has no animations");
+    return invalid_argument("the file has no animations: leave out --at and --animation");
   }
   if (const auto number = parse_number<std::uint64_t>(wanted); number && *number >= 1 && *number <= list.size()) {
     return list.at(*number - 1);
@@ -206,6 +216,7 @@ Result<GltfPoses> poses_at(const GltfData& data, const AnimationMoment& moment) 
   LM_ASSIGN_OR_RETURN(const JsonNode animation, find_animation(data, moment.animation));
   GltfPoses poses;
   Samplers samplers(data, moment.seconds);
+  std::vector<double> none;
   const JsonNode channels = animation["channels"];
   for (std::size_t i = 0; i < channels.size() && data.status().ok(); ++i) {
     const JsonNode target = channels.at(i)["target"], list = animation["samplers"];
@@ -221,10 +232,18 @@ Result<GltfPoses> poses_at(const GltfData& data, const AnimationMoment& moment) 
       pose.translation = as_array<3>(samplers.value(sampler, false, 3));
     } else if (path == "rotation") {
       pose.rotation = as_array<4>(samplers.value(sampler, false, 4));
+      if (const auto& q = pose.rotation;
+          q && !(std::hypot(std::hypot((*q)[0], (*q)[1]), std::hypot((*q)[2], (*q)[3])) > 1e-6)) {
+        sampler["output"].fault("a unit quaternion is expected", "its animation is skipped");
+        pose.rotation = std::nullopt;
+      }
     } else if (path == "scale") {
       pose.scale = as_array<3>(samplers.value(sampler, false, 3));
     } else if (const std::size_t targets = morph_targets(data, node); path == "weights" && targets > 0) {
       pose.weights = samplers.value(sampler, true, targets);
+      for (double& weight : pose.weights ? *pose.weights : none) {
+        weight = std::isfinite(weight) ? std::clamp(weight, -kMostWeight, kMostWeight) : 0;
+      }
     } else {
       target.fault(fmt::format("\"{}\" cannot be animated", utf8_text(path.substr(0, 40))), "its animation is skipped");
     }

@@ -13,24 +13,29 @@
 
 namespace lightmill {
 
-/// What an animation sets of a node. The rest is as the node says.
+/// What an animation sets of a node. Other properties keep the node's values.
 struct NodePose {
   std::optional<std::array<double, 3>> translation, scale;
   std::optional<std::array<double, 4>> rotation;  ///< x, y, z, w
   std::optional<std::vector<double>> weights;     ///< of morph targets
 };
 
+inline constexpr double kMostWeight = 1e6;  ///< of a morph target
+
 /// Poses by the path of their node. Nodes that no animation changes have none.
 using GltfPoses = std::unordered_map<std::string, NodePose>;
 
 /// The poses at a moment. Before its first keyframe, a channel has the value there, and after its last one the value
-/// there. A channel with wrong data is a fault. INVALID_ARGUMENT if the file has no such animation.
+/// there. A channel with wrong values is a fault. INVALID_ARGUMENT if the file has no such animation.
 Result<GltfPoses> poses_at(const GltfData& data, const AnimationMoment& moment);
 
-/// How one use of a mesh deforms it. Without weights and joints it does not.
+/// How a node deforms its mesh. Without weights and joints it does not.
 struct MeshPose {
-  std::vector<double> weights;                           ///< of the morph targets; missing ones are 0
+  std::shared_ptr<const std::vector<double>> weights;    ///< of the morph targets; missing ones are 0. Null: none moves
   std::shared_ptr<const std::vector<Transform>> joints;  ///< maps from the mesh to the scene; null without a skin
+  Transform to_scene = kIdentityTransform;               ///< of the node; with a skin, for primitives without joints
+
+  bool deforms() const { return weights != nullptr || joints != nullptr; }
 };
 
 /// The joints of a skin: each maps the mesh to the scene. `places`: the nodes of the scene, by path. Null, with a fault,

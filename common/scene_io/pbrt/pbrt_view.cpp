@@ -115,8 +115,8 @@ void read_field_of_view(const PbrtParameters& camera, PbrtView& out) {
     camera.fail(camera.has("screenwindow") ? "screenwindow" : "frameaspectratio",
                 "only square pixels can be rendered: the film's aspect ratio is expected");
   } else {
-    out.camera.shift_x = std::clamp((window[0] + window[1]) / 2 / height, -kMaxShift, kMaxShift);
-    out.camera.shift_y = std::clamp((window[2] + window[3]) / 2 / height, -kMaxShift, kMaxShift);
+    out.camera.shift_x = (window[0] + window[1]) / 2 / height;
+    out.camera.shift_y = (window[2] + window[3]) / 2 / height;
   }
   const double half = std::tan(fov / 2 * std::numbers::pi / 180) * std::abs(height) / 2;
   out.camera.vertical_fov_degrees = std::clamp(2 * std::atan(half) * 180 / std::numbers::pi, 1e-6, 179.9999);

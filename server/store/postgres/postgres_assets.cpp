@@ -272,7 +272,7 @@ Status PostgresUpload::finish() {
     if (status.ok()) {
       kept_ = true;
       store_.insert(digest_, {*id_, size_bytes_});
-      store_.budget_.stored(digest_, user_);
+      store_.budget_.stored(digest_, user_, size_bytes_);
       return status;
     }
     if (session.last_state() != kUniqueViolation) {

@@ -28,7 +28,9 @@ std::optional<Mesh> primitive(const GltfBuffer& buffer, const std::string& json,
                               std::vector<std::string>& notices, std::optional<std::uint64_t> set = std::nullopt) {
   const auto data = open(gltf(fmt::format(R"({},"meshes":[{{"primitives":[{}]}}])", buffer.embedded(), json)));
   Notices list(notices);
-  const auto mesh = read_primitive(*data, data->root()["meshes"].at(0)["primitives"].at(0), {}, set, false, list);
+  std::uint64_t deformed = 0;
+  const auto mesh =
+      read_primitive(*data, data->root()["meshes"].at(0)["primitives"].at(0), {}, set, false, deformed, list);
   error = test::error_message(data->status());
   const std::vector<std::string> faults = data->faults().notices();
   notices.insert(notices.end(), faults.begin(), faults.end());

@@ -13,14 +13,15 @@ export type Projection = (point: Vector) => Point | undefined;
 export function projectionOf(camera: Camera | undefined, {width, height, crop}: Pick<RenderSettings, 'width' | 'height' | 'crop'>): Projection {
   const pose = poseOf(camera);
   const {right, above, forward} = frameOf(pose);
+  const [x, y] = [width / 2 - height * (camera?.shiftX ?? 0), height / 2 + height * (camera?.shiftY ?? 0)];
   const pixels = height / (2 * Math.tan((fovOf(camera) * Math.PI) / 360));
   return (point) => {
     const offset = minus(point, pose.eye);
     const depth = dot(offset, forward);
     return depth > 1e-9 * length(offset)
       ? {
-          x: width / 2 + (pixels * dot(offset, right)) / depth - (crop?.x ?? 0),
-          y: height / 2 - (pixels * dot(offset, above)) / depth - (crop?.y ?? 0),
+          x: x + (pixels * dot(offset, right)) / depth - (crop?.x ?? 0),
+          y: y - (pixels * dot(offset, above)) / depth - (crop?.y ?? 0),
         }
       : undefined;
   };
