@@ -13,6 +13,7 @@
 #include <cstring>
 #include <thread>
 
+#include "common/base/clock.h"
 #include "common/base/file.h"
 #include "common/base/text.h"
 #include "common/image/texels.h"
@@ -191,10 +192,9 @@ Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path, st
   Descriptor childs(ends[1]);
   LM_ASSIGN_OR_RETURN(const pid_t pid, spawn_decoder(path, kFingerprintFlag, -1, ends[1]));
   childs.close();
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point end = Clock::now() + time_limit;
+  const Time end = system_clock().now() + time_limit;
   const auto waits = [&] {
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now());
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - system_clock().now());
     return FromDecoder{.patience = std::max(left, std::chrono::milliseconds(0))}.wait_for(output.number());
   };
   std::string text;
@@ -207,7 +207,7 @@ Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path, st
   }
   int status = 0;
   while (::waitpid(pid, &status, WNOHANG) == 0) {
-    late = late || Clock::now() >= end;
+    late = late || system_clock().now() >= end;
     if (late) {
       ::kill(-pid, SIGKILL);  // with processes that it started
     }
