@@ -4,6 +4,7 @@
 
 #include "common/base/digest.h"
 #include "common/base/log.h"
+#include "common/base/clock.h"
 #include "common/image/decoder/decoder_process.h"
 #include "common/methods/fingerprint.h"
 
@@ -11,8 +12,9 @@ namespace lightmill {
 
 std::string worker_class(const std::filesystem::path& decoder) {
   // Beside the test render, because the decoder's libraries take as long to load. Without a thread, after it.
-  std::future<Result<std::string>> images =
-      std::async(std::launch::async | std::launch::deferred, [&decoder] { return fingerprint_of_decoder(decoder); });
+  std::future<Result<std::string>> images = std::async(std::launch::async | std::launch::deferred, [&decoder] {
+    return fingerprint_of_decoder(decoder, system_clock());
+  });
   const std::string rendered = fingerprint_class();
   const Result<std::string> read = images.get();
   if (!read.ok()) {

@@ -13,7 +13,6 @@
 #include <cstring>
 #include <thread>
 
-#include "common/base/clock.h"
 #include "common/base/file.h"
 #include "common/base/text.h"
 #include "common/image/texels.h"
@@ -183,7 +182,8 @@ std::filesystem::path image_decoder_program() {
   return own_folder() / "lightmill-image-decoder";
 }
 
-Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path, std::chrono::milliseconds time_limit) {
+Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path, const Clock& clock,
+                                           std::chrono::milliseconds time_limit) {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
     return resource_exhausted("no pipe for the image decoder: {}", std::strerror(errno));
@@ -192,9 +192,9 @@ Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path, st
   Descriptor childs(ends[1]);
   LM_ASSIGN_OR_RETURN(const pid_t pid, spawn_decoder(path, kFingerprintFlag, -1, ends[1]));
   childs.close();
-  const Time end = system_clock().now() + time_limit;
+  const Time end = clock.now() + time_limit;
   const auto waits = [&] {
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - system_clock().now());
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - clock.now());
     return FromDecoder{.patience = std::max(left, std::chrono::milliseconds(0))}.wait_for(output.number());
   };
   std::string text;
@@ -207,7 +207,7 @@ Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path, st
   }
   int status = 0;
   while (::waitpid(pid, &status, WNOHANG) == 0) {
-    late = late || system_clock().now() >= end;
+    late = late || clock.now() >= end;
     if (late) {
       ::kill(-pid, SIGKILL);  // with processes that it started
     }

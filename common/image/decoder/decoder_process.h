@@ -12,6 +12,7 @@
 #include <stop_token>
 #include <string>
 
+#include "common/base/clock.h"
 #include "common/base/digest.h"
 #include "common/base/status.h"
 #include "common/image/decoder/decoder_protocol.h"
@@ -25,7 +26,7 @@ std::filesystem::path image_decoder_program();
 
 /// What the decoder prints about its libraries (decoder/fingerprint.h). Takes some 0.3 s. FAILED_PRECONDITION if it
 /// does not start, fails, or does not end within `time_limit`, and is killed.
-Result<std::string> fingerprint_of_decoder(const std::filesystem::path& program,
+Result<std::string> fingerprint_of_decoder(const std::filesystem::path& program, const Clock& clock,
                                            std::chrono::milliseconds time_limit = std::chrono::minutes(2));
 
 struct DecoderOptions {

@@ -293,11 +293,11 @@ TEST(DecoderProcess, RefusesImagesWithoutSeccompUnlessAllowed) {
 }
 
 TEST(DecoderProcess, ItsFingerprintIsOfItsLibrariesAndPixels) {
-  const Result<std::string> fingerprint = fingerprint_of_decoder(program("lightmill-image-decoder"));
+  const Result<std::string> fingerprint = fingerprint_of_decoder(program("lightmill-image-decoder"), system_clock());
   ASSERT_TRUE(fingerprint.ok()) << fingerprint.status();
   EXPECT_EQ(fingerprint->size(), 16u);
   EXPECT_EQ(*fingerprint, decoder_fingerprint().value()) << "the same libraries in this process";
-  EXPECT_EQ(fingerprint_of_decoder("/nowhere/lightmill-image-decoder").status().code(),
+  EXPECT_EQ(fingerprint_of_decoder("/nowhere/lightmill-image-decoder", system_clock()).status().code(),
             StatusCode::kFailedPrecondition);
 }
 
@@ -307,7 +307,7 @@ TEST(DecoderProcess, AFingerprintThatDoesNotComeEndsWithAnError) {
     const std::filesystem::path program = folder.path() / name;
     std::ofstream(program) << "#!/bin/sh\n" << does << "\n";
     std::filesystem::permissions(program, std::filesystem::perms::owner_all);
-    return message_of(fingerprint_of_decoder(program, std::chrono::milliseconds(200)).status());
+    return message_of(fingerprint_of_decoder(program, system_clock(), std::chrono::milliseconds(200)).status());
   };
   const std::string hangs = folder.path().string() + "/hangs";
   EXPECT_EQ(asked("hangs", "sleep 1000; true"),
