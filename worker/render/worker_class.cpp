@@ -2,9 +2,9 @@
 
 #include <future>
 
+#include "common/base/clock.h"
 #include "common/base/digest.h"
 #include "common/base/log.h"
-#include "common/base/clock.h"
 #include "common/image/decoder/decoder_process.h"
 #include "common/methods/fingerprint.h"
 
