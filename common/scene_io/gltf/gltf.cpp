@@ -138,11 +138,7 @@ class GltfScene {
     } else if (node["weights"].present()) {
       pose.weights = weights_of(node["weights"], mesh);
     } else {
-      const auto [found, added] = mesh_weights_.try_emplace(mesh.path());
-      if (added) {
-        found->second = weights_of(mesh["weights"], mesh);
-      }
-      pose.weights = found->second;
+      pose.weights = mesh_weights(mesh);
     }
     if (const JsonNode skin = data_.element("skins", node["skin"]); skin.present()) {
       const auto [found, added] = joints_.try_emplace(skin.path());
@@ -155,6 +151,14 @@ class GltfScene {
     return pose;
   }
 
+  /// The weights of nodes that have none of their own.
+  const std::shared_ptr<const std::vector<double>>& mesh_weights(const JsonNode& mesh) {
+    const auto [found, added] = mesh_weights_.try_emplace(mesh.path());
+    if (added) {
+      found->second = weights_of(mesh["weights"], mesh);
+    }
+    return found->second;
+  }
   /// Null if all are 0.
   static std::shared_ptr<const std::vector<double>> moving(std::vector<double> weights) {
     const bool moves = std::ranges::any_of(weights, [](double weight) { return weight != 0; });
@@ -174,7 +178,7 @@ class GltfScene {
   /// The primitives of a mesh as assets. They are read once for all nodes that do not deform it otherwise than the mesh
   /// itself says.
   const std::vector<Part>& parts_of(const JsonNode& mesh, const MeshPose& pose, const JsonNode& node) {
-    const bool own = pose.joints != nullptr || (pose.weights != nullptr && pose.weights != mesh_weights_[mesh.path()]);
+    const bool own = pose.joints != nullptr || pose.weights != mesh_weights(mesh);
     const std::string key = own ? fmt::format("{} {}", mesh.path(), node.path()) : mesh.path();
     const auto [found, added] = meshes_.try_emplace(key);
     if (!added) {

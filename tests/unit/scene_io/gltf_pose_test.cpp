@@ -67,13 +67,15 @@ TEST(GltfMorphTargets, MovePositionsAndNormalsByTheirWeights) {
   EXPECT_EQ(other.positions, (std::vector<Point3d>{Point3d{0, 0, 0}, Point3d{0.5, 0, 4}, Point3d{0, 0.5, 0}}));
 }
 
-TEST(GltfMorphTargets, OfWeightZeroShareOneMesh) {
-  PoseFile file;
-  const LoadedScene loaded =
-      good(file.text(R"("nodes":[{"mesh":0},{"mesh":0,"weights":[0]}])", R"(},"targets":[{"POSITION":0}])"));
-  ASSERT_EQ(loaded.scene.objects.size(), 2u);
-  EXPECT_EQ(std::get<MeshShape>(loaded.scene.objects[0].shape).asset,
-            std::get<MeshShape>(loaded.scene.objects[1].shape).asset);
+// In any order, and also where a node sets all weights to 0.
+TEST(GltfMorphTargets, WeightsOfOneNodeDoNotChangeOthers) {
+  const std::string targets = R"(},"targets":[{"POSITION":1}])", weights = R"(,"weights":[0.5])";  // along z
+  const LoadedScene loaded = good(
+      PoseFile().text(R"("nodes":[{"mesh":0,"weights":[0]},{"mesh":0},{"mesh":0,"weights":[2]}])", targets, weights));
+  ASSERT_EQ(loaded.scene.objects.size(), 3u);
+  EXPECT_EQ(object_mesh(loaded, 0).positions[0], (Point3d{0, 0, 0}));
+  EXPECT_EQ(object_mesh(loaded, 1).positions[0], (Point3d{0, 0, 0.5}));
+  EXPECT_EQ(object_mesh(loaded, 2).positions[0], (Point3d{0, 0, 2}));
 }
 
 // ---- skins ----
@@ -140,7 +142,8 @@ TEST(GltfSkins, FaultsKeepTheModelledPose) {
           R"("scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0,"skin":0,"translation":[0,0,3]}},{{}},{{}}],"skins":[{{"joints":[1,2]}}])"),
       fmt::format(R"(,"JOINTS_0":{},"WEIGHTS_0":{}}})", file.joints, file.weights)));
   EXPECT_TRUE(says(all_of(loaded.faults.notices()), "skins[0].joints[0]: the joint is not in the scene"));
-  expect_near(object_mesh(loaded).positions[1], {1, 0, 0});
+  // The node places it, which it does not with a skin.
+  expect_near(moved(loaded.scene.objects.at(0), object_mesh(loaded).positions[1]), {1, 0, 3});
 }
 
 TEST(GltfSkins, MirroredJointsKeepTheOuterSideOutside) {
