@@ -46,8 +46,9 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
 
  private:
   Status open() {
-    LM_RETURN_IF_ERROR(way_.assets.check_room(digest_, length_));
-    LM_ASSIGN_OR_RETURN(upload_, way_.assets.start_upload(digest_, uploader(call_.caller)));
+    const std::string user = uploader(call_.caller);
+    LM_RETURN_IF_ERROR(way_.assets.check_room(digest_, user, length_));
+    LM_ASSIGN_OR_RETURN(upload_, way_.assets.start_upload(digest_, user));
     return ok_status();
   }
 
