@@ -47,7 +47,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
       ->capture_default_str();
   command.add_option("--at", options.at, "show a glTF file at this moment of its animation")
       ->type_name("SECONDS")
-      ->check(CLI::Range(0.0, 1e9).description(""));
+      ->check(real_number(0, 1e9));
   command.add_option("--animation", options.animation, "animation for --at (default 0), by name or number")
       ->type_name("NAME|N");
   command.add_flag("--strict", options.strict,
