@@ -146,6 +146,11 @@ Status write_secret_file(const fs::path& path, ByteView bytes, bool replace) {
   return write_and_name(path, bytes, 0600, replace ? Existing::replaced : Existing::kept);
 }
 
+Status sync_file(const fs::path& path) {
+  const Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  return fd.get() >= 0 && ::fsync(fd.get()) == 0 ? ok_status() : errno_error("cannot flush", path);
+}
+
 void sync_folder_of(const fs::path& path) {
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   const Descriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));

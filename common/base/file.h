@@ -23,6 +23,9 @@ Status write_secret_file(const std::filesystem::path& path, ByteView bytes, bool
 /// Writes a temporary file beside `path`, flushes it to disk and renames it. Readers see the old file or the new one.
 Status write_file_atomically(const std::filesystem::path& path, ByteView bytes);
 
+/// Flushes a file's bytes to disk.
+Status sync_file(const std::filesystem::path& path);
+
 /// Flushes the folder's entry of this file to disk, so that the name survives a power failure. Not every file system
 /// can do that.
 void sync_folder_of(const std::filesystem::path& path);
