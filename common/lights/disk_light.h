@@ -8,7 +8,7 @@ namespace lightmill {
 
 struct DiskEmitter {
   Vec3 center;
-  Vec3 half_axis1, half_axis2;  ///< from the centre to the edge, perpendicular; emits to the side of half_axis1 × half_axis2
+  Vec3 half_axis1, half_axis2;  ///< perpendicular; emits to the side of half_axis1 × half_axis2
   Vec3 radiance;                ///< W/(m² sr) along the normal
   double spread = kPiDouble;    ///< opening of the cone of light, in radians; the radiance falls off to its rim
   bool rectangular = false;     ///< a rectangle with the corners center ± half_axis1 ± half_axis2
