@@ -329,7 +329,7 @@ TEST(GltfScene, TexturesWrapByTheModeOfEachAxis) {
   }
 }
 
-TEST(GltfScene, WrongValuesOfMaterialsDoNotCount) {
+TEST(GltfScene, WrongValuesOfMaterialsAreIgnored) {
   const auto of = [](const std::string& members, LoadedScene& loaded) {
     loaded = good(OneTriangle().text(kOneNode + fmt::format(R"(,"materials":[{{{}}}])", members), R"(,"material":0)"));
     const std::vector<std::string> faults = loaded.faults.notices();

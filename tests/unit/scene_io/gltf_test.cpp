@@ -98,7 +98,7 @@ TEST(GltfScene, LightsHaveRadiometricUnits) {
   EXPECT_EQ(std::get<SpotLight>(wide.scene.lights.at(0).kind).blend, 0);
 }
 
-TEST(GltfScene, WrongValuesOfLightsDoNotCount) {
+TEST(GltfScene, WrongValuesOfLightsAreIgnored) {
   const auto of = [](const std::string& light, const std::string& index, const std::string& fault) {
     const LoadedScene loaded = good(
         OneTriangle().text(fmt::format(R"("extensions":{{"KHR_lights_punctual":{{"lights":[{}]}}}},"nodes":[{{"mesh":0,

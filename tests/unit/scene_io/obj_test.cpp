@@ -235,7 +235,7 @@ TEST(Obj, ManyTrianglesShareTheirVertices) {
   EXPECT_EQ(mesh.positions.size(), 90'000u);
 }
 
-TEST(Faults, NeedTheTextOnlyOfTheFirstOfEachKindThatIsNamed) {
+TEST(Faults, NeedOnlyTheTextOfTheFirstOfEachNamedKind) {
   Faults faults;
   EXPECT_TRUE(faults.needs_text("a"));
   faults.add("a", "file:1: a", "b");
@@ -265,7 +265,7 @@ Texts faults_of(const std::string& statements) {
   return notices;
 }
 
-TEST(Obj, OddStatementsAreSkippedAndNamedWithTheirPlace) {
+TEST(Obj, WrongStatementsAreSkippedAndNamedWithTheirPlace) {
   const auto fault = [](const std::string& statements) {
     const Texts all = faults_of(statements);
     EXPECT_EQ(all.size(), 1u) << statements;
@@ -328,7 +328,7 @@ TEST(Obj, FacesOfUnreadableVerticesAreSkipped) {
                             "box.obj:5: f: vertex 2 cannot be read; the face is skipped"}));
 }
 
-TEST(Obj, EmptyAndWrongIndicesOfACornerDoNotCount) {
+TEST(Obj, EmptyAndWrongIndicesOfACornerAreIgnored) {
   for (const std::string face : {"f 1/ 2/ 3/", "f 1// 2// 3//", "f 1/0 2/0 3/0", "f 1/a 2/a 3/a", "f 1/7 2/7 3/7",
                                  "f 1/-7 2/-7 3/-7", "f 1//7 2//7 3//7", "f 1/7/7 2/7/7 3/7/7"}) {
     Texts notices;
@@ -347,7 +347,7 @@ TEST(Obj, EmptyAndWrongIndicesOfACornerDoNotCount) {
 }
 
 // Each kind of index may name what the file defines later, beside indices that count from the end.
-TEST(Obj, FacesMayNameWhatFollowsThem) {
+TEST(Obj, FacesMayReferToLaterEntries) {
   Texts notices;
   Mesh mesh = mesh_of(kSquare + "vt 0.25 1\nf 1/1/1 2/-1/1 -2/1/1 4/2/1\nvn 0 0 3\nvt 0.5 1\n", &notices);
   EXPECT_EQ(mesh.triangles.size(), 2u);
