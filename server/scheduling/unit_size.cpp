@@ -53,7 +53,8 @@ SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile
   if (aim.shared_samples > 0) {
     sample_seconds *= std::max(1.0, share_of(tiles, aim) / std::max<std::uint32_t>(aim.threads, 1));
   }
-  // A first range may take the time in which a result of each of these tiles comes in, or of each thread.
+  // A first range may take the time in which one result of each of these tiles comes in, or of each thread if there are
+  // fewer threads.
   const double part_of_threads = static_cast<double>(tiles) / std::max<double>(aim.farm_threads, 1);
   const double most_seconds =
       first ? std::min(aim.results_seconds * std::min(1.0, part_of_threads), aim.unit_seconds) : aim.unit_seconds;
