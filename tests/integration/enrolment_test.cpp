@@ -173,7 +173,7 @@ TEST_F(Enrolment, EachWorkerOfAMachineHasAnIdentityUpToTheUses) {
   EXPECT_TRUE(come_to_be({first_, second_, first_ + "-3"})) << "with another file" << secure_.farm().log("three");
 }
 
-TEST_F(Enrolment, AWorkerWhoseTokenIsRevokedEnrolsAgainWhileItMay) {
+TEST_F(Enrolment, AWorkerWhoseTokenIsRevokedEnrolsAgainWhileUsesAreLeft) {
   const std::string by = enrolment_token(2);
   const auto process = worker(secure_.write("enrol", by));
   ASSERT_TRUE(come_to_be({first_})) << secure_.farm().log("worker");
