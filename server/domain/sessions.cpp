@@ -102,9 +102,9 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
   const std::optional<LeaseId> forged = take_back_held(worker, hello, other_process, event);
   scheduler_.serve_all(event);  // workers that waited before get the work that this one lost
   if (forged) {
-    // Counts once for each hello, and not for the identity: honest workers of one machine may bring leases of another
-    // farm that they find at this address.
-    event.warn(about(JobId{}, hello.name, *forged), "worker {}: lease {}, which it brings, was never granted to it",
+    // Counts once for each hello, and not for the identity. Honest workers of one machine may bring leases of another farm
+    // that had this address before.
+    event.warn(about(JobId{}, hello.name, *forged), "worker {} brings lease {}, which was never granted to it",
                hello.name, forged->value);
     judge(session, worker.count_bad_result(),
           make_error(StatusCode::kPermissionDenied, "leases that were never granted to this worker"), event);
