@@ -2,8 +2,8 @@
 //
 // A lease is lost only after its grant was sent, and only if its worker or stream had a fault since.
 //
-// A job fails for losses only after the number of lost workers of CoordinatorLimits, in a row, with one of its tiles or
-// its pilot. The reason names them. The checks count them again, from grants, losses and results. Their count may be
+// A job fails for losses only after workers were lost in a row with one of its tiles or its pilot. CoordinatorLimits has
+// their number, and the reason names them. The checks count them again, from grants, losses and results. Their count may be
 // higher, because the coordinator does not count losses of a worker that sends garbage.
 #pragma once
 
