@@ -39,14 +39,14 @@ Status AssetBudget::check(const Sha256& digest, const std::string& user, std::ui
   }
   if (used_bytes_ + more_bytes > limits_.total_bytes) {
     return resource_exhausted(
-        "the farm's assets would pass their limit of {} bytes; raise --max-assets-gib or delete jobs",
+        "the farm's assets would exceed their limit of {} bytes; raise --max-assets-gib or delete jobs",
         limits_.total_bytes);
   }
   const auto of_user = bytes_of_.find(user);
   const std::uint64_t limit = user == kUploadsOfWorkers ? limits_.user_bytes / 2 : limits_.user_bytes;
   if (!user.empty() && (of_user == bytes_of_.end() ? 0 : of_user->second) + more_bytes > limit) {
     return resource_exhausted(
-        "the assets that '{}' sent would pass the limit of {} bytes (--user-disk-gib, --max-assets-gib): delete jobs "
+        "the assets that '{}' sent would exceed the limit of {} bytes (--user-disk-gib, --max-assets-gib): delete jobs "
         "that use them; assets that no job uses are deleted after a day",
         user, limit);
   }

@@ -155,7 +155,7 @@ TEST_F(PostgresStoreTest, ADatabaseOfFormat7IsUpgradedInPlace) {
   }
 }
 
-TEST_F(PostgresStoreTest, ALostRowIsRefusedUntilThatIsAccepted) {
+TEST_F(PostgresStoreTest, ALostRowIsRefusedUntilTheLossIsAccepted) {
   {
     const auto store = opened(options()).store;
     ASSERT_TRUE(store->load().ok());
@@ -177,7 +177,7 @@ TEST_F(PostgresStoreTest, ALostRowIsRefusedUntilThatIsAccepted) {
   EXPECT_TRUE(open_postgres(options()).ok()) << "it was accepted once";
 }
 
-TEST_F(PostgresStoreTest, ADatabaseBehindTheRecordOfTheLastCommitIsRefusedUntilThatIsAccepted) {
+TEST_F(PostgresStoreTest, ADatabaseBehindTheRecordOfTheLastCommitIsRefusedUntilTheLossIsAccepted) {
   const TemporaryFolder folder;
   PostgresOptions recorded = options();
   recorded.chain = folder.path() / "postgres-chain";
