@@ -169,7 +169,7 @@ Status check_stored(const ServerOptions& options, StopRequest& stop) {
   for (const std::string& line : check.report) {
     std::cout << line << "\n";
   }
-  std::cout << (!check.whole ? "" : check.sound ? "all is sound\n" : "what was damaged is rendered or sent again\n");
+  std::cout << (!check.whole ? "" : check.sound ? "all is sound\n" : "damaged data is rendered or sent again\n");
   return check.whole ? ok_status() : data_loss("{}: something is lost", state->place);
 }
 

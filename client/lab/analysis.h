@@ -33,7 +33,7 @@ using Metric = std::function<double(const LabResult&)>;
 std::vector<CurvePoint> curve_of(const std::vector<LabResult>& results, const std::string& scene,
                                  const std::string& method, const Metric& metric);
 
-/// A time, and whether it lies beyond the curve's ends. There errors are assumed to fall as 1/time.
+/// A time, and whether it is extrapolated. Beyond the curve's ends, errors are assumed to fall as 1/time.
 struct TimeToError {
   double seconds = 0;
   bool extrapolated = false;

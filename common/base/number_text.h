@@ -7,8 +7,8 @@
 
 namespace lightmill {
 
-/// So many significant digits, with trailing zeros: "7.0", "0.050", "12". Very small numbers, and those with more digits
-/// before the point, have an exponent.
+/// The value with `digits` significant digits, including trailing zeros: "7.0", "0.050", "12". Very small numbers, and
+/// those with more digits before the point, have an exponent.
 std::string significant(double value, int digits);
 
 /// A value and half the width of its interval: "0.1807 ± 0.0034". The half width has two digits. The value ends at the

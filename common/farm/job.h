@@ -1,4 +1,4 @@
-// A job as plain values: clients submit it, the coordinator keeps it, and everybody can see it.
+// A render job as plain values: its settings, goal and status.
 #pragma once
 
 #include <cstdint>
@@ -34,14 +34,14 @@ inline TileGrid grid_of(const RenderSettings& settings) {
   return TileGrid(settings.crop, settings.meters);
 }
 
-/// Raised whenever any sample's bits, or the names of fingerprint classes, change.
+/// Version of the samples' bits. It is raised whenever any sample's bits, or the names of fingerprint classes, change.
 inline constexpr const char* kRendererVersion = "lightmill-core-14";
 
 /// The class of a job whose samples workers of any class may render. No worker has it.
 inline constexpr const char* kMixedClass = "mixed";
 
-/// The render digest: SHA-256 of `settings` and the class. It covers everything that decides a sample. The exception is
-/// the workers' rounding if the class is kMixedClass.
+/// The render digest: SHA-256 of `settings` and the class. It covers everything that decides a sample, except the
+/// workers' rounding if the class is kMixedClass.
 Sha256 render_digest(const RenderSettings& settings, const std::string& fingerprint_class);
 
 /// About 30 years, far below the range of the clock's 64-bit nanoseconds.
@@ -66,13 +66,13 @@ inline bool has_ended(JobState state) {
   return state == JobState::done || state == JobState::failed || state == JobState::cancelled;
 }
 
-/// Why a job has its method, and what to know about it. Not part of the render digest.
+/// Reasons for the choice of a job's method, and notices about it. Not part of the render digest.
 struct MethodNotes {
   bool chosen = false;               ///< the client asked for `auto`; else by name
   std::vector<std::string> reasons;  ///< why it was chosen
   std::vector<std::string> notices;  ///< light of the scene that the picture lacks
-  /// Methods from which a pilot still has to choose. The only one, if the pilot only decides where samples go. Empty
-  /// once that is known. Until then the settings name `auto`, or the only one.
+  /// Methods from which a pilot still has to choose. There is only one if the pilot just allocates samples. Empty after
+  /// the pilot. Until then the settings name `auto`, or the only method.
   std::vector<std::string> candidates;
   friend bool operator==(const MethodNotes&, const MethodNotes&) = default;
 };
@@ -99,7 +99,7 @@ struct JobSpec {
   RenderSettings settings;
 };
 
-/// Counters that show tests and people whether anything was rendered needlessly.
+/// Counters of a job's results and leases. They show whether anything was rendered needlessly.
 struct JobCounters {
   std::uint64_t results_merged = 0;     ///< nodes that entered the film
   std::uint64_t results_duplicate = 0;  ///< nodes that were already covered, and were dropped
@@ -157,7 +157,7 @@ struct JobStatus {
   bool allow_mixed = false;
   bool one_identity = false;             ///< results wait for an audit, but no other identity or machine is connected
   std::uint64_t results_unverified = 0;  ///< results that still wait for an audit, or, at the end, could not have one
-  std::uint64_t audits_lost = 0;         ///< of these, results whose audit an identity lost again and again
+  std::uint64_t audits_lost = 0;         ///< of these, results whose audit an identity lost repeatedly
   std::int64_t submitted_unix_ms = 0, finished_unix_ms = 0;  ///< 0: not yet
   Sha256 render_digest;                                      ///< zero until the class is fixed
   Hash128 trace;                                             ///< trace_id of its request

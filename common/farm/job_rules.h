@@ -1,4 +1,4 @@
-// All rules for job specifications. Code that accepts a job, or reads a stored one, calls these.
+// Rules for job specifications. All code that accepts a job, or reads a stored one, applies them.
 #pragma once
 
 #include <span>

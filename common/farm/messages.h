@@ -163,8 +163,8 @@ struct LeaseGrant {
   std::vector<Sha256> tags = {};
 };
 
-/// A request for a pilot: find out which of these methods is cheapest for the job, and where its samples go. It ends
-/// with the stream. Then the pilot is granted again, and has the same result.
+/// A request for a pilot: the worker finds the cheapest of these methods for the job, and may allocate its samples. It
+/// ends with the stream. Then the pilot is granted again, and has the same result.
 struct PilotGrant {
   LeaseId lease;
   JobId job;

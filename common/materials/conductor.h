@@ -1,6 +1,6 @@
 // Metal BSDF: Fresnel reflection by a complex index of refraction per channel, smooth or rough (GGX).
 //
-// Rough metal gives back the light of several bounces (ggx_albedo.h), and is reciprocal.
+// Rough metal compensates for multiple scattering (ggx_albedo.h). It is reciprocal.
 #pragma once
 
 #include "common/materials/ggx.h"
@@ -8,7 +8,7 @@
 
 namespace lightmill::conductor {
 
-/// Fresnel reflectance for unpolarised light from a medium of index 1 to one of index n + ik: Born and Wolf,
+/// Fresnel reflectance for unpolarised light from a medium of index 1 to one of index n + ik. Born and Wolf,
 /// "Principles of Optics", 14.2, solved for intensities.
 inline F8 fresnel(F8 cos_i, F8 n, F8 k) {
   const F8 cos2 = cos_i * cos_i;
@@ -71,7 +71,7 @@ struct Conductor8 {
   M8 rough() const { return alpha >= F8(ggx::kSmoothAlpha); }
 
  private:
-  /// Light of all bounces over that of the first.
+  /// Ratio of the light of all bounces to the light of the first.
   V8 all_bounces(const V8& wo, const V8& wi) const {
     const V8 one = broadcast(Vec3(1));
     if ((max_component(mean_fresnel) > F8(0.0f)).none()) {

@@ -121,8 +121,8 @@ std::vector<float> node_cosines() {
   return cosines;
 }
 
-/// Scattering between the nodes of directions, on one or two sides. shares[i][j] is the share of uniform light that node i
-/// sees by way of node j. Between nodes the factors are linear.
+/// Scattering between the nodes of directions, on one or two sides. Row i of `shares_` divides the uniform light
+/// that node i sees among the nodes j from which it comes. Between nodes the factors are linear.
 class Scattering {
  public:
   explicit Scattering(int sides) : size_(kAngles * sides), shares_(static_cast<std::size_t>(size_ * size_)) {}
@@ -141,7 +141,7 @@ class Scattering {
     }
   }
 
-  /// What each node sees of uniform light.
+  /// The share of uniform light that each node sees.
   std::vector<double> seen() const {
     std::vector<double> sums;
     for (std::size_t i = 0; i < shares_.size(); i += static_cast<std::size_t>(size_)) {
@@ -150,7 +150,7 @@ class Scattering {
     return sums;
   }
 
-  /// Factors g with which each node sees what is wanted: g[i] Σ_j shares[i][j] g[j] = wanted[i].
+  /// Factors g with which each node sees the wanted share: g[i] Σ_j shares[i][j] g[j] = wanted[i].
   std::vector<double> balance(const std::vector<double>& wanted) const {
     std::vector<double> g(wanted.size(), 1.0);
     for (double worst = 1; worst > 5e-4;) {
@@ -159,7 +159,7 @@ class Scattering {
       for (std::size_t i = 0; i < g.size(); ++i) {
         const double now = std::inner_product(before.begin(), before.end(), &shares_[i * g.size()], 0.0);
         worst = std::max(worst, std::abs(before[i] * now - wanted[i]));
-        // The geometric mean of this factor and the one that the others ask for. Alone, the latter oscillates.
+        // The geometric mean of this factor and of the factor that fits the others. The latter alone oscillates.
         g[i] = std::sqrt(before[i] * wanted[i] / now);
       }
     }
@@ -185,8 +185,8 @@ Scattering metal(const std::vector<float>& cosines, float alpha) {
 
 const std::vector<double> kAll(kAngles, 1.0);  ///< wanted of white metal
 
-/// Factors that give back this part of the lost light. First the side from which the index behind the surface is `eta`,
-/// then the other one.
+/// Factors that compensate for this part of the lost light. First the side from which the index behind the surface is
+/// `eta`, then the other one.
 std::vector<double> balanced_glass(const std::vector<float>& cosines, float alpha, float eta, double part) {
   constexpr float kShare = 1.0f / kLattice;
   Scattering all(2);

@@ -5,18 +5,14 @@
 // metal, gloss and coat are GGX with Schlick's Fresnel term. f0 is the base colour for metal, ((ior − 1)/(ior + 1))² ·
 // 2·specular for gloss, and .04 for the coat. glass is a rough dielectric whose refraction has the base colour.
 //
-// T and T' are the light that a layer leaves to those below. They follow from the layer's directional albedo E, so that
-// white layers reflect all light. f is reciprocal.
-//   T' = (1 − E(wo))(1 − E(wi))/(1 − E_mean) (Kelemen and Szirmay-Kalos 2001)
-//   T = (1 − cE(wo))(1 − cE(wi))/√((1 − cE'(wo))(1 − cE'(wi)))
-// E' is the mean of E where the layer below scatters to: E_mean for diffuse, E for smooth, and a table for rough layers
-// (ggx_albedo.h). Through glass, T = 1 − cE on the outside, and the facets send cE' of the rest back on the inside.
+// T and T' are the shares of light that a layer leaves to those below. They follow from the layer's directional albedo
+// E, so that white layers reflect all light. f is reciprocal.
 //
 // `burley` replaces T'·diffuse by that of Burley (Physically-Based Shading at Disney, 2012, 5.3), as in Blender before 4.0:
 //   base/π · (1 + (r − ½)F(wo))(1 + (r − ½)F(wi)),  F(w) = (1 − cos)⁵,  r = roughness·(1 + wo·wi)
 // The gloss takes no light from it. So gloss and a bright base can reflect more light than arrives.
 //
-// The facets of metal and glass give back the light of several bounces (ggx_albedo.h). Those of gloss leave it to the
+// Metal and glass compensate for multiple scattering (ggx_albedo.h). The gloss does not: it leaves that light to the
 // diffuse part.
 #pragma once
 
@@ -31,7 +27,7 @@ struct PrincipledParameters8 {
                                                    ///< for `ior`
   F8 ior;                                          ///< of the inside
   F8 coat, coat_roughness;                         ///< each in [0, 1]
-  M8 compensated;                                  ///< metal and glass, for the light of several bounces
+  M8 compensated;                                  ///< metal and glass, for multiple scattering
   M8 burley = M8();                                ///< Burley's diffuse part
 };
 

@@ -265,8 +265,8 @@ std::string fingerprint_class() {
     for (Material& material : test.scene.materials) {
       material.interior.scattering = {};
     }
-    const std::shared_ptr<const CompiledScene> clear = box ? compiled(test) : nullptr;  // for methods with photons,
-                                                                                        // which refuse scattering media
+    // For methods with photons, which refuse scattering media.
+    const std::shared_ptr<const CompiledScene> clear = box ? compiled(test) : nullptr;
     for (const std::string_view name : method_names()) {
       if (name == kAutoMethod) {
         continue;

@@ -10,10 +10,10 @@
 // light paths and camera paths use the same frame and the same densities, and vcm's weights sum to 1.
 //
 // Two published rules were compared. Microfacet-based normal mapping (Schüssler, Heitz, Hanika and Dachsbacher 2017) is
-// reciprocal, but its second facet fills the shadows: a diffuse surface tilted by θ gets cos α cos θ from a light at α to
-// G, on either side, so maps of diffuse surfaces do not show in the sun. Cycles' ensure_valid_specular_reflection bends N
-// by wo until no mirror direction is behind G. Then light paths have other frames than camera paths, and cannot invert
-// mirrors.
+// reciprocal, but its second facet fills the shadows. A diffuse surface tilted by θ gets cos α cos θ from a light at α
+// to G, on either side. So maps of diffuse surfaces do not show in the sun. Cycles' ensure_valid_specular_reflection
+// bends N by wo until no mirror direction is behind G. Then light paths have other frames than camera paths, and cannot
+// invert mirrors.
 //
 // The BSDF is not reciprocal. Light paths scatter by its adjoint (Veach 1997, 5.3), see photon_tracer.cpp.
 #pragma once

@@ -119,7 +119,7 @@ void read_material(const Material& material, SceneFacts& facts, Materials& all) 
   all.index_changes = all.index_changes || (is_boundary(material) && ior_of(material) != 1);
 }
 
-/// Emitters that only rays which happen to hit them find.
+/// Whether next-event estimation never samples the emitter, so that only rays that happen to hit it find its light.
 bool is_never_sampled(const Object& object, const Material& material) {
   return std::holds_alternative<PlaneShape>(object.shape) || !uniform_opacity(material.opacity) ||
          (material.emission.texture != kNoTexture && std::holds_alternative<SphereShape>(object.shape));

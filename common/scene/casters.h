@@ -28,7 +28,7 @@ struct CasterLobe {
 /// that continue beside and below the ball, cos θ < 0.7, the mean of 1/cos θ is 2.86. A coat reflects 13 % of these
 /// (Schlick).
 ///
-/// Glass: it turns light by |n − 1| times the tilt of its normal, and metal by twice the tilt. It spreads light wider
+/// Glass deflects light by |n − 1| times the tilt of its normal, and metal by twice the tilt. Glass spreads light wider
 /// at slanted exits. Twice as wide is close to measurements on balls.
 ///
 /// A material with a roughness map counts as smooth.

@@ -11,8 +11,7 @@
 
 namespace lightmill {
 
-/// A list of faults with their places, and of what was done instead. Faults of one kind share one notice, so the list
-/// stays short.
+/// A list of faults with their places and remedies. Faults of one kind share one notice, so the list stays short.
 class Faults {
  public:
   static constexpr std::size_t kMostKinds = 100;  ///< that are named

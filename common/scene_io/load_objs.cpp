@@ -23,7 +23,7 @@ struct ObjWithMaterials {
   bool libraries_are_missing = false;          ///< some of them
 };
 
-/// The file that a name means. What differs from the name is a fault. `place` ends with a colon and a blank.
+/// The file that a name means. A difference from the name is a fault. `place` ends with a colon and a blank.
 std::optional<std::string> find_file(FileFinder& finder, const fs::path& folder, const std::string& written,
                                      const std::string& place, Faults& faults) {
   std::optional<std::string> found = finder.find(folder, written);
@@ -99,7 +99,7 @@ Status load_libraries(ObjWithMaterials& file, const SceneFiles& files, FileFinde
   return ok_status();
 }
 
-/// The materials of all files as one list. Equal materials are shared. Different ones with one name get their file's
+/// The materials of all files as one list. Equal materials are shared. Different materials of one name get their file's
 /// name as well.
 class MaterialList {
  public:

@@ -18,7 +18,7 @@ struct Statement {
 };
 
 /// Cuts a text into statements. A leading UTF-8 byte order mark is skipped. Lines end with LF, CRLF or CR. A backslash at
-/// the end of a line continues it. A comment goes from a # at the begin of a word to the end of the line. The views are
+/// the end of a line continues it. A comment goes from a # at the beginning of a word to the end of the line. The views are
 /// valid until the next call of next(), and no longer than the text.
 class StatementReader {
  public:

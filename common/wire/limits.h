@@ -55,8 +55,8 @@ Result<std::vector<std::string>> texts_from_wire(std::string_view field, const R
   return std::vector<std::string>(texts.begin(), texts.end());
 }
 
-/// A sentence made fit for a message: it may quote files with any bytes. Protobuf refuses a whole message with an
-/// invalid string, and the stream would end.
+/// The sentence as valid text of limited length. It may quote files with any bytes. Protobuf refuses a whole message
+/// with an invalid string, and the stream would end.
 inline std::string sentence(std::string_view text) {
   return cut_text(printable(text, true), kMaxReasonBytes - std::string_view("…").size());
 }

@@ -8,7 +8,7 @@
 namespace lightmill {
 namespace {
 
-/// If so many claims all differ, no further identity is asked.
+/// Number of claims, all different, after which no further identity is asked.
 constexpr std::size_t kMostClaims = 5;
 
 }  // namespace

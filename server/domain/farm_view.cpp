@@ -210,7 +210,7 @@ FarmGauges FarmView::gauges(Time now) const {
 
 namespace {
 
-/// A worker is wanted only if it has so much to do, because it must first start and fetch scene and assets.
+/// Least work for which a worker is wanted, because it must first start and fetch scene and assets.
 constexpr double kWorthwhileSeconds = 60;
 
 /// Threads that the job keeps busy for kWorthwhileSeconds. Nothing if it uses the connected workers: its sample cost is

@@ -13,11 +13,11 @@
 namespace lightmill {
 
 struct InspectionLimits {
-  std::size_t most = 64, most_per_caller = 4;    ///< that wait or are read
+  std::size_t most = 64, most_per_caller = 4;    ///< inspections that wait or are read
   Duration patience = std::chrono::seconds(90);  ///< an inspection that no worker takes within this time fails
   /// A worker itself stops sooner. If it does not, the inspection fails, and the worker gets no other until it reports.
   Duration reading = std::chrono::seconds(75);
-  std::uint32_t losses = 2;  ///< after so many lost workers an inspection fails
+  std::uint32_t losses = 2;  ///< an inspection fails after this number of lost workers
 };
 
 /// Queue of inspections. Each worker reads one at a time. Callers with the fewest readers go first, then those that

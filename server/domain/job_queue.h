@@ -16,9 +16,9 @@ class JobQueue {
 
   /// The job is new, or comes back after a pause or its end. It gets a fresh share.
   void enter(const Job& job);
-  /// To call after every change of the job's work or place.
+  /// Call it after every change of the job's work or place.
   void refresh(const Job& job);
-  /// The job had a thread for so long, and no result came of it.
+  /// The job had a thread for this time, without a result.
   void add_lost(const Job& job, double seconds);
   /// Adds a worker's time for a pilot, or for a job without results from this worker. Times below a second do not count.
   /// The sum delays those jobs of the owner that have no result yet.

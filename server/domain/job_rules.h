@@ -14,7 +14,7 @@ namespace lightmill {
 class Job;
 
 /// Most bytes of the nodes of a finished film. Each tile has a node for each dyadic part of its sample count. With an
-/// error goal these are at least two. With a time goal, the count with most parts is taken that it can reach.
+/// error goal these are at least two. With a time goal, the reachable count with the most parts is assumed.
 std::uint64_t finished_bytes(const JobSpec& spec);
 std::string_view name_of(JobState state);
 std::string describe(const Goal& goal);

@@ -46,7 +46,7 @@ bool are_independent(const Claim& a, const Claim& b) {
 }  // namespace
 
 Verdict judge(std::span<const Claim> claims) {
-  std::set<std::string_view> identities;  // all their claims differ, if none is seconded
+  std::set<std::string_view> identities;  // if no claim is confirmed by another, all claims differ
   for (const Claim& one : claims) {
     if (!one.by.worker.empty()) {  // a joined node may have parts of an identity that has its own claim
       identities.insert(one.by.identity);

@@ -160,10 +160,10 @@ void ResultIntake::count_cost(Job& job, const Renderer& by, const WorkerResult& 
 void ResultIntake::count_duplicate(Job& job, const NodeKey& key, const Renderer& by, bool differs, const Event& event) {
   ++totals_.results_repeated;
   if (differs && !job.spec().allow_mixed) {
-    event.warn(about(job.id(), by.worker),
-               "job {}, tile {}, samples [{}, {}): worker {} has other bits than what was merged before; its result is "
-               "dropped",
-               job.id().value, key.tile.value, key.range.first(), key.range.end(), by.worker);
+    event.warn(
+        about(job.id(), by.worker),
+        "job {}, tile {}, samples [{}, {}): worker {} sent other bits than the merged ones; its result is dropped",
+        job.id().value, key.tile.value, key.range.first(), key.range.end(), by.worker);
   }
 }
 

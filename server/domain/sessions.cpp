@@ -100,11 +100,11 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
   }
   worker.waits_from(leases_.last_id());
   const std::optional<LeaseId> forged = take_back_held(worker, hello, other_process, event);
-  scheduler_.serve_all(event);  // who waited before has first call on what this one lost
+  scheduler_.serve_all(event);  // workers that waited before get the work that this one lost
   if (forged) {
-    // Counts once for each hello, and not for the identity: honest workers of one machine may bring leases of another
-    // farm that they find at this address.
-    event.warn(about(JobId{}, hello.name, *forged), "worker {}: lease {}, which it brings, was never granted to it",
+    // Counts once for each hello, and not for the identity. Honest workers of one machine may bring leases of another farm
+    // that had this address before.
+    event.warn(about(JobId{}, hello.name, *forged), "worker {} brings lease {}, which was never granted to it",
                hello.name, forged->value);
     judge(session, worker.count_bad_result(),
           make_error(StatusCode::kPermissionDenied, "leases that were never granted to this worker"), event);
@@ -134,7 +134,7 @@ std::optional<LeaseId> Sessions::take_back_held(Worker& worker, const WorkerHell
       forged = held.lease;
     }
   }
-  // The worker does not render leases in its name that it does not hold.
+  // The table may have leases of this name that the worker does not hold. It does not render them.
   for (const LeaseId id : std::set(worker.leases())) {
     if (!worker.leases().contains(id) || kept.contains(id)) {
       continue;
@@ -161,7 +161,7 @@ Sessions::Adoption Sessions::adopt(Worker& worker, const HeldLease& held, const 
   if (tiles.empty() || tiles.size() != held.tags.size() || !are_ascending(tiles)) {
     return Adoption::unwanted;
   }
-  // The first wrong tag ends the work for a lease. A worker has no right tags but those of its grants.
+  // The first wrong tag decides. A worker has right tags only from its own grants.
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     const NodeKey key{held.unit.job, tiles[i], held.unit.range};
     if (!signer_.verify(held.tags[i], worker.name(), held.lease, held.render_digest, key)) {

@@ -27,8 +27,8 @@ class Sessions {
   void connect(SessionId session, const WorkerHello& hello, const Event& event);
   /// Ends the session with a message. `for_now`: because the farm is full.
   void dismiss(SessionId session, std::string reason, const Event& event, bool for_now = false);
-  /// Takes back the lease of an invalid message, if the session's worker has it, and counts the message for the
-  /// worker's identity. Too many end the session.
+  /// Takes back the lease of an invalid message, if the session's worker has it. Counts the message for the worker's
+  /// identity. Too many end the session.
   void distrust(SessionId session, LeaseId lease, const Status& error, const Event& event);
   void disconnected(SessionId session, const Event& event);
   /// The worker takes no more leases, and leaves after its last one.

@@ -19,7 +19,7 @@ struct OperationContext {
   Runtime& runtime;
   FarmLoop::TaskContext& context;
   const Call& call;
-  CallSubject& about;  ///< what the action log says that the call was about
+  CallSubject& about;  ///< what the call was about, for the action log
   OperationCall& pending;
   std::size_t entries = 0;  ///< of a list in the reply; the caller pays for them
 };
@@ -47,7 +47,7 @@ struct Traits {
   Status (*fill_json)(WireMessage& reply) = nullptr;  ///< adds fields for JSON
 };
 
-/// Requests without a limit of their own have at most so many bytes.
+/// Limit in bytes of requests without a limit of their own.
 inline constexpr std::uint64_t kSmallRequestBytes = 64 << 10;
 
 /// Row of the table of operations.

@@ -71,7 +71,7 @@ constexpr std::uint64_t kMiB = 1 << 20;
 std::span<const Operation> operations() {
   using namespace handlers;
   static const std::vector<Operation> table{
-      // A packed scene of 16 MiB and 10,000 assets in base64. The next two: so many digests, so many files.
+      // A packed scene of 16 MiB and 10,000 assets in base64. The next two: most digests, most files.
       {Rpc::submit_job, "POST jobs", in_two_steps(submit_job), {.most_body_bytes = 24 * kMiB}},
       {Rpc::find_missing_assets, "POST assets/missing", at_once(find_missing_assets), {.most_body_bytes = kMiB}},
       // The reply has the scene as JSON, whose numbers take several times their bytes, and in base64.

@@ -300,7 +300,7 @@ void FarmLoop::hold(TaskContext& context) {
              context.effects);
 }
 
-/// Leases start when their grants are sent.
+/// Starts the granted leases when their grants are sent.
 void FarmLoop::note_sent(TaskContext& context) {
   std::vector<LeaseId> leases = leases_granted(context.effects.after_commit);
   if (leases.empty()) {
@@ -313,7 +313,7 @@ void FarmLoop::note_sent(TaskContext& context) {
   });
 }
 
-/// Clients see the end of a job when it is durable, its watchers at once.
+/// When the ends of jobs are durable, shows them to clients, and to watchers without delay.
 void FarmLoop::note_ends(TaskContext& context) {
   std::vector<JobId> ended = ends_in(context.effects.writes);
   if (ended.empty()) {

@@ -85,7 +85,7 @@ class FarmLoop {
   void set_handlers(Handlers handlers);
   /// Bytes of requests whose tasks wait.
   static constexpr std::uint64_t kMostTaskBytes = std::uint64_t{128} << 20;
-  /// Queues a task that keeps so many bytes of a request. If too many tasks or bytes wait, or the loop has stopped, it
+  /// Queues a task that keeps `bytes` bytes of a request. If too many tasks or bytes wait, or the loop has stopped, it
   /// returns false and does not run the task. A task that finds the queue empty may have any size. Thread-safe.
   [[nodiscard]] bool post(Task task, std::uint64_t bytes = 0);
   /// Like post, for tasks that must not get lost: messages of workers, ends of their streams, and replies of commits.

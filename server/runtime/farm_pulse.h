@@ -1,4 +1,4 @@
-// Pulse of the farm thread: asks it regularly for an answer, from a thread of its own.
+// Watchdog of the farm thread: asks it regularly for an answer, from a thread of its own.
 #pragma once
 
 #include <functional>
@@ -13,8 +13,8 @@ namespace lightmill {
 
 class FarmPulse {
  public:
-  /// Time between two questions, and the longest time that an answer may take. Storing waits in another thread, so a
-  /// farm thread that works needs much less.
+  /// Time between two questions, and the longest time that an answer may take. A working farm thread needs much less,
+  /// because another thread waits for the store.
   static constexpr Duration kPause = std::chrono::seconds(1), kPatience = std::chrono::seconds(10);
 
   /// `on_change` is called on the thread: with false when an answer takes longer than `patience`, and with true when it

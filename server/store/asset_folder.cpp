@@ -48,7 +48,7 @@ class AssetFolder final : public AssetStore {
  private:
   friend class FileUpload;
   fs::path path_of(const Sha256& digest) const;
-  /// RESOURCE_EXHAUSTED if so many bytes more would leave too little space on the disk.
+  /// RESOURCE_EXHAUSTED if this number of further bytes would leave too little space on the disk.
   Status check_space(std::uint64_t bytes) const;
 
   const fs::path folder_;

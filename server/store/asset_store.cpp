@@ -39,7 +39,7 @@ Status AssetBudget::check(const Sha256& digest, const std::string& user, std::ui
   }
   if (used_bytes_ + more_bytes > limits_.total_bytes) {
     return resource_exhausted(
-        "the farm's assets would pass their limit of {} bytes; raise --max-assets-gib or delete jobs",
+        "the farm's assets would exceed their limit of {} bytes; raise --max-assets-gib or delete jobs",
         limits_.total_bytes);
   }
   return check_user(user, more_bytes);

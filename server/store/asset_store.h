@@ -23,9 +23,9 @@ struct AssetLimits {
   std::uint64_t reserve_bytes = 0;                      ///< free space that uploads leave on the disk of a folder
 };
 
-/// What an asset counts for its user besides its bytes. Small files take a block of the disk and an inode.
+/// Bytes that each asset counts for its user in addition. Small files take a block of the disk and an inode.
 inline constexpr std::uint64_t kBytesOfFile = 4096;
-/// The user that has the uploads of all workers. They may have half as much as a user.
+/// The user that the uploads of all workers count for. Together they may have half as much as a user.
 inline constexpr std::string_view kUploadsOfWorkers = "(workers)";
 
 /// What AssetStore::attribute() does with an asset that exceeds its user's limit.

@@ -101,7 +101,7 @@ TEST(Api, AnUploadWithOtherBytesIsRefused) {
   EXPECT_EQ(writer->Finish().error_code(), grpc::StatusCode::INVALID_ARGUMENT);
 }
 
-TEST(Api, TheSameRequestTwiceIsOneJobAlsoAfterARestart) {
+TEST(Api, ARepeatedRequestIsOneJobEvenAfterARestart) {
   Farm farm;
   FarmClient client = farm.client();
   const std::uint64_t id = client.submit(small_picture(), "same").id();

@@ -293,7 +293,7 @@ TEST(Check, AFolderWithoutAFarmFails) {
   EXPECT_NE(empty.err.find("is empty"), std::string::npos) << empty.err;
 }
 
-TEST(Storage, ADatabaseThatHasLostCommitsIsRefusedUntilThatIsAccepted) {
+TEST(Storage, ADatabaseThatHasLostCommitsIsRefusedUntilTheLossIsAccepted) {
   Farm farm;
   FarmClient client = farm.client();
   farm.add_worker(2, "w1");

@@ -22,7 +22,7 @@ bool says(const grpc::Status& status, const std::string& part) {
   return status.error_message().find(part) != std::string::npos;
 }
 
-TEST(Limits, RequestsASecondAreLimited) {
+TEST(Limits, RequestsPerSecondAreLimited) {
   Farm farm({"--caller-requests", "2"});
   FarmClient client = farm.client();
   int taken = 0;

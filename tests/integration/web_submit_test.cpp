@@ -268,7 +268,7 @@ TEST(WebSubmit, OtherPagesCannotSend) {
   }
 }
 
-TEST(WebSubmit, AnAssetBeyondALimitIsRefusedBeforeItsBytesWhereItsLengthIsKnown) {
+TEST(WebSubmit, ATooLargeAssetOfKnownLengthIsRefusedBeforeItsBytes) {
   WebFarm web({"--max-asset-gib", "0.001"});
   const std::string large(std::size_t{3} << 20, 'x');
   RawRequest announced(web, asset_path(large), large.size());

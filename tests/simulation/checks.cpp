@@ -176,8 +176,8 @@ void Checks::check_decisions(const Effects& effects) {
   }
 }
 
-/// Notes unwanted results when the coordinator decides. Until the acknowledgement, a count may be raised, a job that
-/// ended by time extended, or a class be fixed.
+/// Notes which results are unwanted when the coordinator decides. Before the acknowledgement a client may raise a count
+/// or extend a job that ended by time, and a class may be fixed.
 void Checks::note_unwanted(const Effects& effects) {
   for (const Outgoing& message : effects.after_commit) {
     if (const auto* ack = std::get_if<ResultAck>(&message.message)) {

@@ -16,7 +16,7 @@ constexpr std::uint64_t kGoals[] = {1, 2, 3, 7, 16, 33, 64, 100};
 /// The fake renderer's pictures have an error of about 13 / samples, and its half width.
 constexpr double kErrors[] = {4, 2, 1, 0.5};
 
-/// Done, or refused because the job has ended, is already so, or is gone. No other answer may occur.
+/// Whether a change of a job is settled: it is done, or refused because the job has ended, has this state, or is gone.
 bool is_settled(const Status& status) {
   return status.ok() || status.code() == StatusCode::kFailedPrecondition || status.code() == StatusCode::kNotFound;
 }

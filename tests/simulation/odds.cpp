@@ -37,7 +37,7 @@ constexpr LiarKind kLiarKinds[] = {
     {"always wrong, in audits too", 1, 1, 1, 0.1, 1, false, false},
 };
 
-/// So many results that the odds are about one half, at most 100.
+/// The number of results for which the odds are about one half, at most 100.
 double results_for(double share, const LiarKind& kind) {
   const double q = odds_of_detection(share, {.parts = kind.parts, .wrong = kind.wrong}, kind.parts);
   return q == 1 ? 1 : std::min(std::ceil(std::log(0.5) / std::log1p(-q)), 100.0);

@@ -83,8 +83,8 @@ Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& li
     // A reader needs several times the size of its text, next to scenes that are being rendered.
     if (bytes > limits.bytes / kFilesShare) {
       return resource_exhausted(
-          "the scene's files have more than {}, a {}th of what --scene-gib of its worker allows: `lightmill submit` "
-          "reads them on your machine",
+          "the scene's files have more than {}, which is 1/{} of the --scene-gib of its worker: `lightmill submit` reads "
+          "them on your machine",
           human_bytes(limits.bytes / kFilesShare), kFilesShare);
     }
     return file;

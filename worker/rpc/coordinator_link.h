@@ -31,7 +31,7 @@ struct LinkHandlers {
 
 inline constexpr const char* kEnrolFileOption = "--enrol-file";
 
-/// The enrolment of a worker: the source of its own token, and its place.
+/// The enrolment of a worker: the enrolment token, and the place of the token that the worker gets.
 struct EnrolmentFiles {
   std::string file;              ///< has an enrolment token; read only when the worker enrols
   StateFolder* state = nullptr;  ///< outlives the link

@@ -31,7 +31,7 @@ struct WorkerOptions {
 class WorkerLoop {
  public:
   WorkerLoop(const WorkerOptions& options, const Clock& clock);
-  /// Runs until the session ends. Returns an error if it was dismissed.
+  /// Runs until the session ends. Returns an error if the coordinator dismissed the worker.
   Status run();
   /// Finishes or gives back current work, then leaves. Thread-safe.
   void drain();

@@ -21,12 +21,12 @@ namespace lightmill {
 namespace {
 
 constexpr int kFirstOtherDescriptor = 3;
-constexpr std::chrono::milliseconds kGrace = std::chrono::seconds(30);  ///< for start and end, in addition to the
-                                                                        ///< image's time
+/// For start and end, in addition to the image's time.
+constexpr std::chrono::milliseconds kGrace = std::chrono::seconds(30);
 
-constexpr int kPipeBytes = 1 << 20;  ///< what every process may have without privileges
+constexpr int kPipeBytes = 1 << 20;  ///< the largest pipe without privileges (Linux's default)
 constexpr std::size_t kMostFingerprintBytes = 65536;
-constexpr std::chrono::milliseconds kEndPause(5);  ///< between two looks whether a process has ended
+constexpr std::chrono::milliseconds kEndPause(5);  ///< between two checks whether a process has ended
 
 /// Owner of a file descriptor.
 class Descriptor {
@@ -86,10 +86,10 @@ Status check_reply(const DecodeReply& reply) {
   return sound ? ok_status() : invalid_argument("the image is damaged: its decoder sent an invalid reply");
 }
 
-/// What comes from the decoder: pixels through a pipe, and replies over its socket.
+/// Input from the decoder: pixels through a pipe, and replies over its socket.
 struct FromDecoder {
   int pipe = -1, socket = -1;
-  std::chrono::milliseconds patience{0};  ///< without anything
+  std::chrono::milliseconds patience{0};  ///< the longest wait for data
 
   /// Waits until there is something to read. False if the socket was shut first.
   bool wait_for(int descriptor) const {
@@ -111,7 +111,7 @@ struct FromDecoder {
   }
 };
 
-/// Reads the pixels of an image. Without an error here, the decoder's reply says what is wrong.
+/// Reads the pixels of an image. OK also if the pipe ends early: then the decoder's reply has the error.
 Status receive_pixels(const FromDecoder& from, std::int64_t max_pixels, Texels& texels) {
   DecodeReply head;
   if (!from.read_pixels(std::as_writable_bytes(std::span(&head, 1)))) {
@@ -140,9 +140,9 @@ Status receive_pixels(const FromDecoder& from, std::int64_t max_pixels, Texels& 
   return check_finite(texels);
 }
 
-/// Starts the decoder with these descriptors as its input and output; /dev/null for −1. `flag` may be null. Only those two stay
-/// open, all signals are as at a program's start, and it has its own process group, so that Ctrl-C in a terminal reaches
-/// only the caller.
+/// Starts the decoder with these descriptors as its input and output; /dev/null for −1. `flag` may be null. It inherits
+/// no other descriptors, and all signals have their defaults. It has its own process group, so that Ctrl-C in a
+/// terminal reaches only the caller.
 Result<pid_t> spawn_decoder(const std::filesystem::path& path, const char* flag, int input, int output) {
   posix_spawn_file_actions_t files;
   ::posix_spawn_file_actions_init(&files);
@@ -339,7 +339,7 @@ Result<Texels> DecoderProcess::decode(ByteView bytes, const std::string& name, s
   Texels texels;
   Status status = ask(bytes, max_pixels, &texels).status();
   if (status.ok() && texels.width == 0) {
-    status = invalid_argument("the image is damaged: its decoder gives fewer pixels than it says");
+    status = invalid_argument("the image is damaged: it has fewer pixels than its header says");
   }
   return status.ok() ? Result<Texels>(std::move(texels)) : with_context(status, name);
 }

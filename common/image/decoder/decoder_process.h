@@ -1,6 +1,6 @@
 // Client of `lightmill-image-decoder`, a process that reads each image in a sandboxed child.
 //
-// Users upload image files, and the libraries that read them have faults. Some even open files and addresses
+// Users upload image files, and the libraries that read them have faults. Some libraries even open files and addresses
 // that an image names. The child has the image's bytes and a pipe for its pixels, and no other access to the machine
 // (decoder/confined_child.h).
 #pragma once
@@ -24,8 +24,8 @@ namespace lightmill {
 /// The decoder in the directory of this program.
 std::filesystem::path image_decoder_program();
 
-/// What the decoder prints about its libraries (decoder/fingerprint.h). Takes some 0.3 s. FAILED_PRECONDITION if it
-/// does not start, fails, or does not end within `time_limit`, and is killed.
+/// The decoder's description of its libraries (decoder/fingerprint.h). Takes about 0.3 s. FAILED_PRECONDITION if the
+/// decoder does not start or fails, or if it does not end within `time_limit`. It is killed then.
 Result<std::string> fingerprint_of_decoder(const std::filesystem::path& program, const Clock& clock,
                                            std::chrono::milliseconds time_limit = std::chrono::minutes(2));
 
@@ -52,9 +52,9 @@ class DecoderProcess {
   Result<ImageSize> size(ByteView bytes, const std::string& name);
   /// Decodes the bytes of an image file. `name` is only for messages, which begin with it. Files with 8 bits per
   /// channel give bytes, others floats. 8- and 16-bit integers count as encoded, floats as linear. Colours are not
-  /// multiplied by alpha. What headers say about pixels is applied (OpenedImage). Of several images or mip levels, the
-  /// first is read. Fails for files that are no image, for more than `max_pixels` and for values that are not finite.
-  /// Pixels are received while the next ones are decoded.
+  /// multiplied by alpha. Properties in the header that change pixels are applied (OpenedImage). Of several images or
+  /// mip levels, the first is read. Fails for files that are no image, for more than `max_pixels` and for values that
+  /// are not finite. Pixels are received while the next ones are decoded.
   Result<Texels> decode(ByteView bytes, const std::string& name, std::int64_t max_pixels = kMaxTexturePixels);
 
   /// Id of the running process; 0 if there is none.

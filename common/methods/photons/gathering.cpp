@@ -76,7 +76,8 @@ GatherDiscs::GatherDiscs(const tracer::Wavefront& film, const PhotonPass& pass, 
   }
   counts_ = U8::load(counts);
   if (film.scene().features().opacity) {
-    // Photons stop with the probability of the opacity, and so do camera paths. The square would count.
+    // Photons stop with the probability of the opacity, and so do camera paths. Without this factor the opacity would
+    // count twice.
     const M8 lanes = signed_less(U8(0u), counts_);
     opacity_ = select(lanes, film.scene().materials().opacity(surface_, lanes), F8(1.0f));
   }

@@ -61,7 +61,7 @@ class GatherDiscs {
   /// The largest number of terms of a lane.
   std::uint32_t size() const { return size_; }
   Term8 term(std::uint32_t k) const;
-  /// 1 / the disc's area that is there.
+  /// 1 / (the disc's area · opacity).
   F8 per_area() const { return F8(kInvPi) / (radius_ * radius_ * opacity_); }
 
  private:
@@ -99,8 +99,8 @@ void estimate_density(tracer::Wavefront& film, const GatherDiscs& discs, const t
   }
 }
 
-/// Calls `add(splat, bsdf, wo, wi, lanes, value)` for the directly visible photons of a tile. `value` is what they add
-/// to their pixels.
+/// Calls `add(splat, bsdf, wo, wi, lanes, value)` for the directly visible photons of a tile. `value` is their
+/// contribution to their pixels.
 template <class Add>
 void add_visible_photons(tracer::Wavefront& film, const PhotonPass& pass, std::vector<const Splat*>& splats,
                          RenderCounters& counters, const Add& add) {
@@ -143,7 +143,7 @@ inline constexpr std::uint32_t kFromReceiver = 1;
 /// The path has met a receiver, and then only casters. Photons bring the light at its end.
 inline constexpr std::uint32_t kOverCasters = 2;
 
-/// Common base of `caustic` and `ppm`: `path`, with photons in place of paths that go from a light over casters.
+/// Common base of `caustic` and `ppm`: `path`, with photons in place of paths that go from a light via casters.
 class GatherEstimator : public path::PathEstimator {
  public:
   using Path = GatherPath8;

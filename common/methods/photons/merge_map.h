@@ -30,7 +30,7 @@ struct MergeRadii {
 /// which is one or two. So a search visits eight cells at most, whose size is close to its radius. Where radii change
 /// fast with position, octaves are wider.
 ///
-/// Immutable. What it finds, and in which order, depends only on the photons and the radii.
+/// Immutable. Its results and their order depend only on the photons and the radii.
 class MergeMap {
  public:
   MergeMap() = default;

@@ -60,7 +60,7 @@ struct PhotonPassSettings {
 };
 PhotonPassSettings pass_settings(const MethodSettings& settings, const MethodSpec& spec, PhotonKind kind);
 /// In pixels. Light paths have a small radius, because merging helps few of them and blurs all. The radius is at most
-/// 1/20 of the distance from the camera: few pixels of a small picture may be as wide as a room.
+/// 1/20 of the distance from the camera, because a few pixels of a small picture may be as wide as a room.
 double default_radius(const CompiledScene& scene, PhotonKind kind);
 /// Proportional to the film's pixels, within limits.
 std::uint32_t default_photons(const CompiledScene& scene, PhotonKind kind);

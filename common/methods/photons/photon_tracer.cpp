@@ -27,7 +27,7 @@ struct PhotonPath8 {
   U8 met;    ///< kNothing, kCasters or kReceivers
   Media8 media;
 };
-/// Eight light paths, with what their weights need.
+/// Eight light paths, with the inputs of their weights.
 struct LightPathPayload {
   vcm::Partial8 partial;  ///< before the first surface, vcm is the density of emission
   U8 light;               ///< at which it started
@@ -35,7 +35,7 @@ struct LightPathPayload {
 };
 struct LightPath8 : LightPathPayload, PhotonPath8 {};
 
-/// What a photon has met since its start: nothing, only casters, or another surface.
+/// Surfaces that a photon has met since its start: none, only casters, or others too.
 constexpr std::uint32_t kNothing = 0, kCasters = 1, kReceivers = 2;
 
 template <class Path>
@@ -174,8 +174,8 @@ class PhotonTracer {
     M8 first, second;
     F8 weight;
   };
-  /// `both`: those of the lanes that may also go the second way. They go both ways, or if there are many paths a drawn
-  /// one. Drawing alone would double and end paths in bumpy glass so often that few would carry all the light.
+  /// `both`: the lanes that may also go the second way. They go both ways. If there are many paths, one way is drawn.
+  /// If it were always drawn, few paths in bumpy glass would survive and carry all the light.
   Ways8 ways(M8 lanes, M8 both, F8 u) const {
     if (now_.size() <= kSplitBelow) {
       return {lanes, both, F8(1.0f)};
@@ -188,8 +188,8 @@ class PhotonTracer {
     return hashed_pair(vertex.photon.index, decision_seed(U8(plan_.seed), light_decision(vertex.number)));
   }
 
-  /// Scatters light from both images of a photon's direction (ShadingFrame8::for_each_wi). The second is behind a bent
-  /// normal if the first is.
+  /// Scatters light from both images of a photon's direction (ShadingFrame8::for_each_wi). If the first image is behind
+  /// a bent normal, so is the second.
   void scatter_images(Vertex8& vertex, const V8& wi, M8 lanes) {
     const V8 image = vertex.frame.to_local(mirror_image(-vertex.photon.direction, vertex.facing));
     lanes = and_not(lanes, vertex.bent & (wi.z <= F8(0.0f)));
@@ -200,8 +200,8 @@ class PhotonTracer {
     scatter_from(vertex, image, images.second);
   }
 
-  /// Light leaves a bent normal in the sampled direction, and in its mirror image (ShadingFrame8::wo), where these are on
-  /// the right side of the geometric normal. The image is not if the first is not.
+  /// Light leaves a bent normal in the sampled direction, and in its mirror image (ShadingFrame8::wo). Each counts if
+  /// it is on the right side of the geometric normal. If the first is on the wrong side, so is the second.
   template <class Bsdf>
   void leave_bent(const Vertex8& vertex, const Bsdf& bsdf, BsdfSample8 s, const V8& wi, const V8& direction, M8 lanes) {
     const V8 image = mirror_image(direction, vertex.frame.n);
@@ -270,9 +270,9 @@ class PhotonTracer {
     continue_path(vertex, s, wo, out, lanes);
   }
 
-  /// Queues a path in its new direction. Light is traced as particles. Refraction does not scale them by eta², as it
-  /// scales radiance. The correction for shading normals has the directions exchanged (Veach 1997, 5.2.2 and 5.3.2).
-  /// Russian roulette follows.
+  /// Queues a path in its new direction. Light is traced as particles, so refraction does not scale it by eta², unlike
+  /// radiance. The correction for shading normals has the directions exchanged (Veach 1997, 5.2.2 and 5.3.2). Russian
+  /// roulette follows.
   void continue_path(const Vertex8& vertex, const BsdfSample8& s, const V8& wo, Path& out, M8 lanes) {
     const F8 from = abs(dot(vertex.photon.direction, vertex.facing)) * abs(s.wi.z);
     const F8 offset = vertex.surface.offset;
@@ -360,7 +360,8 @@ class PhotonTracer {
     }
     constexpr std::uint32_t kPixels = kTileSize * kTileSize;
     if constexpr (kLightPaths) {
-      // The meter's own paths start there by the cosine, one per pixel. A photon that crosses the meter is merged.
+      // The meter's own paths start there, cosine-distributed, one per pixel. A photon that crosses the meter is
+      // merged.
       const vcm::Partial8 light = arrive(photon, photon.origin + photon.direction * at, normal, lanes, number);
       const F8 merging = area * F8(static_cast<float>(plan_.photons) / kPixels);
       power = power * vcm::merged({F8(0.0f), F8(0.0f)}, light, merging, cosine * F8(kInvPi), F8(0.0f));

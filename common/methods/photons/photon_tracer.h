@@ -28,9 +28,9 @@ struct PhotonTrace {
   std::uint32_t started = 0;                  ///< photons with power above 0
 };
 
-/// Light that the photons of a method bring.
+/// Light transport that the photons of a method cover.
 enum class PhotonKind {
-  caustic,     ///< light that goes over casters to a receiver; photons are aimed at casters
+  caustic,     ///< light that goes via casters to a receiver; photons are aimed at casters
   global,      ///< all light that surfaces receive
   light_path,  ///< the same, for connection and merging with camera paths
 };
@@ -42,7 +42,7 @@ struct PhotonSource {
   PhotonEmission emission;
   std::vector<std::uint32_t> media_low, media_high;  ///< by light: the media in which its light starts; empty: none
 };
-/// The light of lights with a position starts in the media at their centre. Other light starts in none.
+/// Light of a light with a position starts in the media at its centre. Other light starts in no medium.
 PhotonSource photon_source(const CompiledScene& scene, PhotonKind kind);
 
 struct PhotonPassPlan {

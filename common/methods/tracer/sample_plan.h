@@ -21,7 +21,7 @@ struct Constants {
   std::uint32_t sobol_vertices = 3;  ///< vertices with Sobol' points; later ones have hashed numbers
 };
 
-/// What depends only on the sample index: early samples have split and shorter paths.
+/// Constants of one sample, which depend only on its index. Early samples have split and shorter paths.
 struct SamplePlan {
   std::uint32_t splits;
   float roulette_boost;
@@ -57,7 +57,7 @@ constexpr std::uint32_t choice_decision(std::uint32_t vertex) {
   return kFirstPathDecision + 3 * vertex + 2;
 }
 
-/// Which light path a vertex connects to. The numbers lie above those of lights, and below kLensDecision and
+/// The light path to which a vertex connects. The numbers lie above those of lights, and below kLensDecision and
 /// medium_decision.
 constexpr std::uint32_t connection_decision(std::uint32_t bounce) {
   return 0x30000000u + bounce;

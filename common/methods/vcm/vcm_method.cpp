@@ -271,8 +271,8 @@ class VcmEstimator : public tracer::EstimatorBase {
     }
   }
 
-  /// Adds the queued connections that are not occluded. A photon's power is what it brings to a place, so what it
-  /// scatters from there is radiance per area (Georgiev et al. 2012, eq. 5).
+  /// Adds the queued connections that are not occluded. A photon's power is the flux that it brings to a point, so its
+  /// scattered light is radiance per area (Georgiev et al. 2012, eq. 5).
   ///
   /// The queue's capacity changes no bit. However often the queue is emptied, a path's connections are added after the
   /// merges at its vertex and before its shadow ray.

@@ -11,14 +11,14 @@ namespace lightmill {
 namespace {
 
 // Bytes at the peak of compiling, per item. Measured by scene_memory_bench.
-constexpr std::uint64_t kOfTriangle = 200;         ///< Embree's hierarchy while it is built, and tables
-constexpr std::uint64_t kOfPosition = 28;          ///< in single precision, twice
-constexpr std::uint64_t kOfNormal = 24;            ///< as tables grow
-constexpr std::uint64_t kOfCoordinate = 16;        ///< the same
-constexpr std::uint64_t kOfColor = 32;             ///< the same
-constexpr std::uint64_t kOfTangent = 32;           ///< the same
-constexpr std::uint64_t kOfBentTriangle = 64;      ///< the same, of materials with maps of normals
-constexpr std::uint64_t kOfGlowingTriangle = 650;  ///< of the lights' table
+constexpr std::uint64_t kOfTriangle = 200;          ///< Embree's hierarchy while it is built, and tables
+constexpr std::uint64_t kOfPosition = 28;           ///< in single precision, twice
+constexpr std::uint64_t kOfNormal = 24;             ///< as tables grow
+constexpr std::uint64_t kOfCoordinate = 16;         ///< the same
+constexpr std::uint64_t kOfColor = 32;              ///< the same
+constexpr std::uint64_t kOfTangent = 32;            ///< the same
+constexpr std::uint64_t kOfBentTriangle = 64;       ///< the same, of materials with maps of normals
+constexpr std::uint64_t kOfEmissiveTriangle = 650;  ///< of the lights' table
 constexpr std::uint64_t kOfObject = 1100;
 constexpr std::uint64_t kOfSkyPixel = 28;     ///< light_builder.cpp has the peak
 constexpr std::uint64_t kOfScene = 16 << 20;  ///< loaded with a program's first scene
@@ -47,14 +47,14 @@ MeshHeader header_of(ByteView bytes) {
 }
 
 /// The memory of an object with such a mesh, without the decoded mesh.
-std::uint64_t bytes_of(const MeshHeader& mesh, bool moved, bool glows, bool bent) {
+std::uint64_t bytes_of(const MeshHeader& mesh, bool moved, bool emits, bool bent) {
   std::uint64_t bytes = mesh.triangles * kOfTriangle + mesh.positions * kOfPosition;
   bytes += mesh.normals ? mesh.positions * kOfNormal : 0;
   bytes += mesh.coordinates ? mesh.positions * kOfCoordinate : 0;
   bytes += mesh.colors ? mesh.positions * kOfColor : 0;
   bytes += bent && mesh.coordinates ? mesh.triangles * kOfBentTriangle : 0;
   bytes += bent && mesh.tangents ? mesh.positions * kOfTangent : 0;
-  bytes += glows ? mesh.triangles * kOfGlowingTriangle : 0;
+  bytes += emits ? mesh.triangles * kOfEmissiveTriangle : 0;
   bytes += moved ? mesh.file_bytes : 0;  // a copy in the scene's coordinates
   return bytes;
 }
@@ -121,11 +121,11 @@ class Estimator {
       }
       const MeshHeader& header = found->second;
       const RgbColor& emission = scene_.materials[object.material].emission.rgb;
-      const bool glows = emission.r > 0 || emission.g > 0 || emission.b > 0;
-      const bool instanced = users.at(mesh->asset) > 1 && header.triangles >= kInstancedTriangles && !glows;
+      const bool emits = emission.r > 0 || emission.g > 0 || emission.b > 0;
+      const bool instanced = users.at(mesh->asset) > 1 && header.triangles >= kInstancedTriangles && !emits;
       if (!instanced || held.insert(mesh->asset).second) {
         const bool bent = bends_normals(scene_.materials[object.material]);
-        sum_.add(bytes_of(header, !instanced && object.transform != kIdentityTransform, glows, bent), name);
+        sum_.add(bytes_of(header, !instanced && object.transform != kIdentityTransform, emits, bent), name);
         sum_.add_triangles(header.triangles);
       }
     }

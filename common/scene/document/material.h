@@ -60,7 +60,7 @@ struct ScalarMap {
   friend bool operator==(const ScalarMap&, const ScalarMap&) = default;
 };
 
-/// The share of a surface that is there. Rays pass the rest as if there were nothing.
+/// The share of rays that a surface stops. The others pass it unchanged.
 struct Opacity {
   enum class Mode {
     opaque,  ///< 1
@@ -72,7 +72,7 @@ struct Opacity {
   ScalarMap map = {};   ///< multiplies the value
   double cutoff = 0.5;  ///< in [0, 1]
 };
-/// The opacity of all of a surface. Nothing if it varies.
+/// The opacity. Nothing if it varies over the surface.
 std::optional<double> uniform_opacity(const Opacity& opacity);
 /// Shading normals in tangent space: 2 · texel − 1 is their part along u, along v (green points up the image) and
 /// along the interpolated normal.

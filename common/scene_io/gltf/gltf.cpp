@@ -129,7 +129,7 @@ class GltfScene {
     }
   }
 
-  /// How a node deforms its mesh.
+  /// The deformation of a node's mesh.
   MeshPose mesh_pose(const PlacedNode& placed, const JsonNode& mesh) {
     const JsonNode& node = placed.node;
     MeshPose pose;
@@ -175,8 +175,7 @@ class GltfScene {
     return moving(std::move(out));
   }
 
-  /// The primitives of a mesh as assets. They are read once for all nodes that do not deform it otherwise than the mesh
-  /// itself says.
+  /// The primitives of a mesh as assets. Nodes that do not deform the mesh, or only by its own weights, share them.
   const std::vector<Part>& parts_of(const JsonNode& mesh, const MeshPose& pose, const JsonNode& node) {
     const bool own = pose.joints != nullptr || pose.weights != mesh_weights(mesh);
     const std::string key = own ? fmt::format("{} {}", mesh.path(), node.path()) : mesh.path();

@@ -11,7 +11,7 @@ struct GltfOptions {
   bool light_the_dark = true;  ///< adds a sky if nothing lights the scene
 };
 
-/// Reads a glTF file: the nodes of its scene with their meshes (instances share theirs) at a moment, materials
+/// Reads a glTF file at a moment: the nodes of its scene with their meshes (instances share theirs), materials
 /// (gltf_materials.h), images inside and outside the file, punctual lights and perspective cameras. The first camera is
 /// the scene's. Without a camera, the scene gets one that sees all of it. The sky is an even white one
 /// (missing_parts.h). Notices report both, and what was left out. Errors read "model.gltf: accessors[3].count: …".

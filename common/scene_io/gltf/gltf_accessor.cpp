@@ -11,7 +11,7 @@ namespace lightmill {
 namespace {
 
 /// The most elements of all accessors without data together. Such accessors are zeros, which cost no byte of the file.
-constexpr std::uint64_t kMaxMadeOfNothing = 4'000'000;
+constexpr std::uint64_t kMaxZeroElements = 4'000'000;
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 31;
 
 enum ComponentType : std::uint32_t {
@@ -170,9 +170,9 @@ GltfData::Accessor GltfData::accessor(const JsonNode& index, std::size_t compone
     return {};
   }
   if (!at["bufferView"].present()) {
-    made_of_nothing_ += out.count;
-    if (made_of_nothing_ > kMaxMadeOfNothing) {
-      at["count"].fail(fmt::format("accessors without data have more than {} elements", kMaxMadeOfNothing));
+    zero_elements_ += out.count;
+    if (zero_elements_ > kMaxZeroElements) {
+      at["count"].fail(fmt::format("accessors without data have more than {} elements", kMaxZeroElements));
       return {};
     }
   } else if (!find_elements(at, at["bufferView"], out.count, size, 0, out)) {

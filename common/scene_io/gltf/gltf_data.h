@@ -74,7 +74,7 @@ class GltfData {
   mutable FirstError errors_;
   mutable std::map<std::string, std::string> decoded_;  ///< compressed views, by path
   mutable std::uint64_t meshopt_budget_ = kMaxMeshoptBytes;
-  mutable std::uint64_t made_of_nothing_ = 0;  ///< elements of accessors without data so far
+  mutable std::uint64_t zero_elements_ = 0;  ///< elements of accessors without data so far
 };
 
 }  // namespace lightmill

@@ -16,7 +16,7 @@ void FirstError::add_fault(const std::string& path, std::string_view what, std::
 
 void JsonNode::fail(std::string_view what) const {
   if (tolerant_) {
-    fault(what, "it does not count");
+    fault(what, "it is ignored");
   } else {
     errors_->add(invalid_argument("{}: {}", path_, what));
   }

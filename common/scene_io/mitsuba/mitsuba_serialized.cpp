@@ -94,7 +94,7 @@ class Inflater {
   bool ended_ = false, ok_ = false;
 };
 
-/// The begin of a mesh, from the table at the file's end. The first one begins at 0.
+/// The first byte of a mesh, from the table at the file's end. The first one begins at 0.
 std::optional<std::uint64_t> begin_of(std::string_view bytes, std::size_t index, std::uint16_t version) {
   const auto count = number_at<std::uint32_t>(bytes, bytes.size() - 4);
   if (index == 0 || !count) {

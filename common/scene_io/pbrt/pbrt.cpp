@@ -247,7 +247,7 @@ class PbrtReader {
   }
   Status pop(bool object, const SourcePlace& place) {
     if (states_.empty() || states_.back().object != object) {
-      return place.error("{} without its begin", object ? "ObjectEnd" : "AttributeEnd");
+      return place.error("{0}End without {0}Begin", object ? "Object" : "Attribute");
     }
     state_ = std::move(states_.back().state);
     states_.pop_back();

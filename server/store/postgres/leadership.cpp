@@ -21,8 +21,8 @@ constexpr auto kLeaseCallPatience = std::chrono::milliseconds(2'000);
 constexpr auto kMigrationPatience = std::chrono::hours(6);
 /// Pause between two looks of a standby coordinator.
 constexpr auto kCheckPause = std::chrono::milliseconds(300);
-/// A coordinator without a connection in so many looks in a row is gone. Fewer looks may be a short outage of the
-/// database.
+/// A coordinator is gone if it has no connection in this number of looks in a row. In fewer looks, the database may have
+/// a short outage.
 constexpr int kChecksUntilGone = 4;
 
 std::string random_instance() {

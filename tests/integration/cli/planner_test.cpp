@@ -129,7 +129,7 @@ TEST_F(FarmCliTest, ChoiceAndNoticesOutliveTheCoordinator) {
   }
 }
 
-TEST_F(FarmCliTest, AdaptiveJobsGiveNoiseMoreSamplesReproducibly) {
+TEST_F(FarmCliTest, AdaptiveJobsGiveNoisyTilesMoreSamplesReproducibly) {
   start_worker("w1");
   const auto render = [&](const std::vector<std::string>& more, const char* out) {
     std::vector<std::string> arguments{"render",   scene("course-default.json"),

@@ -159,7 +159,7 @@ TEST_F(PostgresStoreTest, ADatabaseOfFormat7IsMigratedAndKept) {
   EXPECT_EQ(describe(load_with_films(*opened(options()).store).value()), before);
 }
 
-TEST_F(PostgresStoreTest, ALostRowIsRefusedUntilThatIsAccepted) {
+TEST_F(PostgresStoreTest, ALostRowIsRefusedUntilTheLossIsAccepted) {
   {
     const auto store = opened(options()).store;
     ASSERT_TRUE(store->load().ok());
@@ -181,7 +181,7 @@ TEST_F(PostgresStoreTest, ALostRowIsRefusedUntilThatIsAccepted) {
   EXPECT_TRUE(open_postgres(options()).ok()) << "it was accepted once";
 }
 
-TEST_F(PostgresStoreTest, ADatabaseBehindTheRecordOfTheLastCommitIsRefusedUntilThatIsAccepted) {
+TEST_F(PostgresStoreTest, ADatabaseBehindTheRecordOfTheLastCommitIsRefusedUntilTheLossIsAccepted) {
   const TemporaryFolder folder;
   PostgresOptions recorded = options();
   recorded.chain = folder.path() / "postgres-chain";

@@ -293,7 +293,7 @@ TEST(Gltf, MeshOmissionsAreReportedOnce) {
                          "left out: morph targets of other attributes than positions, normals and tangents"}));
 }
 
-TEST(Gltf, OddTrianglesAreSkippedAndNamed) {
+TEST(Gltf, WrongTrianglesAreSkippedAndNamed) {
   GltfBuffer b;
   b.positions(kSquarePositions);
   const int more = b.indices({0, 1, 2, 0, 5, 3, 9, 9, 9, 0, 2, 3, 1});

@@ -98,13 +98,13 @@ TEST(GltfScene, LightsHaveRadiometricUnits) {
   EXPECT_EQ(std::get<SpotLight>(wide.scene.lights.at(0).kind).blend, 0);
 }
 
-TEST(GltfScene, WrongValuesOfLightsDoNotCount) {
+TEST(GltfScene, WrongValuesOfLightsAreIgnored) {
   const auto of = [](const std::string& light, const std::string& index, const std::string& fault) {
     const LoadedScene loaded = good(
         OneTriangle().text(fmt::format(R"("extensions":{{"KHR_lights_punctual":{{"lights":[{}]}}}},"nodes":[{{"mesh":0,
 "extensions":{{"KHR_lights_punctual":{{"light":{}}}}}}}])",
                                        light, index)));
-    EXPECT_EQ(loaded.faults.notices(), std::vector<std::string>{fault + "; it does not count"});
+    EXPECT_EQ(loaded.faults.notices(), std::vector<std::string>{fault + "; it is ignored"});
     return loaded.scene.lights.at(0);
   };
   const std::string at = "a.gltf: extensions.KHR_lights_punctual.lights[0].";

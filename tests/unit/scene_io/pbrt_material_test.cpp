@@ -22,7 +22,7 @@ TEST(PbrtMaterials, KindsHaveTheirParameters) {
   EXPECT_NEAR(std::get<DielectricMaterial>(plain.kind).roughness, 0.5, 1e-12);
 }
 
-TEST(PbrtMaterials, ConductorsAreNamedGivenOrReflect) {
+TEST(PbrtMaterials, ConductorsHaveANameIndicesOrAReflectance) {
   const auto gold = std::get<ConductorMaterial>(
       pbrt_material("Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\"").kind);
   EXPECT_EQ(gold.eta, (RgbColor{0.1548f, 0.4233f, 1.3828f}));

@@ -90,7 +90,7 @@ TEST_F(ClaimsTest, ManyWorkersOfOneIdentityCountAsOneForTheRateOfResults) {
   EXPECT_EQ(coordinator->gauges(now).results_rate, limits.result_bytes_per_second);
 }
 
-TEST_F(ClaimsTest, ThreadsCountAsFarAsResultsCame) {
+TEST_F(ClaimsTest, ClaimedThreadsAreLimitedByReceivedResults) {
   JobSpec large = spec("r1", 1 << 14, {0, 0, 4096, 4096});
   large.verify_share = 0;
   submit(large);
@@ -108,7 +108,7 @@ TEST_F(ClaimsTest, ThreadsCountAsFarAsResultsCame) {
 }
 
 // It takes a second for each sample of a tile, and says that it takes none.
-TEST_F(ClaimsTest, ASpeedCountsAsFarAsResultsCame) {
+TEST_F(ClaimsTest, AClaimedSpeedIsLimitedByReceivedResults) {
   JobSpec large = spec("r1", 1 << 20, {0, 0, 128, 128});
   large.verify_share = 0;
   const JobId job = submit(large);

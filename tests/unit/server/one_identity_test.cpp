@@ -87,7 +87,7 @@ TEST_F(OneIdentityTest, FailsAJobOnlyIfAnotherCannotRenderItEither) {
   EXPECT_NE(status(job).reason.find("; worker b: no result for 1200 s"), std::string::npos) << status(job).reason;
 }
 
-TEST_F(OneIdentityTest, LosesItsLeaseAlsoIfItReconnectsAgainAndAgain) {
+TEST_F(OneIdentityTest, LosesItsLeaseEvenIfItReconnectsRepeatedly) {
   const JobId job = submit_unaudited("r1");
   SessionId liar = join("liar", "a");
   const std::vector<LeaseId> first = leases_of(liar);

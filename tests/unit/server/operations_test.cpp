@@ -342,7 +342,7 @@ TEST_F(OperationCallTest, TheEntriesOfAListCountAsRequests) {
   EXPECT_TRUE(may_call(user("bob")));
 }
 
-TEST_F(OperationCallTest, ADamagedAssetHasTheOthersOfItsJobsCompared) {
+TEST_F(OperationCallTest, TheOtherAssetsOfAJobWithADamagedAssetAreChecked) {
   const std::vector<std::string> names{"one", "two", "three", "four"};
   for (const std::string& name : names) {
     const auto upload = runtime->assets().start_upload(sha256(name)).value();
