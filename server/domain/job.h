@@ -120,7 +120,7 @@ class Job {
   void choose_method(const PilotReport& report, double seconds, const std::string& identity);
   /// A worker has this lease. This shows that the job's class is stored, because leases wait for that. An earlier lease
   /// proves nothing: the class may have been taken back and fixed again.
-  void came_back(LeaseId lease) { digest_durable_ = digest_durable_ || lease >= bound_at_; }
+  void came_back(LeaseId lease) { digest_durable_ = digest_durable_ || lease > bound_at_; }
 
   // ---- leases and active time ----
   const std::set<LeaseId>& leases() const { return leases_; }
