@@ -148,7 +148,7 @@ function loopSubdivision({ positions, cells }) {
   return result;
 }
 
-/** Halves `count` of the longest edges, no two of one triangle: each makes two triangles more. */
+/** Halves `count` of the longest edges, at most one of each triangle. Each halved edge adds two triangles. */
 function halveLongest({ positions, cells }, count) {
   const edges = [...edgesOf(cells).entries()];
   const length = ([, { ends }]) => distance(positions[ends[0]], positions[ends[1]]);
