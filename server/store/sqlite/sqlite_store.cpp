@@ -264,8 +264,8 @@ void log_kept(const fs::path& kept, std::int64_t version) {
                kept.string());
 }
 
-/// Copies the database beside the file, then marks the database with this program's format. After a power failure at any
-/// time, either the mark is missing or the copy is complete.
+/// Copies the database and its chain beside the file, then marks the database with this program's format. After a power
+/// failure at any time, either the mark is missing or the copies are complete.
 Status mark_with_format(Database& database, const fs::path& file, std::int64_t version) {
   const fs::path kept = kept_name(file, version), fresh = with_suffix(kept, ".new");
   spdlog::info("{} has store format {}; converting it to format {}", file.string(), version, kSqliteFormatVersion);
@@ -276,6 +276,11 @@ Status mark_with_format(Database& database, const fs::path& file, std::int64_t v
   copy.bind_all(name);
   Status status = copy.run();
   status = status.ok() ? sync_file(fresh) : status;
+  if (status.ok()) {
+    const fs::path chain = with_suffix(kept, "-chain");
+    fs::copy_file(with_suffix(file, "-chain"), chain, fs::copy_options::overwrite_existing, error);
+    status = error ? unavailable("{}", error.message()) : sync_file(chain);
+  }
   if (status.ok()) {
     fs::rename(fresh, kept, error);
     status = error ? unavailable("{}", error.message()) : ok_status();

@@ -157,7 +157,7 @@ TEST_F(SqliteStoreTest, AStoreOfFormat13IsMarkedAndKept) {
   EXPECT_EQ(number_in("PRAGMA user_version"), kSqliteFormatVersion);
   // The way back: the copy.
   std::filesystem::rename(file_.string() + ".format-13", file_);
-  std::filesystem::remove(chain_);
+  std::filesystem::rename(file_.string() + ".format-13-chain", chain_);
   EXPECT_EQ(number_in("PRAGMA user_version"), kSameTablesVersion);
   EXPECT_EQ(test::describe(test::load_with_films(*open()).value()), before);
 }
