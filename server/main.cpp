@@ -198,6 +198,7 @@ RuntimeOptions runtime_options(const ServerOptions& options, const DescriptorPla
   runtime.gate.authenticates = options.tls.given() || options.authenticate;
   runtime.gate.accepts_certificates = !options.tls.authority.empty();
   runtime.gate.accepts_tokens = !options.insecure;
+  runtime.gate.user_priority = options.user_priority;
   CallLimitOptions& calls = runtime.gate.calls;
   calls = options.calls;
   // Each stream may hold a file open. No caller may take all of them.

@@ -39,6 +39,7 @@ struct ServerOptions {
   double max_asset_gib = 2;
   double user_disk_gib = 0;  ///< 0: the default
   std::uint32_t max_jobs = 10'000, user_jobs = 2'000;
+  std::int32_t user_priority = 10;
   CallLimitOptions calls;
   double wire_gib = std::max(share_of_memory_gib(1.0 / 8, 4), kLeastWireGib);
   std::uint32_t max_workers = 10'000;

@@ -306,6 +306,33 @@ TEST_F(OperationCallTest, AJobsAssetsCountForItsOwner) {
   EXPECT_EQ(message_of(refused).substr(0, 55), "the assets of 'ada' would exceed their limit of 1048576");
 }
 
+TEST_F(OperationCallTest, UsersCannotRaiseAPriorityAboveTheLimit) {
+  let_commits();
+  const auto submitted = [&](const Identity& by, std::int32_t priority) {
+    const auto asked = call(Rpc::submit_job);
+    JobSpec spec = job_of("ada");
+    spec.request_id = fmt::format("{} {}", by.name, priority);
+    spec.priority = priority;
+    to_wire(spec, &static_cast<v1::SubmitJobRequest&>(asked->request()));
+    return start(asked, by).get().code();
+  };
+  const Identity operating{"olga", {Role::submit, Role::operate}, Proof::token, 0, ""};
+  EXPECT_EQ(submitted(user("ada"), 10), StatusCode::kOk);
+  EXPECT_EQ(submitted(user("ada"), 11), StatusCode::kPermissionDenied);
+  EXPECT_EQ(submitted(operating, 11), StatusCode::kOk);
+  EXPECT_EQ(submitted(anybody(), 11), StatusCode::kOk) << "without authentication";
+  const auto changed = [&](const Identity& by, std::int32_t priority) {
+    const auto asked = call(Rpc::set_priority);
+    auto& request = static_cast<v1::SetPriorityRequest&>(asked->request());
+    request.set_id(1);
+    request.set_priority(priority);
+    return start(asked, by).get().code();
+  };
+  EXPECT_EQ(changed(user("ada"), -3), StatusCode::kOk);
+  EXPECT_EQ(changed(user("ada"), 11), StatusCode::kPermissionDenied);
+  EXPECT_EQ(changed(operating, 11), StatusCode::kOk);
+}
+
 TEST_F(OperationCallTest, RequestsThatWaitHaveALimitOfBytes) {
   std::promise<void> begun, release;
   runtime->loop().post_always([&](FarmLoop::TaskContext&) {
