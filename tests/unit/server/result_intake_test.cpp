@@ -17,6 +17,10 @@ TEST_F(LeasingTest, DamagedResultsAreDroppedAndRenderedAgain) {
         bad.hash = hash_of(bad.node);
       },
       [](WorkerResult& bad) {
+        bad.node.values[3] = 2 * largest_value(bad.node.range);
+        bad.hash = hash_of(bad.node);
+      },
+      [](WorkerResult& bad) {
         bad.node.values[3] = -0.0f;
         bad.hash = hash_of(bad.node);
       },
