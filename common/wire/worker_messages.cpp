@@ -318,7 +318,7 @@ Result<WorkerMessage> from_wire(const v1::WorkRequest& request) {
     case v1::WorkRequest::kLeaseReturn:
       return WorkerMessage(WorkerReturn{LeaseId{request.lease_return().lease()}});
     case v1::WorkRequest::kRefusal:
-      LM_RETURN_IF_ERROR(check_length("refusal.reason", request.refusal().reason(), kMaxReasonBytes));
+      LM_RETURN_IF_ERROR(check_length("refusal.reason", request.refusal().reason(), kMaxRefusalBytes));
       return WorkerMessage(
           WorkerRefusal{JobId{request.refusal().job()}, request.refusal().reason(), request.refusal().own_limits()});
     case v1::WorkRequest::kDraining:
