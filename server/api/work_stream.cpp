@@ -95,8 +95,8 @@ void WorkStream::OnReadDone(bool ok) {
   owner_.loop_.traffic().results_in += bytes;
   Result<WorkerMessage> message = from_wire(request_);
   Status status = message.status();
-  if (const auto* const result = status.ok() ? std::get_if<WorkerResult>(&*message) : nullptr) {
-    status = check_hash(*result);
+  if (auto* const result = status.ok() ? std::get_if<WorkerResult>(&*message) : nullptr) {
+    result->damaged = !has_its_hash(*result);
   }
   if (status.ok() && std::holds_alternative<WorkerHello>(*message) == greeted_) {
     status = greeted_ ? invalid_argument("a second hello on one stream")

@@ -20,6 +20,9 @@ bool values_are_sound(std::span<const float> values, float largest) {
 }
 
 Status check_node(const Job& job, const WorkerResult& result) {
+  if (result.damaged) {
+    return data_loss("its hash does not match its values");
+  }
   const NodeKey& key = result.key;
   if (key.tile.value >= job.film().grid().tile_count()) {
     return invalid_argument("there is no tile {}: the film has {}", key.tile.value, job.film().grid().tile_count());
