@@ -85,6 +85,11 @@ Status check_attributes(const draco::Mesh& mesh, const MeshRequest& request) {
       return invalid_argument("attribute {} of the compressed data has {} components, but {} are expected", wanted.id,
                               attribute->num_components(), wanted.components);
     }
+    const bool floats = attribute->data_type() == draco::DT_FLOAT32 || attribute->data_type() == draco::DT_FLOAT64;
+    if (floats && wanted.type != 5126) {
+      return invalid_argument("attribute {} of the compressed data has floats, but type {} is expected", wanted.id,
+                              wanted.type);
+    }
     if (!is_sound(*attribute, request.vertices)) {
       return invalid_argument("the compressed data are damaged: attribute {} is incomplete", wanted.id);
     }
@@ -105,7 +110,10 @@ Result<DracoMesh> DracoMesh::decode(ByteView bytes, const MeshRequest& request) 
   buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   draco::StatusOr<std::unique_ptr<draco::Mesh>> decoded = draco::Decoder().DecodeMeshFromBuffer(&buffer);
   if (!decoded.ok()) {
-    const std::string why = decoded.status().error_msg_string();
+    std::string why = decoded.status().error_msg_string();
+    while (why.ends_with('.')) {
+      why.pop_back();
+    }
     return invalid_argument("the compressed data are damaged{}{}: export the mesh again", why.empty() ? "" : ": ", why);
   }
   std::unique_ptr<draco::Mesh> mesh = std::move(decoded).value();

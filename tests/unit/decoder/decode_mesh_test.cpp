@@ -134,7 +134,9 @@ TEST(DecodeMesh, NumbersHaveTheRequestedType) {
     EXPECT_EQ(shades[i], static_cast<float>(colors[i]) / 255) << "normalized";
     EXPECT_EQ(floats[i], joints[i]);
   }
-  EXPECT_EQ(error_message(decoder.decode_mesh(as_byte_view(file), {9, 8, false, {{0, 5121, 3}, {3, 5120, 4}}})),
+  EXPECT_EQ(error_message(decoder.decode_mesh(as_byte_view(file), {9, 8, false, {{0, 5121, 3}}})),
+            "attribute 0 of the compressed data has floats, but type 5121 is expected");
+  EXPECT_EQ(error_message(decoder.decode_mesh(as_byte_view(file), {9, 8, false, {{3, 5120, 4}}})),
             "attribute 3 has a value that its type 5120 cannot have");
 }
 
