@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/status.h"
+#include "common/image/decoder/compressed_mesh.h"
 #include "common/scene/document.h"
 #include "common/scene_io/faults.h"
 #include "common/scene_io/mtl.h"
@@ -67,6 +68,7 @@ struct LoadOptions {
   std::optional<AnimationMoment> moment;       ///< of glTF files; none: nodes and meshes as they are modelled
   bool strict = false;                         ///< refuses files with faults
   const SceneFiles* files = &files_on_disk();  ///< the files that can be read; must outlive the call
+  MeshDecoder decode_mesh = {};                ///< of glTF files; without one, compressed meshes are refused
 };
 
 /// Loads a scene from:

@@ -29,6 +29,7 @@ DOORS = [
     ("Embree", r"^embree", ["common/scene/accel"]),
     ("an image library", r"^(Imf|OpenEXR/|Iex|Imath|spng\.h|png\.h)", ["common/image"]),
     ("OpenImageIO", r"^OpenImageIO/", ["common/image/read", "decoder"]),
+    ("Draco", r"^draco/", ["decoder"]),
     ("seccomp", r"^(seccomp\.h|linux/seccomp\.h)", ["decoder"]),
 ]
 
@@ -51,9 +52,9 @@ TEXT_SUFFIXES = SOURCE_SUFFIXES | {".txt", ".cmake", ".md", ".json", ".proto", "
 
 # Libraries that a program must not link, directly or not.
 FORBIDDEN_LINKS = {
-    "lightmill-server": r"libembree|libOpenImageIO",
-    "lightmill-worker": r"libOpenImageIO|libsqlite3|libpq",
-    "lightmill": r"libembree|libOpenImageIO|libsqlite3|libpq",
+    "lightmill-server": r"libembree|libOpenImageIO|libdraco",
+    "lightmill-worker": r"libOpenImageIO|libdraco|libsqlite3|libpq",
+    "lightmill": r"libembree|libOpenImageIO|libdraco|libsqlite3|libpq",
 }
 
 PROTO_RECORD = "tests/lint/proto_fields.txt"

@@ -22,8 +22,8 @@ struct InspectionHooks {
   Upload upload;
 };
 
-/// Reads only the files of the request. INVALID_ARGUMENT if they are wrong, RESOURCE_EXHAUSTED if they exceed `limits`.
-/// Otherwise the errors of `hooks`.
+/// Reads only the files of the request. INVALID_ARGUMENT if they are wrong, RESOURCE_EXHAUSTED if they exceed `limits`,
+/// FAILED_PRECONDITION if this worker cannot decode their images or meshes. Otherwise the errors of `hooks`.
 Result<Inspection> inspect_scene(const InspectionRequest& request, const SceneLimits& limits, DecoderProcess& images,
                                  const InspectionHooks& hooks);
 

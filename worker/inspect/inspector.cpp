@@ -88,6 +88,7 @@ Result<Inspection> Inspector::inspect(const InspectGrant& grant, const std::stop
                : make_error(StatusCode::kDeadlineExceeded, "reading the scene takes more than {:.0f} s",
                             to_seconds(kMostTime));
   };
+  decoder_.set_stop(stop);
   Result<Inspection> found =
       inspect_scene(*grant.request, limits_, decoder_,
                     {[this](const Sha256& digest) { return assets_.get(digest); }, may_continue, upload_});

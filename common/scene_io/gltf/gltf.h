@@ -8,7 +8,8 @@ namespace lightmill {
 
 struct GltfOptions {
   std::optional<AnimationMoment> moment = {};
-  bool light_the_dark = true;  ///< adds a sky if nothing lights the scene
+  bool light_the_dark = true;    ///< adds a sky if nothing lights the scene
+  MeshDecoder decode_mesh = {};  ///< without one, files with compressed meshes are refused
 };
 
 /// Reads a glTF file at a moment: the nodes of its scene with their meshes (instances share theirs), materials

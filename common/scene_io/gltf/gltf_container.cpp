@@ -82,17 +82,19 @@ std::string decode_percent(std::string_view uri) {
 
 }  // namespace
 
-GltfData::GltfData(std::string bytes, std::string file_name, FileSource files)
+GltfData::GltfData(std::string bytes, std::string file_name, FileSource files, MeshDecoder decode_mesh)
     : bytes_(std::move(bytes)),
       file_name_(std::move(file_name)),
       files_(std::move(files)),
+      decode_mesh_(std::move(decode_mesh)),
       json_(std::make_unique<nlohmann::json>()),
       errors_(file_name_) {}
 
 GltfData::~GltfData() = default;
 
-Result<std::unique_ptr<GltfData>> GltfData::open(std::string bytes, const std::string& file_name, FileSource files) {
-  std::unique_ptr<GltfData> data(new GltfData(std::move(bytes), file_name, std::move(files)));
+Result<std::unique_ptr<GltfData>> GltfData::open(std::string bytes, const std::string& file_name, FileSource files,
+                                                 MeshDecoder decode_mesh) {
+  std::unique_ptr<GltfData> data(new GltfData(std::move(bytes), file_name, std::move(files), std::move(decode_mesh)));
   LM_RETURN_IF_ERROR(with_context(data->parse(), file_name));
   const JsonNode asset = data->root()["asset"];
   const std::string version = asset["version"].text();
