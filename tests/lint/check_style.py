@@ -23,7 +23,7 @@ DOORS = [
     ("gRPC", r"(grpc|grpcpp|grpc\+\+)/|\.grpc\.pb\.h$", ["server/api", "worker/rpc", "client/cli"]),
     ("protobuf", r"^google/protobuf/|(?<!grpc)\.pb\.h$", ["common/wire", "server/api", "server/operations", "server/store", "server/web", "worker/rpc",
                                                                      "client/cli"]),
-    ("Boost", r"^boost/", ["server/web"]),
+    ("Boost", r"^boost/", ["server/api", "server/web"]),
     ("OpenSSL", r"^openssl/", ["common/base", "common/security"]),
     ("SQL", r"^(sqlite3\.h|libpq-fe\.h|pqxx/)", ["server/store"]),
     ("Embree", r"^embree", ["common/scene/accel"]),
