@@ -284,10 +284,8 @@ class PhotonTracer {
     // Roulette that followed the correction would kill paths along a bumpy surface, which it makes bright again later.
     out.scale = select(vertex.bent & (normals > F8(0.0f)), out.scale / normals, out.scale);
     const F8 survival = max_component(out.power) * out.scale;
-    const M8 at_risk = survival < F8(1.0f);
-    const F8 u = hashed_number(out.index, decision_seed(U8(plan_.seed), choice_decision(vertex.number)));
-    lanes = and_not(lanes & (survival > F8(0.0f)), at_risk & (u >= survival));
-    out.power = out.power * select(at_risk, F8(1.0f) / survival, F8(1.0f));
+    lanes =
+        tracer::roulette(lanes & (survival > F8(0.0f)), survival, out.index, U8(plan_.seed), vertex.number, out.power);
     if (scene_.features().media) {
       out.media = select(s.transmitted, vertex.arrival.crossing.beyond, out.media);
     }

@@ -77,6 +77,17 @@ inline Pair8 decide(U8 index, U8 pixel_seed, std::uint32_t vertex, std::uint32_t
   return vertex < sobol_vertices ? sobol_pair(index, seed) : hashed_pair(index, seed);
 }
 
+/// Russian roulette: returns the lanes that survive, with probability min(1, survival). Divides what they carry by it.
+inline M8 roulette(M8 lanes, F8 survival, U8 index, U8 pixel_seed, std::uint32_t vertex, V8& carried) {
+  const M8 at_risk = survival < F8(1.0f);
+  if ((lanes & at_risk).any()) {
+    const F8 u = hashed_number(index, decision_seed(pixel_seed, choice_decision(vertex)));
+    lanes = and_not(lanes, at_risk & (u >= survival));
+    carried = carried * select(at_risk, F8(1.0f) / survival, F8(1.0f));
+  }
+  return lanes;
+}
+
 /// Samples a direction of a BSDF with a density. Not inlined, so that all estimators share one copy.
 template <class Bsdf>
 [[gnu::noinline]] BsdfSample8 draw_direction(const Bsdf& bsdf, const V8& wo, U8 index, U8 pixel_seed,
