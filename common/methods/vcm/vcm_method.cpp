@@ -205,23 +205,23 @@ class VcmEstimator : public tracer::EstimatorBase {
   }
 
   /// Adds the light that a light path brings to a camera path's vertex. Bounce 0: to a directly visible vertex.
-  static void add_light(tracer::Wavefront& film, M8 lanes, U8 slot, const Photon8& photon, const V8& value,
+  static void add_light(tracer::Wavefront& wavefront, M8 lanes, U8 slot, const Photon8& photon, const V8& value,
                         std::uint32_t bounce) {
     const M8 direct = lanes & (photon.scatterings == U8(1u)) & M8(bounce == 0);
-    film.add_light(direct, slot, value, true, photon.group);
-    film.add_light(and_not(lanes, direct), slot, value, false, photon.group);
+    wavefront.add_light(direct, slot, value, true, photon.group);
+    wavefront.add_light(and_not(lanes, direct), slot, value, false, photon.group);
   }
 
   /// Vertex merging.
   template <class Bsdf>
-  void merge(tracer::Wavefront& film, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
+  void merge(tracer::Wavefront& wavefront, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
     if (pass_->merge_map.empty()) {
       return;
     }
     const F8 radius = pass_->merging.at(vertex.surface.point);
     photons::find_photons(pass_->merge_map, vertex.surface.point, radius, lanes, ws_.found, ws_.counters);
     photons::estimate_density(
-        film, photons::GatherDiscs(film, *pass_, ws_.found, radius, vertex), vertex, bsdf, wo, lanes,
+        wavefront, photons::GatherDiscs(wavefront, *pass_, ws_.found, radius, vertex), vertex, bsdf, wo, lanes,
         [&](const photons::GatherDiscs::Term8& term, const V8& wi, const V8& value) {
           const F8 back = reverse_pdf(scene_, vertex.surface, vertex.crossing, bsdf, wo, wi, term.valid);
           return value * merged(vertex.at.partial, pass_->partials(term.number, term.valid), vertex.at.merging,
@@ -229,13 +229,13 @@ class VcmEstimator : public tracer::EstimatorBase {
         },
         [&](const photons::GatherDiscs::Term8& term, const V8& value) {
           const M8 lit = term.valid & (max_component(value) > F8(0.0f));
-          add_light(film, lit, vertex.in.slot, term.photon, vertex.in.throughput * value, vertex.bounce);
+          add_light(wavefront, lit, vertex.in.slot, term.photon, vertex.in.throughput * value, vertex.bounce);
         });
   }
 
   /// Vertex connection: each vertex draws a light path, and queues connections to all its vertices.
   template <class Bsdf>
-  void connect(tracer::Wavefront& film, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
+  void connect(tracer::Wavefront& wavefront, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
     const PhotonPass& pass = *pass_;
     if (pass.photons.empty()) {
       return;
@@ -252,7 +252,7 @@ class VcmEstimator : public tracer::EstimatorBase {
       const V8 way = photon.point - vertex.surface.point;
       const V8 direction = way * (F8(1.0f) / sqrt(length_squared(way)));
       const F8 side = dot(direction, vertex.facing);
-      const M8 short_enough = active & signed_less(photon.scatterings, U8(film.max_bounces() - vertex.bounce));
+      const M8 short_enough = active & signed_less(photon.scatterings, U8(wavefront.max_bounces() - vertex.bounce));
       vertex.template for_each_wi<Bsdf>(direction, short_enough, [&](const V8& wi, M8 there) {
         const V8 value = in.throughput * bsdf.eval(wo, wi);
         const M8 valid = there & (max_component(value) > F8(0.0f));
@@ -265,7 +265,7 @@ class VcmEstimator : public tracer::EstimatorBase {
         ws_.connections.push(valid, {origin, value, in.slot, number, bsdf.pdf_solid_angle(wo, wi),
                                      behind(vertex.at.partial, vertex.at.merging, back), abs(side), media});
         if (ws_.connections.size() >= static_cast<int>(connections_at_once_)) {
-          trace_connections(film);
+          trace_connections(wavefront);
         }
       });
     }
@@ -276,7 +276,7 @@ class VcmEstimator : public tracer::EstimatorBase {
   ///
   /// The queue's capacity changes no bit. However often the queue is emptied, a path's connections are added after the
   /// merges at its vertex and before its shadow ray.
-  void trace_connections(tracer::Wavefront& film) {
+  void trace_connections(tracer::Wavefront& wavefront) {
     for (int i = 0; i < ws_.connections.size(); i += 8) {
       const M8 lanes = first_lanes(ws_.connections.size() - i);
       const Connection8 c = ws_.connections.load(i);
@@ -306,7 +306,7 @@ class VcmEstimator : public tracer::EstimatorBase {
               const F8 light_pdf = reverse_pdf(scene_, surface, arrival.crossing, bsdf, wo, wi, lit);
               const F8 weight = connected(c.behind, c.pdf, c.cosine, light, light_pdf, cosine, distance * distance);
               const V8 brought = masked(max_component(sent) > F8(0.0f), value * sent * weight);
-              film.add_light(lit, c.slot, brought, false, photon.group);
+              wavefront.add_light(lit, c.slot, brought, false, photon.group);
             });
           }
         });
