@@ -8,7 +8,6 @@
 namespace lightmill::photons {
 namespace {
 
-constexpr std::uint32_t kLeastPhotons = 4096, kMostPhotons = 65536;
 /// A connected light path helps more pixels than a gathered photon.
 constexpr std::uint32_t pixels_per_photon(PhotonKind kind) {
   return kind == PhotonKind::light_path ? 4 : 16;
@@ -94,7 +93,7 @@ double default_radius(const CompiledScene& scene, PhotonKind kind) {
 std::uint32_t default_photons(const CompiledScene& scene, PhotonKind kind) {
   const std::uint64_t pixels = std::uint64_t{1} * scene.film_width() * scene.film_height();
   return static_cast<std::uint32_t>(
-      std::clamp<std::uint64_t>(pixels / pixels_per_photon(kind), kLeastPhotons, kMostPhotons));
+      std::clamp<std::uint64_t>(pixels / pixels_per_photon(kind), kLeastDefaultPhotons, kMostDefaultPhotons));
 }
 
 PhotonPassSettings pass_settings(const MethodSettings& settings, const MethodSpec& spec, PhotonKind kind) {
