@@ -4,7 +4,7 @@
 
 #include "common/methods/factories.h"
 #include "common/methods/path/path_estimator.h"
-#include "common/methods/photons/photon_passes.h"
+#include "common/methods/photons/gather_pass.h"
 #include "common/methods/photons/visible_splats.h"
 #include "common/methods/tracer/tracer_method.h"
 
@@ -148,10 +148,10 @@ class GatherEstimator : public path::PathEstimator {
  public:
   using Path = GatherPath8;
   using Workspace = PhotonWorkspace<Path>;
-  using Shared = PhotonPasses;
+  using Shared = GatherPasses;
   static constexpr bool kScattersInMedia = false;
 
-  GatherEstimator(const CompiledScene& scene, const PhotonPasses& passes, std::uint64_t sample, std::uint64_t end,
+  GatherEstimator(const CompiledScene& scene, const GatherPasses& passes, std::uint64_t sample, std::uint64_t end,
                   Workspace& ws)
       : PathEstimator(scene), pass_(passes.pass(sample, end, ws)), ws_(ws) {}
 
@@ -184,12 +184,12 @@ class GatherEstimator : public path::PathEstimator {
       if (lanes.any()) {
         const F8 radius = pass_->gather_radius(path_length(vertex));
         gather_from(pass_->first, radius, wavefront, vertex, bsdf, wo, lanes);
-        gather_from(pass_->later, radius * F8(PhotonPass::kLater), wavefront, vertex, bsdf, wo, lanes);
+        gather_from(pass_->later, radius * F8(kLaterRadius), wavefront, vertex, bsdf, wo, lanes);
       }
     }
   }
 
-  std::shared_ptr<const PhotonPass> pass_;
+  std::shared_ptr<const GatherPass> pass_;
   Workspace& ws_;
 
  private:
@@ -226,7 +226,7 @@ class GatherEstimator : public path::PathEstimator {
 /// The method of an estimator with photons, or `path` if no light emits photons.
 template <class Estimator, class... Args>
 std::unique_ptr<Method> make_photon_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
-                                           const MethodSpec& spec, PhotonKind kind, const Args&... args) {
+                                           const MethodSpec& spec, const PhotonKind& kind, const Args&... args) {
   auto shared =
       std::make_unique<const typename Estimator::Shared>(*scene, pass_settings(settings, spec, kind), args...);
   if (shared->empty()) {

@@ -27,12 +27,12 @@
 
 #include "common/methods/photons/gathering.h"
 #include "common/methods/vcm/densities.h"
+#include "common/methods/vcm/light_path_pass.h"
 
 namespace lightmill::vcm {
 namespace {
 
 using photons::Photon8;
-using photons::PhotonPass;
 
 struct CameraPayload {
   Partial8 partial;
@@ -61,7 +61,7 @@ struct VcmShared {
       : passes(scene, settings), connections_at_once(at_once) {}
   bool empty() const { return passes.empty(); }
 
-  photons::PhotonPasses passes;
+  LightPathPasses passes;
   std::uint32_t connections_at_once;
 };
 
@@ -82,6 +82,7 @@ class VcmEstimator : public tracer::EstimatorBase {
   VcmEstimator(const CompiledScene& scene, const VcmShared& shared, std::uint64_t sample, std::uint64_t end,
                VcmWorkspace& ws)
       : scene_(scene),
+        emission_(shared.passes.emission()),
         pass_(shared.passes.pass(sample, end, ws)),
         connections_at_once_(shared.connections_at_once),
         ws_(ws) {}
@@ -95,7 +96,7 @@ class VcmEstimator : public tracer::EstimatorBase {
   }
 
   void start_on_meter(const CompiledMeter& meter, Path& /*path*/, Path::AtVertex& at) const {
-    at.merging = F8(pass_->meter_area(meter) * light_paths() / (kTileSize * kTileSize));
+    at.merging = F8(pass_->plan.meter_area(scene_, meter) * light_paths() / (kTileSize * kTileSize));
   }
 
   Path::AtVertex arrive(const Path& in, const Surface8& surface, M8 /*lanes*/) const {
@@ -176,7 +177,7 @@ class VcmEstimator : public tracer::EstimatorBase {
   }
 
  private:
-  float light_paths() const { return static_cast<float>(pass_->emitted); }
+  float light_paths() const { return static_cast<float>(pass_->plan.photons); }
 
   static F8 cosine_of(const Vertex& vertex, const BsdfSample8& sample) {
     return abs(dot(vertex.frame.to_world(sample.wi), vertex.facing));
@@ -187,8 +188,8 @@ class VcmEstimator : public tracer::EstimatorBase {
     if (bounce == 0) {
       return F8(1.0f);
     }
-    return found_light(
-        in.partial, light_densities(scene_, *pass_->emission, light, in.origin, point, -in.direction, cosine, lanes));
+    return found_light(in.partial,
+                       light_densities(scene_, emission_, light, in.origin, point, -in.direction, cosine, lanes));
   }
 
   template <class Bsdf>
@@ -196,9 +197,9 @@ class VcmEstimator : public tracer::EstimatorBase {
                           M8 lanes) const {
     const V8& from = vertex.surface.point;
     const V8 direction = -light.wi;
-    const F8 cosine = pass_->emission->cosine(light.light, light.point, direction, lanes);
+    const F8 cosine = emission_.cosine(light.light, light.point, direction, lanes);
     const LightDensities8 densities =
-        light_densities(scene_, *pass_->emission, light.light, from, light.point, direction, cosine, lanes);
+        light_densities(scene_, emission_, light.light, from, light.point, direction, cosine, lanes);
     const F8 back = reverse_pdf(scene_, vertex.surface, vertex.crossing, bsdf, wo, wi, lanes);
     return sampled_light(vertex.at.partial, vertex.at.merging, abs(dot(light.wi, vertex.facing)),
                          bsdf.pdf_solid_angle(wo, wi), back, densities);
@@ -236,7 +237,7 @@ class VcmEstimator : public tracer::EstimatorBase {
   /// Vertex connection: each vertex draws a light path, and queues connections to all its vertices.
   template <class Bsdf>
   void connect(tracer::Wavefront& wavefront, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
-    const PhotonPass& pass = *pass_;
+    const LightPathPass& pass = *pass_;
     if (pass.photons.empty()) {
       return;
     }
@@ -316,7 +317,8 @@ class VcmEstimator : public tracer::EstimatorBase {
   }
 
   const CompiledScene& scene_;
-  std::shared_ptr<const PhotonPass> pass_;
+  const PhotonEmission& emission_;
+  std::shared_ptr<const LightPathPass> pass_;
   std::uint32_t connections_at_once_;
   VcmWorkspace& ws_;
 };
@@ -328,8 +330,8 @@ namespace lightmill {
 
 std::unique_ptr<Method> make_vcm_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec,
                                         std::uint32_t connections_at_once) {
-  return photons::make_photon_method<vcm::VcmEstimator>(std::move(scene), settings, spec,
-                                                        photons::PhotonKind::light_path, connections_at_once);
+  return photons::make_photon_method<vcm::VcmEstimator>(std::move(scene), settings, spec, vcm::kLightPaths,
+                                                        connections_at_once);
 }
 
 }  // namespace lightmill
