@@ -33,7 +33,9 @@ std::string_view noun_of(const Material& material) {
   return std::visit(
       Overloaded{[](const MirrorMaterial&) { return "mirror"; }, [](const ConductorMaterial&) { return "metal"; },
                  [](const PrincipledMaterial& m) { return m.metallic > 0 ? "metal" : "surface"; },
-                 [](const auto&) { return "surface"; }},
+                 [](const OneOf<DiffuseMaterial, DielectricMaterial, PhongMaterial, HoldoutMaterial> auto&) {
+                   return "surface";
+                 }},
       material.kind);
 }
 
@@ -83,12 +85,6 @@ std::array<double, 3> albedo_of(const Material& material) {
 bool is_textured(const Material& material) {
   return std::ranges::any_of(colors_of(material), [](const auto* color) { return color->texture != kNoTexture; }) ||
          material.roughness_map.texture != kNoTexture || material.metallic_map.texture != kNoTexture;
-}
-
-double ior_of(const Material& material) {
-  return std::visit(Overloaded{[](const DielectricMaterial& m) { return m.ior; },
-                               [](const PrincipledMaterial& m) { return m.ior; }, [](const auto&) { return 1.0; }},
-                    material.kind);
 }
 
 /// Facts of the materials in use.
