@@ -9,6 +9,7 @@
 
 #include "common/base/overloaded.h"
 #include "common/base/text.h"
+#include "common/materials/conductor.h"
 #include "common/math/transcendental.h"
 #include "common/math/vec.h"
 #include "common/planner/narrow_lobes.h"
@@ -62,9 +63,7 @@ std::array<double, 3> albedo_of(const Material& material) {
                    return of({d.r + s.r, d.g + s.g, d.b + s.b});
                  },
                  [&](const ConductorMaterial& m) {
-                   const auto at_normal = [](double n, double k) {
-                     return ((n - 1) * (n - 1) + k * k) / ((n + 1) * (n + 1) + k * k);
-                   };
+                   const auto at_normal = conductor::normal_reflectance<double>;
                    return std::array<double, 3>{at_normal(m.eta.r, m.k.r), at_normal(m.eta.g, m.k.g),
                                                 at_normal(m.eta.b, m.k.b)};
                  },

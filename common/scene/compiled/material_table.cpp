@@ -16,7 +16,7 @@ float alpha_of(double roughness) {
 }
 
 RgbColor normal_reflectance(const ConductorMaterial& metal) {
-  const auto of = [](float n, float k) { return ((n - 1) * (n - 1) + k * k) / ((n + 1) * (n + 1) + k * k); };
+  const auto of = conductor::normal_reflectance<float>;
   return {of(metal.eta.r, metal.k.r), of(metal.eta.g, metal.k.g), of(metal.eta.b, metal.k.b)};
 }
 
