@@ -6,6 +6,7 @@
 #include "common/lights/light_choice.h"
 #include "common/materials/bsdf.h"
 #include "common/methods/primary_rays.h"
+#include "common/methods/see_through.h"
 
 namespace lightmill::tracer {
 
@@ -63,8 +64,6 @@ constexpr std::uint32_t connection_decision(std::uint32_t bounce) {
   return 0x30000000u + bounce;
 }
 
-/// Boundaries in a row that do not stop a ray. More are endless copies.
-inline constexpr std::uint32_t kMaxPassed = 1000;
 /// The distance in a medium, after these bounces and boundaries since the last bounce. The numbers lie above
 /// kLensDecision.
 constexpr std::uint32_t medium_decision(std::uint32_t bounce, std::uint32_t passed) {
