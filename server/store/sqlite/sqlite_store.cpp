@@ -343,9 +343,9 @@ Status migrate(const fs::path& file) {
     fs::copy_file(file, kept);
   }
   fs::rename(with_suffix(fresh, "-chain"), with_suffix(file, "-chain"));
-  sync_folder_of(file);  // the chain goes before the file that needs it
+  LM_RETURN_IF_ERROR(sync_folder_of(file));  // the chain goes before the file that needs it
   fs::rename(fresh, file);
-  sync_folder_of(file);
+  LM_RETURN_IF_ERROR(sync_folder_of(file));
   spdlog::info("the store of format {} is kept as {}, in case you return to an older lightmill-server",
                sqlite::kFormatBefore, kept.string());
   return ok_status();
