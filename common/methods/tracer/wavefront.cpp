@@ -185,8 +185,8 @@ void Wavefront::sum_splits() {
   const std::size_t pixels = pixels_;
   for (std::size_t channel = 0; plan_.splits > 1 && channel < channels_.layout.summed; ++channel) {
     const float* const from = ws_.radiance.data() + channel * slots_;
-    float* const to = ws_.radiance.data() + channel * pixels;  // at or before the values it reads, which are not needed
-                                                               // again
+    // At or before the values that it is made from. They are not needed again.
+    float* const to = ws_.radiance.data() + channel * pixels;
     for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
       float sum = from[pixel];
       for (std::size_t split = 1; split < plan_.splits; ++split) {
