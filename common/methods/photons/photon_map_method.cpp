@@ -2,7 +2,7 @@
 //
 // Shows one photon pass, the same in every sample: all photons of `ppm`, or with `caustic` those of `caustic`. A
 // directly visible photon adds its power to one pixel, relative to the mean power of emitted photons. So a white photon
-// that lost nothing is 1. Lights, and anything in or behind mirrors and glass, are not shown.
+// that lost nothing is 1.
 //
 // Parameters
 //   photons=N         photons (default: one for 16 pixels of the film, from 4096 to 65536)
@@ -10,6 +10,11 @@
 //   no-absorption     media absorb nothing
 //   brute-force       rays test every triangle
 //   --max-bounces N   scatterings of a photon, at most (default 1000)
+//
+// Weaknesses
+//   - Lights, and anything in or behind mirrors and glass, are not shown.
+//   - More samples show the same photons.
+//   - Scattering media are refused.
 //
 // Example
 //   lightmill render scenes/cornell-bench-balls.json --method photon-map:caustic --spp 1 -o photons.exr
