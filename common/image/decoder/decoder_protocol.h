@@ -1,8 +1,8 @@
 // Protocol between a program and its image decoder, over a socket that is the decoder's standard input.
 //
-// A request is one socket message with two descriptors: the file's bytes, and a pipe for the pixels. Each request has one
-// reply. Before the pixels, the pipe carries the reply that will follow if all of them can be read. Both programs are
-// from the same build, so values are sent as they are in memory.
+// A request is one socket message with two descriptors: the file's bytes, and a pipe for the pixels. Each request has
+// one reply. Before the pixels, the pipe carries the reply that will follow if all of them can be read. Both programs
+// are from the same build, so values are sent as they are in memory.
 #pragma once
 
 #include <unistd.h>

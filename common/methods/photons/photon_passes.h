@@ -26,8 +26,8 @@ std::uint32_t default_photons(const CompiledScene& scene, const PhotonKind& kind
 /// so that each is still followed to its end.
 inline constexpr std::uint32_t kMostStored = 1u << 20;
 
-/// The settings with defaults, and with no more photons than kMostStored allows. `stored(plan)` is the number of photons
-/// that a pass stores.
+/// The settings with defaults, and with no more photons than kMostStored allows. `stored(plan)` is the number of
+/// photons that a pass stores.
 PhotonPassSettings completed(const CompiledScene& scene, PhotonPassSettings settings, const PhotonEmission& emission,
                              const std::function<std::size_t(const PhotonPassPlan&)>& stored);
 /// The plan of the pass of a sample index.

@@ -44,8 +44,8 @@ class GltfData {
   std::vector<std::uint32_t> indices(const JsonNode& index) const;
   /// Whether the buffer of a buffer view is there. It is not if it stands for compressed data.
   bool has_bytes(const JsonNode& index) const;
-  /// The bytes of a buffer view. If they are only there in the compressed form of kMeshopt, they are decoded. Empty after
-  /// an error.
+  /// The bytes of a buffer view. If they are only there in the compressed form of kMeshopt, they are decoded. Empty
+  /// after an error.
   std::string_view view(const JsonNode& index) const;
   /// The bytes that a uri names. NOT_FOUND without a place if there is no such file. Else an error is also noted.
   Result<std::string> uri_bytes(const JsonNode& uri) const;

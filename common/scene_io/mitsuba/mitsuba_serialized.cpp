@@ -27,7 +27,7 @@ std::optional<T> number_at(std::string_view bytes, std::uint64_t offset) {
   return out;
 }
 
-/// Numbers of a zlib stream. After its end or a fault, all further ones are 0. Memory does not depend on counts in the file.
+/// Numbers of a zlib stream. After its end or a fault, all further ones are 0. Memory depends on no counts in the file.
 class Inflater {
  public:
   Inflater(std::string_view in, SerializedBudget& budget) : in_(in), budget_(budget) {
