@@ -48,8 +48,8 @@ struct LoadedScene {
 /// Sets the scene's camera, and the film's width if the camera has an aspect.
 void use_camera(const NamedCamera& camera, Scene& scene);
 
-/// Sets the scene's camera as `--camera` says: the name of one of `loaded.cameras`, its number from 1, `auto` for a view
-/// of all, else a JSON file with a camera.
+/// Sets the scene's camera as `--camera` says: the name of one of `loaded.cameras`, its number from 1, `auto` for a
+/// view of all, else a JSON file with a camera.
 Status choose_camera(const std::string& wanted, const SceneFiles& files, LoadedScene& loaded);
 
 /// A file's ending in lower case, as ".json". Empty if it has none.

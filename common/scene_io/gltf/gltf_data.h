@@ -51,8 +51,8 @@ class GltfData {
   std::vector<std::uint32_t> indices(const JsonNode& index) const;
   /// Whether the buffer of a buffer view is there. It is not if it stands for compressed data.
   bool has_bytes(const JsonNode& index) const;
-  /// The bytes of a buffer view. If they are only there in the compressed form of kMeshopt, they are decoded. Empty after
-  /// an error.
+  /// The bytes of a buffer view. If they are only there in the compressed form of kMeshopt, they are decoded. Empty
+  /// after an error.
   std::string_view view(const JsonNode& index) const;
   /// The geometry of a primitive that is there only in the compressed form of kDraco. Its attributes can be read
   /// afterwards. If all of it is there uncompressed, too, then that counts, on machines with and without a decoder. Null

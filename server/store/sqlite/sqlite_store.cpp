@@ -289,7 +289,7 @@ Status mark_with_format(Database& database, const fs::path& file, std::int64_t v
     fs::remove(fresh, error);
     return with_context(status, fmt::format("{} cannot be kept as {}", file.string(), kept.string()));
   }
-  sync_folder_of(kept);
+  LM_RETURN_IF_ERROR(sync_folder_of(kept));
   LM_RETURN_IF_ERROR(database.execute(fmt::format("PRAGMA user_version = {}", kSqliteFormatVersion)));
   log_kept(kept, version);
   return ok_status();
@@ -381,9 +381,9 @@ Status migrate(const fs::path& file) {
     fs::copy_file(file, kept);
   }
   fs::rename(with_suffix(fresh, "-chain"), with_suffix(file, "-chain"));
-  sync_folder_of(file);  // the chain goes before the file that needs it
+  LM_RETURN_IF_ERROR(sync_folder_of(file));  // the chain goes before the file that needs it
   fs::rename(fresh, file);
-  sync_folder_of(file);
+  LM_RETURN_IF_ERROR(sync_folder_of(file));
   log_kept(kept, sqlite::kFormatBefore);
   return ok_status();
 }
