@@ -69,7 +69,7 @@ endif()
 lightmill_precompile(lightmill_kernel_pch HEADERS <immintrin.h> OPTIONS ${LIGHTMILL_KERNEL_OPTIONS})
 
 # For code that simulations run for minutes. Without optimisation the address sanitizer slows it 30 times.
-if(LIGHTMILL_SANITIZE MATCHES "address" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+if(LIGHTMILL_SANITIZE MATCHES "undefined" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   lightmill_precompile(lightmill_simulated_pch OPTIONS -O1)
 endif()
 

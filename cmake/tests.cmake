@@ -34,7 +34,7 @@ function(lightmill_run run)
                                          ENVIRONMENT "${ARG_ENVIRONMENT}" SKIP_RETURN_CODE 77)
 endfunction()
 
-# lightmill_compile_as_test(TARGET LEVEL): with GoogleTest in the precompiled header, and -O<LEVEL>. With the address sanitizer, -O0.
+# lightmill_compile_as_test(TARGET LEVEL): with GoogleTest in the precompiled header, and -O<LEVEL>, or -O0 with asan and ubsan.
 function(lightmill_compile_as_test target level)
   if(LIGHTMILL_SANITIZE AND NOT LIGHTMILL_SANITIZE MATCHES "thread")
     set(level 0)

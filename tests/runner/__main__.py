@@ -21,7 +21,8 @@ OF_TESTS = ("LIGHTMILL_DAMAGE_ROUNDS", "LIGHTMILL_FUZZ_CASES", "LIGHTMILL_SHOW",
 
 def parse():
     parser = argparse.ArgumentParser(prog="./test.sh", description="Builds Lightmill and runs its tests.", allow_abbrev=False)
-    parser.add_argument("names", nargs="*", metavar="NAME", help="only programs, labels or tests whose names match, or a piece of --list")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="only programs, labels or tests whose names match, or a piece of --list; "
+                                                               "asan, ubsan or tsan before them names a build with that sanitizer")
     parser.add_argument("--all", action="store_true", help="everything, in pieces; continues where it stopped")
     parser.add_argument("--repeat", type=int, metavar="N", help="the default suite N times; continues where it stopped")
     parser.add_argument("--busy", type=int, default=0, metavar="M", help="with --repeat: the last M beside a busy loop on each core")

@@ -18,6 +18,11 @@ import unittest
 TOY = pathlib.Path(sys.argv.pop()).absolute()
 SOURCE = pathlib.Path(sys.argv.pop()).absolute()
 PATIENCE = 120
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+WAITS = """
+script(waits "touch '${CMAKE_BINARY_DIR}/begun'; while [ ! -e '${CMAKE_BINARY_DIR}/go' ]; do sleep 0.01; done
+  sh -c 'kill -HUP $$'; test $? = 129" lint)
+"""
 CMAKE = """
 cmake_minimum_required(VERSION 3.25)
 project(toy LANGUAGES NONE)
@@ -71,7 +76,8 @@ class Runner(unittest.TestCase):
         self.plant("cmake/tests.cmake", (SOURCE / "cmake" / "tests.cmake").read_text())
         self.plant("CMakeLists.txt", CMAKE.replace("TOY", str(TOY)))
         self.plant("toy_test.cpp", (SOURCE / "tests" / "runner" / "toy_test.cpp").read_text())
-        self.plant(".gitignore", "build\n")
+        self.plant("deploy/setup", "#!/bin/sh\necho $1 >>installed\n").chmod(0o755)
+        self.plant(".gitignore", "build\ninstalled\n")
         self.plant_presets({})
         self.git("init", "-q")
         self.commit()
@@ -80,10 +86,11 @@ class Runner(unittest.TestCase):
         file = self.root / path
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text)
+        return file
 
     def plant_presets(self, variables):
         presets = [{"name": name, "generator": "Ninja", "binaryDir": "${sourceDir}/build/${presetName}", "cacheVariables": variables}
-                   for name in ("release", "asan", "tsan", "fuzz", "plain")]
+                   for name in ("release", "asan", "ubsan", "tsan", "fuzz", "plain")]
         self.plant("CMakePresets.json", json.dumps({"version": 6, "configurePresets": presets}))
 
     def plant_runs(self, text):
@@ -97,14 +104,22 @@ class Runner(unittest.TestCase):
         self.git("add", ".")
         self.git("commit", "-q", "-m", "a", "--allow-empty")
 
-    def start(self, *arguments, env=None):
+    def start(self, *arguments, env=None, ignored=()):
+        def set_signals():
+            for number in SIGNALS:
+                signal.signal(number, signal.SIG_IGN if number in ignored else signal.SIG_DFL)
         return subprocess.Popen([sys.executable, "-B", self.root / "tests" / "runner", *arguments], stdout=subprocess.PIPE,
-                                stderr=subprocess.STDOUT, text=True, env=env)
+                                stderr=subprocess.STDOUT, text=True, env=env, preexec_fn=set_signals)
 
     def end(self, process):
         """Whether it passed, and its output."""
         said, _ = process.communicate(timeout=PATIENCE)
         return process.returncode == 0, said
+
+    def output_of(self, script):
+        """What a Python script with the runner's modules prints."""
+        return subprocess.run([sys.executable, "-B", "-c", script], cwd=self.root, env={**os.environ, "PYTHONPATH": "tests/runner"},
+                              check=True, capture_output=True, text=True).stdout
 
     def run_it(self, *arguments):
         return self.end(self.start(*arguments))
@@ -138,7 +153,7 @@ class Runner(unittest.TestCase):
         # After the default suite, nothing runs twice in the same build.
         self.assert_passes(["--list"], "release: other_tests twice_tests\n", "undefined-behaviour sanitizers: asan_tests twice_tests\n",
                            "long: hard_tests: hard_tests\n", "release: readers of untrusted input: asan_tests\n", "asan: unit: other_tests\n",
-                           "asan: fuzz: hard_tests\n")
+                           "asan: fuzz: hard_tests\n", "ubsan: unit: asan_tests other_tests twice_tests\n", "ubsan: fuzz: hard_tests\n")
         self.assert_passes(["release: readers of untrusted input"], r"\n1 passed")
 
     def test_every_kind_of_failure_is_reported(self):
@@ -238,9 +253,7 @@ for _ in range(60):
     subprocess.run(["git", "-c", "user.name=a", "-c", "user.email=a", "commit", "-q", "--allow-empty", "-m", "a"], check=True)
     print(*pieces.in_turn([0, 1, 2, 3, 4]))
 """
-        said = subprocess.run([sys.executable, "-B", "-c", script], cwd=self.root, env={**os.environ, "PYTHONPATH": "tests/runner"},
-                              check=True, capture_output=True, text=True).stdout
-        self.assertEqual(set(said.splitlines()), {"0 1 2 3 4", "1 2 3 4 0", "2 3 4 0 1", "3 4 0 1 2", "4 0 1 2 3"})
+        self.assertEqual(set(self.output_of(script).splitlines()), {"0 1 2 3 4", "1 2 3 4 0", "2 3 4 0 1", "3 4 0 1 2", "4 0 1 2 3"})
 
     def test_finished_pieces_are_remembered(self):
         self.plant_runs('''
@@ -285,7 +298,7 @@ for _ in range(60):
         self.assert_passes(["new.one"], r"\n1 passed")
 
     def test_a_second_runner_in_one_checkout_is_refused(self):
-        self.plant_runs('script(waits "touch ${CMAKE_BINARY_DIR}/begun; while [ ! -e ${CMAKE_BINARY_DIR}/go ]; do sleep 0.01; done" lint)\n')
+        self.plant_runs(WAITS)
         first = self.start("waits")
         self.wait_for("build/release/begun")
         self.assert_fails(["asan_tests"], f"process {first.pid} works in this checkout already")
