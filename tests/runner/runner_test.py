@@ -306,6 +306,25 @@ for _ in range(60):
         self.plant("build/release/go", "")
         self.assertTrue(self.end(first)[0])
 
+    def test_the_table_of_long_tests_is_read_whole(self):
+        def check(name, row):
+            self.plant("table.md", f"| what | piece |\n| --- | --- |\n| `{name}` | long: … |\n\n| program | tests |\n| --- | --- |\n| {row} |\n")
+            self.assert_passes(["k4_tests"])
+            ended = subprocess.run([sys.executable, "-B", SOURCE / "tests/lint/long_tests_check.py", self.root / "table.md",
+                                    self.root / "build/release"], capture_output=True, text=True)
+            return ended.returncode, ended.stdout + ended.stderr
+        self.plant_runs("""
+            lightmill_read_long_tests(${CMAKE_SOURCE_DIR}/table.md)
+            program(k4_tests Toy.Passes unit)
+            script(slow.one "exit 0" long)
+        """)
+        self.assertEqual(check("slow.one", "`k4_tests` | `Toy.Crashes:Toy.Fails`")[0], 0)
+        code, said = check("slow.two", "`K4_tests` | `Toy.Crashes`")
+        self.assertEqual(code, 1)
+        for part in ("table.md:7: this row has no program", "is called slow.two\n", "slow.one has the label long, and no row"):
+            self.assertIn(part, said)
+        self.assertIn("k4_tests has no test Toy.Gone", check("slow.one", "`k4_tests` | `Toy.Gone`")[1])
+
     def test_signals_end_everything(self):
         for number, first in ((signal.SIGHUP, "trap '' TERM"), (signal.SIGTERM, ""), (signal.SIGINT, "")):
             self.plant_runs(f"""
