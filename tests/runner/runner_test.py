@@ -306,6 +306,16 @@ for _ in range(60):
         self.plant("build/release/go", "")
         self.assertTrue(self.end(first)[0])
 
+    def test_a_copy_of_a_checkout_builds_in_its_own_folder(self):
+        self.plant_runs('script(leaves.trace "touch \'${CMAKE_BINARY_DIR}/trace\'" lint)\n')
+        self.assert_passes(["leaves.trace", "Toy.Passes"])
+        (self.root / "build/release/trace").unlink()
+        first, self.root = self.root, self.root / "build" / "a copy"
+        shutil.copytree(first, self.root, ignore=lambda folder, _: ["a copy"])
+        self.assert_passes(["leaves.trace", "Toy.Passes"])
+        self.assertTrue((self.root / "build/release/trace").exists())
+        self.assertFalse((first / "build/release/trace").exists())
+
     def test_the_table_of_long_tests_is_read_whole(self):
         def check(name, row):
             self.plant("table.md", f"| what | piece |\n| --- | --- |\n| `{name}` | long: … |\n\n| program | tests |\n| --- | --- |\n| {row} |\n")
