@@ -18,7 +18,7 @@ SHOWN_LINES = 40  # of a failed command
 SECONDS_TO_END = 10  # from SIGTERM to SIGKILL
 LOW_PRIORITY = 10
 COMPILER_BYTES = 2 << 30
-CORES = len(os.sched_getaffinity(0))
+CONTROL_GROUPS = pathlib.Path("/sys/fs/cgroup")
 parts_at_once = 1  # which compile, each in a process of its own
 
 
@@ -93,14 +93,44 @@ class Interrupts:
 INTERRUPTS = Interrupts()
 
 
+def limits(name):
+    """The control group of this process and those above it, each with its limit of this name if it has one (cgroup v2)."""
+    own = re.search(r"^0::/(.*)$", pathlib.Path("/proc/self/cgroup").read_text(), re.M)
+    folder = CONTROL_GROUPS / (own.group(1) if own else "")
+    for group in (folder, *folder.parents):
+        with contextlib.suppress(OSError):
+            words = (group / name).read_text().split()
+            if words[0] != "max":
+                yield group, words
+
+
+def cores():
+    """How many this process may use."""
+    shares = [int(quota) // int(period) for _, (quota, period) in limits("cpu.max")]
+    return max(1, min([len(os.sched_getaffinity(0)), *shares]))
+
+
+CORES = cores()
+
+
+def number_in(file, name):
+    return int(re.search(rf"^{name} *(\d+)", file.read_text(), re.M).group(1))
+
+
 def free_memory():
-    """Bytes."""
-    return int(re.search(r"^MemAvailable: *(\d+)", pathlib.Path("/proc/meminfo").read_text(), re.M).group(1)) << 10
+    """Bytes. The kernel drops a control group's unused copies of files when it needs the memory."""
+    left = [int(most) - number_in(group / "memory.current", "") + number_in(group / "memory.stat", "inactive_file")
+            for group, [most] in limits("memory.max")]
+    return min([number_in(pathlib.Path("/proc/meminfo"), "MemAvailable:") << 10, *left])
+
+
+def at_once(most, bytes_of_each):
+    """How many commands run at once in a part, if each has this much memory. The parts share what is free."""
+    return max(1, min(most, free_memory() // (bytes_of_each * parts_at_once)))
 
 
 def compilers():
-    """How many run at once in a part: one a core, if each has 2 GiB of memory. The parts share what is free."""
-    return max(1, min(CORES, free_memory() // (COMPILER_BYTES * parts_at_once)))
+    return at_once(CORES, COMPILER_BYTES)
 
 
 def processes_of(session):

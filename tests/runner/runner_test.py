@@ -234,7 +234,7 @@ class Runner(unittest.TestCase):
             script(b.lasts "kill -ALRM $(cat ${CMAKE_SOURCE_DIR}/build/test.lock); sleep 600" lint)
             set_tests_properties(b.lasts PROPERTIES DEPENDS a.fails)
         ''')
-        self.assert_fails(["--all", "--minutes", "600"], r"the time is over: b.lasts had run for \d+ s\n", r"failed:\n  a.fails",
+        self.assert_fails(["--all", "--minutes", "600"], r"time limit reached: b.lasts had run for \d+ s\n", r"failed:\n  a.fails",
                           r"\nfailed +release\n")
 
     def test_an_unfinished_suite_fails(self):
@@ -315,6 +315,25 @@ for _ in range(60):
         self.assert_passes(["leaves.trace", "Toy.Passes"])
         self.assertTrue((self.root / "build/release/trace").exists())
         self.assertFalse((first / "build/release/trace").exists())
+
+    def test_the_limits_of_control_groups_count(self):
+        script = """
+import os, pathlib, process, results
+
+process.CONTROL_GROUPS = pathlib.Path("groups")
+cores, free = process.cores(), process.free_memory()
+os.mkdir("groups")
+for name, text in {"cpu.max": "150000 100000", "memory.max": 5 << 30, "memory.current": 3 << 30, "memory.stat": f"inactive_file {1 << 30}"}.items():
+    pathlib.Path("groups", name).write_text(str(text))
+print(process.cores(), process.free_memory() >> 30, process.at_once(99, 1 << 30))
+for name in ("cpu.max", "memory.max"):
+    pathlib.Path("groups", name).write_text("max 100000")
+print(process.cores() == cores, abs(process.free_memory() - free) < 1 << 30)
+process.CORES = results.CORES = 9
+process.free_memory = lambda: 10 << 30
+print(process.compilers(), *results.slots())
+"""
+        self.assertEqual(self.output_of(script), "1 3 3\nTrue True\n5 10 9\n")
 
     def test_the_table_of_long_tests_is_read_whole(self):
         def check(name, row):

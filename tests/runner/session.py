@@ -8,11 +8,12 @@ import shutil
 import sys
 import time
 
-from process import BUILD, COMPILER_BYTES, CORES, ROOT, Failed, free_memory
+from process import BUILD, ROOT, Failed, free_memory
 
 LOCK = BUILD / "test.lock"
 MEMORY_DISK = pathlib.Path("/dev/shm")
 MEMORY_DISK_BYTES = 4 << 30  # required free space
+RESERVE_BYTES = 4 << 30  # of memory, for compilers and tests
 MOMENT = 1  # second: --status may hold the lock for less
 LEFT_OVER = re.compile(r"(?:lightmill|faketime_shm|sem\.faketime_sem)[-_](\d+)")  # libfaketime's files of killed programs too
 
@@ -70,7 +71,7 @@ def why_no_memory_disk():
     remove_left_over()
     if shutil.disk_usage(MEMORY_DISK).free < MEMORY_DISK_BYTES:
         return f"{MEMORY_DISK} has less than {MEMORY_DISK_BYTES >> 30} GiB free"
-    needed = MEMORY_DISK_BYTES + CORES * COMPILER_BYTES
+    needed = MEMORY_DISK_BYTES + RESERVE_BYTES
     return f"less than {needed >> 30} GiB of memory are free" if free_memory() < needed else None
 
 
