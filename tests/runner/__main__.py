@@ -52,7 +52,7 @@ def parse():
 
 def show_status():
     holder = lock_holder()
-    print(f"process {holder} is running" if holder else "no run is active")
+    print(f"{holder} is running" if holder else "no run is active")
     pieces.show_states(State(pieces.STATE))
     repeat.show_runs(State(repeat.STATE))
 
@@ -89,8 +89,7 @@ def main():
                 return True
             if options.background:
                 sources_id()  # fails here, rather than in the background
-                if not go_to_background(BUILD / ("all" if options.all else "repeat") / "log"):
-                    return True
+                go_to_background(BUILD / ("all" if options.all else "repeat") / "log")
                 note()
             with temporary_folder():
                 return run(options)

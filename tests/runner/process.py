@@ -19,6 +19,7 @@ SECONDS_TO_END = 10  # from SIGTERM to SIGKILL
 LOW_PRIORITY = 10
 COMPILER_BYTES = 2 << 30
 CONTROL_GROUPS = pathlib.Path("/sys/fs/cgroup")
+INHERITED = []  # descriptors that commands get
 parts_at_once = 1  # which compile, each in a process of its own
 
 
@@ -68,8 +69,10 @@ class Interrupts:
         self.is_delayed = self.is_due = False
 
     def enable(self):
+        """A signal that nohup ignores stays without effect. Commands must not inherit that."""
         for number in self.NUMBERS:
-            signal.signal(number, self.receive)
+            is_ignored = signal.getsignal(number) == signal.SIG_IGN
+            signal.signal(number, (lambda *_: None) if is_ignored else self.receive)
 
     def receive(self, *_):
         for number in self.NUMBERS:
@@ -144,7 +147,7 @@ def processes_of(session):
 
 
 def end(process):
-    """Ends a command and all processes of its session. The command ends first, so that it does not report the others' deaths."""
+    """Ends a command and all processes of its session. The command is told first, so that it does not report the others' deaths."""
     process.terminate()
     for number in (signal.SIGTERM, signal.SIGKILL):
         for pid in processes_of(process.pid):
@@ -195,7 +198,7 @@ def run_logged(command, log, show=None, progress=None, deadline=None):
             try:
                 with INTERRUPTS.delayed():
                     process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                               stderr=subprocess.STDOUT, start_new_session=True)
+                                               stderr=subprocess.STDOUT, start_new_session=True, pass_fds=INHERITED)
             except OSError as error:
                 fail_to_run(command, error)
             if deadline is not None:

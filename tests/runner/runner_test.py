@@ -306,6 +306,25 @@ for _ in range(60):
         self.plant("build/release/go", "")
         self.assertTrue(self.end(first)[0])
 
+    def test_commands_of_a_killed_runner_keep_a_second_one_away(self):
+        self.plant_runs(WAITS)
+        first = self.start("waits")
+        self.wait_for("build/release/begun")
+        first.kill()
+        self.end(first)
+        self.assert_fails(["asan_tests"], f"a command of the killed process {first.pid} works in this checkout already")
+        self.plant("build/release/go", "")
+        while "no run is active" not in self.run_it("--status")[1]:
+            time.sleep(0.02)
+
+    def test_an_ignored_hangup_stays_ignored(self):
+        self.plant_runs(WAITS)
+        process = self.start("waits", ignored=[signal.SIGHUP])
+        self.wait_for("build/release/begun")
+        process.send_signal(signal.SIGHUP)
+        self.plant("build/release/go", "")
+        self.assertEqual(self.end(process)[0], True)  # the script ends its own sh with SIGHUP
+
     def test_a_copy_of_a_checkout_builds_in_its_own_folder(self):
         self.plant_runs('script(leaves.trace "touch \'${CMAKE_BINARY_DIR}/trace\'" lint)\n')
         self.assert_passes(["leaves.trace", "Toy.Passes"])
