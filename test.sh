@@ -16,8 +16,13 @@
 set -eu
 cd "$(dirname "$0")"
 . deploy/environment.sh
-case "${1:-}" in
-  -h | --help | --status) ;;
-  *) deploy/setup --tests ;;
-esac
+if [ ! -x /usr/bin/python3 ]; then
+  case "${1:-}" in
+    -h | --help)
+      sed -n '2,16s/^# \{0,1\}//p' "$0"
+      exit
+      ;;
+  esac
+  deploy/setup --tests
+fi
 exec /usr/bin/python3 -B tests/runner "$@"

@@ -9,7 +9,7 @@ import pieces
 import repeat
 from coverage import run_coverage
 from named import run_named
-from process import BUILD, INTERRUPTS, Failed
+from process import BUILD, INTERRUPTS, Failed, install_packages
 from session import go_to_background, lock_holder, only_one, temporary_folder
 from state import State, sources_id
 
@@ -83,6 +83,7 @@ def main():
         if options.status:
             show_status()
             return True
+        install_packages("--tests")
         with only_one() as note:
             if options.list:
                 pieces.show_pieces()
@@ -95,6 +96,8 @@ def main():
                 return run(options)
     except Failed:
         return False
+    except OSError as error:  # such as a full disk
+        sys.exit(f"./test.sh: {error}")
     except KeyboardInterrupt:
         print("\ninterrupted")
         sys.exit(130)

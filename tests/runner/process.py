@@ -181,6 +181,14 @@ def output_of(command):
     return ended.stdout
 
 
+def install_packages(kind):
+    """An interrupt waits for the end, because half an installation is worse."""
+    with INTERRUPTS.delayed():
+        code = subprocess.call(["deploy/setup", kind], cwd=ROOT)
+    if code != 0:
+        raise Failed
+
+
 def run_logged(command, log, show=None, progress=None, deadline=None):
     """Runs a command with its output in a file, and prints the lines that match `show`. `progress` gets each line, and returns the
     text that a terminal is to show now, or None. Returns the command's exit code, or None if the deadline ended it. An interrupt
@@ -245,7 +253,10 @@ def beside(work, log):
             os.dup2(out.fileno(), 1)
             os.dup2(out.fileno(), 2)
         os.nice(LOW_PRIORITY)
-        sender.send(work())
+        try:
+            sender.send(work())
+        except OSError as error:
+            sys.exit(f"./test.sh: {error}")
 
     def result():
         try:

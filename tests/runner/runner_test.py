@@ -373,6 +373,13 @@ print(process.compilers(), *results.slots())
             self.assertIn(part, said)
         self.assertIn("k4_tests has no test Toy.Gone", check("slow.one", "`k4_tests` | `Toy.Gone`")[1])
 
+    def test_errors_of_files_are_one_line(self):
+        self.plant_runs("")
+        self.plant("build/results", "")
+        passed, said = self.run_it("Toy.Passes")
+        self.assertFalse(passed)
+        self.assertRegex(said, r"^\./test\.sh: .*build/results.*\n$")
+
     def test_signals_end_everything(self):
         for number, first in ((signal.SIGHUP, "trap '' TERM"), (signal.SIGTERM, ""), (signal.SIGINT, "")):
             self.plant_runs(f"""
@@ -461,6 +468,10 @@ with process.beside(work, pathlib.Path("log")):
                           ["--all", "--minutes", "0"], ["--all", "--minutes", "nan"]):
             with self.subTest(arguments):
                 self.assert_fails(arguments, "usage:")
+        self.assertFalse((self.root / "installed").exists())
+        self.plant_runs("")
+        self.assert_passes(["asan_tests"])
+        self.assertEqual((self.root / "installed").read_text(), "--tests\n")
 
 
 if __name__ == "__main__":
