@@ -119,10 +119,11 @@ class Units(unittest.TestCase):
         names = {"lightmill-server": ["lightmill-server"], "lightmill-worker": ["lightmill-worker", "lightmill-worker@"]}
         for program, units in names.items():
             text = (UNITS / f"{program}.service").read_text()
-            self.assertIn(f"ExecStart=/usr/bin/{program} ", text)
+            start = f"ExecStart=/usr/bin/{program} "
+            self.assertIn(start, text)
             for unit in units:
                 path = self.place / f"{unit}.service"
-                path.write_text(text.replace("/usr/bin/", f"{BIN}/"))
+                path.write_text(text.replace(start, f'ExecStart="{BIN}/{program}" '))
                 yield path
 
     def test_systemd_finds_nothing_wrong(self):
