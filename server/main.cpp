@@ -223,7 +223,8 @@ WebOptions web_options(const ServerOptions& options, const DescriptorPlan& plan)
           options.insecure,
           plan.page,
           bytes_of_gib(share_of_memory_gib(1.0 / 8, 2)),
-          bytes_of_gib(share_of_memory_gib(1.0 / 16, 1))};
+          bytes_of_gib(share_of_memory_gib(1.0 / 16, 1)),
+          from_seconds(options.http_seconds)};
 }
 
 Status serve(const ServerOptions& options, StopRequest& stop) {

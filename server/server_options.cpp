@@ -240,6 +240,8 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
       ->default_str("4, or an eighth of the memory that the coordinator may use");
   add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000},
             "connected workers; further ones are refused, and retry");
+  add_limit(app, "--http-seconds", options.http_seconds, "SECONDS", {1.0, 3600.0},
+            "a connection of --http that is silent for this time is closed");
   add_limit(app, "--keep-days", options.keep_days, "DAYS", {0.0, 36'500.0},
             "ended jobs are deleted after this time; 0: never");
   add_limit(

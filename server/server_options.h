@@ -43,6 +43,7 @@ struct ServerOptions {
   CallLimitOptions calls;
   double wire_gib = std::max(share_of_memory_gib(1.0 / 8, 4), kLeastWireGib);
   std::uint32_t max_workers = 10'000;
+  double http_seconds = 30;
   double keep_days = 90, reserve_gib = 0.25;
   std::uint32_t log_entries = 50'000;
   std::uint32_t log_days = 400;
