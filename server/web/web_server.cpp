@@ -75,7 +75,7 @@ void tick_on(WebParts& parts) {
   });
 }
 
-/// Reads a renewed certificate. Upkeep reports its errors.
+/// Reads a renewed certificate. HostMonitor reports its errors.
 void renew_on(WebParts& parts) {
   parts.renewal->expires_after(kRenewalInterval);
   parts.renewal->async_wait([&parts](error_code error) {
