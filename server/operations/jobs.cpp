@@ -17,10 +17,6 @@ Status changed_job(const OperationContext& operation, const Status& change, v1::
   return ok_status();
 }
 
-}  // namespace
-
-namespace {
-
 /// Filter for the jobs that the caller may see and asks for.
 Result<JobFilter> filter_of(const OperationContext& operation, const v1::ListJobsRequest& request) {
   std::set<JobState> states;
