@@ -39,7 +39,7 @@ void set_keepalive(grpc::ServerBuilder& builder) {
 }
 
 /// "SERVICE/METHOD" of all registered methods, except health and reflection.
-std::vector<std::string> served_methods() {
+std::vector<std::string> registered_methods() {
   std::vector<std::string> methods;
   for (const std::string name :
        {v1::RenderService::service_full_name(), v1::WorkerService::service_full_name(),
@@ -77,7 +77,7 @@ struct ApiServer::Parts {
 };
 
 Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiOptions& options) {
-  LM_RETURN_IF_ERROR(check_rules(served_methods()));
+  LM_RETURN_IF_ERROR(check_rpcs(served_rpcs(), registered_methods()));
   auto parts = std::make_unique<Parts>(runtime, options);
   LM_ASSIGN_OR_RETURN(parts->listener, Listener::open(options.listen, "--listen", options.connections));
 

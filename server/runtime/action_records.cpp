@@ -13,9 +13,8 @@ bool is_refusal(const Status& status) {
 
 void keep(FarmLoop::TaskContext& context, const Call& call, const CallSubject& about, StatusCode outcome,
           std::string message) {
-  context.keep({0, 0, call.caller.name, call.caller.proof, call.caller.token, call.peer,
-                std::string(rule_of(call.rpc).method), about.job, about.text, outcome, std::move(message),
-                outcome == StatusCode::kOk ? about.change : ""});
+  context.keep({0, 0, call.caller.name, call.caller.proof, call.caller.token, call.peer, std::string(call.rpc.method),
+                about.job, about.text, outcome, std::move(message), outcome == StatusCode::kOk ? about.change : ""});
 }
 
 std::string refusal_text(const Status& status, const SuppressedRefusals& suppressed) {
@@ -34,7 +33,7 @@ std::string refusal_text(const Status& status, const SuppressedRefusals& suppres
 void record_refusal(FarmLoop::TaskContext& context, const Call& call, const CallSubject& about, const Status& status,
                     const SuppressedRefusals& suppressed) {
   std::string text = refusal_text(status, suppressed);
-  spdlog::info("{}{} from {} is refused: {}", rule_of(call.rpc).method,
+  spdlog::info("{}{} from {} is refused: {}", call.rpc.method,
                about.job == 0 ? "" : fmt::format(" of job {}", about.job), call.peer, text);
   keep(context, call, about, status.code(), std::move(text));
 }
@@ -70,7 +69,7 @@ void record_own(FarmLoop::TaskContext& context, std::string_view what, std::stri
 Status check_job_call(FarmLoop::TaskContext& context, const Gate& gate, const Call& call, JobId job) {
   LM_ASSIGN_OR_RETURN(const std::string owner, context.farm.owner(job));
   const Status status = check_job(call.caller, call.rpc, owner);
-  if (!status.ok() && !rule_of(call.rpc).recorded) {
+  if (!status.ok() && !call.rpc.recorded) {
     record(context, gate, call, {job.value}, status);
   }
   return status;
