@@ -53,9 +53,8 @@ Result<Goal> checked_goal(Goal goal) {
   if (goal.samples == 0 && goal.seconds == 0 && goal.error == 0) {
     goal.samples = kDefaultSamples;
   }
-  if (goal.samples > most_samples(goal)) {
-    return invalid_argument("--spp is at most {} with --adaptive, got {}", most_samples(goal), goal.samples);
-  }
+  // The options check each limit alone. Only an adaptive job may have fewer samples.
+  LM_RETURN_IF_ERROR(with_context(check_goal(goal), "--spp with --adaptive"));
   return goal;
 }
 

@@ -1,8 +1,10 @@
 // A render job as plain values: its settings, goal and status.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/base/clock.h"
@@ -61,6 +63,11 @@ struct Goal {
 enum class GoalLimit { none, samples, seconds, error };
 
 enum class JobState { queued, running, paused, done, failed, cancelled };
+
+inline constexpr std::array kJobStates{JobState::queued, JobState::running, JobState::paused,
+                                       JobState::done,   JobState::failed,  JobState::cancelled};
+/// "queued", "running", …
+std::string_view name_of(JobState state);
 
 inline bool has_ended(JobState state) {
   return state == JobState::done || state == JobState::failed || state == JobState::cancelled;

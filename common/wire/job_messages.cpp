@@ -96,7 +96,7 @@ void to_wire(const PixelRect& rect, v1::PixelRect* out) {
 }
 
 Result<PixelRect> from_wire(const v1::PixelRect& rect) {
-  const auto within = [](int value) { return value >= 0 && value <= kMaxFilmSide; };
+  const auto within = [](int value) { return value == 0 || is_film_side(value); };
   if (!within(rect.x()) || !within(rect.y()) || !within(rect.width()) || !within(rect.height())) {
     return invalid_argument("rectangle numbers must be 0 to {}, got x {}, y {}, width {}, height {}", kMaxFilmSide,
                             rect.x(), rect.y(), rect.width(), rect.height());
@@ -290,9 +290,7 @@ void to_wire(const JobSpec& spec, v1::SubmitJobRequest* out) {
 
 Result<JobSpec> from_wire(const v1::SubmitJobRequest& request) {
   LM_RETURN_IF_ERROR(check_length("request_id", request.request_id(), kMaxWireNameBytes));
-  if (request.request_id().empty()) {
-    return invalid_argument("request_id: must not be empty");
-  }
+  LM_RETURN_IF_ERROR(check_request_id(request.request_id()));
   LM_ASSIGN_OR_RETURN(JobSpec spec, from_wire(request.job()));
   spec.request_id = request.request_id();
   return spec;

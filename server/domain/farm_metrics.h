@@ -43,9 +43,6 @@ inline constexpr std::array<std::string_view, 10> kWaitReasonNames{
     "storage", "missing_file", "dispute",       "silent_worker", "quarantine",
     "leaving", "refused",      "larger_worker", "other_kind",    "no_worker"};
 
-inline constexpr std::array kJobStates{JobState::queued, JobState::running, JobState::paused,
-                                       JobState::done,   JobState::failed,  JobState::cancelled};
-
 /// State of the farm at one moment.
 struct FarmGauges {
   std::array<std::uint64_t, kJobStates.size()> jobs{};         ///< by JobState

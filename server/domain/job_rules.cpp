@@ -34,24 +34,6 @@ std::uint64_t finished_bytes(const JobSpec& spec) {
   return pixels * (static_cast<std::uint64_t>(parts) * layout.summed_values() + first) * sizeof(float);
 }
 
-std::string_view name_of(JobState state) {
-  switch (state) {
-    case JobState::queued:
-      return "queued";
-    case JobState::running:
-      return "running";
-    case JobState::paused:
-      return "paused";
-    case JobState::done:
-      return "done";
-    case JobState::failed:
-      return "failed";
-    case JobState::cancelled:
-      return "cancelled";
-  }
-  return "unknown";
-}
-
 std::string describe(const Goal& goal) {
   std::string text;
   if (goal.samples > 0) {

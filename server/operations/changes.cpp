@@ -1,7 +1,5 @@
 #include "server/operations/changes.h"
 
-#include "server/domain/job_rules.h"
-
 namespace lightmill {
 namespace {
 

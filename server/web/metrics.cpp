@@ -16,9 +16,6 @@
 namespace lightmill {
 namespace {
 
-constexpr std::array<std::string_view, kJobStates.size()> kStateNames{"queued", "running", "paused",
-                                                                      "done",   "failed",  "cancelled"};
-
 /// Lines of the text format. All labels and help texts are constants, so nothing is escaped.
 class MetricLines {
  public:
@@ -88,7 +85,8 @@ void add_farm(const MetricValues& farm, MetricLines& out) {
   const FarmGauges& gauges = farm.gauges;
   out.begin("lightmill_jobs", "Jobs by state.", "gauge");
   for (std::size_t i = 0; i < gauges.jobs.size(); ++i) {
-    out.line(fmt::format("lightmill_jobs{{state=\"{}\"}}", kStateNames[i]), static_cast<double>(gauges.jobs[i]));
+    out.line(fmt::format("lightmill_jobs{{state=\"{}\"}}", name_of(kJobStates[i])),
+             static_cast<double>(gauges.jobs[i]));
   }
   out.begin("lightmill_jobs_waiting", "Jobs that wait, by the reason that lightmill show gives.", "gauge");
   for (std::size_t i = 0; i < gauges.waits.size(); ++i) {
