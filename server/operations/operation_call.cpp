@@ -87,7 +87,7 @@ Status OperationCall::change_job(OperationContext& operation) const {
   LM_ASSIGN_OR_RETURN(const JobStatus before, context.farm.decided_status(job, context.now));
   LM_RETURN_IF_ERROR(apply_(operation));
   const Result<JobStatus> after = context.farm.decided_status(job, context.now);
-  operation.about.text = before.name;
+  operation.about.text = before.spec.name;
   operation.about.change = describe_change(before, after.ok() ? &*after : nullptr);
   return ok_status();
 }

@@ -161,7 +161,7 @@ void LiveHub::take(const ListChanges& changes) {
   polling_ = false;
   polled_ = true;
   for (auto job = changes.jobs.rbegin(); job != changes.jobs.rend(); ++job) {
-    jobs_.put(job->id, job_bytes(*job, false), job->owner);
+    jobs_.put(job->id, job_bytes(*job, false), job->spec.owner);
   }
   for (const JobId job : changes.removed) {
     jobs_.remove(job);

@@ -204,9 +204,9 @@ void Checks::note_unwanted(const Effects& effects) {
           continue;
         }
         const FilmOutline& film = *server_.coordinator()->outline(key.job);
-        const bool beyond = status->goal.samples > 0 &&
-                            key.range.end() > film.allocation().of_tile(key.tile, status->goal.samples),
-                   too_late = status->state == JobState::done && status->goal.seconds > 0 &&
+        const bool beyond = status->spec.goal.samples > 0 &&
+                            key.range.end() > film.allocation().of_tile(key.tile, status->spec.goal.samples),
+                   too_late = status->state == JobState::done && status->spec.goal.seconds > 0 &&
                               !film.covered(key.tile, key.range);
         const bool of_former_class = status->fingerprint_class.empty();  // perhaps also of the next class
         if (beyond || too_late || of_former_class) {

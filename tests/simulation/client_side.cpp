@@ -297,7 +297,7 @@ std::string ClientSide::describe_farm() const {
     text += status.ok()
                 ? fmt::format("\n  job {}: {}, tiles have {} to {} of {} samples, {} not audited: {}", job.id->value,
                               lightmill::name_of(status->state), status->min_tile_samples, status->max_tile_samples,
-                              status->goal.samples, status->results_unverified, status->reason)
+                              status->spec.goal.samples, status->results_unverified, status->reason)
                 : "\n  a missing job";
   }
   for (const SimulatedWorker& worker : workers_) {

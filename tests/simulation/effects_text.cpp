@@ -137,11 +137,11 @@ std::string text_of(const JobStatus& job) {
   return fmt::format(
       "job {} {} {} '{}' {} class '{}': {} of {}, {} to {}, {}; {} s, {} s of workers, {}/s, {} s left; error {} {} "
       "{};{}; {}, {} unverified, ended {}, {}",
-      job.id.value, static_cast<int>(job.state), job.priority, job.reason, job.method, job.fingerprint_class,
-      job.samples_done, job.samples_wanted, job.min_tile_samples, job.max_tile_samples, job.frame_samples,
-      job.active_seconds, job.worker_seconds, job.samples_per_second, job.eta_seconds, job.error.known,
-      job.error.rel_mse, job.error.half_width, text_of(job.history), text_of(job.counters), job.results_unverified,
-      job.finished_unix_ms, job.render_digest.hex());
+      job.id.value, static_cast<int>(job.state), job.spec.priority, job.reason, job.spec.settings.method,
+      job.fingerprint_class, job.samples_done, job.samples_wanted, job.min_tile_samples, job.max_tile_samples,
+      job.frame_samples, job.active_seconds, job.worker_seconds, job.samples_per_second, job.eta_seconds,
+      job.error.known, job.error.rel_mse, job.error.half_width, text_of(job.history), text_of(job.counters),
+      job.results_unverified, job.finished_unix_ms, job.render_digest.hex());
 }
 
 std::string text_of(const WorkerStatus& worker) {

@@ -63,7 +63,7 @@ TEST_F(ClaimsTest, APilotTakesNoLongerThanItsLeaseIsOpen) {
       *coordinator->submit(undecided, now, unix_ms(), effects, {true, {"two do"}, {}, {"path", "caustic"}});
   const SessionId liar = connect_on("m1", "liar");
   say(liar, PilotReport{got<PilotGrant>(liar).at(0).lease, 0, {"it is cheaper"}, 1e6, Allocation()});
-  EXPECT_EQ(status(job).method, "path");
+  EXPECT_EQ(status(job).spec.settings.method, "path");
   EXPECT_LE(worker_seconds(job), 15);
 }
 

@@ -26,7 +26,7 @@ TEST_F(MixedTest, WorkersOfAllClassesRenderOneJob) {
   ASSERT_EQ(waiting(a), 1u);
   ASSERT_EQ(waiting(b), 1u);
   EXPECT_EQ(status(job).fingerprint_class, kMixedClass);
-  EXPECT_TRUE(status(job).allow_mixed);
+  EXPECT_TRUE(status(job).spec.allow_mixed);
   EXPECT_EQ(status(job).render_digest, render_digest(spec("r1", 1, two_tiles).settings, kMixedClass));
   answer(a);
   answer(b);

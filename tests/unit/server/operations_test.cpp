@@ -50,17 +50,17 @@ TEST(Operations, CallsAboutJobsCheckTheOwner) {
 TEST(Operations, ChangesAreTheValuesThatDiffer) {
   JobStatus before;
   before.state = JobState::done;
-  before.priority = -2;
-  before.goal = {64, 0.5, 0, false};
+  before.spec.priority = -2;
+  before.spec.goal = {64, 0.5, 0, false};
   EXPECT_EQ(describe_change(before, &before), "");
   JobStatus after = before;
   after.state = JobState::running;
-  after.priority = 10;
-  after.goal = {128, 0, 0.001, false};
+  after.spec.priority = 10;
+  after.spec.goal = {128, 0, 0.001, false};
   EXPECT_EQ(describe_change(before, &after),
             "state done -> running, priority -2 -> 10, samples 64 -> 128, seconds 0.5 -> none, error none -> 0.001");
   after = before;
-  after.goal.samples = 0;
+  after.spec.goal.samples = 0;
   EXPECT_EQ(describe_change(before, &after), "samples 64 -> none");
   EXPECT_EQ(describe_change(before, nullptr), "state done -> deleted");
   const WorkerStatus free;
