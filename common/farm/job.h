@@ -88,17 +88,17 @@ struct MethodNotes {
 bool may_gather(const RenderSettings& settings, const MethodNotes& notes);
 
 /// The default share of results that are audited: another identity renders them again.
-inline constexpr double kVerifyShare = 0.01;
+inline constexpr double kAuditShare = 0.01;
 
 /// A job as a client submits it. Only goal and priority change later.
 struct JobSpec {
   std::string request_id;  ///< two submissions with one id are one job
   std::string name;
-  std::string owner;                   ///< user name as the client gives it
-  std::string host;                    ///< host of the client
-  JobId parent;                        ///< 0: none
-  std::int32_t priority = 0;           ///< higher goes first
-  double verify_share = kVerifyShare;  ///< share of audited results, 0 to 1
+  std::string owner;                 ///< user name as the client gives it
+  std::string host;                  ///< host of the client
+  JobId parent;                      ///< 0: none
+  std::int32_t priority = 0;         ///< higher goes first
+  double audit_share = kAuditShare;  ///< share of audited results, 0 to 1
   /// Workers of any class may render it. If their rounding differs, the bits cannot be reproduced.
   bool allow_mixed = false;
   bool ends_with_page = false;  ///< it is deleted once the page that submitted it has gone; never true over gRPC
@@ -113,7 +113,7 @@ struct JobCounters {
   std::uint64_t leases_lost = 0;        ///< leases that expired or whose worker left
   std::uint64_t copies_leased = 0;      ///< tiles leased a second time near the end
   std::uint64_t non_finite = 0;         ///< samples that counted as zero
-  std::uint64_t results_verified = 0;   ///< results whose audit gave the same bits
+  std::uint64_t results_audited = 0;    ///< results whose audit gave the same bits
   std::uint64_t nodes_dropped = 0;      ///< nodes dropped from the film, because a worker with a part in them was wrong
 };
 
@@ -153,9 +153,9 @@ struct JobStatus {
   /// Ascending: at about 2^k and 3·2^k samples per pixel, once every tile has 16, and at the end.
   std::vector<ErrorPoint> history;
   JobCounters counters;
-  bool one_identity = false;             ///< results wait for an audit, but no other identity or machine is connected
-  std::uint64_t results_unverified = 0;  ///< results that still wait for an audit, or, at the end, could not have one
-  std::uint64_t audits_lost = 0;         ///< of these, results whose audit an identity lost repeatedly
+  bool one_identity = false;            ///< results wait for an audit, but no other identity or machine is connected
+  std::uint64_t results_unaudited = 0;  ///< results that still wait for an audit, or, at the end, could not have one
+  std::uint64_t audits_lost = 0;        ///< of these, results whose audit an identity lost repeatedly
   std::int64_t submitted_unix_ms = 0, finished_unix_ms = 0;  ///< 0: not yet
   Sha256 render_digest;                                      ///< zero until the class is fixed
 };

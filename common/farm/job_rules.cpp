@@ -66,7 +66,7 @@ Status check_goal(const Goal& goal, const PixelRect& crop) {
   return ok_status();
 }
 
-Status check_verify_share(double share) {
+Status check_audit_share(double share) {
   return share >= 0 && share <= 1 ? ok_status() : invalid_argument("verify_share: must be from 0 to 1, got {}", share);
 }
 
@@ -100,7 +100,7 @@ Status check_spec(const JobSpec& spec, std::span<const std::string> candidates) 
   LM_RETURN_IF_ERROR(check_name("host", spec.host));
   LM_RETURN_IF_ERROR(check_name("settings.renderer_version", settings.renderer_version));
   LM_RETURN_IF_ERROR(check_goal(spec.goal, settings.crop));
-  LM_RETURN_IF_ERROR(check_verify_share(spec.verify_share));
+  LM_RETURN_IF_ERROR(check_audit_share(spec.audit_share));
   LM_RETURN_IF_ERROR(check_film(settings));
   for (const std::string& method : candidates) {
     LM_RETURN_IF_ERROR(check_method(method, settings));

@@ -23,7 +23,7 @@ std::uint64_t most_samples(const Goal& goal);
 Status check_goal(const Goal& goal);
 /// Also checks whether a job on `crop` can end by the goal.
 Status check_goal(const Goal& goal, const PixelRect& crop);
-Status check_verify_share(double share);
+Status check_audit_share(double share);
 
 /// Checks the film's size, and that the crop is inside.
 Status check_crop(int width, int height, const PixelRect& crop);

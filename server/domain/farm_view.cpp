@@ -53,7 +53,7 @@ JobStatus FarmView::decided_status(const Job& job, Time now, WorkerKinds& kinds)
   status.error = {error.rel_mse, error.half_width, error.known && has_error(record.spec)};
   status.history = record.history;
   status.counters = record.counters;
-  status.results_unverified = job.audits().unverified();
+  status.results_unaudited = job.audits().unaudited();
   status.audits_lost = job.audits().lost();
   status.one_identity = job.audits().waiting() && audits_.one_identity(job);
   status.submitted_unix_ms = record.submitted_unix_ms;

@@ -108,7 +108,7 @@ class Job {
   /// Whether this coordinator acknowledged results that the film does not have.
   bool has_unkept_results() const { return unkept_; }
   /// An audit of a result gave the same bits.
-  void result_verified() { ++record_.counters.results_verified; }
+  void result_audited() { ++record_.counters.results_audited; }
   /// If the film is only in the store: its error at the job's end; unknown if the film has changed since.
   FrameError frame_error() const;
 

@@ -98,7 +98,7 @@ bool Scheduler::grant_next(Worker& worker, const Event& event) {
 }
 
 bool Scheduler::may_start(const Worker& worker, const Job& job) const {
-  if (!job.record().fingerprint_class.empty() || job.spec().allow_mixed || job.spec().verify_share <= 0 ||
+  if (!job.record().fingerprint_class.empty() || job.spec().allow_mixed || job.spec().audit_share <= 0 ||
       workers_.identities_like(worker) > 1 || !workers_.any_can_audit(worker.hello().renderer_version)) {
     return true;
   }

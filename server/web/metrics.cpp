@@ -73,7 +73,7 @@ void add_work(const FarmTotals& totals, MetricLines& out) {
                "outcome", {{"merged", number(totals.results_merged)}, {"repeated", number(totals.results_repeated)}});
   out.counters("lightmill_audits_total",
                "Results that another identity rendered again: right, or wrong, which quarantines a worker.", "outcome",
-               {{"right", number(totals.results_verified)}, {"wrong", number(totals.results_wrong)}});
+               {{"right", number(totals.results_audited)}, {"wrong", number(totals.results_wrong)}});
   out.counter("lightmill_pixel_samples_total", "Merged samples of all pixels. Its rate is the farm's speed.",
               number(totals.pixel_samples));
   out.counter("lightmill_jobs_failed_total", "Failed jobs, with those deleted since.", number(totals.jobs_failed));

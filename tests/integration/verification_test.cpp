@@ -35,7 +35,7 @@ v1::Job submit_verified(Farm& farm, const Picture& picture, double share, bool a
   FarmClient client = farm.client();
   client.upload_assets(shipped_scene(picture.scene));
   JobSpec spec = job_of(picture, allow_mixed ? "mixed" : "verified");
-  spec.verify_share = share;
+  spec.audit_share = share;
   spec.allow_mixed = allow_mixed;
   v1::SubmitJobRequest request;
   to_wire(spec, &request);

@@ -131,7 +131,7 @@ void Checks::stored(std::span<const StoreOp> ops) {
       std::erase_if(acknowledged_, [&](const NodeKey& key) {
         return key.job == drop->key.job && key.tile == drop->key.tile && drop->key.range.contains(key.range);
       });
-    } else if (const auto* verified = std::get_if<PutVerified>(&op)) {
+    } else if (const auto* verified = std::get_if<PutAudited>(&op)) {
       if (const FilmOutline* film =
               server_.coordinator() ? server_.coordinator()->outline(verified->key.job) : nullptr) {
         world_.report.verified += verified->key.range.count() *

@@ -8,7 +8,7 @@ class OverrunTest : public VerifyingTest {
  protected:
   JobId submit_unaudited(std::uint64_t samples = 64) {
     JobSpec job = spec("r1", samples, {0, 0, 64, 64});
-    job.verify_share = 0;
+    job.audit_share = 0;
     return submit(job);
   }
   /// The worker reports so much time on the first tile of its newest lease.
@@ -38,7 +38,7 @@ class OverrunTest : public VerifyingTest {
 TEST_F(OverrunTest, ARangeThatTakesTooLongIsCutToSingleSamples) {
   limits.leases_per_worker = 1;
   restart({});
-  const JobId job = submit_unverified();
+  const JobId job = submit_unaudited();
   const SessionId a = connect_on("m1", "a");
   grow(a);
   const std::size_t before = got<LeaseGrant>(a).size();
@@ -61,7 +61,7 @@ TEST_F(OverrunTest, ARangeThatTakesTooLongIsCutToSingleSamples) {
 TEST_F(OverrunTest, AJobFailsOnceASampleTakesTooLongForTwoIdentities) {
   limits.leases_per_worker = 1;
   restart({});
-  const JobId job = submit_unverified();
+  const JobId job = submit_unaudited();
   const SessionId a = connect_on("m1", "a"), beside = connect_on("m1", "beside");
   wait_with({a, beside});
   say_cpu(a, too_long());
@@ -84,7 +84,7 @@ TEST_F(OverrunTest, AJobFailsOnceASampleTakesTooLongForTwoIdentities) {
 TEST_F(OverrunTest, ASecondIdentityThatIsFasterFinishesIt) {
   limits.leases_per_worker = 1;
   restart({});
-  const JobId job = submit_unverified();
+  const JobId job = submit_unaudited();
   const SessionId liar = connect_on("m1", "liar");
   wait_with({liar});
   say_cpu(liar, 1e9);
@@ -94,7 +94,7 @@ TEST_F(OverrunTest, ASecondIdentityThatIsFasterFinishesIt) {
 }
 
 TEST_F(OverrunTest, AReportOfMoreTimeThanPassedIsIgnored) {
-  submit_unverified();
+  submit_unaudited();
   const SessionId liar = connect_on("m1", "liar");
   say_cpu(liar, 1e9);
   EXPECT_TRUE(got<LeaseCancel>(liar).empty());
@@ -141,7 +141,7 @@ TEST_F(OverrunTest, OneIdentityAloneCutsNoTileForLong) {
 }
 
 TEST_F(OverrunTest, ReportsAboutOthersLeasesAreIgnored) {
-  const JobId job = submit_unverified();
+  const JobId job = submit_unaudited();
   const SessionId a = connect_on("m1", "a"), liar = connect_on("m2", "liar");
   const LeaseGrant grant = got<LeaseGrant>(a).at(0);
   say(liar, WorkerHeartbeat{{}, {}, {{grant.lease, grant.unit.tiles[0], 1e9}, {LeaseId{99}, TileId{0}, 1e9}}});

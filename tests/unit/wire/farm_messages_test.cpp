@@ -64,7 +64,7 @@ TEST(FarmMessages, AJobSpecificationSurvivesARoundTrip) {
   EXPECT_EQ(back->host, spec.host);
   EXPECT_EQ(back->parent, spec.parent);
   EXPECT_EQ(back->priority, spec.priority);
-  EXPECT_EQ(back->verify_share, spec.verify_share);
+  EXPECT_EQ(back->audit_share, spec.audit_share);
   EXPECT_EQ(back->allow_mixed, spec.allow_mixed);
   EXPECT_EQ(back->goal, spec.goal);
   expect_equal(back->settings, spec.settings);
@@ -97,7 +97,7 @@ TEST(FarmMessages, AJobHasEveryFieldOfItsStatus) {
   status.history = {{16, 1.5, 0.5, 0.25}, {24.5, 3, 0.25, 0.125}};
   status.counters = {1, 2, 3, 4, 5, 6, 7};
   status.one_identity = true;
-  status.results_unverified = 8;
+  status.results_unaudited = 8;
   status.audits_lost = 9;
   status.submitted_unix_ms = 1'700'000'000'000;
   status.finished_unix_ms = 1'700'000'000'001;
