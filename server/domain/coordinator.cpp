@@ -152,7 +152,7 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
     return;
   }
   std::visit(Overloaded{
-                 [&](const WorkerHeartbeat& heartbeat) { parts.sessions.heartbeat(*worker, heartbeat, event); },
+                 [&](const WorkerHeartbeat& heartbeat) { parts.heartbeat(*worker, heartbeat, event); },
                  [&](const WorkerReturn& lease) { parts.sessions.give_back(*worker, lease, event); },
                  [&](const PilotReport& report) { parts.pilot_reported(session, *worker, report, event); },
                  [&](const WorkerRefusal& refusal) { parts.sessions.refuse(*worker, refusal, event); },
