@@ -13,7 +13,7 @@
 #include "common/film/error_goal.h"
 #include "common/film/film.h"
 #include "server/domain/event.h"
-#include "server/domain/job_rules.h"
+#include "server/domain/job_figures.h"
 #include "server/domain/lease.h"
 #include "server/domain/limits.h"
 #include "server/domain/losses.h"

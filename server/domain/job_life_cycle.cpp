@@ -223,7 +223,7 @@ void JobLifeCycle::withdraw(Job& job, const Worker& worker, const Event& event) 
 }
 
 void JobLifeCycle::expire_leases(const Event& event) {
-  while (const std::optional<LeaseId> id = leases_.expire(event.now)) {
+  while (const std::optional<LeaseId> id = leases_.next_expired(event.now)) {
     const Lease lease = leases_.at(*id);
     if (leases_.is_idle(lease, event.now)) {
       end_lease(*id, {.cancel = true, .lost = true}, event);

@@ -6,7 +6,7 @@
 #include "common/wire/farm_messages.h"
 #include "common/wire/scene_proto.h"
 #include "server/access/call_limits.h"
-#include "server/domain/job_rules.h"
+#include "server/domain/job_figures.h"
 #include "server/operations/handlers.h"
 #include "server/operations/operation_call.h"
 

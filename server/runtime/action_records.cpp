@@ -2,14 +2,10 @@
 
 #include "common/base/address.h"
 #include "common/base/log.h"
+#include "common/security/caller.h"
 
 namespace lightmill {
 namespace {
-
-bool is_refusal(const Status& status) {
-  return status.code() == StatusCode::kUnauthenticated || status.code() == StatusCode::kPermissionDenied ||
-         status.code() == StatusCode::kResourceExhausted;
-}
 
 void keep(FarmLoop::TaskContext& context, const Call& call, const CallSubject& about, StatusCode outcome,
           std::string message) {

@@ -33,7 +33,7 @@ std::string spec_message(const JobRecord& job) {
 }
 
 std::string state_message(const JobRecord& job) {
-  v1::StoredState out;
+  v1::StoredJobState out;
   to_wire(job.spec.goal, out.mutable_goal());
   out.set_priority(job.spec.priority);
   out.set_state(to_wire(job.state));
@@ -117,7 +117,7 @@ Status read_spec(std::string_view bytes, JobRecord& job) {
 }
 
 Status read_state(std::string_view bytes, JobRecord& job) {
-  v1::StoredState in;
+  v1::StoredJobState in;
   if (!parse_bytes(bytes, &in)) {
     return kNoMessage;
   }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "server/domain/job_rules.h"
+#include "server/domain/job_figures.h"
 
 namespace lightmill::simulation {
 

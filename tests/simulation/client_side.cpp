@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "server/domain/job_rules.h"
+#include "server/domain/job_figures.h"
 #include "tests/simulation/server_side.h"
 #include "tests/simulation/worker_side.h"
 

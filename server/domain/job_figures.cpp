@@ -1,4 +1,4 @@
-#include "server/domain/job_rules.h"
+#include "server/domain/job_figures.h"
 
 #include <bit>
 #include <cmath>

@@ -1,4 +1,4 @@
-// Rules of jobs: figures that follow from a spec or a film, and new goals. Private to server/domain.
+// Figures of jobs that follow from a spec or a film: sizes, expected work and time, and new goals.
 #pragma once
 
 #include <string>
