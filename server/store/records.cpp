@@ -159,9 +159,18 @@ Result<Action> read_action(std::uint64_t number, std::string_view bytes) {
     return kNoMessage;
   }
   LM_ASSIGN_OR_RETURN(const Proof proof, value_of(kProofs, in.proof(), "proof"));
-  return Action{number,       in.unix_ms(),   in.caller(), proof,      in.token(),
-                in.peer(),    in.operation(), in.job(),    in.about(), static_cast<StatusCode>(in.outcome()),
-                in.message(), in.change()};
+  return Action{.number = number,
+                .unix_ms = in.unix_ms(),
+                .caller = in.caller(),
+                .proof = proof,
+                .token = in.token(),
+                .peer = in.peer(),
+                .operation = in.operation(),
+                .job = in.job(),
+                .about = in.about(),
+                .outcome = static_cast<StatusCode>(in.outcome()),
+                .message = in.message(),
+                .change = in.change()};
 }
 
 }  // namespace
