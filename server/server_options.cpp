@@ -87,8 +87,8 @@ Status check_page(const ServerOptions& options) {
   return ok_status();
 }
 
-/// FAILED_PRECONDITION if other machines can reach the coordinator, unless --insecure allows it. The message says what to
-/// do.
+/// FAILED_PRECONDITION if other machines can reach the coordinator, unless --insecure allows it. The message says what
+/// to do.
 Status check_access(const ServerOptions& options, const HostPort& listen) {
   if (options.tls.certificate.empty() && !options.tls.key.empty()) {
     return invalid_argument("{} is given without {}, the coordinator's own certificate", kKeyOption,

@@ -97,7 +97,8 @@ struct WorkerResult {
   Sha256 tag = {};       ///< tag of its tile in the grant
 };
 
-/// DATA_LOSS unless the node has the result's hash. The stream that receives a result checks it, because that takes long.
+/// DATA_LOSS unless the node has the result's hash. The stream that receives a result checks it, because that takes
+/// long.
 Status check_hash(const WorkerResult& result);
 
 /// The worker returns the tiles of a lease for which it has sent no result, because it drains or does not know the job.

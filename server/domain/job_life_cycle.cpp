@@ -255,7 +255,8 @@ void JobLifeCycle::leave_to_others(const Lease& lost, const Event& event) {
   if (other_identities) {
     job->held_in_silence(worker->identity(), event.now);
   }
-  // Another identity could not render the job either, and no identity has since. The two would wait for each other forever.
+  // Another identity could not render the job either, and no identity has since. The two would wait for each other
+  // forever.
   const Refusals& refusals = job->refusals();
   if (!refusals.empty() && !refusals.refuted() && !refusals.excludes(worker->identity())) {
     job->refused(worker->identity(), worker->name(),

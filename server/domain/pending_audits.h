@@ -71,8 +71,8 @@ class PendingAudits {
   /// A place that this number of identities lost kMostLost times is not leased again, because it may be the cause.
   static constexpr std::size_t kMostLosers = 3;
 
-  /// Opens an audit of the result that `first` claims. Not `chosen`: the caller then adds a second claim, which differs.
-  /// Replaces an earlier entry of the place.
+  /// Opens an audit of the result that `first` claims. Not `chosen`: the caller then adds a second claim, which
+  /// differs. Replaces an earlier entry of the place.
   void open(const Key& key, Claim first, bool chosen = true);
   /// Null if no audit is open there.
   const Entry* find(const Key& key) const;

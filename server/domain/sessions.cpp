@@ -87,8 +87,8 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
   const std::optional<LeaseId> forged = take_back_held(worker, hello, other_process, event);
   scheduler_.serve_all(event);  // workers that waited before get the work that this one lost
   if (forged) {
-    // Counts once for each hello, and not for the identity. Honest workers of one machine may bring leases of another farm
-    // that had this address before.
+    // Counts once for each hello, and not for the identity. Honest workers of one machine may bring leases of another
+    // farm that had this address before.
     event.warn(about(JobId{}, hello.name, *forged), "worker {} brings lease {}, which was never granted to it",
                hello.name, forged->value);
     dismissals_.judge(session, worker.count_bad_result(),

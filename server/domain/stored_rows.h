@@ -122,7 +122,8 @@ struct DropAction {
   std::uint64_t number = 0;
 };
 
-/// One write to the store. Its copies are compiled once, in stored_rows.cpp: those of std::variant take seconds in each file.
+/// One write to the store. Its copies are compiled once, in stored_rows.cpp: those of std::variant take seconds in each
+/// file.
 struct StoreOp
     : std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, PutResult, PutAudited, DropResults,
                    DropResultRow, PutQuarantine, DropQuarantine, PutToken, DropToken, PutAction, DropAction> {

@@ -26,8 +26,8 @@ struct FilmRead {
   std::function<void(Result<StoredFilm>)> reply;
 };
 
-/// Effects are committed, sent and answered in the order of push(). If no caller waits, they are collected for 0.1 s. Call
-/// push() from one thread.
+/// Effects are committed, sent and answered in the order of push(). If no caller waits, they are collected for 0.1 s.
+/// Call push() from one thread.
 ///
 /// While the disk is full or failing, it retries commits and acknowledges nothing. The farm waits and loses nothing,
 /// and callers get an error that says so. Any other error of the store means damage or a bug, and on_fatal is called. A

@@ -264,8 +264,8 @@ void log_kept(const fs::path& kept, std::int64_t version) {
                kept.string());
 }
 
-/// Copies the database beside the file, then marks the database with this program's format. After a power failure at any
-/// time, either the mark is missing or the copy is complete.
+/// Copies the database beside the file, then marks the database with this program's format. After a power failure at
+/// any time, either the mark is missing or the copy is complete.
 Status mark_with_format(Database& database, const fs::path& file, std::int64_t version) {
   const fs::path kept = kept_name(file, version), fresh = with_suffix(kept, ".new");
   spdlog::info("{} has store format {}; converting it to format {}", file.string(), version, kSqliteFormatVersion);
