@@ -6,7 +6,7 @@
 
 #include "common/wire/bytes.h"
 #include "tests/integration/secure_farm.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {

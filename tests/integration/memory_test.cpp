@@ -3,7 +3,7 @@
 
 #include "tests/support/farm.h"
 #include "tests/support/memory_group.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/recovery.h"
 
 namespace lightmill::test {

@@ -4,7 +4,7 @@
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
 #include "tests/support/farm.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "worker/render/worker_class.h"
 
 namespace lightmill::test {

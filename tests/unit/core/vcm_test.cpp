@@ -4,7 +4,7 @@
 #include "common/methods/factories.h"
 #include "common/methods/photons/photon_passes.h"
 #include "tests/analytic/scene_text.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {

@@ -7,7 +7,7 @@
 #include "common/base/file.h"
 #include "lightmill/v1/render_service.pb.h"
 #include "lightmill/v1/web.pb.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {
