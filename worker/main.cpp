@@ -37,8 +37,8 @@ constexpr const char* kStateVariable = "LIGHTMILL_STATE";
 /// Threads of this program and its libraries (mostly gRPC), without those that render.
 constexpr std::uint32_t kOtherThreads = 16;
 
-/// Starts `count` threads at once, and ends them: libraries abort if they cannot start theirs. RESOURCE_EXHAUSTED if one
-/// cannot start.
+/// Starts `count` threads at once, and ends them: libraries abort if they cannot start theirs. RESOURCE_EXHAUSTED if
+/// one cannot start.
 Status check_threads(std::uint32_t count) {
   std::latch all(1);
   std::vector<std::jthread> threads;

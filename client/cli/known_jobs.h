@@ -1,5 +1,5 @@
-// The jobs that a client has seen on its farm. After a reconnection another farm may answer, with other jobs of the same
-// numbers.
+// The jobs that a client has seen on its farm. After a reconnection another farm may answer, with other jobs of the
+// same numbers.
 #pragma once
 
 #include <map>

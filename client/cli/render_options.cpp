@@ -53,9 +53,8 @@ Result<Goal> checked_goal(Goal goal) {
   if (goal.samples == 0 && goal.seconds == 0 && goal.error == 0) {
     goal.samples = kDefaultSamples;
   }
-  if (goal.samples > most_samples(goal)) {
-    return invalid_argument("--spp is at most {} with --adaptive, got {}", most_samples(goal), goal.samples);
-  }
+  // The options check each limit alone. Only an adaptive job may have fewer samples.
+  LM_RETURN_IF_ERROR(with_context(check_goal(goal), "--spp with --adaptive"));
   return goal;
 }
 
@@ -149,7 +148,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       ->type_name("P")
       ->check(signed_whole_number(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()))
       ->capture_default_str();
-  add_parsed(command, "--verify", spec.verify_share, parse_share,
+  add_parsed(command, "--verify", spec.audit_share, parse_share,
              "share of the results that another identity renders again, to find workers with wrong results: 1%, 0.1%, "
              "all, none (`lightmill help audits`)")
       ->type_name("SHARE")

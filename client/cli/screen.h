@@ -12,8 +12,8 @@
 namespace lightmill::cli {
 
 /// The alternate screen of standard output's terminal, without cursor, line wrapping and echo. The destructor restores
-/// the terminal. So does a second Ctrl-C, which ends the process. Ctrl-Z and Ctrl-\ are ignored, because they would leave
-/// the terminal unrestored.
+/// the terminal. So does a second Ctrl-C, which ends the process. Ctrl-Z and Ctrl-\ are ignored, because they would
+/// leave the terminal unrestored.
 class Screen {
  public:
   struct Size {

@@ -39,8 +39,8 @@ struct TimeToError {
   bool extrapolated = false;
 };
 
-/// The time at which the medians of a curve first reach `error`, on the straight lines of a log-log chart. Empty for a curve without
-/// positive values. Extrapolates beyond the last point only up to `reach` times the least error.
+/// The time at which the medians of a curve first reach `error`, on the straight lines of a log-log chart. Empty for a
+/// curve without positive values. Extrapolates beyond the last point only up to `reach` times the least error.
 std::optional<TimeToError> time_to_error(const std::vector<CurvePoint>& curve, double error, double reach = 1);
 
 /// The exponent p of error ∝ samples^p, by least squares on logarithms of the medians. Empty for fewer than two points.

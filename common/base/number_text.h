@@ -21,6 +21,10 @@ std::string counted(std::size_t number, std::string_view noun);
 /// Three significant digits: "1.50", "45.6", "789".
 std::string three_digits(double value);
 
+inline double gib(std::uint64_t bytes) {
+  return static_cast<double>(bytes) / (1 << 30);
+}
+
 /// "1.5 MiB".
 std::string human_bytes(std::uint64_t bytes);
 

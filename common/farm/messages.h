@@ -36,6 +36,11 @@ struct NodeKey {
   friend auto operator<=>(const NodeKey&, const NodeKey&) = default;
 };
 
+/// "job 1, samples [0, 16)".
+std::string describe(JobId job, const SampleRange& range);
+/// "job 1, samples [0, 16), tile 3".
+std::string describe(const NodeKey& key);
+
 struct HeldLease {
   LeaseId lease;
   std::uint64_t epoch = 0;

@@ -24,7 +24,7 @@ std::string caller_key(const Identity& identity, std::string_view peer);
 
 /// Whether a call counts as a request. Calls for assets do not, because a scene can have thousands. Workers' streams do
 /// not, because they have their own limit.
-bool counts_as_request(Rpc rpc);
+bool counts_as_request(const Rpc& rpc);
 
 /// Not thread-safe.
 class CallLimits {

@@ -26,10 +26,10 @@ struct DescriptorPlan {
 /// Plan for a process that may open `files` files.
 DescriptorPlan plan_descriptors(std::uint64_t files);
 
-/// Limits connections per address while their caller is unknown, and per identity afterwards. Unknown connections beyond
-/// the limit wait. The newest one is served next, so an earlier flood does not delay it. If the port is full, the
-/// address with the most unknown connections loses one. If all are known, the address with the most connections loses
-/// one. Not thread-safe.
+/// Limits connections per address while their caller is unknown, and per identity afterwards. Unknown connections
+/// beyond the limit wait. The newest one is served next, so an earlier flood does not delay it. If the port is full,
+/// the address with the most unknown connections loses one. If all are known, the address with the most connections
+/// loses one. Not thread-safe.
 class ConnectionLimiter {
  public:
   using Id = std::uint64_t;
@@ -50,8 +50,8 @@ class ConnectionLimiter {
   /// Sets the identity of the connection from ADDRESS:PORT. The first call counts. RESOURCE_EXHAUSTED if the caller has
   /// too many connections; this one remains unknown.
   Status set_caller(const std::string& peer, const Identity& caller);
-  /// Makes the caller of a connection unknown until the next set_caller(). The connection is the first of its address to
-  /// make room for others.
+  /// Makes the caller of a connection unknown until the next set_caller(). The connection is the first of its address
+  /// to make room for others.
   void clear_caller(const std::string& peer, Time now);
 
   struct Changes {

@@ -158,7 +158,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
 
 grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(Context* context,
                                                                                 v1::UploadAssetResponse*) {
-  const Result<Call> call = admit(runtime_.gate(), *context, Rpc::upload_asset);
+  const Result<Call> call = admit(runtime_.gate(), *context, kUploadAsset);
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerReadReactor<v1::UploadAssetRequest>>(call.status());
   }
@@ -167,7 +167,7 @@ grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(
 
 grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::DownloadAsset(
     Context* context, const v1::DownloadAssetRequest* request) {
-  const Result<Call> call = admit(runtime_.gate(), *context, Rpc::download_asset);
+  const Result<Call> call = admit(runtime_.gate(), *context, kDownloadAsset);
   if (!call.ok()) {
     return new RejectedStream<grpc::ServerWriteReactor<v1::DownloadAssetResponse>>(call.status());
   }

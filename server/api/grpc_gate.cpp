@@ -45,10 +45,10 @@ class NoReflection final : public grpc::ServerBuilderOption {
 
 }  // namespace
 
-Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc rpc, const CallSubject& about) {
+Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, const Rpc& rpc, const CallSubject& about) {
   const Credentials credentials = credentials_of(context);
   Result<Identity> caller = gate.identify(credentials);
-  const bool lasts = rpc == Rpc::work || stream_kind(rpc);
+  const bool lasts = rpc == kWork || stream_kind(rpc);
   if (caller.ok()) {
     // If the caller has its share of connections, this one remains unknown, and may end soon. That is enough for a
     // short call.

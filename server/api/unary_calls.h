@@ -26,10 +26,9 @@ class UnaryCalls : public Service::CallbackService {
     const auto* const service =
         google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(Service::service_full_name());
     for (const Operation& operation : operations()) {
-      const RpcRule& rule = rule_of(operation.rpc);
-      if (rule.service == service->full_name() && !operation.traits.http_only) {
+      if (operation.rpc.service == service->full_name() && !operation.traits.http_only) {
         this->MarkMethodRawCallback(
-            service->FindMethodByName(std::string(rule.method))->index(),
+            service->FindMethodByName(std::string(operation.rpc.method))->index(),
             new Handler([&runtime, &threads, &operation](grpc::CallbackServerContext* context,
                                                          const grpc::ByteBuffer* request, grpc::ByteBuffer* reply) {
               return answer_unary(runtime, threads, operation, *context, *request, reply);

@@ -15,11 +15,6 @@ namespace {
 constexpr int kWindow = 16;
 constexpr std::uint64_t kWindowBytes = std::uint64_t{128} << 20;
 
-/// "job 1, samples [0, 16)", for a unit or a node.
-std::string text_of(JobId job, const SampleRange& range) {
-  return fmt::format("job {}, samples [{}, {})", job.value, range.first(), range.end());
-}
-
 bool traces() {
   return spdlog::should_log(spdlog::level::debug);
 }
@@ -193,14 +188,13 @@ void WorkStream::trace(const CoordinatorMessage& message) {
   if (const auto* const grant = std::get_if<LeaseGrant>(&message)) {
     const LogTrace about(grant->trace, grant->lease.value);
     spdlog::debug("session {}: lease {} is granted: {}, {}", session_.value, grant->lease.value,
-                  text_of(grant->unit.job, grant->unit.range), counted(grant->unit.tiles.size(), "tile"));
+                  describe(grant->unit.job, grant->unit.range), counted(grant->unit.tiles.size(), "tile"));
   } else if (const auto* const ack = std::get_if<ResultAck>(&message)) {
     for (const NodeKey& key : ack->keys) {
       if (const auto traced = results_.extract(key)) {
         const auto& [trace, lease] = traced.mapped();
         const LogTrace about(trace, lease.value);
-        spdlog::debug("session {}: lease {}: {}, tile {} is committed", session_.value, lease.value,
-                      text_of(key.job, key.range), key.tile.value);
+        spdlog::debug("session {}: lease {}: {} is committed", session_.value, lease.value, describe(key));
       }
     }
   }
@@ -212,8 +206,7 @@ void WorkStream::trace(const WorkerResult& result) {
     results_[result.key] = {result.trace, result.lease};
   }
   const LogTrace about(result.trace, result.lease.value);
-  spdlog::debug("session {}: lease {}: {}, tile {} is here", session_.value, result.lease.value,
-                text_of(result.key.job, result.key.range), result.key.tile.value);
+  spdlog::debug("session {}: lease {}: {} is here", session_.value, result.lease.value, describe(result.key));
 }
 
 void WorkStream::deliver(WorkerMessage message, FarmLoop::TaskContext& context) {

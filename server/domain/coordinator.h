@@ -113,8 +113,8 @@ class Coordinator {
   /// The grants of these leases were in `after_commit`, and were sent at `now`. Before this call the leases do not
   /// expire, however slow the store is.
   void grants_sent(std::span<const LeaseId> leases, Time now);
-  /// The rows with the ends of these jobs (ends_in) are durable. Before this call clients do not see the ends, because a
-  /// killed coordinator would take them back.
+  /// The rows with the ends of these jobs (ends_in) are durable. Before this call clients do not see the ends, because
+  /// a killed coordinator would take them back.
   void ends_stored(std::span<const JobId> jobs);
 
   // ---- films: those of ended jobs may be only in the store ----

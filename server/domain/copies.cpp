@@ -123,8 +123,8 @@ void Copies::copy_one(Worker& worker, std::vector<Late>& late, const Event& even
       }
       return;  // the next worker may copy the rest of this lease
     }
-    // The next worker may audit results that this one rendered. Workers of another identity may copy tiles that this one
-    // may not.
+    // The next worker may audit results that this one rendered. Workers of another identity may copy tiles that this
+    // one may not.
     at->for_others = !audits;
     at = audits || same_identity ? at + 1 : late.erase(at);
   }

@@ -22,8 +22,8 @@ class Films {
   bool use(Job& job, Time now);
   /// The job has ended, or its film is in memory again.
   void keep(Job& job, Time now);
-  /// The store has answered a request for the film. The effects notify the waiting clients. The next film is read later,
-  /// because it may need the place of this one.
+  /// The store has answered a request for the film. The effects notify the waiting clients. The next film is read
+  /// later, because it may need the place of this one.
   void answered(JobId job, const Status& status, const Event& event);
   /// Starts to read the next film, if there is room for it.
   void serve(const Event& event);

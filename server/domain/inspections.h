@@ -1,4 +1,7 @@
-// Inspections: scene files that wait for a worker to read them. Only in memory, and unrelated to jobs.
+// Inspections: scene files that wait for a worker to read them. Unrelated to jobs.
+//
+// Owns the waiting inspections, only in memory, and which session reads which. Takes requests, workers' reports, ends
+// of sessions, and time.
 #pragma once
 
 #include <map>

@@ -13,7 +13,7 @@
 #include "common/film/error_goal.h"
 #include "common/film/film.h"
 #include "server/domain/event.h"
-#include "server/domain/job_rules.h"
+#include "server/domain/job_figures.h"
 #include "server/domain/lease.h"
 #include "server/domain/limits.h"
 #include "server/domain/losses.h"
@@ -110,7 +110,7 @@ class Job {
   /// Whether this coordinator acknowledged results that the film does not have.
   bool has_unkept_results() const { return unkept_; }
   /// An audit of a result gave the same bits.
-  void result_verified() { ++record_.counters.results_verified; }
+  void result_audited() { ++record_.counters.results_audited; }
   /// If the film is only in the store: its error at the job's end; unknown if the film has changed since.
   FrameError frame_error() const;
 

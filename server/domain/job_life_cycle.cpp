@@ -225,7 +225,7 @@ void JobLifeCycle::withdraw(Job& job, const Worker& worker, const Event& event) 
 }
 
 void JobLifeCycle::expire_leases(const Event& event) {
-  while (const std::optional<LeaseId> id = leases_.expire(event.now)) {
+  while (const std::optional<LeaseId> id = leases_.next_expired(event.now)) {
     const Lease lease = leases_.at(*id);
     if (leases_.is_idle(lease, event.now)) {
       end_lease(*id, {.cancel = true, .lost = true}, event);
@@ -269,7 +269,8 @@ void JobLifeCycle::leave_to_others(const Lease& lost, Duration silence, const Ev
   if (other_identities) {
     job->held_in_silence(worker->identity(), event.now);
   }
-  // Another identity could not render the job either, and no identity has since. The two would wait for each other forever.
+  // Another identity could not render the job either, and no identity has since. The two would wait for each other
+  // forever.
   const Refusals& refusals = job->refusals();
   if (!refusals.empty() && !refusals.refuted() && !refusals.excludes(worker->identity())) {
     job->refused(worker->identity(), worker->name(), fmt::format("no result for {:.0f} s", to_seconds(silence)),

@@ -82,7 +82,7 @@ class LeaseTable {
   void extend_all(Duration late, Time now);
   /// Next lease whose deadline has passed. It stays in the table. If workers could not be heard, renews their leases
   /// instead.
-  std::optional<LeaseId> expire(Time now);
+  std::optional<LeaseId> next_expired(Time now);
   std::optional<Time> next_deadline() const;
 
  private:

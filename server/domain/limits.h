@@ -18,8 +18,8 @@ struct CoordinatorLimits {
       1.0;  ///< target time of a unit at its worker's measured speed; longer if results would be too many
   double result_bytes_per_second = 192.0 * 1024 * 1024;  ///< limit of all workers together
   std::uint32_t leases_per_worker = 2;                   ///< one to render, one ahead
-  /// The threads that a worker claims are believed up to this number, or up to the number of results that it delivered in
-  /// this session.
+  /// The threads that a worker claims are believed up to this number, or up to the number of results that it delivered
+  /// in this session.
   std::uint32_t threads_at_first = 16;
   /// Tiles of one sample of a job that a worker may hold. It may hold more if it recently delivered more of the job.
   std::uint32_t tiles_at_first = 64;

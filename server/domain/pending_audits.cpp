@@ -100,7 +100,7 @@ PendingAudits::Group PendingAudits::group_of(const Entry& entry) {
 void PendingAudits::list(const Key& key, const Entry& entry) {
   const std::size_t losers_of_it = losers(entry).size();
   lost_ += entry.chosen && losers_of_it > 0 ? 1 : 0;
-  unverified_ += entry.chosen ? 1 : 0;
+  unaudited_ += entry.chosen ? 1 : 0;
   if (entry.lease) {
     ++out_;
   } else if (is_disputed(entry)) {
@@ -112,7 +112,7 @@ void PendingAudits::list(const Key& key, const Entry& entry) {
 
 void PendingAudits::unlist(const Key& key, const Entry& entry) {
   lost_ -= entry.chosen && !losers(entry).empty() ? 1 : 0;
-  unverified_ -= entry.chosen ? 1 : 0;
+  unaudited_ -= entry.chosen ? 1 : 0;
   if (entry.lease) {
     --out_;
     return;

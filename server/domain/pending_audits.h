@@ -71,8 +71,8 @@ class PendingAudits {
   /// A place that this number of identities lost kMostLost times is not leased again, because it may be the cause.
   static constexpr std::size_t kMostLosers = 3;
 
-  /// Opens an audit of the result that `first` claims. Not `chosen`: the caller then adds a second claim, which differs.
-  /// Replaces an earlier entry of the place.
+  /// Opens an audit of the result that `first` claims. Not `chosen`: the caller then adds a second claim, which
+  /// differs. Replaces an earlier entry of the place.
   void open(const Key& key, Claim first, bool chosen = true);
   /// Null if no audit is open there.
   const Entry* find(const Key& key) const;
@@ -118,7 +118,7 @@ class PendingAudits {
   void release(const Key& key, LeaseId lease, const std::string* loser);
 
   std::size_t size() const { return entries_.size(); }
-  std::size_t unverified() const { return unverified_; }  ///< places selected for audit
+  std::size_t unaudited() const { return unaudited_; }  ///< places selected for audit
   /// Places selected for audit that some identity no longer gets, because it lost them too often.
   std::size_t lost() const { return lost_; }
   std::size_t out() const { return out_; }
@@ -152,7 +152,7 @@ class PendingAudits {
   static Group group_of(const Entry& entry);
   std::map<Group, std::set<Key>> waiting_;  ///< places with claims of one identity; not leased
   std::set<Key> disputed_;
-  std::size_t out_ = 0, lost_ = 0, unverified_ = 0;
+  std::size_t out_ = 0, lost_ = 0, unaudited_ = 0;
 };
 
 }  // namespace lightmill

@@ -6,8 +6,8 @@ namespace lightmill {
 namespace {
 
 constexpr Duration kSearchInterval = std::chrono::seconds(1);
-/// Time of a preparation before it can be preempted. Each preemption doubles it for that job, up to kMostDoublings times.
-/// So a scene that takes long is prepared in the end.
+/// Time of a preparation before it can be preempted. Each preemption doubles it for that job, up to kMostDoublings
+/// times. So a scene that takes long is prepared in the end.
 constexpr Duration kPreparationPatience = std::chrono::seconds(10);
 constexpr std::uint32_t kMostDoublings = 6;
 /// Jobs for which one search finds a worker.

@@ -1,8 +1,8 @@
 // Preparations: workers that fetch and compile a scene, or run its pilot, and have delivered nothing of the job yet.
 //
-// If a job of another owner waits for such a worker, it preempts the preparation after a while. So the jobs of one owner
-// cannot keep all workers busy without results. Owns the time of the next search, and the number of preemptions of each
-// job. JobQueue adds up the preparation time of each owner.
+// If a job of another owner waits for such a worker, it preempts the preparation after a while. So the jobs of one
+// owner cannot keep all workers busy without results. Owns the time of the next search, and the number of preemptions
+// of each job. JobQueue adds up the preparation time of each owner.
 #pragma once
 
 #include "server/domain/scheduler.h"

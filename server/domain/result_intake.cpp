@@ -140,7 +140,7 @@ void ResultIntake::reject(SessionId session, const WorkerResult& result, const S
              message_of(error));
   jobs_.at(result.key.job).note_unkept_result();
   event.send_after_commit(session, ResultAck{{result.key}});
-  sessions_.distrust(session, result.lease, error, event);
+  dismissals_.distrust(session, result.lease, error, event);
 }
 
 bool ResultIntake::is_granted(const std::string& worker, const WorkerResult& result) const {

@@ -1,7 +1,7 @@
 // Scheduler: leases the work of the queue's jobs to workers that want more.
 //
-// Owns the limit on the rate of results, and the reason why leasing is stopped. Takes workers to serve, results, and the waits that
-// workers report. The queue decides which job is next, and the job's plan which of its samples.
+// Owns the limit on the rate of results, and the reason why leasing is stopped. Takes workers to serve, results, and
+// the waits that workers report. The queue decides which job is next, and the job's plan which of its samples.
 #pragma once
 
 #include "server/domain/pilots.h"

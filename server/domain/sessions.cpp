@@ -1,7 +1,5 @@
 #include "server/domain/sessions.h"
 
-#include <fmt/ranges.h>
-
 #include "common/base/check.h"
 #include "common/base/number_text.h"
 #include "common/base/text.h"
@@ -14,8 +12,6 @@ namespace {
 constexpr std::uint32_t kMaxThreads = 4096;
 /// Leases that a hello may list. An honest worker has at most 16.
 constexpr std::size_t kMostHeld = 1'000;
-/// Least time between two notes that the farm is full.
-constexpr Duration kFullNotePause = std::chrono::minutes(1);
 /// Of all workers together, if all had the interval of the newest one.
 constexpr int kHeartbeatsPerSecond = 500;
 
@@ -49,44 +45,33 @@ Duration Sessions::heartbeat_interval() const {
                   std::min<Duration>({of_all, limits_.lease_duration / 4, limits_.silence / 4}));
 }
 
-void Sessions::dismiss(SessionId session, std::string reason, const Event& event, bool for_now) {
-  const std::string& name = workers_.find_session(session)->worker;
-  if (!for_now) {
-    event.warn(about(name), "worker {} is dismissed: {}", name, reason);
-  } else if (event.now >= next_full_note_) {  // workers retry
-    next_full_note_ = event.now + kFullNotePause;
-    event.warn(about(name), "worker {} finds no room: {}", name, reason);
-  }
-  event.send_after_commit(session, Dismissal{std::move(reason), for_now});
-  workers_.end_current(session);
-  inspections_.left(session, false, event);
-}
-
 void Sessions::connect(SessionId session, const WorkerHello& hello, const Event& event) {
   LM_CHECK(workers_.find_session(session) == nullptr, "session {} said hello twice", session.value);
   workers_.open_session(session, hello, event.now);
   if (const Status status = check_hello(hello); !status.ok()) {
-    dismiss(session, message_of(status), event);
+    dismissals_.dismiss(session, message_of(status), event);
     return;
   }
   if (workers_.is_full(hello.name)) {
-    dismiss(session,
-            fmt::format("the farm is full: it takes {} workers (--max-workers); try again later", limits_.max_workers),
-            event, true);
+    dismissals_.dismiss(
+        session,
+        fmt::format("the farm is full: it takes {} workers (--max-workers); try again later", limits_.max_workers),
+        event, true);
     return;
   }
   if (const Worker* const known = workers_.find(hello.name); known != nullptr && known->session()) {
     // If two processes have one name, the connected one keeps it. Else they would take it from each other forever.
     const bool heard = event.now < known->heard_at() + limits_.lease_duration;
     if (heard && !known->draining() && !same_process(known->hello(), hello)) {
-      dismiss(session,
-              fmt::format("another worker named {} is connected (process {} on {}); choose another --name, or leave it "
-                          "out for one that is unique",
-                          hello.name, known->hello().pid, known->hello().host),
-              event);
+      dismissals_.dismiss(
+          session,
+          fmt::format("another worker named {} is connected (process {} on {}); choose another --name, or leave it "
+                      "out for one that is unique",
+                      hello.name, known->hello().pid, known->hello().host),
+          event);
       return;
     }
-    dismiss(*known->session(), fmt::format("another worker connected with the name {}", hello.name), event);
+    dismissals_.dismiss(*known->session(), fmt::format("another worker connected with the name {}", hello.name), event);
   }
   const bool quarantined =
       quarantine_.contains({hello.name, identity_of(hello)}, hello.identity.empty() ? hello.host : "");
@@ -102,12 +87,13 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
   const std::optional<LeaseId> forged = take_back_held(worker, hello, other_process, event);
   scheduler_.serve_all(event);  // workers that waited before get the work that this one lost
   if (forged) {
-    // Counts once for each hello, and not for the identity. Honest workers of one machine may bring leases of another farm
-    // that had this address before.
+    // Counts once for each hello, and not for the identity. Honest workers of one machine may bring leases of another
+    // farm that had this address before.
     event.warn(about(JobId{}, hello.name, *forged), "worker {} brings lease {}, which was never granted to it",
                hello.name, forged->value);
-    judge(session, worker.count_bad_result(),
-          make_error(StatusCode::kPermissionDenied, "leases that were never granted to this worker"), event);
+    dismissals_.judge(session, worker.count_bad_result(),
+                      make_error(StatusCode::kPermissionDenied, "leases that were never granted to this worker"),
+                      event);
   } else {
     scheduler_.serve(worker, event);
   }
@@ -230,57 +216,6 @@ void Sessions::heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, const
   if (!unknown.leases.empty()) {
     event.send_after_commit(*worker.session(), std::move(unknown));
   }
-  check_overruns(worker, heartbeat, event);
-  scheduler_.serve(worker, event);
-}
-
-void Sessions::check_overruns(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event) {
-  for (const TileAtWork& at_work : heartbeat.at_work) {
-    const Lease* const lease = leases_.find(at_work.lease);
-    if (lease == nullptr || lease->worker != worker.name() || !(lease->is_pilot() || lease->wants(at_work.tile))) {
-      continue;
-    }
-    // A thread has no more CPU time than the lease is open.
-    if (std::min(at_work.cpu_seconds, to_seconds(event.now - lease->granted)) <= limits_.tile_cpu_seconds) {
-      continue;
-    }
-    if (lease->is_pilot()) {
-      pilot_overran(worker, Lease(*lease), event);
-    } else {
-      overran(worker, Lease(*lease), at_work.tile, event);
-    }
-  }
-}
-
-void Sessions::overran(Worker& worker, const Lease& lease, TileId tile, const Event& event) {
-  Job& job = jobs_.at(lease.unit.job);
-  const SampleRange range = lease.unit.range;
-  const std::string reason =
-      fmt::format("{} took more than {:g} s of CPU time", describe_place(job, tile, range), limits_.tile_cpu_seconds);
-  event.warn(about(job.id(), worker.name(), lease.id), "worker {}: {}", worker.name(), reason);
-  leases_.end(lease.id, {.cancel = true, .lost = lease.audits}, event);
-  if (lease.audits) {
-    return;
-  }
-  job.plan().cut_to_one_sample(tile, worker.identity());
-  queue_.refresh(job);
-  if (range.count() == 1) {
-    job.refused(worker.identity(), worker.name(), reason, Refusals::Cause::overrun);
-    life_cycle_.withdraw(job, worker, event);
-  }
-  scheduler_.serve_all(event);
-}
-
-void Sessions::pilot_overran(Worker& worker, const Lease& lease, const Event& event) {
-  Job& job = jobs_.at(lease.unit.job);
-  const std::string reason =
-      fmt::format("the pilot of job {} ({}) took more than {:g} s of CPU time", job.id().value,
-                  fmt::join(job.record().method_notes.candidates, ", "), limits_.tile_cpu_seconds);
-  event.warn(about(job.id(), worker.name(), lease.id), "worker {}: {}", worker.name(), reason);
-  leases_.end(lease.id, {.cancel = true}, event);
-  job.refused(worker.identity(), worker.name(), reason, Refusals::Cause::overrun);
-  life_cycle_.withdraw(job, worker, event);
-  scheduler_.serve_all(event);
 }
 
 void Sessions::give_back(Worker& worker, const WorkerReturn& message, const Event& event) {
@@ -322,32 +257,6 @@ void Sessions::refuse(Worker& worker, const WorkerRefusal& refusal, const Event&
 }
 
 // ---- ends of sessions ----
-
-void Sessions::distrust(SessionId session, LeaseId lease_id, const Status& error, const Event& event) {
-  if (const Lease* const lease = leases_.find(lease_id);
-      lease != nullptr && lease->worker == workers_.find_session(session)->worker) {
-    life_cycle_.end_lease(lease_id, {.cancel = true, .lost = true}, event);
-  }
-  judge(session, workers_.count_bad_result(session, event.now), error, event);
-}
-
-void Sessions::judge(SessionId session, std::uint32_t bad_results, const Status& error, const Event& event) {
-  Worker* const worker = workers_.of(session);
-  if (worker == nullptr) {
-    return;
-  }
-  if (bad_results >= limits_.max_bad_results) {
-    const std::string name = worker->name();
-    dismiss(session, fmt::format("{} damaged results, the last: {}", bad_results, message_of(error)), event);
-    while (!worker->leases().empty()) {
-      life_cycle_.end_lease(*worker->leases().begin(), {.lost = true}, event);
-    }
-    workers_.forget_if_gone(name, event);
-  } else {
-    scheduler_.serve(*worker, event);
-  }
-  scheduler_.serve_all(event);
-}
 
 void Sessions::leaves(Worker& worker, const Event& event) {
   if (!worker.draining()) {

@@ -1,6 +1,6 @@
 // Reasons for which jobs wait.
 //
-// Owns the missing assets, each with the time of the last request.
+// Owns the missing assets, each with the time of the last request. Takes these requests.
 #pragma once
 
 #include "server/domain/scheduler.h"

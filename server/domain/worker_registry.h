@@ -145,8 +145,8 @@ class WorkerRegistry {
   const std::map<std::string, Worker>& all() const { return workers_; }
   std::uint64_t threads() const { return threads_; }  ///< Worker::threads() of all workers with counts()
   std::uint64_t claimed_threads() const { return claimed_threads_; }
-  /// Counts a bad result of the session's worker, and of its identity. Returns the identity's count, which all its names
-  /// and processes share. It restarts after kBadResultMemory without bad results.
+  /// Counts a bad result of the session's worker, and of its identity. Returns the identity's count, which all its
+  /// names and processes share. It restarts after kBadResultMemory without bad results.
   std::uint32_t count_bad_result(SessionId session, Time now);
   /// A result came for an open lease of the worker.
   void delivered(Worker& worker, JobId job, std::uint64_t pixel_samples, Time now);

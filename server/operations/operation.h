@@ -52,7 +52,7 @@ inline constexpr std::uint64_t kSmallRequestBytes = 64 << 10;
 
 /// Row of the table of operations.
 struct Operation {
-  Rpc rpc;  ///< server/access/rights.cpp has its rights, and whether it is recorded
+  Rpc rpc;  ///< its method for gRPC, and who may call it
   /// HTTP method and path after /api/v1/; empty: not over HTTP. "POST jobs/{id}/pause" has the request's field `id` in
   /// its path. "GET jobs?page_size=1..1000&page_token" allows two fields in its query, and has the range of the number.
   std::string_view http;
@@ -61,7 +61,13 @@ struct Operation {
 };
 
 std::span<const Operation> operations();
-/// Operation of the RPC's method; null if it has none.
-const Operation* find_operation(Rpc rpc);
+/// Operation of a method of gRPC; null if it has none.
+const Operation* find_operation(std::string_view method);
+/// All methods of gRPC: of the operations, and streams.
+std::span<const Rpc> served_rpcs();
+
+// Methods whose rights other calls share.
+inline constexpr Rpc kListJobs{kRenderService, "ListJobs", Right::see_farm};
+inline constexpr Rpc kListWorkers{kRenderService, "ListWorkers", Right::see_farm};
 
 }  // namespace lightmill

@@ -6,13 +6,14 @@
 #include "common/wire/farm_messages.h"
 #include "common/wire/scene_proto.h"
 #include "server/access/call_limits.h"
-#include "server/domain/job_rules.h"
+#include "server/domain/job_figures.h"
 #include "server/operations/handlers.h"
 #include "server/operations/operation_call.h"
 
-namespace lightmill {
+namespace lightmill::handlers {
 namespace {
 
+constexpr std::uint64_t kMiB = 1 << 20;
 constexpr int kMostDigests = 10'000;
 
 /// From now on, assets of the job that no user sent count as the submitter's, such as textures that a worker found in
@@ -92,8 +93,6 @@ void add_bias_layer(JobSpec& spec, const MethodNotes& notes) {
 
 }  // namespace
 
-namespace handlers {
-
 Status check_files(const InspectionRequest& request, const AssetStore& assets) {
   std::uint64_t bytes = 0;
   for (const InspectionRequest::File& file : request.files) {
@@ -110,6 +109,8 @@ Status check_files(const InspectionRequest& request, const AssetStore& assets) {
                    "reads them where they are",
                    request.files.size(), bytes >> 20, kMostInspectedBytes >> 20);
 }
+
+namespace {
 
 Status find_missing_assets(Runtime& runtime, const v1::FindMissingAssetsRequest& request,
                            v1::FindMissingAssetsResponse* reply) {
@@ -190,5 +191,29 @@ Result<Apply> submit_job(Runtime& runtime, const Call& by, v1::SubmitJobRequest&
   });
 }
 
-}  // namespace handlers
-}  // namespace lightmill
+Status fill_scene_json(WireMessage& reply) {
+  return fill_scene(&static_cast<v1::InspectSceneResponse&>(reply));
+}
+
+}  // namespace
+
+std::vector<Operation> submission_operations() {
+  return {
+      // A packed scene of 16 MiB and 10,000 assets in base64. The next two: most digests, most files.
+      {{kRenderService, "SubmitJob", Right::submit, kRecorded},
+       "POST jobs",
+       in_two_steps(submit_job),
+       {.most_body_bytes = 24 * kMiB}},
+      {{kRenderService, "FindMissingAssets", Right::bring_assets},
+       "POST assets/missing",
+       at_once(find_missing_assets),
+       {.most_body_bytes = kMiB}},
+      // The reply has the scene as JSON, whose numbers take several times their bytes, and in base64.
+      {{kRenderService, "InspectScene", Right::submit},
+       "POST inspect",
+       in_two_steps(inspect_scene),
+       {.waits = true, .most_body_bytes = 4 * kMiB, .json_factor = 6, .fill_json = fill_scene_json}},
+  };
+}
+
+}  // namespace lightmill::handlers

@@ -77,7 +77,7 @@ void CommitQueue::push(Batch batch) {
   append(queued_.replies, std::move(batch.replies));
   append(queued_.callers, std::move(batch.callers));
   append(queued_.reads, std::move(batch.reads));
-  // The writer wakes for the first effects, and then only for urgent or many ones.
+  // The commit thread wakes for the first effects, and then only for urgent or many ones.
   if (was_empty || urgent_ || queued_.writes.size() >= kGatherWrites) {
     changed_.notify_all();
   }

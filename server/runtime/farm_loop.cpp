@@ -99,9 +99,20 @@ void FarmLoop::run() {
       poked_ = false;
       stopping = stopping_;
     }
-    TaskContext context{
-        farm_, watchers_, demand_, actions_,  inspections_, films_, activity_, clock_.now(), clock_.unix_milliseconds(),
-        {},    {},        {},      no_store_, no_space_};
+    TaskContext context{.farm = farm_,
+                        .watchers = watchers_,
+                        .demand = demand_,
+                        .actions = actions_,
+                        .inspections = inspections_,
+                        .films = films_,
+                        .activity = activity_,
+                        .now = clock_.now(),
+                        .unix_ms = clock_.unix_milliseconds(),
+                        .effects = {},
+                        .replies = {},
+                        .callers = {},
+                        .no_store = no_store_,
+                        .no_space = no_space_};
     for (const Task& task : tasks) {
       task(context);
       notify_films(context);

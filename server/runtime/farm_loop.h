@@ -71,7 +71,7 @@ class FarmLoop {
 
   /// Callbacks of the server that workers connect to.
   struct Handlers {
-    std::function<void(Outgoing)> send = [](const Outgoing&) {};  ///< from the farm thread and the writer thread
+    std::function<void(Outgoing)> send = [](const Outgoing&) {};  ///< from the farm thread and the commit thread
     std::function<void(SessionId)> disconnect = [](SessionId) {};
     /// Whether the state can be stored: once at first, then at each change. From the farm thread.
     std::function<void(bool)> on_storing = [](bool) {};
@@ -123,7 +123,7 @@ class FarmLoop {
   Coordinator& farm_;
   ActionLog& actions_;
   const Clock& clock_;
-  Handlers handlers_;  ///< set on the farm thread; the writer thread reads it after a worker has connected
+  Handlers handlers_;  ///< set on the farm thread; the commit thread reads it after a worker has connected
   Traffic traffic_;
   CommitQueue commits_;
   WatchHub watchers_;

@@ -48,8 +48,8 @@ Result<Identity> Gate::identify_bearer(std::string_view header) const {
   return tokens_.identify(header.substr(kBearer.size()), now_unix_s());
 }
 
-Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const CallSubject& about,
-                         std::optional<StreamKind> kind) const {
+Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer, const Rpc& rpc,
+                         const CallSubject& about, std::optional<StreamKind> kind) const {
   Call call{caller.ok() ? *caller : Identity{}, rpc, peer};
   Status status = counts_as_request(rpc) ? take_request(call.caller, peer) : ok_status();
   if (status.ok()) {

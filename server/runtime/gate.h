@@ -56,13 +56,13 @@ class Gate {
   Result<Identity> identify(const Credentials& credentials) const;
   /// First step of every handler, with the result of identify. `about` is what the call names, for the action log.
   /// Errors: UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
-  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc,
+  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, const Rpc& rpc,
                      const CallSubject& about = {}) const {
     return admit(caller, peer, rpc, about, stream_kind(rpc));
   }
   /// Like admit, for a page that opens. It needs the right to WatchJob.
   Result<Call> admit_page(const Result<Identity>& caller, const std::string& peer) const {
-    return admit(caller, peer, Rpc::watch_job, {}, StreamKind::page);
+    return admit(caller, peer, kWatchJob, {}, StreamKind::page);
   }
   /// Like ConnectionLimiter::set_caller, for a gRPC connection. RESOURCE_EXHAUSTED.
   Status set_caller(const std::string& peer, const Identity& caller) const { return on_identified_(peer, caller); }
@@ -91,7 +91,7 @@ class Gate {
   std::vector<TokenRecord> tokens() const;
 
  private:
-  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const CallSubject& about,
+  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, const Rpc& rpc, const CallSubject& about,
                      std::optional<StreamKind> kind) const;
   Result<Identity> identify_bearer(std::string_view header) const;
   std::int64_t now_unix_s() const { return clock_.unix_milliseconds() / 1000; }

@@ -69,7 +69,8 @@ bool ResultRateControl::update(std::vector<Duration>& waits, Time now) {
   if (rate_ == before) {
     return false;
   }
-  // Workers still render the unit at work and the one ahead, of the earlier length. Their results wait as long as others.
+  // Workers still render the unit at work and the one ahead, of the earlier length. Their results wait as long as
+  // others.
   ignore_until(now + std::min(2 * unit + wait, kLongestAway));
   return true;
 }

@@ -13,8 +13,8 @@ Duration middle_of(std::vector<Duration>& waits);
 
 /// Limit on the results of all workers together, in bytes per second. It is `most`, or less while results wait too long
 /// for their acknowledgement. The cause may be the network, a busy core or the store. Control as in TCP (Chiu and Jain
-/// 1989), with the delay as signal (as in LEDBAT, RFC 6817). While waits are short, the rate grows by a factor. When they
-/// are long, it is cut below the rate of arrivals.
+/// 1989), with the delay as signal (as in LEDBAT, RFC 6817). While waits are short, the rate grows by a factor. When
+/// they are long, it is cut below the rate of arrivals.
 ///
 /// Each identity counts once, and the median decides. So a few machines cannot move the rate, whatever names they use.
 /// Leased units keep their length. So after each change nothing is measured until they are done, for at most 30 s.
@@ -31,8 +31,8 @@ class ResultRateControl {
   bool is_due(Time now) const;
   /// Reports of waits from before this time belong to another rate, or are too old.
   Time heard_from(Time now) const;
-  /// Call it often, while it is due. `waits`: the wait of each identity whose workers reported some since `heard_from`. It
-  /// changes their order. True if the rate has changed.
+  /// Call it often, while it is due. `waits`: the wait of each identity whose workers reported some since `heard_from`.
+  /// It changes their order. True if the rate has changed.
   bool update(std::vector<Duration>& waits, Time now);
   /// Results waited for another reason than their number. Workers report such waits for some seconds more.
   void note_stall(Time now);

@@ -32,9 +32,9 @@ struct Gap {
   std::uint64_t end = 0;
 };
 
-/// Sets the three times of `aim`. Each result costs the coordinator the same, whatever its range. So on a farm with more
-/// threads the ranges are longer, and all threads together send at most `bytes_per_second`. `node_bytes`: size of a
-/// result. A unit takes at least `unit_seconds`.
+/// Sets the three times of `aim`. Each result costs the coordinator the same, whatever its range. So on a farm with
+/// more threads the ranges are longer, and all threads together send at most `bytes_per_second`. `node_bytes`: size of
+/// a result. A unit takes at least `unit_seconds`.
 void set_times(double unit_seconds, double node_bytes, double bytes_per_second, UnitAim& aim);
 
 /// Range to lease at the start of `gap`, for `tiles` tiles of `tile_pixels` pixels each. It is the largest dyadic range

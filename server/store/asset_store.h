@@ -60,8 +60,9 @@ class AssetStore {
   };
   /// The asset counts as the user's until it is deleted, unless it was there before. Empty: as no user's.
   virtual Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest, const std::string& user = "") = 0;
-  /// From now on, a stored asset counts as the user's, unless it counts as another user's. One that a worker sent changes
-  /// from kUploadsOfWorkers to the user. RESOURCE_EXHAUSTED if `limit` is enforced and the user has no room for it.
+  /// From now on, a stored asset counts as the user's, unless it counts as another user's. One that a worker sent
+  /// changes from kUploadsOfWorkers to the user. RESOURCE_EXHAUSTED if `limit` is enforced and the user has no room for
+  /// it.
   virtual Status attribute(const Sha256& digest, const std::string& user, UserLimit limit) = 0;
 
   /// Reads an asset piece by piece. Not thread-safe.

@@ -133,7 +133,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     read_body(large.traits.most_body_bytes);
   }
   void take_asset() {
-    Result<Call> call = admit_now(Rpc::upload_asset, kBytes);
+    Result<Call> call = admit_now(kUploadAsset, kBytes);
     const Result<Sha256> digest =
         call.ok() ? Sha256::from_hex(path().substr(kAssets.size())) : Result<Sha256>(call.status());
     if (!digest.ok()) {
@@ -154,7 +154,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
           return whole ? self->answer(reply) : self->refuse_rest(reply);
         });
   }
-  Result<Call> admit_now(Rpc rpc, std::string_view content_type) const {
+  Result<Call> admit_now(const Rpc& rpc, std::string_view content_type) const {
     LM_RETURN_IF_ERROR(check_rules(true, content_type));
     return parts_.gate.admit(identify(read_credentials()), peer_, rpc);
   }

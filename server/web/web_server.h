@@ -32,8 +32,8 @@ struct WebParts;
 /// their time are limited.
 class WebServer {
  public:
-  /// INVALID_ARGUMENT if other machines can reach the address and it is not encrypted. UNAVAILABLE if the address cannot be
-  /// bound. Also returns errors of the certificate.
+  /// INVALID_ARGUMENT if other machines can reach the address and it is not encrypted. UNAVAILABLE if the address
+  /// cannot be bound. Also returns errors of the certificate.
   static Result<std::unique_ptr<WebServer>> start(Runtime& runtime, const WebOptions& options);
   /// Closes all connections. The runtime must still run.
   ~WebServer();

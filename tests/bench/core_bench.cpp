@@ -10,7 +10,7 @@
 
 #include "tests/bench/embree_share.h"
 #include "tests/bench/measure.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/reference_tracer.h"
 #include "tests/support/render_document.h"
 

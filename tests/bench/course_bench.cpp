@@ -16,7 +16,7 @@
 #include "common/scene/mesh.h"
 #include "common/scene_io/load.h"
 #include "tests/bench/measure.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/read_image.h"
 
 namespace {

@@ -14,7 +14,7 @@
 #include "common/film/error_goal.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/tile_noise.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/render_document.h"
 
 namespace {

@@ -12,7 +12,7 @@
 #include "common/image/color.h"
 #include "common/image/png.h"
 #include "tests/bench/measure.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/read_image.h"
 #include "tests/support/render_document.h"
 

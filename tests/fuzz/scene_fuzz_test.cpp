@@ -10,7 +10,7 @@
 #include "common/wire/scene_json.h"
 #include "tests/fuzz/fuzz_loop.h"
 #include "tests/fuzz/scene_target.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill {
 namespace {

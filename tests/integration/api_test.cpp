@@ -6,7 +6,7 @@
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
 #include "tests/support/farm.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {

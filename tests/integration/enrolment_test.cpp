@@ -4,7 +4,7 @@
 
 #include "common/base/address.h"
 #include "tests/integration/secure_farm.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {

@@ -12,7 +12,7 @@
 #include "common/wire/scene_proto.h"
 #include "tests/support/farm.h"
 #include "tests/support/image_files.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {

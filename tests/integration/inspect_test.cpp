@@ -8,7 +8,7 @@
 #include "common/wire/farm_messages.h"
 #include "common/wire/scene_proto.h"
 #include "tests/support/farm.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {

@@ -12,7 +12,7 @@
 #include "tests/support/farm.h"
 #include "tests/support/memory_group.h"
 #include "tests/support/movable_clock.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/recovery.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/sqlite_file.h"

@@ -7,7 +7,7 @@
 #include "tests/integration/health.h"
 #include "tests/support/farm.h"
 #include "tests/support/memory_group.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/recovery.h"
 #include "tests/support/temporary_folder.h"
 

@@ -5,7 +5,7 @@
 #include "externalscaler/externalscaler.grpc.pb.h"
 #include "tests/integration/health.h"
 #include "tests/support/farm.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {

@@ -44,7 +44,7 @@ double results_for(double share, const LiarKind& kind) {
 }
 
 Race race_with(const LiarKind& kind, double share) {
-  Race race{.tile_seconds = kind.tile_seconds, .verify_share = share};
+  Race race{.tile_seconds = kind.tile_seconds, .audit_share = share};
   race.slowness.assign(2 + kind.liars, 1);
   race.deceit = Deceit{.liars = kind.liars,
                        .least_parts = kind.parts,

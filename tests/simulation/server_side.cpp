@@ -197,7 +197,7 @@ void ServerSide::finish_commit() {
           (world_.bugs.keep_joined_nodes && std::holds_alternative<DropNode>(op)) ||
           (world_.bugs.keep_dropped_results && std::holds_alternative<DropResults>(op));
       if (auto* result = std::get_if<PutResult>(&op); result != nullptr && world_.bugs.lose_verifications) {
-        result->to_verify = false;
+        result->audit_pending = false;
       }
       if (!lost) {
         ops.push_back(std::move(op));

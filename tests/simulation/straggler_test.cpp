@@ -89,7 +89,7 @@ TEST_P(Stragglers, DelayAShortJobByLittleMoreThanAUnit) {
 // Everything is rendered twice, by two workers. Audits of a straggler move to others too. Three workers do the work of four. The
 // straggler holds up to two seconds of results, and may later hold two seconds of audits.
 TEST_P(Stragglers, DoNotDelayAudits) {
-  const Race race{.samples = 128, .verify_share = 1};
+  const Race race{.samples = 128, .audit_share = 1};
   static const LastPart quiet = last_part(race);
   const LastPart last = last_part(with(GetParam(), race, quiet));
   fmt::print("a job of {:.0f} s, all verified: from 95 % to done {:.2f} s ({:.2f} at most) instead of {:.2f} s\n",

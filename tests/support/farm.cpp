@@ -13,7 +13,7 @@
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "common/wire/scene_proto.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {

@@ -5,13 +5,6 @@
 #include "common/scene/compiled/scene_memory.h"
 
 namespace lightmill {
-namespace {
-
-double gib(std::uint64_t bytes) {
-  return static_cast<double>(bytes) / (1 << 30);
-}
-
-}  // namespace
 
 Status check_memory(const Scene& scene, const CompiledScene::AssetSource& assets, DecoderProcess& images,
                     std::uint64_t max_bytes) {

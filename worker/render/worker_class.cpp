@@ -11,8 +11,8 @@
 namespace lightmill {
 
 std::string worker_class(const std::filesystem::path& decoder) {
-  // In parallel with the test render, because loading the decoder's libraries takes as long. If no thread can start, the
-  // decoder comes after the test render.
+  // In parallel with the test render, because loading the decoder's libraries takes as long. If no thread can start,
+  // the decoder comes after the test render.
   std::future<Result<std::string>> images = std::async(std::launch::async | std::launch::deferred, [&decoder] {
     return fingerprint_of_decoder(decoder, system_clock());
   });

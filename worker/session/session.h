@@ -85,8 +85,8 @@ struct StopTile {
 struct ResultStored {
   std::shared_ptr<const WorkerMessage> message;
 };
-/// Run the grant's pilot, which finds the cheapest method. Report `pilot_done`, `pilot_failed` or `pilot_unavailable`. It may come
-/// again for the same lease.
+/// Run the grant's pilot, which finds the cheapest method. Report `pilot_done`, `pilot_failed` or `pilot_unavailable`.
+/// It may come again for the same lease.
 struct RunPilot {
   std::shared_ptr<const PilotGrant> grant;
 };

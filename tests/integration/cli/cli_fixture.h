@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/process.h"
 #include "tests/support/reserved_port.h"
 #include "tests/support/temporary_folder.h"

@@ -10,7 +10,7 @@
 #include "server/store/postgres/schema.h"
 #include "server/store/row_values.h"
 #include "tests/integration/store/postgres_fixture.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/store/asset_conformance.h"
 #include "tests/unit/store/store_conformance.h"

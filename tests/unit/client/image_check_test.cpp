@@ -7,7 +7,7 @@
 #include "common/image/exr.h"
 #include "common/image/png.h"
 #include "tests/support/image_files.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::cli {
 namespace {

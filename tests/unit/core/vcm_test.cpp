@@ -5,7 +5,7 @@
 #include "common/methods/photons/gather_pass.h"
 #include "common/methods/vcm/light_path_pass.h"
 #include "tests/analytic/scene_text.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 namespace lightmill::test {
 namespace {

@@ -12,7 +12,7 @@
 #include "tests/fuzz/mutate.h"
 #include "tests/support/draco_file.h"
 #include "tests/support/error_message.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lightmill::test {

@@ -25,7 +25,7 @@
 #include "decoder/fingerprint.h"
 #include "tests/support/draco_file.h"
 #include "tests/support/image_files.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/process.h"
 #include "tests/support/read_image.h"
 #include "tests/support/temporary_folder.h"

@@ -3,7 +3,7 @@
 #include "common/image/decoder/decoder_process.h"
 #include "tests/fuzz/mutate.h"
 #include "tests/support/draco_file.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/unit/scene_io/gltf_fixture.h"
 
 namespace lightmill {

@@ -2,7 +2,7 @@
 #include <numbers>
 
 #include "common/scene_io/scene_light.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/unit/scene_io/gltf_fixture.h"
 #include "tests/unit/scene_io/load_fixture.h"
 

@@ -9,7 +9,7 @@ class RefusalTest : public VerifyingTest {
   /// A job without audits. A worker that refused a job does not audit it, so tests would wait.
   JobId submit_unaudited(const std::string& request, std::uint64_t samples) {
     JobSpec job = spec(request, samples);
-    job.verify_share = 0;
+    job.audit_share = 0;
     return submit(job);
   }
   std::string reason(JobId job) const { return status(job).reason; }

@@ -9,7 +9,7 @@
 #include "server/store/data_directory.h"
 #include "server/store/row_values.h"
 #include "server/store/sqlite/format_12.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/support/sqlite_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/store/store_conformance.h"

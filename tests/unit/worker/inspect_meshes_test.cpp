@@ -4,7 +4,7 @@
 #include "common/scene/mesh.h"
 #include "tests/support/draco_file.h"
 #include "tests/support/error_message.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 #include "tests/unit/scene_io/gltf_text.h"
 #include "worker/inspect/inspect_scene.h"
 

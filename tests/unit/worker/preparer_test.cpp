@@ -1,6 +1,6 @@
 // The thread that prepares jobs and runs pilots.
 #include "worker/render/preparer.h"
-#include "tests/support/places.h"
+#include "tests/support/paths.h"
 
 #include <gtest/gtest.h>
 

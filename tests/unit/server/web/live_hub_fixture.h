@@ -64,7 +64,7 @@ class LiveHubTest : public ::testing::Test {
     EXPECT_TRUE(loop.stop().ok());
   }
 
-  static Call call_of(Identity caller) { return {std::move(caller), Rpc::watch_job, "10.0.0.7:4711"}; }
+  static Call call_of(Identity caller) { return {std::move(caller), kWatchJob, "10.0.0.7:4711"}; }
   /// Runs `task` on the farm thread, and waits for it.
   void on_farm(const FarmLoop::Task& task) {
     const auto done = std::make_shared<std::promise<void>>();
