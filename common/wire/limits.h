@@ -58,8 +58,8 @@ Result<std::vector<std::string>> texts_from_wire(std::string_view field, const R
 
 /// The sentence as valid text of limited length. It may quote files with any bytes. Protobuf refuses a whole message
 /// with an invalid string, and the stream would end.
-inline std::string sentence(std::string_view text) {
-  return cut_text(printable(text, true), kMaxReasonBytes - std::string_view("…").size());
+inline std::string sentence(std::string_view text, std::size_t limit = kMaxReasonBytes) {
+  return cut_text(printable(text, true), limit - std::string_view("…").size());
 }
 
 }  // namespace lightmill

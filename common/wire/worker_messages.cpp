@@ -116,7 +116,7 @@ struct RequestWriter {
   void operator()(const WorkerReturn& message) const { out->mutable_lease_return()->set_lease(message.lease.value); }
   void operator()(const WorkerRefusal& refusal) const {
     out->mutable_refusal()->set_job(refusal.job.value);
-    out->mutable_refusal()->set_reason(sentence(refusal.reason));
+    out->mutable_refusal()->set_reason(sentence(refusal.reason, kMaxRefusalBytes));
     out->mutable_refusal()->set_own_limits(refusal.own_limits);
   }
   void operator()(const WorkerDraining&) const { out->mutable_draining(); }
