@@ -309,7 +309,7 @@ TEST_F(OperationCallTest, AJobsAssetsCountForItsOwner) {
 TEST_F(OperationCallTest, UsersCannotRaiseAPriorityAboveTheLimit) {
   let_commits();
   const auto submitted = [&](const Identity& by, std::int32_t priority) {
-    const auto asked = call(Rpc::submit_job);
+    const auto asked = call("SubmitJob");
     JobSpec spec = job_of("ada");
     spec.request_id = fmt::format("{} {}", by.name, priority);
     spec.priority = priority;
@@ -322,7 +322,7 @@ TEST_F(OperationCallTest, UsersCannotRaiseAPriorityAboveTheLimit) {
   EXPECT_EQ(submitted(operating, 11), StatusCode::kOk);
   EXPECT_EQ(submitted(anybody(), 11), StatusCode::kOk) << "without authentication";
   const auto changed = [&](const Identity& by, std::int32_t priority) {
-    const auto asked = call(Rpc::set_priority);
+    const auto asked = call("SetPriority");
     auto& request = static_cast<v1::SetPriorityRequest&>(asked->request());
     request.set_id(1);
     request.set_priority(priority);
