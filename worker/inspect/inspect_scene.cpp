@@ -46,11 +46,9 @@ std::vector<std::string> cut_all(std::vector<std::string> texts) {
 }
 
 /// Reads only the headers of images. Workers that render decode them.
-Status check_images(LoadedScene& loaded, const SceneLimits& limits, DecoderProcess& images,
-                    const InspectionHooks& hooks) {
+Status check_images(LoadedScene& loaded, const SceneLimits& limits, DecoderProcess& images) {
   std::set<std::tuple<Sha256, std::string, bool>> checked;
   for (const ImageAsset& image : loaded.images) {
-    LM_RETURN_IF_ERROR(hooks.may_continue());
     if (!checked.emplace(image.asset, image.name, image.environment).second) {
       continue;
     }
@@ -77,7 +75,6 @@ void add_facts(const ReportRows& rows, Inspection& out) {
 Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& limits, const InspectionHooks& hooks) {
   std::uint64_t bytes = 0;
   UploadedFiles files([&](const Sha256& digest) -> Result<std::string> {
-    LM_RETURN_IF_ERROR(hooks.may_continue());
     LM_ASSIGN_OR_RETURN(std::string file, hooks.fetch(digest));
     bytes += file.size();
     // A reader needs several times the size of its text, next to scenes that are being rendered.
@@ -105,12 +102,11 @@ Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& 
   if (!loaded.ok()) {
     return as_senders(loaded.status());
   }
-  LM_RETURN_IF_ERROR(check_images(*loaded, limits, images, hooks));
+  LM_RETURN_IF_ERROR(check_images(*loaded, limits, images));
   const Result<SceneReport> report = report_on(*loaded);
   if (!report.ok()) {
     return as_senders(report.status());
   }
-  LM_RETURN_IF_ERROR(hooks.may_continue());
   const auto assets = [&](const Sha256& digest) -> Result<std::string> { return loaded->assets.at(digest); };
   LM_RETURN_IF_ERROR(check_memory(loaded->scene, assets, images, limits.bytes));
   Inspection out;
@@ -123,7 +119,7 @@ Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& 
   for (const auto& [digest, bytes] : loaded->assets) {
     out.assets.push_back(digest);  // a map: sorted, without duplicates
   }
-  LM_RETURN_IF_ERROR(hooks.upload(loaded->assets, hooks.may_continue));
+  LM_RETURN_IF_ERROR(hooks.upload(loaded->assets));
   out.notices = cut_all(loaded->notices);
   add_facts(scene_rows(*loaded, *report), out);
   add_facts(fact_rows(report->facts), out);
