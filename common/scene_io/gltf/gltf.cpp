@@ -124,8 +124,13 @@ class GltfScene {
     name = !name.empty() ? name : mesh["name"].text();
     for (const Part& part : parts) {
       const std::string& material = loaded_.scene.materials[part.material].name;
-      loaded_.scene.objects.push_back(
-          {parts.size() == 1 ? name : fmt::format("{}/{}", name, material), part.material, part.shape, to_scene});
+      const Status added = add_object(
+          {parts.size() == 1 ? name : fmt::format("{}/{}", name, material), part.material, part.shape, to_scene},
+          loaded_);
+      if (!added.ok()) {
+        placed.node.fail(message_of(added));
+        return;
+      }
     }
   }
 

@@ -207,9 +207,6 @@ Status PbrtWorld::place_powered(const Piece& piece, const Transform& to_scene, c
 Status PbrtWorld::add_object(const Use& use, std::variant<MeshShape, SphereShape, PlaneShape, TriangleShape> shape,
                              const Transform& transform, const SourcePlace& at) {
   constexpr double kLargestRadiance = 1e20;
-  if (loaded_.scene.objects.size() == kMaxSceneEntries) {
-    return at.error("there are more than {} shapes and instances", kMaxSceneEntries);
-  }
   if (!(std::max({use.emission.r, use.emission.g, use.emission.b}) <= kLargestRadiance)) {
     return at.error("the light's radiance must be at most {}", kLargestRadiance);
   }
@@ -217,8 +214,8 @@ Status PbrtWorld::add_object(const Use& use, std::variant<MeshShape, SphereShape
   if (const Status valid = check_object("shape", object, uses_.size()); !valid.ok()) {
     return at.error("{}", message_of(valid));
   }
-  loaded_.scene.objects.push_back(std::move(object));
-  return ok_status();
+  const Status added = lightmill::add_object(std::move(object), loaded_);
+  return added.ok() ? ok_status() : at.error("{}", message_of(added));
 }
 
 std::uint32_t PbrtWorld::use_index(const Use& use) {
