@@ -9,6 +9,9 @@ namespace lightmill {
 struct GltfOptions {
   std::optional<AnimationMoment> moment = {};
   bool light_the_dark = true;  ///< adds a sky if nothing lights the scene
+  /// The most bytes that accessors read, beyond 8 times those of the file's buffers. Accessors may share bytes, and
+  /// meshes in many poses read theirs for each.
+  std::uint64_t most_shared_bytes = kMostSharedBytes;
 };
 
 /// Reads a glTF file at a moment: the nodes of its scene with their meshes (instances share theirs), materials

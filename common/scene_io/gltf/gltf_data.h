@@ -13,12 +13,16 @@
 
 namespace lightmill {
 
+inline constexpr std::uint64_t kMostSharedBytes = std::uint64_t{1} << 30;  ///< see GltfOptions
+
 /// An opened glTF 2.0 file: JSON, or GLB with its binary chunk. Buffers and images are in the file, in base64 data
 /// URIs, or in other files.
 class GltfData {
  public:
   /// `file_name` is for messages: "model.gltf: accessors[3].count: what is expected, what is there".
-  static Result<std::unique_ptr<GltfData>> open(std::string bytes, const std::string& file_name, FileSource files);
+  /// `most_shared_bytes`: see GltfOptions.
+  static Result<std::unique_ptr<GltfData>> open(std::string bytes, const std::string& file_name, FileSource files,
+                                                std::uint64_t most_shared_bytes = kMostSharedBytes);
   ~GltfData();
 
   JsonNode root() const;
@@ -52,29 +56,34 @@ class GltfData {
 
  private:
   struct Accessor;
-  GltfData(std::string bytes, std::string file_name, FileSource files);
+  GltfData(std::string bytes, std::string file_name, FileSource files, std::uint64_t most_shared_bytes);
   Status parse();
   void load_buffers();
   Accessor accessor(const JsonNode& index, std::size_t components) const;
   std::string_view part_of_buffer(const JsonNode& view) const;
   std::string_view decoded(const JsonNode& view, const JsonNode& compressed) const;
   template <std::size_t n>
-  std::vector<std::array<double, n>> read(const Accessor& from, const std::span<const std::uint32_t>* which) const;
+  std::vector<std::array<double, n>> read(const JsonNode& index, const Accessor& from,
+                                          const std::span<const std::uint32_t>* which) const;
+  bool may_read(const JsonNode& index, std::uint64_t bytes) const;
   bool find_elements(const JsonNode& at, const JsonNode& view_index, std::size_t count, std::size_t element_bytes,
                      std::size_t element_stride, Accessor& out) const;
 
   std::string bytes_;  ///< the whole file
   std::string file_name_;
   FileSource files_;
+  const std::uint64_t most_shared_bytes_;
   std::unique_ptr<nlohmann::json> json_;
   std::string_view binary_chunk_;
   bool has_binary_chunk_ = false;
   std::vector<std::string> owned_;         ///< buffers outside the file
   std::vector<std::string_view> buffers_;  ///< each with its byteLength
+  std::uint64_t buffer_bytes_ = 0;         ///< of all of them; those of one file once
   mutable FirstError errors_;
   mutable std::map<std::string, std::string> decoded_;  ///< compressed views, by path
   mutable std::uint64_t meshopt_budget_ = kMaxMeshoptBytes;
   mutable std::uint64_t zero_elements_ = 0;  ///< elements of accessors without data so far
+  mutable std::uint64_t read_bytes_ = 0;     ///< bytes of elements read so far. Accessors may share bytes
 };
 
 }  // namespace lightmill
