@@ -1,11 +1,11 @@
 // Called by get-models: node convert-models.js TEAPOT_PACKAGE BUNNY_PACKAGE ENVIRONMENT_MODULE FOLDER
 //
-// teapot.obj      6,320 triangles. The package has 992: a 4×4 grid of quads on each of Newell's 32 bicubic patches,
-//                 without triangles of no area. Five points in a row determine a cubic, so the patches are recovered and
-//                 sampled again by 10×10. This is the usual number of the teapot's triangles.
-// bunny.obj       69,452 triangles. The package has 3,674. They are refined twice by Loop's subdivision, and then the
-//                 longest edges are halved. (Stanford's original has 69,451. A closed mesh has an even number.)
-// apartment.exr   the environment, 512×256, unchanged.
+// teapot.obj      6,320 triangles. The package has 992: a 4×4 grid of quads on each of Newell's 32 bicubic patches, less
+//                 the ones without area. Five points in a row determine a cubic, so the script recovers the patches. It
+//                 samples them by 10×10, which gives the usual number of triangles.
+// bunny.obj       69,452 triangles. The package has 3,674. The script refines them twice by Loop's subdivision, and then
+//                 halves the longest edges. (Stanford's original has 69,451. A closed mesh has an even number.)
+// apartment.exr   the environment, 512×256, as it is in the package.
 const fs = require("fs");
 const path = require("path");
 

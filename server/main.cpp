@@ -198,6 +198,7 @@ RuntimeOptions runtime_options(const ServerOptions& options, const DescriptorPla
   runtime.gate.authenticates = options.tls.given() || options.authenticate;
   runtime.gate.accepts_certificates = !options.tls.authority.empty();
   runtime.gate.accepts_tokens = !options.insecure;
+  runtime.gate.user_priority = options.user_priority;
   CallLimitOptions& calls = runtime.gate.calls;
   calls = options.calls;
   // Each stream may hold a file open. No caller may take all of them.
@@ -222,7 +223,8 @@ WebOptions web_options(const ServerOptions& options, const DescriptorPlan& plan)
           options.insecure,
           plan.page,
           bytes_of_gib(share_of_memory_gib(1.0 / 8, 2)),
-          bytes_of_gib(share_of_memory_gib(1.0 / 16, 1))};
+          bytes_of_gib(share_of_memory_gib(1.0 / 16, 1)),
+          from_seconds(options.http_seconds)};
 }
 
 Status serve(const ServerOptions& options, StopRequest& stop) {

@@ -227,6 +227,8 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
       ->default_str("a third of the disk of --data; without authentication or with --store: no limit");
   add_limit(app, "--max-jobs", options.max_jobs, "N", {1, 1'000'000}, "stored jobs");
   add_limit(app, "--user-jobs", options.user_jobs, "N", {1, 1'000'000}, "stored jobs of one user");
+  add_limit(app, "--user-priority", options.user_priority, "N", {0, 1'000'000},
+            "the highest priority that a user without the role operate may give a job");
   add_limit(app, "--caller-requests", options.calls.requests_per_second, "N", {1.0, 1e6},
             "requests per second of one caller, ten times as many at once");
   add_limit(app, "--caller-streams", options.calls.streams_per_caller, "N", {1, 1'000'000},
@@ -238,6 +240,8 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
       ->default_str("4, or an eighth of the memory that the coordinator may use");
   add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000},
             "connected workers; further ones are refused, and retry");
+  add_limit(app, "--http-seconds", options.http_seconds, "SECONDS", {1.0, 3600.0},
+            "a connection of --http that is silent for this time is closed");
   add_limit(app, "--keep-days", options.keep_days, "DAYS", {0.0, 36'500.0},
             "ended jobs are deleted after this time; 0: never");
   add_limit(

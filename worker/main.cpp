@@ -184,8 +184,10 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
   add_limit(app, "--assets-gib", options.assets_gib, "GIB", {0.0, 65536.0}, "memory for downloaded assets");
   add_limit(app, "--results-mib", options.results_mib, "MIB", {1.0, 1e6},
             "memory for unacknowledged results; beyond it, rendering pauses");
-  app.add_flag(kUnsandboxedImages, options.unsandboxed_images,
-               "decode images even if the kernel refuses the sandbox (seccomp); only for farms whose users you trust");
+  app.add_flag(
+      kUnsandboxedImages, options.unsandboxed_images,
+      "decode images and compressed meshes even if the kernel refuses the sandbox (seccomp); only for farms whose "
+      "users you trust");
   app.add_flag(
       "--openjd", options.openjd,
       "also print messages of Open Job Description (openjd_status, openjd_fail) on standard output, for a farm "
@@ -309,8 +311,8 @@ int run(int argc, char** argv) {
   }
   if (options.unsandboxed_images) {
     spdlog::warn(
-        "images are decoded without a sandbox if the kernel refuses it ({}): a malicious image may take over this "
-        "worker",
+        "images and compressed meshes are decoded without a sandbox if the kernel refuses it ({}): a malicious one may "
+        "take over this worker",
         kUnsandboxedImages);
   }
   const Status status =

@@ -23,9 +23,12 @@ Status write_secret_file(const std::filesystem::path& path, ByteView bytes, bool
 /// Writes a temporary file beside `path`, flushes it to disk and renames it. Readers see the old file or the new one.
 Status write_file_atomically(const std::filesystem::path& path, ByteView bytes);
 
-/// Flushes the folder's entry of this file to disk, so that the name survives a power failure. Errors are ignored,
-/// because some file systems cannot do that.
-void sync_folder_of(const std::filesystem::path& path);
+/// Flushes a file's bytes to disk.
+Status sync_file(const std::filesystem::path& path);
+
+/// Flushes the folder's entry of this file to disk, so that the name survives a power failure. OK where that is not
+/// possible: some file systems cannot flush folders, and this process may lack the right to read the folder.
+Status sync_folder_of(const std::filesystem::path& path);
 
 /// Makes the owner of the folder the owner of this open file, if root owns it. Otherwise a service could not use the
 /// files that root creates in its folder. Does nothing if this process lacks the right.

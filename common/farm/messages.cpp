@@ -14,4 +14,8 @@ CoordinatorMessage& CoordinatorMessage::operator=(const CoordinatorMessage& othe
 CoordinatorMessage& CoordinatorMessage::operator=(CoordinatorMessage&& other) noexcept = default;
 CoordinatorMessage::~CoordinatorMessage() = default;
 
+bool has_its_hash(const WorkerResult& result) {
+  return hash_of(result.node) == result.hash;
+}
+
 }  // namespace lightmill

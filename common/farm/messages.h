@@ -90,7 +90,12 @@ struct WorkerResult {
   double seconds = 0;    ///< thread time
   Hash128 trace = {};    ///< of its lease
   Sha256 tag = {};       ///< tag of its tile in the grant
+  /// The node does not have the hash. The stream that receives the result finds this, because it takes long. Not sent.
+  bool damaged = false;
 };
+
+/// Whether the node has the result's hash.
+bool has_its_hash(const WorkerResult& result);
 
 /// The worker returns the tiles of a lease for which it has sent no result, because it drains or does not know the job.
 /// It sends the results that it has rendered first.

@@ -173,17 +173,6 @@ Result<Image> read_image(ByteView bytes) {
   return image;
 }
 
-/// A little-endian number at `at`; empty if the bytes end before it.
-template <class Number>
-std::optional<Number> number_at(ByteView bytes, std::size_t at) {
-  Number number{};
-  if (at > bytes.size() || bytes.size() - at < sizeof(number)) {
-    return std::nullopt;
-  }
-  std::memcpy(&number, bytes.data() + at, sizeof(number));
-  return number;
-}
-
 }  // namespace
 
 Result<std::string> encode_exr(const Image& image) {

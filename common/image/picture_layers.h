@@ -4,8 +4,8 @@
 //   caustic, bias             Caustic.R/G/B, Bias.R/G/B: the same
 //   light:NAME                Light.NAME.R/G/B: the same
 //   normal                    N.X/Y/Z: mean over samples 0 to 15, in the scene's frame; 0 where nothing is hit
-//   features                  Features.A.Albedo.R …: sums over the samples of one half among samples 0 to 15, divided by
-//                             the number of samples of both halves
+//   features                  Features.A.Albedo.R …: sums over the samples of one half among samples 0 to 15, divided
+//                             by the number of samples of both halves
 //   depth                     Z: the smallest of samples 0 to 15; kNoDepth where nothing is hit
 //   id                        CryptoObject00.R … and CryptoMaterial00.R …: Cryptomatte over samples 0 to 15
 #pragma once

@@ -41,8 +41,8 @@ class DiskLights {
   /// Density per solid angle of a point of `sample`, met by a ray of this length.
   F8 pdf_solid_angle(U8 index, F8 distance, F8 cos_light, M8 lanes) const;
 
-  /// Irradiance on a surface at p with unit normal n, without occlusion. A round edge counts as a polygon of equal area,
-  /// which is accurate to 1e-3. The spread must be π.
+  /// Irradiance on a surface at p with unit normal n, without occlusion. A round edge counts as a polygon of equal
+  /// area, which is accurate to 1e-3. The spread must be π.
   Vec3d irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const;
 
  private:

@@ -60,8 +60,8 @@ class LightTable {
 
   /// Samples a light and a point on it for each shading point. `draw`: number of the sample, below draws(). The light
   /// at a shading point is the sum over all draws. `normal`: unit, of surfaces that light reaches only from above; zero
-  /// elsewhere. The densities of the samples, which are for weights of multiple importance sampling, are those for a zero
-  /// normal.
+  /// elsewhere. The densities of the samples, which are for weights of multiple importance sampling, are those for a
+  /// zero normal.
   LightSample8 sample(const V8& shading_point, std::uint32_t draw, Pair8 choice, Pair8 u, const V8& normal = {}) const {
     return needs_choice() ? sample_chosen(shading_point, normal, choice, u) : sample_light(draw, shading_point, u);
   }

@@ -14,8 +14,8 @@ namespace lightmill {
 /// constructor's arguments and on the random numbers.
 ///
 /// A light is chosen by an estimate of its flux to the targets, and then a target in the same way.
-///   - Surfaces: a point uniform by area, and a direction in the cone that the target subtends. On spheres that emit only
-///     outward, only points that see some of the target are drawn.
+///   - Surfaces: a point uniform by area, and a direction in the cone that the target subtends. On spheres that emit
+///     only outward, only points that see some of the target are drawn.
 ///   - Distant lights: a direction, and a position on the target's projection along it.
 /// Densities are those of the mixture over all targets, so overlapping targets count once.
 ///

@@ -29,6 +29,12 @@ inline V8 fresnel(F8 cos_i, const V8& n, const V8& k) {
   return {fresnel(cos_i, n.x, k.x), fresnel(cos_i, n.y, k.y), fresnel(cos_i, n.z, k.z)};
 }
 
+/// Reflectance at normal incidence.
+template <class Number>
+Number normal_reflectance(Number n, Number k) {
+  return ((n - 1) * (n - 1) + k * k) / ((n + 1) * (n + 1) + k * k);
+}
+
 /// Mean reflectance of all directions, weighted by the cosine. Error below 1e-3.
 Vec3 mean_fresnel(const Vec3& n, const Vec3& k);
 

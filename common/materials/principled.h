@@ -8,7 +8,8 @@
 // T and T' are the shares of light that a layer leaves to those below. They follow from the layer's directional albedo
 // E, so that white layers reflect all light. f is reciprocal.
 //
-// `burley` replaces T'·diffuse by that of Burley (Physically-Based Shading at Disney, 2012, 5.3), as in Blender before 4.0:
+// `burley` replaces T'·diffuse by that of Burley (Physically-Based Shading at Disney, 2012, 5.3), as in Blender
+// before 4.0:
 //   base/π · (1 + (r − ½)F(wo))(1 + (r − ½)F(wi)),  F(w) = (1 − cos)⁵,  r = roughness·(1 + wo·wi)
 // The gloss takes no light from it. So gloss and a bright base can reflect more light than arrives.
 //

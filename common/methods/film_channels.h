@@ -8,8 +8,8 @@
 //   light:G   light of light group G. light:rest is the light of all lights in no requested group
 //   albedo    reflectance of the first surface, whatever its kind (1 for clear glass)
 //   normal    its shading normal on the camera's side, in the scene's frame. With `flat`, the geometric normal
-//   features  input of a reconstruction: for half A, then for half B, the sums of the surface's albedo, of its normal and
-//             of 1/depth (7 channels), and of their squared lengths (3 channels)
+//   features  input of a reconstruction: for half A, then for half B, the sums of the surface's albedo, of its normal
+//             and of 1/depth (7 channels), and of their squared lengths (3 channels)
 //   depth     its distance from the camera's plane, along the view direction ("camera z"), in scene units
 //   id        1 + the index of its object in the document
 // The last five are 0 where a camera ray hits nothing.

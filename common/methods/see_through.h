@@ -15,6 +15,8 @@
 namespace lightmill {
 
 inline constexpr std::uint32_t kNoGeometry = 0xffffffff;
+/// Surfaces or boundaries in a row that do not stop a ray. More are endless copies.
+inline constexpr std::uint32_t kMaxPassed = 1000;
 
 /// The decision of a path's segment to vertex v. The numbers lie between connection_decision and kLensDecision
 /// (tracer/sample_plan.h).

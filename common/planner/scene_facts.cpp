@@ -9,6 +9,7 @@
 
 #include "common/base/overloaded.h"
 #include "common/base/text.h"
+#include "common/materials/conductor.h"
 #include "common/math/transcendental.h"
 #include "common/math/vec.h"
 #include "common/planner/narrow_lobes.h"
@@ -33,7 +34,9 @@ std::string_view noun_of(const Material& material) {
   return std::visit(
       Overloaded{[](const MirrorMaterial&) { return "mirror"; }, [](const ConductorMaterial&) { return "metal"; },
                  [](const PrincipledMaterial& m) { return m.metallic > 0 ? "metal" : "surface"; },
-                 [](const auto&) { return "surface"; }},
+                 [](const OneOf<DiffuseMaterial, DielectricMaterial, PhongMaterial, HoldoutMaterial> auto&) {
+                   return "surface";
+                 }},
       material.kind);
 }
 
@@ -60,9 +63,7 @@ std::array<double, 3> albedo_of(const Material& material) {
                    return of({d.r + s.r, d.g + s.g, d.b + s.b});
                  },
                  [&](const ConductorMaterial& m) {
-                   const auto at_normal = [](double n, double k) {
-                     return ((n - 1) * (n - 1) + k * k) / ((n + 1) * (n + 1) + k * k);
-                   };
+                   const auto at_normal = conductor::normal_reflectance<double>;
                    return std::array<double, 3>{at_normal(m.eta.r, m.k.r), at_normal(m.eta.g, m.k.g),
                                                 at_normal(m.eta.b, m.k.b)};
                  },
@@ -83,12 +84,6 @@ std::array<double, 3> albedo_of(const Material& material) {
 bool is_textured(const Material& material) {
   return std::ranges::any_of(colors_of(material), [](const auto* color) { return color->texture != kNoTexture; }) ||
          material.roughness_map.texture != kNoTexture || material.metallic_map.texture != kNoTexture;
-}
-
-double ior_of(const Material& material) {
-  return std::visit(Overloaded{[](const DielectricMaterial& m) { return m.ior; },
-                               [](const PrincipledMaterial& m) { return m.ior; }, [](const auto&) { return 1.0; }},
-                    material.kind);
 }
 
 /// Facts of the materials in use.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/status.h"
+#include "common/image/decoder/compressed_mesh.h"
 #include "common/scene/document.h"
 #include "common/scene_io/faults.h"
 #include "common/scene_io/mtl.h"
@@ -48,8 +49,8 @@ struct LoadedScene {
 /// Sets the scene's camera, and the film's width if the camera has an aspect.
 void use_camera(const NamedCamera& camera, Scene& scene);
 
-/// Sets the scene's camera as `--camera` says: the name of one of `loaded.cameras`, its number from 1, `auto` for a view
-/// of all, else a JSON file with a camera.
+/// Sets the scene's camera as `--camera` says: the name of one of `loaded.cameras`, its number from 1, `auto` for a
+/// view of all, else a JSON file with a camera.
 Status choose_camera(const std::string& wanted, const SceneFiles& files, LoadedScene& loaded);
 
 /// A file's ending in lower case, as ".json". Empty if it has none.
@@ -68,6 +69,7 @@ struct LoadOptions {
   std::optional<AnimationMoment> moment;       ///< of glTF files; none: nodes and meshes as they are modelled
   bool strict = false;                         ///< refuses files with faults
   const SceneFiles* files = &files_on_disk();  ///< the files that can be read; must outlive the call
+  MeshDecoder decode_mesh = {};                ///< of glTF files; without one, compressed meshes are refused
 };
 
 /// Loads a scene from:

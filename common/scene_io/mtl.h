@@ -89,9 +89,9 @@ enum class KaMeaning { automatic, emission, ambient };
 /// - others: diffuse, with a notice
 /// With Pr or Pm: principled, whatever illum is. It transmits if illum means glass (4).
 ///
-/// The opacity is d (else 1 − Tr) times map_d. Materials that light enters have none. map_d is the alpha channel if it is
-/// the file of map_Kd, else the luminance. If no material is visible at all, d is left out with a notice, because some
-/// programs write it the other way round.
+/// The opacity is d (else 1 − Tr) times map_d. Materials that light enters have none. map_d is the alpha channel if it
+/// is the file of map_Kd, else the luminance. If no material is visible at all, d is left out with a notice, because
+/// some programs write it the other way round.
 ///
 /// norm is a normal map, and map_Bump and bump are heights times -bm. A bump map whose name says so is read as a normal
 /// map, because programs write these there.

@@ -60,11 +60,12 @@ struct ApiServer::Parts {
   Parts(Runtime& runtime, const ApiOptions& options)
       : loop(runtime.loop()),
         workers(std::make_shared<WorkerStreams>(runtime)),
-        access(runtime),
-        scaler(runtime),
-        renders(runtime),
+        access(runtime, threads),
+        scaler(runtime, threads),
+        renders(runtime, threads),
         readiness(std::make_shared<Readiness>(options.on_ready)) {}
   FarmLoop& loop;
+  SideThreads threads;
   const std::shared_ptr<WorkerStreams> workers;
   UnaryCalls<v1::AccessService> access;
   ScalerServiceImpl scaler;

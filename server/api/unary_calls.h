@@ -7,12 +7,13 @@
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
+#include "server/api/side_threads.h"
 #include "server/operations/operation.h"
 
 namespace lightmill {
 
 /// Answers one call of the operation, after the gate has admitted it.
-grpc::ServerUnaryReactor* answer_unary(Runtime& runtime, const Operation& operation,
+grpc::ServerUnaryReactor* answer_unary(Runtime& runtime, SideThreads& threads, const Operation& operation,
                                        grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
                                        grpc::ByteBuffer* reply);
 
@@ -20,7 +21,7 @@ grpc::ServerUnaryReactor* answer_unary(Runtime& runtime, const Operation& operat
 template <class Service>
 class UnaryCalls : public Service::CallbackService {
  public:
-  explicit UnaryCalls(Runtime& runtime) {
+  UnaryCalls(Runtime& runtime, SideThreads& threads) {
     using Handler = grpc::internal::CallbackUnaryHandler<grpc::ByteBuffer, grpc::ByteBuffer>;
     const auto* const service =
         google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(Service::service_full_name());
@@ -29,9 +30,9 @@ class UnaryCalls : public Service::CallbackService {
       if (rule.service == service->full_name() && !operation.traits.http_only) {
         this->MarkMethodRawCallback(
             service->FindMethodByName(std::string(rule.method))->index(),
-            new Handler([&runtime, &operation](grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
-                                               grpc::ByteBuffer* reply) {
-              return answer_unary(runtime, operation, *context, *request, reply);
+            new Handler([&runtime, &threads, &operation](grpc::CallbackServerContext* context,
+                                                         const grpc::ByteBuffer* request, grpc::ByteBuffer* reply) {
+              return answer_unary(runtime, threads, operation, *context, *request, reply);
             }));
       }
     }

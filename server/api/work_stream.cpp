@@ -24,18 +24,6 @@ bool traces() {
   return spdlog::should_log(spdlog::level::debug);
 }
 
-/// DATA_LOSS unless a result has the hash that its worker sent.
-Status check_hash(const WorkerMessage& message) {
-  const auto* result = std::get_if<WorkerResult>(&message);
-  if (result == nullptr) {
-    return ok_status();
-  }
-  const Hash128 actual = hash_of(result->node);
-  return actual == result->hash ? ok_status()
-                                : data_loss("a result of job {} arrived damaged: hash {} instead of {}",
-                                            result->key.job.value, actual.hex(), result->hash.hex());
-}
-
 }  // namespace
 
 void WorkStream::start() {
@@ -107,8 +95,8 @@ void WorkStream::OnReadDone(bool ok) {
   owner_.loop_.traffic().results_in += bytes;
   Result<WorkerMessage> message = from_wire(request_);
   Status status = message.status();
-  if (status.ok()) {
-    status = check_hash(*message);
+  if (auto* const result = status.ok() ? std::get_if<WorkerResult>(&*message) : nullptr) {
+    result->damaged = !has_its_hash(*result);
   }
   if (status.ok() && std::holds_alternative<WorkerHello>(*message) == greeted_) {
     status = greeted_ ? invalid_argument("a second hello on one stream")

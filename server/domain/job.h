@@ -74,11 +74,13 @@ class Job {
   const Refusals& refusals() const { return refusals_; }
   /// A worker of this identity was lost with this lease, whose work may be the cause.
   Losses::Blame suspect(const Lease& lost, const std::string& identity);
-  void refused(const std::string& identity, const std::string& worker, const std::string& reason, bool certain) {
-    refusals_.add(identity, worker, reason, certain);
+  void refused(const std::string& identity, const std::string& worker, const std::string& reason,
+               Refusals::Cause cause) {
+    refusals_.add(identity, worker, reason, cause);
   }
   void left_to_others(const std::string& identity, Time now) { refusals_.left_to_others(identity, now); }
   void held_in_silence(const std::string& identity, Time now) { refusals_.held_in_silence(identity, now); }
+  Duration add_silence(const std::string& identity, Duration time) { return refusals_.add_silence(identity, time); }
 
   // ---- film: its outline is always in memory, and its values while the job is active ----
   const FilmOutline& outline() const;
@@ -120,7 +122,7 @@ class Job {
   void choose_method(const PilotReport& report, double seconds, const std::string& identity);
   /// A worker has this lease. This shows that the job's class is stored, because leases wait for that. An earlier lease
   /// proves nothing: the class may have been taken back and fixed again.
-  void came_back(LeaseId lease) { digest_durable_ = digest_durable_ || lease >= bound_at_; }
+  void came_back(LeaseId lease) { digest_durable_ = digest_durable_ || lease > bound_at_; }
 
   // ---- leases and active time ----
   const std::set<LeaseId>& leases() const { return leases_; }

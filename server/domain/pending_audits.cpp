@@ -128,7 +128,9 @@ void PendingAudits::unlist(const Key& key, const Entry& entry) {
 
 void PendingAudits::open(const Key& key, Claim first, bool chosen) {
   const auto [at, fresh] = entries_.try_emplace(key);
-  if (!fresh) {
+  if (fresh) {
+    ranges_[key.tile].insert(key.range);
+  } else {
     unlist(key, at->second);
   }
   at->second = Entry{{std::move(first)}, {}, {}, chosen};
@@ -156,15 +158,22 @@ std::optional<LeaseId> PendingAudits::close(const Key& key) {
   unlist(key, found->second);
   const std::optional<LeaseId> lease = found->second.lease;
   entries_.erase(found);
+  const auto of_tile = ranges_.find(key.tile);
+  of_tile->second.erase(key.range);
+  if (of_tile->second.empty()) {
+    ranges_.erase(of_tile);
+  }
   return lease;
 }
 
 std::vector<std::pair<PendingAudits::Key, std::optional<LeaseId>>> PendingAudits::close_within(TileId tile,
                                                                                                SampleRange range) {
   std::vector<Key> within;
-  for (const auto& [key, entry] : entries_) {
-    if (key.tile == tile && range.contains(key.range)) {
-      within.push_back(key);
+  if (const auto of_tile = ranges_.find(tile); of_tile != ranges_.end()) {
+    for (const SampleRange& each : of_tile->second) {
+      if (range.contains(each)) {
+        within.push_back({each, tile});
+      }
     }
   }
   std::vector<std::pair<Key, std::optional<LeaseId>>> closed;

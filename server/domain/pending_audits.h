@@ -142,6 +142,7 @@ class PendingAudits {
   static std::vector<std::string> losers(const Entry& entry);
 
   std::map<Key, Entry> entries_;
+  std::map<TileId, std::set<SampleRange>> ranges_;  ///< of the entries of each tile
   struct Group {
     std::string fingerprint_class;
     std::set<std::string> excluded;  ///< identities that may not audit these places

@@ -142,7 +142,12 @@ std::optional<LeaseId> Sessions::take_back_held(Worker& worker, const WorkerHell
     if (other_process) {
       life_cycle_.lose_lease(id, false, event);
     } else {
+      const Lease ended = leases_.at(id);
+      const bool worked_on = leases_.is_worked_on(ended);
       life_cycle_.end_lease(id, {.lost = true}, event);
+      if (worked_on) {
+        life_cycle_.given_back(ended, event);
+      }
     }
   }
   if (!unwanted.leases.empty()) {
@@ -260,7 +265,7 @@ void Sessions::overran(Worker& worker, const Lease& lease, TileId tile, const Ev
   job.plan().cut_to_one_sample(tile, worker.identity());
   queue_.refresh(job);
   if (range.count() == 1) {
-    job.refused(worker.identity(), worker.name(), reason, false);
+    job.refused(worker.identity(), worker.name(), reason, Refusals::Cause::overrun);
     life_cycle_.withdraw(job, worker, event);
   }
   scheduler_.serve_all(event);
@@ -273,7 +278,7 @@ void Sessions::pilot_overran(Worker& worker, const Lease& lease, const Event& ev
                   fmt::join(job.record().method_notes.candidates, ", "), limits_.tile_cpu_seconds);
   event.warn(about(job.id(), worker.name(), lease.id), "worker {}: {}", worker.name(), reason);
   leases_.end(lease.id, {.cancel = true}, event);
-  job.refused(worker.identity(), worker.name(), reason, false);
+  job.refused(worker.identity(), worker.name(), reason, Refusals::Cause::overrun);
   life_cycle_.withdraw(job, worker, event);
   scheduler_.serve_all(event);
 }
@@ -285,7 +290,12 @@ void Sessions::give_back(Worker& worker, const WorkerReturn& message, const Even
   }
   Job& job = jobs_.at(lease->unit.job);
   worker.job(job.id()).describe = true;
+  const Lease ended = *lease;
+  const bool worked_on = leases_.is_worked_on(ended);
   leases_.end(message.lease, {}, event);
+  if (worked_on) {
+    life_cycle_.given_back(ended, event);
+  }
   life_cycle_.finish_if_complete(job, event);
   scheduler_.serve_all(event);
   scheduler_.serve(worker, event);
@@ -304,7 +314,7 @@ void Sessions::refuse(Worker& worker, const WorkerRefusal& refusal, const Event&
     worker.exclude(job->id(), reason);
     job->left_to_others(worker.identity(), event.now);
   } else {
-    job->refused(worker.identity(), worker.name(), reason, true);
+    job->refused(worker.identity(), worker.name(), reason, Refusals::Cause::claim);
   }
   life_cycle_.withdraw(*job, worker, event);
   scheduler_.serve_all(event);

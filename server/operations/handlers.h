@@ -18,8 +18,9 @@ inline constexpr std::uint64_t kMostInspectedBytes = std::uint64_t{512} << 20;
 
 /// FAILED_PRECONDITION if a file is missing, RESOURCE_EXHAUSTED if they have too many bytes. Blocks on the disk.
 Status check_files(const InspectionRequest& request, const AssetStore& assets);
-Result<Apply> inspect_scene(Runtime& runtime, v1::InspectSceneRequest& request, v1::InspectSceneResponse* reply);
-Result<Apply> submit_job(Runtime& runtime, v1::SubmitJobRequest& request, v1::Job* reply);
+Result<Apply> inspect_scene(Runtime& runtime, const Call& call, v1::InspectSceneRequest& request,
+                            v1::InspectSceneResponse* reply);
+Result<Apply> submit_job(Runtime& runtime, const Call& call, v1::SubmitJobRequest& request, v1::Job* reply);
 
 // Jobs.
 Status list_jobs(OperationContext& operation, const v1::ListJobsRequest& request, v1::ListJobsResponse* reply);

@@ -33,7 +33,7 @@ struct Handler {
   std::function<CallSubject(const WireMessage&)> about;  ///< what a request names: a job, worker or token
   bool of_job = false;                                   ///< it names a job, which the caller must be allowed to use
   /// First step, on the caller's thread, which it may block. Returns an empty Apply if nothing is left to do.
-  std::function<Result<Apply>(Runtime&, WireMessage& request, WireMessage& reply)> begin;
+  std::function<Result<Apply>(Runtime&, const Call&, WireMessage& request, WireMessage& reply)> begin;
 };
 
 /// Properties that differ from most operations.

@@ -31,7 +31,7 @@ void OperationCall::start(Call call, Done done) {
   call_ = std::move(call);
   done_ = std::move(done);
   const std::uint64_t bytes = request_->ByteSizeLong();  // the first step may free them
-  Result<Apply> apply = operation_.handler.begin(runtime_, *request_, *reply_);
+  Result<Apply> apply = operation_.handler.begin(runtime_, call_, *request_, *reply_);
   if (!apply.ok() || *apply == nullptr) {
     return finish(apply.status());
   }

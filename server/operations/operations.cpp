@@ -9,33 +9,34 @@ namespace lightmill {
 namespace {
 
 template <class Request, class Reply>
-Handler handler_of(std::function<Result<Apply>(Runtime&, Request&, Reply*)> begin) {
+Handler handler_of(std::function<Result<Apply>(Runtime&, const Call&, Request&, Reply*)> begin) {
   return {&Request::default_instance(), &Reply::default_instance(), [](const WireMessage&) { return CallSubject(); },
           false,
-          [begin = std::move(begin)](Runtime& runtime, WireMessage& request, WireMessage& reply) {
-            return begin(runtime, static_cast<Request&>(request), static_cast<Reply*>(&reply));
+          [begin = std::move(begin)](Runtime& runtime, const Call& call, WireMessage& request, WireMessage& reply) {
+            return begin(runtime, call, static_cast<Request&>(request), static_cast<Reply*>(&reply));
           }};
 }
 
 /// Runs only on the caller's thread.
 template <class Request, class Reply>
 Handler at_once(Status (*answer)(Runtime&, const Request&, Reply*)) {
-  return handler_of<Request, Reply>([answer](Runtime& runtime, Request& request, Reply* reply) -> Result<Apply> {
-    LM_RETURN_IF_ERROR(answer(runtime, request, reply));
-    return Apply();
-  });
+  return handler_of<Request, Reply>(
+      [answer](Runtime& runtime, const Call&, Request& request, Reply* reply) -> Result<Apply> {
+        LM_RETURN_IF_ERROR(answer(runtime, request, reply));
+        return Apply();
+      });
 }
 
 /// Starts on the caller's thread, and ends on the farm thread.
 template <class Request, class Reply>
-Handler in_two_steps(Result<Apply> (*begin)(Runtime&, Request&, Reply*)) {
+Handler in_two_steps(Result<Apply> (*begin)(Runtime&, const Call&, Request&, Reply*)) {
   return handler_of<Request, Reply>(begin);
 }
 
 /// Runs on the farm thread.
 template <class Request, class Reply>
 Handler on_farm(Status (*apply)(OperationContext&, const Request&, Reply*)) {
-  return handler_of<Request, Reply>([apply](Runtime&, Request& request, Reply* reply) -> Result<Apply> {
+  return handler_of<Request, Reply>([apply](Runtime&, const Call&, Request& request, Reply* reply) -> Result<Apply> {
     return Apply([apply, &request, reply](OperationContext& operation) { return apply(operation, request, reply); });
   });
 }

@@ -72,6 +72,15 @@ Status Gate::take_request(const Identity& caller, const std::string& peer) const
   return limits_.take_request(caller_key(caller, peer), clock_.now());
 }
 
+Status Gate::check_priority(const Identity& caller, std::int32_t priority) const {
+  return priority <= options_.user_priority || caller.roles.has_any({Role::operate, Role::admin})
+             ? ok_status()
+             : make_error(
+                   StatusCode::kPermissionDenied,
+                   "priority {} is above {}, the highest that a user may give (--user-priority): ask an operator",
+                   priority, options_.user_priority);
+}
+
 void Gate::charge_entries(const Call& call, std::size_t entries) const {
   const MutexLock lock(mutex_);
   limits_.charge_entries(caller_key(call.caller, call.peer), entries, clock_.now());

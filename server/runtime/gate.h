@@ -21,7 +21,8 @@ struct GateOptions {
   bool authenticates = false;  ///< callers must authenticate; otherwise a caller without credentials may do everything
   bool accepts_certificates = false;  ///< an authority signs client certificates
   CallLimitOptions calls;
-  bool accepts_tokens = true;  ///< false if the connection is not encrypted, so that others could read tokens
+  std::int32_t user_priority = 10;  ///< the highest priority that a caller who may not operate the farm gives a job
+  bool accepts_tokens = true;       ///< false if the connection is not encrypted, so that others could read tokens
 };
 
 /// Credentials of a call.
@@ -67,6 +68,9 @@ class Gate {
   Status set_caller(const std::string& peer, const Identity& caller) const { return on_identified_(peer, caller); }
   /// Counts one request against the caller's limits. RESOURCE_EXHAUSTED.
   Status take_request(const Identity& caller, const std::string& peer) const;
+  /// PERMISSION_DENIED if the caller may not give a job this priority.
+  Status check_priority(const Identity& caller, std::int32_t priority) const;
+  std::int32_t user_priority() const { return options_.user_priority; }
   /// Like CallLimits::charge_entries.
   void charge_entries(const Call& call, std::size_t entries) const;
   /// Whether an admitted identity is still valid, while its stream lasts.

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/clock.h"
 #include "common/base/status.h"
 #include "common/security/tls_files.h"
 #include "server/runtime/runtime.h"
@@ -22,6 +23,7 @@ struct WebOptions {
   std::size_t connections = 1'024;  ///< limit
   /// Memory limits: pictures that are made or downloaded, and pictures that open pages show.
   std::uint64_t file_bytes = std::uint64_t{2} << 30, view_bytes = std::uint64_t{1} << 30;
+  Duration patience = std::chrono::seconds(30);  ///< a connection is closed after this time of silence
 };
 
 struct WebParts;

@@ -121,7 +121,7 @@ TEST(SceneFuzz, DamagedGltfScenesAreReadOrRefused) {
                                                     "4294967296",
                                                     "null"};
   std::vector<std::string> originals;
-  for (const char* name : {"all.gltf", "all.glb", "posed.gltf", "compressed.gltf"}) {
+  for (const char* name : {"all.gltf", "all.glb", "posed.gltf", "compressed.gltf", "draco.gltf"}) {
     originals.push_back(read_file(test::source_file(std::string("tests/fuzz/seeds/gltf/") + name)).value());
     EXPECT_TRUE(fuzz::try_gltf(originals.back())) << name;
   }

@@ -360,6 +360,7 @@ void ServerSide::receive(const std::shared_ptr<Stream>& stream, WorkerMessage me
     world_.trace("{} sends job {}, tile {}, samples [{}, {})", workers_[stream->worker].name, result->key.job.value,
                  result->key.tile.value, result->key.range.first(), result->key.range.end());
     falsify(*stream, *result);
+    result->damaged = !has_its_hash(*result);
   }
   if (const auto* refusal = std::get_if<WorkerRefusal>(&message)) {
     checks_.refusal_came(*stream, *refusal);

@@ -18,9 +18,9 @@ struct InspectionHooks {
   std::function<Status(const std::map<Sha256, std::string>& assets)> upload;
 };
 
-/// Reads only the files of the request. INVALID_ARGUMENT if they are wrong, RESOURCE_EXHAUSTED if they exceed `limits`.
-/// Otherwise the errors of `hooks`. Its time and memory depend on the files, so it runs in a scene reader
-/// (scene_reader.h).
+/// Reads only the files of the request. INVALID_ARGUMENT if they are wrong, RESOURCE_EXHAUSTED if they exceed `limits`,
+/// FAILED_PRECONDITION if this worker cannot decode their images or meshes. Otherwise the errors of `hooks`. Its time and
+/// memory depend on the files, so it runs in a scene reader (scene_reader.h).
 Result<Inspection> inspect_scene(const InspectionRequest& request, const SceneLimits& limits, DecoderProcess& images,
                                  const InspectionHooks& hooks);
 

@@ -76,7 +76,7 @@ class CausticEstimator : public photons::GatherEstimator {
 
 std::unique_ptr<Method> make_caustic_method(ScenePointer scene, const MethodSettings& settings,
                                             const MethodSpec& spec) {
-  return photons::make_photon_method<CausticEstimator>(std::move(scene), settings, spec, photons::PhotonKind::caustic);
+  return photons::make_photon_method<CausticEstimator>(std::move(scene), settings, spec, photons::kCausticPhotons);
 }
 
 }  // namespace lightmill

@@ -1,8 +1,8 @@
 // Deterministic direct light of all lights, with hard shadows.
 //
 //   - Point, spot, cosine-power, IES and directional lights are evaluated as they are.
-//   - Emissive objects act as points (lights/emitter_points.h). They cast no shadows in their own light, and do not light
-//     themselves.
+//   - Emissive objects act as points (lights/emitter_points.h). They cast no shadows in their own light, and do not
+//     light themselves.
 //   - Emissive planes, spheres with an emission texture, and emitters whose opacity varies are visible but light
 //     nothing.
 //   - The environment is the background. It also lights every surface evenly and without shadows, as if its mean

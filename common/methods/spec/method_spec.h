@@ -31,6 +31,7 @@ struct MethodSpec {
   std::optional<double> radius;
 };
 inline constexpr std::uint32_t kMostPhotons = 1u << 22;  ///< in a pass
+inline constexpr std::uint32_t kLeastDefaultPhotons = 4096, kMostDefaultPhotons = 65536;
 
 /// Placeholder for the method that the planner chooses for the scene, before anything is rendered.
 inline constexpr std::string_view kAutoMethod = "auto";

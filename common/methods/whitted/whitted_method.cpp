@@ -14,8 +14,8 @@
 // Weaknesses
 //   - Indirect light between surfaces is missing, and so is light that media scatter.
 //   - All shadows are hard, also those of glass.
-//   - Rough metal, glass and coats are shaded as in `raycast`, without reflections. Where a roughness texture makes them
-//     smooth, reflections are followed.
+//   - Rough metal, glass and coats are shaded as in `raycast`, without reflections. Where a roughness texture makes
+//     them smooth, reflections are followed.
 //
 // Example
 //   lightmill render scenes/cornell-bench-balls.json --method whitted --spp 16 -o balls.exr

@@ -65,7 +65,7 @@ class MediumTable {
   }
   V8 transmittance(U8 medium, F8 length) const { return transmittance(extinction(medium), length); }
 
-  /// The paths that are in more media than are kept. They stay so whatever they cross, and count as outside of all media.
+  /// The paths that are in more media than are kept. They stay so whatever they cross, and count as outside all media.
   static M8 overfull(const Media8& media) { return media.high == U8(0xffffffffu); }
 
   static Media8 entered(const Media8& media, U8 medium);

@@ -26,7 +26,7 @@ struct DirectionalLight {
   RgbColor irradiance;          ///< W/m² on a surface that faces it
   double angle_degrees = 0;     ///< the disk's angular diameter, in [0, 180]; 0: parallel
 };
-/// A cone of light from a point or a sphere: full within cutoff · (1 − blend), then falling smoothly to zero at the cutoff.
+/// A cone of light from a point or a sphere: full within cutoff · (1 − blend), then falling smoothly to zero at cutoff.
 struct SpotLight {
   Point3d position{0, 0, 0};
   Point3d direction{0, -1, 0};

@@ -13,7 +13,8 @@ std::vector<const TexturedColor*> colors_of(const Material& material) {
                         [&](const PhongMaterial& m) {
                           out.insert(out.end(), {&m.diffuse, &m.specular});
                         },
-                        [&](const PrincipledMaterial& m) { out.push_back(&m.base_color); }, [](const auto&) {}},
+                        [&](const PrincipledMaterial& m) { out.push_back(&m.base_color); },
+                        [](const OneOf<DielectricMaterial, ConductorMaterial, HoldoutMaterial> auto&) {}},
              material.kind);
   return out;
 }
@@ -29,10 +30,26 @@ std::optional<double> uniform_opacity(const Opacity& opacity) {
 }
 
 bool is_boundary(const Material& material) {
-  if (const auto* principled = std::get_if<PrincipledMaterial>(&material.kind)) {
-    return principled->transmission > 0 && (principled->metallic < 1 || material.metallic_map.texture != kNoTexture);
-  }
-  return std::holds_alternative<DielectricMaterial>(material.kind);
+  return std::visit(
+      Overloaded{
+          [](const DielectricMaterial&) { return true; },
+          [&](const PrincipledMaterial& m) {
+            return m.transmission > 0 && (m.metallic < 1 || material.metallic_map.texture != kNoTexture);
+          },
+          [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial, HoldoutMaterial> auto&) {
+            return false;
+          }},
+      material.kind);
+}
+
+double ior_of(const Material& material) {
+  return std::visit(
+      Overloaded{
+          [](const OneOf<DielectricMaterial, PrincipledMaterial> auto& m) { return m.ior; },
+          [](const OneOf<DiffuseMaterial, MirrorMaterial, PhongMaterial, ConductorMaterial, HoldoutMaterial> auto&) {
+            return 1.0;
+          }},
+      material.kind);
 }
 
 RgbColor absorption_of_color(const RgbColor& color) {

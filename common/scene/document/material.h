@@ -168,6 +168,9 @@ std::vector<const TexturedColor*> colors_of(const Material& material);
 /// Whether light passes into the shape: a dielectric, or a principled material that transmits.
 bool is_boundary(const Material& material);
 
+/// Index of refraction of the inside. 1 for kinds without one.
+double ior_of(const Material& material);
+
 /// σ = 1/ρ − 1 of each component in [0, 1], at most kMaxAbsorption.
 RgbColor absorption_of_color(const RgbColor& color);
 

@@ -12,7 +12,7 @@
 namespace lightmill {
 namespace {
 
-constexpr std::array<std::string_view, 13> kKnownExtensions{"KHR_lights_punctual",
+constexpr std::array<std::string_view, 14> kKnownExtensions{"KHR_lights_punctual",
                                                             "KHR_materials_clearcoat",
                                                             "KHR_materials_emissive_strength",
                                                             "KHR_materials_ior",
@@ -22,6 +22,7 @@ constexpr std::array<std::string_view, 13> kKnownExtensions{"KHR_lights_punctual
                                                             "KHR_materials_volume",
                                                             "KHR_texture_transform",
                                                             "KHR_mesh_quantization",
+                                                            kDraco,
                                                             kMeshopt,
                                                             kWebpTextures,
                                                             kDdsTextures};
@@ -248,7 +249,7 @@ Result<LoadedScene> read_gltf(std::string bytes, const std::string& file_name, c
                               FileSource files) {
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<GltfData> data,
                       GltfData::open(std::move(bytes), file_name, at_most(kMostReadBytes, std::move(files)),
-                                     options.most_shared_bytes));
+                                     options.decode_mesh, options.most_shared_bytes));
   return GltfScene(*data, file_name).read(options);
 }
 

@@ -8,7 +8,8 @@ namespace lightmill {
 
 struct GltfOptions {
   std::optional<AnimationMoment> moment = {};
-  bool light_the_dark = true;  ///< adds a sky if nothing lights the scene
+  bool light_the_dark = true;    ///< adds a sky if nothing lights the scene
+  MeshDecoder decode_mesh = {};  ///< without one, files with compressed meshes are refused
   /// The most bytes that accessors read, beyond 8 times those of the file's buffers. Accessors may share bytes, and
   /// meshes in many poses read theirs for each.
   std::uint64_t most_shared_bytes = kMostSharedBytes;

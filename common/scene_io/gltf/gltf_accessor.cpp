@@ -28,22 +28,6 @@ enum ComponentType : std::uint32_t {
   kFloat = 5126,
 };
 
-std::size_t bytes_of(std::uint64_t type) {
-  switch (type) {
-    case kInt8:
-    case kUint8:
-      return 1;
-    case kInt16:
-    case kUint16:
-      return 2;
-    case kUint32:
-    case kFloat:
-      return 4;
-    default:
-      return 0;
-  }
-}
-
 template <class T>
 double component(const char* at, bool normalized) {
   T value;
@@ -161,7 +145,7 @@ GltfData::Accessor GltfData::accessor(const JsonNode& index, std::size_t compone
   out.count = at["count"].whole(0, 1, kMaxCount);
   out.type = at["componentType"].whole(0, kInt8, kFloat);
   out.normalized = at["normalized"].boolean(false);
-  const std::size_t size = bytes_of(out.type) * components;
+  const std::size_t size = component_bytes(out.type) * components;
   if (!at.present() || !status().ok()) {
     index.fail("an accessor is expected");
     return {};
@@ -174,7 +158,15 @@ GltfData::Accessor GltfData::accessor(const JsonNode& index, std::size_t compone
     at["type"].fail(fmt::format("{} is expected here, got \"{}\"", type_name(components), type.substr(0, 40)));
     return {};
   }
-  if (!at["bufferView"].present()) {
+  if (const auto decompressed = attributes_.find(index.path()); decompressed != attributes_.end()) {
+    out.bytes = decompressed->second;
+    out.stride = size;
+    if (out.count * size > out.bytes.size()) {
+      at["count"].fail(
+          fmt::format("{} elements are expected, the compressed data have {}", out.count, out.bytes.size() / size));
+      return {};
+    }
+  } else if (!at["bufferView"].present()) {
     zero_elements_ += out.count;
     if (zero_elements_ > kMaxZeroElements) {
       at["count"].fail(fmt::format("accessors without data have more than {} elements", kMaxZeroElements));
@@ -188,7 +180,7 @@ GltfData::Accessor GltfData::accessor(const JsonNode& index, std::size_t compone
     const JsonNode which = sparse["indices"], what = sparse["values"];
     Accessor indices, values;
     const std::uint64_t type = which["componentType"].whole(0, kUint8, kUint32);
-    const std::size_t index_bytes = type == kInt16 ? 0 : bytes_of(type);
+    const std::size_t index_bytes = type == kInt16 ? 0 : component_bytes(type);
     if (count == 0 || index_bytes == 0 ||
         !find_elements(which, which["bufferView"], count, index_bytes, index_bytes, indices) ||
         !find_elements(what, what["bufferView"], count, size, size, values)) {
@@ -233,7 +225,8 @@ std::vector<std::array<double, n>> GltfData::vectors(const JsonNode& index,
 /// Counts bytes that are read. Reports an error if they are too many.
 bool GltfData::may_read(const JsonNode& index, std::uint64_t bytes) const {
   read_bytes_ += bytes;
-  const std::uint64_t most = most_shared_bytes_ + kMostReadings * (buffer_bytes_ + kMaxMeshoptBytes - meshopt_budget_);
+  const std::uint64_t decoded = (kMaxMeshoptBytes - meshopt_budget_) + (kMaxDracoBytes - draco_budget_);
+  const std::uint64_t most = most_shared_bytes_ + kMostReadings * (buffer_bytes_ + decoded);
   if (read_bytes_ > most) {
     index.fail(fmt::format("the file's accessors share bytes, and would read more than {} of them", human_bytes(most)));
   }
@@ -244,15 +237,15 @@ bool GltfData::may_read(const JsonNode& index, std::uint64_t bytes) const {
 template <std::size_t n>
 std::vector<std::array<double, n>> GltfData::read(const JsonNode& index, const Accessor& from,
                                                   const std::span<const std::uint32_t>* which) const {
-  const std::size_t component_bytes = bytes_of(from.type);
+  const std::size_t size = component_bytes(from.type);
   const std::size_t count = which != nullptr ? which->size() : from.count;
-  if (!may_read(index, count * component_bytes * n)) {
+  if (!may_read(index, count * size * n)) {
     return {};
   }
   std::vector<std::array<double, n>> out(count);
   const auto read_one = [&](const char* at, std::array<double, n>& element) {
     for (std::size_t k = 0; k < n; ++k) {
-      element[k] = component(from.type, at + k * component_bytes, from.normalized);
+      element[k] = component(from.type, at + k * size, from.normalized);
     }
   };
   if (!from.bytes.empty()) {
@@ -271,7 +264,7 @@ std::vector<std::array<double, n>> GltfData::read(const JsonNode& index, const A
       }
       place = static_cast<std::size_t>(found - which->begin());
     }
-    read_one(from.replacements.data() + i * component_bytes * n, out[place]);
+    read_one(from.replacements.data() + i * size * n, out[place]);
   }
   return out;
 }

@@ -82,10 +82,12 @@ std::string decode_percent(std::string_view uri) {
 
 }  // namespace
 
-GltfData::GltfData(std::string bytes, std::string file_name, FileSource files, std::uint64_t most_shared_bytes)
+GltfData::GltfData(std::string bytes, std::string file_name, FileSource files, MeshDecoder decode_mesh,
+                   std::uint64_t most_shared_bytes)
     : bytes_(std::move(bytes)),
       file_name_(std::move(file_name)),
       files_(std::move(files)),
+      decode_mesh_(std::move(decode_mesh)),
       most_shared_bytes_(most_shared_bytes),
       json_(std::make_unique<nlohmann::json>()),
       errors_(file_name_) {}
@@ -93,8 +95,9 @@ GltfData::GltfData(std::string bytes, std::string file_name, FileSource files, s
 GltfData::~GltfData() = default;
 
 Result<std::unique_ptr<GltfData>> GltfData::open(std::string bytes, const std::string& file_name, FileSource files,
-                                                 std::uint64_t most_shared_bytes) {
-  std::unique_ptr<GltfData> data(new GltfData(std::move(bytes), file_name, std::move(files), most_shared_bytes));
+                                                 MeshDecoder decode_mesh, std::uint64_t most_shared_bytes) {
+  std::unique_ptr<GltfData> data(
+      new GltfData(std::move(bytes), file_name, std::move(files), std::move(decode_mesh), most_shared_bytes));
   LM_RETURN_IF_ERROR(with_context(data->parse(), file_name));
   const JsonNode asset = data->root()["asset"];
   const std::string version = asset["version"].text();

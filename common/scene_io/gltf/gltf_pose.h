@@ -38,8 +38,8 @@ struct MeshPose {
   bool deforms() const { return weights != nullptr || joints != nullptr; }
 };
 
-/// The joints of a skin: each maps the mesh to the scene. `places`: the nodes of the scene, by path. Null, with a fault,
-/// if a joint is not in the scene.
+/// The joints of a skin: each maps the mesh to the scene. `places`: the nodes of the scene, by path. Null, with a
+/// fault, if a joint is not in the scene.
 std::shared_ptr<const std::vector<Transform>> joints_of(const GltfData& data, const JsonNode& skin,
                                                         const std::unordered_map<std::string, Transform>& places);
 

@@ -22,6 +22,14 @@ void JsonNode::fail(std::string_view what) const {
   }
 }
 
+void JsonNode::fail(const Status& error) const {
+  if (tolerant_) {
+    fail(message_of(error));
+  } else {
+    errors_->add(with_context(error, path_));
+  }
+}
+
 JsonNode JsonNode::operator[](std::string_view key) const {
   const nlohmann::json* member = nullptr;
   if (present()) {

@@ -27,8 +27,7 @@ class PbrtReader {
       return end.error("the scene has no WorldBegin");
     }
     return states_.empty() ? world_.finish(end)
-                           : states_.back().place.error("{} without its end",
-                                                        states_.back().object ? "ObjectBegin" : "AttributeBegin");
+                           : states_.back().place.error("{} without its end", states_.back().directive());
   }
 
  private:
@@ -42,6 +41,7 @@ class PbrtReader {
     PbrtState state;
     bool object;
     SourcePlace place;
+    std::string_view directive() const { return object ? "ObjectBegin" : "AttributeBegin"; }
   };
 
   static const std::map<std::string_view, Directive>& directives();
@@ -247,8 +247,12 @@ class PbrtReader {
     return ok_status();
   }
   Status pop(bool object, const SourcePlace& place) {
-    if (states_.empty() || states_.back().object != object) {
-      return place.error("{0}End without {0}Begin", object ? "Object" : "Attribute");
+    const std::string_view ended = object ? "Object" : "Attribute";
+    if (states_.empty()) {
+      return place.error("{0}End without {0}Begin", ended);
+    }
+    if (const Saved& open = states_.back(); open.object != object) {
+      return place.error("{}End, but the {} at {} is open", ended, open.directive(), open.place.text());
     }
     state_ = std::move(states_.back().state);
     states_.pop_back();

@@ -85,7 +85,7 @@ Status prepare_tables(Session& session, const Target& target, bool read_only) {
     return ok_status();
   }
   Session patient(target, {}, kMigrationPatience);
-  return format == kFormat7 ? upgrade_from_format_7(patient) : migrate_from_format_6(patient);
+  return migrate(patient, static_cast<int>(format));
 }
 
 }  // namespace

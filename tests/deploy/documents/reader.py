@@ -9,6 +9,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from patience import PATIENCE_S, wait_until
+from processes import FAULTS
 
 # Two commands for exceptions.py, and the environment that the last command has left.
 PRELUDE = r'''
@@ -120,5 +121,5 @@ class Reader:
             run.wait(PATIENCE_S)
 
     def judge(self, command, output, code, codes):
-        if code not in codes or "unknown" in output.lower():
+        if code not in codes or "unknown" in output.lower() or any(fault in output for fault in FAULTS):
             raise Failure(f"{command}\n  exit code {code}. It printed:\n{output[-3000:]}")

@@ -90,6 +90,10 @@ inline std::string port_in(const std::string& file) {
 class SharedFarmTest : public OnFarmTest {
  protected:
   std::string server() const override { return running().address; }
+  ~SharedFarmTest() override {
+    EXPECT_TRUE(running().coordinator.runs());
+    EXPECT_TRUE(running().worker->runs());
+  }
 
  private:
   struct Running {
@@ -109,8 +113,8 @@ class SharedFarmTest : public OnFarmTest {
     std::optional<BackgroundProcess> worker;
     std::string address;
   };
-  static const Running& running() {
-    static const Running one;
+  static Running& running() {
+    static Running one;
     return one;
   }
 };

@@ -129,7 +129,7 @@ std::string literal_of(const Hash128& hash) {
   return "'\\x" + text + "'";
 }
 
-TEST_F(PostgresStoreTest, ADatabaseOfFormat7IsUpgradedInPlace) {
+TEST_F(PostgresStoreTest, ADatabaseOfFormat7IsMigratedAndKept) {
   const std::shared_ptr<const Node> node = small_node(0, 0, 1);
   std::string before;
   {
@@ -153,6 +153,10 @@ TEST_F(PostgresStoreTest, ADatabaseOfFormat7IsUpgradedInPlace) {
     EXPECT_EQ(describe(load_with_films(*opened(options()).store).value()), before);
     EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), std::to_string(postgres::kFormat));
   }
+  // The way back: the old tables under their old name.
+  sql("DROP SCHEMA lightmill CASCADE; ALTER SCHEMA lightmill_format_7 RENAME TO lightmill");
+  EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), std::to_string(postgres::kFormat7));
+  EXPECT_EQ(describe(load_with_films(*opened(options()).store).value()), before);
 }
 
 TEST_F(PostgresStoreTest, ALostRowIsRefusedUntilTheLossIsAccepted) {

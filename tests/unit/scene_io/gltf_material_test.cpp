@@ -338,9 +338,9 @@ TEST(GltfScene, WrongValuesOfMaterialsAreIgnored) {
   };
   LoadedScene loaded;
   const std::string base = R"("pbrMetallicRoughness":{"roughnessFactor":0.25,)";
-  EXPECT_EQ(
-      of(base + R"("metallicFactor":2})", loaded),
-      "a.gltf: materials[0].pbrMetallicRoughness.metallicFactor: a number from 0 to 1 is expected, got 2; it is ignored");
+  EXPECT_EQ(of(base + R"("metallicFactor":2})", loaded),
+            "a.gltf: materials[0].pbrMetallicRoughness.metallicFactor: a number from 0 to 1 is expected, got 2; it is "
+            "ignored");
   const auto& kind = std::get<PrincipledMaterial>(loaded.scene.materials[0].kind);
   EXPECT_EQ(kind.metallic, 1);  // the default of glTF
   EXPECT_EQ(kind.roughness, 0.25);

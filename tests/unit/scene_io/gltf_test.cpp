@@ -63,8 +63,8 @@ TEST(GltfScene, NodeMistakesAreNamed) {
             "a.gltf: nodes[0].matrix: the matrix of an affine map is expected: its last row must be 0, 0, 0, 1");
   EXPECT_EQ(error(R"("scene":3,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}])"),
             "a.gltf: scene: an index into the 1 scenes is expected, got 3");
-  EXPECT_EQ(error(R"("extensionsRequired":["KHR_draco_mesh_compression"],"nodes":[{"mesh":0}])"),
-            "a.gltf: extensionsRequired[0]: the file requires KHR_draco_mesh_compression, which is not supported");
+  EXPECT_EQ(error(R"("extensionsRequired":["KHR_texture_basisu"],"nodes":[{"mesh":0}])"),
+            "a.gltf: extensionsRequired[0]: the file requires KHR_texture_basisu, which is not supported");
 }
 
 TEST(GltfScene, LightsHaveRadiometricUnits) {

@@ -223,6 +223,36 @@ TEST_F(OneIdentityTest, CannotGiveBackATileForever) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
+TEST_F(OneIdentityTest, CannotKeepATileByGivingItBackWhileOthersAreBusy) {
+  const JobId other = submit_unaudited("other work", 0, {0, 0, 64 * 100, 64});
+  const SessionId honest = join("honest", "b");
+  JobSpec small = spec("r1", 1, {0, 0, 64, 64});
+  small.verify_share = 0;
+  small.priority = 1;
+  const JobId job = submit(small);
+  const SessionId liar = join("liar", "a");
+  say(liar, WorkerRefusal{other, "too large", true});
+  const auto grants = [&] {
+    return std::ranges::count_if(got<LeaseGrant>(liar), [&](const LeaseGrant& grant) { return grant.unit.job == job; });
+  };
+  ASSERT_EQ(grants(), 1);
+  for (int i = 0; i < 2; ++i) {
+    for (int half = 0; half < 2; ++half) {
+      beat({honest, liar}, limits.result_patience() * 2 / 5);
+      answer_one(honest);
+    }
+    ASSERT_EQ(status(other).state, JobState::running);
+    for (const LeaseGrant& grant : got<LeaseGrant>(liar)) {
+      if (grant.unit.job == job) {
+        say(liar, WorkerReturn{grant.lease});
+      }
+    }
+    EXPECT_EQ(grants(), 2) << "the second time, others get it first";
+  }
+  answer(honest);
+  EXPECT_EQ(status(job).state, JobState::done);
+}
+
 TEST_F(OneIdentityTest, CannotLoseAnAuditForever) {
   const JobId job = submit_verified();
   const SessionId liar = join("liar", "a"), honest = join("honest", "c");

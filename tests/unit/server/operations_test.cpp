@@ -280,6 +280,59 @@ TEST_F(OperationCallTest, AFullDiskTakesNoNewJobs) {
   EXPECT_TRUE(submitted("meanwhile").ok());
 }
 
+TEST_F(OperationCallTest, AJobsAssetsCountForItsOwner) {
+  let_commits();
+  const auto send = [&](const std::string& user, const std::string& bytes) {
+    const auto upload = runtime->assets().start_upload(sha256(bytes), user).value();
+    return upload->append(as_byte_view(bytes)).ok() && upload->finish().ok();
+  };
+  const std::string worker(kUploadsOfWorkers), texture(400'000, 't'), other(90'000, 'o');
+  const auto submitted = [&](const std::string& asset) {
+    const auto asked = call(Rpc::submit_job);
+    JobSpec spec = job_of("ada");
+    spec.settings.assets = {sha256(asset)};
+    spec.request_id = spec.settings.assets->front().hex();
+    to_wire(spec, &static_cast<v1::SubmitJobRequest&>(asked->request()));
+    return start(asked, user("ada")).get();
+  };
+  EXPECT_EQ(submitted(texture).code(), StatusCode::kFailedPrecondition) << "it is missing";
+  ASSERT_TRUE(send(worker, texture));
+  EXPECT_FALSE(send(worker, std::string(150'000, 'w'))) << "workers may have half of a user's";
+  EXPECT_TRUE(submitted(texture).ok());
+  EXPECT_TRUE(send(worker, other));
+  ASSERT_TRUE(send("ada", std::string(550'000, 'a')));
+  const Status refused = submitted(other);
+  EXPECT_EQ(refused.code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(message_of(refused).substr(0, 55), "the assets of 'ada' would exceed their limit of 1048576");
+}
+
+TEST_F(OperationCallTest, UsersCannotRaiseAPriorityAboveTheLimit) {
+  let_commits();
+  const auto submitted = [&](const Identity& by, std::int32_t priority) {
+    const auto asked = call(Rpc::submit_job);
+    JobSpec spec = job_of("ada");
+    spec.request_id = fmt::format("{} {}", by.name, priority);
+    spec.priority = priority;
+    to_wire(spec, &static_cast<v1::SubmitJobRequest&>(asked->request()));
+    return start(asked, by).get().code();
+  };
+  const Identity operating{"olga", {Role::submit, Role::operate}, Proof::token, 0, ""};
+  EXPECT_EQ(submitted(user("ada"), 10), StatusCode::kOk);
+  EXPECT_EQ(submitted(user("ada"), 11), StatusCode::kPermissionDenied);
+  EXPECT_EQ(submitted(operating, 11), StatusCode::kOk);
+  EXPECT_EQ(submitted(anybody(), 11), StatusCode::kOk) << "without authentication";
+  const auto changed = [&](const Identity& by, std::int32_t priority) {
+    const auto asked = call(Rpc::set_priority);
+    auto& request = static_cast<v1::SetPriorityRequest&>(asked->request());
+    request.set_id(1);
+    request.set_priority(priority);
+    return start(asked, by).get().code();
+  };
+  EXPECT_EQ(changed(user("ada"), -3), StatusCode::kOk);
+  EXPECT_EQ(changed(user("ada"), 11), StatusCode::kPermissionDenied);
+  EXPECT_EQ(changed(operating, 11), StatusCode::kOk);
+}
+
 TEST_F(OperationCallTest, RequestsThatWaitHaveALimitOfBytes) {
   std::promise<void> begun, release;
   runtime->loop().post_always([&](FarmLoop::TaskContext&) {

@@ -49,6 +49,32 @@ TEST_F(RefusalTest, TwoIdentitiesFailTheJobWithBothReasons) {
   EXPECT_TRUE(reason(job).ends_with("; worker b: mesh 'wall' is empty")) << reason(job);
 }
 
+TEST_F(RefusalTest, TwoIdentitiesCannotFailAJobThatAThirdRenders) {
+  const JobId job = submit_unaudited("r1", 64);
+  const SessionId honest = connect_on("m3", "honest");
+  answer_one(honest);
+  ASSERT_GT(status(job).samples_done, 0u);
+  const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
+  say(a, WorkerRefusal{job, "a library is broken"});
+  say(b, WorkerRefusal{job, "a library is broken"});
+  EXPECT_EQ(status(job).state, JobState::running) << reason(job);
+  work(honest);
+  EXPECT_EQ(status(job).state, JobState::done) << reason(job);
+}
+
+TEST_F(RefusalTest, TwoIdentitiesFailAJobWhenTheThirdHasLeft) {
+  const JobId job = submit_unaudited("r1", 64);
+  const SessionId third = connect_on("m3", "third");
+  answer_one(third);
+  const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
+  say(a, WorkerRefusal{job, "asset 7 is damaged"});
+  say(b, WorkerRefusal{job, "asset 7 is damaged"});
+  EXPECT_EQ(status(job).state, JobState::running);
+  coordinator->worker_disconnected(third, now, effects);
+  pass_with({a, b}, limits.disconnect_grace + limits.auditor_patience);
+  EXPECT_EQ(status(job).state, JobState::failed);
+}
+
 TEST_F(RefusalTest, ASharedReasonIsListedOnce) {
   const JobId job = submit(spec());
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
