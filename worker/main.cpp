@@ -23,6 +23,7 @@
 #include "common/command_line/describe_option.h"
 #include "common/farm/job.h"
 #include "common/security/caller_options.h"
+#include "worker/inspect/scene_reader.h"
 #include "worker/render/scene_limits.h"
 #include "worker/render/worker_class.h"
 #include "worker/shell/worker_loop.h"
@@ -226,6 +227,7 @@ WorkerOptions worker_options(const Options& options, StateFolder* state) {
                   static_cast<std::int64_t>(options.image_megapixels * (1 << 20)), bytes_of_gib(options.images_gib),
                   options.scene_seconds};
   worker.decoder.unsandboxed = options.unsandboxed_images;
+  worker.reader = "/proc/self/exe";  // this build, also if another one was installed meanwhile
   worker.asset_bytes = bytes_of_gib(options.assets_gib);
   worker.session.name = options.name;
   worker.session.host = host_name();
@@ -327,6 +329,9 @@ int run(int argc, char** argv) {
 }  // namespace lightmill
 
 int main(int argc, char** argv) {
+  if (argc == 2 && std::string_view(argv[1]) == lightmill::kSceneReaderOption) {
+    return lightmill::run_scene_reader();
+  }
   lightmill::exit_on_out_of_memory("lightmill-worker", 1, lightmill::has_flag(argc, argv, "--openjd"));
   return lightmill::run(argc, argv);
 }

@@ -43,6 +43,7 @@ struct LoadedScene {
   std::vector<std::string> notices;      ///< what was assumed or left out, and the faults, for people
   Faults faults;                         ///< of the files
   std::vector<NamedCamera> cameras;      ///< of the file; the first is the scene's unless another was chosen
+  std::uint64_t name_bytes = 0;          ///< of the names and files of objects (add_object)
 };
 
 /// Sets the scene's camera, and the film's width if the camera has an aspect.

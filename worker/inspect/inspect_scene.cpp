@@ -46,11 +46,9 @@ std::vector<std::string> cut_all(std::vector<std::string> texts) {
 }
 
 /// Reads only the headers of images. Workers that render decode them.
-Status check_images(LoadedScene& loaded, const SceneLimits& limits, DecoderProcess& images,
-                    const InspectionHooks& hooks) {
+Status check_images(LoadedScene& loaded, const SceneLimits& limits, DecoderProcess& images) {
   std::set<std::tuple<Sha256, std::string, bool>> checked;
   for (const ImageAsset& image : loaded.images) {
-    LM_RETURN_IF_ERROR(hooks.may_continue());
     if (!checked.emplace(image.asset, image.name, image.environment).second) {
       continue;
     }
@@ -77,8 +75,8 @@ void add_facts(const ReportRows& rows, Inspection& out) {
 /// Decodes compressed meshes. All of them together have a limit, because a small file can hold a large mesh.
 class InspectedMeshes {
  public:
-  InspectedMeshes(DecoderProcess& decoder, const SceneLimits& limits, const InspectionHooks& hooks)
-      : decoder_(decoder), most_bytes_(limits.bytes / kFilesShare), hooks_(hooks) {}
+  InspectedMeshes(DecoderProcess& decoder, const SceneLimits& limits)
+      : decoder_(decoder), most_bytes_(limits.bytes / kFilesShare) {}
 
   Result<DecodedMesh> decode(ByteView bytes, const MeshRequest& request) {
     Result<DecodedMesh> mesh = try_decode(bytes, request);
@@ -92,7 +90,6 @@ class InspectedMeshes {
 
  private:
   Result<DecodedMesh> try_decode(ByteView bytes, const MeshRequest& request) {
-    LM_RETURN_IF_ERROR(hooks_.may_continue());
     LM_RETURN_IF_ERROR(check_request(request));
     bytes_ += size_bytes(request);
     if (bytes_ > most_bytes_) {
@@ -106,7 +103,6 @@ class InspectedMeshes {
 
   DecoderProcess& decoder_;
   const std::uint64_t most_bytes_;
-  const InspectionHooks& hooks_;
   std::uint64_t bytes_ = 0;
   bool no_decoder_ = false;
 };
@@ -115,7 +111,6 @@ Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& li
                          const InspectionHooks& hooks) {
   std::uint64_t bytes = 0;
   UploadedFiles files([&](const Sha256& digest) -> Result<std::string> {
-    LM_RETURN_IF_ERROR(hooks.may_continue());
     LM_ASSIGN_OR_RETURN(std::string file, hooks.fetch(digest));
     bytes += file.size();
     // A reader needs several times the size of its text, next to scenes that are being rendered.
@@ -133,7 +128,7 @@ Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& li
   LoadOptions options;
   options.camera = request.camera;
   options.files = &files;
-  InspectedMeshes meshes(decoder, limits, hooks);
+  InspectedMeshes meshes(decoder, limits);
   options.decode_mesh = [&meshes](ByteView mesh, const MeshRequest& wanted) { return meshes.decode(mesh, wanted); };
   const std::vector<std::filesystem::path> paths(request.scene.begin(), request.scene.end());
   Result<LoadedScene> loaded = load_scene(paths, options);
@@ -143,12 +138,11 @@ Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& li
 Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& limits, DecoderProcess& images,
                            const InspectionHooks& hooks) {
   LM_ASSIGN_OR_RETURN(LoadedScene loaded, load(request, limits, images, hooks));
-  LM_RETURN_IF_ERROR(check_images(loaded, limits, images, hooks));
+  LM_RETURN_IF_ERROR(check_images(loaded, limits, images));
   const Result<SceneReport> report = report_on(loaded);
   if (!report.ok()) {
     return as_senders(report.status());
   }
-  LM_RETURN_IF_ERROR(hooks.may_continue());
   const auto assets = [&](const Sha256& digest) -> Result<std::string> { return loaded.assets.at(digest); };
   LM_RETURN_IF_ERROR(check_memory(loaded.scene, assets, images, limits.bytes));
   Inspection out;
@@ -161,7 +155,7 @@ Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& 
   for (const auto& [digest, bytes] : loaded.assets) {
     out.assets.push_back(digest);  // a map: sorted, without duplicates
   }
-  LM_RETURN_IF_ERROR(hooks.upload(loaded.assets, hooks.may_continue));
+  LM_RETURN_IF_ERROR(hooks.upload(loaded.assets));
   out.notices = cut_all(loaded.notices);
   add_facts(scene_rows(loaded, *report), out);
   add_facts(fact_rows(report->facts), out);

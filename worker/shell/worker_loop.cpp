@@ -55,12 +55,12 @@ WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
           [this](LeaseId lease, Result<PilotReport> report) {
             post([this, lease, report = std::move(report)](Time now) { pilot_done(lease, report, now); });
           }),
-      inspector_(
-          assets_, options.scene, options.decoder,
-          [this](const auto& assets, const auto& may_continue) { return link_.upload_missing(assets, may_continue); },
-          [this](InspectReport report) {
-            post([this, report = std::move(report)](Time) { session_.inspection_done(report, actions_); });
-          }),
+      inspector_(assets_, options.scene, {.program = options.reader, .decoder = options.decoder},
+                 {[this](std::span<const Sha256> digests) { return link_.missing(digests); },
+                  [this](const Sha256& digest, ByteView bytes) { return link_.upload(digest, bytes); }},
+                 [this](InspectReport report) {
+                   post([this, report = std::move(report)](Time) { session_.inspection_done(report, actions_); });
+                 }),
       pool_(
           options.session.threads,
           [this](RenderedTile tile) {

@@ -23,7 +23,8 @@ struct WorkerOptions {
   SceneCacheLimits scenes;
   SceneLimits scene;
   DecoderOptions decoder;
-  std::uint64_t asset_bytes = std::uint64_t{1} << 30;  ///< limit of cached assets
+  std::filesystem::path reader = ReaderOptions().program;  ///< the program that reads uploaded scenes
+  std::uint64_t asset_bytes = std::uint64_t{1} << 30;      ///< limit of cached assets
   std::function<void()> connected = {};  ///< called once, at the first connection; all threads run by then
   RenderPool::Tamper tamper = {};        ///< only for tests of dishonest workers
 };

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -14,6 +13,8 @@
 #include <optional>
 #include <thread>
 
+#include "common/base/child_program.h"
+#include "common/base/descriptor.h"
 #include "common/base/file.h"
 #include "common/base/text.h"
 #include "common/image/texels.h"
@@ -21,50 +22,12 @@
 namespace lightmill {
 namespace {
 
-constexpr int kFirstOtherDescriptor = 3;
 /// For start and end, in addition to the file's time.
 constexpr std::chrono::milliseconds kGrace = std::chrono::seconds(30);
 
 constexpr int kPipeBytes = 1 << 20;  ///< the largest pipe without privileges (Linux's default)
 constexpr std::size_t kMostFingerprintBytes = 65536;
 constexpr std::chrono::milliseconds kEndPause(5);  ///< between two checks whether a process has ended
-
-/// Owner of a file descriptor.
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() { close(); }
-  void close() {
-    if (number_ >= 0) {
-      ::close(std::exchange(number_, -1));
-    }
-  }
-  int number() const { return number_; }
-
- private:
-  int number_;
-};
-
-/// Only the variables of the loader and of sanitizers. Others may be secrets, which uploaded files must not reach.
-std::vector<char*> decoder_environment() {
-  static char bind_now[] = "LD_BIND_NOW=1";  // otherwise each child would resolve symbols again
-  std::vector<char*> variables{bind_now};
-  for (char** variable = environ; *variable != nullptr; ++variable) {
-    const std::string_view text(*variable);
-    if (text.starts_with("LD_LIBRARY_PATH=") || text.substr(0, text.find('=')).ends_with("SAN_OPTIONS")) {
-      variables.push_back(*variable);
-    }
-  }
-  variables.push_back(nullptr);
-  return variables;
-}
-
-std::string described(int status) {
-  return WIFSIGNALED(status) ? fmt::format("signal {}, {}", WTERMSIG(status), ::strsignal(WTERMSIG(status)))
-                             : fmt::format("exit code {}", WEXITSTATUS(status));
-}
 
 /// The error in a reply.
 Status status_of(const DecodeReply& reply) {
@@ -183,39 +146,9 @@ Status receive_arrays(const FromDecoder& from, const MeshRequest& request, std::
   return ok_status();
 }
 
-/// Starts the decoder with these descriptors as its input and output; /dev/null for −1. `flag` may be null. It inherits
-/// no other descriptors, and all signals have their defaults. It has its own process group, so that Ctrl-C in a
-/// terminal reaches only the caller.
+/// Starts the decoder with these descriptors as its input and output. `flag` may be null.
 Result<pid_t> spawn_decoder(const std::filesystem::path& path, const char* flag, int input, int output) {
-  posix_spawn_file_actions_t files;
-  ::posix_spawn_file_actions_init(&files);
-  for (const auto& [from, to] : {std::pair{input, STDIN_FILENO}, std::pair{output, STDOUT_FILENO}}) {
-    if (from >= 0) {
-      ::posix_spawn_file_actions_adddup2(&files, from, to);
-    } else {
-      ::posix_spawn_file_actions_addopen(&files, to, "/dev/null", O_RDWR, 0);
-    }
-  }
-  ::posix_spawn_file_actions_addclosefrom_np(&files, kFirstOtherDescriptor);
-  posix_spawnattr_t attributes;
-  ::posix_spawnattr_init(&attributes);
-  sigset_t signals;
-  ::sigemptyset(&signals);
-  ::posix_spawnattr_setsigmask(&attributes, &signals);
-  ::sigfillset(&signals);
-  ::posix_spawnattr_setsigdefault(&attributes, &signals);
-  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-  std::string program = path.string(), option = flag == nullptr ? "" : flag;
-  const std::array<char*, 3> arguments{program.data(), flag == nullptr ? nullptr : option.data(), nullptr};
-  pid_t pid = 0;
-  const int error =
-      ::posix_spawn(&pid, program.c_str(), &files, &attributes, arguments.data(), decoder_environment().data());
-  ::posix_spawnattr_destroy(&attributes);
-  ::posix_spawn_file_actions_destroy(&files);
-  if (error != 0) {
-    return failed_precondition("cannot start {}: {}; install it beside this program", program, std::strerror(error));
-  }
-  return pid;
+  return start_child({path, flag, input, output, true});
 }
 
 }  // namespace
@@ -260,7 +193,7 @@ Result<std::string> fingerprint_of_decoder(const std::filesystem::path& path, co
                                path.string(), kFingerprintFlag, std::chrono::duration<double>(time_limit).count());
   }
   if (status != 0 || text.empty()) {
-    return failed_precondition("{} {} fails: {}", path.string(), kFingerprintFlag, described(status));
+    return failed_precondition("{} {} fails: {}", path.string(), kFingerprintFlag, end_text(status));
   }
   return text.substr(0, text.find('\n'));
 }
@@ -293,7 +226,7 @@ std::string DecoderProcess::stop() {
     }
   }
   pid_ = 0;
-  return described(status);
+  return end_text(status);
 }
 
 /// UNAVAILABLE if the process is gone.

@@ -27,7 +27,8 @@ constexpr std::array<std::string_view, 14> kKnownExtensions{"KHR_lights_punctual
                                                             kWebpTextures,
                                                             kDdsTextures};
 
-constexpr std::size_t kMaxNamed = 100;  ///< unlisted extensions of a file that are named
+constexpr std::uint64_t kMostReadBytes = std::uint64_t{16} << 30;  ///< of other files, each time that one is read
+constexpr std::size_t kMaxNamed = 100;                             ///< unlisted extensions of a file that are named
 
 bool is_known(std::string_view extension) {
   return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), extension) != kKnownExtensions.end();
@@ -125,8 +126,13 @@ class GltfScene {
     name = !name.empty() ? name : mesh["name"].text();
     for (const Part& part : parts) {
       const std::string& material = loaded_.scene.materials[part.material].name;
-      loaded_.scene.objects.push_back(
-          {parts.size() == 1 ? name : fmt::format("{}/{}", name, material), part.material, part.shape, to_scene});
+      const Status added = add_object(
+          {parts.size() == 1 ? name : fmt::format("{}/{}", name, material), part.material, part.shape, to_scene},
+          loaded_);
+      if (!added.ok()) {
+        placed.node.fail(message_of(added));
+        return;
+      }
     }
   }
 
@@ -242,7 +248,8 @@ class GltfScene {
 Result<LoadedScene> read_gltf(std::string bytes, const std::string& file_name, const GltfOptions& options,
                               FileSource files) {
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<GltfData> data,
-                      GltfData::open(std::move(bytes), file_name, std::move(files), options.decode_mesh));
+                      GltfData::open(std::move(bytes), file_name, at_most(kMostReadBytes, std::move(files)),
+                                     options.decode_mesh, options.most_shared_bytes));
   return GltfScene(*data, file_name).read(options);
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "common/base/number_text.h"
 #include "common/scene_io/gltf/gltf_data.h"
 #include "common/scene_io/gltf/gltf_meshopt.h"
 
@@ -13,6 +14,10 @@ namespace {
 /// The most elements of all accessors without data together. Such accessors are zeros, which cost no byte of the file.
 constexpr std::uint64_t kMaxZeroElements = 4'000'000;
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 31;
+
+/// How often accessors may read each byte of the buffers, on average. A byte takes up to 8 in memory, and stays there as
+/// part of a mesh.
+constexpr std::uint64_t kMostReadings = 8;
 
 enum ComponentType : std::uint32_t {
   kInt8 = 5120,
@@ -182,6 +187,9 @@ GltfData::Accessor GltfData::accessor(const JsonNode& index, std::size_t compone
       which["componentType"].fail("5121, 5123 or 5125 is expected");
       return {};
     }
+    if (!may_read(index, count * (index_bytes + size))) {
+      return {};
+    }
     for (std::size_t i = 0; i < count; ++i) {
       const double replaced = component(type, indices.bytes.data() + i * index_bytes, false);
       if (replaced >= static_cast<double>(out.count)) {
@@ -205,21 +213,36 @@ std::size_t GltfData::count(const JsonNode& index) const {
 
 template <std::size_t n>
 std::vector<std::array<double, n>> GltfData::vectors(const JsonNode& index) const {
-  return read<n>(accessor(index, n), nullptr);
+  return read<n>(index, accessor(index, n), nullptr);
 }
 
 template <std::size_t n>
 std::vector<std::array<double, n>> GltfData::vectors(const JsonNode& index,
                                                      std::span<const std::uint32_t> which) const {
-  return read<n>(accessor(index, n), &which);
+  return read<n>(index, accessor(index, n), &which);
+}
+
+/// Counts bytes that are read. Reports an error if they are too many.
+bool GltfData::may_read(const JsonNode& index, std::uint64_t bytes) const {
+  read_bytes_ += bytes;
+  const std::uint64_t decoded = (kMaxMeshoptBytes - meshopt_budget_) + (kMaxDracoBytes - draco_budget_);
+  const std::uint64_t most = most_shared_bytes_ + kMostReadings * (buffer_bytes_ + decoded);
+  if (read_bytes_ > most) {
+    index.fail(fmt::format("the file's accessors share bytes, and would read more than {} of them", human_bytes(most)));
+  }
+  return status().ok();
 }
 
 /// Reads the elements `which`, or all if it is null.
 template <std::size_t n>
-std::vector<std::array<double, n>> GltfData::read(const Accessor& from,
+std::vector<std::array<double, n>> GltfData::read(const JsonNode& index, const Accessor& from,
                                                   const std::span<const std::uint32_t>* which) const {
   const std::size_t size = component_bytes(from.type);
-  std::vector<std::array<double, n>> out(!status().ok() ? 0 : which != nullptr ? which->size() : from.count);
+  const std::size_t count = which != nullptr ? which->size() : from.count;
+  if (!may_read(index, count * size * n)) {
+    return {};
+  }
+  std::vector<std::array<double, n>> out(count);
   const auto read_one = [&](const char* at, std::array<double, n>& element) {
     for (std::size_t k = 0; k < n; ++k) {
       element[k] = component(from.type, at + k * size, from.normalized);

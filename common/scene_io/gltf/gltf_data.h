@@ -14,6 +14,7 @@
 
 namespace lightmill {
 
+inline constexpr std::uint64_t kMostSharedBytes = std::uint64_t{1} << 30;  ///< see GltfOptions
 inline constexpr std::string_view kDraco = "KHR_draco_mesh_compression";
 /// Bytes that all decoded meshes of a file may have together, with the compressed ones.
 inline constexpr std::uint64_t kMaxDracoBytes = std::uint64_t{4} << 30;
@@ -23,9 +24,11 @@ inline constexpr std::uint64_t kMaxDracoBytes = std::uint64_t{4} << 30;
 class GltfData {
  public:
   /// `file_name` is for messages: "model.gltf: accessors[3].count: what is expected, what is there".
-  /// Without `decode_mesh`, primitives that are there only in compressed form are errors.
+  /// Without `decode_mesh`, primitives that are there only in compressed form are errors. `most_shared_bytes`: see
+  /// GltfOptions.
   static Result<std::unique_ptr<GltfData>> open(std::string bytes, const std::string& file_name, FileSource files,
-                                                MeshDecoder decode_mesh = nullptr);
+                                                MeshDecoder decode_mesh = nullptr,
+                                                std::uint64_t most_shared_bytes = kMostSharedBytes);
   ~GltfData();
 
   JsonNode root() const;
@@ -65,7 +68,8 @@ class GltfData {
 
  private:
   struct Accessor;
-  GltfData(std::string bytes, std::string file_name, FileSource files, MeshDecoder decode_mesh);
+  GltfData(std::string bytes, std::string file_name, FileSource files, MeshDecoder decode_mesh,
+           std::uint64_t most_shared_bytes);
   Status parse();
   void load_buffers();
   Accessor accessor(const JsonNode& index, std::size_t components) const;
@@ -76,7 +80,9 @@ class GltfData {
   MeshRequest draco_request(const JsonNode& primitive, std::vector<std::string>& names) const;
   std::shared_ptr<const DecodedMesh> decode_draco(const JsonNode& extension, const MeshRequest& request) const;
   template <std::size_t n>
-  std::vector<std::array<double, n>> read(const Accessor& from, const std::span<const std::uint32_t>* which) const;
+  std::vector<std::array<double, n>> read(const JsonNode& index, const Accessor& from,
+                                          const std::span<const std::uint32_t>* which) const;
+  bool may_read(const JsonNode& index, std::uint64_t bytes) const;
   bool find_elements(const JsonNode& at, const JsonNode& view_index, std::size_t count, std::size_t element_bytes,
                      std::size_t element_stride, Accessor& out) const;
 
@@ -84,11 +90,13 @@ class GltfData {
   std::string file_name_;
   FileSource files_;
   MeshDecoder decode_mesh_;
+  const std::uint64_t most_shared_bytes_;
   std::unique_ptr<nlohmann::json> json_;
   std::string_view binary_chunk_;
   bool has_binary_chunk_ = false;
   std::vector<std::string> owned_;         ///< buffers outside the file
   std::vector<std::string_view> buffers_;  ///< each with its byteLength
+  std::uint64_t buffer_bytes_ = 0;         ///< of all of them; those of one file once
   mutable FirstError errors_;
   mutable std::map<std::string, std::string> decoded_;  ///< compressed views, by path
   mutable std::uint64_t meshopt_budget_ = kMaxMeshoptBytes;
@@ -97,6 +105,7 @@ class GltfData {
   mutable std::map<std::string, std::string_view> attributes_;                      ///< decompressed values, by path
   mutable std::uint64_t draco_budget_ = kMaxDracoBytes;
   mutable std::uint64_t zero_elements_ = 0;  ///< elements of accessors without data so far
+  mutable std::uint64_t read_bytes_ = 0;     ///< bytes of elements read so far. Accessors may share bytes
 };
 
 }  // namespace lightmill

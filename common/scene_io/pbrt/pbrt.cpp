@@ -13,6 +13,7 @@ namespace lightmill {
 namespace {
 
 constexpr std::size_t kMostNestedFiles = 50, kMostFiles = 10'000, kMostStates = 1000, kMostAttributes = 1000;
+constexpr std::size_t kMostAttributeValues = 1000;             ///< each directive reads them again
 constexpr std::uint64_t kMostBytes = std::uint64_t{16} << 30;  ///< of the files that a scene names, each time it does
 
 class PbrtReader {
@@ -269,6 +270,9 @@ class PbrtReader {
     }
     PbrtParameterList& attributes = state_.attributes[target];
     for (const auto& parameter : list) {
+      if (std::max(parameter->numbers.size(), parameter->strings.size()) > kMostAttributeValues) {
+        return place.error("Attribute: {} has more than {} values", parameter->name, kMostAttributeValues);
+      }
       auto copy = std::make_shared<PbrtParameter>(*parameter);
       copy->may_be_unused = true;
       attributes.push_back(std::move(copy));

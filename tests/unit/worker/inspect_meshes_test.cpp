@@ -34,13 +34,12 @@ Found inspect(const std::string& file, const DecoderOptions& options, const Scen
   DecoderProcess decoder(options);
   Found found{internal_error("not read"), {}};
   const InspectionRequest request{{{"a.gltf", sha256(file)}}, {"a.gltf"}, ""};
-  found.inspection =
-      inspect_scene(request, limits, decoder,
-                    {[&](const Sha256&) { return Result<std::string>(file); }, [] { return ok_status(); },
-                     [&](const auto& assets, const auto&) {
-                       found.uploaded = assets;
-                       return ok_status();
-                     }});
+  found.inspection = inspect_scene(request, limits, decoder,
+                                   {[&](const Sha256&) { return Result<std::string>(file); },
+                                    [&](const auto& assets) {
+                                      found.uploaded = assets;
+                                      return ok_status();
+                                    }});
   return found;
 }
 
