@@ -64,7 +64,7 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
                    human_count(static_cast<double>(job.samples_done())))},
       {"rendering", human_seconds(job.active_seconds())},
       {"worker time", human_seconds(job.worker_seconds()) + " over all threads"},
-      {"audits", verification_text(job)},
+      {"audits", audits_text(job)},
       {"film hash", film.picture.receipt.film_hash + (film.picture.layers.empty() ? "" : " (of picture and layers)")},
   };
   if (job.has_error()) {
