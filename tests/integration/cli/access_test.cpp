@@ -133,7 +133,8 @@ TEST_F(SecureCliTest, PeopleUseTheFarmByTheirRoles) {
   EXPECT_EQ(json(as("ada", {"jobs"}))["jobs"].size(), 1u);
   EXPECT_EQ(json(as("bob", {"jobs"}))["jobs"].size(), 0u);
   EXPECT_TRUE(says(failure(as("bob", {"cancel", "1"})), "the job is somebody else's"));
-  EXPECT_TRUE(says(failure(as("", {"jobs"})), "give a certificate (--tls-cert)"));
+  EXPECT_TRUE(
+      says(failure(as("", {"jobs"})), "got neither a certificate nor a token: give --tls-cert or --token-file"));
   EXPECT_TRUE(
       says(failure(as("render-1", {"jobs"})), "'render-1' (roles: worker; by certificate) may not see the farm"));
   EXPECT_EQ(json(as("ada", {"cancel", "1"}))["state"], "cancelled");
