@@ -19,7 +19,7 @@ namespace lightmill::cli {
 namespace {
 
 std::string goal_text(const v1::Goal& goal) {
-  std::string text = goal.samples() > 0 ? fmt::format("{} samples per pixel", goal.samples()) : "";
+  std::string text = goal.samples() > 0 ? counted(goal.samples(), "sample") + " per pixel" : "";
   if (goal.seconds() > 0) {
     text += (text.empty() ? "" : ", or ") + human_seconds(goal.seconds()) + " of rendering time";
   }
