@@ -117,7 +117,9 @@ class Server {
       return unexpected();
     }
     std::vector<Sha256> digests(bytes.size() / sizeof(Sha256));
-    std::memcpy(digests.data(), bytes.data(), bytes.size());
+    if (!bytes.empty()) {  // memcpy takes no null pointer
+      std::memcpy(digests.data(), bytes.data(), bytes.size());
+    }
     LM_ASSIGN_OR_RETURN(const std::vector<Sha256> missing, hooks_.uploads.missing(digests));
     return reader_.send(ReaderMessage::reply, {std::string_view(reinterpret_cast<const char*>(missing.data()),
                                                                 missing.size() * sizeof(Sha256))});
