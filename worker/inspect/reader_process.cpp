@@ -58,7 +58,9 @@ Status early_end(int status, const ReaderOptions& options, std::uint64_t memory_
         "the process that read the scene was killed, perhaps because the machine has no memory left: `lightmill submit` "
         "reads it on your machine");
   }
-  return internal_error("the process that read the scene ended early ({}): its files may be damaged", end_text(status));
+  return internal_error(
+      "the process that read the scene ended early ({}): `lightmill check` reads it on your machine, and may name the file",
+      end_text(status));
 }
 
 /// Serves one reader.
