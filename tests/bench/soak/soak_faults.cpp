@@ -84,7 +84,11 @@ std::function<void()> TroubledFarm::end_worker() {
       badly_ended_.push_back(fmt::format("worker {}, asked to drain, {}", name,
                                          code ? fmt::format("ended with code {}", *code) : "did not"));
     }
-    farm_.replace_worker(name);
+    if (!code) {
+      farm_.replace_worker(name);
+    } else {
+      farm_.start_worker_again(name);
+    }
   };
 }
 
