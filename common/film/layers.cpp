@@ -20,10 +20,6 @@ const std::array<LayerSpec, 9> kNamedLayers{{{"direct", 3, LayerKind::summed},
                                              {"depth", 1, LayerKind::first_nearest},
                                              {"id", 1, LayerKind::first_samples}}};
 
-bool method_follows_all_light(std::string_view method) {
-  return method == "path" || method == "caustic" || method == "vcm" || method == "auto";
-}
-
 bool is_named_layer(std::string_view name) {
   return std::ranges::any_of(kNamedLayers, [&](const LayerSpec& layer) { return layer.name == name; });
 }
@@ -108,8 +104,8 @@ Status check_method_layers(std::string_view method, const std::vector<LayerSpec>
   for (const LayerSpec& layer : layers) {
     const bool light = all && !light_group_of(layer.name).empty();
     if (layer.name != "beauty" && !light && std::ranges::find(known, layer.name) == known.end()) {
-      return invalid_argument("method {} has no layer \"{}\"; it has {}", printable(method), layer.name,
-                              fmt::join(known, ", "));
+      return invalid_argument("method {} has no layer \"{}\"; it has {}{}", printable(method), layer.name,
+                              fmt::join(known, ", "), layer.name == kAll.front() ? ". The method caustic has it" : "");
     }
   }
   return ok_status();
@@ -141,6 +137,10 @@ Status check_light_groups(const std::vector<LayerSpec>& layers, std::span<const 
     }
   }
   return ok_status();
+}
+
+bool method_follows_all_light(std::string_view method) {
+  return method == "path" || method == "caustic" || method == "vcm" || method == "auto";
 }
 
 bool method_reads_meters(std::string_view method) {

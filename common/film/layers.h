@@ -75,6 +75,9 @@ std::vector<LayerSpec> all_layers(std::string_view method, std::span<const std::
 /// INVALID_ARGUMENT for a layer of a light group that is not in `groups`.
 Status check_light_groups(const std::vector<LayerSpec>& layers, std::span<const std::string> groups);
 
+/// Whether the method follows light over any number of surfaces. Such a method fills the layers of light groups.
+bool method_follows_all_light(std::string_view method);
+
 /// Whether the method reads the scene's virtual meters. Films of other methods have no tiles for meters.
 bool method_reads_meters(std::string_view method);
 

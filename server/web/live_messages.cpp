@@ -2,6 +2,10 @@
 
 #include <algorithm>
 
+#include "common/base/text.h"
+#include "common/film/layers.h"
+#include "common/film/tile_grid.h"
+#include "common/methods/spec/method_spec.h"
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/web.pb.h"
 #include "server/access/rights.h"
@@ -33,6 +37,16 @@ std::string with_entries(const Changes& changes, int field, const std::vector<Sh
     append_field(bytes, field, *entry);
   }
   return bytes;
+}
+
+void to_wire(std::string_view method, v1::MethodFacts* out) {
+  out->set_name(std::string(method));
+  for (const LayerSpec& layer : all_layers(method, {})) {
+    out->add_layers(layer.name);
+  }
+  out->set_light_groups(method_follows_all_light(method));
+  out->set_meters(method_reads_meters(method));
+  out->set_most_bounces(most_bounces(method));
 }
 
 }  // namespace
@@ -97,6 +111,11 @@ void to_wire(const FarmGreeting& greeting, v1::FarmGreeting* out) {
   for (const std::string_view method : allowed_methods(served_rpcs(), greeting.caller, true)) {
     out->add_may_with_own(std::string(method));
   }
+  for (const std::string_view method : method_names()) {
+    to_wire(method, out->add_methods());
+  }
+  out->set_most_side(kMaxFilmSide);
+  out->set_most_name_bytes(kMaxNameBytes);
 }
 
 void ViewUpdateWriter::greet(const FarmGreeting& greeting) {

@@ -1,9 +1,10 @@
 import {create, fromBinary, toBinary} from '@bufbuild/protobuf';
 import {expect, test} from 'vitest';
 import {hexOf} from '../src/model/bytes';
-import {assetsOf, photonMapSpec, faultOf, filledSpec, formOf, isPageJob, kMostQuickSide, newSpec, quickSpec, sceneOf} from '../src/model/job_form';
+import {assetsOf, photonMapSpec, filledSpec, formOf, isPageJob, kMostQuickSide, newSpec, quickSpec, sceneOf, type JobRules} from '../src/model/job_form';
 import {JobSpecSchema, LayerSpec_Kind, type JobSpec} from '../src/wire/lightmill/v1/farm_pb';
 import {SceneSchema} from '../src/wire/lightmill/v1/scene_pb';
+import {MethodFactsSchema} from '../src/wire/lightmill/v1/web_pb';
 
 const kMesh = '0f'.repeat(32);
 const kImage = 'a0'.repeat(32);
@@ -15,6 +16,19 @@ const scene = create(SceneSchema, {
   objects: [{material: 'm', shape: {case: 'mesh', value: {asset: kMesh}}}, {material: 'm', shape: {case: 'mesh', value: {asset: kMesh}}}],
   meters: [{name: 'x'}],
 });
+const kSurfaces = ['beauty', 'albedo', 'normal', 'features', 'depth', 'id'];
+const kLight = [...kSurfaces, 'direct', 'indirect', 'bias'];
+const facts = (name: string, layers: string[], more = {}) => create(MethodFactsSchema, {name, layers, mostBounces: 1_000_000, ...more});
+const rules: JobRules = {
+  rendererVersion: 'new',
+  mostNameBytes: 200,
+  methods: [
+    ...['path', 'vcm'].map((name) => facts(name, kLight, {lightGroups: true, meters: true})),
+    facts('caustic', [...kLight, 'caustic'], {lightGroups: true, meters: true}),
+    facts('whitted', kSurfaces, {mostBounces: 8}),
+    ...['ao', 'preview', 'photon-map'].map((name) => facts(name, kSurfaces)),
+  ],
+};
 const layer = (name: string, kind = LayerSpec_Kind.SUMMED) => ({name, channels: 3, kind});
 const spec: JobSpec = create(JobSpecSchema, {
   name: 'room',
@@ -40,7 +54,7 @@ const names = (of: JobSpec) => of.settings!.layers.map(({name}) => name);
 test("a job's form has its settings, and makes the same job again", () => {
   const form = formOf(spec);
   expect(form).toEqual({name: 'room', width: 1920, height: 1080, method: 'caustic:photons=20000', seed: 18446744073709551615n, samples: 64, seconds: 0, percent: 10, adaptive: false, priority: 3});
-  const again = filledSpec(spec, sceneOf(spec), form, 'new', 0n);
+  const again = filledSpec(spec, sceneOf(spec), form, rules, 0n);
   const {assets, rendererVersion, ...rest} = again.settings!;
   expect(rest).toEqual({...spec.settings, assets: undefined, rendererVersion: undefined, ...rest});
   expect(toBinary(JobSpecSchema, {...again, settings: {...again.settings!, assets: [], rendererVersion: 'old'}})).toEqual(toBinary(JobSpecSchema, spec));
@@ -49,19 +63,21 @@ test("a job's form has its settings, and makes the same job again", () => {
 });
 
 test('a change of the method drops the settings that the new one does not support', () => {
-  const by = (method: string) => filledSpec(spec, scene, {...formOf(spec), method}, 'v', 7n);
+  const by = (method: string) => filledSpec(spec, scene, {...formOf(spec), method}, rules, 7n);
   expect(names(by('path'))).toEqual(['beauty', 'direct', 'light:key', 'normal']);
   expect(names(by('ao:distance=0.5'))).toEqual(['beauty', 'normal']);
   expect(by('path').settings!.meters).toBe(1);
   expect(by('ao').settings!.meters).toBe(0);
   expect(by('vcm').settings!.maxBounces).toBe(9);
-  expect(by('whitted').settings!.maxBounces).toBe(0);
+  expect(by('ao').settings!.maxBounces).toBe(9);
+  expect(by('whitted').settings!.maxBounces).toBe(0); // its limit is 8 here
+  expect(names(by('unknown'))).toEqual(['beauty']);
   expect(by('vcm').parent).toBe(7n);
 });
 
 test('a crop scales with the picture, and a picture of another shape has none', () => {
   const sized = (width: number, height: number) => {
-    const {crop, scene: bytes} = filledSpec(spec, scene, {...formOf(spec), width, height}, 'v', 0n).settings!;
+    const {crop, scene: bytes} = filledSpec(spec, scene, {...formOf(spec), width, height}, rules, 0n).settings!;
     expect(fromBinary(SceneSchema, bytes).film).toMatchObject({width, height});
     return [crop!.x, crop!.y, crop!.width, crop!.height];
   };
@@ -71,25 +87,19 @@ test('a crop scales with the picture, and a picture of another shape has none', 
 });
 
 test('a quick look is small, has a higher priority, and renders the same crop', () => {
-  const quick = quickSpec(spec, scene, formOf(spec), 'v', 12n, 'preview');
+  const quick = quickSpec(spec, scene, formOf(spec), rules, 12n, 'preview');
   const {settings} = quick;
   expect(Math.max(settings!.width, settings!.height)).toBe(kMostQuickSide);
   expect(settings).toMatchObject({width: 480, height: 270, method: 'preview', meters: 0, maxBounces: 0, crop: {x: 120, y: 67, width: 240, height: 136}});
   expect(names(quick)).toEqual(['beauty']);
   expect(quick).toMatchObject({parent: 12n, priority: 4, verifyShare: 0, goal: {samples: 16n, seconds: 0, error: 0}});
   expect(assetsOf(fromBinary(SceneSchema, settings!.scene)).map(hexOf)).toEqual([kMesh, kImage]);
-  const least = quickSpec(spec, scene, {...formOf(spec), width: 65536, height: 1, priority: 2 ** 31 - 1}, 'v', 12n, 'path');
+  const least = quickSpec(spec, scene, {...formOf(spec), width: 65536, height: 1, priority: 2 ** 31 - 1}, rules, 12n, 'path');
   expect([least.settings!.width, least.settings!.height, least.priority]).toEqual([480, 1, 2 ** 31 - 1]);
 });
 
-test('a form without a goal or method, or with half a pixel, has a message', () => {
-  const form = formOf(newSpec(scene, 'n'));
-  expect(faultOf(form)).toBeUndefined();
-  expect(form).toMatchObject({width: 1920, height: 1080, samples: 64, method: 'auto'});
-  expect(faultOf({...form, samples: 0})).toMatch(/goal/);
-  expect(faultOf({...form, samples: 0, percent: 1})).toBeUndefined();
-  expect(faultOf({...form, width: 0.5})).toMatch(/whole number from 1 to 65536/);
-  expect(faultOf({...form, method: ' '})).toMatch(/auto/);
+test('a new job has the size of the scene, 64 samples and the method auto', () => {
+  expect(formOf(newSpec(scene, 'n'))).toMatchObject({width: 1920, height: 1080, samples: 64, method: 'auto'});
 });
 
 test('a photon map job has the size and seed of its job, and one sample', () => {
@@ -100,15 +110,15 @@ test('a photon map job has the size and seed of its job, and one sample', () => 
     goal: {samples: 64n, error: 0.01, adaptive: true},
     settings: {width: 64, height: 32, seed: 7n, method: 'path', maxBounces: 5, meters: 2, crop: {x: 1, y: 2, width: 3, height: 4}},
   });
-  const photonMap = photonMapSpec(spec, 'caustic', 'core', 12n);
+  const photonMap = photonMapSpec(spec, 'caustic', rules, 12n);
   expect(photonMap.name).toBe('box (photon map)');
-  const long = photonMapSpec({...spec, name: '箱'.repeat(66)}, 'few', 'core', 12n).name;
+  const long = photonMapSpec({...spec, name: '箱'.repeat(66)}, 'few', rules, 12n).name;
   expect(long).toBe(`${'箱'.repeat(62)} (photon map)`);
   expect(new TextEncoder().encode(long).length).toBe(199); // one more character would make 202 bytes, and the limit is 200
   expect(isPageJob(photonMap.name)).toBe(true);
   expect(isPageJob('box')).toBe(false);
   expect([photonMap.parent, photonMap.priority, photonMap.verifyShare]).toEqual([12n, 4, 0]);
   expect(photonMap.goal).toMatchObject({samples: 1n, error: 0, adaptive: false});
-  expect(photonMap.settings).toMatchObject({width: 64, height: 32, seed: 7n, method: 'photon-map:caustic:photons=100000', maxBounces: 0, meters: 0, rendererVersion: 'core'});
+  expect(photonMap.settings).toMatchObject({width: 64, height: 32, seed: 7n, method: 'photon-map:caustic:photons=100000', maxBounces: 0, meters: 0, rendererVersion: 'new'});
   expect(photonMap.settings?.crop).toEqual(spec.settings?.crop);
 });

@@ -158,8 +158,12 @@ std::vector<MethodAbout> method_abouts() {
   return abouts;
 }
 
+std::uint32_t most_bounces(std::string_view method) {
+  return method == "whitted" ? kMaxWhittedBounces : kMostBounces;
+}
+
 Status check_max_bounces(std::string_view method, std::uint32_t max_bounces) {
-  const std::uint32_t most = method == "whitted" ? kMaxWhittedBounces : kMostBounces;
+  const std::uint32_t most = most_bounces(method);
   return max_bounces <= most ? ok_status()
                              : invalid_argument("{} follows at most {} bounces, got {}", method, most, max_bounces);
 }

@@ -74,6 +74,8 @@ inline constexpr std::uint32_t kMostBounces = 1'000'000;
 
 /// Largest and default limit of `whitted`.
 inline constexpr std::uint32_t kMaxWhittedBounces = 128;
+/// The largest limit that users can set for this method.
+std::uint32_t most_bounces(std::string_view method);
 /// INVALID_ARGUMENT if the limit is too large for the method. 0 stands for its own limit.
 Status check_max_bounces(std::string_view method, std::uint32_t max_bounces);
 

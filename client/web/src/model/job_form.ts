@@ -12,13 +12,15 @@ import {
   type RenderSettings,
 } from '../wire/lightmill/v1/farm_pb';
 import {SceneSchema, type Scene} from '../wire/lightmill/v1/scene_pb';
+import type {FarmGreeting, MethodFacts} from '../wire/lightmill/v1/web_pb';
 import {bytesOfHex} from './bytes';
 import type {Photons} from './route';
 
-export const kMethods = ['auto', 'path', 'caustic', 'vcm', 'ppm', 'photon-map', 'whitted', 'raycast', 'ao', 'preview'] as const;
-export const kMostSide = 65_536;
 export const kLeastPriority = -(2 ** 31);
 export const kMostPriority = 2 ** 31 - 1;
+
+/** What the coordinator says of jobs. */
+export type JobRules = Pick<FarmGreeting, 'rendererVersion' | 'methods' | 'mostNameBytes'>;
 
 export interface JobForm {
   name: string;
@@ -52,37 +54,21 @@ export function formOf(spec: JobSpec): JobForm {
   };
 }
 
-/** The fault in the form, and its remedy; undefined if there is none. The coordinator checks more. */
-export function faultOf(form: JobForm): string | undefined {
-  if (!(form.samples > 0) && !(form.seconds > 0) && !(form.percent > 0)) {
-    return 'A job needs a goal: give samples, an error or a time.';
-  }
-  const sides = [form.width, form.height];
-  if (sides.some((side) => !Number.isInteger(side) || side < 1 || side > kMostSide)) {
-    return `The size is ${form.width}×${form.height}: each side must be a whole number from 1 to ${kMostSide}.`;
-  }
-  return form.method.trim() === '' ? 'A method must be given; "auto" chooses one.' : undefined;
-}
-
 export function sceneOf(spec: JobSpec): Scene {
   return fromBinary(SceneSchema, spec.settings?.scene ?? new Uint8Array());
 }
 
-const nameOfMethod = (method: string): string => method.split(':')[0]!;
-const followsAllLight = (method: string): boolean => ['path', 'caustic', 'vcm', 'auto'].includes(method);
-
 const kBeauty: LayerSpec = create(LayerSpecSchema, {name: 'beauty', channels: 3, kind: LayerSpec_Kind.SUMMED});
 
+/** The facts about a method, e.g. of "path:brute-force". Undefined if the coordinator does not know it. */
+function factsOf({methods}: JobRules, method: string): MethodFacts | undefined {
+  const name = method.split(':')[0]!;
+  return methods.find((facts) => facts.name === name);
+}
+
 /** The requested layers that the method has. */
-function layersFor(method: string, layers: readonly LayerSpec[]): LayerSpec[] {
-  const all = followsAllLight(method);
-  const has = (name: string) =>
-    name === 'beauty' ||
-    ['albedo', 'normal', 'features', 'depth', 'id'].includes(name) ||
-    (name === 'bias' && (all || method === 'ppm')) ||
-    (all && (name === 'direct' || name === 'indirect' || name.startsWith('light:'))) ||
-    (name === 'caustic' && method === 'caustic');
-  const kept = layers.filter(({name}) => has(name));
+function layersFor(facts: MethodFacts | undefined, layers: readonly LayerSpec[]): LayerSpec[] {
+  const kept = layers.filter(({name}) => name === 'beauty' || facts?.layers.includes(name) || (facts?.lightGroups && name.startsWith('light:')));
   return kept.length > 0 ? kept : [kBeauty];
 }
 
@@ -111,9 +97,9 @@ function cropFor({crop, width, height}: RenderSettings, to: {width: number; heig
   return create(PixelRectSchema, {x, y, width: Math.max(right - x, 1), height: Math.max(bottom - y, 1)});
 }
 
-function settingsFor(before: RenderSettings, scene: Scene, form: Pick<JobForm, 'width' | 'height' | 'method' | 'seed'>, rendererVersion: string): RenderSettings {
+function settingsFor(before: RenderSettings, scene: Scene, form: Pick<JobForm, 'width' | 'height' | 'method' | 'seed'>, rules: JobRules): RenderSettings {
   const method = form.method.trim();
-  const name = nameOfMethod(method);
+  const facts = factsOf(rules, method);
   const film = scene.film && {...scene.film, width: form.width, height: form.height};
   return {
     ...before,
@@ -122,24 +108,24 @@ function settingsFor(before: RenderSettings, scene: Scene, form: Pick<JobForm, '
     width: form.width,
     height: form.height,
     crop: cropFor(before, form),
-    layers: layersFor(name, before.layers),
+    layers: layersFor(facts, before.layers),
     seed: form.seed,
     method,
-    maxBounces: name === nameOfMethod(before.method) || followsAllLight(name) === followsAllLight(nameOfMethod(before.method)) ? before.maxBounces : 0,
-    meters: followsAllLight(name) || name === 'ppm' ? scene.meters.length : 0,
-    rendererVersion,
+    maxBounces: facts && before.maxBounces <= facts.mostBounces ? before.maxBounces : 0,
+    meters: facts?.meters ? scene.meters.length : 0,
+    rendererVersion: rules.rendererVersion,
   };
 }
 
 /** The form's job for `scene`. Other fields come from `spec`. `parent`: 0n is none. */
-export function filledSpec(spec: JobSpec, scene: Scene, form: JobForm, rendererVersion: string, parent: bigint): JobSpec {
+export function filledSpec(spec: JobSpec, scene: Scene, form: JobForm, rules: JobRules, parent: bigint): JobSpec {
   return {
     ...spec,
     name: form.name,
     parent,
     priority: form.priority,
     goal: {...(spec.goal ?? create(GoalSchema)), samples: BigInt(form.samples), seconds: form.seconds, error: Number(((form.percent / 100) ** 2).toPrecision(12)), adaptive: form.adaptive},
-    settings: settingsFor(spec.settings ?? create(RenderSettingsSchema), scene, form, rendererVersion),
+    settings: settingsFor(spec.settings ?? create(RenderSettingsSchema), scene, form, rules),
   };
 }
 
@@ -156,12 +142,9 @@ export const kQuickEnding = ' (being edited)';
 /** Suffix of the names of jobs that render photons for the overlay. */
 export const kPhotonMapEnding = ' (photon map)';
 
-/** Bytes. */
-const kMostName = 200;
-
 /** The name, cut so that the ending fits. */
-function pageJobName(name: string, ending: string): string {
-  const room = kMostName - ending.length;
+function pageJobName(name: string, ending: string, {mostNameBytes}: JobRules): string {
+  const room = mostNameBytes - ending.length;
   let cut = '';
   for (const character of name || 'scene') {
     if (new TextEncoder().encode(cut + character).length > room) {
@@ -184,16 +167,16 @@ const kPhotonMapMethods: Record<Exclude<Photons, 'none'>, string> = {
 };
 
 /** The photons of a job's scene, aligned with its pixels. One sample is enough, since all show the same. */
-export function photonMapSpec(spec: JobSpec, photons: Exclude<Photons, 'none'>, rendererVersion: string, parent: bigint): JobSpec {
+export function photonMapSpec(spec: JobSpec, photons: Exclude<Photons, 'none'>, rules: JobRules, parent: bigint): JobSpec {
   const {settings} = spec;
   return {
     ...spec,
-    name: pageJobName(spec.name, kPhotonMapEnding),
+    name: pageJobName(spec.name, kPhotonMapEnding, rules),
     parent,
     priority: Math.min(spec.priority + 1, kMostPriority),
     verifyShare: 0,
     goal: create(GoalSchema, {samples: 1n}),
-    settings: {...(settings ?? create(RenderSettingsSchema)), method: kPhotonMapMethods[photons], layers: [kBeauty], maxBounces: 0, meters: 0, rendererVersion},
+    settings: {...(settings ?? create(RenderSettingsSchema)), method: kPhotonMapMethods[photons], layers: [kBeauty], maxBounces: 0, meters: 0, rendererVersion: rules.rendererVersion},
   };
 }
 
@@ -203,18 +186,18 @@ const kQuickSamples: Record<QuickMethod, bigint> = {preview: 16n, raycast: 16n, 
 export const kMostQuickSide = 480;
 
 /** A quick look at a scene during editing: small, with high priority, without audits, of the job's whole picture. */
-export function quickSpec(spec: JobSpec, scene: Scene, form: JobForm, rendererVersion: string, parent: bigint, method: QuickMethod): JobSpec {
+export function quickSpec(spec: JobSpec, scene: Scene, form: JobForm, rules: JobRules, parent: bigint, method: QuickMethod): JobSpec {
   const scale = Math.min(1, kMostQuickSide / Math.max(form.width, form.height));
   const side = (length: number) => Math.max(1, Math.round(length * scale));
   const small = {...form, width: side(form.width), height: side(form.height), method};
-  const whole = settingsFor(spec.settings ?? create(RenderSettingsSchema), scene, form, rendererVersion);
+  const whole = settingsFor(spec.settings ?? create(RenderSettingsSchema), scene, form, rules);
   return {
     ...spec,
-    name: pageJobName(form.name, kQuickEnding),
+    name: pageJobName(form.name, kQuickEnding, rules),
     parent,
     priority: Math.min(form.priority + 1, kMostPriority),
     verifyShare: 0,
     goal: create(GoalSchema, {samples: kQuickSamples[method]}),
-    settings: {...settingsFor(whole, scene, small, rendererVersion), layers: [kBeauty], maxBounces: 0, meters: 0},
+    settings: {...settingsFor(whole, scene, small, rules), layers: [kBeauty], maxBounces: 0, meters: 0},
   };
 }

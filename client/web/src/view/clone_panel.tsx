@@ -1,7 +1,7 @@
 /** Cloning a job: the same scene and settings, with another name or goal if given. */
 import {useEffect, useMemo, useState} from 'preact/hooks';
 import {fetchSpec, Submitter} from '../api/submit';
-import {faultOf, filledSpec, formOf, sceneOf, type JobForm} from '../model/job_form';
+import {filledSpec, formOf, sceneOf, type JobForm} from '../model/job_form';
 import type {JobSpec} from '../wire/lightmill/v1/farm_pb';
 import {ActionButton, useOpened} from './bits';
 import {JobFields} from './job_fields';
@@ -30,7 +30,7 @@ export function ClonePanel({id, onClose}: {id: bigint; onClose: () => void}) {
   }, [id]);
   useEffect(() => opened.current?.scrollIntoView({block: 'nearest'}), [form === undefined]);
   const submit = async () => {
-    const job = await submitter.submit(filledSpec(spec!, sceneOf(spec!), form!, greeting!.rendererVersion, spec!.parent));
+    const job = await submitter.submit(filledSpec(spec!, sceneOf(spec!), form!, greeting!, spec!.parent));
     window.location.hash = `#/jobs/${job}`;
   };
   return (
@@ -38,7 +38,7 @@ export function ClonePanel({id, onClose}: {id: bigint; onClose: () => void}) {
       {form && <JobFields form={form} onForm={setForm} />}
       {!form && !failure && <p class="muted">Loading…</p>}
       <div class="actions">
-        <ActionButton label="Submit the clone" refused={form ? faultOf(form) : 'The job is still loading'} act={submit} onFailure={setFailure} primary />
+        <ActionButton label="Submit the clone" refused={form ? undefined : 'The job is still loading'} act={submit} onFailure={setFailure} primary />
         <button type="button" onClick={onClose}>
           Close
         </button>

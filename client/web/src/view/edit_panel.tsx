@@ -1,7 +1,7 @@
 /** Editing of a job's camera, materials, lights and settings, and the new job made of them. */
 import {useEffect, useMemo, useState} from 'preact/hooks';
 import {Submitter} from '../api/submit';
-import {faultOf, filledSpec, type QuickMethod} from '../model/job_form';
+import {filledSpec, type QuickMethod} from '../model/job_form';
 import type {Vector} from '../model/orbit';
 import {fovOf, lightGroups, materialGroups, poseOf, withCamera, withPose} from '../model/scene_edit';
 import type {Scene} from '../wire/lightmill/v1/scene_pb';
@@ -83,7 +83,7 @@ export function EditPanel({id, editor, onClose}: EditPanelProps) {
   useUndoKeys(editor);
   const onScene = (next: Scene, of: string) => editor.set({scene: next}, of);
   const render = async () => {
-    const job = await submitter.submit(filledSpec(spec, scene, form, greeting!.rendererVersion, id));
+    const job = await submitter.submit(filledSpec(spec, scene, form, greeting!, id));
     window.location.hash = `#/jobs/${job}`;
   };
   return (
@@ -140,7 +140,7 @@ export function EditPanel({id, editor, onClose}: EditPanelProps) {
         <JobFields form={form} onForm={(next, of) => editor.set({form: next}, `form/${of}`)} />
       </details>
       <div class="actions">
-        <ActionButton label="Render" title="Submit the change as a new job" refused={faultOf(form)} act={render} onFailure={setFailure} primary />
+        <ActionButton label="Render" title="Submit the change as a new job" act={render} onFailure={setFailure} primary />
       </div>
       {failure && (
         <p class="notice failure" role="alert">

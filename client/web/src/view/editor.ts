@@ -2,7 +2,7 @@
 import {useEffect, useMemo, useRef, useState} from 'preact/hooks';
 import {fetchSpec} from '../api/submit';
 import type {Film} from '../model/film';
-import {faultOf, formOf, quickSpec, sceneOf, type JobForm, type QuickMethod} from '../model/job_form';
+import {formOf, quickSpec, sceneOf, type JobForm, type QuickMethod} from '../model/job_form';
 import {dollied, orbited, panned} from '../model/orbit';
 import {fovOf, poseOf, withPose} from '../model/scene_edit';
 import {begun, edited, redone, settled, undone, type Edits} from '../model/undo';
@@ -77,12 +77,11 @@ export function useEditor(id: bigint, editing: boolean): {editor: Editor | undef
   const change = useRef((by: Change) => setEdits((before) => before && by(before))).current;
   const steering = useMemo(() => steeringOf(change), []);
   const draft = edits?.now;
-  const version = greeting?.rendererVersion;
   // Name and goal do not change the picture.
   const {width, height, seed, priority} = draft?.form ?? {};
   const request = useMemo(
-    () => (spec && draft && version && !faultOf({...draft.form, samples: 1}) ? quickSpec(spec, draft.scene, draft.form, version, id, quick) : undefined),
-    [spec, draft?.scene, width, height, seed, priority, version, quick],
+    () => (spec && draft && greeting ? quickSpec(spec, draft.scene, draft.form, greeting, id, quick) : undefined),
+    [spec, draft?.scene, width, height, seed, priority, greeting, quick],
   );
   const {film, failure: noPicture} = useQuickLook(request);
   if (!spec || !edits) {

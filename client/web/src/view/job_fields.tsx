@@ -1,7 +1,8 @@
 /** Form fields of a job: name, size, method, seed, goal and priority. */
 import {useId} from 'preact/hooks';
-import {kLeastPriority, kMethods, kMostPriority, kMostSide, type JobForm} from '../model/job_form';
+import {kLeastPriority, kMostPriority, type JobForm} from '../model/job_form';
 import {NumberField} from './number_field';
+import {useFarm} from './store';
 
 export interface JobFieldsProps {
   form: JobForm;
@@ -15,6 +16,7 @@ type NumberKey = {[Key in keyof JobForm]: JobForm[Key] extends number ? Key : ne
 
 export function JobFields({form, onForm}: JobFieldsProps) {
   const methods = useId();
+  const {greeting} = useFarm();
   const set = (change: Partial<JobForm>) => onForm({...form, ...change}, Object.keys(change).join());
   const number = (key: NumberKey, label: string, more: {least?: number; most?: number; step?: number; whole?: boolean; title?: string} = {}) => (
     <label title={more.title}>
@@ -26,16 +28,16 @@ export function JobFields({form, onForm}: JobFieldsProps) {
     <div class="job-fields">
       <label class="whole">
         Name
-        <input type="text" maxLength={250} value={form.name} onInput={(event) => set({name: event.currentTarget.value})} />
+        <input type="text" maxLength={greeting?.mostNameBytes} value={form.name} onInput={(event) => set({name: event.currentTarget.value})} />
       </label>
-      {number('width', 'Width', {least: 1, most: kMostSide})}
-      {number('height', 'Height', {least: 1, most: kMostSide})}
+      {number('width', 'Width', {least: 1, most: greeting?.mostSide})}
+      {number('height', 'Height', {least: 1, most: greeting?.mostSide})}
       <label>
         Method
         <input type="text" list={methods} value={form.method} onInput={(event) => set({method: event.currentTarget.value})} />
         <datalist id={methods}>
-          {kMethods.map((method) => (
-            <option key={method} value={method} />
+          {greeting?.methods.map(({name}) => (
+            <option key={name} value={name} />
           ))}
         </datalist>
       </label>

@@ -28,8 +28,7 @@ export function usePhotonOverlay(id: bigint, photons: Photons): {film: Film | un
       setFailure('');
     };
   }, [id, wanted]);
-  const version = greeting?.rendererVersion;
-  const request = useMemo(() => (spec && version && photons !== 'none' ? photonMapSpec(spec, photons, version, id) : undefined), [spec, version, photons, id]);
+  const request = useMemo(() => (spec && greeting && photons !== 'none' ? photonMapSpec(spec, photons, greeting, id) : undefined), [spec, greeting, photons, id]);
   const {film, failure: notRendered} = useQuickLook(request);
   return {film, failure: failure || notRendered};
 }

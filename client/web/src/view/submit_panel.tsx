@@ -2,7 +2,7 @@
 import {useEffect, useMemo, useRef, useState} from 'preact/hooks';
 import type {Inspection} from '../api/inspect';
 import {Submitter} from '../api/submit';
-import {faultOf, filledSpec, formOf, newSpec, type JobForm} from '../model/job_form';
+import {filledSpec, formOf, newSpec, type JobForm} from '../model/job_form';
 import {humanBytes} from '../model/scene_files';
 import {ActionButton} from './bits';
 import type {SceneFile} from './dropped';
@@ -144,7 +144,7 @@ export function SubmitPanel({files, onClose}: {files: readonly SceneFile[]; onCl
   };
   const submit = async () => {
     const spec = newSpec(inspection!.scene, form!.name);
-    const job = await submitter.submit(filledSpec(spec, inspection!.scene, form!, greeting!.rendererVersion, 0n));
+    const job = await submitter.submit(filledSpec(spec, inspection!.scene, form!, greeting!, 0n));
     window.location.hash = `#/jobs/${job}`;
   };
   return (
@@ -206,7 +206,7 @@ export function SubmitPanel({files, onClose}: {files: readonly SceneFile[]; onCl
             Try again
           </button>
         )}
-        {inspection && form && !progress && !failure && <ActionButton label="Submit" primary refused={faultOf(form)} act={submit} onFailure={setRefusal} />}
+        {inspection && form && !progress && !failure && <ActionButton label="Submit" primary act={submit} onFailure={setRefusal} />}
         <button type="button" onClick={onClose}>
           Close
         </button>

@@ -1,3 +1,7 @@
+#include <fmt/ranges.h>
+
+#include <map>
+
 #include "tests/unit/server/web/live_hub_fixture.h"
 
 namespace lightmill::test {
@@ -13,11 +17,31 @@ TEST_F(LiveHubTest, APageGetsTheGreetingFirstAndNothingBeforeItsRequest) {
   ASSERT_EQ(page.messages.size(), 1u);
   EXPECT_EQ(page.messages[0].greeting().version(), "1.0");
   EXPECT_EQ(page.messages[0].greeting().notices(0), "be kind");
+  EXPECT_EQ(page.messages[0].greeting().most_side(), 65536u);
+  EXPECT_EQ(page.messages[0].greeting().most_name_bytes(), 200u);
   settle();
   ASSERT_EQ(page.messages.size(), 2u);
   EXPECT_TRUE(page.messages[1].jobs().whole());
   ASSERT_EQ(page.messages[1].jobs().jobs_size(), 1);
   EXPECT_EQ(page.messages[1].jobs().jobs(0).name(), "one");
+  hub->remove(page);
+}
+
+TEST_F(LiveHubTest, TheGreetingHasTheLayersAndLimitsOfEachMethod) {
+  Page page;
+  hub->add(page, call_of(anybody()));
+  ASSERT_TRUE(ask(page).ok());
+  std::map<std::string, std::string> facts;
+  for (const v1::MethodFacts& each : page.messages[0].greeting().methods()) {
+    facts[each.name()] = fmt::format("{} / {}{}{}", fmt::join(each.layers(), " "), each.light_groups() ? "groups " : "",
+                                     each.meters() ? "meters " : "", each.most_bounces());
+  }
+  const std::string surfaces = "albedo normal features depth id";
+  EXPECT_EQ(facts.size(), 10u);
+  EXPECT_EQ(facts["caustic"], "beauty direct indirect caustic bias " + surfaces + " / groups meters 1000000");
+  EXPECT_EQ(facts["auto"], "beauty direct indirect bias " + surfaces + " / groups meters 1000000");
+  EXPECT_EQ(facts["ppm"], "beauty bias " + surfaces + " / meters 1000000");
+  EXPECT_EQ(facts["whitted"], "beauty " + surfaces + " / 128");
   hub->remove(page);
 }
 
