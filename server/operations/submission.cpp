@@ -93,6 +93,26 @@ void add_bias_layer(JobSpec& spec, const MethodNotes& notes) {
 
 }  // namespace
 
+void fill_defaults(v1::RenderSettings& settings) {
+  if (!settings.has_crop()) {
+    settings.mutable_crop()->set_width(settings.width());
+    settings.mutable_crop()->set_height(settings.height());
+  }
+  if (settings.layers().empty()) {
+    const LayerSpec beauty;
+    v1::LayerSpec& layer = *settings.add_layers();
+    layer.set_name(beauty.name);
+    layer.set_channels(beauty.channels);
+    layer.set_kind(v1::LayerSpec::SUMMED);
+  }
+  if (settings.method().empty()) {
+    settings.set_method(std::string(kAutoMethod));
+  }
+  if (settings.renderer_version().empty()) {
+    settings.set_renderer_version(kRendererVersion);
+  }
+}
+
 Status check_files(const InspectionRequest& request, const AssetStore& assets) {
   std::uint64_t bytes = 0;
   for (const InspectionRequest::File& file : request.files) {
@@ -151,6 +171,9 @@ Result<Apply> inspect_scene(Runtime& runtime, const Call&, v1::InspectSceneReque
 
 /// Takes the assets and chooses the method on the caller's thread. Then submits the job as the caller's.
 Result<Apply> submit_job(Runtime& runtime, const Call& by, v1::SubmitJobRequest& request, v1::Job* reply) {
+  if (request.job().has_settings()) {
+    fill_defaults(*request.mutable_job()->mutable_settings());
+  }
   LM_ASSIGN_OR_RETURN(JobSpec spec, from_wire(request));
   v1::SubmitJobRequest().Swap(&request);  // frees the request, which may be large
   LM_RETURN_IF_ERROR(take_assets(spec, by.caller, runtime.assets()));

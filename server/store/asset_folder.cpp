@@ -22,6 +22,13 @@ Status errno_error(std::string_view what, const fs::path& path) {
                     "cannot {} {}: {}", what, path.string(), std::strerror(code));
 }
 
+/// The error of an upload that the disk refused.
+Status not_stored(std::string_view what, const fs::path& path) {
+  const Status why = errno_error(what, path);
+  spdlog::error("cannot store an asset: {}", message_of(why));
+  return with_context(why, "the farm cannot store an asset now");
+}
+
 void sync_folder(const fs::path& folder) {
   const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (fd >= 0) {
@@ -129,7 +136,7 @@ Result<std::unique_ptr<AssetStore::Upload>> AssetFolder::start_upload(const Sha2
   const fs::path temporary = folder_ / "incoming" / fmt::format("{}-{}", digest.hex(), next_temporary_++);
   const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (fd < 0) {
-    return errno_error("create", temporary);
+    return not_stored("create", temporary);
   }
   return std::unique_ptr<Upload>(std::make_unique<FileUpload>(*this, digest, user, temporary, fd));
 }
@@ -153,7 +160,7 @@ Status FileUpload::append(ByteView bytes) {
       if (errno == EINTR) {
         continue;
       }
-      return errno_error("write", temporary_);
+      return not_stored("write", temporary_);
     }
     bytes = bytes.subspan(static_cast<std::size_t>(written));
   }
@@ -166,7 +173,7 @@ Status FileUpload::finish() {
                             actual.hex());
   }
   if (::fsync(fd_) != 0) {
-    return errno_error("flush", temporary_);
+    return not_stored("flush", temporary_);
   }
   const fs::path path = store_.path_of(digest_);
   std::error_code error;
@@ -176,7 +183,7 @@ Status FileUpload::finish() {
     const MutexLock lock(store_.placing_);
     const bool there_already = store_.has(digest_);
     if (::rename(temporary_.c_str(), path.c_str()) != 0) {
-      return errno_error("rename to", path);
+      return not_stored("rename to", path);
     }
     if (there_already) {
       store_.budget_.release(user_, size_bytes_);

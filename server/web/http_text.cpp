@@ -58,7 +58,7 @@ Status read_json(const std::string& body, google::protobuf::Message& message) {
     return ok_status();
   }
   const auto status = google::protobuf::util::JsonStringToMessage(body, &message);
-  return status.ok() ? ok_status() : invalid_argument("the body: {}", printable(status.ToString()));
+  return status.ok() ? ok_status() : invalid_argument("the body: {}", printable(std::string(status.message())));
 }
 
 std::string_view query_value(std::string_view query, std::string_view name) {

@@ -3,6 +3,7 @@
 
 #include <fstream>
 
+#include "common/wire/farm_messages.h"
 #include "server/operations/handlers.h"
 #include "server/store/asset_folder.h"
 #include "tests/support/temporary_folder.h"
@@ -39,6 +40,35 @@ TEST(CheckFiles, RefusesMissingAndTooLargeFiles) {
   EXPECT_EQ(missing.code(), StatusCode::kFailedPrecondition);
   EXPECT_EQ(message_of(missing).find('\x1b'), std::string::npos);
   EXPECT_NE(message_of(missing).find(sha256("nowhere").hex()), std::string::npos) << message_of(missing);
+}
+
+TEST(FillDefaults, AJobWithASceneAndASizeIsWhole) {
+  v1::SubmitJobRequest request;
+  request.set_request_id("r");
+  request.mutable_job()->mutable_goal()->set_samples(1);
+  v1::RenderSettings& settings = *request.mutable_job()->mutable_settings();
+  settings.set_width(6);
+  settings.set_height(4);
+  EXPECT_FALSE(from_wire(request).ok());
+  handlers::fill_defaults(settings);
+  const JobSpec spec = from_wire(request).value();
+  EXPECT_EQ(spec.settings.crop, (PixelRect{0, 0, 6, 4}));
+  EXPECT_EQ(spec.settings.layers, std::vector<LayerSpec>{LayerSpec{}});
+  EXPECT_EQ(spec.settings.method, "auto");
+  EXPECT_EQ(spec.settings.renderer_version, kRendererVersion);
+}
+
+TEST(FillDefaults, NothingThatIsGivenChanges) {
+  v1::RenderSettings settings;
+  settings.set_width(6);
+  settings.set_height(4);
+  settings.mutable_crop()->set_width(1);
+  settings.add_layers()->set_name("normal");
+  settings.set_method("path");
+  settings.set_renderer_version("other");
+  const std::string before = settings.SerializeAsString();
+  handlers::fill_defaults(settings);
+  EXPECT_EQ(settings.SerializeAsString(), before);
 }
 
 }  // namespace
