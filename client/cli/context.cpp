@@ -39,7 +39,7 @@ CLI::Validator job_number() {
       [](std::string& text) {
         const auto number = parse_whole(text, std::uint64_t{1}, std::numeric_limits<std::uint64_t>::max());
         return number.ok() ? normalise(number, text)
-                           : fmt::format("a number is expected, as `lightmill jobs` prints it, got '{}'", text);
+                           : fmt::format("a number from 1 is expected, as `lightmill jobs` prints it, got '{}'", text);
       },
       "");
 }

@@ -103,8 +103,8 @@ Result<RenderSettings> settings_of(const FilmPicture& picture, const std::string
   const Receipt& receipt = picture.receipt;
   if (const std::string digest = sha256(scene).hex(); digest != receipt.scene_digest) {
     return data_loss(
-        "this is not the scene of the picture: its digest is {:.12}…, not {:.12}…. Give the scene, --camera, --mtl and "
-        "--sky of the render",
+        "this is not the scene of the picture: the scene has the digest {:.12}…, the picture was made from {:.12}…. "
+        "Give the file as it was, and the same --camera, --mtl, --sky, --at and --animation",
         digest, receipt.scene_digest);
   }
   std::vector<std::string> digests;

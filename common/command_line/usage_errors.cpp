@@ -123,6 +123,13 @@ std::string usage_error_text(const CLI::App& app, const CLI::ParseError& error) 
   if (!left_over.empty() && (lacks_command || dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)) {
     return unknown_word(read, left_over.front());
   }
+  if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
+    // A misspelt option is more likely the mistake than the one that is missing.
+    const auto unknown = std::ranges::find_if(left_over, [](const std::string& word) { return word.starts_with('-'); });
+    if (unknown != left_over.end()) {
+      return unknown_word(read, *unknown);
+    }
+  }
   if (dynamic_cast<const CLI::ConversionError*>(&error) != nullptr) {
     return conversion_text(read, text);
   }

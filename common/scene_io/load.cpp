@@ -35,6 +35,9 @@ Result<fs::path> resolve(const fs::path& path, const SceneFiles& files) {
   if (!files.exists(path)) {
     return not_found("{}: no such file", path.string());
   }
+  if (!files.is_file(path)) {
+    return invalid_argument("{}: not a file; {}", path.string(), kExpected);
+  }
   if (lower_ending(path) != ".json" && lower_ending(path) != ".obj" && lower_ending(path) != ".pbrt" &&
       lower_ending(path) != ".xml" && !is_gltf(path)) {
     return invalid_argument("{}: {}", path.string(), kExpected);
@@ -47,6 +50,9 @@ template <class Read>
 Result<LoadedScene> load_with(const Read& read, const fs::path& path, std::uint64_t most_bytes,
                               const SceneFiles& files) {
   LM_ASSIGN_OR_RETURN(std::string bytes, files.read(path, most_bytes));
+  if (bytes.empty()) {
+    return invalid_argument("{}: the file is empty", path.string());
+  }
   LM_ASSIGN_OR_RETURN(LoadedScene loaded,
                       read(std::move(bytes), path.string(), files_below(path.parent_path(), files, kMaxFileBytes)));
   loaded.scene.name = utf8_text(path.stem().string());

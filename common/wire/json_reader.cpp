@@ -238,6 +238,9 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
       const std::string_view number = rest.substr(0, rest.find_first_of(",]} \t\r\n"));
       return fail(current_path(), "{} is too large for a number", cut_text(std::string(number), 40));
     }
+    if (text_.find_first_not_of(" \t\r\n") == std::string_view::npos) {
+      return fail("", "the file is empty");
+    }
     std::string what = error.what();
     if (const std::size_t column = what.find(", column "); column != std::string::npos) {
       what = what.substr(what.find(": ", column) + 2);

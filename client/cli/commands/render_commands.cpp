@@ -16,8 +16,8 @@ namespace lightmill::cli {
 namespace {
 
 constexpr const char* kRenderMore =
-    "Without -o the pictures are SCENE.exr and SCENE.png in the current folder. `lightmill help farm` says which farm\n"
-    "renders it, and what Ctrl-C does. Use `lightmill submit` for jobs that outlive the command.";
+    "Without -o the pictures are SCENE.exr and SCENE.png in the current folder. Existing files are replaced.\n"
+    "`lightmill help farm` says which farm renders it, and what Ctrl-C does. Use `lightmill submit` for jobs that outlive the command.";
 
 constexpr const char* kSubmitMore =
     "`lightmill watch JOB` follows the job, and `lightmill fetch JOB -o FILE` writes its picture.";

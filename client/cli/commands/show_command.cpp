@@ -40,6 +40,12 @@ std::vector<std::string> layer_names(const FilmPicture& picture) {
   return names;
 }
 
+/// "ada on lab-7". Jobs by HTTP have no host, and without authentication no owner.
+std::string owner_text(const v1::Job& job) {
+  const std::string owner = job.owner().empty() ? "unknown" : job.owner();
+  return job.host().empty() ? owner : fmt::format("{} on {}", owner, job.host());
+}
+
 /// `verbose`: with rows that only help to find a problem.
 std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool verbose) {
   const v1::Job& job = film.job;
@@ -50,7 +56,7 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film, bool v
   std::vector<std::vector<std::string>> rows{
       {"job", fmt::format("{}  {}", job.id(), job.name())},
       {"state", state_name(job.state()) + (says_more ? ": " + job.reason() : "")},
-      {"owner", fmt::format("{} on {}", job.owner(), job.host())},
+      {"owner", owner_text(job)},
       {"submitted", human_date(job.submitted_unix_ms())},
       {"picture",
        fmt::format(

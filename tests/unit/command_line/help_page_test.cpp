@@ -201,6 +201,7 @@ TEST(UsageErrors, NameTheNearestWord) {
             "`mill grind` has no option --sise; did you mean '--size'?");
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "--sise=3"}),
             "`mill grind` has no option --sise; did you mean '--size'?");
+  EXPECT_EQ(Mill().error_of({"grind", "--sise", "3"}), "`mill grind` has no option --sise; did you mean '--size'?");
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "--beautifully"}), "`mill grind` has no option --beautifully");
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "rye"}), "unexpected argument 'rye'");
   EXPECT_EQ(Mill().error_of({"grind", "wheat", "--size", "a", "--size", "b"}), "--size is given more than once");

@@ -277,9 +277,7 @@ TEST(SceneJson, BrokenJsonIsReportedWithItsPlace) {
   EXPECT_EQ(scene_error("{\"name\": \"a\","),
             "box.json:1:14: not JSON: syntax error while parsing object key - unexpected end of input; expected string "
             "literal");
-  EXPECT_EQ(scene_error(""),
-            "box.json:1:1: not JSON: syntax error while parsing value - unexpected end of input; expected '[', "
-            "'{', or a literal");
+  EXPECT_EQ(scene_error(""), "box.json:1:1: the file is empty");
 }
 
 TEST(SceneJson, CamerasCanStandAlone) {
