@@ -1,4 +1,4 @@
-// Damage to the files of a farm between two coordinators: a bit, sector, row or file of its store.
+// Damage to the files of a farm between two coordinators: a bit, sector, page, row or file of its store.
 //
 // A farm is stopped at any point, its files are damaged, and another coordinator starts on them. Then the farm finishes
 // its jobs with the same bits, or reports what is lost. Nothing is lost or changed silently.
