@@ -121,8 +121,8 @@ class SceneCompiler {
       }
       scene.add(bounds.low);
       scene.add(bounds.high);
-      if (bends_normals(scene_.materials[scene_.objects[i].material])) {
-        bent_meshes_.insert(meshes_.of_object[i]);
+      if (has_mapped_normals(scene_.materials[scene_.objects[i].material])) {
+        mapped_meshes_.insert(meshes_.of_object[i]);
       }
     }
     frame_ = WorldFrame(scene);
@@ -239,7 +239,7 @@ class SceneCompiler {
     const Vec3 point(frame_.to_frame(map(to_vec(plane.point))));
     const Vec3d normal = glm::normalize(near_one(map.normal_matrix() * near_one(to_vec(plane.normal))));
     out_->geometry_.add_plane(object.material, point, static_cast<float>(1 / frame_.scale()), !scene_.textures.empty(),
-                              bends_normals(scene_.materials[object.material]));
+                              has_mapped_normals(scene_.materials[object.material]));
     out_->accel_->add_plane(point, Vec3(normal));
     light_builder_.add_other();
   }
@@ -259,7 +259,7 @@ class SceneCompiler {
     const std::vector<std::array<float, 3>> positions = frame_positions(mesh);
     out_->accel_->add_mesh(positions, mesh.triangles);
     out_->geometry_.add_mesh(material, out_->geometry_.add_rows(mesh, positions, !scene_.textures.empty(),
-                                                                bends_normals(scene_.materials[material])));
+                                                                has_mapped_normals(scene_.materials[material])));
     light_builder_.add_mesh(material, positions, mesh, is_sampled(i));
   }
 
@@ -288,7 +288,7 @@ class SceneCompiler {
       }
       p.number = out_->accel_->add_prototype(positions, mesh.triangles);
       p.rows = out_->geometry_.add_rows(mesh, positions, !scene_.textures.empty(),
-                                        bent_meshes_.contains(meshes_.of_object[i]));
+                                        mapped_meshes_.contains(meshes_.of_object[i]));
     }
     return p;
   }
@@ -310,7 +310,7 @@ class SceneCompiler {
     out_->accel_->add_instance(p.number, rows);
     const std::uint32_t material = scene_.objects[i].material;
     out_->geometry_.add_instance(material,
-                                 bends_normals(scene_.materials[material]) ? p.rows : p.rows.without_tangents(),
+                                 has_mapped_normals(scene_.materials[material]) ? p.rows : p.rows.without_tangents(),
                                  glm::mat3(linear), glm::mat3(normal));
     light_builder_.add_other();
   }
@@ -330,7 +330,7 @@ class SceneCompiler {
     }
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
       const Material& material = scene_.materials[scene_.objects[i].material];
-      out_->features_.normal_maps |= bends_normals(material);
+      out_->features_.normal_maps |= has_mapped_normals(material);
       out_->features_.emissive_surfaces |= !is_black(material.emission);
       out_->features_.opacity |= opacity_of(i) != 1;
     }
@@ -339,9 +339,9 @@ class SceneCompiler {
   const Scene& scene_;
   std::unique_ptr<CompiledScene> out_;
   ObjectMeshes meshes_;
-  std::vector<Bounds> bounds_;                         ///< one an object, in scene units
-  std::vector<Affine> maps_;                           ///< one an object
-  std::set<std::shared_ptr<const Mesh>> bent_meshes_;  ///< of materials with maps of normals
+  std::vector<Bounds> bounds_;                           ///< one an object, in scene units
+  std::vector<Affine> maps_;                             ///< one an object
+  std::set<std::shared_ptr<const Mesh>> mapped_meshes_;  ///< of materials with normal maps or bump maps
   std::map<const Mesh*, Bounds> boxes_;
   std::map<const Mesh*, Prototype> prototypes_;
   WorldFrame frame_;

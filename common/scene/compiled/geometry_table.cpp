@@ -40,7 +40,7 @@ void GeometryTable::push(Shape shape, std::uint32_t material, const MeshRows& me
   first_color_.push_back(mesh.colors);
   first_derivative_.push_back(mesh.derivatives);
   first_tangent_.push_back(mesh.tangents);
-  has_bent_normals_ |= mesh.derivatives != kNone;
+  has_mapped_normals_ |= mesh.derivatives != kNone;
   center_.push_back(center);
   radius_.push_back(radius);
   append(linear_, linear);
@@ -59,9 +59,9 @@ void GeometryTable::add_sphere(std::uint32_t material, const Vec3& center, float
 }
 
 void GeometryTable::add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale, bool textured,
-                              bool bent) {
+                              bool mapped) {
   push(kPlane, material,
-       {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone, kNone, bent ? 0 : kNone}, point,
+       {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone, kNone, mapped ? 0 : kNone}, point,
        coordinate_scale);
   has_planes_ = true;
   has_coordinates_ |= textured;
@@ -79,7 +79,7 @@ void GeometryTable::add_instance(std::uint32_t material, const MeshRows& mesh, c
 }
 
 GeometryTable::MeshRows GeometryTable::add_rows(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions,
-                                                bool textured, bool bent) {
+                                                bool textured, bool mapped) {
   MeshRows rows{static_cast<std::uint32_t>(triangle_extent_.size() / 4),
                 static_cast<std::uint32_t>(corners_.size() / 3), kNone, kNone, kNone};
   for (const auto& t : mesh.triangles) {
@@ -115,7 +115,7 @@ GeometryTable::MeshRows GeometryTable::add_rows(const Mesh& mesh, const std::vec
       vertex_colors_.insert(vertex_colors_.end(), c.begin(), c.end());
     }
   }
-  if (coordinates && bent) {
+  if (coordinates && mapped) {
     rows.derivatives = static_cast<std::uint32_t>(derivatives_.size() / 8);
     add_derivatives(mesh, positions);
     if (!mesh.tangents.empty()) {
@@ -186,8 +186,8 @@ Surface8 GeometryTable::surface(const Ray8& rays, const Hit8& hits) const {
   s.front = lanes & (dot(rays.direction, s.geometric_normal) < F8(0.0f));
   s.offset = surface_offset(s.geometric_normal, magnitude);
   s.shading_normal = s.geometric_normal;
-  if (has_bent_normals_) {
-    s.bent = and_not(lanes, first_derivative_.at(hits.geometry, lanes) == U8(kNone));
+  if (has_mapped_normals_) {
+    s.mapped = and_not(lanes, first_derivative_.at(hits.geometry, lanes) == U8(kNone));
   }
   if (has_normals_) {
     interpolate_normals(rays, hits, instances, s);
@@ -243,10 +243,10 @@ void GeometryTable::interpolate_normals(const Ray8& rays, const Hit8& hits, M8 i
   n = n * (F8(1.0f) / sqrt(length2));
   n = select(dot(n, s.geometric_normal) < F8(0.0f), -n, n);
   // If the ray comes from behind the interpolated normal, there is no frame to shade in. The flat normal is used. For
-  // maps of normals, shading_frame.h has another rule.
+  // mapped normals, shading_frame.h has another rule.
   const F8 cosine = dot(rays.direction, n);
   const M8 consistent = ~((cosine < F8(0.0f)) & ~s.front) & ~((cosine >= F8(0.0f)) & s.front);
-  s.shading_normal = select(usable & (consistent | s.bent), n, s.shading_normal);
+  s.shading_normal = select(usable & (consistent | s.mapped), n, s.shading_normal);
 }
 
 /// White and opaque where the mesh has no colours.

@@ -24,7 +24,7 @@ struct Surface8 {
   F8 u, v;              ///< texture coordinates if the material has textures, else 0
   V8 color;             ///< of the mesh's vertices, in scenes with such meshes (has_colors)
   F8 alpha;             ///< the same
-  M8 bent;              ///< the shading normal is that of a map (normal_maps.h), whatever the ray's direction
+  M8 mapped;            ///< a normal map or bump map gives the shading normal, whatever the ray's direction
 };
 
 /// The derivatives of the surface's point by its texture coordinates at eight hits. 0 if there are none.
@@ -44,7 +44,7 @@ class GeometryTable {
     std::uint32_t normals = 0;      ///< first vertex in vertex_normals_, or kNone
     std::uint32_t coordinates = 0;  ///< first vertex in texture_coordinates_, or kNone
     std::uint32_t colors = 0;       ///< first vertex in vertex_colors_, or kNone
-    // For materials with maps of normals:
+    // For materials with normal maps or bump maps:
     std::uint32_t derivatives = kNone;  ///< first triangle in derivatives_, or kNone
     std::uint32_t tangents = kNone;     ///< first vertex in vertex_tangents_, or kNone
 
@@ -53,15 +53,15 @@ class GeometryTable {
 
   void add_sphere(std::uint32_t material, const Vec3& center, float radius, bool normal_inward);
   /// Texture coordinates are distances along the tangents times `coordinate_scale`. They are not needed without
-  /// `textured`. `bent`: the material has a map of normals.
-  void add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale, bool textured, bool bent);
+  /// `textured`. `mapped`: the material has a normal map or bump map.
+  void add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale, bool textured, bool mapped);
   void add_mesh(std::uint32_t material, const MeshRows& mesh);
   /// A mesh under an affine map: `linear` maps differences of its coordinates to the frame, `normal` its normals.
   void add_instance(std::uint32_t material, const MeshRows& mesh, const glm::mat3& linear, const glm::mat3& normal);
 
   /// Adds the rows for meshes and their instances. `positions` are the mesh's, in the coordinates in which rays are
-  /// traced. `bent`: some material of the mesh has a map of normals.
-  MeshRows add_rows(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions, bool textured, bool bent);
+  /// traced. `mapped`: some material of the mesh has a normal map or bump map.
+  MeshRows add_rows(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions, bool textured, bool mapped);
 
   /// Surfaces at the hits: unit normals, a point on the surface, the material. Ray directions must be unit vectors.
   Surface8 surface(const Ray8& rays, const Hit8& hits) const;
@@ -97,7 +97,7 @@ class GeometryTable {
   bool has_normals_ = false;
   bool has_coordinates_ = false;
   bool has_colors_ = false;
-  bool has_bent_normals_ = false;
+  bool has_mapped_normals_ = false;
 
   // One entry per geometry.
   Column<std::uint32_t> shape_;
