@@ -227,6 +227,20 @@ TEST_P(StoreConformance, ASmallRowThatWasDroppedAndIsBackIsRefused) {
   }
 }
 
+TEST_P(StoreConformance, ADeletedJobThatIsBackIsRefused) {
+  std::string keep, bring_back;
+  for (const char* const table : {"jobs", "job_specs", "job_progress", "nodes", "results"}) {
+    keep += fmt::format("CREATE TABLE kept_{0} AS SELECT * FROM {0}; ", table);
+    bring_back += fmt::format("INSERT INTO {0} SELECT * FROM kept_{0}; ", table);
+  }
+  commit(*open(), writes_of_version(1));
+  place_->execute(keep);
+  commit(*open(), {DeleteJobRows{kFirst.job}});
+  EXPECT_TRUE(open()->load()->jobs.empty());
+  place_->execute(bring_back);
+  expect_refused("its tables jobs, job_specs, job_progress have lost rows, or have rows of an earlier commit");
+}
+
 TEST_P(StoreConformance, ATileWithARowOfAnEarlierCommitIsRenderedAgain) {
   for (const TableColumns& each : kFilmTables) {
     commit(*open(), writes_of_version(1));
