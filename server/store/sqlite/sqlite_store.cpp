@@ -79,7 +79,7 @@ class SqliteStore final : public Store {
   CommitChain chain_;
   const SqliteOptions options_;
   sqlite::StoreRow row_;           ///< as stored
-  stored::RowSums sums_;           ///< as stored
+  stored::RowSums sums_;           ///< of the rows
   stored::RowSums next_sums_;      ///< of the current commit
   std::uint64_t next_job_id_;      ///< as stored
   std::uint64_t highest_job_ = 0;  ///< of the current commit
@@ -104,17 +104,18 @@ Result<StoredState> SqliteStore::load() {
 Result<StoredState> SqliteStore::load_in_transaction() {
   std::vector<StoreOp> repairs;
   const auto read = [this](JobId job, const FilmPosition& after) { return read_film(job, after); };
+  LM_ASSIGN_OR_RETURN(const stored::RowSums written, stored::RowSums::from_bytes(row_.sums));
   stored::RowSums found;
   LM_ASSIGN_OR_RETURN(StoredState state, stored::load_state(database_, read, specs_, found, repairs));
   stored::RowSums all = found;
-  if (const Status complete = found.check_tables(sums_); !complete.ok()) {
+  if (const Status complete = found.check_tables(written); !complete.ok()) {
     if (!options_.accept_loss) {
       return failed_precondition("{}: {}. {}", database_.file(), message_of(complete), sqlite::kLossAdvice);
     }
     spdlog::warn("--accept-loss: {}", message_of(complete));
     LM_RETURN_IF_ERROR(stored::drop_orphans(database_, all));
   }
-  stored::drop_unsound_tiles(all, sums_, state, repairs);
+  stored::drop_unsound_tiles(all, written, state, repairs);
   sums_ = found;
   LM_RETURN_IF_ERROR(write(repairs));
   sqlite::StoreRow next = row_;

@@ -1,7 +1,9 @@
 #include "server/store/sqlite/sqlite_store.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <fstream>
 
 #include "common/base/file.h"
@@ -339,6 +341,26 @@ TEST_F(SqliteStoreTest, NoCommitIsAcknowledgedWithoutItsRecord) {
   EXPECT_NE(message_of(status).find("cannot write " + chain_.string()), std::string::npos) << status;
   std::filesystem::remove(chain_);
   EXPECT_EQ(open()->load()->epoch, 2u) << "the first was stored, and no record of it";
+}
+
+TEST_F(SqliteStoreTest, ALoadAfterOneThatFailedStillFindsLostRows) {
+  ASSERT_TRUE(open()
+                  ->commit(std::vector<StoreOp>{PutJob{test::full_record(1)},
+                                                PutNode{JobId{1}, TileId{0}, test::small_node(0, 0, 1)},
+                                                PutResult{{JobId{1}, TileId{0}, {0, 0}}, Hash128{1, 2}, {"w", "m"}}})
+                  .ok());
+  sql("DELETE FROM results");
+  const auto store = open();
+  rlimit limit{};
+  ::getrlimit(RLIMIT_FSIZE, &limit);
+  const rlimit nothing{0, limit.rlim_max};
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  ::setrlimit(RLIMIT_FSIZE, &nothing);
+  const Status failed = store->load().status();
+  ::setrlimit(RLIMIT_FSIZE, &limit);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_FALSE(failed.ok());
+  EXPECT_EQ(store->load()->damaged.size(), 1u);
 }
 
 TEST(DataDirectory, HasOneUserAtATime) {
