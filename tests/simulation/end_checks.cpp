@@ -219,7 +219,7 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
       if (!may_lie && !is_right(job, status, tile, *node)) {
         world_.fail(
             fmt::format("job {}, tile {}: the node of samples [{}, {}) has other bytes than in the run without "
-                        "faults, and no part that may be a lie",
+                        "faults, and no part of a liar",
                         job.id->value, i, node->range.first(), node->range.end()));
         return;
       }

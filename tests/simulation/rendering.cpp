@@ -226,7 +226,7 @@ void WorkerSide::tile_rendered(std::size_t index, std::uint64_t life, const Rend
   }
   rendered.hash = hash_of(rendered.node);
   lie(index, tile.key, rendered);
-  if (world_.chaos.attack == Attack::two_identities) {
+  if (world_.chaos.attack == Attack::two_identities || world_.chaos.attack == Attack::second_identity) {
     note_agreement(worker.identity, tile.key);
   }
   rendered.seconds = seconds;

@@ -157,7 +157,7 @@ class WorkerSide {
   ClientSide& clients_;
   std::vector<SimulatedWorker> workers_;
   bool have_liars_ = false, have_certificates_ = false;
-  /// Of farms where two identities lie alike: who has rendered which samples, and the samples on which they agree.
+  /// Of farms where two identities may lie alike: who has rendered which samples, and the samples on which they agree.
   std::map<NodeKey, std::set<std::string>> identities_;
   std::set<NodeKey> agreed_;
   std::set<NodeKey> deceit_;  ///< results
