@@ -50,7 +50,7 @@ struct DeleteJobRows {
   JobId job;
   std::string name = {};  ///< of the job, for the action log
 };
-/// Inserts a node of the film's forest.
+/// Inserts a node of the film's forest, or replaces the one of the same range.
 struct PutNode {
   JobId job;
   TileId tile;
@@ -59,6 +59,11 @@ struct PutNode {
 /// Deletes a node: it was joined with its sibling, or replaced.
 struct DropNode {
   NodeKey key;
+};
+/// Deletes the row of a node. Its numbers may lie outside the range of a NodeKey.
+struct DropNodeRow {
+  JobId job;
+  std::int64_t tile = 0, level = 0, index = 0;
 };
 /// Worker that rendered something, and the identity that this is attributed to (identity_of). Empty: unknown. The class
 /// is set only for jobs that allow several classes. There, only results of one class can be compared.
@@ -124,9 +129,9 @@ struct DropAction {
 
 /// One write to the store. Its copies are compiled once, in stored_rows.cpp: those of std::variant take seconds in each
 /// file.
-struct StoreOp
-    : std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, PutResult, PutAudited, DropResults,
-                   DropResultRow, PutQuarantine, DropQuarantine, PutToken, DropToken, PutAction, DropAction> {
+struct StoreOp : std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, DropNodeRow, PutResult, PutAudited,
+                              DropResults, DropResultRow, PutQuarantine, DropQuarantine, PutToken, DropToken, PutAction,
+                              DropAction> {
   using variant::variant;
   StoreOp(const StoreOp& other);
   StoreOp(StoreOp&& other) noexcept;

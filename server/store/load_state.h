@@ -3,6 +3,7 @@
 
 #include "server/store/records.h"
 #include "server/store/row_source.h"
+#include "server/store/row_statements.h"
 #include "server/store/row_values.h"
 #include "server/store/store.h"
 
@@ -13,17 +14,24 @@ using ReadFilm = std::function<Result<FilmPiece>(JobId job, const FilmPosition& 
 
 /// Reads all jobs with their nodes and results, and all small rows. It does not read the epoch, the secret, the next
 /// job id, or the values of ended jobs' nodes. Damaged rows are logged; such jobs are left out, and such nodes are
-/// removed. The caller applies `repairs`. `specs` learns which specifications are stored. Nothing else may write
-/// meanwhile.
-Result<StoredState> load_state(RowSource& rows, const ReadFilm& read_film, StoredSpecs& specs,
+/// removed. Adds all rows to `sums`. The caller checks them, then applies `repairs`. `specs` learns which specifications
+/// are stored. Changes nothing. Nothing else may write meanwhile.
+Result<StoredState> load_state(RowSource& rows, const ReadFilm& read_film, StoredSpecs& specs, RowSums& sums,
                                std::vector<StoreOp>& repairs);
 
 /// Loads the values of all nodes of a job. Drops damaged nodes with `repairs`.
 Status load_values(const ReadFilm& read_film, StoredState::StoredJob& job, StoredState& state,
                    std::vector<StoreOp>& repairs);
 
-/// Keys of all small rows.
-Result<RowKeys> load_keys(RowSource& rows);
+/// Sums over all rows, as in load_state(). A job that is not there has no rows.
+Result<RowSums> load_sums(RowSource& rows);
+/// Deletes rows of films whose job is lost, and adds them to the sums.
+Status drop_orphans(RowSource& rows, RowSums& with_them);
+
+/// Removes the tiles of films whose sums differ, with their results, so that they are rendered again. Adds them to
+/// `damaged`.
+void drop_unsound_tiles(const RowSums& found, const RowSums& written, StoredState& state,
+                        std::vector<StoreOp>& repairs);
 
 /// Adds a result to its job. `row` has tile, level, range_index, hash, worker, machine, audit, fingerprint_class and
 /// checksum. False if the row is damaged: its numbers are invalid, or is_sound(key, hash, by, audit, checksum) is

@@ -322,4 +322,20 @@ Status load_old_rows(RowSource& rows, StoredState& state) {
   return OldRows(rows, state).load();
 }
 
+Status check_old_sums(RowSource& rows, std::string_view sums) {
+  std::array<std::uint64_t, kTableCount> found{};
+  for (std::size_t i = 0; i < kTableCount; ++i) {
+    const TableInfo& info = kTables[i];
+    LM_RETURN_IF_ERROR(rows.for_each(fmt::format("SELECT {} FROM {}", info.key, info.name), [&](const Row& row) {
+      found[i] ^= static_cast<std::uint64_t>(checksum_of(static_cast<Table>(i), key_in(row, info), {}));
+    }));
+  }
+  for (std::size_t i = 0; i < kTableCount; ++i) {
+    if (number_at<std::uint64_t>(as_byte_view(sums), i * sizeof(std::uint64_t)) != found[i]) {
+      return failed_precondition("its table {} has lost rows, or still has deleted rows", kTables[i].name);
+    }
+  }
+  return ok_status();
+}
+
 }  // namespace lightmill::stored

@@ -1,7 +1,6 @@
 #include "server/store/records.h"
 
 #include <cstring>
-#include <set>
 
 #include "common/base/log.h"
 #include "common/base/overloaded.h"
@@ -242,50 +241,6 @@ std::vector<RowChange> changes_of(const StoreOp& op, StoredSpecs& specs) {
                  [](const auto&) {}},
       op);
   return changes;
-}
-
-void RowKeys::change(Table table, const Key& key, bool there) {
-  const auto hash = static_cast<std::uint64_t>(checksum_of(table, key, {}));
-  const auto index = static_cast<std::size_t>(table);
-  if (hashes_[index].contains(hash) == there) {
-    return;
-  }
-  there ? (void)hashes_[index].insert(hash) : (void)hashes_[index].erase(hash);
-  sums_[index] ^= hash;
-  changes_.emplace_back(table, hash);
-}
-
-void RowKeys::drop(Table table, const Key& key) {
-  change(table, key, false);
-  if (table == Table::jobs) {
-    change(Table::job_specs, key, false);
-    change(Table::job_progress, key, false);
-  }
-}
-
-void RowKeys::keep() {
-  changes_.clear();
-  kept_ = sums_;
-}
-
-void RowKeys::forget() {
-  for (const auto& [table, hash] : changes_) {
-    std::set<std::uint64_t>& hashes = hashes_[static_cast<std::size_t>(table)];
-    if (hashes.erase(hash) == 0) {
-      hashes.insert(hash);
-    }
-  }
-  changes_.clear();
-  sums_ = kept_;
-}
-
-Status check_keys(const RowKeys::Sums& found, const RowKeys::Sums& written) {
-  for (std::size_t table = 0; table < kTableCount; ++table) {
-    if (found[table] != written[table]) {
-      return failed_precondition("its table {} has lost rows, or still has deleted rows", kTables[table].name);
-    }
-  }
-  return ok_status();
 }
 
 // ---- reading ----

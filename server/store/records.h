@@ -8,12 +8,12 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "server/domain/stored_rows.h"
+#include "server/store/row_source.h"
 
 namespace lightmill::stored {
 
@@ -41,6 +41,11 @@ struct Key {
   std::uint64_t number = 0;
   std::string name = {};
 };
+
+/// The key in the first column of a row.
+inline Key key_in(const Row& row, const TableInfo& info) {
+  return info.numbered ? Key{row.natural(0)} : Key{0, row.text(0)};
+}
 
 struct RowChange {
   Table table;
@@ -74,32 +79,6 @@ class StoredSpecs {
 /// The changes of a write to the small tables. None for nodes and results. A deleted job's rows go with its row in
 /// `jobs`.
 std::vector<RowChange> changes_of(const StoreOp& op, StoredSpecs& specs);
-
-/// The keys of all small rows, so that a missing row is noticed. Not thread-safe.
-class RowKeys {
- public:
-  /// Per table: XXH3 of each key, combined by exclusive or.
-  using Sums = std::array<std::uint64_t, kTableCount>;
-
-  void put(Table table, const Key& key) { change(table, key, true); }
-  /// A job's row takes the job's other rows with it.
-  void drop(Table table, const Key& key);
-  const Sums& sums() const { return sums_; }
-  /// The transaction was stored.
-  void keep();
-  /// The transaction was not stored.
-  void forget();
-
- private:
-  void change(Table table, const Key& key, bool there);
-
-  std::array<std::set<std::uint64_t>, kTableCount> hashes_;
-  std::vector<std::pair<Table, std::uint64_t>> changes_;  ///< since the last keep(); each one toggles a key
-  Sums sums_{}, kept_{};
-};
-
-/// FAILED_PRECONDITION unless the keys of the small rows are those that were written.
-Status check_keys(const RowKeys::Sums& found, const RowKeys::Sums& written);
 
 /// Fills a StoredState from rows that arrive table by table.
 ///

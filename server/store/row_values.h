@@ -15,6 +15,7 @@
 #include "common/farm/messages.h"
 #include "common/film/node.h"
 #include "common/wire/bytes.h"
+#include "server/store/row_source.h"
 #include "server/store/store.h"
 
 namespace lightmill::stored {
@@ -38,6 +39,10 @@ constexpr bool is_audit(std::int64_t number) {
   return number >= static_cast<int>(Audit::none) && number <= static_cast<int>(Audit::passed);
 }
 
+/// The position in three columns from `column` on.
+inline FilmPosition place_in(const Row& row, int column) {
+  return {row.integer(column), row.integer(column + 1), row.integer(column + 2)};
+}
 /// Whether these numbers form a valid NodeKey.
 bool is_key(const FilmPosition& position);
 NodeKey key_of(JobId job, const FilmPosition& position);

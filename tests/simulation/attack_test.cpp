@@ -41,6 +41,8 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Defenceless{"WrongSums", Attack::wrong_sums, &PlantedBugs::repeat_results},
                     Defenceless{"SomeWrongSums", Attack::some_wrong_sums, &PlantedBugs::repeat_results},
                     Defenceless{"TwoNames", Attack::two_names, &PlantedBugs::trust_claims},
+                    Defenceless{"TwoIdentities", Attack::two_identities, &PlantedBugs::repeat_after_agreement},
+                    Defenceless{"TwoIdentitiesThatClaimOthers", Attack::two_identities, &PlantedBugs::trust_claims},
                     Defenceless{"Claims", Attack::claims, &PlantedBugs::trust_claims},
                     Defenceless{"Ungranted", Attack::ungranted, &PlantedBugs::ignore_grants},
                     Defenceless{"Garbage", Attack::garbage, &PlantedBugs::trust_hashes},

@@ -19,6 +19,8 @@ constexpr Kind kKinds[] = {
     {Attack::wrong_sums, "wrong pictures, always", nullptr},
     {Attack::some_wrong_sums, "wrong pictures, sometimes", nullptr},
     {Attack::two_names, "two workers with one certificate lie alike", nullptr},
+    {Attack::two_identities, "two workers with two certificates lie alike",
+     "wrong results of two identities that agree"},
     {Attack::claims, "claims others' machines; comes back under new names", nullptr},
     {Attack::ungranted, "results without a lease", "results that were not granted"},
     {Attack::garbage, "messages of garbage", "messages of garbage"},

@@ -1,4 +1,4 @@
-// Attack table: each attack by one machine, tried alone on many farms, with the outcomes.
+// Attack table: each attack by one machine or two, tried alone on many farms, with the outcomes.
 #pragma once
 
 #include <string>

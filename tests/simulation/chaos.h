@@ -12,11 +12,12 @@
 
 namespace lightmill::simulation {
 
-/// Attack of one machine on a farm.
+/// Attack of one machine on a farm, or of two.
 enum class Attack {
   wrong_sums,
   some_wrong_sums,
   two_names,
+  two_identities,
   claims,
   ungranted,
   garbage,
@@ -70,6 +71,7 @@ struct PlantedBugs {
   bool forget_jobs = false;                ///< a restarted coordinator does not know the newest job
   bool repeat_results = false;             ///< an auditor sends the first result, not its own
   bool repeat_after_quarantine = false;    ///< the same, once a liar was found
+  bool repeat_after_agreement = false;     ///< the same, once two identities have sent the same wrong result
   bool wrong_beside_lies = false;          ///< results beside an unaudited one of a liar differ in the last bit
   bool forget_quarantine = false;          ///< a restarted coordinator has no quarantine
   bool keep_dropped_results = false;       ///< records of dropped results stay on disk

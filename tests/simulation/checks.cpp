@@ -109,7 +109,8 @@ void Checks::note_writes(const Effects& effects) {
     } else if (const auto* held = std::get_if<PutQuarantine>(&op);
                held != nullptr && !held->record.reason.starts_with(kByHand)) {
       ++world_.report.quarantined;
-      if (!is_of_lies(held->record.of.identity) && !world_.bugs.wrong_bits) {
+      const std::string& identity = held->record.of.identity;
+      if (!is_of_lies(identity) && !workers_.is_outvoted(identity) && !world_.bugs.wrong_bits) {
         world_.fail(
             fmt::format("{} is in quarantine, but has not lied: {}", held->record.of.worker, held->record.reason));
       }

@@ -28,7 +28,7 @@ TEST_P(Damages, AreNeverSilentInAnyRowOrFile) {
   }
   fmt::print("{}", table.text());
   for (const char* const outcome : kDamageOutcomes) {
-    EXPECT_GT(outcomes[outcome], GetParam() / 50) << outcome;
+    EXPECT_GT(outcomes[outcome], GetParam() / 100) << outcome;
   }
 }
 INSTANTIATE_TEST_SUITE_P(Few, Damages, testing::Values(125), testing::PrintToStringParamName());

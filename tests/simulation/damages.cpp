@@ -66,6 +66,7 @@ struct KilledFarm {
   std::map<JobId, StoredJob> jobs;
   bool closed = false;       ///< its coordinator stopped normally: the database has everything
   Files before_last, files;  ///< the last commit adds one token
+  std::string early;         ///< the database before the second coordinator
   StoredState loaded;
   std::uint64_t rendered = 0;  ///< results until all jobs are done
 };
@@ -91,6 +92,7 @@ KilledFarm kill_farm(std::uint64_t seed) {
   const Folder folder;
   std::uint64_t number = 0;
   for (const bool last : {false, true}) {  // the first half goes into the database, the second into the journal
+    killed.early = last ? folder.files().at(kDatabase) : "";
     auto farm = std::move(*StoredFarm::start(folder.path(), false, killed.assets));
     farm->send_assets();
     for (std::uint64_t jobs = 1 + random.below(2); jobs > 0; --jobs) {
@@ -166,6 +168,21 @@ std::string lose_commits(const KilledFarm& killed, Files& files, Random& random)
   files[kChain] = killed.before_last.at(kChain);
   files[kJournal].resize(before + random.below(files[kJournal].size() - before));
   return "journal: a commit that was not acknowledged is gone";
+}
+
+/// A page of the database is of an earlier commit: the disk has lost its last write.
+std::string lose_page_write(const KilledFarm& killed, Files& files, Random& random) {
+  constexpr std::size_t kPageBytes = 16384;
+  std::string& database = files.at(kDatabase);
+  std::vector<std::size_t> changed;
+  for (std::size_t at = 0; at < std::min(database.size(), killed.early.size()); at += kPageBytes) {
+    if (database.compare(at, kPageBytes, killed.early, at, kPageBytes) != 0) {
+      changed.push_back(at);
+    }
+  }
+  const std::size_t at = changed.at(random.below(changed.size()));
+  database.replace(at, kPageBytes, killed.early, at, kPageBytes);
+  return "database: a page of an earlier commit";
 }
 
 // ---- what must hold ----
@@ -288,8 +305,8 @@ DamageReport damage_one(std::uint64_t seed, bool forge) {
   DamageReport report;
   if (const std::uint64_t kind = random.below(10); kind < 5 && !forge) {
     report.kind = damage_file(files, random);
-  } else if (kind < 6 && !forge && !killed.closed) {
-    report.kind = lose_commits(killed, files, random);
+  } else if (kind < 6 && !forge) {
+    report.kind = killed.closed ? lose_page_write(killed, files, random) : lose_commits(killed, files, random);
   } else {
     const Folder folder(files);
     const fs::path database = StoredFarm::database_of(folder.path());

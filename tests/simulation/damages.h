@@ -1,4 +1,4 @@
-// Damage to the files of a farm between two coordinators: a bit, sector, row or file of its store.
+// Damage to the files of a farm between two coordinators: a bit, sector, page, row or file of its store.
 //
 // A farm is stopped at any point, its files are damaged, and another coordinator starts on them. Then the farm finishes
 // its jobs with the same bits, or reports what is lost. Nothing is lost or changed silently.
@@ -20,7 +20,7 @@ struct DamageReport {
 inline constexpr const char* kDamageOutcomes[] = {"same bits", "rendered again", "sent again", "named", "refused"};
 
 /// One damage of one farm, drawn from the seed. `forge` is a planted bug: it changes a node's bits together with its
-/// hash, as if nodes had no hash.
+/// hash and the sums over rows, as if there were neither.
 DamageReport damage_one(std::uint64_t seed, bool forge = false);
 
 /// Table of damages, counted by kind and outcome.

@@ -203,12 +203,18 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
     for (const Disk::Result& result : server_.disk().results(*job.id, tile)) {
       classes.insert(result.by.fingerprint_class);
     }
-    // Unaudited results of liars may be wrong, where the job reports such results or was cancelled.
-    bool is_lied_about = false;
+    // Unaudited results of liars may be wrong, where the job reports such results or was cancelled. Audited ones may be
+    // wrong where two identities agree.
+    bool is_lied_about = false, have_agreed = false;
     for (const NodePtr& node : film.forest(tile)) {
-      const bool may_lie = std::ranges::any_of(server_.disk().results(*job.id, tile), [&](const auto& result) {
-        return node->range.contains(result.range) && is_of_lies(result.by.identity) && !result.audited;
-      });
+      bool may_lie = false;
+      for (const Disk::Result& result : server_.disk().results(*job.id, tile)) {
+        const bool agreed = workers_.have_agreed({*job.id, tile, result.range});
+        if (node->range.contains(result.range) && is_of_lies(result.by.identity) && (!result.audited || agreed)) {
+          may_lie = true;
+          have_agreed = have_agreed || agreed;
+        }
+      }
       is_lied_about = is_lied_about || may_lie;
       if (!may_lie && !is_right(job, status, tile, *node)) {
         world_.fail(
@@ -218,7 +224,7 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
         return;
       }
     }
-    if (job.cancelled || (is_lied_about && status.results_unaudited > 0)) {
+    if (job.cancelled || have_agreed || (is_lied_about && status.results_unaudited > 0)) {
       continue;
     }
     const NodeLayout& layout = film.layout();

@@ -12,8 +12,9 @@ std::optional<JobRefusal> WorkerSide::refuses(std::size_t index, const RenderSet
     ++world_.report.too_large;
     return JobRefusal{"too large", true};
   }
-  if (world_.chaos.refusals && workers_[index].lies != Lies::never && workers_[index].lies != Lies::loses &&
-      world_.random.chance(0.3)) {
+  const bool is_spiteful = workers_[index].lies != Lies::never && workers_[index].lies != Lies::loses &&
+                           world_.chaos.attack != Attack::two_identities;  // two refusals would fail each job
+  if (world_.chaos.refusals && is_spiteful && world_.random.chance(0.3)) {
     world_.inject("refusals out of spite");
     return JobRefusal{kSpite, world_.random.chance(0.5)};
   }

@@ -128,6 +128,18 @@ bool WorkerSide::joins_deceit(const NodeKey& key) {
   return true;
 }
 
+void WorkerSide::note_agreement(const std::string& identity, const NodeKey& key) {
+  std::set<std::string>& all = identities_[key];
+  all.insert(identity);
+  if (all.contains(kIdentityOfLies) && all.contains(kSecondIdentityOfLies) && agreed_.insert(key).second) {
+    world_.inject("wrong results of two identities that agree");
+  }
+}
+
+bool WorkerSide::is_outvoted(const std::string& identity) const {
+  return std::ranges::any_of(agreed_, [&](const NodeKey& key) { return identities_.at(key).contains(identity); });
+}
+
 void WorkerSide::lie(std::size_t index, const NodeKey& key, RenderedTile& rendered) {
   const Lies lies = workers_[index].lies;
   if (lies == Lies::always || (lies == Lies::sometimes && world_.random.chance(0.3)) ||
@@ -214,6 +226,9 @@ void WorkerSide::tile_rendered(std::size_t index, std::uint64_t life, const Rend
   }
   rendered.hash = hash_of(rendered.node);
   lie(index, tile.key, rendered);
+  if (world_.chaos.attack == Attack::two_identities || world_.chaos.attack == Attack::second_identity) {
+    note_agreement(worker.identity, tile.key);
+  }
   rendered.seconds = seconds;
   render(index);
   on_worker(index, life, [this, rendered](Session& session, SessionActions& actions) {

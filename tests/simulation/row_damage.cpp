@@ -3,10 +3,13 @@
 #include <fmt/ranges.h>
 
 #include <cstring>
+#include <optional>
 #include <vector>
 
 #include "common/film/node.h"
+#include "server/store/row_sums.h"
 #include "server/store/row_values.h"
+#include "server/store/sqlite/store_row.h"
 #include "tests/support/sqlite_file.h"
 
 namespace lightmill::simulation {
@@ -85,8 +88,26 @@ std::string lose_row(const std::filesystem::path& database, Random& random) {
   return row.table;
 }
 
+namespace {
+
+/// Makes the store's sums agree with another hash of a node.
+void forge_sums(const std::filesystem::path& path, JobId job, TileId tile, const Node& node, const std::string& before,
+                const std::string& after) {
+  sqlite::Database database = sqlite::Database::open(path).value();
+  sqlite::StoreRow row = sqlite::read_store_row(database).value();
+  stored::RowSums sums = stored::RowSums::from_bytes(row.sums).value();
+  const FilmPosition place{tile.value, node.range.level, node.range.index};
+  sums.count_node(job, place, before, false);
+  sums.count_node(job, place, after, true);
+  row.sums = sums.bytes();
+  LM_CHECK(sqlite::StoreRowWriter::prepare(database).value().write(row).ok());
+}
+
+}  // namespace
+
 bool forge_node(const std::filesystem::path& database, Random& random) {
-  UncheckedFile file(database);
+  std::optional<UncheckedFile> opened(database);
+  UncheckedFile& file = *opened;
   const std::vector<std::string> ids = file.rows("SELECT id FROM nodes");
   if (ids.empty()) {
     return false;
@@ -95,14 +116,17 @@ bool forge_node(const std::filesystem::path& database, Random& random) {
   Node node;
   JobId job;
   TileId tile;
+  std::string before;
   file.run(
-      "SELECT level, range_index, non_finite, samples, job, tile FROM nodes WHERE id = " + id, [](sqlite3_stmt*) {},
+      "SELECT level, range_index, non_finite, samples, job, tile, hash FROM nodes WHERE id = " + id,
+      [](sqlite3_stmt*) {},
       [&](sqlite3_stmt* row) {
         job.value = static_cast<std::uint64_t>(sqlite3_column_int64(row, 4));
         tile.value = static_cast<std::uint32_t>(sqlite3_column_int64(row, 5));
         node.range = {static_cast<std::uint32_t>(sqlite3_column_int64(row, 0)),
                       static_cast<std::uint32_t>(sqlite3_column_int64(row, 1))};
         node.non_finite = static_cast<std::uint32_t>(sqlite3_column_int64(row, 2));
+        before = test::column_bytes(row, 6);
         const std::string bytes = test::column_bytes(row, 3);
         node.values.resize(bytes.size() / sizeof(float));
         std::memcpy(node.values.data(), bytes.data(), bytes.size());
@@ -117,6 +141,8 @@ bool forge_node(const std::filesystem::path& database, Random& random) {
         sqlite3_bind_blob(update, 2, hash.data(), static_cast<int>(hash.size()), SQLITE_TRANSIENT);
       },
       [](sqlite3_stmt*) {});
+  opened.reset();
+  forge_sums(database, job, tile, node, before, hash);
   return true;
 }
 

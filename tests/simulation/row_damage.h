@@ -12,7 +12,7 @@ namespace lightmill::simulation {
 std::string flip_bit_in_row(const std::filesystem::path& database, Random& random);
 /// Deletes a row. Returns the table's name.
 std::string lose_row(const std::filesystem::path& database, Random& random);
-/// Changes a sample of a node, and its hash to match. False if there is no node.
+/// Changes a sample of a node, and its hash and the sums over rows to match. False if there is no node.
 bool forge_node(const std::filesystem::path& database, Random& random);
 
 }  // namespace lightmill::simulation

@@ -322,7 +322,8 @@ void ServerSide::falsify(const Stream& stream, WorkerResult& result) {
     result.node.values[0] = std::nextafter(result.node.values[0], 1e30f);
     result.hash = hash_of(result.node);
   }
-  if (world_.bugs.repeat_results || (world_.bugs.repeat_after_quarantine && world_.report.quarantined > 0)) {
+  if (world_.bugs.repeat_results || (world_.bugs.repeat_after_quarantine && world_.report.quarantined > 0) ||
+      (world_.bugs.repeat_after_agreement && workers_.have_agreed())) {
     result.node = first_results_.try_emplace(result.key, result.node).first->second;
     result.hash = hash_of(result.node);
   }

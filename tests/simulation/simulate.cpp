@@ -259,9 +259,8 @@ int main(int argc, char** argv) {
       ->excludes("--first");
   app.add_option("--damages", options.damages,
                  "instead of schedules: damage the files of this number of killed farms, and print the outcomes");
-  app.add_option(
-      "--attacks", options.attacks,
-      "instead of schedules: try each attack of one machine on this number of farms, and print the outcomes");
+  app.add_option("--attacks", options.attacks,
+                 "instead of schedules: try each attack on this number of farms, and print the outcomes");
   app.add_option(
       "--odds", options.odds,
       "instead of schedules: compare how often audits find a liar with the theory, on this number of farms of each kind");

@@ -16,18 +16,22 @@ void WorkerSide::make() {
   const bool idle = attack ? attack == Attack::idle : world_.chaos.idle && kind >= 0.4 && kind < 0.48;
   have_liars_ = attack ? !garbage && !idle : kind < 0.3;
   std::size_t liars = have_liars_ ? 1 + world_.random.below(2) : garbage || idle ? 1 : 0;
-  liars = attack ? 1 + (attack == Attack::two_names ? 1 : 0) : liars;
+  const bool two_identities = attack == Attack::two_identities;
+  liars = attack ? 1 + (attack == Attack::two_names || two_identities ? 1 : 0) : liars;
   if (have_liars_) {
     count = liars + 2 + world_.random.below(2);
   } else if (garbage || idle) {
     count = std::max<std::size_t>(count, 2);
   }
   have_certificates_ = world_.random.chance(0.5) || attack == Attack::claims || attack == Attack::two_names ||
-                       attack == Attack::second_identity;
+                       attack == Attack::second_identity || two_identities;
+  const bool own_class = two_identities && world_.random.chance(0.3);
   for (std::size_t i = 0; i < count; ++i) {
     SimulatedWorker worker;
     worker.name = fmt::format("worker-{}", i);
-    worker.identity = i < liars ? kIdentityOfLies : fmt::format("identity-{}", i);
+    worker.identity = i >= liars                ? fmt::format("identity-{}", i)
+                      : two_identities && i > 0 ? kSecondIdentityOfLies
+                                                : kIdentityOfLies;
     worker.machine = worker.identity;
     worker.lies = i >= liars                            ? Lies::never
                   : garbage                             ? Lies::garbage
@@ -38,7 +42,8 @@ void WorkerSide::make() {
                   : attack == Attack::losses            ? Lies::loses
                   : attack || world_.random.chance(0.5) ? Lies::always
                                                         : Lies::sometimes;
-    worker.fingerprint = liars == 0 && world_.random.chance(0.15) ? "class-b" : kUsualClass;
+    const bool other_class = liars == 0 ? world_.random.chance(0.15) : own_class && i < liars;
+    worker.fingerprint = other_class ? "class-b" : kUsualClass;
     worker.threads = 1 + static_cast<std::uint32_t>(world_.random.below(3));
     worker.slowness = world_.random.chance(0.2) ? world_.random.between(2, 6) : world_.random.between(0.7, 1.5);
     workers_.push_back(std::move(worker));

@@ -21,7 +21,7 @@ namespace lightmill::simulation {
 class ServerSide;
 class ClientSide;
 
-/// Identity of all liars of a farm, except of a liar that comes back with a second one.
+/// Identity of all liars of a farm. Some farms have a second one: of a liar that comes back, or of the second of two.
 inline constexpr const char* kIdentityOfLies = "identity-of-lies";
 inline constexpr const char* kSecondIdentityOfLies = "identity-of-lies, again";
 inline bool is_of_lies(const std::string& identity) {
@@ -93,6 +93,11 @@ class WorkerSide {
   bool have_liars() const { return have_liars_; }
   /// Whether the coordinator asks workers for certificates. If so, liars claim other names and machines.
   bool have_certificates() const { return have_certificates_; }
+  /// Whether two identities of liars have rendered the samples, with the same wrong bits.
+  bool have_agreed(const NodeKey& key) const { return agreed_.contains(key); }
+  bool have_agreed() const { return !agreed_.empty(); }
+  /// Whether the identity has rendered samples on which two identities of liars have agreed.
+  bool is_outvoted(const std::string& identity) const;
   /// Whether the samples belong to the race's deceit. Its samples may be right.
   bool in_deceit(const NodeKey& key) const { return deceit_.contains(key); }
 
@@ -143,6 +148,7 @@ class WorkerSide {
   void tile_rendered(std::size_t index, std::uint64_t life, const RenderTile& tile, double seconds);
   void stop_tile(std::size_t index, std::uint64_t ticket);
   void lie(std::size_t index, const NodeKey& key, RenderedTile& rendered);
+  void note_agreement(const std::string& identity, const NodeKey& key);
   /// Whether the race's deceit has the result. Adds it if it suits.
   bool joins_deceit(const NodeKey& key);
 
@@ -151,6 +157,9 @@ class WorkerSide {
   ClientSide& clients_;
   std::vector<SimulatedWorker> workers_;
   bool have_liars_ = false, have_certificates_ = false;
+  /// Of farms where two identities may lie alike: who has rendered which samples, and the samples on which they agree.
+  std::map<NodeKey, std::set<std::string>> identities_;
+  std::set<NodeKey> agreed_;
   std::set<NodeKey> deceit_;  ///< results
   double deceit_parts_ = 0;
   double seconds_per_pixel_sample_ = 2e-3;  ///< of one thread of a worker of slowness 1

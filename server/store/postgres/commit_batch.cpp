@@ -1,5 +1,10 @@
 #include "server/store/postgres/commit_batch.h"
 
+#include <algorithm>
+#include <iterator>
+#include <string>
+#include <vector>
+
 #include "server/store/row_writer.h"
 
 namespace lightmill::postgres {
@@ -8,47 +13,34 @@ namespace {
 /// PostgreSQL limits a value to 1 GiB.
 constexpr std::size_t kMostNodeBytes = std::size_t{512} << 20;
 
-/// In the order of kStatements.
 enum Sql : int {
   kBegin,
   kCommit,
   kTakeTurn,
   kHighestJob,
   kPutSummary,
-  kRows,  ///< the first of stored::RowStatement
-  kSqlCount = kRows + static_cast<int>(stored::kRowStatementCount)
+  kRows  ///< the first of stored::RowStatement
 };
 
-constexpr std::array<const char*, kSqlCount> kStatements{
-    "BEGIN",
-    "COMMIT",
-    "SELECT take_turn($1, $2)",
-    "UPDATE turn SET highest_job = $1 WHERE highest_job < $1",
-    "UPDATE summary SET epoch = $1, commits = $2, highest_job = $3, keys = $4, checksum = $5",
-    "INSERT INTO nodes (job, tile, level, range_index, non_finite, hash, samples) VALUES ($1, $2, $3, $4, $5, $6, $7) "
-    "ON CONFLICT (job, tile, level, range_index) DO UPDATE SET non_finite = $5, hash = $6, samples = $7",
-    "DELETE FROM nodes WHERE job = $1 AND tile = $2 AND level = $3 AND range_index = $4",
-    "INSERT INTO results VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10) ON CONFLICT (job, tile, level, range_index) "
-    "DO UPDATE SET hash = $5, worker = $6, machine = $7, audit = $8, fingerprint_class = $9, checksum = $10",
-    "UPDATE results SET audit = 2, checksum = (checksum & ~3::bigint) | 2 WHERE job = $1 AND tile = $2 AND level = $3 "
-    "AND range_index = $4",
-    // PostgreSQL may evaluate the conditions in any order, so the shift must always be valid.
-    "DELETE FROM results WHERE job = $1 AND tile = $2 AND level <= $3 AND "
-    "range_index >> ($3 - LEAST(GREATEST(level, 0), $3))::integer = $4",
-    "DELETE FROM results WHERE job = $1 AND tile = $2 AND level = $3 AND range_index = $4",
-    "INSERT INTO jobs VALUES ($1, $2, $3) ON CONFLICT (id) DO UPDATE SET message = $2, checksum = $3",
-    "INSERT INTO job_specs VALUES ($1, $2, $3) ON CONFLICT (job) DO UPDATE SET message = $2, checksum = $3",
-    "INSERT INTO job_progress VALUES ($1, $2, $3) ON CONFLICT (job) DO UPDATE SET message = $2, checksum = $3",
-    "INSERT INTO tokens VALUES ($1, $2, $3) ON CONFLICT (id) DO UPDATE SET message = $2, checksum = $3",
-    "INSERT INTO actions VALUES ($1, $2, $3) ON CONFLICT (number) DO NOTHING",  // entries of the log never change
-    "INSERT INTO quarantine VALUES ($1, $2, $3) ON CONFLICT (worker) DO UPDATE SET message = $2, checksum = $3",
-    "DELETE FROM jobs WHERE id = $1",
-    "DELETE FROM job_specs WHERE job = $1",
-    "DELETE FROM job_progress WHERE job = $1",
-    "DELETE FROM tokens WHERE id = $1",
-    "DELETE FROM actions WHERE number = $1",
-    "DELETE FROM quarantine WHERE worker = $1",
-};
+// PostgreSQL may evaluate the conditions in any order, so the shift must always be valid.
+constexpr const char* kWithin =
+    "job = $1 AND tile = $2 AND level <= $3 AND range_index >> ($3 - LEAST(GREATEST(level, 0), $3))::integer = $4";
+
+std::vector<std::string> make_statements() {
+  std::vector<std::string> statements(kRows);
+  statements[kBegin] = "BEGIN";
+  statements[kCommit] = "COMMIT";
+  statements[kTakeTurn] = "SELECT take_turn($1, $2)";
+  statements[kHighestJob] = "UPDATE turn SET highest_job = $1 WHERE highest_job < $1";
+  statements[kPutSummary] = "UPDATE summary SET epoch = $1, commits = $2, highest_job = $3, sums = $4, checksum = $5";
+  std::ranges::move(stored::row_statements(kWithin), std::back_inserter(statements));
+  return statements;
+}
+
+const std::vector<std::string>& statements() {
+  static const std::vector<std::string> all = make_statements();
+  return all;
+}
 
 Status check_sizes(std::span<const StoreOp> ops) {
   for (const StoreOp& op : ops) {
@@ -64,33 +56,44 @@ Status check_sizes(std::span<const StoreOp> ops) {
 }  // namespace
 
 std::span<const char* const> commit_statements() {
-  return kStatements;
+  static const std::vector<const char*> texts = [] {
+    std::vector<const char*> all;
+    std::ranges::transform(statements(), std::back_inserter(all), &std::string::c_str);
+    return all;
+  }();
+  return texts;
 }
 
-Status send_commit(Session& session, Summary after, std::span<const StoreOp> ops, stored::StoredSpecs& specs,
-                   stored::RowKeys& keys) {
+Status send_commit(Session& session, Summary& after, std::span<const StoreOp> ops, stored::StoredSpecs& specs) {
   LM_RETURN_IF_ERROR(check_sizes(ops));
   LM_RETURN_IF_ERROR(session.begin_batch());
   session.add(kBegin);
   session.add(kTakeTurn, Parameters(after.epoch, after.commits));
   for (const StoreOp& op : ops) {
-    LM_RETURN_IF_ERROR(stored::write_rows(op, specs, keys, [&](int statement, const auto&... values) {
+    LM_RETURN_IF_ERROR(stored::write_rows(op, specs, after.sums, [&](int statement, const auto&... values) {
       session.add(kRows + statement, Parameters(values...));
       return ok_status();
     }));
   }
-  after.keys = keys.sums();
+  LM_RETURN_IF_ERROR(session.read_batch([&](int statement, const stored::Row& row) {
+    if (statement >= kRows) {
+      stored::count_row(statement - kRows, row, after.sums);
+    }
+  }));
+  const std::string sums = after.sums.bytes();
   session.add(kHighestJob, Parameters(after.highest_job));
-  session.add(kPutSummary, Parameters(after.epoch, after.commits, after.highest_job, stored::view_of(after.keys),
-                                      checksum_of(after)));
+  session.add(kPutSummary,
+              Parameters(after.epoch, after.commits, after.highest_job, as_byte_view(sums), checksum_of(after)));
   session.add(kCommit);
   return session.finish_batch();
 }
 
-Status send_writes(Session& session, std::span<const StoreOp> ops, stored::StoredSpecs& specs, stored::RowKeys& keys) {
+Status send_writes(Session& session, std::span<const StoreOp> ops, stored::StoredSpecs& specs) {
+  stored::RowSums unused;
   for (const StoreOp& op : ops) {
-    LM_RETURN_IF_ERROR(stored::write_rows(op, specs, keys, [&](int statement, const auto&... values) {
-      return session.query(kStatements[static_cast<std::size_t>(kRows + statement)], Parameters(values...)).status();
+    LM_RETURN_IF_ERROR(stored::write_rows(op, specs, unused, [&](int statement, const auto&... values) {
+      return session.query(statements()[static_cast<std::size_t>(kRows + statement)].c_str(), Parameters(values...))
+          .status();
     }));
   }
   return ok_status();

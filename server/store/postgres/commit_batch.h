@@ -12,13 +12,12 @@ namespace lightmill::postgres {
 /// Statements that a Session prepares for each connection.
 std::span<const char* const> commit_statements();
 
-/// Stores `ops` as the transaction with the number, epoch and highest job of `after`. ALREADY_EXISTS with
-/// kStoredAlready if that transaction is stored.
-Status send_commit(Session& session, Summary after, std::span<const StoreOp> ops, stored::StoredSpecs& specs,
-                   stored::RowKeys& keys);
+/// Stores `ops` as the transaction with the number, epoch and highest job of `after`, and updates its sums.
+/// ALREADY_EXISTS with kStoredAlready if that transaction is stored.
+Status send_commit(Session& session, Summary& after, std::span<const StoreOp> ops, stored::StoredSpecs& specs);
 
 /// Stores `ops` in the caller's transaction, one statement at a time. The tables may be new, so nothing is prepared.
-/// Writes neither `turn` nor `summary`.
-Status send_writes(Session& session, std::span<const StoreOp> ops, stored::StoredSpecs& specs, stored::RowKeys& keys);
+/// Writes neither `turn` nor `summary`, whose sums the caller computes from the rows.
+Status send_writes(Session& session, std::span<const StoreOp> ops, stored::StoredSpecs& specs);
 
 }  // namespace lightmill::postgres

@@ -62,11 +62,11 @@ Status check_tables(Session& session, bool read_only, std::int64_t& format) {
   if (!has_meta) {
     LM_RETURN_IF_ERROR(session.execute(kSchema));
     LM_RETURN_IF_ERROR(session.execute(kSummaryTable));
-    return create_summary(session, {});
+    return create_summary(session, stored::RowSums());
   }
   LM_ASSIGN_OR_RETURN(const Rows rows, session.query("SELECT format FROM meta"));
   format = rows.size() == 1 ? rows.integer(0, 0) : 0;
-  return format == kFormatBefore || format == kFormat7
+  return format >= kFormatBefore && format < kFormat
              ? ok_status()
              : check_store_format(session.place(), format, kFormat, "another database with --store");
 }

@@ -28,17 +28,14 @@ class InTransaction final : public Store {
   Result<FilmPiece> read_film(JobId, const FilmPosition&) override { return load().status(); }
   Status check_structure() override { return ok_status(); }
   Status commit(std::span<const StoreOp> ops) override {
-    LM_RETURN_IF_ERROR(send_writes(session_, ops, specs_, keys_));
+    LM_RETURN_IF_ERROR(send_writes(session_, ops, specs_));
     specs_.keep();
-    keys_.keep();
     return ok_status();
   }
-  const stored::RowKeys& keys() const { return keys_; }
 
  private:
   Session& session_;
   stored::StoredSpecs specs_;
-  stored::RowKeys keys_;
 };
 
 constexpr const char* kBeginMigration = "BEGIN; SELECT pg_advisory_xact_lock(x'4c4d494c'::int)";
@@ -49,20 +46,20 @@ DELETE FROM audit_secret;
 INSERT INTO audit_secret SELECT secret, sha256(secret) FROM lightmill_format_6.verification_secret;
 INSERT INTO nodes SELECT * FROM lightmill_format_6.nodes WHERE job IN (SELECT id FROM jobs);
 )sql";
-/// Copies all rows.
-constexpr const char* kCopyFormat7 = R"sql(
+/// Copies all rows from the schema {0}.
+constexpr const char* kCopySameRows = R"sql(
 UPDATE turn SET epoch = before.epoch, commits = before.commits, highest_job = before.highest_job
-  FROM lightmill_format_7.turn AS before;
+  FROM {0}.turn AS before;
 DELETE FROM audit_secret;
-INSERT INTO audit_secret SELECT * FROM lightmill_format_7.audit_secret;
-INSERT INTO jobs SELECT * FROM lightmill_format_7.jobs;
-INSERT INTO job_specs SELECT * FROM lightmill_format_7.job_specs;
-INSERT INTO job_progress SELECT * FROM lightmill_format_7.job_progress;
-INSERT INTO nodes SELECT * FROM lightmill_format_7.nodes;
-INSERT INTO results SELECT * FROM lightmill_format_7.results;
-INSERT INTO tokens SELECT * FROM lightmill_format_7.tokens;
-INSERT INTO actions SELECT * FROM lightmill_format_7.actions;
-INSERT INTO quarantine SELECT * FROM lightmill_format_7.quarantine;
+INSERT INTO audit_secret SELECT * FROM {0}.audit_secret;
+INSERT INTO jobs SELECT * FROM {0}.jobs;
+INSERT INTO job_specs SELECT * FROM {0}.job_specs;
+INSERT INTO job_progress SELECT * FROM {0}.job_progress;
+INSERT INTO nodes SELECT * FROM {0}.nodes;
+INSERT INTO results SELECT * FROM {0}.results;
+INSERT INTO tokens SELECT * FROM {0}.tokens;
+INSERT INTO actions SELECT * FROM {0}.actions;
+INSERT INTO quarantine SELECT * FROM {0}.quarantine;
 )sql";
 
 std::string kept_schema(int format) {
@@ -98,17 +95,32 @@ Status fill_from_format_6(Session& session) {
   LM_RETURN_IF_ERROR(replace_schema(session, kFormatBefore));
   InTransaction store(session);
   LM_RETURN_IF_ERROR(write_state(state, store));
-  LM_RETURN_IF_ERROR(session.execute(kCopyFormat6));
-  LM_RETURN_IF_ERROR(copy_assets(session, kFormatBefore));
-  return create_summary(session, store.keys().sums());
+  return session.execute(kCopyFormat6);
 }
 
-Status fill_from_format_7(Session& session) {
-  LM_ASSIGN_OR_RETURN(const stored::RowKeys keys, stored::load_keys(session));
-  LM_RETURN_IF_ERROR(replace_schema(session, kFormat7));
-  LM_RETURN_IF_ERROR(session.execute(kCopyFormat7));
-  LM_RETURN_IF_ERROR(copy_assets(session, kFormat7));
-  return create_summary(session, keys.sums());
+/// Format 8 has sums over keys.
+Status check_format_8(Session& session) {
+  LM_RETURN_IF_ERROR(check_turn(session));
+  LM_ASSIGN_OR_RETURN(const Rows rows, session.query("SELECT keys FROM summary"));
+  const Status complete = stored::check_old_sums(session, rows.view(0, 0));
+  return complete.ok() ? complete
+                       : failed_precondition(
+                             "{}: {}. Restore a backup, or start the lightmill-server that wrote it once with "
+                             "--accept-loss",
+                             session.place(), message_of(complete));
+}
+
+Status fill_from_same_rows(Session& session, int format) {
+  LM_RETURN_IF_ERROR(format == kSameRowsFormat ? ok_status() : check_format_8(session));
+  LM_RETURN_IF_ERROR(replace_schema(session, format));
+  return session.execute(fmt::format(kCopySameRows, kept_schema(format)));
+}
+
+Status fill(Session& session, int format) {
+  LM_RETURN_IF_ERROR(format == kFormatBefore ? fill_from_format_6(session) : fill_from_same_rows(session, format));
+  LM_RETURN_IF_ERROR(copy_assets(session, format));
+  LM_ASSIGN_OR_RETURN(const stored::RowSums sums, stored::load_sums(session));
+  return create_summary(session, sums);
 }
 
 Status migrate_from(int format, Session& session) {
@@ -119,7 +131,7 @@ Status migrate_from(int format, Session& session) {
   }
   LM_RETURN_IF_ERROR(check_idle(session));
   spdlog::info("{} has store format {}; converting its tables to format {}", session.place(), format, kFormat);
-  LM_RETURN_IF_ERROR(format == kFormat7 ? fill_from_format_7(session) : fill_from_format_6(session));
+  LM_RETURN_IF_ERROR(fill(session, format));
   LM_RETURN_IF_ERROR(session.execute("COMMIT"));
   spdlog::info(
       "the tables of format {0} are kept in the schema {1}, in case you return to an older lightmill-server. DROP "

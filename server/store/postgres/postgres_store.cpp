@@ -58,13 +58,23 @@ Result<FilmPiece> read_nodes(Session& session, JobId job, const FilmPosition& af
   return piece;
 }
 
-Result<StoredState> load_state(Session& session, stored::StoredSpecs& specs, std::vector<StoreOp>& repairs) {
+/// What load() reads.
+struct Loaded {
+  StoredState state;
+  stored::RowSums found, written;
+  std::vector<StoreOp> repairs;
+};
+
+Result<Loaded> load_all(Session& session, stored::StoredSpecs& specs) {
   const auto read = [&](JobId job, const FilmPosition& after) { return read_nodes(session, job, after); };
-  LM_ASSIGN_OR_RETURN(StoredState state, stored::load_state(session, read, specs, repairs));
+  Loaded loaded;
+  LM_ASSIGN_OR_RETURN(const postgres::Summary summary, postgres::read_summary(session));
+  loaded.written = summary.sums;
+  LM_ASSIGN_OR_RETURN(loaded.state, stored::load_state(session, read, specs, loaded.found, loaded.repairs));
   LM_ASSIGN_OR_RETURN(const postgres::Rows highest, session.query("SELECT highest_job FROM turn"));
-  state.next_job_id = highest.natural(0, 0) + 1;
-  LM_RETURN_IF_ERROR(load_secret(session, state));
-  return state;
+  loaded.state.next_job_id = highest.natural(0, 0) + 1;
+  LM_RETURN_IF_ERROR(load_secret(session, loaded.state));
+  return loaded;
 }
 
 class PostgresStore final : public Store {
@@ -73,7 +83,7 @@ class PostgresStore final : public Store {
       : leadership_(std::move(leadership)),
         session_(leadership_->target(), postgres::commit_statements(), kCommitPatience) {}
 
-  /// Compares the rows with the summary. FAILED_PRECONDITION if some are lost. Call it once, before everything else.
+  /// Reads the summary. Call it once, before everything else.
   Status open();
 
   Result<StoredState> load() override;
@@ -88,7 +98,7 @@ class PostgresStore final : public Store {
   const std::shared_ptr<Leadership> leadership_;
   Session session_;
   stored::StoredSpecs specs_;
-  stored::RowKeys keys_;
+  stored::RowSums sums_;  ///< as stored
   bool loaded_ = false;
   std::uint64_t commits_ = 0;             ///< in this epoch
   std::uint64_t highest_job_ = 0;         ///< id in use
@@ -97,14 +107,9 @@ class PostgresStore final : public Store {
 
 Status PostgresStore::open() {
   LM_ASSIGN_OR_RETURN(const postgres::Summary summary, postgres::read_summary(session_));
-  LM_ASSIGN_OR_RETURN(keys_, stored::load_keys(session_));
+  sums_ = summary.sums;
   highest_job_ = std::max(summary.highest_job, leadership_->highest_job());
-  const Status complete = stored::check_keys(keys_.sums(), summary.keys);
-  if (complete.ok()) {
-    return complete;
-  }
-  LM_RETURN_IF_ERROR(leadership_->check_accepted(complete));
-  return commit({});  // with the sums of what is left
+  return ok_status();
 }
 
 Result<StoredState> PostgresStore::load() {
@@ -113,20 +118,26 @@ Result<StoredState> PostgresStore::load() {
     commits_ = 0;
     undecided_.reset();
   }
-  std::vector<StoreOp> repairs;
-  Result<StoredState> state = load_state(session_, specs_, repairs);
-  if (!state.ok() && !session_.connected()) {
-    repairs.clear();
-    state = load_state(session_, specs_, repairs);
+  Result<Loaded> loaded = load_all(session_, specs_);
+  if (!loaded.ok() && !session_.connected()) {
+    loaded = load_all(session_, specs_);
   }
-  LM_RETURN_IF_ERROR(state.status());
-  state->epoch = leadership_->epoch();
-  state->next_job_id = std::max(state->next_job_id, highest_job_ + 1);
-  highest_job_ = state->next_job_id - 1;
-  if (!repairs.empty()) {
-    LM_RETURN_IF_ERROR(commit(repairs));
+  LM_RETURN_IF_ERROR(loaded.status());
+  StoredState& state = loaded->state;
+  state.epoch = leadership_->epoch();
+  state.next_job_id = std::max(state.next_job_id, highest_job_ + 1);
+  highest_job_ = state.next_job_id - 1;
+  stored::RowSums all = loaded->found;
+  if (const Status complete = loaded->found.check_tables(loaded->written); !complete.ok()) {
+    LM_RETURN_IF_ERROR(leadership_->check_accepted(complete));
+    LM_RETURN_IF_ERROR(stored::drop_orphans(session_, all));
   }
-  return state;
+  stored::drop_unsound_tiles(all, loaded->written, state, loaded->repairs);
+  sums_ = loaded->found;
+  if (loaded->found != loaded->written || !loaded->repairs.empty()) {
+    LM_RETURN_IF_ERROR(commit(loaded->repairs));
+  }
+  return std::move(state);
 }
 
 Result<FilmPiece> PostgresStore::read_film(JobId job, const FilmPosition& after) {
@@ -150,29 +161,29 @@ Status PostgresStore::commit(std::span<const StoreOp> ops) {
 
 Status PostgresStore::try_to_commit(std::span<const StoreOp> ops) {
   const std::uint64_t highest_job = std::max(highest_job_, highest_job_in(ops));
-  Status status =
-      postgres::send_commit(session_, {leadership_->epoch(), commits_ + 1, highest_job}, ops, specs_, keys_);
+  postgres::Summary after{leadership_->epoch(), commits_ + 1, highest_job, sums_};
+  Status status = postgres::send_commit(session_, after, ops, specs_);
   if (session_.connected() && session_.last_state() == postgres::kStoredAlready && !status.ok()) {
     LM_CHECK(undecided_.has_value());
     spdlog::info("the commit during which the connection was lost is stored");
-    status = ok_status();
+    const Result<postgres::Summary> stored = postgres::read_summary(session_);
+    status = stored.status();
+    after.sums = stored.ok() ? stored->sums : after.sums;
   }
   if (status.ok()) {
-    if (Status recorded = leadership_->record_commit(commits_ + 1, highest_job); !recorded.ok()) {
+    if (Status recorded = leadership_->record_commit(after.commits, highest_job); !recorded.ok()) {
       specs_.forget();
-      keys_.forget();
       undecided_ = ops.size();  // stored, but not acknowledged
       return recorded;
     }
     highest_job_ = highest_job;
+    sums_ = after.sums;
     specs_.keep();
-    keys_.keep();
     ++commits_;
     undecided_.reset();
     return status;
   }
   specs_.forget();
-  keys_.forget();
   if (!session_.connected()) {
     undecided_ = ops.size();
   }

@@ -1,10 +1,10 @@
-// Tables and functions of the schema `lightmill`, format 8.
+// Tables and functions of the schema `lightmill`, format 9.
 #pragma once
 
 namespace lightmill::postgres {
 
 /// In the table `meta`.
-inline constexpr int kFormat = 8;
+inline constexpr int kFormat = 9;
 
 // `turn` has one row with the epoch and the number of commits. A commit updates the number, which locks the row (not
 // its key) until the commit ends. So commits of one epoch follow each other, and a repeated commit is noticed. A new
@@ -21,13 +21,13 @@ CREATE TABLE summary (
   epoch BIGINT NOT NULL,
   commits BIGINT NOT NULL,
   highest_job BIGINT NOT NULL,
-  keys BYTEA NOT NULL, -- a sum over the keys of each small table: a row that vanishes is missed
+  sums BYTEA NOT NULL, -- over all rows (server/store/row_sums.h): lost and old rows are noticed
   checksum BIGINT NOT NULL
 ) WITH (fillfactor = 50);
 )sql";
 inline constexpr const char* kSchema = R"sql(
 CREATE TABLE meta (format BIGINT NOT NULL);
-INSERT INTO meta VALUES (8);
+INSERT INTO meta VALUES (9);
 
 CREATE TABLE turn (
   epoch BIGINT PRIMARY KEY,

@@ -286,6 +286,7 @@ Status Session::for_each(const std::string& select, const std::function<void(con
 Status Session::begin_batch() {
   LM_RETURN_IF_ERROR(connect());
   batch_failure_ = ok_status();
+  unanswered_.clear();
   if (PQenterPipelineMode(connection_) == 0) {
     return lost("cannot start a pipeline");
   }
@@ -301,13 +302,14 @@ void Session::add(int statement, const Parameters& parameters) {
     batch_failure_ = lost("cannot send");
     return;
   }
+  unanswered_.push_back(statement);
   unsent_bytes_ += parameters.size_bytes();
   if (unsent_bytes_ > kMostUnsentBytes) {
     batch_failure_ = flush();
   }
 }
 
-Status Session::finish_batch() {
+Status Session::read_batch(const std::function<void(int, const stored::Row&)>& read) {
   LM_RETURN_IF_ERROR(batch_failure_);
   if (PQpipelineSync(connection_) == 0) {
     return lost("cannot send");
@@ -315,16 +317,23 @@ Status Session::finish_batch() {
   LM_RETURN_IF_ERROR(flush());
   Status failure;
   for (bool synchronized = false; !synchronized;) {
+    PQsetSingleRowMode(connection_);  // of the next statement, unless it has begun: a job may have millions of rows
     LM_ASSIGN_OR_RETURN(PGresult * result, next_result());
     if (result == nullptr) {  // between two statements
       if (PQstatus(connection_) != CONNECTION_OK) {
         return lost("the connection is lost");
       }
+      if (!unanswered_.empty()) {
+        unanswered_.pop_front();
+      }
       continue;
     }
-    const Rows owner(result);
+    const Rows rows(result);
     const ExecStatusType state = PQresultStatus(result);
     synchronized = state == PGRES_PIPELINE_SYNC;
+    for (int row = 0; row < rows.size(); ++row) {
+      read(unanswered_.front(), RowOf(rows, row));
+    }
     if (state == PGRES_FATAL_ERROR && failure.ok()) {
       failure = failure_of(result);
       if (connection_ == nullptr) {
@@ -332,6 +341,15 @@ Status Session::finish_batch() {
       }
     }
   }
+  return failure.ok() ? failure : end_batch(failure);
+}
+
+Status Session::finish_batch() {
+  LM_RETURN_IF_ERROR(read_batch([](int, const stored::Row&) {}));
+  return end_batch(ok_status());
+}
+
+Status Session::end_batch(Status failure) {
   if (PQexitPipelineMode(connection_) == 0) {
     return lost("cannot end a pipeline");
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <deque>
 #include <span>
 #include <string>
 #include <string_view>
@@ -48,10 +49,13 @@ class Session final : public stored::RowSource {
   Result<Rows> query(const char* sql) { return query(sql, Parameters()); }
 
   /// A batch of prepared statements, sent without waiting for replies: begin, add …, finish. finish_batch() returns the
-  /// errors of add(). Statements after a failed one do not run.
+  /// errors of add(). Statements after a failed one do not run. After an error the batch is over, and its transaction is
+  /// rolled back.
   Status begin_batch();
   void add(int statement, const Parameters& parameters);
   void add(int statement) { add(statement, Parameters()); }
+  /// Waits for the replies up to here. Calls `read` for each row, with its statement.
+  Status read_batch(const std::function<void(int statement, const stored::Row&)>& read);
   Status finish_batch();
 
   /// The SQLSTATE of the last failure; empty if the server gave none.
@@ -61,6 +65,7 @@ class Session final : public stored::RowSource {
  private:
   Status set_up();
   Status send(const char* sql, const Parameters& parameters);
+  Status end_batch(Status failure);
   /// Sends what waits, and passes on each result until the statement ends. Returns the first error.
   Status receive(const std::function<void(Rows)>& take);
   Status prepare_all();
@@ -78,6 +83,7 @@ class Session final : public stored::RowSource {
   pg_conn* connection_ = nullptr;
   std::string last_state_;
   Status batch_failure_;
+  std::deque<int> unanswered_;  ///< statements of the batch
   std::size_t unsent_bytes_ = 0;
 };
 

@@ -1,7 +1,5 @@
 #include "server/store/postgres/summary.h"
 
-#include <cstring>
-
 #include "server/store/row_values.h"
 
 namespace lightmill::postgres {
@@ -17,21 +15,21 @@ std::int64_t checksum_of(const Summary& summary) {
   Xxh3Hasher hasher;
   const std::array<std::uint64_t, 3> numbers{summary.epoch, summary.commits, summary.highest_job};
   hasher.append(stored::view_of(numbers));
-  hasher.append(stored::view_of(summary.keys));
+  hasher.append(as_byte_view(summary.sums.bytes()));
   return static_cast<std::int64_t>(hasher.finish().low);
 }
 
 Result<Summary> read_summary(Session& session) {
   LM_ASSIGN_OR_RETURN(const Rows rows,
-                      session.query("SELECT epoch, commits, highest_job, keys, checksum FROM summary"));
+                      session.query("SELECT epoch, commits, highest_job, sums, checksum FROM summary"));
   Summary summary;
-  if (rows.size() != 1 || rows.view(0, 3).size() != sizeof(summary.keys)) {
-    return damaged(session, "the row that sums up its commits is missing or damaged");
+  if (rows.size() != 1) {
+    return damaged(session, "the row that sums up its commits is missing, or there are several");
   }
   summary.epoch = rows.natural(0, 0);
   summary.commits = rows.natural(0, 1);
   summary.highest_job = rows.natural(0, 2);
-  std::memcpy(summary.keys.data(), rows.view(0, 3).data(), sizeof(summary.keys));
+  LM_ASSIGN_OR_RETURN(summary.sums, stored::RowSums::from_bytes(rows.view(0, 3)));
   return rows.integer(0, 4) == checksum_of(summary)
              ? Result<Summary>(summary)
              : damaged(session, "the row that sums up its commits has a wrong checksum");
@@ -55,16 +53,16 @@ Status check_turn(Session& session) {
                                             epoch, commits, rows.natural(0, 2)));
 }
 
-Status create_summary(Session& session, const stored::RowKeys::Sums& keys) {
+Status create_summary(Session& session, const stored::RowSums& sums) {
   LM_ASSIGN_OR_RETURN(const Rows turn, session.query("SELECT epoch, commits, highest_job FROM turn"));
   if (turn.size() != 1) {
     return damaged(session, "the row that counts its commits is missing, or there are several");
   }
-  const Summary summary{turn.natural(0, 0), turn.natural(0, 1), turn.natural(0, 2), keys};
+  const Summary summary{turn.natural(0, 0), turn.natural(0, 1), turn.natural(0, 2), sums};
+  const std::string bytes = sums.bytes();
   return session
       .query("INSERT INTO summary VALUES ($1, $2, $3, $4, $5)",
-             Parameters(summary.epoch, summary.commits, summary.highest_job, stored::view_of(summary.keys),
-                        checksum_of(summary)))
+             Parameters(summary.epoch, summary.commits, summary.highest_job, as_byte_view(bytes), checksum_of(summary)))
       .status();
 }
 

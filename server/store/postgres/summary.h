@@ -4,13 +4,13 @@
 #include <cstdint>
 
 #include "server/store/postgres/session.h"
-#include "server/store/records.h"
+#include "server/store/row_sums.h"
 
 namespace lightmill::postgres {
 
 struct Summary {
   std::uint64_t epoch = 0, commits = 0, highest_job = 0;  ///< as `turn` had them after the commit
-  stored::RowKeys::Sums keys{};                           ///< of all small rows
+  stored::RowSums sums;                                   ///< over all rows
 };
 
 std::int64_t checksum_of(const Summary& summary);
@@ -23,6 +23,6 @@ Result<Summary> read_summary(Session& session);
 Status check_turn(Session& session);
 
 /// Creates the row from `turn`.
-Status create_summary(Session& session, const stored::RowKeys::Sums& keys);
+Status create_summary(Session& session, const stored::RowSums& sums);
 
 }  // namespace lightmill::postgres

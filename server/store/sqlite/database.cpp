@@ -43,12 +43,6 @@ Result<bool> Statement::step() {
   return error_of(code, sqlite3_db_handle(statement_));
 }
 
-Status Statement::run() {
-  const Result<bool> row = step();
-  reset();
-  return row.status();
-}
-
 void Statement::reset() {
   sqlite3_reset(statement_);
   sqlite3_clear_bindings(statement_);

@@ -43,8 +43,19 @@ class Statement final : public stored::Row {
 
   /// True if there is a row to read.
   Result<bool> step();
-  /// Runs a statement without result rows, and resets it.
-  Status run();
+  /// Runs a statement to its end, and resets it. Calls `read` for each row.
+  template <class Read>
+  Status run(const Read& read) {
+    Result<bool> more = step();
+    for (; more.ok() && *more; more = step()) {
+      read(*this);
+    }
+    reset();
+    return more.status();
+  }
+  Status run() {
+    return run([](const Statement&) {});
+  }
   void reset();
 
   std::int64_t integer(int column) const override { return sqlite3_column_int64(statement_, column); }
@@ -88,6 +99,7 @@ class Database final : public stored::RowSource {
   Status for_each(const std::string& select, const std::function<void(const stored::Row&)>& read) override;
   Status execute(const std::string& sql) override;
   Result<Statement> prepare(std::string_view sql);
+  std::string file() const { return sqlite3_db_filename(handle_, "main"); }
   /// The first column of the only row of `sql`.
   Result<std::int64_t> number(std::string_view sql);
   /// Whether closing writes the journal to the file, and deletes the journal.

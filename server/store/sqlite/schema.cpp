@@ -18,7 +18,7 @@ CREATE TABLE store (
   epoch INTEGER NOT NULL,
   commits INTEGER NOT NULL,
   hash BLOB NOT NULL,
-  keys BLOB NOT NULL, -- a sum over the keys of each small table: a row that vanishes is missed
+  sums BLOB NOT NULL, -- over all rows (server/store/row_sums.h): lost and old rows are noticed
   checksum INTEGER NOT NULL -- of the row
 );
 
@@ -127,7 +127,7 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
         "{} is not a Lightmill store (application id {:#x}): choose another directory with --data", file.string(),
         application);
   }
-  return version == kSameTablesVersion
+  return version >= kSameRowsVersion && version < kSqliteFormatVersion
              ? ok_status()
              : check_store_format(file.string(), version, kSqliteFormatVersion, "another directory with --data");
 }

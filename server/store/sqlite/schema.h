@@ -1,4 +1,4 @@
-// Tables and settings of the SQLite store's file, format 14.
+// Tables and settings of the SQLite store's file, format 15.
 #pragma once
 
 #include "server/store/sqlite/store_row.h"

@@ -8,9 +8,11 @@
 #include "server/store/commit_chain.h"
 #include "server/store/load_state.h"
 #include "server/store/migration.h"
+#include "server/store/old_rows.h"
 #include "server/store/row_writer.h"
 #include "server/store/sqlite/database.h"
 #include "server/store/sqlite/format_12.h"
+#include "server/store/sqlite/format_14.h"
 #include "server/store/sqlite/journal_scan.h"
 #include "server/store/sqlite/schema.h"
 #include "server/store/sqlite/store_row.h"
@@ -28,6 +30,9 @@ constexpr const char* kGiveBack = "PRAGMA incremental_vacuum(512)";
 /// Shrinks the file and the journal.
 constexpr const char* kTruncate = "PRAGMA wal_checkpoint(TRUNCATE)";
 
+/// Condition of a result whose samples lie in a range.
+constexpr const char* kWithin = "job = $1 AND tile = $2 AND level <= $3 AND range_index >> ($3 - level) = $4";
+
 /// All statements of a commit, prepared once.
 struct Statements {
   Statement begin, commit, rollback;
@@ -40,14 +45,15 @@ constexpr std::size_t kMostHashedBytes = 4096;
 
 class SqliteStore final : public Store {
  public:
-  SqliteStore(Database database, Statements statements, CommitChain chain, const sqlite::StoreRow& row,
-              std::uint64_t next_job_id, stored::RowKeys keys)
+  SqliteStore(Database database, Statements statements, CommitChain chain, sqlite::StoreRow row,
+              const stored::RowSums& sums, std::uint64_t next_job_id, const SqliteOptions& options)
       : database_(std::move(database)),
         statements_(std::move(statements)),
         chain_(std::move(chain)),
-        row_(row),
-        next_job_id_(next_job_id),
-        keys_(std::move(keys)) {}
+        options_(options),
+        row_(std::move(row)),
+        sums_(sums),
+        next_job_id_(next_job_id) {}
 
   Result<StoredState> load() override;
   Result<FilmPiece> read_film(JobId job, const FilmPosition& after) override;
@@ -71,11 +77,13 @@ class SqliteStore final : public Store {
   Database database_;
   Statements statements_;
   CommitChain chain_;
+  const SqliteOptions options_;
   sqlite::StoreRow row_;           ///< as stored
+  stored::RowSums sums_;           ///< of the rows
+  stored::RowSums next_sums_;      ///< of the current commit
   std::uint64_t next_job_id_;      ///< as stored
   std::uint64_t highest_job_ = 0;  ///< of the current commit
   stored::StoredSpecs specs_;
-  stored::RowKeys keys_;
   std::optional<Xxh3Hasher> writes_;  ///< of the current commit
   std::size_t writes_in_commit_ = 0;  ///< of the current commit
   /// number of writes of a commit that is stored, but not recorded in the chain
@@ -86,6 +94,7 @@ Result<StoredState> SqliteStore::load() {
   LM_RETURN_IF_ERROR(statements_.begin.run());
   Result<StoredState> state = load_in_transaction();
   if (!state.ok()) {
+    database_.checkpoint_at_close(false);  // a refused store is not changed
     return roll_back(state.status());
   }
   state->next_job_id = next_job_id_;
@@ -95,7 +104,19 @@ Result<StoredState> SqliteStore::load() {
 Result<StoredState> SqliteStore::load_in_transaction() {
   std::vector<StoreOp> repairs;
   const auto read = [this](JobId job, const FilmPosition& after) { return read_film(job, after); };
-  LM_ASSIGN_OR_RETURN(StoredState state, stored::load_state(database_, read, specs_, repairs));
+  LM_ASSIGN_OR_RETURN(const stored::RowSums written, stored::RowSums::from_bytes(row_.sums));
+  stored::RowSums found;
+  LM_ASSIGN_OR_RETURN(StoredState state, stored::load_state(database_, read, specs_, found, repairs));
+  stored::RowSums all = found;
+  if (const Status complete = found.check_tables(written); !complete.ok()) {
+    if (!options_.accept_loss) {
+      return failed_precondition("{}: {}. {}", database_.file(), message_of(complete), sqlite::kLossAdvice);
+    }
+    spdlog::warn("--accept-loss: {}", message_of(complete));
+    LM_RETURN_IF_ERROR(stored::drop_orphans(database_, all));
+  }
+  stored::drop_unsound_tiles(all, written, state, repairs);
+  sums_ = found;
   LM_RETURN_IF_ERROR(write(repairs));
   sqlite::StoreRow next = row_;
   state.epoch = ++next.epoch;
@@ -155,18 +176,19 @@ Status SqliteStore::write(std::span<const StoreOp> ops) {
   writes_.emplace();
   add_to_hash(row_.hash.high);
   add_to_hash(row_.hash.low);
+  next_sums_ = sums_;
   highest_job_ = next_job_id_ - 1;
   writes_in_commit_ = ops.size();
   for (const StoreOp& op : ops) {
     if (const auto* put = std::get_if<PutJob>(&op)) {
       highest_job_ = std::max(highest_job_, put->record.id.value);
     }
-    LM_RETURN_IF_ERROR(stored::write_rows(op, specs_, keys_, [&](int statement, const auto&... values) {
+    LM_RETURN_IF_ERROR(stored::write_rows(op, specs_, next_sums_, [&](int statement, const auto&... values) {
       add_to_hash(static_cast<std::uint64_t>(statement));
       (add_to_hash(values), ...);
       Statement& row = statements_.rows[static_cast<std::size_t>(statement)];
       row.bind_all(values...);
-      return row.run();
+      return row.run([&](const Statement& each) { stored::count_row(statement, each, next_sums_); });
     }));
   }
   return ok_status();
@@ -176,12 +198,12 @@ Status SqliteStore::write(std::span<const StoreOp> ops) {
 Status SqliteStore::finish(sqlite::StoreRow next) {
   ++next.commits;
   next.hash = writes_->finish();
-  next.keys = keys_.sums();
+  next.sums = next_sums_.bytes();
   LM_RETURN_IF_ERROR(statements_.store_row.write(next));
   LM_RETURN_IF_ERROR(statements_.commit.run());
   specs_.keep();
-  keys_.keep();
-  row_ = next;
+  sums_ = next_sums_;
+  row_ = std::move(next);
   next_job_id_ = highest_job_ + 1;
   unchained_ = writes_in_commit_;
   return chain();
@@ -195,7 +217,6 @@ Status SqliteStore::chain() {
 
 Status SqliteStore::roll_back(Status cause) {
   specs_.forget();
-  keys_.forget();
   // Some errors, such as a full disk, roll back by themselves.
   if (database_.in_transaction()) {
     if (Status status = statements_.rollback.run(); !status.ok()) {
@@ -210,36 +231,15 @@ Status SqliteStore::roll_back(Status cause) {
 
 // ---- opening ----
 
-/// In the order of stored::RowStatement.
-constexpr std::array<const char*, stored::kPutRecord> kRowStatements{
-    "INSERT OR REPLACE INTO nodes (job, tile, level, range_index, non_finite, hash, samples) VALUES (?1,?2,?3,?4,?5,?6,"
-    "?7)",
-    "DELETE FROM nodes WHERE job = ?1 AND tile = ?2 AND level = ?3 AND range_index = ?4",
-    "INSERT OR REPLACE INTO results VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10)",
-    "UPDATE results SET audit = 2, checksum = (checksum & ~3) | 2 WHERE job = ?1 AND tile = ?2 AND level = ?3 AND "
-    "range_index = ?4",
-    "DELETE FROM results WHERE job = ?1 AND tile = ?2 AND level <= ?3 AND range_index >> (?3 - level) = ?4",
-    "DELETE FROM results WHERE job = ?1 AND tile = ?2 AND level = ?3 AND range_index = ?4"};
-
 Result<Statements> prepare_statements(Database& database) {
   Statements all;
   LM_ASSIGN_OR_RETURN(all.begin, database.prepare("BEGIN IMMEDIATE"));
   LM_ASSIGN_OR_RETURN(all.commit, database.prepare("COMMIT"));
   LM_ASSIGN_OR_RETURN(all.rollback, database.prepare("ROLLBACK"));
   LM_ASSIGN_OR_RETURN(all.store_row, sqlite::StoreRowWriter::prepare(database));
-  for (std::size_t i = 0; i < kRowStatements.size(); ++i) {
-    LM_ASSIGN_OR_RETURN(all.rows[i], database.prepare(kRowStatements[i]));
-  }
-  for (std::size_t i = 0; i < stored::kTableCount; ++i) {
-    const stored::Table table{static_cast<std::uint8_t>(i)};
-    const stored::TableInfo& info = stored::info_of(table);
-    // Entries of the log never change.
-    const char* const again = table == stored::Table::actions ? "NOTHING" : "UPDATE SET message = ?2, checksum = ?3";
-    LM_ASSIGN_OR_RETURN(all.rows[stored::kPutRecord + i],
-                        database.prepare(fmt::format("INSERT INTO {} VALUES (?1,?2,?3) ON CONFLICT ({}) DO {}",
-                                                     info.name, info.key, again)));
-    LM_ASSIGN_OR_RETURN(all.rows[stored::kDropRecord + i],
-                        database.prepare(fmt::format("DELETE FROM {} WHERE {} = ?1", info.name, info.key)));
+  const auto sql = stored::row_statements(kWithin);
+  for (std::size_t i = 0; i < sql.size(); ++i) {
+    LM_ASSIGN_OR_RETURN(all.rows[i], database.prepare(sql[i]));
   }
   return all;
 }
@@ -264,9 +264,9 @@ void log_kept(const fs::path& kept, std::int64_t version) {
                kept.string());
 }
 
-/// Copies the database and its chain beside the file, then marks the database with this program's format. After a power
-/// failure at any time, either the mark is missing or the copies are complete.
-Status mark_with_format(Database& database, const fs::path& file, std::int64_t version) {
+/// Copies the database and its chain beside the file, then converts the database. After a power failure at any time,
+/// either it has its old format or the copies are complete.
+Status keep_and_convert(Database& database, const fs::path& file, std::int64_t version, sqlite::StoreRow& row) {
   const fs::path kept = kept_name(file, version), fresh = with_suffix(kept, ".new");
   spdlog::info("{} has store format {}; converting it to format {}", file.string(), version, kSqliteFormatVersion);
   std::error_code error;
@@ -290,7 +290,7 @@ Status mark_with_format(Database& database, const fs::path& file, std::int64_t v
     return with_context(status, fmt::format("{} cannot be kept as {}", file.string(), kept.string()));
   }
   LM_RETURN_IF_ERROR(sync_folder_of(kept));
-  LM_RETURN_IF_ERROR(database.execute(fmt::format("PRAGMA user_version = {}", kSqliteFormatVersion)));
+  LM_RETURN_IF_ERROR(sqlite::convert_format_14(database, row));
   log_kept(kept, version);
   return ok_status();
 }
@@ -309,12 +309,14 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
   LM_ASSIGN_OR_RETURN(Database database, Database::open(file));
   database.checkpoint_at_close(false);  // a refused store is not changed
   LM_RETURN_IF_ERROR(sqlite::prepare_file(database, file, is_new, !chain.last() || options.accept_loss, first));
-  LM_ASSIGN_OR_RETURN(const sqlite::StoreRow row, sqlite::read_store_row(database));
+  LM_ASSIGN_OR_RETURN(const std::int64_t version, database.number("PRAGMA user_version"));
+  LM_ASSIGN_OR_RETURN(sqlite::StoreRow row, sqlite::read_store_row(database));
   LM_ASSIGN_OR_RETURN(const std::int64_t highest, database.number(sqlite::kHighestJob));
   CommitMark found{row.id, row.commits, row.hash, static_cast<std::uint64_t>(highest)};
-  LM_ASSIGN_OR_RETURN(stored::RowKeys keys, stored::load_keys(database));
   Status complete = check_chain(chain.last(), found);
-  complete = complete.ok() ? stored::check_keys(keys.sums(), row.keys) : complete;
+  if (complete.ok() && version != kSqliteFormatVersion) {
+    complete = stored::check_old_sums(database, row.sums);
+  }
   if (!complete.ok() && !options.accept_loss) {
     return failed_precondition("{}: {}.{} {}", file.string(), message_of(complete), damage_of(journal),
                                sqlite::kLossAdvice);
@@ -326,14 +328,15 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
     spdlog::warn("--accept-loss: {}.{}", message_of(complete), damage_of(journal));
     LM_RETURN_IF_ERROR(chain.restart(found));
   }
-  LM_ASSIGN_OR_RETURN(Statements statements, prepare_statements(database));
-  LM_ASSIGN_OR_RETURN(const std::int64_t version, database.number("PRAGMA user_version"));
   if (version != kSqliteFormatVersion) {
-    LM_RETURN_IF_ERROR(mark_with_format(database, file, version));
+    LM_RETURN_IF_ERROR(keep_and_convert(database, file, version, row));
   }
+  LM_ASSIGN_OR_RETURN(Statements statements, prepare_statements(database));
+  LM_ASSIGN_OR_RETURN(const stored::RowSums sums, stored::RowSums::from_bytes(row.sums));
   database.checkpoint_at_close(true);
-  return std::unique_ptr<Store>(std::make_unique<SqliteStore>(
-      std::move(database), std::move(statements), std::move(chain), row, found.highest_job + 1, std::move(keys)));
+  return std::unique_ptr<Store>(std::make_unique<SqliteStore>(std::move(database), std::move(statements),
+                                                              std::move(chain), std::move(row), sums,
+                                                              found.highest_job + 1, options));
 }
 
 // ---- migration ----

@@ -9,9 +9,10 @@
 namespace lightmill {
 
 /// Format version, in PRAGMA user_version.
-inline constexpr int kSqliteFormatVersion = 14;
-/// Has the same tables. Rows of nodes have other hashes, which are still known (stored::node_of).
-inline constexpr int kSameTablesVersion = 13;
+inline constexpr int kSqliteFormatVersion = 15;
+/// Since this version, all rows but the store's own are the same. Rows of nodes may have other hashes in it, which are
+/// still known (stored::node_of).
+inline constexpr int kSameRowsVersion = 13;
 
 struct SqliteOptions {
   bool accept_loss = false;  ///< start with a database that has lost acknowledged commits
@@ -23,6 +24,7 @@ struct SqliteOptions {
 /// - DATA_LOSS: not a database, damaged, or acknowledged commits are lost.
 ///
 /// Nodes have checksums. load() logs damaged nodes and leaves them out, so their samples are rendered again.
+/// FAILED_PRECONDITION from load(): small rows are lost, or of an earlier commit. Such tiles are rendered again.
 Result<std::unique_ptr<Store>> open_sqlite_store(const std::filesystem::path& file, const SqliteOptions& options = {});
 
 }  // namespace lightmill

@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "server/store/row_sums.h"
 #include "server/store/row_values.h"
 
 namespace lightmill::sqlite {
@@ -13,7 +14,7 @@ std::int64_t checksum_of(const StoreRow& row) {
   hasher.append(stored::view_of(row.secret.bytes));
   const std::array<std::uint64_t, 4> numbers{row.epoch, row.commits, row.hash.high, row.hash.low};
   hasher.append(stored::view_of(numbers));
-  hasher.append(stored::view_of(row.keys));
+  hasher.append(as_byte_view(row.sums));
   return static_cast<std::int64_t>(hasher.finish().low);
 }
 
@@ -32,6 +33,7 @@ Status create_store_row(Database& database, const Beginning& first) {
   drawn.reset();
   row.secret = first.secret.value_or(row.secret);
   row.epoch = first.epoch;
+  row.sums = stored::RowSums().bytes();
   LM_ASSIGN_OR_RETURN(Statement insert, database.prepare("INSERT INTO store VALUES (?1, ?2, 0, 0, x'', x'', 0)"));
   insert.bind_all(stored::view_of(row.id), stored::view_of(row.secret.bytes));
   LM_RETURN_IF_ERROR(insert.run());
@@ -43,8 +45,7 @@ Status create_store_row(Database& database, const Beginning& first) {
 }
 
 Result<StoreRow> read_store_row(Database& database) {
-  LM_ASSIGN_OR_RETURN(Statement rows,
-                      database.prepare("SELECT id, secret, epoch, commits, hash, keys, checksum FROM store"));
+  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT * FROM store"));
   LM_ASSIGN_OR_RETURN(const bool found, rows.step());
   StoreRow row;
   if (!found || rows.view(0).size() != row.id.size()) {
@@ -55,23 +56,20 @@ Result<StoreRow> read_store_row(Database& database) {
   row.epoch = rows.natural(2);
   row.commits = rows.natural(3);
   LM_ASSIGN_OR_RETURN(row.hash, stored::hash_in(rows.view(4)));
-  if (rows.view(5).size() != sizeof(row.keys)) {
-    return damaged("its sums over keys");
-  }
-  std::memcpy(row.keys.data(), rows.view(5).data(), sizeof(row.keys));
+  row.sums = rows.text(5);
   return rows.integer(6) == checksum_of(row) ? Result<StoreRow>(row) : damaged("its checksum is wrong");
 }
 
 Result<StoreRowWriter> StoreRowWriter::prepare(Database& database) {
   StoreRowWriter writer;
   LM_ASSIGN_OR_RETURN(writer.update_, database.prepare("UPDATE store SET epoch = ?1, commits = ?2, hash = ?3, "
-                                                       "keys = ?4, checksum = ?5"));
+                                                       "sums = ?4, checksum = ?5"));
   return writer;
 }
 
 Status StoreRowWriter::write(const StoreRow& row) {
   const std::string hash = hash_bytes(row.hash);
-  update_.bind_all(row.epoch, row.commits, as_byte_view(hash), stored::view_of(row.keys), checksum_of(row));
+  update_.bind_all(row.epoch, row.commits, as_byte_view(hash), as_byte_view(row.sums), checksum_of(row));
   return update_.run();
 }
 

@@ -1,11 +1,11 @@
-// The row that identifies a store and has its epoch, commits and running hash.
+// The row that identifies a store and has its epoch, commits, running hash and sums.
 #pragma once
 
 #include <array>
 #include <optional>
+#include <string>
 
 #include "common/base/digest.h"
-#include "server/store/records.h"
 #include "server/store/sqlite/database.h"
 
 namespace lightmill::sqlite {
@@ -15,8 +15,8 @@ struct StoreRow {
   Sha256 secret;
   std::uint64_t epoch = 0;
   std::uint64_t commits = 0;
-  Hash128 hash;  ///< XXH3-128 of the previous hash and the commit's writes
-  stored::RowKeys::Sums keys{};
+  Hash128 hash;      ///< XXH3-128 of the previous hash and the commit's writes
+  std::string sums;  ///< bytes of stored::RowSums; in formats before 15 another sum, over keys
 };
 
 /// First values of a new store that continues another one.
@@ -28,7 +28,7 @@ struct Beginning {
 
 /// Writes the first row with a random store id, and sets the highest job id.
 Status create_store_row(Database& database, const Beginning& first);
-/// DATA_LOSS if the row is damaged.
+/// Of any format from 13 on. DATA_LOSS if the row is damaged.
 Result<StoreRow> read_store_row(Database& database);
 
 /// Replaces the row.

@@ -25,11 +25,13 @@ std::string damaging(std::uint32_t tile) {
 
 class PostgresPlace final : public StorePlace {
  public:
-  std::unique_ptr<Store> open() override { return opened(options_for(url_)).store; }
-  void damage_tile(std::uint32_t tile) override { run_sql(url_, damaging(tile)); }
-  void update(const std::string& table, const std::string& change) override {
-    run_sql(url_, fmt::format("UPDATE lightmill.{} SET {}", table, change));
+  std::unique_ptr<Store> open(bool accept_loss) override {
+    PostgresOptions options = options_for(url_);
+    options.accept_loss = accept_loss;
+    return opened(options).store;
   }
+  void damage_tile(std::uint32_t tile) override { run_sql(url_, damaging(tile)); }
+  void execute(const std::string& sql) override { run_sql(url_, "SET search_path = lightmill; " + sql); }
 
  private:
   std::string url_ = server().new_database();
@@ -82,11 +84,11 @@ TEST_F(PostgresStoreTest, AnotherFormatIsRefusedWithARemedy) {
   };
   EXPECT_EQ(refusal_after(fmt::format("UPDATE lightmill.meta SET format = {}", postgres::kFormat + 1)),
             place +
-                " has store format 9, newer than format 8 of this lightmill-server: use the newer lightmill-server "
+                " has store format 10, newer than format 9 of this lightmill-server: use the newer lightmill-server "
                 "that wrote it, or choose another database with --store");
   EXPECT_EQ(refusal_after(fmt::format("UPDATE lightmill.meta SET format = {}", postgres::kFormatBefore - 1)),
             place +
-                " has store format 5, older than format 8 of this lightmill-server: use the older lightmill-server "
+                " has store format 5, older than format 9 of this lightmill-server: use the older lightmill-server "
                 "that wrote it, or choose another database with --store");
   EXPECT_EQ(refusal_after("DELETE FROM lightmill.meta"),
             place +
@@ -145,7 +147,7 @@ TEST_F(PostgresStoreTest, ADatabaseOfFormat7IsMigratedAndKept) {
   sql(fmt::format(
       "DROP TABLE lightmill.summary; UPDATE lightmill.meta SET format = {}; UPDATE lightmill.nodes SET hash "
       "= {}",
-      postgres::kFormat7, literal_of(hash_of(*node))));
+      postgres::kSameRowsFormat, literal_of(hash_of(*node))));
   sql("UPDATE lightmill.lease SET expires = clock_timestamp() + interval '1 hour'");
   EXPECT_EQ(open_postgres(options()).status().code(), StatusCode::kFailedPrecondition) << "a coordinator uses it";
   sql("UPDATE lightmill.lease SET expires = '-infinity'");
@@ -155,8 +157,29 @@ TEST_F(PostgresStoreTest, ADatabaseOfFormat7IsMigratedAndKept) {
   }
   // The way back: the old tables under their old name.
   sql("DROP SCHEMA lightmill CASCADE; ALTER SCHEMA lightmill_format_7 RENAME TO lightmill");
-  EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), std::to_string(postgres::kFormat7));
+  EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), std::to_string(postgres::kSameRowsFormat));
   EXPECT_EQ(describe(load_with_films(*opened(options()).store).value()), before);
+}
+
+TEST_F(PostgresStoreTest, ADatabaseOfFormat8IsMigratedAndKept) {
+  sql(read_file(source_file("tests/integration/store/format_8.sql")).value());
+  sql("CREATE TABLE kept AS TABLE lightmill.tokens; DELETE FROM lightmill.tokens");
+  const Status refused = open_postgres(options()).status();
+  EXPECT_EQ(refused.code(), StatusCode::kFailedPrecondition);
+  EXPECT_NE(message_of(refused).find("its table tokens has lost rows"), std::string::npos) << refused;
+  EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), "8") << "a refused store is not changed";
+  sql("INSERT INTO lightmill.tokens TABLE kept");
+  for (const std::uint64_t epoch : {3u, 4u}) {
+    const StoredState state = load_with_films(*opened(options()).store).value();
+    EXPECT_EQ(describe(state), describe(state_of_the_format_before()));
+    EXPECT_EQ(state.epoch, epoch);
+  }
+  sql("DELETE FROM lightmill.results WHERE tile = 3");
+  EXPECT_EQ(stored().damaged, (std::vector<NodeKey>{{JobId{1}, TileId{0}, {1, 0}}, {JobId{1}, TileId{3}, {0, 4}}}));
+  // The way back: the old tables under their old name.
+  sql("DROP SCHEMA lightmill CASCADE; ALTER SCHEMA lightmill_format_8 RENAME TO lightmill");
+  EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), "8");
+  EXPECT_EQ(describe(load_with_films(*opened(options()).store).value()), describe(state_of_the_format_before()));
 }
 
 TEST_F(PostgresStoreTest, ALostRowIsRefusedUntilTheLossIsAccepted) {
@@ -171,14 +194,14 @@ TEST_F(PostgresStoreTest, ALostRowIsRefusedUntilTheLossIsAccepted) {
   }
   EXPECT_EQ(stored().jobs.size(), 1u);
   sql("DELETE FROM lightmill.tokens");
-  const Status refused = open_postgres(options()).status();
+  const Status refused = opened(options()).store->load().status();
   EXPECT_EQ(refused.code(), StatusCode::kFailedPrecondition);
   EXPECT_NE(message_of(refused).find("its table tokens has lost rows"), std::string::npos) << refused;
   EXPECT_NE(message_of(refused).find("--accept-loss"), std::string::npos) << refused;
   PostgresOptions accepting = options();
   accepting.accept_loss = true;
   EXPECT_EQ(opened(accepting).store->load()->jobs.size(), 1u);
-  EXPECT_TRUE(open_postgres(options()).ok()) << "it was accepted once";
+  EXPECT_TRUE(opened(options()).store->load().ok()) << "it was accepted once";
 }
 
 TEST_F(PostgresStoreTest, ADatabaseBehindTheRecordOfTheLastCommitIsRefusedUntilTheLossIsAccepted) {

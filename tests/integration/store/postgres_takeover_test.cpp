@@ -45,8 +45,16 @@ TEST_F(PostgresStoreTest, ACommitWhoseAnswerIsLostIsStoredOnce) {
   // The second time, the node would have no job.
   const std::vector<StoreOp> ops{PutNode{JobId{1}, TileId{0}, small_node(0, 0, 1)}, DeleteJobRows{JobId{1}},
                                  PutJob{full_record(2)}};
-  proxy.swallow(Way::back, true);
+  // The commit waits for its last write until the way back is closed.
+  postgres::Session other({url_, "test"}, {}, std::chrono::minutes(1));
+  ASSERT_TRUE(other.execute("BEGIN; LOCK TABLE summary").ok());
   std::future<Status> committed = std::async(std::launch::async, [&] { return store->commit(ops); });
+  EXPECT_TRUE(eventually([&] {
+    return sql("SELECT count(*) FROM pg_stat_activity WHERE datname = current_database() AND wait_event_type = 'Lock'") ==
+           "1";
+  }));
+  proxy.swallow(Way::back, true);
+  ASSERT_TRUE(other.execute("ROLLBACK").ok());
   EXPECT_TRUE(eventually([&] { return sql("SELECT commits FROM lightmill.turn") == "2"; }));
   proxy.swallow(Way::back, false);
   proxy.cut();
@@ -56,6 +64,7 @@ TEST_F(PostgresStoreTest, ACommitWhoseAnswerIsLostIsStoredOnce) {
   const StoredState state = store->load().value();
   ASSERT_EQ(state.jobs.size(), 1u);
   EXPECT_EQ(state.jobs[0].record.id, JobId{2});
+  EXPECT_TRUE(state.damaged.empty()) << "its sums are known";
 }
 
 TEST_F(PostgresStoreTest, ACommitThatNeverReachedTheServerIsStored) {

@@ -121,7 +121,9 @@ TEST_F(CheckStateTest, AnAlteredJobIsTakenOutAndLost) {
 }
 
 TEST_F(CheckStateTest, ImpossibleNodesAreRenderedAgain) {
-  execute("UPDATE nodes SET tile = 77 WHERE job = 1 AND tile = 0");
+  PutNode impossible = node(1, 0);
+  impossible.tile = TileId{77};
+  ASSERT_TRUE(open_store()->commit(std::vector<StoreOp>{DropNode{{JobId{1}, TileId{0}, {0, 0}}}, impossible}).ok());
   const StateCheck found = check().value();
   EXPECT_FALSE(found.sound);
   EXPECT_TRUE(found.whole);
@@ -148,10 +150,19 @@ TEST_F(CheckStateTest, OverlappingNodesAreRenderedAgain) {
 }
 
 TEST_F(CheckStateTest, NodesOfUnknownOriginAreRenderedAgain) {
-  execute("DELETE FROM results WHERE job = 2 AND tile = 1");
+  ASSERT_TRUE(open_store()->commit(std::vector<StoreOp>{DropResults{{JobId{2}, TileId{1}, {0, 0}}}}).ok());
   const StateCheck found = check().value();
   EXPECT_TRUE(!found.sound && found.whole);
   EXPECT_EQ(found.report.size(), 2u);
+  EXPECT_TRUE(found.report[1].starts_with("job 2: 1 of its nodes was damaged")) << found.report[1];
+  EXPECT_TRUE(check()->sound) << "once repaired";
+}
+
+TEST_F(CheckStateTest, AJobThatHasLostAllRowsOfItsFilmIsNamed) {
+  execute("DELETE FROM nodes WHERE job = 2; DELETE FROM results WHERE job = 2");
+  const StateCheck found = check().value();
+  EXPECT_TRUE(!found.sound && found.whole);
+  ASSERT_EQ(found.report.size(), 2u);
   EXPECT_TRUE(found.report[1].starts_with("job 2: 1 of its nodes was damaged")) << found.report[1];
   EXPECT_TRUE(check()->sound) << "once repaired";
 }

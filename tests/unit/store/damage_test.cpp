@@ -152,14 +152,14 @@ TEST_F(Damage, ARowThatVanishesFromItsPageIsMissed) {
     ASSERT_EQ(rows, static_cast<int>(kJobs)) << table.name;
     file.seekp(at);
     file.put(static_cast<char>(rows - 1)).flush();
-    const Status status = open_sqlite_store(file_).status();
+    const Status status = open_sqlite_store(file_).value()->load().status();
     EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition) << status;
     EXPECT_NE(message_of(status).find(fmt::format("its table {} has lost rows", table.name)), std::string::npos)
         << status;
     file.seekp(at);
     file.put(static_cast<char>(rows)).flush();
   }
-  EXPECT_TRUE(open_sqlite_store(file_).ok());
+  EXPECT_TRUE(open_sqlite_store(file_).value()->load().ok());
 }
 
 }  // namespace

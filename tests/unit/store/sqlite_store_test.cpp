@@ -1,7 +1,9 @@
 #include "server/store/sqlite/sqlite_store.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <fstream>
 
 #include "common/base/file.h"
@@ -23,8 +25,8 @@ using test::TemporaryFolder;
 
 class SqlitePlace final : public test::StorePlace {
  public:
-  std::unique_ptr<Store> open() override {
-    Result<std::unique_ptr<Store>> store = open_sqlite_store(file_);
+  std::unique_ptr<Store> open(bool accept_loss) override {
+    Result<std::unique_ptr<Store>> store = open_sqlite_store(file_, {.accept_loss = accept_loss});
     EXPECT_TRUE(store.ok()) << store.status();
     return std::move(store).value();
   }
@@ -32,9 +34,7 @@ class SqlitePlace final : public test::StorePlace {
     SqliteFile(file_).execute(
         fmt::format("UPDATE nodes SET samples = zeroblob(length(samples)) WHERE tile = {}", tile));
   }
-  void update(const std::string& table, const std::string& change) override {
-    SqliteFile(file_).execute(fmt::format("UPDATE {} SET {}", table, change));
-  }
+  void execute(const std::string& sql) override { SqliteFile(file_).execute(sql); }
 
  private:
   TemporaryFolder folder_;
@@ -108,11 +108,11 @@ TEST_F(SqliteStoreTest, AnotherFormatIsRefusedWithARemedy) {
   };
   EXPECT_EQ(refusal_of(kSqliteFormatVersion + 1),
             file_.string() +
-                " has store format 15, newer than format 14 of this lightmill-server: use the newer "
+                " has store format 16, newer than format 15 of this lightmill-server: use the newer "
                 "lightmill-server that wrote it, or choose another directory with --data");
   EXPECT_EQ(refusal_of(sqlite::kFormatBefore - 1),
             file_.string() +
-                " has store format 11, older than format 14 of this lightmill-server: use the older "
+                " has store format 11, older than format 15 of this lightmill-server: use the older "
                 "lightmill-server that wrote it, or choose another directory with --data");
   for (const int nonsense : {0, -1}) {
     EXPECT_EQ(refusal_of(nonsense),
@@ -140,39 +140,81 @@ TEST_F(SqliteStoreTest, AStoreOfThePreviousFormatIsConvertedAndKept) {
   EXPECT_EQ(test::describe(open()->load().value()), test::describe(test::state_of_the_format_before()));
 }
 
-TEST_F(SqliteStoreTest, AStoreOfFormat13IsMarkedAndKept) {
-  const std::shared_ptr<const Node> node = test::small_node(0, 0, 1);
-  ASSERT_TRUE(
-      open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}, PutNode{JobId{1}, TileId{0}, node}}).ok());
-  const std::string before = test::describe(test::load_with_films(*open()).value());
-  // There, hashes of nodes are without their place.
-  std::string hash;
-  for (const std::uint8_t byte : hash_bytes(hash_of(*node))) {
-    hash += fmt::format("{:02x}", byte);
+/// Formats 13 and 14: the file as the program of format 14 wrote it, and its record of commits.
+class SqliteFormat14 : public SqliteStoreTest {
+ protected:
+  void SetUp() override {
+    sql(read_file(test::source_file("tests/unit/store/format_14.sql")).value());
+    CommitMark last;
+    SqliteFile(file_).run(
+        "SELECT id, commits, hash FROM store", [](sqlite3_stmt*) {},
+        [&](sqlite3_stmt* row) {
+          std::ranges::copy(test::column_bytes(row, 0), last.store.begin());
+          last.commits = static_cast<std::uint64_t>(sqlite3_column_int64(row, 1));
+          last.hash = stored::hash_in(test::column_bytes(row, 2)).value();
+        });
+    last.highest_job = 3;
+    ASSERT_TRUE(CommitChain::open(chain_)->append(last).ok());
   }
-  sql(fmt::format("PRAGMA user_version = {}; UPDATE nodes SET hash = x'{}'", kSameTablesVersion, hash));
-  for (int start = 0; start < 2; ++start) {
-    EXPECT_EQ(test::describe(test::load_with_films(*open()).value()), before);
+  /// Turns it into a store of format 13, which had hashes of nodes without their place.
+  void make_format_13() {
+    for (const auto& [tile, node] :
+         {std::pair{0, test::small_node(1, 0, 2.5f)}, {3, test::small_node(0, 4, -1e-30f)}}) {
+      std::string hash;
+      for (const std::uint8_t byte : hash_bytes(hash_of(*node))) {
+        hash += fmt::format("{:02x}", byte);
+      }
+      sql(fmt::format("PRAGMA user_version = 13; UPDATE nodes SET hash = x'{}' WHERE tile = {}", hash, tile));
+    }
   }
-  EXPECT_EQ(number_in("PRAGMA user_version"), kSqliteFormatVersion);
-  // The way back: the copy.
-  std::filesystem::rename(file_.string() + ".format-13", file_);
-  std::filesystem::rename(file_.string() + ".format-13-chain", chain_);
-  EXPECT_EQ(number_in("PRAGMA user_version"), kSameTablesVersion);
-  EXPECT_EQ(test::describe(test::load_with_films(*open()).value()), before);
+};
+
+TEST_F(SqliteFormat14, IsConvertedAndKept) {
+  for (const int format : {14, 13}) {
+    if (format == 13) {
+      make_format_13();
+    }
+    for (const std::uint64_t epoch : {4u, 5u}) {
+      const StoredState state = test::load_with_films(*open()).value();
+      EXPECT_EQ(test::describe(state), test::describe(test::state_of_the_format_before())) << format;
+      EXPECT_EQ(state.epoch, epoch);
+    }
+    EXPECT_EQ(number_in("PRAGMA user_version"), kSqliteFormatVersion);
+    // The way back: the copy.
+    const std::string kept = fmt::format("{}.format-{}", file_.string(), format);
+    std::filesystem::rename(kept, file_);
+    std::filesystem::rename(kept + "-chain", chain_);
+    EXPECT_EQ(number_in("PRAGMA user_version"), format);
+  }
 }
 
-TEST_F(SqliteStoreTest, AStoreOfFormat13ThatCannotBeKeptIsNotMarked) {
-  ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}}).ok());
-  sql(fmt::format("PRAGMA user_version = {}", kSameTablesVersion));
-  const std::filesystem::path kept = file_.string() + ".format-13";
+TEST_F(SqliteFormat14, IsConvertedWithItsSums) {
+  ASSERT_TRUE(open()->commit(std::vector<StoreOp>{DropNode{{JobId{1}, TileId{0}, {1, 0}}}}).ok());
+  EXPECT_TRUE(open()->load()->damaged.empty());
+  sql("DELETE FROM results WHERE tile = 3");
+  EXPECT_EQ(open()->load()->damaged,
+            (std::vector<NodeKey>{{JobId{1}, TileId{3}, {0, 4}}, {JobId{1}, TileId{0}, {0, 0}}}));
+}
+
+TEST_F(SqliteFormat14, IsNotConvertedIfRowsAreLost) {
+  sql("DELETE FROM tokens");
+  const Status refused = open_sqlite_store(file_).status();
+  EXPECT_EQ(refused.code(), StatusCode::kFailedPrecondition);
+  EXPECT_NE(message_of(refused).find("its table tokens has lost rows"), std::string::npos) << refused;
+  EXPECT_EQ(number_in("PRAGMA user_version"), 14);
+  EXPECT_TRUE(open_sqlite_store(file_, {.accept_loss = true}).value()->load()->tokens.empty());
+  EXPECT_TRUE(open()->load().ok()) << "it was accepted once";
+}
+
+TEST_F(SqliteFormat14, IsNotConvertedIfItCannotBeKept) {
+  const std::filesystem::path kept = file_.string() + ".format-14";
   std::filesystem::create_directories(kept / "in the way");
   const Status refused = open_sqlite_store(file_).status();
   EXPECT_EQ(message_of(refused).find(file_.string() + " cannot be kept as " + kept.string() + ": "), 0u) << refused;
   EXPECT_FALSE(std::filesystem::exists(kept.string() + ".new"));
-  EXPECT_EQ(number_in("PRAGMA user_version"), kSameTablesVersion);
+  EXPECT_EQ(number_in("PRAGMA user_version"), 14);
   std::filesystem::remove_all(kept);
-  EXPECT_EQ(open()->load()->jobs.size(), 1u);
+  EXPECT_EQ(open()->load()->jobs.size(), 2u);
 }
 
 TEST_F(SqliteStoreTest, ANodeInThePlaceOfAnotherIsDamaged) {
@@ -183,8 +225,7 @@ TEST_F(SqliteStoreTest, ANodeInThePlaceOfAnotherIsDamaged) {
                   .ok());
   sql("UPDATE nodes SET tile = 9 WHERE job = 1; UPDATE nodes SET job = 1 WHERE job = 2; UPDATE nodes SET job = 2, tile = 0 "
       "WHERE tile = 9");
-  const StoredState state = test::load_with_films(*open()).value();
-  EXPECT_EQ(state.damaged.size(), 2u);
+  EXPECT_EQ(test::load_with_films(*open())->damaged.size(), 2u);
 }
 
 TEST_F(SqliteStoreTest, ConversionDoesNotHideDamage) {
@@ -196,6 +237,25 @@ TEST_F(SqliteStoreTest, ConversionDoesNotHideDamage) {
   EXPECT_EQ(state.jobs[0].nodes.size(), 1u);
   EXPECT_EQ(state.jobs[0].results.size(), 2u);
   EXPECT_EQ(state.next_job_id, 4u);
+}
+
+TEST_F(SqliteStoreTest, ALostJobTakesNoTilesOfOthersAlong) {
+  std::vector<StoreOp> ops{PutJob{test::full_record(1)}, PutJob{test::full_record(2)}};
+  for (std::uint32_t tile = 0; tile < 300; ++tile) {
+    for (const JobId job : {JobId{1}, JobId{2}}) {
+      ops.push_back(PutNode{job, TileId{tile}, test::small_node(0, 0, 1)});
+      ops.push_back(PutResult{{job, TileId{tile}, {0, 0}}, Hash128{1, 2}, {"worker", "machine"}});
+    }
+  }
+  ASSERT_TRUE(open()->commit(ops).ok());
+  sql("DELETE FROM jobs WHERE id = 2");
+  EXPECT_EQ(open()->load().status().code(), StatusCode::kFailedPrecondition);
+  EXPECT_EQ(open_sqlite_store(file_, {.accept_loss = true}).value()->load()->jobs.at(0).nodes.size(), 300u);
+  EXPECT_EQ(number_in("SELECT count(*) FROM nodes"), 300);
+  EXPECT_EQ(number_in("SELECT count(*) FROM results"), 300);
+  const StoredState state = open()->load().value();
+  EXPECT_TRUE(state.damaged.empty());
+  EXPECT_EQ(state.jobs.at(0).nodes.size(), 300u);
 }
 
 TEST_F(SqliteStoreTest, EachStoreKeepsItsOwnSecret) {
@@ -281,6 +341,26 @@ TEST_F(SqliteStoreTest, NoCommitIsAcknowledgedWithoutItsRecord) {
   EXPECT_NE(message_of(status).find("cannot write " + chain_.string()), std::string::npos) << status;
   std::filesystem::remove(chain_);
   EXPECT_EQ(open()->load()->epoch, 2u) << "the first was stored, and no record of it";
+}
+
+TEST_F(SqliteStoreTest, ALoadAfterOneThatFailedStillFindsLostRows) {
+  ASSERT_TRUE(open()
+                  ->commit(std::vector<StoreOp>{PutJob{test::full_record(1)},
+                                                PutNode{JobId{1}, TileId{0}, test::small_node(0, 0, 1)},
+                                                PutResult{{JobId{1}, TileId{0}, {0, 0}}, Hash128{1, 2}, {"w", "m"}}})
+                  .ok());
+  sql("DELETE FROM results");
+  const auto store = open();
+  rlimit limit{};
+  ::getrlimit(RLIMIT_FSIZE, &limit);
+  const rlimit nothing{0, limit.rlim_max};
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  ::setrlimit(RLIMIT_FSIZE, &nothing);
+  const Status failed = store->load().status();
+  ::setrlimit(RLIMIT_FSIZE, &limit);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_FALSE(failed.ok());
+  EXPECT_EQ(store->load()->damaged.size(), 1u);
 }
 
 TEST(DataDirectory, HasOneUserAtATime) {

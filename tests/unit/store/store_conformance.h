@@ -16,11 +16,14 @@ class StorePlace {
  public:
   virtual ~StorePlace() = default;
   /// Opens the store again, as a restarted coordinator does, after the previous one has been destroyed.
-  virtual std::unique_ptr<Store> open() = 0;
+  virtual std::unique_ptr<Store> open(bool accept_loss) = 0;
   /// Sets all stored pixels of the tile to zero. No store is open.
   virtual void damage_tile(std::uint32_t tile) = 0;
-  /// Changes rows without the store: `UPDATE table SET change`. No store is open.
-  virtual void update(const std::string& table, const std::string& change) = 0;
+  /// Changes rows without the store. No store is open.
+  virtual void execute(const std::string& sql) = 0;
+  void update(const std::string& table, const std::string& change) {
+    execute(fmt::format("UPDATE {} SET {}", table, change));
+  }
 };
 
 struct StoreKind {
@@ -32,7 +35,10 @@ struct StoreKind {
 
 class StoreConformance : public ::testing::TestWithParam<StoreKind> {
  protected:
-  std::unique_ptr<Store> open() { return place_->open(); }
+  std::unique_ptr<Store> open() { return place_->open(false); }
+  std::unique_ptr<Store> open_accepting_loss() { return place_->open(true); }
+  /// Expects that the store is refused, and that the reason begins so.
+  void expect_refused(const std::string& reason);
   static StoredState loaded(Store& store);
   static void commit(Store& store, const std::vector<StoreOp>& ops);
   std::unique_ptr<StorePlace> place_ = GetParam().make();
