@@ -1,4 +1,5 @@
-// Principled BSDF, as in Blender and glTF: a coat over a mixture of metal, glass and glossy plastic.
+// Principled BSDF, as in Blender and glTF: a coat over a mixture of metal, glass and glossy plastic. Metal and plastic can
+// have a sheen.
 //
 // With c = coat, m = metallic, t = transmission:
 //   f = c·coat + T·(m·metal + (1 − m)(t·glass + (1 − t)·(gloss + T'·diffuse)))
@@ -12,6 +13,14 @@
 // E' is the mean of E where the layer below scatters to: E_mean for diffuse, E for smooth, and a table for rough layers
 // (ggx_albedo.h). Through glass, T = 1 − cE on the outside, and the facets send cE' of the rest back on the inside.
 //
+// A sheen of colour s (sheen.h) replaces m·metal + (1 − m)(1 − t)·plastic by
+//   (1 − (1 − m) t)·s·sheen + T"·(m·metal + (1 − m)(1 − t)·plastic)
+// T" is like T, with the largest component of s for c. E' of rough metal and gloss is between E_mean and E. Glass has no
+// sheen, nor has any surface that is seen from the inside of glass.
+//
+// Metal and gloss can be anisotropic, and then x is the direction along which they are rougher. Coat, glass and sheen are
+// isotropic.
+//
 // `burley` replaces T'·diffuse by that of Burley (Physically-Based Shading at Disney, 2012, 5.3), as in Blender before 4.0:
 //   base/π · (1 + (r − ½)F(wo))(1 + (r − ½)F(wi)),  F(w) = (1 − cos)⁵,  r = roughness·(1 + wo·wi)
 // The gloss takes no light from it. So gloss and a bright base can reflect more light than arrives.
@@ -20,10 +29,24 @@
 // diffuse part.
 #pragma once
 
-#include "common/materials/ggx_albedo.h"
+#include <optional>
+
+#include "common/materials/ggx_facets.h"
 #include "common/materials/rough_dielectric.h"
+#include "common/materials/sheen.h"
 
 namespace lightmill {
+
+/// Of metal and gloss (ggx_facets.h).
+struct PrincipledAnisotropy8 {
+  F8 strength;  ///< in [0, 1]
+  M8 directed;  ///< x is its direction; else there is none
+};
+
+struct PrincipledSheen8 {
+  V8 color;      ///< each in [0, 1]
+  F8 roughness;  ///< in [0, 1]
+};
 
 struct PrincipledParameters8 {
   V8 base_color;
@@ -33,6 +56,8 @@ struct PrincipledParameters8 {
   F8 coat, coat_roughness;                         ///< each in [0, 1]
   M8 compensated;                                  ///< metal and glass, for the light of several bounces
   M8 burley = M8();                                ///< Burley's diffuse part
+  std::optional<PrincipledAnisotropy8> anisotropy = {};
+  std::optional<PrincipledSheen8> sheen = {};
 };
 
 /// Lobes with alpha below ggx::kSmoothAlpha are delta. They are sampled, but omitted by eval and pdf. A lobe is chosen
@@ -61,6 +86,8 @@ class Principled8 {
   F8 coat_leaves(const V8& wo, const V8& wi, bool diffuse) const;
   /// cE' of the facets. `albedo`: cE.
   F8 coat_below(F8 cos_theta, F8 albedo) const;
+  /// The same of the sheen, for light from wi that metal or plastic reflects.
+  F8 sheen_leaves(const V8& wi, bool diffuse) const;
   /// Of metal, plastic, and the coat as seen from within glass. `balance`: g(wo) g(wi) of ggx_albedo.h, or 1.
   V8 gloss_fresnel(F8 cos_o, F8 balance) const;
   /// Share of the light from within glass that the coat sends back.
@@ -78,7 +105,9 @@ class Principled8 {
   Drawn8 draw(const V8& wo, Pair8 u, F8 choice) const;
 
   V8 base_;
-  F8 alpha_, coat_alpha_;
+  ggx::Facets8 facets_;  ///< of metal and gloss
+  F8 alpha_;             ///< of isotropic facets that are as rough
+  F8 coat_alpha_;
   F8 metal_, plastic_, glass_;  ///< shares
   V8 metal_kept_;               ///< κ of ggx_albedo.h
   V8 metal_albedo_;             ///< from wo
@@ -94,6 +123,13 @@ class Principled8 {
   RoughDielectric8 glass_bsdf_;
   bool has_glass_, has_coat_, has_burley_;     ///< in any lane
   F8 p_diffuse_, p_gloss_, p_glass_, p_coat_;  ///< probabilities, whose sum is 1 where anything is reflected
+  struct Layer8 {
+    Sheen8 white;
+    V8 color;         ///< with its share of the surface
+    F8 weight;        ///< the largest component of its colour
+    F8 p = F8(0.0f);  ///< probability, added to those above
+  };
+  std::optional<Layer8> sheen_;  ///< if there is one in any lane
 };
 
 }  // namespace lightmill

@@ -38,10 +38,27 @@ TEST(MaterialTable, ReturnsTheParametersOfEachMaterial) {
       const PrincipledParameters8 p = table.principled(surface(4), all);
       const F8 red = table.reflectance(surface(0), all).x, ior = table.ior(surface(1), all);
       const F8 alpha = table.dielectric(surface(1), F8(1.5f), all).alpha;
-      const std::array found{
-          red,        ior,         alpha,      c.eta.x,        c.eta.y,      c.eta.z,    c.k.x,
-          c.k.y,      c.k.z,       c.alpha,    g.diffuse.x,    g.specular.y, g.exponent, p.base_color.x,
-          p.metallic, p.roughness, p.specular, p.transmission, p.ior,        p.coat,     p.coat_roughness};
+      const std::array found{red,
+                             ior,
+                             alpha,
+                             c.eta.x,
+                             c.eta.y,
+                             c.eta.z,
+                             c.k.x,
+                             c.k.y,
+                             c.k.z,
+                             c.facets.alpha(),
+                             g.diffuse.x,
+                             g.specular.y,
+                             g.exponent,
+                             p.base_color.x,
+                             p.metallic,
+                             p.roughness,
+                             p.specular,
+                             p.transmission,
+                             p.ior,
+                             p.coat,
+                             p.coat_roughness};
       const std::array<float, found.size()> expected{x, 1 + x,  x * x, x, 2 * x, 3 * x, 4 * x, 5 * x, 6 * x,  x * x, x,
                                                      x, 64 * x, x,     x, x / 2, x / 4, x / 8, 1 + x, x / 16, x / 32};
       for (std::size_t j = 0; j < found.size(); ++j) {
