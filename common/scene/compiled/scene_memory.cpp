@@ -124,7 +124,8 @@ class Estimator {
       const bool glows = emission.r > 0 || emission.g > 0 || emission.b > 0;
       const bool instanced = users.at(mesh->asset) > 1 && header.triangles >= kInstancedTriangles && !glows;
       if (!instanced || held.insert(mesh->asset).second) {
-        const bool bent = bends_normals(scene_.materials[object.material]);
+        const Material& material = scene_.materials[object.material];
+        const bool bent = bends_normals(material) || is_anisotropic(material);
         sum_.add(bytes_of(header, !instanced && object.transform != kIdentityTransform, glows, bent), name);
         sum_.add_triangles(header.triangles);
       }

@@ -1,6 +1,7 @@
 #include "common/scene/document/material.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/base/overloaded.h"
 
@@ -13,7 +14,10 @@ std::vector<const TexturedColor*> colors_of(const Material& material) {
                         [&](const PhongMaterial& m) {
                           out.insert(out.end(), {&m.diffuse, &m.specular});
                         },
-                        [&](const PrincipledMaterial& m) { out.push_back(&m.base_color); }, [](const auto&) {}},
+                        [&](const PrincipledMaterial& m) {
+                          out.insert(out.end(), {&m.base_color, &m.sheen_color});
+                        },
+                        [](const auto&) {}},
              material.kind);
   return out;
 }
@@ -33,6 +37,23 @@ bool is_boundary(const Material& material) {
     return principled->transmission > 0 && (principled->metallic < 1 || material.metallic_map.texture != kNoTexture);
   }
   return std::holds_alternative<DielectricMaterial>(material.kind);
+}
+
+const Anisotropy* anisotropy_of(const Material& material) {
+  return std::visit(
+      [](const auto& m) -> const Anisotropy* {
+        if constexpr (requires { m.anisotropy; }) {
+          return &m.anisotropy;
+        }
+        return nullptr;
+      },
+      material.kind);
+}
+
+double mean_roughness(double roughness, const Anisotropy& anisotropy) {
+  const double alpha = roughness * roughness;
+  const double along = alpha + (1 - alpha) * anisotropy.strength * anisotropy.strength;
+  return anisotropy.strength > 0 ? std::pow(std::max(alpha, kLeastAnisotropicAlpha) * along, 0.25) : roughness;
 }
 
 RgbColor absorption_of_color(const RgbColor& color) {

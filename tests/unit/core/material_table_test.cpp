@@ -20,8 +20,8 @@ TEST(MaterialTable, ReturnsTheParametersOfEachMaterial) {
       scene.materials.emplace_back().kind = DielectricMaterial{1 + x, x};
       scene.materials.emplace_back().kind = ConductorMaterial{{x, 2 * x, 3 * x}, {4 * x, 5 * x, 6 * x}, x};
       scene.materials.emplace_back().kind = PhongMaterial{{x, 0, 0}, {0, x, 0}, 64 * x};
-      scene.materials.emplace_back().kind =
-          PrincipledMaterial{{x, 0, 0}, x, x / 2, x / 4, x / 8, 1 + x, x / 16, x / 32, i % 2 == 1};
+      scene.materials.emplace_back().kind = PrincipledMaterial{
+          {x, 0, 0}, x, x / 2, x / 4, x / 8, 1 + x, x / 16, x / 32, i % 2 == 1, {x / 64, 45}, {0, x, 0}, x / 128};
     }
     const MaterialTable table(scene, {}, std::vector<Vec3>(scene.materials.size()));
     for (std::uint32_t i = 0; i < of_each_kind; ++i) {
@@ -58,9 +58,13 @@ TEST(MaterialTable, ReturnsTheParametersOfEachMaterial) {
                              p.transmission,
                              p.ior,
                              p.coat,
-                             p.coat_roughness};
-      const std::array<float, found.size()> expected{x, 1 + x,  x * x, x, 2 * x, 3 * x, 4 * x, 5 * x, 6 * x,  x * x, x,
-                                                     x, 64 * x, x,     x, x / 2, x / 4, x / 8, 1 + x, x / 16, x / 32};
+                             p.coat_roughness,
+                             p.anisotropy->strength,
+                             p.sheen->color.y,
+                             p.sheen->roughness};
+      const std::array<float, found.size()> expected{x,     1 + x, x * x, x,      2 * x,  3 * x,  4 * x, 5 * x,
+                                                     6 * x, x * x, x,     x,      64 * x, x,      x,     x / 2,
+                                                     x / 4, x / 8, 1 + x, x / 16, x / 32, x / 64, x,     x / 128};
       for (std::size_t j = 0; j < found.size(); ++j) {
         EXPECT_EQ((found[j] == F8(expected[j])).bits(), 0xff) << j;
       }
